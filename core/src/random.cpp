@@ -16,12 +16,16 @@ std::mt19937_64 seeded_engine(std::uint64_t seed, std::uint32_t stream) {
 
 }  // namespace
 
-RandomStream::RandomStream(std::uint64_t seed, std::uint32_t stream)
-    : engine_(seeded_engine(seed, stream)) {}
+std::uint64_t RandomStream::next() {
+  if (!engine_) {
+    engine_ = seeded_engine(seed_, stream_);
+  }
+  return (*engine_)();
+}
 
 double RandomStream::uniform() {
   // The middle of one of 2^52 equal parts of (0, 1), exactly.
-  return (static_cast<double>(engine_() >> 12U) + 0.5) * 0x1p-52;
+  return (static_cast<double>(next() >> 12U) + 0.5) * 0x1p-52;
 }
 
 double RandomStream::normal() {
@@ -39,9 +43,9 @@ double RandomStream::normal() {
 std::size_t RandomStream::index(std::size_t count) {
   const std::uint64_t most = std::numeric_limits<std::uint64_t>::max();
   const std::uint64_t limit = most - most % count;
-  std::uint64_t value = engine_();
+  std::uint64_t value = next();
   while (value >= limit) {
-    value = engine_();
+    value = next();
   }
   return static_cast<std::size_t>(value % count);
 }

@@ -24,6 +24,7 @@ Troubles::Troubles(const World& world,
                    std::uint32_t stream,
                    std::size_t readings)
     : world_(world),
+      has_any_(!world.is_white()),
       noise_sd_(noise_sd),
       cube_(seed, stream_of_cube),
       own_(seed, stream_of_world + stream),
@@ -35,6 +36,10 @@ Troubles::Troubles(const World& world,
       gains_(Eigen::VectorXd::Ones(noise_sd.size())) {}
 
 void Troubles::next(int block) {
+  ++at_;
+  if (!has_any_) {
+    return;  // no number of its own is needed
+  }
   if (block != block_) {
     block_ = block;
     mount_ = rotation_by(std::hypot(world_.mount_rad, world_.remount_rad) * own_.normals<3>());
@@ -48,13 +53,15 @@ void Troubles::next(int block) {
   if (world_.jitter > 0.0 || world_.wander > 0.0) {
     constexpr double kept = 0.9;
     const double fresh = own_.normal();
-    wander_ = at_ == 0.0 ? fresh : kept * wander_ + std::sqrt(1.0 - kept * kept) * fresh;
+    wander_ = at_ == 1.0 ? fresh : kept * wander_ + std::sqrt(1.0 - kept * kept) * fresh;
     size_ = 1.0 + world_.jitter * own_.normal() + world_.wander * wander_;
   }
-  ++at_;
 }
 
 void Troubles::lay() {
+  if (!has_any_) {
+    return;
+  }
   seat_ = rotation_by(world_.seat_rad * cube_.normals<3>());
 }
 

@@ -48,6 +48,7 @@ class Troubles {
   double spread();
 
   const World& world_;
+  bool has_any_;
   const Eigen::VectorXd& noise_sd_;
   RandomStream cube_;
   RandomStream own_;

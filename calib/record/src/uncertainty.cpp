@@ -32,23 +32,69 @@ double variance(const Eigen::RowVectorXd& gradient, const Eigen::MatrixXd& covar
   return gradient.dot(covariance * gradient.transpose());
 }
 
-// The variance of a scatter that each axis has its own of, by axis.
-Eigen::VectorXd shares_of_axes(const Calibration& calibration,
-                               const Eigen::RowVectorXd& gradient,
-                               const Eigen::MatrixXd& covariance) {
-  const Eigen::Index m = calibration.sensor.instrument.axis_count();
-  Eigen::VectorXd shares(m);
-  for (Eigen::Index k = 0; k < m; ++k) {
-    const std::vector<Eigen::Index> own =
-        places_of_axis(*calibration.fit.statistics,
-                       calibration.sensor.instrument.axes[static_cast<std::size_t>(k)]);
-    shares(k) = variance(gradient(own), covariance(own, own));
+// What a linear function of the parameters inherits, by its gradient. The readings' own covariance
+// is made once for any number of functions.
+class Inheritance {
+ public:
+  explicit Inheritance(const Calibration& calibration)
+      : calibration_(calibration), of_readings_(statistics().covariance_of_readings()) {
+    for (const std::string& axis : calibration.sensor.instrument.axes) {
+      own_.push_back(places_of_axis(statistics(), axis));
+    }
   }
-  // `joint`: what the axes share through the field's direction goes with each in proportion.
-  const double all = variance(gradient, covariance);
-  const double sum = shares.sum();
-  return sum > 0.0 ? Eigen::VectorXd(shares * (all / sum)) : shares;
-}
+
+  // Of the fit alone.
+  [[nodiscard]] VarianceShares scatter(const Eigen::RowVectorXd& gradient) const {
+    VarianceShares shares;
+    for (const ScatterComponent& component : statistics().components) {
+      shares.components.push_back({.variance = variance(gradient, component.covariance),
+                                   .degrees_of_freedom = component.degrees_of_freedom});
+    }
+    double sum = 0.0;
+    for (std::size_t k = 0; k < own_.size(); ++k) {
+      const std::vector<Eigen::Index>& own = own_[k];
+      const double share = variance(gradient(own), of_readings_(own, own));
+      sum += share;
+      shares.axes.push_back(
+          {.variance = share,
+           .degrees_of_freedom = statistics().degrees_of_freedom(static_cast<Eigen::Index>(k))});
+    }
+    // `joint`: what the axes share through the field's direction goes with each in proportion.
+    const double all = variance(gradient, of_readings_);
+    for (VarianceShare& share : shares.axes) {
+      share.variance *= sum > 0.0 ? all / sum : 1.0;
+    }
+    return shares;
+  }
+
+  // Of all sources of the budget, and what each makes of it.
+  [[nodiscard]] VarianceShares all(const Eigen::RowVectorXd& gradient,
+                                   std::vector<double>& by_source) const {
+    VarianceShares own = scatter(gradient);
+    const double of_fit = std::sqrt(std::max(variance(gradient, statistics().covariance), 0.0));
+    if (!calibration_.fit.uncertainty) {
+      by_source.push_back(of_fit);
+      return own;
+    }
+    for (const UncertaintySource& source : calibration_.fit.uncertainty->sources) {
+      if (source.type == "A") {
+        by_source.push_back(of_fit);
+        continue;
+      }
+      const double part = variance(gradient, source.covariance);
+      by_source.push_back(std::sqrt(std::max(part, 0.0)));
+      own.others += part;
+    }
+    return own;
+  }
+
+ private:
+  [[nodiscard]] const FitStatistics& statistics() const { return *calibration_.fit.statistics; }
+
+  const Calibration& calibration_;
+  Eigen::MatrixXd of_readings_;
+  std::vector<std::vector<Eigen::Index>> own_;  // the parameters of each axis
+};
 
 // Whether the budget has a source whose name begins like this.
 bool has_source(const Calibration& calibration, std::string_view beginning) {
@@ -105,6 +151,10 @@ double half_width(const VarianceShares& shares, const EffectiveFreedom& freedom,
   return std::sqrt(std::max(squares, 0.0));
 }
 
+double expanded_of(const VarianceShares& shares, const EffectiveFreedom& freedom, double coverage) {
+  return half_width(shares, freedom, [&](double nu) { return student_t_factor(coverage, nu); });
+}
+
 }  // namespace
 
 VarianceShares& VarianceShares::operator+=(const VarianceShares& more) {
@@ -118,8 +168,7 @@ CombinedUncertainty combine(const VarianceShares& shares, double coverage) {
   const EffectiveFreedom freedom = effective_freedom(shares);
   CombinedUncertainty result;
   result.u = std::sqrt(freedom.variance);
-  result.expanded =
-      half_width(shares, freedom, [&](double nu) { return student_t_factor(coverage, nu); });
+  result.expanded = expanded_of(shares, freedom, coverage);
   if (freedom.by_welch || !(result.u > 0.0)) {
     result.degrees_of_freedom = freedom.degrees_of_freedom;
     result.coverage_factor =
@@ -163,41 +212,14 @@ double CoverageFactors::expanded(const VarianceShares& shares) const {
 }
 
 VarianceShares scatter_shares(const Calibration& calibration, const Eigen::RowVectorXd& gradient) {
-  VarianceShares shares;
-  const FitStatistics& statistics = *calibration.fit.statistics;
-  for (const ScatterComponent& component : statistics.components) {
-    shares.components.push_back({.variance = variance(gradient, component.covariance),
-                                 .degrees_of_freedom = component.degrees_of_freedom});
-  }
-  const Eigen::VectorXd by_axis =
-      shares_of_axes(calibration, gradient, statistics.covariance_of_readings());
-  for (Eigen::Index k = 0; k < by_axis.size(); ++k) {
-    shares.axes.push_back(
-        {.variance = by_axis(k), .degrees_of_freedom = statistics.degrees_of_freedom(k)});
-  }
-  return shares;
+  return Inheritance(calibration).scatter(gradient);
 }
 
 CombinedUncertainty propagate(const Calibration& calibration,
                               const Eigen::RowVectorXd& gradient,
                               VarianceShares* shares) {
-  VarianceShares own = scatter_shares(calibration, gradient);
   std::vector<double> by_source;
-  const double of_fit =
-      std::sqrt(std::max(variance(gradient, calibration.fit.statistics->covariance), 0.0));
-  if (!calibration.fit.uncertainty) {
-    by_source.push_back(of_fit);
-  } else {
-    for (const UncertaintySource& source : calibration.fit.uncertainty->sources) {
-      if (source.type == "A") {
-        by_source.push_back(of_fit);
-        continue;
-      }
-      const double part = variance(gradient, source.covariance);
-      by_source.push_back(std::sqrt(std::max(part, 0.0)));
-      own.others += part;
-    }
-  }
+  const VarianceShares own = Inheritance(calibration).all(gradient, by_source);
   if (shares != nullptr) {
     *shares = own;
   }
@@ -295,25 +317,32 @@ Quantity Calibration::parameter(const std::string& name) const {
 
 namespace {
 
-// A parameter's interval is known better than by its shares: the fit states it.
-CombinedUncertainty with_interval(CombinedUncertainty uncertainty,
-                                  const Calibration& calibration,
-                                  Eigen::Index parameter) {
-  const FitStatistics& statistics = *calibration.fit.statistics;
+CombinedUncertainty uncertainty_of(const Inheritance& inheritance,
+                                   const FitStatistics& statistics,
+                                   Eigen::Index parameter) {
+  constexpr double coverage = 0.95;
+  std::vector<double> by_source;
+  const VarianceShares all =
+      inheritance.all(Eigen::RowVectorXd::Unit(statistics.covariance.rows(), parameter), by_source);
+  CombinedUncertainty uncertainty;
   if (statistics.interval_95.size() <= parameter) {
+    uncertainty = combine(all, coverage);
+    uncertainty.by_source = std::move(by_source);
     return uncertainty;
   }
+  // The interval is known better than by the shares: the fit states it.
+  uncertainty.u = std::sqrt(effective_freedom(all).variance);
+  uncertainty.by_source = std::move(by_source);
   const double nu = statistics.interval_dof(parameter);
-  const double scatter = statistics.interval_95(parameter) / student_t_factor(0.95, nu);
+  const double scatter = statistics.interval_95(parameter) / student_t_factor(coverage, nu);
   const VarianceShares shares{
       .axes = {{.variance = scatter * scatter, .degrees_of_freedom = nu}},
       .components = {},
       .others = std::max(
           uncertainty.u * uncertainty.u - statistics.covariance(parameter, parameter), 0.0)};
-  const CombinedUncertainty combined = combine(shares);
-  uncertainty.expanded = combined.expanded;
-  uncertainty.coverage_factor = combined.expanded / uncertainty.u;
-  uncertainty.degrees_of_freedom = freedom_of_factor(uncertainty.coverage_factor, 0.95);
+  uncertainty.expanded = expanded_of(shares, effective_freedom(shares), coverage);
+  uncertainty.coverage_factor = uncertainty.expanded / uncertainty.u;
+  uncertainty.degrees_of_freedom = freedom_of_factor(uncertainty.coverage_factor, coverage);
   return uncertainty;
 }
 
@@ -328,13 +357,13 @@ std::vector<ParameterUncertainty> parameter_uncertainties(const Calibration& cal
   if (calibration.fit.statistics->covariance.rows() != static_cast<Eigen::Index>(names.size())) {
     return all;
   }
+  const Inheritance inheritance(calibration);
+  all.reserve(names.size());
   for (std::size_t i = 0; i < names.size(); ++i) {
-    const Eigen::RowVectorXd gradient = Eigen::RowVectorXd::Unit(
-        static_cast<Eigen::Index>(names.size()), static_cast<Eigen::Index>(i));
     all.push_back({.name = names[i],
                    .value = parameter_value(calibration.sensor, names[i]),
-                   .uncertainty = with_interval(propagate(calibration, gradient), calibration,
-                                                static_cast<Eigen::Index>(i))});
+                   .uncertainty = uncertainty_of(inheritance, *calibration.fit.statistics,
+                                                 static_cast<Eigen::Index>(i))});
   }
   return all;
 }

@@ -21,7 +21,8 @@ class RandomStream {
  public:
   /// @param seed    any number; the same seed gives the same stream.
   /// @param stream  streams of one seed with different numbers are independent.
-  explicit RandomStream(std::uint64_t seed, std::uint32_t stream = 0);
+  explicit RandomStream(std::uint64_t seed, std::uint32_t stream = 0)
+      : seed_(seed), stream_(stream) {}
 
   /// @return uniform in (0, 1), never 0 or 1.
   double uniform();
@@ -52,7 +53,12 @@ class RandomStream {
   }
 
  private:
-  std::mt19937_64 engine_;
+  // The engine's next number.
+  std::uint64_t next();
+
+  std::uint64_t seed_;
+  std::uint32_t stream_;
+  std::optional<std::mt19937_64> engine_;  // seeded when the first number is drawn: that costs much
   std::optional<double> spare_normal_;
 };
 
