@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
 #include <cmath>
+#include <limits>
+#include <vector>
 
 #include <Eigen/Cholesky>
 
@@ -82,40 +84,65 @@ struct Sandwich {
   double degrees_of_freedom = 0.0;
 };
 
-Sandwich sandwich_of(const LinearisedRun& run, const Eigen::MatrixXd& leverage, Eigen::Index c) {
-  const Eigen::MatrixXd& C = run.covariance();
-  constexpr double least_left = 1e-6;
-  double v = 0.0;
-  double E = 0.0;
-  double freedom = 0.0;
-  Eigen::MatrixXd A = Eigen::MatrixXd::Zero(C.rows(), C.cols());
-  for (Eigen::Index k = 0; k < run.axes(); ++k) {
-    const std::vector<Eigen::Index> places = run.places_of_axis(k);
-    const Eigen::MatrixXd J = run.columns_of_axis(k);
-    const Eigen::VectorXd g = J * C(places, c);
-    const Eigen::ArrayXd h = leverage.col(k);
-    const Eigen::ArrayXd left = (1.0 - h).max(least_left);
-    const Eigen::ArrayXd w = g.array().square() / left.square();
-    v += (w * run.residuals()(run.rows_of_axis(k)).array().square()).sum();
-    E += (w * left).sum();
-    freedom += (w.square() * (1.0 - 2.0 * h)).sum();
-    A(places, places) += J.transpose() * w.matrix().asDiagonal() * J;
+// What the sandwiches of a run's coefficients have in common.
+class Sandwiches {
+ public:
+  explicit Sandwiches(const LinearisedRun& run) : run_(run) {
+    constexpr double least_left = 1e-6;
+    for (Eigen::Index k = 0; k < run.axes(); ++k) {
+      AxisRows& axis = axes_.emplace_back();
+      axis.places = run.places_of_axis(k);
+      axis.J = run.columns_of_axis(k);
+      axis.leverage = (axis.J * run.covariance()(axis.places, axis.places))
+                          .cwiseProduct(axis.J)
+                          .rowwise()
+                          .sum();
+      axis.left = (1.0 - axis.leverage).max(least_left);
+      axis.squares = run.residuals()(run.rows_of_axis(k)).array().square();
+    }
   }
-  const Eigen::MatrixXd CA = C * A;
-  return {.variance = v * C(c, c) / E,
-          .degrees_of_freedom = E * E / (freedom + CA.cwiseProduct(CA.transpose()).sum())};
-}
 
-// n x m.
-Eigen::MatrixXd leverage_of(const LinearisedRun& run) {
-  Eigen::MatrixXd leverage(run.readings(), run.axes());
-  for (Eigen::Index k = 0; k < run.axes(); ++k) {
-    const std::vector<Eigen::Index> places = run.places_of_axis(k);
-    const Eigen::MatrixXd J = run.columns_of_axis(k);
-    leverage.col(k) = (J * run.covariance()(places, places)).cwiseProduct(J).rowwise().sum();
+  // Of coefficient j of an axis; the other axes know of it by what all share alone.
+  [[nodiscard]] Sandwich of(Eigen::Index k, Eigen::Index j) const {
+    const Eigen::MatrixXd& C = run_.covariance();
+    const Eigen::Index c = run_.column_of(k, j);
+    double v = 0.0;
+    double E = 0.0;
+    double freedom = 0.0;
+    Eigen::MatrixXd A = Eigen::MatrixXd::Zero(C.rows(), C.cols());
+    const auto add = [&](const AxisRows& axis) {
+      const Eigen::VectorXd g = axis.J * C(axis.places, c);
+      const Eigen::ArrayXd w = g.array().square() / axis.left.square();
+      v += (w * axis.squares).sum();
+      E += (w * axis.left).sum();
+      freedom += (w.square() * (1.0 - 2.0 * axis.leverage)).sum();
+      A(axis.places, axis.places) += axis.J.transpose() * w.matrix().asDiagonal() * axis.J;
+    };
+    const AxisRows& own = axes_[static_cast<std::size_t>(k)];
+    Eigen::MatrixXd CA;
+    if (run_.shared() > 0) {
+      std::for_each(axes_.begin(), axes_.end(), add);
+      CA = C * A;
+    } else {
+      add(own);
+      CA = C(own.places, own.places) * A(own.places, own.places);
+    }
+    return {.variance = v * C(c, c) / E,
+            .degrees_of_freedom = E * E / (freedom + CA.cwiseProduct(CA.transpose()).sum())};
   }
-  return leverage;
-}
+
+ private:
+  struct AxisRows {
+    std::vector<Eigen::Index> places;
+    Eigen::MatrixXd J;
+    Eigen::ArrayXd leverage;
+    Eigen::ArrayXd left;     // what the fit leaves of each residual
+    Eigen::ArrayXd squares;  // of the residuals
+  };
+
+  const LinearisedRun& run_;
+  std::vector<AxisRows> axes_;
+};
 
 // A run's readings along the direction of their residuals that the field's size changes.
 struct AlongField {
@@ -188,12 +215,12 @@ void add_field_noise(const LinearisedRun& run, const AlongField& along, Estimate
   if (!(all.above < above) && !(all.below < below) && !(one_axis < above_of_axis)) {
     return;
   }
-  const Eigen::MatrixXd leverage = leverage_of(run);
+  const Sandwiches sandwiches(run);
   WiderIntervals wider("field_noise", estimate);
   const Eigen::Index p = run.set().coefficient_count();
   for (Eigen::Index k = 0; k < m; ++k) {
     for (Eigen::Index l = 1; l <= 3; ++l) {
-      const Sandwich one = sandwich_of(run, leverage, run.column_of(k, l));
+      const Sandwich one = sandwiches.of(k, l);
       if (one.variance > 0.0 && one.degrees_of_freedom > 0.0) {
         wider.widen(p * k + l, one.variance, std::max(one.degrees_of_freedom, 1.0));
       }
