@@ -248,12 +248,11 @@ Estimate summarize(const ReadingSet& set,
   return estimate;
 }
 
-RegressionRows rows_of_readings(const ReadingSet& set) {
+std::vector<int> groups_of_readings(const ReadingSet& set) {
   using Key = std::tuple<std::optional<DesignPoint>, FieldLevel, int, std::vector<double>>;
   std::map<Key, int> numbers;
-  RegressionRows rows;
-  rows.group.reserve(set.readings.size());
-  rows.rows.reserve(set.readings.size());
+  std::vector<int> groups;
+  groups.reserve(set.readings.size());
   const bool continuous = set.temperature.order > 0 && set.temperature.soak.empty();
   for (std::size_t i = 0; i < set.readings.size(); ++i) {
     const Reading& reading = set.readings[i];
@@ -266,7 +265,15 @@ RegressionRows rows_of_readings(const ReadingSet& set) {
       std::get<3>(key).assign(reading.field_in_sensor->begin(), reading.field_in_sensor->end());
     }
     const auto number = static_cast<int>(numbers.size());
-    rows.group.push_back(numbers.emplace(key, number).first->second);
+    groups.push_back(numbers.emplace(std::move(key), number).first->second);
+  }
+  return groups;
+}
+
+RegressionRows rows_of_readings(const ReadingSet& set) {
+  RegressionRows rows{.rows = {}, .group = groups_of_readings(set)};
+  rows.rows.reserve(set.readings.size());
+  for (const Reading& reading : set.readings) {
     rows.rows.push_back({.runs = {reading.run}, .point = reading.point, .block = reading.block});
   }
   return rows;

@@ -89,7 +89,10 @@ void require_response(const ReadingSet& set);
                                  const std::vector<AxisRegression>& axes,
                                  RegressionRows rows);
 
-/// Numbers the rows by what they were taken at: same design point and level, or same field.
+/// Numbers readings by what they were taken at: same design point and level, or same field; n.
+[[nodiscard]] std::vector<int> groups_of_readings(const ReadingSet& set);
+
+/// @return the rows of the regression, with those numbers.
 [[nodiscard]] RegressionRows rows_of_readings(const ReadingSet& set);
 
 }  // namespace axiscal

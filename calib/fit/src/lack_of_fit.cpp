@@ -109,9 +109,11 @@ void test_lack_of_fit_of_inputs(const Experiment& experiment,
   const bool known = method_kind(method).directions_known;
   const std::vector<InputQuantity> inputs =
       input_quantities(experiment, set, known, estimate.field);
-  const RegressionRows rows = rows_of_readings(set);
-  if (inputs.empty() ||
-      *std::max_element(rows.group.begin(), rows.group.end()) >= static_cast<int>(most_poses)) {
+  if (inputs.empty()) {
+    return;
+  }
+  const std::vector<int> group = groups_of_readings(set);
+  if (*std::max_element(group.begin(), group.end()) >= static_cast<int>(most_poses)) {
     return;
   }
   const JointState state = JointFit(set, set.weights).at(estimate.field);
@@ -136,8 +138,7 @@ void test_lack_of_fit_of_inputs(const Experiment& experiment,
     }
     const JointAxis& axis = state.axes[static_cast<std::size_t>(k)];
     const Eigen::Index directions = known ? 0 : state.direction_count();
-    test_axis(means_of_axis(set, rows.group, axis, k, axis.tangents.leftCols(directions), errors),
-              test);
+    test_axis(means_of_axis(set, group, axis, k, axis.tangents.leftCols(directions), errors), test);
   }
 }
 

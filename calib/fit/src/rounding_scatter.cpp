@@ -133,7 +133,7 @@ void add_rounding_scatter(StateOfRun& of, double stated_step, Estimate& estimate
   if (set.temperature.order > 0 || set.robust) {
     return;
   }
-  const std::vector<int> group = rows_of_readings(set).group;
+  const std::vector<int> group = groups_of_readings(set);
   if (static_cast<std::size_t>(*std::max_element(group.begin(), group.end())) >= most_poses) {
     return;
   }
