@@ -6,14 +6,12 @@
 #include <vector>
 
 #include <fcntl.h>
-#if defined(__GLIBC__)
-#include <malloc.h>
-#endif
 #include <unistd.h>
 
 #include "axiscal/calib/experiment.hpp"
 #include "axiscal/core/error.hpp"
 #include "axiscal/core/input_protection.hpp"
+#include "axiscal/core/kept_memory.hpp"
 #include "axiscal/core/output_file.hpp"
 #include "axiscal/formulas/formula_field.hpp"
 #include "column_advice.hpp"
@@ -52,17 +50,6 @@ void set_signals() {
   }
 }
 
-// The matrices of a long run come and go: their memory is kept, which is quicker than asking the
-// system for it each time.
-void keep_freed_memory() {
-#if defined(__GLIBC__)
-  constexpr int largest_kept = 8 << 20;  // bytes, of one piece
-  constexpr int most_kept = 64 << 20;
-  ::mallopt(M_MMAP_THRESHOLD, largest_kept);
-  ::mallopt(M_TRIM_THRESHOLD, most_kept);
-#endif
-}
-
 int fail(ExitStatus status, const std::string& message) {
   std::fprintf(stderr, "%s\n", message.c_str());
   return status;
@@ -84,7 +71,7 @@ std::vector<axiscal::cli::Subcommand> subcommands() {
 int main(int argc, char** argv) {
   open_missing_standard_files();
   set_signals();
-  keep_freed_memory();
+  axiscal::keep_freed_memory();
   const axiscal::InputProtection no_input_is_overwritten;
   axiscal::add_formula_field();
   try {

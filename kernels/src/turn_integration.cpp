@@ -129,17 +129,20 @@ PackedTurns::PackedTurns(std::span<const TurnSamples> turns, const std::array<do
   std::stable_sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) {
     return turns[a].time_s.size() > turns[b].time_s.size();
   });
+  std::size_t count = 0;
+  for (std::size_t i = 0; i < order.size(); i += turn_lanes) {
+    const std::size_t steps = turns[order[i]].time_s.size();
+    groups_.push_back({.steps = steps, .first = count});
+    count += 4 * turn_lanes * steps;
+  }
+  samples_.assign(count, 0.0);
   for (std::size_t i = 0; i < order.size(); ++i) {
     const TurnSamples& turn = turns[order[i]];
     const std::size_t lane = i % turn_lanes;
-    if (lane == 0) {
-      Group& group = groups_.emplace_back();
-      group.steps = turn.time_s.size();
-      group.samples.assign(4 * turn_lanes * group.steps, 0.0);
-    }
+    double* const of_group = samples_.data() + groups_[i / turn_lanes].first;
     place_[order[i]] = i;
     for (std::size_t s = 0; s < turn.time_s.size(); ++s) {
-      double* const at = &groups_.back().samples[4 * turn_lanes * s + lane];
+      double* const at = of_group + 4 * turn_lanes * s + lane;
       for (std::size_t axis = 0; axis < 3; ++axis) {
         at[axis * turn_lanes] = turn.rate[axis][s] - bias[axis];
       }
@@ -153,7 +156,7 @@ std::vector<IntegratedTurn> PackedTurns::integrated_by(const Integrator& integra
                                                        std::span<const double, 9> B) const {
   std::vector<TurnSums> sums(groups_.size());
   for (std::size_t g = 0; g < groups_.size(); ++g) {
-    integrate_group(groups_[g].samples.data(), groups_[g].steps, B.data(), &sums[g]);
+    integrate_group(samples_.data() + groups_[g].first, groups_[g].steps, B.data(), &sums[g]);
   }
   std::vector<IntegratedTurn> turns;
   for (const std::size_t place : place_) {

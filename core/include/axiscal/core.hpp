@@ -5,6 +5,7 @@
 #include "axiscal/core/error.hpp"
 #include "axiscal/core/input_file.hpp"
 #include "axiscal/core/input_protection.hpp"
+#include "axiscal/core/kept_memory.hpp"
 #include "axiscal/core/median.hpp"
 #include "axiscal/core/nearest_name.hpp"
 #include "axiscal/core/not_a_number.hpp"

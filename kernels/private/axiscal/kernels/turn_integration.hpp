@@ -56,13 +56,16 @@ class PackedTurns {
  private:
   struct Group {
     std::size_t steps = 0;
-    std::vector<double> samples;  // per sample: x, y, z, time step to it, each for eight turns
+    std::size_t first = 0;  // of its numbers
   };
   template <typename Integrator>
   [[nodiscard]] std::vector<IntegratedTurn> integrated_by(const Integrator& integrate_group,
                                                           std::span<const double, 9> B) const;
 
   std::vector<Group> groups_;
+  // Per sample: x, y, z, time step to it, each for eight turns. All groups in one piece of memory,
+  // which fits of one turn set after another then give each other.
+  std::vector<double> samples_;
   std::vector<std::size_t> place_;  // for each turn its group times eight, and its lane
 };
 
