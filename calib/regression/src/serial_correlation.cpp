@@ -18,9 +18,8 @@ namespace {
 using Rows = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
 
 // An orthonormal basis of the columns.
-Eigen::MatrixXd basis_of(const Eigen::MatrixXd& design) {
-  const Eigen::HouseholderQR<Eigen::MatrixXd> qr(design);
-  return qr.householderQ() * Eigen::MatrixXd::Identity(design.rows(), design.cols());
+Eigen::MatrixXd basis_of(const Eigen::HouseholderQR<Eigen::MatrixXd>& design) {
+  return design.householderQ() * Eigen::MatrixXd::Identity(design.rows(), design.cols());
 }
 
 // The mean of each row's neighbours: A x, with half of their weights beside the diagonal.
@@ -207,8 +206,7 @@ class PlainFit {
     const Eigen::HouseholderQR<Eigen::MatrixXd> qr(design);
     root_ = qr.matrixQR().topRows(p_).triangularView<Eigen::Upper>().solve(
         Eigen::MatrixXd::Identity(p_, p_));
-    const Eigen::MatrixXd Q =
-        qr.householderQ() * Eigen::MatrixXd::Identity(design.rows(), design.cols());
+    const Eigen::MatrixXd Q = basis_of(qr);
     in_basis_ = Q.transpose() * Y;
     both_ << Q, Y - Q * in_basis_;
   }
@@ -339,7 +337,7 @@ double lag_one_score(const OrderedReadings& readings) {
   for (Eigen::Index k = 0; k < m; ++k) {
     const Eigen::MatrixXd& design = readings.designs[static_cast<std::size_t>(k)];
     if (k == 0 || design != readings.designs[static_cast<std::size_t>(k) - 1]) {
-      Q = basis_of(design);
+      Q = basis_of(Eigen::HouseholderQR<Eigen::MatrixXd>(design));
       // Q' = P A P with P = I - Q Q^T: its trace and that of its square, without any n x n.
       const Eigen::MatrixXd AQ = beside(Q, Eigen::VectorXd::Ones(n - 1));
       const Eigen::MatrixXd G = Q.transpose() * AQ;
@@ -410,7 +408,7 @@ CorrelatedMean mean_under_correlation(const OrderedReadings& readings) {
 double lag_one_score(const Eigen::MatrixXd& design,
                      const Eigen::VectorXd& response,
                      const Eigen::MatrixX3d& along) {
-  const Eigen::MatrixXd Q = basis_of(design);
+  const Eigen::MatrixXd Q = basis_of(Eigen::HouseholderQR<Eigen::MatrixXd>(design));
   const Eigen::Index n = design.rows();
   return likeness_score(response - Q * (Q.transpose() * response), Q,
                         along.topRows(n - 1).cwiseProduct(along.bottomRows(n - 1)).rowwise().sum());

@@ -139,6 +139,27 @@ Eigen::MatrixXd random_matrix(Eigen::Index rows, Eigen::Index columns, RandomStr
   return all;
 }
 
+// Nor on whether responses have one design in common, as those are fitted at once.
+TEST(MeanUnderCorrelation, DoesNotDependOnUnitsAndOffsets) {
+  RandomStream random(11);
+  OrderedReadings readings = noise_of(24, 0.6, random);
+  for (const bool with_blocks : {false, true}) {
+    for (int i = 0; i < 24 && with_blocks; ++i) {
+      readings.blocks.push_back(i / 8);
+    }
+    OrderedReadings other = readings;
+    other.designs[1].col(2) *= 1e3;
+    other.responses.array() += 1e5;
+    const CorrelatedMean one = mean_under_correlation(readings);
+    const CorrelatedMean two = mean_under_correlation(other);
+    EXPECT_NEAR(two.correlation, one.correlation, 1e-9);
+    for (Eigen::Index k = 0; k < 3; ++k) {
+      EXPECT_NEAR(two.estimate(k) - 1e5, one.estimate(k), 1e-9);
+      EXPECT_NEAR(two.u(k), one.u(k), 1e-9);
+    }
+  }
+}
+
 TEST(FitUnderCorrelation, IsTheMeanOverWholeCovarianceMatrices) {
   RandomStream random(7);
   constexpr Eigen::Index n = 24;
