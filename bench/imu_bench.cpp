@@ -47,9 +47,9 @@ const Recording& recording() {
 }
 
 void calibrate_imu(benchmark::State& state) {
+  const auto& [log, options] = recording();  // which is read here, not in the time that counts
   for (auto _ : state) {
-    benchmark::DoNotOptimize(
-        axiscal::calibrate_imu(recording().log, recording().options).turns->rounds);
+    benchmark::DoNotOptimize(axiscal::calibrate_imu(log, options).turns->rounds);
   }
 }
 BENCHMARK(calibrate_imu)->Unit(benchmark::kMillisecond);
