@@ -3,7 +3,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <iterator>
 #include <memory>
 #include <optional>
 #include <utility>
@@ -101,9 +100,8 @@ class OwnColumns {
 
   // The columns of an axis, not weighted.
   [[nodiscard]] const Eigen::MatrixXd& columns(Eigen::Index k) const {
-    return std::prev(std::upper_bound(
-                         factored_.begin(), factored_.end(), k,
-                         [](Eigen::Index axis, const Factored& one) { return axis < one.first; }))
+    return std::find_if(factored_.begin(), factored_.end(),
+                        [k](const Factored& one) { return k < one.first + one.count; })
         ->X;
   }
 
