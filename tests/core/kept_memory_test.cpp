@@ -41,7 +41,7 @@ TEST(KeptMemory, IsNotAskedForAnew) {
   for (int i = 0; i < 20; ++i) {
     take_and_free();
   }
-  EXPECT_LT(page_faults() - before, 1000);  // once asked for anew they are 1500, each time
+  EXPECT_LT(page_faults() - before, 1000);  // asked for anew they are 1500 each time
 }
 
 }  // namespace
