@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "axiscal/core/input_file.hpp"
 
-#include <array>
+#include <algorithm>
 #include <cerrno>
 #include <cstring>
 #include <filesystem>
@@ -25,13 +25,16 @@ InputFile::InputFile(std::string path) : path_(std::move(path)) {
     throw DataError(path_, errno == ENOENT ? "no such file" : std::strerror(errno));
   }
   struct stat status {};
-  if (::fstat(descriptor_, &status) == 0 && S_ISDIR(status.st_mode)) {
-    if (path_ != "-") {
-      ::close(descriptor_);
+  if (::fstat(descriptor_, &status) == 0) {
+    if (S_ISDIR(status.st_mode)) {
+      if (path_ != "-") {
+        ::close(descriptor_);
+      }
+      throw DataError(path_, "is a directory, not a file");
     }
-    throw DataError(path_, "is a directory, not a file");
+    size_ = S_ISREG(status.st_mode) ? static_cast<std::size_t>(status.st_size) : 0;
+    protect_input(status);
   }
-  protect_input(descriptor_);
 }
 
 InputFile::~InputFile() {
@@ -60,15 +63,22 @@ bool can_be_read_again(const std::string& path) {
 std::string read_whole_file(const std::string& path) {
   InputFile file(path);
   std::string content;
-  std::array<char, 1U << 16U> block;  // NOLINT(*-member-init): read() fills what is taken of it
-  for (std::size_t count = file.read(block.data(), block.size()); count > 0;
-       count = file.read(block.data(), block.size())) {
-    if (content.size() + count > largest_whole_file) {
+  std::size_t size = 0;
+  // One byte more than there seem to be: a read that finds fewer has met the end.
+  std::size_t room = std::min(file.size(), largest_whole_file) + 1;
+  for (;;) {
+    content.resize(size + room);
+    const std::size_t count = file.read(content.data() + size, room);
+    size += count;
+    if (size > largest_whole_file) {
       throw DataError(path, "is larger than 256 MiB, the most that is read of such a file");
     }
-    content.append(block.data(), count);
+    if (count == 0 || size == file.size()) {
+      content.resize(size);
+      return content;
+    }
+    room = std::size_t{1} << 16U;
   }
-  return content;
 }
 
 void for_each_line(const std::string& path,

@@ -26,15 +26,21 @@ Registry& registry() {
   return files;
 }
 
-void remember(int descriptor, Use use) {
-  struct stat status {};
-  if (::fstat(descriptor, &status) != 0 || !S_ISREG(status.st_mode)) {
+void remember(const struct stat& status, Use use) {
+  if (!S_ISREG(status.st_mode)) {
     return;
   }
   Registry& all = registry();
   const std::lock_guard lock(all.mutex);
   if (all.protections > 0) {
     all.files.emplace(std::pair(status.st_dev, status.st_ino), use);
+  }
+}
+
+void remember(int descriptor, Use use) {
+  struct stat status {};
+  if (::fstat(descriptor, &status) == 0) {
+    remember(status, use);
   }
 }
 
@@ -67,6 +73,10 @@ InputProtection::~InputProtection() {
 
 void protect_input(int descriptor) {
   remember(descriptor, Use::read);
+}
+
+void protect_input(const struct stat& status) {
+  remember(status, Use::read);
 }
 
 void protect_output(int descriptor) {

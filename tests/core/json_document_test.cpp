@@ -11,30 +11,6 @@
 namespace axiscal {
 namespace {
 
-constexpr std::array<std::string_view, 2> cut = {"/rows", "/fit/text"};
-
-TEST(WithoutMembers, CutsThemOutWithTheirCommas) {
-  EXPECT_EQ(
-      without_members(R"({"rows": [1, {"a": "]"}], "x": 1, "fit": {"n": 2, "text": "a\"}"}})", cut),
-      R"({"x": 1,"fit": {"n": 2}})");
-  EXPECT_EQ(without_members(R"({"x": -1.5e3, "rows": null})", cut), R"({"x": -1.5e3})");
-  EXPECT_EQ(without_members(R"({"rows": {}})", cut), "{}");
-  EXPECT_EQ(without_members("{ }\n", cut), "{}");
-  EXPECT_EQ(without_members(R"({"rows": ["\\", "\\\"]", "\"\\"], "x": "\\"})", cut),
-            R"({"x": "\\"})");
-  // Not where another object has a member of that name.
-  EXPECT_EQ(without_members(R"({"fit": 1, "of": {"rows": [2]}})", cut),
-            R"({"fit": 1,"of": {"rows": [2]}})");
-}
-
-TEST(WithoutMembers, LeavesToTheParserWhatIsWrong) {
-  for (const std::string_view text :
-       {R"({"rows": [1, 2)", R"({"rows": [1] "x": 1})", R"({"x" 1})", R"({"rows": [1],})", "[1]",
-        "", "{", R"({"x": "ab)", R"({"x": 1}})", R"({"x": 1,)", R"({"fit": {"text": 1)"}) {
-    EXPECT_EQ(without_members(text, cut), text);
-  }
-}
-
 TEST(JsonText, QuotesWhatNeedsIt) {
   Json json = {
       {"a \"b\"", "tab\t, \xC2\xB0, \x7F, \\"}, {"plain", -12}, {"large", 18446744073709551615U}};

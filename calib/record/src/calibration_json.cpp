@@ -617,43 +617,4 @@ Calibration read_calibration(const std::string& path) {
   return parse_calibration(read_whole_file(path), path);
 }
 
-Calibration read_fitted_parameters(const std::string& path) {
-  // Large, or written beside what it follows from.
-  static constexpr std::array<std::string_view, 29> others = {"/inputs",
-                                                              "/experiment",
-                                                              "/coefficients/polar",
-                                                              "/polar_fit",
-                                                              "/quantities",
-                                                              "/statistics/observations",
-                                                              "/statistics/degrees_of_freedom",
-                                                              "/statistics/residual_sd",
-                                                              "/statistics/r_squared",
-                                                              "/statistics/coverage_factor_95",
-                                                              "/statistics/condition_number",
-                                                              "/statistics/rows",
-                                                              "/statistics/components",
-                                                              "/statistics/standard_error",
-                                                              "/statistics/interval_95",
-                                                              "/statistics/variance_inflation",
-                                                              "/statistics/lack_of_fit",
-                                                              "/uncertainty/parameters",
-                                                              "/conditions",
-                                                              "/orientations",
-                                                              "/field_size",
-                                                              "/levelness",
-                                                              "/verdict",
-                                                              "/corrections",
-                                                              "/suggestion",
-                                                              "/confirmation",
-                                                              "/residuals",
-                                                              "/warnings",
-                                                              "/notes"};
-  const std::string text = read_whole_file(path);
-  try {
-    return parse_calibration(without_members(text, others), path);
-  } catch (const DataError&) {
-    return parse_calibration(text, path);  // which says where in the file
-  }
-}
-
 }  // namespace axiscal

@@ -2,29 +2,41 @@
 #include "axiscal/calib/parameter_names.hpp"
 
 #include <cmath>
-#include <numeric>
+#include <string_view>
 
 #include "axiscal/calib/distributions.hpp"
 #include "axiscal/calib/uncertainty.hpp"
-#include "axiscal/core/formatted.hpp"
 
 namespace axiscal {
+
+namespace {
+
+void append_name(const std::string& axis,
+                 Eigen::Index column,
+                 const std::vector<std::string>& also_kinds,
+                 std::vector<std::string>& names) {
+  std::string& name = names.emplace_back(axis);
+  if (column == 0) {
+    name += ".bias";
+    return;
+  }
+  const auto component = static_cast<std::size_t>(column - 1);
+  name += '.';
+  name += component < 3 ? "sensitivity" : std::string_view(also_kinds[component / 3 - 1]);
+  name += '.';
+  name += "xyz"[component % 3];
+}
+
+}  // namespace
 
 std::vector<std::string> names_of_columns(const std::vector<std::string>& axes,
                                           const std::vector<Eigen::Index>& columns,
                                           const std::vector<std::string>& also_kinds) {
-  std::vector<std::string> suffixes = {".bias"};
-  std::vector<std::string> fields = {"sensitivity"};
-  fields.insert(fields.end(), also_kinds.begin(), also_kinds.end());
-  for (const std::string& field : fields) {
-    for (const char component : {'x', 'y', 'z'}) {
-      suffixes.push_back(formatted(".{}.{}", field, component));
-    }
-  }
   std::vector<std::string> names;
+  names.reserve(axes.size() * columns.size());
   for (const std::string& axis : axes) {
     for (const Eigen::Index column : columns) {
-      names.push_back(axis + suffixes[static_cast<std::size_t>(column)]);
+      append_name(axis, column, also_kinds, names);
     }
   }
   return names;
@@ -47,13 +59,15 @@ std::vector<std::string> temperature_suffixes(int order) {
 std::vector<std::string> parameter_names(const std::vector<std::string>& axes,
                                          const std::vector<std::string>& also_kinds,
                                          int temperature_order) {
-  std::vector<Eigen::Index> columns(4 + 3 * also_kinds.size());
-  std::iota(columns.begin(), columns.end(), 0);
+  const auto columns = static_cast<Eigen::Index>(4 + 3 * also_kinds.size());
+  const std::vector<std::string> suffixes = temperature_suffixes(temperature_order);
   std::vector<std::string> names;
+  names.reserve(axes.size() * (static_cast<std::size_t>(columns) + suffixes.size()));
   for (const std::string& axis : axes) {
-    const std::vector<std::string> own = names_of_columns({axis}, columns, also_kinds);
-    names.insert(names.end(), own.begin(), own.end());
-    for (const std::string& suffix : temperature_suffixes(temperature_order)) {
+    for (Eigen::Index column = 0; column < columns; ++column) {
+      append_name(axis, column, also_kinds, names);
+    }
+    for (const std::string& suffix : suffixes) {
       names.push_back(axis + suffix);
     }
   }

@@ -10,9 +10,9 @@
 
 #include "axiscal/calib/calibration_json.hpp"
 #include "axiscal/calib/distributions.hpp"
+#include "axiscal/calib/fitted_parameters.hpp"
 #include "axiscal/calib/least_squares.hpp"
 #include "axiscal/calib/parameter_names.hpp"
-#include "axiscal/calib/uncertainty.hpp"
 #include "axiscal/core/error.hpp"
 #include "axiscal/core/formatted.hpp"
 #include "axiscal/core/json_document.hpp"
@@ -30,13 +30,8 @@ constexpr double seconds_per_year = 365.2425 * 86400.0;
 struct Entry {
   std::string path;
   std::string failure;  // why it is no record; empty else
-  std::string created;
+  FittedParameters fitted;
   double time_s = 0.0;
-  std::string serial;
-  std::vector<std::string> axes;
-  // Of each axis its parameters, in the order of parameter_names(); u is NaN where none is known.
-  std::vector<double> values;
-  std::vector<double> u;
 };
 
 std::string date_text(double seconds) {
@@ -150,29 +145,27 @@ UnitHistory history_of(const std::string& serial,
   std::vector<double> years;
   for (const Entry& entry : entries) {
     unit.paths.push_back(entry.path);
-    unit.created.push_back(entry.created);
+    unit.created.push_back(entry.fitted.created);
     years.push_back(entry.time_s / seconds_per_year);
   }
-  std::size_t position = 0;
-  for (const std::string& axis : entries.back().axes) {
-    for (const std::string& name : parameter_names({axis})) {
-      ParameterTrend trend{.parameter = name};
-      for (const Entry& entry : entries) {
-        trend.values.push_back(entry.values[position]);
-        trend.u.push_back(entry.u[position]);
-      }
-      ++position;
-      for (const Limit& limit : limits ? limits->limits : std::vector<Limit>{}) {
-        if (limit.parameter == trend.parameter) {
-          trend.low = limit.low;
-          trend.high = limit.high;
-        }
-      }
-      const double newest = trend.values.back();
-      trend.outside = (trend.low && newest < *trend.low) || (trend.high && newest > *trend.high);
-      put_trend(years, trend);
-      unit.trends.push_back(std::move(trend));
+  Eigen::Index position = 0;
+  for (const std::string& name : parameter_names(entries.back().fitted.axes)) {
+    ParameterTrend trend{.parameter = name};
+    for (const Entry& entry : entries) {
+      trend.values.push_back(entry.fitted.values(position));
+      trend.u.push_back(entry.fitted.u(position));
     }
+    ++position;
+    for (const Limit& limit : limits ? limits->limits : std::vector<Limit>{}) {
+      if (limit.parameter == trend.parameter) {
+        trend.low = limit.low;
+        trend.high = limit.high;
+      }
+    }
+    const double newest = trend.values.back();
+    trend.outside = (trend.low && newest < *trend.low) || (trend.high && newest > *trend.high);
+    put_trend(years, trend);
+    unit.trends.push_back(std::move(trend));
   }
   return unit;
 }
@@ -212,31 +205,17 @@ namespace {
 // What a history needs of a record; or why it is none.
 Entry entry_of(const std::string& path) {
   Entry entry{.path = path};
-  Calibration calibration;
   try {
-    calibration = read_fitted_parameters(path);
+    entry.fitted = read_fitted_parameters(path);
   } catch (const DataError& failure) {
     entry.failure = failure.what();
     return entry;
   }
-  entry.created = calibration.provenance.created;
-  const std::optional<double> time = parse_timestamp(entry.created);
+  const std::optional<double> time = parse_timestamp(entry.fitted.created);
   if (!time) {
     throw DataError(path, "/created", "the history needs the date at which a record was made");
   }
   entry.time_s = *time;
-  entry.serial = calibration.sensor.instrument.serial;
-  entry.axes = calibration.sensor.instrument.axes;
-  const Eigen::MatrixXd covariance = parameter_covariance(calibration);
-  for (const std::string& axis : entry.axes) {
-    for (const std::string& name : parameter_names({axis})) {
-      entry.values.push_back(parameter_value(calibration.sensor, name));
-      const auto at =
-          calibration.fit.statistics ? calibration.fit.statistics->position_of(name) : std::nullopt;
-      entry.u.push_back(at && covariance.rows() > *at ? std::sqrt(covariance(*at, *at))
-                                                      : not_a_number);
-    }
-  }
   return entry;
 }
 
@@ -256,7 +235,7 @@ std::vector<UnitHistory> read_history(const std::string& folder,
       }
       continue;  // another kind of file
     }
-    units[{entry.serial, joined(entry.axes)}].push_back(std::move(entry));
+    units[{entry.fitted.serial, joined(entry.fitted.axes)}].push_back(std::move(entry));
   }
   std::vector<UnitHistory> histories;
   for (auto& [key, entries] : units) {

@@ -83,27 +83,6 @@ TEST(CalibrationJson, WritesManyReadingsAsATable) {
   EXPECT_THAT(complaint(record), HasSubstr("entries, and the first column"));
 }
 
-TEST(CalibrationJson, IsReadInPartAsWhole) {
-  const SensorModel truth = accelerometer_truth();
-  const Calibration calibration = calibrate(
-      experiment_for(truth), observe(truth, {.replicates = 3, .noise_sd = 1e-4, .seed = 3}));
-  const test::ScratchFolder folder;
-  const std::string path = folder.write("cal.json", calibration_json(calibration));
-  const Calibration part = read_fitted_parameters(path);
-  const Calibration whole = read_calibration(path);
-  EXPECT_EQ(part.provenance.created, whole.provenance.created);
-  EXPECT_EQ(part.sensor.instrument.axes, whole.sensor.instrument.axes);
-  EXPECT_EQ(part.sensor.response.bias, whole.sensor.response.bias);
-  EXPECT_EQ(part.sensor.response.sensitivity, whole.sensor.response.sensitivity);
-  EXPECT_EQ(parameter_covariance(part), parameter_covariance(whole));
-  EXPECT_TRUE(part.fit.residuals.empty() && part.fit.statistics->rows.empty());
-  static_cast<void>(folder.write(
-      "cal.json", "{\"format\": \"axiscal-calibration\", \"version\": 1,\n\"notes\": [}"));
-  EXPECT_THAT(
-      test::complaint_of<DataError>([&] { static_cast<void>(read_fitted_parameters(path)); }),
-      HasSubstr("cal.json:2:"));
-}
-
 TEST(CalibrationJson, HasTheKeysOfTheContract) {
   const SensorModel truth = accelerometer_truth();
   const json record = json::parse(calibration_json(

@@ -32,8 +32,12 @@ class InputFile {
 
   [[nodiscard]] const std::string& path() const { return path_; }
 
+  /// @return of a regular file the bytes that it had when it was opened; else 0.
+  [[nodiscard]] std::size_t size() const { return size_; }
+
  private:
   std::string path_;
+  std::size_t size_ = 0;
   int descriptor_ = -1;
 };
 

@@ -3,6 +3,8 @@
 
 #include <string>
 
+struct stat;  // POSIX: what fstat() says
+
 namespace axiscal {
 
 /// While one lives, no OutputFile replaces a file that InputFile has opened, or that was written.
@@ -23,6 +25,7 @@ class InputProtection {
 /// Remembers an open file as an input, as InputFile does; for what is opened in another way.
 /// @param descriptor  of the file; what is no regular file is not remembered.
 void protect_input(int descriptor);
+void protect_input(const struct stat& status);
 
 /// @param path  of a file that is to be replaced; one that is not there is nobody's input.
 /// @throws InputOverwriteError  if it was read as an input, or written before in this run.

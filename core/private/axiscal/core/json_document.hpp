@@ -93,15 +93,6 @@ class JsonValue {
 /// @throws DataError  `PATH:LINE: ...` if the text is no JSON.
 [[nodiscard]] JsonValue parse_json(std::string_view text, std::string path);
 
-/// Cuts members out of a file's text before it is parsed, several times as fast as the parser reads
-/// them. What is cut out is not looked at.
-///
-/// @param members  by their pointers: "/residuals", "/statistics/rows".
-/// @return the text, white space between members aside; all of it where it is no object, or ends
-///         early: the parser says what is wrong.
-[[nodiscard]] std::string without_members(std::string_view text,
-                                          std::span<const std::string_view> members);
-
 /// @return the value as text to read: members on lines of their own, arrays of numbers on one,
 ///         doubles as the shortest text that reads back, NaN as null; ends with a line feed.
 ///         JsonColumns are empty afterwards, as their text stands in this one then.

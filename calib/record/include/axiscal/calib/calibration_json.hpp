@@ -33,9 +33,4 @@ void write(const Calibration& calibration, const std::string& path);
 /// As parse_calibration(), from a file; `-` is standard input.
 [[nodiscard]] Calibration read_calibration(const std::string& path);
 
-/// As read_calibration(), of what was fitted alone: provenance, instrument, field, coefficients and
-/// their covariance, four times as fast. What is said of single readings, and what was found of the
-/// run, is not looked at, be it right or wrong.
-[[nodiscard]] Calibration read_fitted_parameters(const std::string& path);
-
 }  // namespace axiscal

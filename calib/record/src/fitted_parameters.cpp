@@ -1,0 +1,141 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "axiscal/calib/fitted_parameters.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <optional>
+#include <string_view>
+
+#include "axiscal/calib/calibration_json.hpp"
+#include "axiscal/calib/parameter_names.hpp"
+#include "axiscal/calib/uncertainty.hpp"
+#include "axiscal/core/input_file.hpp"
+#include "axiscal/core/json_pieces.hpp"
+#include "axiscal/core/not_a_number.hpp"
+
+namespace axiscal {
+namespace {
+
+// @param of     the names of the variances' parameters; empty where there are none.
+// @param names  of those that are wanted.
+Eigen::VectorXd uncertainties(const std::vector<std::string>& of,
+                              const Eigen::VectorXd& variances,
+                              const std::vector<std::string>& names) {
+  Eigen::VectorXd u(static_cast<Eigen::Index>(names.size()));
+  std::size_t next = 0;  // most records have them in this order
+  for (std::size_t i = 0; i < names.size(); ++i) {
+    if (next >= of.size() || of[next] != names[i]) {
+      next = static_cast<std::size_t>(std::find(of.begin(), of.end(), names[i]) - of.begin());
+    }
+    const auto at = static_cast<Eigen::Index>(next);
+    u(static_cast<Eigen::Index>(i)) =
+        next < of.size() && at < variances.size() ? std::sqrt(variances(at)) : not_a_number;
+    ++next;
+  }
+  return u;
+}
+
+Eigen::VectorXd in_order(const Eigen::VectorXd& bias, const Eigen::MatrixXd& sensitivity) {
+  Eigen::MatrixXd by_axis(4, bias.size());
+  by_axis << bias.transpose(), sensitivity.transpose();
+  return by_axis.reshaped();
+}
+
+FittedParameters fitted_parameters(const Calibration& calibration) {
+  const Instrument& instrument = calibration.sensor.instrument;
+  const LinearResponse& response = calibration.sensor.response;
+  return {.created = calibration.provenance.created,
+          .serial = instrument.serial,
+          .axes = instrument.axes,
+          .values = in_order(response.bias, response.sensitivity),
+          .u = uncertainties(
+              calibration.fit.statistics ? calibration.fit.statistics->parameter_names
+                                         : std::vector<std::string>(),
+              parameter_covariance(calibration).diagonal(), parameter_names(instrument.axes))};
+}
+
+// The variances that a budget's sources add to the fit's; nothing where they are not plain.
+std::optional<Eigen::VectorXd> variances_of_sources(std::string_view sources, Eigen::Index size) {
+  Eigen::VectorXd sum = Eigen::VectorXd::Zero(size);
+  if (sources.empty()) {
+    return sum;
+  }
+  const auto list = list_of_piece(sources);
+  if (!list) {
+    return std::nullopt;
+  }
+  for (const std::string_view source : *list) {
+    const auto pieces =
+        json_pieces(source, std::array<std::string_view, 2>{"/type", "/covariance"});
+    if (!pieces) {
+      return std::nullopt;
+    }
+    const auto& [type, own] = *pieces;
+    if (type == "\"A\"") {
+      continue;  // the fit's own
+    }
+    const auto covariance = matrix_of_piece(own, size, size);
+    if (!covariance) {
+      return std::nullopt;
+    }
+    sum += covariance->diagonal();
+  }
+  return sum;
+}
+
+// Of a record as this program writes it; nothing where the reader of all records must look.
+std::optional<FittedParameters> quickly_read(std::string_view text) {
+  static constexpr std::array<std::string_view, 10> members = {"/format",
+                                                               "/version",
+                                                               "/created",
+                                                               "/instrument/serial",
+                                                               "/instrument/axes",
+                                                               "/coefficients/bias",
+                                                               "/coefficients/sensitivity",
+                                                               "/statistics/parameter_names",
+                                                               "/statistics/covariance",
+                                                               "/uncertainty/sources"};
+  const auto pieces = json_pieces(text, members);
+  if (!pieces) {
+    return std::nullopt;
+  }
+  const auto& [format, version, when, whose, which, bias, sensitivity, names, covariance, sources] =
+      *pieces;
+  if (format != "\"axiscal-calibration\"" || (version != "1" && version != "2")) {
+    return std::nullopt;
+  }
+  auto created = text_of_piece(when);
+  auto serial = whose.empty() ? std::optional<std::string>("") : text_of_piece(whose);
+  auto axes = texts_of_piece(which);
+  const auto parameters = texts_of_piece(names);
+  if (!created || !serial || !axes || axes->empty() || !parameters) {
+    return std::nullopt;
+  }
+  const auto m = static_cast<Eigen::Index>(axes->size());
+  const auto count = static_cast<Eigen::Index>(parameters->size());
+  const auto b = vector_of_piece(bias, m);
+  const auto S = matrix_of_piece(sensitivity, m, 3);
+  const auto of_fit = matrix_of_piece(covariance, count, count);
+  const auto of_sources = variances_of_sources(sources, count);
+  if (!b || !S || !b->allFinite() || !S->allFinite() || !of_fit || !of_sources) {
+    return std::nullopt;
+  }
+  Eigen::VectorXd u =
+      uncertainties(*parameters, of_fit->diagonal() + *of_sources, parameter_names(*axes));
+  return FittedParameters{.created = *std::move(created),
+                          .serial = *std::move(serial),
+                          .axes = *std::move(axes),
+                          .values = in_order(*b, *S),
+                          .u = std::move(u)};
+}
+
+}  // namespace
+
+FittedParameters read_fitted_parameters(const std::string& path) {
+  const std::string text = read_whole_file(path);
+  std::optional<FittedParameters> quick = quickly_read(text);
+  return quick ? *std::move(quick) : fitted_parameters(parse_calibration(text, path));
+}
+
+}  // namespace axiscal

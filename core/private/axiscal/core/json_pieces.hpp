@@ -1,0 +1,55 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <optional>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include <Eigen/Core>
+
+namespace axiscal {
+
+/// Finds members of an object in a file's text, ten times as fast as the parser reads it. What is
+/// between them is not looked at.
+///
+/// @param members  by their pointers: "/created", "/statistics/covariance".
+/// @param pieces   takes of each its value's text; stays as it is where there is none.
+/// @return false where the text is no object, has one of them twice, or ends early: the parser
+///         says what is wrong.
+[[nodiscard]] bool find_json_pieces(std::string_view text,
+                                    std::span<const std::string_view> members,
+                                    std::span<std::string_view> pieces);
+
+/// The same: @return the pieces, empty where there is none; nothing instead of false.
+template <std::size_t N>
+[[nodiscard]] std::optional<std::array<std::string_view, N>> json_pieces(
+    std::string_view text, const std::array<std::string_view, N>& members) {
+  std::array<std::string_view, N> pieces;
+  return find_json_pieces(text, members, pieces) ? std::optional(pieces) : std::nullopt;
+}
+
+/// @return the pieces that a piece lists; nothing where it is no list.
+[[nodiscard]] std::optional<std::vector<std::string_view>> list_of_piece(std::string_view piece);
+
+/// @return the matrix that a piece is; nothing where it is none of that size, or an entry is
+///         neither a finite number nor null, which is NaN.
+[[nodiscard]] std::optional<Eigen::MatrixXd> matrix_of_piece(std::string_view piece,
+                                                             Eigen::Index rows,
+                                                             Eigen::Index columns);
+
+/// @return the numbers that a piece lists, likewise.
+[[nodiscard]] std::optional<Eigen::VectorXd> vector_of_piece(std::string_view piece,
+                                                             Eigen::Index size);
+
+/// @return the texts that a piece lists; nothing where it lists something else, or a text is other
+///         than plain ASCII.
+[[nodiscard]] std::optional<std::vector<std::string>> texts_of_piece(std::string_view piece);
+
+/// @return the text that a piece is, likewise.
+[[nodiscard]] std::optional<std::string> text_of_piece(std::string_view piece);
+
+}  // namespace axiscal

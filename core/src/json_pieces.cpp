@@ -1,0 +1,290 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "axiscal/core/json_pieces.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstddef>
+
+#include "axiscal/core/not_a_number.hpp"
+#include "axiscal/core/read_double.hpp"
+
+namespace axiscal {
+namespace {
+
+// Which characters are among some.
+constexpr std::array<bool, 256> those(std::string_view some) {
+  std::array<bool, 256> all{};
+  for (const char c : some) {
+    all[static_cast<unsigned char>(c)] = true;
+  }
+  return all;
+}
+
+constexpr std::array<bool, 256> space = those(" \t\r\n");
+
+// A place in a JSON text that goes on over what is passed by. Whoever finds the end too early gives
+// up.
+class JsonSkimmer {
+ public:
+  explicit JsonSkimmer(std::string_view text) : text_(text) {}
+
+  [[nodiscard]] char at() const { return place_ < text_.size() ? text_[place_] : '\0'; }
+  [[nodiscard]] bool at_end() const { return place_ == text_.size(); }
+  [[nodiscard]] std::size_t place() const { return place_; }
+  [[nodiscard]] std::string_view since(std::size_t place) const {
+    return text_.substr(place, place_ - place);
+  }
+
+  void skip_space() {
+    while (place_ < text_.size() && space[static_cast<unsigned char>(text_[place_])]) {
+      ++place_;
+    }
+  }
+
+  // One character and the space around it.
+  bool take(char c) {
+    skip_space();
+    if (at() != c) {
+      return false;
+    }
+    ++place_;
+    skip_space();
+    return true;
+  }
+
+  // From one quote to behind the other.
+  bool skip_string() {
+    std::size_t begin = place_ + 1;
+    for (;;) {
+      const std::size_t end = text_.find('"', begin);
+      if (end == text_.npos) {
+        place_ = text_.size();
+        return false;
+      }
+      const std::size_t escape = text_.substr(0, end).find('\\', begin);
+      if (escape == text_.npos) {
+        place_ = end + 1;
+        return true;
+      }
+      begin = escape + 2;
+    }
+  }
+
+  bool skip_value() {
+    static constexpr std::array<bool, 256> marks = those("\"{}[]");
+    static constexpr std::array<bool, 256> marks_or_comma = those("\"{}[],");
+    std::size_t depth = 0;
+    do {
+      const std::array<bool, 256>& ends = depth > 0 ? marks : marks_or_comma;
+      const std::string_view rest = text_.substr(place_);
+      place_ += static_cast<std::size_t>(
+          std::find_if(rest.begin(), rest.end(),
+                       [&](char c) { return ends[static_cast<unsigned char>(c)]; }) -
+          rest.begin());
+      switch (at()) {
+        case '"':
+          if (!skip_string()) {
+            return false;
+          }
+          break;
+        case '{':
+        case '[':
+          ++depth;
+          ++place_;
+          break;
+        case '}':
+        case ']':
+          if (depth == 0) {
+            return true;  // of a number or a word, what holds it
+          }
+          --depth;
+          ++place_;
+          break;
+        default:
+          return depth == 0 && at() == ',';
+      }
+    } while (depth > 0);
+    return true;
+  }
+
+  std::optional<std::string_view> take_value() {
+    const std::size_t begin = place_;
+    if (!skip_value()) {
+      return std::nullopt;
+    }
+    const std::string_view value = since(begin);
+    return value.substr(0, value.find_last_not_of(" \t\r\n") + 1);
+  }
+
+  // A number, or null, which is NaN.
+  bool take_number(double& number) {
+    const std::string_view rest = text_.substr(place_);
+    if (rest.starts_with("null")) {
+      number = not_a_number;
+      place_ += 4;
+      return true;
+    }
+    const std::size_t sign = rest.starts_with('-') ? 1 : 0;
+    if (rest.size() <= sign || rest[sign] < '0' || rest[sign] > '9') {
+      return false;
+    }
+    const auto [end, error] = read_double(rest.data(), rest.data() + rest.size(), number);
+    place_ += static_cast<std::size_t>(end - rest.data());
+    return error == std::errc() && std::isfinite(number);
+  }
+
+  bool take_text(std::string& text) {
+    const std::size_t begin = place_ + 1;
+    if (at() != '"' || !skip_string()) {
+      return false;
+    }
+    text = text_.substr(begin, place_ - begin - 1);
+    return std::all_of(text.begin(), text.end(),
+                       [](char c) { return c >= ' ' && c <= '~' && c != '\\'; });
+  }
+
+  // A list, each entry by `take_entry`, which is given its number.
+  template <typename TakeEntry>
+  bool take_list(const TakeEntry& take_entry) {
+    if (!take('[')) {
+      return false;
+    }
+    if (take(']')) {
+      return true;
+    }
+    for (Eigen::Index i = 0;; ++i) {
+      if (!take_entry(i)) {
+        return false;
+      }
+      if (!take(',')) {
+        return take(']');
+      }
+    }
+  }
+
+ private:
+  std::string_view text_;
+  std::size_t place_ = 0;
+};
+
+class PieceFinder {
+ public:
+  PieceFinder(std::string_view text,
+              std::span<const std::string_view> members,
+              std::span<std::string_view> pieces)
+      : at_(text), members_(members), pieces_(pieces) {}
+
+  [[nodiscard]] bool find() { return take_object("") && at_.at_end(); }
+
+ private:
+  // NOLINTNEXTLINE(misc-no-recursion): as deep as the members that are looked for
+  bool take_object(std::string_view pointer) {
+    if (!at_.take('{')) {
+      return false;
+    }
+    if (at_.take('}')) {
+      return true;
+    }
+    do {
+      const std::size_t begin = at_.place();
+      if (at_.at() != '"' || !at_.skip_string()) {
+        return false;
+      }
+      const std::string_view name = at_.since(begin).substr(1, at_.place() - begin - 2);
+      if (!at_.take(':') || !take_member(pointer, name)) {
+        return false;
+      }
+    } while (at_.take(','));
+    return at_.take('}');
+  }
+
+  // NOLINTNEXTLINE(misc-no-recursion): as take_object()
+  bool take_member(std::string_view of, std::string_view name) {
+    std::string_view* piece = nullptr;
+    for (std::size_t i = 0; i < members_.size(); ++i) {
+      const std::string_view member = members_[i];
+      const std::size_t size = of.size() + 1 + name.size();
+      if (member.size() < size || member.substr(of.size() + 1, name.size()) != name ||
+          !member.starts_with(of)) {
+        continue;
+      }
+      if (member.size() == size) {
+        piece = &pieces_[i];
+      } else if (member[size] == '/' && at_.at() == '{') {
+        return take_object(member.substr(0, size));
+      }
+    }
+    if (piece == nullptr) {
+      return at_.skip_value();
+    }
+    const bool twice = !piece->empty();
+    *piece = at_.take_value().value_or("");
+    return !twice && !piece->empty();
+  }
+
+  JsonSkimmer at_;
+  std::span<const std::string_view> members_;
+  std::span<std::string_view> pieces_;
+};
+
+}  // namespace
+
+bool find_json_pieces(std::string_view text,
+                      std::span<const std::string_view> members,
+                      std::span<std::string_view> pieces) {
+  return PieceFinder(text, members, pieces).find();
+}
+
+std::optional<std::vector<std::string_view>> list_of_piece(std::string_view piece) {
+  JsonSkimmer at(piece);
+  std::vector<std::string_view> pieces;
+  const bool whole = at.take_list([&](Eigen::Index) {
+    const std::optional<std::string_view> one = at.take_value();
+    pieces.push_back(one.value_or(""));
+    return one.has_value();
+  });
+  return whole && at.at_end() ? std::optional(std::move(pieces)) : std::nullopt;
+}
+
+std::optional<Eigen::MatrixXd> matrix_of_piece(std::string_view piece,
+                                               Eigen::Index rows,
+                                               Eigen::Index columns) {
+  JsonSkimmer at(piece);
+  Eigen::MatrixXd matrix(rows, columns);
+  Eigen::Index count = 0;
+  const bool whole = at.take_list([&](Eigen::Index i) {
+    Eigen::Index in_row = 0;
+    const bool row = at.take_list([&](Eigen::Index j) {
+      ++in_row;
+      return i < rows && j < columns && at.take_number(matrix(i, j));
+    });
+    ++count;
+    return row && in_row == columns;
+  });
+  return whole && count == rows && at.at_end() ? std::optional(std::move(matrix)) : std::nullopt;
+}
+
+std::optional<Eigen::VectorXd> vector_of_piece(std::string_view piece, Eigen::Index size) {
+  JsonSkimmer at(piece);
+  Eigen::VectorXd vector(size);
+  Eigen::Index count = 0;
+  const bool whole =
+      at.take_list([&](Eigen::Index i) { return ++count <= size && at.take_number(vector(i)); });
+  return whole && count == size && at.at_end() ? std::optional(std::move(vector)) : std::nullopt;
+}
+
+std::optional<std::vector<std::string>> texts_of_piece(std::string_view piece) {
+  JsonSkimmer at(piece);
+  std::vector<std::string> texts;
+  const bool whole = at.take_list([&](Eigen::Index) { return at.take_text(texts.emplace_back()); });
+  return whole && at.at_end() ? std::optional(std::move(texts)) : std::nullopt;
+}
+
+std::optional<std::string> text_of_piece(std::string_view piece) {
+  JsonSkimmer at(piece);
+  std::string text;
+  return at.take_text(text) && at.at_end() ? std::optional(std::move(text)) : std::nullopt;
+}
+
+}  // namespace axiscal
