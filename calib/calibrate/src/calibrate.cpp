@@ -260,7 +260,8 @@ class RunFit {
                                             .one_sided = experiment_.instrument.one_sided});
     }
     const bool is_transfer = fitted_.seen.cols() > 0;
-    StateOfRun& fitted_state = state_.emplace(fitted_, kind_.directions_known);
+    StateOfRun& fitted_state =
+        state_.emplace(fitted_, kind_.directions_known, std::move(estimate_.state));
     std::optional<StateOfRun> judged_state;
     if (judged_) {
       judged_state.emplace(*judged_, kind_.directions_known);

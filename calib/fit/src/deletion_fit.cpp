@@ -70,24 +70,42 @@ class DeletionFit::Own {
 
 // The fit of the other readings, by what it leaves of those that are left out.
 struct DeletionFit::Others {
-  struct Axis {
-    std::size_t own = 0;     // which of those
-    Eigen::VectorXd error;   // d: of the readings, by others' coefficients where nothing is shared
-    Eigen::MatrixXd shared;  // d x D: the same of what is shared
+  // Axes of one design.
+  struct Alike {
+    [[nodiscard]] bool has(Eigen::Index k) const { return k >= first && k < first + count; }
+
+    // An axis's columns of those below.
+    template <typename Matrix>
+    [[nodiscard]] auto of_axis(const Matrix& columns, Eigen::Index k) const {
+      const Eigen::Index each = columns.cols() / count;
+      return columns.middleCols(each * (k - first), each);
+    }
+
+    Own own;
+    Eigen::Index first = 0;
+    Eigen::Index count = 0;
+    // Of each axis the errors of the d readings, by the others' coefficients where nothing is
+    // shared, and how they change with what is: d x count (1 + D).
+    Eigen::MatrixXd errors;
   };
+
+  [[nodiscard]] const Alike& alike(Eigen::Index k) const {
+    return *std::find_if(all.begin(), all.end(), [&](const Alike& one) { return one.has(k); });
+  }
+
+  // How an axis's readings change with what is shared; d x D.
+  [[nodiscard]] auto shared(Eigen::Index k) const {
+    const Alike& one = alike(k);
+    return one.of_axis(one.errors, k).rightCols(fit.estimate.size());
+  }
 
   // Of an axis's readings: their errors by the others' fit.
   [[nodiscard]] Eigen::VectorXd errors(Eigen::Index k) const {
-    const Axis& axis = axes[static_cast<std::size_t>(k)];
-    return axis.shared.cols() > 0 ? axis.error - axis.shared * fit.estimate : axis.error;
+    const Alike& one = alike(k);
+    return one.of_axis(one.errors, k).col(0) - shared(k) * fit.estimate;
   }
 
-  [[nodiscard]] const Own& own_of(Eigen::Index k) const {
-    return owns[axes[static_cast<std::size_t>(k)].own];
-  }
-
-  std::vector<Own> owns;  // axes of one design share them
-  std::vector<Axis> axes;
+  std::vector<Alike> all;
   SharedFit fit;
 };
 
@@ -98,12 +116,6 @@ DeletionFit::DeletionFit(const ReadingSet& set, std::shared_ptr<const JointState
     : set_(set), state_(std::move(state)), smallest_(set.axis_count()) {
   for (Eigen::Index k = 0; k < set.axis_count(); ++k) {
     smallest_(k) = std::pow(set.rounding(k), 2);
-    const JointAxis& axis = axis_of(k);
-    sums_.push_back(
-        {.information = axis.projected.transpose() * axis.projected,
-         .gradient = axis.projected.transpose() * axis.residuals,
-         .squares = axis.residuals.squaredNorm(),
-         .degrees_of_freedom = static_cast<double>(axis.design->observations() - axis.X().cols())});
   }
 }
 
@@ -111,49 +123,55 @@ std::optional<DeletionFit::Others> DeletionFit::without(
     const std::vector<std::size_t>& readings) const {
   const Eigen::Index m = set_.axis_count();
   const Eigen::Index D = state_->direction_count();
+  const auto d = static_cast<Eigen::Index>(readings.size());
   Others others;
-  others.axes.reserve(sums_.size());
   std::vector<ResponseSums> responses;
-  responses.reserve(sums_.size());
+  responses.reserve(static_cast<std::size_t>(m));
   Eigen::VectorXd start(m);
   Eigen::VectorXd all = Eigen::VectorXd::Zero(D);   // squares of the shared columns
   Eigen::VectorXd left = Eigen::VectorXd::Zero(D);  // and of what is left of them
-  for (Eigen::Index k = 0; k < m; ++k) {
-    const JointAxis& own = axis_of(k);
-    Others::Axis& axis = others.axes.emplace_back();
-    if (k == 0 || own.design != axis_of(k - 1).design) {
-      std::optional<Own> at = Own::of(own.design->basis()(readings, Eigen::all));
-      if (!at) {
-        return std::nullopt;
+  for (Eigen::Index first = 0; first < m;) {
+    Eigen::Index end = first + 1;
+    while (end < m && axis_of(end).design == axis_of(first).design) {
+      ++end;
+    }
+    std::optional<Own> own = Own::of(axis_of(first).design->basis()(readings, Eigen::all));
+    if (!own) {
+      return std::nullopt;
+    }
+    Eigen::MatrixXd gone(d, (end - first) * (1 + D));
+    for (Eigen::Index k = first; k < end; ++k) {
+      auto of_axis = gone.middleCols((1 + D) * (k - first), 1 + D);
+      for (Eigen::Index i = 0; i < d; ++i) {
+        const auto row = static_cast<Eigen::Index>(readings[static_cast<std::size_t>(i)]);
+        of_axis(i, 0) = axis_of(k).residuals(row);
+        of_axis.row(i).tail(D) = axis_of(k).projected.row(row);
       }
-      others.owns.push_back(*std::move(at));
     }
-    axis.own = others.owns.size() - 1;
-    const Own& at = others.owns.back();
-    const Eigen::VectorXd e = own.residuals(readings);
-    axis.error = at.times(e);
-    axis.shared.resize(e.size(), D);
-    ResponseSums& response = responses.emplace_back(sums_[static_cast<std::size_t>(k)]);
-    if (D > 0) {
-      const Eigen::MatrixXd P = own.projected(readings, Eigen::all);
-      axis.shared = at.times(P);
-      response.information -= P.transpose() * axis.shared;
-      response.gradient -= P.transpose() * axis.error;
-    }
-    response.squares = std::max(response.squares - e.dot(axis.error), 0.0);
-    for (const std::size_t i : readings) {
-      response.degrees_of_freedom -=
-          own.root_weights(static_cast<Eigen::Index>(i)) > 0.0 ? 1.0 : 0.0;
-    }
-    start(k) = std::max(response.squares / std::max(response.degrees_of_freedom, 1.0),
-                        std::max(smallest_(k), std::numeric_limits<double>::min()));
-    if (D > 0) {
-      all += (own.tangents.colwise().squaredNorm() -
-              own.tangents(readings, Eigen::all).colwise().squaredNorm())
-                 .transpose() /
-             start(k);
+    Eigen::MatrixXd errors = own->times(gone);
+    const Others::Alike& one = others.all.emplace_back(Others::Alike{
+        .own = *std::move(own), .first = first, .count = end - first, .errors = std::move(errors)});
+    for (Eigen::Index k = first; k < end; ++k) {
+      const JointAxis& axis = axis_of(k);
+      const Eigen::MatrixXd products =
+          one.of_axis(gone, k).transpose().lazyProduct(one.of_axis(one.errors, k));
+      ResponseSums& response = responses.emplace_back(axis.sums);
+      response.information -= products.bottomRightCorner(D, D);
+      response.gradient -= products.bottomLeftCorner(D, 1);
+      response.squares = std::max(response.squares - products(0, 0), 0.0);
+      for (const std::size_t i : readings) {
+        response.degrees_of_freedom -=
+            axis.root_weights(static_cast<Eigen::Index>(i)) > 0.0 ? 1.0 : 0.0;
+      }
+      start(k) = std::max(response.squares / std::max(response.degrees_of_freedom, 1.0),
+                          std::max(smallest_(k), std::numeric_limits<double>::min()));
+      all += axis.tangent_squares / start(k);
+      for (const std::size_t i : readings) {
+        all -= axis.tangents.row(static_cast<Eigen::Index>(i)).cwiseAbs2().transpose() / start(k);
+      }
       left += response.information.diagonal() / start(k);
     }
+    first = end;
   }
   if (!(left.array() > Own::open_below * all.array()).all()) {
     return std::nullopt;
@@ -182,31 +200,24 @@ struct DeletionFit::LeftOut {
 std::vector<DeletionFit::LeftOut> DeletionFit::left_out(const std::vector<std::size_t>& readings,
                                                         const Eigen::MatrixXd& contrasts,
                                                         const Others& others) const {
-  std::vector<LeftOut> all(others.axes.size());
-  // Axes of one design have these in common.
-  bool seen = false;
-  Eigen::MatrixXd C;
-  Eigen::MatrixXd unscaled;  // of C, by the readings and their own columns
-  for (Eigen::Index k = 0; k < set_.axis_count(); ++k) {
-    const Others::Axis& axis = others.axes[static_cast<std::size_t>(k)];
-    if (k == 0 || axis.own != others.axes[static_cast<std::size_t>(k) - 1].own) {
-      const Eigen::VectorXd root = axis_of(k).root_weights(readings);
-      seen = (root.array() > 0.0).all();
-      if (seen) {
-        C = contrasts * root.cwiseInverse().asDiagonal();
-        unscaled = C.lazyProduct(others.own_of(k).times(C.transpose()));
-      }
-    }
-    LeftOut& left = all[static_cast<std::size_t>(k)];
-    left.seen = seen;
-    if (!seen) {
+  std::vector<LeftOut> all;
+  all.reserve(static_cast<std::size_t>(set_.axis_count()));
+  for (const Others::Alike& one : others.all) {
+    const Eigen::VectorXd root = axis_of(one.first).root_weights(readings);
+    if (!(root.array() > 0.0).all()) {
+      all.resize(all.size() + static_cast<std::size_t>(one.count), LeftOut{.seen = false});
       continue;
     }
-    left.error = C * others.errors(k);
-    left.covariance = others.fit.variance(k) * unscaled;
-    if (axis.shared.cols() > 0) {
-      const Eigen::MatrixXd CP = C * axis.shared;
-      left.covariance += CP * others.fit.covariance * CP.transpose();
+    const Eigen::MatrixXd C = contrasts * root.cwiseInverse().asDiagonal();
+    const Eigen::MatrixXd unscaled = C.lazyProduct(one.own.times(C.transpose()));  // by their own
+    const Eigen::MatrixXd errors = C.lazyProduct(one.errors);
+    for (Eigen::Index k = one.first; one.has(k); ++k) {
+      const auto of_axis = one.of_axis(errors, k);
+      const auto shared = of_axis.rightCols(others.fit.estimate.size());
+      LeftOut& left = all.emplace_back();
+      left.error = of_axis.col(0) - shared * others.fit.estimate;
+      left.covariance = others.fit.variance(k) * unscaled;
+      left.covariance += shared.lazyProduct(others.fit.covariance.lazyProduct(shared.transpose()));
     }
   }
   return all;
@@ -254,13 +265,12 @@ std::optional<double> DeletionFit::p_value_by_tails(const std::vector<std::size_
     deviations.insert(deviations.end(), whitened.begin(), whitened.end());
     // What the others' fit leaves of themselves, and the variance of what it says of them.
     const JointAxis& axis = axis_of(k);
-    const Others::Axis& gone = others->axes[static_cast<std::size_t>(k)];
-    const Own& own = others->own_of(k);
+    const Own& own = others->alike(k).own;
     const double variance = others->fit.variance(k);
     const Eigen::MatrixXd& Q = axis.design->basis();
     const Eigen::VectorXd left = axis.residuals - axis.projected * others->fit.estimate +
                                  Q * (own.Q().transpose() * others->errors(k));
-    const Eigen::MatrixXd P = axis.projected + Q * (own.Q().transpose() * gone.shared);
+    const Eigen::MatrixXd P = axis.projected + Q * (own.Q().transpose() * others->shared(k));
     const Eigen::VectorXd of_own = (Q * own.M()).cwiseProduct(Q).rowwise().sum();
     const Eigen::VectorXd of_shared =
         (P * others->fit.covariance).cwiseProduct(P).rowwise().sum() / variance;
@@ -299,12 +309,11 @@ std::optional<std::vector<DeletionFit::Prediction>> DeletionFit::predictions(
                                          .sd = Eigen::VectorXd::Constant(m, not_a_number),
                                          .degrees_of_freedom = others->fit.degrees_of_freedom});
   for (Eigen::Index k = 0; k < m; ++k) {
-    const Others::Axis& axis = others->axes[static_cast<std::size_t>(k)];
     const Eigen::VectorXd errors = others->errors(k);
-    Eigen::VectorXd variances = others->fit.variance(k) * others->own_of(k).diagonal();
-    if (axis.shared.cols() > 0) {
-      variances += (axis.shared * others->fit.covariance).cwiseProduct(axis.shared).rowwise().sum();
-    }
+    const Eigen::MatrixXd shared = others->shared(k);
+    const Eigen::VectorXd variances =
+        others->fit.variance(k) * others->alike(k).own.diagonal() +
+        (shared * others->fit.covariance).cwiseProduct(shared).rowwise().sum();
     for (std::size_t i = 0; i < readings.size(); ++i) {
       const auto row = static_cast<Eigen::Index>(i);
       const double root = axis_of(k).root_weights(static_cast<Eigen::Index>(readings[i]));

@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <numeric>
 #include <optional>
 
 #include "axiscal/calib/distributions.hpp"
@@ -324,19 +323,22 @@ class GeneralizedFit {
     Eigen::VectorXd lengths = Eigen::VectorXd::Zero(size);
     normal.diagonal().segment(shared - errors(), errors()).setOnes();
     Bend bend{.estimate = Eigen::VectorXd::Zero(m), .squares_of_axis = Eigen::VectorXd(m)};
-    std::vector<std::vector<Eigen::Index>> places;  // of an axis's columns among all
     for (Eigen::Index k = 0; k < m; ++k) {
       const BentAxis& axis = axes[static_cast<std::size_t>(k)];
-      std::vector<Eigen::Index>& own = places.emplace_back(static_cast<std::size_t>(shared));
-      std::iota(own.begin(), own.end(), Eigen::Index{0});
+      const double weight = 1.0 / variances_(k);
+      normal.topLeftCorner(shared, shared) +=
+          weight * axis.sums.information.topLeftCorner(shared, shared);
+      right.head(shared) += weight * axis.sums.gradient.head(shared);
+      lengths.head(shared) += weight * axis.lengths.head(shared);
+      bend.squares += weight * axis.sums.squares;
       if (bent) {
-        own.push_back(shared + k);
+        const Eigen::Index own = shared + k;
+        normal.col(own).head(shared) = weight * axis.sums.information.col(shared).head(shared);
+        normal.row(own).head(shared) = normal.col(own).head(shared).transpose();
+        normal(own, own) = weight * axis.sums.information(shared, shared);
+        right(own) = weight * axis.sums.gradient(shared);
+        lengths(own) = weight * axis.lengths(shared);
       }
-      const auto count = static_cast<Eigen::Index>(own.size());
-      normal(own, own) += axis.sums.information.topLeftCorner(count, count) / variances_(k);
-      right(own) += axis.sums.gradient.head(count) / variances_(k);
-      lengths(own) += axis.lengths.head(count) / variances_(k);
-      bend.squares += axis.sums.squares / variances_(k);
     }
     constexpr double open_below = 1e-13;
     Eigen::VectorXd estimate(size);
@@ -351,12 +353,10 @@ class GeneralizedFit {
     bend.squares -= estimate.dot(right);
     for (Eigen::Index k = 0; k < m; ++k) {
       const ResponseSums& sums = axes[static_cast<std::size_t>(k)].sums;
-      const Eigen::VectorXd own = estimate(places[static_cast<std::size_t>(k)]);
-      const Eigen::Index count = own.size();
-      bend.squares_of_axis(k) =
-          std::max(sums.squares - 2.0 * own.dot(sums.gradient.head(count)) +
-                       own.dot(sums.information.topLeftCorner(count, count) * own),
-                   0.0);
+      Eigen::VectorXd own(shared + 1);
+      own << estimate.head(shared), (bent ? estimate(shared + k) : 0.0);
+      bend.squares_of_axis(k) = std::max(
+          sums.squares - 2.0 * own.dot(sums.gradient) + own.dot(sums.information * own), 0.0);
     }
     if (bent) {
       bend.estimate = estimate.tail(m);

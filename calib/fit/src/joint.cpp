@@ -57,7 +57,7 @@ Eigen::MatrixXd leverage_of(const Estimate& estimate) {
 
 // A run about a solution.
 LinearisedRun linearised(const ReadingSet& set, const JointSolution& solution) {
-  return {set, std::make_shared<const JointState>(solution.state), solution.sigma};
+  return {set, solution.state, solution.sigma};
 }
 
 // @param small  of its normal equations, where it is.
@@ -73,28 +73,30 @@ Estimate robust_estimate(const ReadingSet& set, const JointFit& given, const Joi
   }
   const Eigen::MatrixXd leverage =
       leverage_of(describe_joint(set, plain, Eigen::MatrixXd::Ones(set.size(), set.axis_count())));
-  JointState state = plain.state;
+  std::shared_ptr<const JointState> state = plain.state;
   Eigen::VectorXd sigma = plain.sigma;
   const Eigen::MatrixXd robust = reweight_until_still(
       set.size(), set.axis_count(),
       [&] {
-        RobustRound next = robust_round(set, state, leverage, plain.shares.degrees_of_freedom);
+        RobustRound next = robust_round(set, *state, leverage, plain.shares.degrees_of_freedom);
         sigma = next.sigma;
         return std::move(next.weights);
       },
       [&](const Eigen::MatrixXd& robust_weights) {
         const Eigen::MatrixXd weights = set.weights.cwiseProduct(robust_weights);
         const JointFit reweighted(set, weights);
-        state = reweighted.converged(reweighted.at(state.field), sigma);
+        state = reweighted.converged(reweighted.at(state->field), sigma);
       });
   // Covariance by the given weights and the robust scatter; estimate and residuals are the robust.
-  JointSolution solution{.state = given.at(state.field), .sigma = sigma, .shares = {}};
-  solution.shares = given.shares(solution.state, sigma);
+  const auto robust_state = std::make_shared<JointState>(*given.at(state->field));
   for (Eigen::Index k = 0; k < set.axis_count(); ++k) {
-    JointAxis& axis = solution.state.axes[static_cast<std::size_t>(k)];
-    axis.estimate = state.axes[static_cast<std::size_t>(k)].estimate;
+    JointAxis& axis = robust_state->axes[static_cast<std::size_t>(k)];
+    axis.estimate = state->axes[static_cast<std::size_t>(k)].estimate;
     axis.residuals = axis.root_weights.cwiseProduct(set.response.col(k) - axis.X() * axis.estimate);
+    axis.find_sums();
   }
+  const JointSolution solution{
+      .state = robust_state, .sigma = sigma, .shares = given.shares(*robust_state, sigma)};
   Estimate estimate = describe_joint(set, solution, robust);
   const LinearisedRun run = linearised(set, solution);
   estimate.statistics.condition_number =
@@ -153,10 +155,10 @@ Estimate estimate_joint(const ReadingSet& set) {
   const JointFit fit(set, set.weights);
   BestSolution best = best_solution(set, fit, all_starts);
   JointSolution& solution = best.solution;
-  const std::optional<bool> turn = is_reversed(set, solution.state, set.field.parts());
+  const std::optional<bool> turn = is_reversed(set, *solution.state, set.field.parts());
   if (turn.value_or(false)) {
-    solution.state = fit.at(solution.state.field.reversed());
-    solution.shares = fit.shares(solution.state, solution.sigma);
+    solution.state = fit.at(solution.state->field.reversed());
+    solution.shares = fit.shares(*solution.state, solution.sigma);
   } else if (!turn) {
     best.ambiguity =
         "the field and all sensitivities may as well have the opposite sign, as nothing says where "
@@ -174,6 +176,10 @@ Estimate estimate_joint(const ReadingSet& set) {
   } else {
     estimate = describe_joint(set, solution, Eigen::MatrixXd());
     estimate.statistics.condition_number = condition_number_of(run, small);
+    // Of a set that goes on changing, as axes see less of it or scale with temperature, it is not.
+    if (set.temperature.order == 0 && set.visible.empty() && !set.leaves_out()) {
+      estimate.state = solution.state;
+    }
   }
   estimate.ambiguity = std::move(best.ambiguity);
   if (!set.field.is_sum() && !set.leaves_out()) {

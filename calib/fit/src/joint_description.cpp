@@ -26,7 +26,7 @@ void describe_direction(const ReadingSet& set, const JointSolution& solution, Es
   const double factor =
       solution.weights_are_estimated ? 1.0 + 4.0 * (p * (1.0 - p) / nu.array()).sum() : 1.0;
   const Eigen::MatrixXd C = factor * solution.shares.covariance;
-  const JointState& state = solution.state;
+  const JointState& state = *solution.state;
   // The sum of the parts, or the mean of the blocks.
   double largest = 0.0;
   for (const Eigen::Vector3d& vector : state.field.vectors()) {
@@ -56,7 +56,7 @@ Estimate describe_joint(const ReadingSet& set,
                         const JointSolution& solution,
                         const Eigen::MatrixXd& robust_weights) {
   const Eigen::Index m = set.axis_count();
-  const JointState& state = solution.state;
+  const JointState& state = *solution.state;
   const Eigen::MatrixXd& C = solution.shares.covariance;
   Estimate estimate;
   RegressionRows rows = rows_of_readings(set);

@@ -4,16 +4,28 @@
 #include <algorithm>
 #include <cmath>
 #include <memory>
+#include <utility>
 
 #include <Eigen/SVD>
 
 #include "axiscal/calib/response_system.hpp"
-#include "axiscal/calib/shared_fit.hpp"
+#include "axiscal/calib/scaled_cholesky.hpp"
 
 namespace axiscal {
 
-JointState JointFit::at(const TableField& field, bool directions_given) const {
-  JointState state{.field = field, .tangents = {}, .axes = {}};
+void JointAxis::find_sums() {
+  sums = {.information = projected.transpose() * projected,
+          .gradient = projected.transpose() * residuals,
+          .squares = residuals.squaredNorm(),
+          .degrees_of_freedom = static_cast<double>(design->observations() - X().cols())};
+  tangent_squares = tangents.colwise().squaredNorm().transpose();
+}
+
+std::shared_ptr<const JointState> JointFit::at(const TableField& field,
+                                               bool directions_given) const {
+  const auto result =
+      std::make_shared<JointState>(JointState{.field = field, .tangents = {}, .axes = {}});
+  JointState& state = *result;
   const AxisDesigns designs(set_, field);
   if (!directions_given) {
     state.tangents = field.tangents();
@@ -32,7 +44,7 @@ JointState JointFit::at(const TableField& field, bool directions_given) const {
              field_changes, state);
     first = end;
   }
-  return state;
+  return result;
 }
 
 void JointFit::add_axes(Eigen::Index first,
@@ -69,74 +81,81 @@ void JointFit::add_axes(Eigen::Index first,
                           .tangents = changes.middleCols(directions * a, directions),
                           .projected = projected.middleCols(directions * a, directions),
                           .take_up = take_up.middleCols(directions * a, directions)});
+    state.axes.back().find_sums();
   }
 }
 
 double JointFit::cost(const JointState& state, const Eigen::VectorXd& sigma) const {
-  return residuals(state, sigma).squaredNorm();
-}
-
-Eigen::VectorXd JointFit::residuals(const JointState& state, const Eigen::VectorXd& sigma) const {
-  Eigen::VectorXd all(set_.size() * set_.axis_count());
+  double sum = 0.0;
   for (Eigen::Index k = 0; k < set_.axis_count(); ++k) {
-    all.segment(k * set_.size(), set_.size()) =
-        state.axes[static_cast<std::size_t>(k)].residuals / sigma(k);
+    sum += state.axes[static_cast<std::size_t>(k)].sums.squares / (sigma(k) * sigma(k));
   }
-  return all;
-}
-
-Eigen::MatrixXd JointFit::stacked(const JointState& state,
-                                  const Eigen::VectorXd& sigma,
-                                  Eigen::MatrixXd JointAxis::*part) const {
-  Eigen::MatrixXd all(set_.size() * set_.axis_count(), state.direction_count());
-  for (Eigen::Index k = 0; k < set_.axis_count(); ++k) {
-    all.middleRows(k * set_.size(), set_.size()) =
-        state.axes[static_cast<std::size_t>(k)].*part / sigma(k);
-  }
-  return all;
+  return sum;
 }
 
 Eigen::MatrixXd JointFit::open_basis(const JointState& state, const Eigen::VectorXd& sigma) const {
-  const Eigen::JacobiSVD<Eigen::MatrixXd> svd(stacked(state, sigma, &JointAxis::projected),
-                                              Eigen::ComputeThinV);
-  const double whole = stacked(state, sigma, &JointAxis::tangents).norm();
+  const Eigen::Index D = state.direction_count();
+  Eigen::MatrixXd information = Eigen::MatrixXd::Zero(D, D);
+  double whole = 0.0;  // square of what the directions change at all
+  for (Eigen::Index k = 0; k < set_.axis_count(); ++k) {
+    const JointAxis& axis = state.axes[static_cast<std::size_t>(k)];
+    information += axis.sums.information / (sigma(k) * sigma(k));
+    whole += axis.tangent_squares.sum() / (sigma(k) * sigma(k));
+  }
+  constexpr double clearly_open = 1e-6;  // of squares, where normal equations do
+  const ScaledCholesky cholesky(information);
+  if (cholesky.is_determined(clearly_open) &&
+      (information.diagonal().array() > clearly_open * whole).all()) {
+    return cholesky.root_of_inverse();
+  }
+  Eigen::MatrixXd projected(set_.size() * set_.axis_count(), D);  // axis below axis
+  for (Eigen::Index k = 0; k < set_.axis_count(); ++k) {
+    projected.middleRows(k * set_.size(), set_.size()) =
+        state.axes[static_cast<std::size_t>(k)].projected / sigma(k);
+  }
+  const Eigen::JacobiSVD<Eigen::MatrixXd> svd(projected, Eigen::ComputeThinV);
   const Eigen::VectorXd& singular = svd.singularValues();
   // They are sorted: a direction that b and S take up comes last, and stays where it is.
-  const Eigen::Index open = (singular.array() > confounded_below * whole).count();
+  const Eigen::Index open = (singular.array() > confounded_below * std::sqrt(whole)).count();
   return svd.matrixV().leftCols(open) * singular.head(open).cwiseInverse().asDiagonal();
 }
 
-std::optional<JointState> JointFit::advanced(const JointState& state,
-                                             const Eigen::VectorXd& sigma,
-                                             Eigen::VectorXd& step) const {
+std::shared_ptr<const JointState> JointFit::advanced(const JointState& state,
+                                                     const Eigen::VectorXd& sigma,
+                                                     Eigen::VectorXd& step) const {
   constexpr double longest_step_rad = 0.5;
   step *= std::min(1.0, longest_step_rad / std::max(step.norm(), 1e-300));
   const double current = cost(state, sigma);
   for (int halving = 0; halving < 12; ++halving) {
-    JointState next = at(state.field.moved(state.tangents, step));
+    std::shared_ptr<const JointState> next = at(state.field.moved(state.tangents, step));
     // Near the minimum the cost's own rounding must not stop the last steps.
-    if (cost(next, sigma) <= (1.0 + 1e-12) * current) {
+    if (cost(*next, sigma) <= (1.0 + 1e-12) * current) {
       return next;
     }
     step *= 0.5;
   }
-  return std::nullopt;
+  return nullptr;
 }
 
-JointState JointFit::converged(JointState state,
-                               const Eigen::VectorXd& sigma,
-                               int most_rounds) const {
+std::shared_ptr<const JointState> JointFit::converged(std::shared_ptr<const JointState> state,
+                                                      const Eigen::VectorXd& sigma,
+                                                      int most_rounds) const {
   for (int round = 0; round < most_rounds; ++round) {
-    const Eigen::MatrixXd basis = open_basis(state, sigma);
-    const Eigen::MatrixXd J = stacked(state, sigma, &JointAxis::projected) * basis;
-    Eigen::VectorXd step = basis * (J.transpose() * residuals(state, sigma));
-    std::optional<JointState> next = advanced(state, sigma, step);
-    if (next) {
-      state = std::move(*next);
+    const Eigen::MatrixXd basis = open_basis(*state, sigma);
+    Eigen::VectorXd gradient = Eigen::VectorXd::Zero(basis.rows());
+    for (Eigen::Index k = 0; k < set_.axis_count(); ++k) {
+      gradient += state->axes[static_cast<std::size_t>(k)].sums.gradient / (sigma(k) * sigma(k));
     }
-    if (!next || step.norm() < 1e-14) {
+    Eigen::VectorXd step = basis * (basis.transpose() * gradient);
+    constexpr double still_rad = 1e-14;
+    if (step.norm() < still_rad) {
       break;
     }
+    std::shared_ptr<const JointState> next = advanced(*state, sigma, step);
+    if (!next) {
+      break;
+    }
+    state = std::move(next);
   }
   return state;
 }
@@ -147,12 +166,10 @@ std::optional<Reweighting> JointFit::reweighted(const JointState& state,
   const Eigen::MatrixXd basis = open_basis(state, sigma);
   std::vector<ResponseSums> sums;
   for (const JointAxis& axis : state.axes) {
-    const Eigen::MatrixXd P = axis.projected * basis;
-    sums.push_back(
-        {.information = P.transpose() * P,
-         .gradient = P.transpose() * axis.residuals,
-         .squares = axis.residuals.squaredNorm(),
-         .degrees_of_freedom = static_cast<double>(axis.design->observations() - axis.X().cols())});
+    sums.push_back({.information = basis.transpose() * axis.sums.information * basis,
+                    .gradient = basis.transpose() * axis.sums.gradient,
+                    .squares = axis.sums.squares,
+                    .degrees_of_freedom = axis.sums.degrees_of_freedom});
   }
   const std::optional<SharedFit> fit = fit_shared(sums, sigma.cwiseAbs2(), smallest.cwiseAbs2());
   if (!fit) {
@@ -163,23 +180,21 @@ std::optional<Reweighting> JointFit::reweighted(const JointState& state,
 }
 
 DirectionShares JointFit::shares(const JointState& state, const Eigen::VectorXd& sigma) const {
-  const Eigen::MatrixXd T = stacked(state, sigma, &JointAxis::projected);
   const Eigen::MatrixXd root = open_basis(state, sigma);
   DirectionShares shares{.covariance = root * root.transpose(),
                          .degrees_of_freedom = Eigen::VectorXd(set_.axis_count())};
   for (Eigen::Index k = 0; k < set_.axis_count(); ++k) {
-    const Eigen::MatrixXd part = T.middleRows(k * set_.size(), set_.size()) * root;
+    const ResponseSums& own = state.axes[static_cast<std::size_t>(k)].sums;
     shares.degrees_of_freedom(k) =
-        static_cast<double>(state.axes[static_cast<std::size_t>(k)].design->observations()) -
-        static_cast<double>(state.axes.front().X().cols()) - part.squaredNorm();
+        own.degrees_of_freedom -
+        own.information.cwiseProduct(shares.covariance).sum() / (sigma(k) * sigma(k));
   }
   return shares;
 }
 
 std::shared_ptr<const JointState> StateOfRun::at(const TableField& field) {
   if (!last_ || last_->field.vectors() != field.vectors()) {
-    last_ = std::make_shared<const JointState>(
-        JointFit(set_, set_.weights).at(field, known_field_ || !field.has_vectors()));
+    last_ = JointFit(set_, set_.weights).at(field, known_field_ || !field.has_vectors());
   }
   return last_;
 }

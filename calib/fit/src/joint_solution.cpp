@@ -18,7 +18,7 @@ double pooled_scatter(const ReadingSet& set, const JointState& state, double dof
   }
   double rss = 0.0;
   for (const JointAxis& axis : state.axes) {
-    rss += axis.residuals.squaredNorm();
+    rss += axis.sums.squares;
   }
   return std::max(std::sqrt(rss / dof), set.rounding());
 }
@@ -26,11 +26,11 @@ double pooled_scatter(const ReadingSet& set, const JointState& state, double dof
 // The axes' noise is not known: it is what fits the residuals best, directions and noise in turn.
 JointSolution solve_joint(const ReadingSet& set, const JointFit& fit, const TableField& start) {
   Eigen::VectorXd sigma = Eigen::VectorXd::Ones(set.axis_count());
-  JointState state = fit.converged(fit.at(start), sigma);
-  const DirectionShares unscaled = fit.shares(state, sigma);
-  sigma.setConstant(pooled_scatter(set, state, unscaled.degrees_of_freedom.sum()));
-  const DirectionShares shares = fit.shares(state, sigma);
-  const JointSolution equal{.state = std::move(state), .sigma = sigma, .shares = shares};
+  const std::shared_ptr<const JointState> state = fit.converged(fit.at(start), sigma);
+  DirectionShares shares = fit.shares(*state, sigma);
+  sigma.setConstant(pooled_scatter(set, *state, shares.degrees_of_freedom.sum()));
+  shares.covariance *= sigma(0) * sigma(0);
+  const JointSolution equal{.state = state, .sigma = sigma, .shares = shares};
   // With so little to go by an axis could get all the weight just for fitting by chance.
   constexpr double fewest_degrees_of_freedom = 1.0;
   if (shares.degrees_of_freedom.minCoeff() < fewest_degrees_of_freedom) {
@@ -45,7 +45,7 @@ JointSolution solve_joint(const ReadingSet& set, const JointFit& fit, const Tabl
   constexpr int most_rounds = 30;  // it takes three or four
   for (int round = 0; round < most_rounds; ++round) {
     const std::optional<Reweighting> next =
-        fit.reweighted(solution.state, solution.sigma, smallest);
+        fit.reweighted(*solution.state, solution.sigma, smallest);
     if (!next || !(next->degrees_of_freedom.minCoeff() >= fewest_degrees_of_freedom)) {
       return equal;
     }
@@ -53,9 +53,9 @@ JointSolution solve_joint(const ReadingSet& set, const JointFit& fit, const Tabl
     solution.sigma = next->sigma;
     // The directions go all their way before the noise is asked again: one step only, of readings
     // that hardly determine them, could go round in circles.
-    solution.state = fit.converged(std::move(solution.state), solution.sigma);
+    solution.state = fit.converged(solution.state, solution.sigma);
     if (change < 1e-10) {
-      solution.shares = fit.shares(solution.state, solution.sigma);
+      solution.shares = fit.shares(*solution.state, solution.sigma);
       return solution;
     }
   }
@@ -69,7 +69,7 @@ double misfit(const ReadingSet& set, const JointState& state) {
     const JointAxis& axis = state.axes[static_cast<std::size_t>(k)];
     const double least = std::pow(set.rounding(k), 2) * static_cast<double>(set.size());
     sum += static_cast<double>(axis.design->observations()) *
-           std::log(std::max(axis.residuals.squaredNorm(), least));
+           std::log(std::max(axis.sums.squares, least));
   }
   return sum;
 }
@@ -124,29 +124,27 @@ BestSolution best_solution(const ReadingSet& set,
   constexpr double another_rad = 0.05;
   constexpr double as_likely = 6.0;  // likelihoods within a factor of 20
   const Eigen::VectorXd equal = Eigen::VectorXd::Ones(set.axis_count());
-  std::vector<JointState> found;
+  std::vector<std::shared_ptr<const JointState>> found;
   for (const TableField& start : starts) {
     found.push_back(fit.converged(fit.at(start), equal, few_rounds));
   }
-  const auto less = [&](const JointState& a, const JointState& b) {
-    return misfit(set, a) < misfit(set, b);
-  };
-  const auto best = std::min_element(found.begin(), found.end(), less);
-  BestSolution result{.solution = solve_joint(set, fit, best->field), .ambiguity = ""};
-  for (const JointState& other : found) {
-    if (angle_between(other, *best) < another_rad ||
-        misfit(set, other) > misfit(set, *best) + as_likely) {
+  const auto less = [&](const auto& a, const auto& b) { return misfit(set, *a) < misfit(set, *b); };
+  const JointState& best = **std::min_element(found.begin(), found.end(), less);
+  BestSolution result{.solution = solve_joint(set, fit, best.field), .ambiguity = ""};
+  for (const std::shared_ptr<const JointState>& other : found) {
+    if (angle_between(*other, best) < another_rad ||
+        misfit(set, *other) > misfit(set, best) + as_likely) {
       continue;
     }
-    JointSolution rival = solve_joint(set, fit, other.field);
-    if (angle_between(rival.state, result.solution.state) < another_rad ||
-        misfit(set, rival.state) > misfit(set, result.solution.state) + as_likely) {
+    JointSolution rival = solve_joint(set, fit, other->field);
+    if (angle_between(*rival.state, *result.solution.state) < another_rad ||
+        misfit(set, *rival.state) > misfit(set, *result.solution.state) + as_likely) {
       continue;
     }
-    if (misfit(set, rival.state) < misfit(set, result.solution.state)) {
+    if (misfit(set, *rival.state) < misfit(set, *result.solution.state)) {
       std::swap(rival, result.solution);
     }
-    result.ambiguity = another_direction(set, rival.state, result.solution.state);
+    result.ambiguity = another_direction(set, *rival.state, *result.solution.state);
     break;
   }
   return result;

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <memory>
 #include <string>
 #include <vector>
 
@@ -14,7 +15,7 @@ namespace axiscal {
 
 /// What method joint found, before anything is said of it.
 struct JointSolution {
-  JointState state;
+  std::shared_ptr<const JointState> state;
   Eigen::VectorXd sigma;
   DirectionShares shares;
   bool weights_are_estimated = false;

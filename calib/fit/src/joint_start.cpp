@@ -94,11 +94,10 @@ std::optional<FactoredDesign> design_of_directions(const ReadingSet& set,
           std::pow(set.temperature.d(static_cast<Eigen::Index>(at), k), j + 1);
     }
   }
-  if (n < Z.cols() || !undetermined_columns(Z).empty()) {
+  if (n < Z.cols()) {
     return std::nullopt;
   }
-  const Eigen::VectorXd weights = set.weights.col(k)(used);
-  return FactoredDesign(Z, weights);
+  return FactoredDesign::if_determined(Z, set.weights.col(k)(used));
 }
 
 }  // namespace
@@ -112,11 +111,11 @@ Eigen::VectorXd linear_directions(const ReadingSet& set, const std::vector<Eigen
     const Eigen::Index end = set.end_of_alike(first, set.weights);
     const std::vector<Eigen::Index> used = used_rows(set, rows, first);
     if (const std::optional<FactoredDesign> design = design_of_directions(set, used, first)) {
-      for (Eigen::Index k = first; k < end; ++k, ++axes) {
-        const Eigen::VectorXd response = set.response.col(k)(used);
-        const Eigen::VectorXd x = design->estimate(response);
+      const Eigen::MatrixXd X =
+          design->estimates(set.response(used, Eigen::seqN(first, end - first)));
+      for (Eigen::Index k = 0; k < end - first; ++k, ++axes) {
         for (Eigen::Index p = 0; p < parts; ++p) {
-          M.block<3, 3>(3 * axes, 3 * p) = x.segment<9>(1 + 9 * p).reshaped(3, 3);
+          M.block<3, 3>(3 * axes, 3 * p) = X.col(k).segment<9>(1 + 9 * p).reshaped(3, 3);
         }
       }
     }

@@ -116,7 +116,8 @@ void test_lack_of_fit_of_inputs(const Experiment& experiment,
   if (*std::max_element(group.begin(), group.end()) >= static_cast<int>(most_poses)) {
     return;
   }
-  const JointState state = JointFit(set, set.weights).at(estimate.field);
+  const std::shared_ptr<const JointState> at = JointFit(set, set.weights).at(estimate.field);
+  const JointState& state = *at;
   Eigen::Index count = 0;
   for (const InputQuantity& input : inputs) {
     count += input.parts;

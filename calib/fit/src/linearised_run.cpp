@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <numeric>
 #include <utility>
 
 #include "axiscal/calib/distributions.hpp"
@@ -55,7 +56,7 @@ LinearisedRun::LinearisedRun(const ReadingSet& set,
   Eigen::VectorXd gradient = Eigen::VectorXd::Zero(D);
   for (Eigen::Index k = 0; k < m; ++k) {
     const JointAxis& axis = axis_of(k);
-    gradient += axis.projected.transpose() * axis.residuals / (sigma_(k) * sigma_(k));
+    gradient += axis.sums.gradient / (sigma_(k) * sigma_(k));
   }
   const Eigen::VectorXd step = C_.bottomRightCorner(D, D) * gradient;
   for (Eigen::Index k = 0; k < m; ++k) {
@@ -88,8 +89,8 @@ void LinearisedRun::find_covariance() {
     }
     const double weight = 1.0 / (sigma_(k) * sigma_(k));
     if (D > 0) {
-      information += weight * (axis.projected.transpose() * axis.projected);
-      squares += weight * axis.tangents.colwise().squaredNorm().transpose();
+      information += weight * axis.sums.information;
+      squares += weight * axis.tangent_squares;
     }
   }
   Eigen::MatrixXd Z(D, D);
@@ -136,13 +137,11 @@ Eigen::MatrixXd LinearisedRun::left_by_own(Eigen::Index axis,
 }
 
 std::vector<Eigen::Index> LinearisedRun::places_of_axis(Eigen::Index axis) const {
-  std::vector<Eigen::Index> places;
-  for (Eigen::Index j = 0; j < set_.column_count(); ++j) {
-    places.push_back(column_of(axis, j));
-  }
-  for (Eigen::Index d = 0; d < shared(); ++d) {
-    places.push_back(first_shared() + d);
-  }
+  const Eigen::Index p = set_.column_count();
+  std::vector<Eigen::Index> places(static_cast<std::size_t>(p + shared()));
+  const auto first_of_shared = places.begin() + static_cast<std::ptrdiff_t>(p);
+  std::iota(places.begin(), first_of_shared, column_of(axis, 0));
+  std::iota(first_of_shared, places.end(), first_shared());
   return places;
 }
 

@@ -17,6 +17,12 @@ namespace {
 
 // Rounds until the fields stay; a mistake of one radian takes some more.
 constexpr int most_rounds = 30;
+constexpr double open_below = 1e-7;
+// Within which a fit is linear: a turn of the fields, residuals as parts of the readings, and what
+// the next step would change, a millionth of the sum of squares.
+constexpr double small_turn_rad = 1e-3;
+constexpr double small_residuals = 0.01;
+constexpr double nothing = 1e-3;
 
 // The main axis alone, and no scale: [P]'s linear form.
 void start_temperature(ReadingSet& set) {
@@ -243,6 +249,14 @@ void HatBasis::add_product(Eigen::Index axis,
   }
 }
 
+Eigen::MatrixXd HatBasis::shared_times(const Eigen::VectorXd& factors) const {
+  Eigen::MatrixXd shared = shared_;
+  for (Eigen::Index k = 0; k < axes(); ++k) {
+    shared.middleRows(readings() * k, readings()) *= factors(k);
+  }
+  return shared;
+}
+
 Eigen::MatrixXd HatBasis::left_of(const Eigen::MatrixXd& Z) const {
   const Eigen::MatrixXd products = products_with(Z);
   Eigen::MatrixXd left = Z - shared_ * products.bottomRows(shared_.cols());
@@ -273,16 +287,30 @@ HypothesisFitter HypothesisFitter::by_scatter_of(const HypothesisFit& fit) const
 HypothesisFit HypothesisFitter::again(const ReadingSet& set,
                                       const HypothesisFit& fit,
                                       const HypothesisFitter& whose) const {
-  if (!known_field_) {
+  const Eigen::VectorXd factors = whose.scale_.cwiseQuotient(scale_);
+  HypothesisFit scaled = fit;
+  scaled.residuals *= factors.asDiagonal();
+  if (known_field_) {  // axes that share no direction do not weigh on each other
+    scaled.rss.array() *= factors.array().square();
+    return scaled;
+  }
+  const Eigen::MatrixXd shared = fit.basis.shared_times(factors);
+  const SharedStep step =
+      solve_shared(shared, shared.colwise().norm(), scaled.residuals.reshaped(), open_below);
+  if (!step.determined) {
     return this->fit(set);
   }
-  // Axes that share no direction do not weigh on each other.
-  HypothesisFit scaled = fit;
-  for (Eigen::Index k = 0; k < scale_.size(); ++k) {
-    const double factor = whose.scale_(k) / scale_(k);
-    scaled.residuals.col(k) *= factor;
-    scaled.rss(k) *= factor * factor;
+  const Eigen::VectorXd change = shared * step.z;
+  scaled.residuals.reshaped() -= change;
+  scaled.turns = fit.turns * step.root;
+  const double turned = (fit.turns * step.z).norm();
+  const double left = scaled.residuals.norm();
+  if (!(turned < small_turn_rad && left * scaled.turns.norm() < small_residuals &&
+        turned * change.norm() < nothing * left)) {
+    return this->fit(set);
   }
+  scaled.basis = fit.basis.with(shared * step.root);
+  describe(set, roots_of_weights(set, {}), scaled);
   return scaled;
 }
 
@@ -326,7 +354,6 @@ HypothesisFit HypothesisFitter::fit(const ReadingSet& given,
   double turned_before = 0.0;
   bool has_coefficients = false;
   for (int round = 0; round < most_rounds; ++round) {
-    constexpr double open_below = 1e-7;
     const OwnColumns own(set, result.field, root, open_below);
     if (!own.determined()) {
       return result;
@@ -376,9 +403,6 @@ HypothesisFit HypothesisFitter::fit(const ReadingSet& given,
       // the change of the sensitivities. That holds where residuals are small beside the readings,
       // so that a turn changes what they are along by little, and where the other columns leave the
       // directions their own; else how fast the steps shrink must tell.
-      constexpr double nothing = 1e-3;  // a millionth of the sum of squares
-      constexpr double small_turn_rad = 1e-3;
-      constexpr double small_residuals = 0.01;
       constexpr double quickly = 0.01;
       const bool is_near = turned < small_turn_rad &&
                            left.norm() < small_residuals * lengths.head(D).minCoeff() &&
@@ -403,6 +427,7 @@ HypothesisFit HypothesisFitter::fit(const ReadingSet& given,
       result.added = step.z.tail(q);
       result.information = step.root.bottomRows(q).rowwise().squaredNorm().cwiseInverse();
       result.basis = HatBasis(own.bases(), P * step.root);
+      result.turns = step.root.topRows(D);
       describe(set, root, result);
       return result;
     }

@@ -47,6 +47,12 @@ class HatBasis {
   /// @return what B leaves of columns, (1 - B B^T) Z.
   [[nodiscard]] Eigen::MatrixXd left_of(const Eigen::MatrixXd& Z) const;
 
+  /// @return the shared columns, each axis's rows times a factor; no longer orthonormal.
+  [[nodiscard]] Eigen::MatrixXd shared_times(const Eigen::VectorXd& factors) const;
+
+  /// @return the same own columns with other shared ones.
+  [[nodiscard]] HatBasis with(Eigen::MatrixXd shared) const { return {own_, std::move(shared)}; }
+
  private:
   [[nodiscard]] const Eigen::MatrixXd& own_of(Eigen::Index axis) const {
     return *own_[static_cast<std::size_t>(axis)];
@@ -70,6 +76,7 @@ struct HypothesisFit {
   Eigen::VectorXd added;               // their estimates
   Eigen::MatrixXd residuals;           // n x m, weighted
   HatBasis basis;
+  Eigen::MatrixXd turns;  // of a fit without added columns: what its shared ones turn the fields by
 
   /// Frees what is kept for each reading; the sums, the fields and the coefficients stay.
   void forget_readings() {
@@ -107,7 +114,8 @@ class HypothesisFitter {
   /// @return the same from a fit of this one's on, with each axis in the scale of its own scatter.
   [[nodiscard]] HypothesisFitter by_scatter_of(const HypothesisFit& fit) const;
 
-  /// The fit of all readings of a set once more, in this one's scales.
+  /// The fit of all readings of a set once more, in this one's scales; its field and coefficients
+  /// are those that it is linear about.
   /// @param fit   of all of them.
   /// @param whose what made it.
   [[nodiscard]] HypothesisFit again(const ReadingSet& set,

@@ -38,7 +38,7 @@ double equality_p_value(const HypothesisFit& fit) {
 double single_p(const SuspectRun& run, const HypothesisFit& fit) {
   double largest = 0.0;  // one test's largest drop has the smallest probability
   for (std::size_t i = 0; i < run.count(); ++i) {
-    largest = std::max(largest, run.drop_without(fit, {i}));
+    largest = std::max(largest, run.drop_without(fit, {&i, 1}));
   }
   return std::min(1.0, static_cast<double>(run.n()) * nested_f_p(fit.total(), fit.dof(), largest,
                                                                  static_cast<double>(run.m())));

@@ -44,7 +44,7 @@ void SuspectRun::delete_each() {
   };
   if (count() > each_is_fitted) {
     for (std::size_t i = 0; i < count(); ++i) {
-      left[i] = plain_.total() - drop_without(plain_, {i});
+      left[i] = plain_.total() - drop_without(plain_, {&i, 1});
     }
     sort_by_left(fitted);
     fitted.resize(fitted_of_many);
@@ -140,7 +140,7 @@ namespace {
 // @tparam Most   how many at most: few need no memory of their own.
 template <int Count, int Most>
 double drop_of_rows(const HypothesisFit& fit,
-                    const std::vector<std::size_t>& readings,
+                    std::span<const std::size_t> readings,
                     Eigen::Index m) {
   const auto d = static_cast<Eigen::Index>(readings.size());
   Eigen::Matrix<double, Count, Count, 0, Most, Most> M(d * m, d * m);
@@ -163,7 +163,7 @@ double drop_of_rows(const HypothesisFit& fit,
 
 // What leaving readings out takes from the sum of squares, to first order.
 double SuspectRun::drop_without(const HypothesisFit& fit,
-                                const std::vector<std::size_t>& readings) const {
+                                std::span<const std::size_t> readings) const {
   constexpr int of_triad = 3;
   constexpr int few = 6;
   const Eigen::Index rows = static_cast<Eigen::Index>(readings.size()) * m();

@@ -3,6 +3,7 @@
 
 #include <array>
 #include <optional>
+#include <span>
 #include <vector>
 
 #include <Eigen/Core>
@@ -76,7 +77,7 @@ class SuspectRun {
 
   /// What leaving readings out, or added columns, take from the sum of squares, to first order.
   [[nodiscard]] double drop_without(const HypothesisFit& fit,
-                                    const std::vector<std::size_t>& readings) const;
+                                    std::span<const std::size_t> readings) const;
   [[nodiscard]] double drop_with(const HypothesisFit& fit, const Eigen::MatrixXd& columns) const;
 
   /// What a shift of some readings of an axis takes from it.

@@ -74,6 +74,29 @@ std::vector<Eigen::Index> undetermined_columns(const Eigen::Ref<const Eigen::Mat
 FactoredDesign::FactoredDesign(const Eigen::Ref<const Eigen::MatrixXd>& design,
                                const Eigen::Ref<const Eigen::VectorXd>& weights,
                                const DesignNames& names) {
+  const std::vector<Eigen::Index> open = factor(design, weights);
+  if (!open.empty()) {
+    const std::vector<std::string> all_names = names ? names() : std::vector<std::string>();
+    std::vector<std::string> open_names;
+    open_names.reserve(open.size());
+    for (const Eigen::Index j : open) {
+      open_names.push_back(name_of(j, all_names));
+    }
+    const std::string list = joined(open_names);
+    throw RankDeficientError("the design does not determine " + list, std::move(open_names));
+  }
+}
+
+std::optional<FactoredDesign> FactoredDesign::if_determined(
+    const Eigen::Ref<const Eigen::MatrixXd>& design,
+    const Eigen::Ref<const Eigen::VectorXd>& weights) {
+  FactoredDesign factored;
+  return factored.factor(design, weights).empty() ? std::optional(std::move(factored))
+                                                  : std::nullopt;
+}
+
+std::vector<Eigen::Index> FactoredDesign::factor(const Eigen::Ref<const Eigen::MatrixXd>& design,
+                                                 const Eigen::Ref<const Eigen::VectorXd>& weights) {
   const Eigen::Index n = design.rows();
   const Eigen::Index p = design.cols();
   if (weights.size() != 0 && weights.size() != n) {
@@ -91,18 +114,10 @@ FactoredDesign::FactoredDesign(const Eigen::Ref<const Eigen::MatrixXd>& design,
   scale_ = column_scales(scaled_);
   scaled_ *= scale_.asDiagonal();
   qr_.compute(scaled_);
-  const std::vector<Eigen::Index> open = open_columns(qr_);
+  std::vector<Eigen::Index> open = open_columns(qr_);
   if (!open.empty()) {
-    const std::vector<std::string> all_names = names ? names() : std::vector<std::string>();
-    std::vector<std::string> open_names;
-    open_names.reserve(open.size());
-    for (const Eigen::Index j : open) {
-      open_names.push_back(name_of(j, all_names));
-    }
-    const std::string list = joined(open_names);
-    throw RankDeficientError("the design does not determine " + list, std::move(open_names));
+    return open;
   }
-
   Eigen::MatrixXd inverse = Eigen::MatrixXd::Identity(p, p);
   qr_.matrixQR().topRows(p).triangularView<Eigen::Upper>().solveInPlace(inverse);
   root_ = qr_.colsPermutation() * inverse;
@@ -114,6 +129,7 @@ FactoredDesign::FactoredDesign(const Eigen::Ref<const Eigen::MatrixXd>& design,
   // The short way loses as many digits of being square as the condition number has.
   basis_ = refines_ ? Eigen::MatrixXd(qr_.householderQ() * Eigen::MatrixXd::Identity(n, p))
                     : Eigen::MatrixXd(scaled_ * root_);
+  return open;
 }
 
 double FactoredDesign::smallest_pivot() const {

@@ -21,6 +21,7 @@ struct SharedSize {
   using OfColumns = Eigen::Matrix<double, ColumnCount, 1, 0, MostColumns, 1>;
   using Covariance = Eigen::Matrix<double, ColumnCount, ColumnCount, 0, MostColumns, MostColumns>;
   using OfResponses = Eigen::Matrix<double, ResponseCount, 1, 0, MostResponses, 1>;
+  using Columns = Eigen::Matrix<double, ColumnCount, ResponseCount, 0, MostColumns, MostResponses>;
   using AmongResponses =
       Eigen::Matrix<double, ResponseCount, ResponseCount, 0, MostResponses, MostResponses>;
 };
@@ -96,33 +97,32 @@ struct AtVariances {
     const OfResponses gradient = degrees_of_freedom - squares;
     const OfResponses weight = (-log_variance.array()).exp();
     // Those that stay at their lowest have no step, and no part in that of the others.
-    std::vector<bool> open;
-    open.reserve(responses.size());
-    std::vector<OfColumns> gradients;  // P_k^T (y_k - P_k z) / sigma_k^2
-    gradients.reserve(responses.size());
+    const auto is_open = [&](Eigen::Index k) {
+      return log_variance(k) > lowest(k) || gradient(k) < 0.0;
+    };
+    typename S::Columns gradients(estimate.size(), m);  // P_k^T (y_k - P_k z) / sigma_k^2
     for (Eigen::Index k = 0; k < m; ++k) {
       const FixedSums<S>& own = responses[static_cast<std::size_t>(k)];
-      gradients.emplace_back(weight(k) * (own.gradient - own.information.lazyProduct(estimate)));
-      open.push_back(log_variance(k) > lowest(k) || gradient(k) < 0.0);
+      gradients.col(k) = weight(k) * (own.gradient - own.information.lazyProduct(estimate));
     }
     typename S::AmongResponses H = S::AmongResponses::Identity(m, m);
     OfResponses g = OfResponses::Zero(m);
     for (Eigen::Index k = 0; k < m; ++k) {
-      if (!open[static_cast<std::size_t>(k)]) {
+      if (!is_open(k)) {
         continue;
       }
       const Covariance CA =
           weight(k) * covariance.lazyProduct(responses[static_cast<std::size_t>(k)].information);
       const Covariance CAC = CA.lazyProduct(covariance);
-      const OfColumns Cg = covariance.lazyProduct(gradients[static_cast<std::size_t>(k)]);
+      const OfColumns Cg = covariance.lazyProduct(gradients.col(k));
       g(k) = gradient(k);
       H(k, k) = CA.trace() + squares(k);
       for (Eigen::Index l = 0; l < m; ++l) {
-        if (open[static_cast<std::size_t>(l)]) {
+        if (is_open(l)) {
           H(k, l) -=
               weight(l) *
                   CAC.cwiseProduct(responses[static_cast<std::size_t>(l)].information).sum() +
-              2.0 * Cg.dot(gradients[static_cast<std::size_t>(l)]);
+              2.0 * Cg.dot(gradients.col(l));
         }
       }
     }

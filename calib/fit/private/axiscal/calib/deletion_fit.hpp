@@ -76,8 +76,7 @@ class DeletionFit {
 
   const ReadingSet& set_;
   std::shared_ptr<const JointState> state_;
-  Eigen::VectorXd smallest_;        // m variances: each axis's rounding
-  std::vector<ResponseSums> sums_;  // of each axis, all readings
+  Eigen::VectorXd smallest_;  // m variances: each axis's rounding
 };
 
 }  // namespace axiscal

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <memory>
 #include <optional>
 #include <string>
 #include <vector>
@@ -11,6 +12,8 @@
 #include "axiscal/calib/reading_set.hpp"
 
 namespace axiscal {
+
+struct JointState;
 
 /// Whether the axes' responses bend.
 struct CurvatureTest {
@@ -49,10 +52,11 @@ struct Estimate {
   double block_degrees_of_freedom = 0.0;  // of each
   SensitivityMatrix sensitivity_mean_square = SensitivityMatrix(0, 3);  // of the blocks; m rows
   double sensitivity_degrees_of_freedom = 0.0;                          // of each
-  int sessions = 0;                    // that were fitted each alone; 0: all readings at once
-  int earlier = 0;                     // earlier calibrations whose scatter of blocks counts
-  std::vector<CalibrationNote> notes;  // remarks that ask for nothing
-  std::string ambiguity;               // joint: two solutions that fit alike, in words
+  int sessions = 0;                         // that were fitted each alone; 0: all readings at once
+  int earlier = 0;                          // earlier calibrations whose scatter of blocks counts
+  std::vector<CalibrationNote> notes;       // remarks that ask for nothing
+  std::string ambiguity;                    // joint: two solutions that fit alike, in words
+  std::shared_ptr<const JointState> state;  // joint: what the set comes to at the field, if kept
 };
 
 /// Averages of opposite positions, the measured tilt put back in (method.md, section 4).

@@ -3,6 +3,7 @@
 
 #include <memory>
 #include <optional>
+#include <utility>
 #include <vector>
 
 #include <Eigen/Core>
@@ -10,6 +11,7 @@
 #include "axiscal/calib/least_squares.hpp"
 #include "axiscal/calib/reading_set.hpp"
 #include "axiscal/calib/response_system.hpp"
+#include "axiscal/calib/shared_fit.hpp"
 
 namespace axiscal {
 
@@ -28,6 +30,11 @@ struct JointAxis {
   Eigen::MatrixXd tangents;   // n x D, weighted: change of the fit per radian
   Eigen::MatrixXd projected;  // the same without what b and S can take up
   Eigen::MatrixXd take_up;    // p x D: change of the coefficients that takes up a tangent
+  // Over the readings: of `projected` and the residuals; and the squares of the tangents, D.
+  ResponseSums sums;
+  Eigen::VectorXd tangent_squares;
+
+  void find_sums();
 };
 
 struct JointState {
@@ -71,7 +78,8 @@ class JointFit {
 
   /// b and S fitted for given fields.
   /// @param directions_given  then the state has none: nothing is to be said of a step of them.
-  [[nodiscard]] JointState at(const TableField& field, bool directions_given = false) const;
+  [[nodiscard]] std::shared_ptr<const JointState> at(const TableField& field,
+                                                     bool directions_given = false) const;
 
   /// The fixed point sigma_k^2 = RSS_k / nu_k of a linearised problem, in which the residuals of
   /// each axis are linear in the step, as fit_shared() has it.
@@ -85,9 +93,9 @@ class JointFit {
 
   /// Gauss-Newton in the tangents, b and S projected out.
   /// @param sigma  standard deviation of each axis.
-  [[nodiscard]] JointState converged(JointState state,
-                                     const Eigen::VectorXd& sigma,
-                                     int most_rounds = 50) const;
+  [[nodiscard]] std::shared_ptr<const JointState> converged(std::shared_ptr<const JointState> state,
+                                                            const Eigen::VectorXd& sigma,
+                                                            int most_rounds = 50) const;
 
   [[nodiscard]] DirectionShares shares(const JointState& state, const Eigen::VectorXd& sigma) const;
 
@@ -100,26 +108,19 @@ class JointFit {
                 const FieldChanges& field_changes,
                 JointState& state) const;
 
-  // All residuals below each other, each axis in units of its sigma; and the sum of their squares.
-  [[nodiscard]] Eigen::VectorXd residuals(const JointState& state,
-                                          const Eigen::VectorXd& sigma) const;
+  // The sum of the squares of all residuals, each axis in units of its sigma.
   [[nodiscard]] double cost(const JointState& state, const Eigen::VectorXd& sigma) const;
 
-  // The state that a step of the tangents leads to, halved until the cost does not rise; nothing
+  // The state that a step of the tangents leads to, halved until the cost does not rise; null
   // where no part of it helps. On return `step` is the one that was taken.
-  [[nodiscard]] std::optional<JointState> advanced(const JointState& state,
-                                                   const Eigen::VectorXd& sigma,
-                                                   Eigen::VectorXd& step) const;
+  [[nodiscard]] std::shared_ptr<const JointState> advanced(const JointState& state,
+                                                           const Eigen::VectorXd& sigma,
+                                                           Eigen::VectorXd& step) const;
 
   // The directions that are not confounded with b and S, as orthonormal changes of the residuals:
   // the step is basis * z.
   [[nodiscard]] Eigen::MatrixXd open_basis(const JointState& state,
                                            const Eigen::VectorXd& sigma) const;
-
-  // All tangents below each other, each axis in units of its sigma.
-  [[nodiscard]] Eigen::MatrixXd stacked(const JointState& state,
-                                        const Eigen::VectorXd& sigma,
-                                        Eigen::MatrixXd JointAxis::*part) const;
 
   const ReadingSet& set_;
   const Eigen::MatrixXd& weights_;
@@ -131,7 +132,11 @@ class StateOfRun {
  public:
   /// @param set          must outlive it, and stay as it is.
   /// @param known_field  whether the field's directions are given, not fitted.
-  StateOfRun(const ReadingSet& set, bool known_field) : set_(set), known_field_(known_field) {}
+  /// @param first        of the set, where a fit has left it; null else.
+  StateOfRun(const ReadingSet& set,
+             bool known_field,
+             std::shared_ptr<const JointState> first = nullptr)
+      : set_(set), known_field_(known_field), last_(std::move(first)) {}
 
   [[nodiscard]] const ReadingSet& set() const { return set_; }
   [[nodiscard]] bool known_field() const { return known_field_; }

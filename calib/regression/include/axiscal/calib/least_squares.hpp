@@ -58,6 +58,12 @@ class FactoredDesign {
                           const Eigen::Ref<const Eigen::VectorXd>& weights = Eigen::VectorXd(),
                           const DesignNames& names = {});
 
+  /// @return nothing where the columns are dependent.
+  /// @throws DomainError  as the constructor.
+  [[nodiscard]] static std::optional<FactoredDesign> if_determined(
+      const Eigen::Ref<const Eigen::MatrixXd>& design,
+      const Eigen::Ref<const Eigen::VectorXd>& weights);
+
   /// @return the estimate alone, without statistics.
   [[nodiscard]] Eigen::VectorXd estimate(const Eigen::Ref<const Eigen::VectorXd>& y) const;
 
@@ -85,6 +91,10 @@ class FactoredDesign {
     Eigen::VectorXd x;          // coefficients of the scaled columns
     Eigen::VectorXd residuals;  // weighted
   };
+  FactoredDesign() = default;
+  // @return the columns that are left undetermined.
+  [[nodiscard]] std::vector<Eigen::Index> factor(const Eigen::Ref<const Eigen::MatrixXd>& design,
+                                                 const Eigen::Ref<const Eigen::VectorXd>& weights);
   [[nodiscard]] Solution solve(const Eigen::VectorXd& weighted_y) const;
   [[nodiscard]] Solution refined(const Eigen::VectorXd& b,
                                  const Eigen::VectorXd& c,

@@ -54,6 +54,13 @@ class ScaledCholeskyOf {
     }
   }
 
+  /// @return B with B B^T = N^-1.
+  [[nodiscard]] Matrix root_of_inverse() const {
+    Matrix root = Matrix::Identity(per_length_.size(), per_length_.size());
+    cholesky_.matrixU().solveInPlace(root);
+    return per_length_.asDiagonal() * root;
+  }
+
   [[nodiscard]] double log_determinant() const {
     return 2.0 *
            (cholesky_.matrixLLT().diagonal().array().log().sum() - per_length_.array().log().sum());
