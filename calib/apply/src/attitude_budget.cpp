@@ -3,6 +3,7 @@
 #include <cmath>
 
 #include "axiscal/calib/covariance_root.hpp"
+#include "axiscal/calib/inheritance.hpp"
 #include "axiscal/calib/reading_uncertainty.hpp"
 #include "axiscal/core/error.hpp"
 #include "axiscal/core/random.hpp"
@@ -87,6 +88,7 @@ class AttitudeBudgetMaker {
     const Eigen::VectorXd here = results_of(
         reducer_.reduce(readings_, {.temperature = temperature_}), derived_count(reducer_, false));
     const std::vector<std::string> names = names_of_results(reducer_);
+    const Inheritance inheritance(calibration_);
     for (Eigen::Index r = 0; r < here.size(); ++r) {
       if (std::isnan(here(r))) {
         continue;
@@ -95,7 +97,7 @@ class AttitudeBudgetMaker {
       VarianceShares shares;
       // A larger parameter makes the same reading mean less field.
       const bool free_of_magnitude = r >= 3;
-      CombinedUncertainty from_calibration = propagate(calibration_, -G.row(r) * B, &shares);
+      CombinedUncertainty from_calibration = inheritance.propagate(-G.row(r) * B, shares);
       if (free_of_magnitude && has_budget) {
         drop_magnitude(-G.row(r) * B, from_calibration, shares);
       }

@@ -4,8 +4,11 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <memory>
+#include <numeric>
 
 #include "axiscal/calib/distributions.hpp"
+#include "axiscal/calib/inheritance.hpp"
 #include "axiscal/calib/method_kind.hpp"
 #include "axiscal/core/error.hpp"
 #include "axiscal/core/formatted.hpp"
@@ -28,73 +31,24 @@ std::vector<Eigen::Index> places_of_axis(const FitStatistics& statistics, const 
   return places;
 }
 
-double variance(const Eigen::RowVectorXd& gradient, const Eigen::MatrixXd& covariance) {
-  return gradient.dot(covariance * gradient.transpose());
+// Of a function whose gradient is often 0.
+// @param places  of the parameters that count.
+double variance(const Eigen::RowVectorXd& gradient,
+                const Eigen::MatrixXd& covariance,
+                const std::vector<Eigen::Index>& places) {
+  double sum = 0.0;
+  for (const Eigen::Index j : places) {
+    if (gradient(j) == 0.0) {
+      continue;
+    }
+    double of_column = 0.0;
+    for (const Eigen::Index i : places) {
+      of_column += gradient(i) * covariance(i, j);
+    }
+    sum += of_column * gradient(j);
+  }
+  return sum;
 }
-
-// What a linear function of the parameters inherits, by its gradient. The readings' own covariance
-// is made once for any number of functions.
-class Inheritance {
- public:
-  explicit Inheritance(const Calibration& calibration)
-      : calibration_(calibration), of_readings_(statistics().covariance_of_readings()) {
-    for (const std::string& axis : calibration.sensor.instrument.axes) {
-      own_.push_back(places_of_axis(statistics(), axis));
-    }
-  }
-
-  // Of the fit alone.
-  [[nodiscard]] VarianceShares scatter(const Eigen::RowVectorXd& gradient) const {
-    VarianceShares shares;
-    for (const ScatterComponent& component : statistics().components) {
-      shares.components.push_back({.variance = variance(gradient, component.covariance),
-                                   .degrees_of_freedom = component.degrees_of_freedom});
-    }
-    double sum = 0.0;
-    for (std::size_t k = 0; k < own_.size(); ++k) {
-      const std::vector<Eigen::Index>& own = own_[k];
-      const double share = variance(gradient(own), of_readings_(own, own));
-      sum += share;
-      shares.axes.push_back(
-          {.variance = share,
-           .degrees_of_freedom = statistics().degrees_of_freedom(static_cast<Eigen::Index>(k))});
-    }
-    // `joint`: what the axes share through the field's direction goes with each in proportion.
-    const double all = variance(gradient, of_readings_);
-    for (VarianceShare& share : shares.axes) {
-      share.variance *= sum > 0.0 ? all / sum : 1.0;
-    }
-    return shares;
-  }
-
-  // Of all sources of the budget, and what each makes of it.
-  [[nodiscard]] VarianceShares all(const Eigen::RowVectorXd& gradient,
-                                   std::vector<double>& by_source) const {
-    VarianceShares own = scatter(gradient);
-    const double of_fit = std::sqrt(std::max(variance(gradient, statistics().covariance), 0.0));
-    if (!calibration_.fit.uncertainty) {
-      by_source.push_back(of_fit);
-      return own;
-    }
-    for (const UncertaintySource& source : calibration_.fit.uncertainty->sources) {
-      if (source.type == "A") {
-        by_source.push_back(of_fit);
-        continue;
-      }
-      const double part = variance(gradient, source.covariance);
-      by_source.push_back(std::sqrt(std::max(part, 0.0)));
-      own.others += part;
-    }
-    return own;
-  }
-
- private:
-  [[nodiscard]] const FitStatistics& statistics() const { return *calibration_.fit.statistics; }
-
-  const Calibration& calibration_;
-  Eigen::MatrixXd of_readings_;
-  std::vector<std::vector<Eigen::Index>> own_;  // the parameters of each axis
-};
 
 // Whether the budget has a source whose name begins like this.
 bool has_source(const Calibration& calibration, std::string_view beginning) {
@@ -157,6 +111,69 @@ double expanded_of(const VarianceShares& shares, const EffectiveFreedom& freedom
 
 }  // namespace
 
+Inheritance::Inheritance(const Calibration& calibration)
+    : calibration_(calibration),
+      of_readings_(statistics().covariance_of_readings()),
+      every_(static_cast<std::size_t>(of_readings_.rows())) {
+  std::iota(every_.begin(), every_.end(), Eigen::Index{0});
+  for (const std::string& axis : calibration.sensor.instrument.axes) {
+    own_.push_back(places_of_axis(statistics(), axis));
+  }
+}
+
+VarianceShares Inheritance::scatter(const Eigen::RowVectorXd& gradient) const {
+  VarianceShares shares;
+  for (const ScatterComponent& component : statistics().components) {
+    shares.components.push_back({.variance = variance(gradient, component.covariance, every_),
+                                 .degrees_of_freedom = component.degrees_of_freedom});
+  }
+  double sum = 0.0;
+  shares.axes.reserve(own_.size());
+  for (std::size_t k = 0; k < own_.size(); ++k) {
+    const double share = variance(gradient, of_readings_, own_[k]);
+    sum += share;
+    shares.axes.push_back(
+        {.variance = share,
+         .degrees_of_freedom = statistics().degrees_of_freedom(static_cast<Eigen::Index>(k))});
+  }
+  // `joint`: what the axes share through the field's direction goes with each in proportion.
+  const double all = variance(gradient, of_readings_, every_);
+  for (VarianceShare& share : shares.axes) {
+    share.variance *= sum > 0.0 ? all / sum : 1.0;
+  }
+  return shares;
+}
+
+VarianceShares Inheritance::all(const Eigen::RowVectorXd& gradient,
+                                std::vector<double>& by_source) const {
+  VarianceShares own = scatter(gradient);
+  const double of_fit =
+      std::sqrt(std::max(variance(gradient, statistics().covariance, every_), 0.0));
+  if (!calibration_.fit.uncertainty) {
+    by_source.push_back(of_fit);
+    return own;
+  }
+  for (const UncertaintySource& source : calibration_.fit.uncertainty->sources) {
+    if (source.type == "A") {
+      by_source.push_back(of_fit);
+      continue;
+    }
+    const double part = variance(gradient, source.covariance, every_);
+    by_source.push_back(std::sqrt(std::max(part, 0.0)));
+    own.others += part;
+  }
+  return own;
+}
+
+CombinedUncertainty Inheritance::propagate(const Eigen::RowVectorXd& gradient,
+                                           VarianceShares& shares) const {
+  std::vector<double> by_source;
+  shares = all(gradient, by_source);
+  CombinedUncertainty result = combine(shares);
+  result.by_source = std::move(by_source);
+  return result;
+}
+
 VarianceShares& VarianceShares::operator+=(const VarianceShares& more) {
   axes.insert(axes.end(), more.axes.begin(), more.axes.end());
   components.insert(components.end(), more.components.begin(), more.components.end());
@@ -184,27 +201,36 @@ double welch_degrees_of_freedom(const VarianceShares& shares) {
   return effective_freedom(shares).degrees_of_freedom;
 }
 
-CoverageFactors::CoverageFactors(double coverage) {
+CoverageFactors::Nodes CoverageFactors::nodes_of(double coverage) {
   if (!(coverage > 0.0 && coverage < 1.0)) {
     throw DomainError("a coverage probability must be between 0 and 1");
   }
+  Nodes nodes;
   for (const double nu : {1.0, 1.25, 1.5, 2.0, 2.5, 3.0, 4.0, 5.0, 6.0, 8.0, 10.0, 15.0, 20.0, 30.0,
                           60.0, as_good_as_infinite}) {
-    inverse_.push_back(1.0 / nu);
-    log_t_.push_back(std::log(student_t_factor(coverage, nu)));
+    nodes.inverse.push_back(1.0 / nu);
+    nodes.log_t.push_back(std::log(student_t_factor(coverage, nu)));
   }
+  return nodes;
+}
+
+CoverageFactors::CoverageFactors(double coverage) {
+  constexpr double usual = 0.95;
+  static const auto usual_nodes = std::make_shared<const Nodes>(nodes_of(usual));
+  nodes_ = coverage == usual ? usual_nodes : std::make_shared<const Nodes>(nodes_of(coverage));
 }
 
 double CoverageFactors::at(double degrees_of_freedom) const {
   if (std::isnan(degrees_of_freedom)) {
     return not_a_number;
   }
-  const double x = std::clamp(1.0 / degrees_of_freedom, inverse_.back(), inverse_.front());
-  const auto after = std::find_if(inverse_.begin() + 1, inverse_.end() - 1,
-                                  [&](double node) { return node <= x; });
-  const auto i = static_cast<std::size_t>(after - inverse_.begin());
-  const double share = (x - inverse_[i]) / (inverse_[i - 1] - inverse_[i]);
-  return std::exp(log_t_[i] + share * (log_t_[i - 1] - log_t_[i]));
+  const auto& [inverse, log_t] = *nodes_;
+  const double x = std::clamp(1.0 / degrees_of_freedom, inverse.back(), inverse.front());
+  const auto after =
+      std::find_if(inverse.begin() + 1, inverse.end() - 1, [&](double node) { return node <= x; });
+  const auto i = static_cast<std::size_t>(after - inverse.begin());
+  const double share = (x - inverse[i]) / (inverse[i - 1] - inverse[i]);
+  return std::exp(log_t[i] + share * (log_t[i - 1] - log_t[i]));
 }
 
 double CoverageFactors::expanded(const VarianceShares& shares) const {
@@ -218,14 +244,8 @@ VarianceShares scatter_shares(const Calibration& calibration, const Eigen::RowVe
 CombinedUncertainty propagate(const Calibration& calibration,
                               const Eigen::RowVectorXd& gradient,
                               VarianceShares* shares) {
-  std::vector<double> by_source;
-  const VarianceShares own = Inheritance(calibration).all(gradient, by_source);
-  if (shares != nullptr) {
-    *shares = own;
-  }
-  CombinedUncertainty result = combine(own);
-  result.by_source = std::move(by_source);
-  return result;
+  VarianceShares own;
+  return Inheritance(calibration).propagate(gradient, shares != nullptr ? *shares : own);
 }
 
 Eigen::MatrixXd parameter_covariance(const Calibration& calibration) {

@@ -50,7 +50,7 @@ class LastAnswers {
     double second = not_a_number;
     double value = not_a_number;
   };
-  std::array<Answer, 4> answers_{};
+  std::array<Answer, 8> answers_{};
   std::size_t next_ = 0;
 };
 

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <memory>
 #include <string>
 #include <vector>
 
@@ -63,8 +64,13 @@ class CoverageFactors {
   [[nodiscard]] double expanded(const VarianceShares& shares) const;
 
  private:
-  std::vector<double> inverse_;  // 1 / nu, descending
-  std::vector<double> log_t_;
+  struct Nodes {
+    std::vector<double> inverse;  // 1 / nu, descending
+    std::vector<double> log_t;
+  };
+  static Nodes nodes_of(double coverage);
+
+  std::shared_ptr<const Nodes> nodes_;
 };
 
 /// The uncertainty of a quantity that depends on the parameters.

@@ -1,0 +1,42 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <vector>
+
+#include <Eigen/Core>
+
+#include "axiscal/calib/calibration.hpp"
+#include "axiscal/calib/uncertainty.hpp"
+
+namespace axiscal {
+
+/// What linear functions of a record's parameters inherit, each by its gradient. The readings' own
+/// covariance is made once for any number of functions.
+class Inheritance {
+ public:
+  /// @param calibration  with statistics; must outlive it.
+  explicit Inheritance(const Calibration& calibration);
+
+  /// @return of the fit alone.
+  [[nodiscard]] VarianceShares scatter(const Eigen::RowVectorXd& gradient) const;
+
+  /// @return of all sources of the budget.
+  /// @param by_source  takes what each makes of it.
+  [[nodiscard]] VarianceShares all(const Eigen::RowVectorXd& gradient,
+                                   std::vector<double>& by_source) const;
+
+  /// As propagate().
+  /// @param shares  set to the same as variances.
+  [[nodiscard]] CombinedUncertainty propagate(const Eigen::RowVectorXd& gradient,
+                                              VarianceShares& shares) const;
+
+ private:
+  [[nodiscard]] const FitStatistics& statistics() const { return *calibration_.fit.statistics; }
+
+  const Calibration& calibration_;
+  Eigen::MatrixXd of_readings_;
+  std::vector<std::vector<Eigen::Index>> own_;  // the parameters of each axis
+  std::vector<Eigen::Index> every_;             // and of all
+};
+
+}  // namespace axiscal
