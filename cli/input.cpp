@@ -3,6 +3,9 @@
 
 #include <algorithm>
 #include <array>
+#include <cstdint>
+#include <filesystem>
+#include <future>
 
 #include <sha2.h>
 #include <sys/types.h>
@@ -81,8 +84,15 @@ ObservationsFile read_observations_file(const std::string& path,
     const OpenTable table =
         open_table(path, reading.options,
                    {.axes = axes_of(columns), .kind = reading.kind, .unit = reading.unit});
+    // The digest of a large file takes longer than reading it.
+    constexpr std::uintmax_t worth_a_thread = 1U << 20U;
+    std::error_code none;
+    const bool is_large = std::filesystem::file_size(path, none) > worth_a_thread && !none;
+    std::future<std::string> digest =
+        std::async(is_large ? std::launch::async : std::launch::deferred,
+                   [&] { return sha256_of_file(path); });
     ObservationsFile result{.run = read_observations(*table.csv, columns), .beside = {}};
-    result.run.inputs = {{.path = path, .sha256 = sha256_of_file(path)}};
+    result.run.inputs = {{.path = path, .sha256 = digest.get()}};
     return result;
   }
   // What is read once only: its digest is made on the way.

@@ -47,7 +47,7 @@ class Summary {
  public:
   explicit Summary(const Calibration& calibration)
       : c_(calibration),
-        statistics_(calibration.fit.statistics ? *calibration.fit.statistics : FitStatistics()),
+        statistics_(calibration.fit.statistics ? *calibration.fit.statistics : blank_),
         uncertainties_(parameter_uncertainties(calibration)) {
     for (const std::string& axis : c_.sensor.instrument.axes) {
       label_width_ = std::max(label_width_, axis.size() + 1);
@@ -581,7 +581,8 @@ class Summary {
   }
 
   const Calibration& c_;
-  FitStatistics statistics_;  // blank where another software made the record
+  const FitStatistics blank_;  // where another software made the record
+  const FitStatistics& statistics_;
   std::vector<ParameterUncertainty> uncertainties_;
   std::size_t label_width_ = 4;
   std::string text_;

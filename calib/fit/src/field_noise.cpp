@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <utility>
 #include <vector>
 
 #include <Eigen/Cholesky>
@@ -93,10 +94,8 @@ class Sandwiches {
       AxisRows& axis = axes_.emplace_back();
       axis.places = run.places_of_axis(k);
       axis.J = run.columns_of_axis(k);
-      axis.leverage = (axis.J * run.covariance()(axis.places, axis.places))
-                          .cwiseProduct(axis.J)
-                          .rowwise()
-                          .sum();
+      axis.C = run.covariance()(axis.places, axis.places);
+      axis.leverage = (axis.J * axis.C).cwiseProduct(axis.J).rowwise().sum();
       axis.left = (1.0 - axis.leverage).max(least_left);
       axis.squares = run.residuals()(run.rows_of_axis(k)).array().square();
     }
@@ -109,23 +108,25 @@ class Sandwiches {
     double v = 0.0;
     double E = 0.0;
     double freedom = 0.0;
-    Eigen::MatrixXd A = Eigen::MatrixXd::Zero(C.rows(), C.cols());
-    const auto add = [&](const AxisRows& axis) {
+    // @return how the squares of an axis's residuals depend on what is fitted.
+    const auto add = [&](const AxisRows& axis) -> Eigen::MatrixXd {
       const Eigen::VectorXd g = axis.J * C(axis.places, c);
       const Eigen::ArrayXd w = g.array().square() / axis.left.square();
       v += (w * axis.squares).sum();
       E += (w * axis.left).sum();
       freedom += (w.square() * (1.0 - 2.0 * axis.leverage)).sum();
-      A(axis.places, axis.places) += axis.J.transpose() * w.matrix().asDiagonal() * axis.J;
+      return axis.J.transpose() * w.matrix().asDiagonal() * axis.J;
     };
     const AxisRows& own = axes_[static_cast<std::size_t>(k)];
     Eigen::MatrixXd CA;
     if (run_.shared() > 0) {
-      std::for_each(axes_.begin(), axes_.end(), add);
+      Eigen::MatrixXd A = Eigen::MatrixXd::Zero(C.rows(), C.cols());
+      for (const AxisRows& axis : axes_) {
+        A(axis.places, axis.places) += add(axis);
+      }
       CA = C * A;
     } else {
-      add(own);
-      CA = C(own.places, own.places) * A(own.places, own.places);
+      CA = own.C * add(own);
     }
     return {.variance = v * C(c, c) / E,
             .degrees_of_freedom = E * E / (freedom + CA.cwiseProduct(CA.transpose()).sum())};
@@ -135,6 +136,7 @@ class Sandwiches {
   struct AxisRows {
     std::vector<Eigen::Index> places;
     Eigen::MatrixXd J;
+    Eigen::MatrixXd C;  // the covariance of what it has
     Eigen::ArrayXd leverage;
     Eigen::ArrayXd left;     // what the fit leaves of each residual
     Eigen::ArrayXd squares;  // of the residuals
@@ -248,7 +250,7 @@ void add_field_noise(const LinearisedRun& run, const AlongField& along, Estimate
 
 // A field whose size wanders slowly over the run, or all gains together.
 void add_field_wander(const LinearisedRun& run,
-                      const AlongField& along,
+                      AlongField along,
                       bool gains_differ,
                       Estimate& estimate) {
   constexpr double one_sided_5_percent = 1.645;
@@ -256,6 +258,7 @@ void add_field_wander(const LinearisedRun& run,
   if (!(score > one_sided_5_percent)) {
     return;
   }
+  along.hat_root.resize(0, 0);
   const Eigen::Index n = run.readings();
   const double size = std::sqrt(along.size.squaredNorm() / static_cast<double>(n));
   const CorrelatedFit fit =
@@ -301,11 +304,11 @@ void add_field_scatter(const LinearisedRun& run, bool gains_differ, Estimate& es
   if (!can_be_looked_at(run)) {
     return;
   }
-  const AlongField along = along_field(run);
+  AlongField along = along_field(run);
   if (!gains_differ) {  // which look like noise along the field
     add_field_noise(run, along, estimate);
   }
-  add_field_wander(run, along, gains_differ, estimate);
+  add_field_wander(run, std::move(along), gains_differ, estimate);
 }
 
 }  // namespace axiscal

@@ -571,8 +571,9 @@ Json document_of(const Calibration& calibration) {
   constexpr std::size_t most_members = 64;
   json.get_ref<Json::object_t&>().reserve(most_members);  // which copies when it grows
   JsonMembers io(json);
-  Calibration written = calibration;
-  members(io, written);
+  // One table serves both directions; where it writes, it changes nothing.
+  members(io,
+          const_cast<Calibration&>(calibration));  // NOLINT(cppcoreguidelines-pro-type-const-cast)
   return json;
 }
 

@@ -11,6 +11,8 @@
 #include <Eigen/Cholesky>
 #include <Eigen/QR>
 
+#include "axiscal/core/parallel.hpp"
+
 namespace axiscal {
 namespace {
 
@@ -456,14 +458,18 @@ CorrelatedFit fit_under_wander(const WanderProblem& problem) {
   const Eigen::VectorXd gradient_across = -A.transpose() * problem.deviations;
   const double squares_across = problem.squares - problem.deviations.squaredNorm();
   const std::vector<Model> models = wandering_models();
-  std::vector<ModelFit> fits;
-  for (const Model& model : models) {
-    const Whitened sums = whiten<1>(model, problem.places, problem.sizes, both);
-    const ModelSolver solver(others + sums.products.topLeftCorner(q, q), sums.log_determinant,
-                             problem.degrees_of_freedom);
-    fits.push_back(solver.fit(gradient_across + sums.products.row(q).head(q).transpose(),
-                              squares_across + sums.products(q, q)));
-  }
+  std::vector<ModelFit> fits(models.size());
+  constexpr Eigen::Index worth_threads = 10000;
+  for_each_in_parallel(
+      models.size(),
+      [&](std::size_t g) {
+        const Whitened sums = whiten<1>(models[g], problem.places, problem.sizes, both);
+        const ModelSolver solver(others + sums.products.topLeftCorner(q, q), sums.log_determinant,
+                                 problem.degrees_of_freedom);
+        fits[g] = solver.fit(gradient_across + sums.products.row(q).head(q).transpose(),
+                             squares_across + sums.products(q, q));
+      },
+      both.rows() < worth_threads ? 1 : 0);
   return mean_over(models, fits, problem.degrees_of_freedom);
 }
 

@@ -80,13 +80,13 @@ struct CorrelatedFit {
 /// A linear fit in whose residuals each reading may share one cause, of size h_i along one
 /// direction of its m residuals, that wanders from reading to reading.
 struct WanderProblem {
-  Eigen::MatrixXd information;      ///< J^T J, q x q
-  double squares = 0.0;             ///< of all residuals, which are square to J
-  Eigen::MatrixXd along;            ///< n x q: of J, the direction that the cause has
-  Eigen::VectorXd deviations;       ///< n: of the residuals, likewise
-  Eigen::MatrixXd sizes;            ///< h, n x 1; of mean square 1
-  Eigen::VectorXd places;           ///< n, as of OrderedReadings
-  double degrees_of_freedom = 0.0;  ///< residuals less q
+  Eigen::MatrixXd information;        ///< J^T J, q x q
+  double squares = 0.0;               ///< of all residuals, which are square to J
+  const Eigen::MatrixXd& along;       ///< n x q: of J, the direction that the cause has
+  const Eigen::VectorXd& deviations;  ///< n: of the residuals, likewise
+  Eigen::MatrixXd sizes;              ///< h, n x 1; of mean square 1
+  Eigen::VectorXd places;             ///< n, as of OrderedReadings
+  double degrees_of_freedom = 0.0;    ///< residuals less q
 };
 
 /// The change of the coefficients as a mean over models V = I + lambda h h^T rho^|i - j|, and the
