@@ -247,10 +247,15 @@ void add_column(ColumnNoise one, const NoiseCommand& command, LogNoise& noise) {
 std::vector<std::string> other_columns(const RecordedLog& log,
                                        const NoiseCommand& command,
                                        const std::vector<std::string>& taken) {
-  if (command.columns) {
-    return names_of(*command.columns);
-  }
   std::vector<std::string> columns;
+  if (command.columns) {  // each once
+    for (std::string& name : names_of(*command.columns)) {
+      if (std::find(columns.begin(), columns.end(), name) == columns.end()) {
+        columns.push_back(std::move(name));
+      }
+    }
+    return columns;
+  }
   std::copy_if(log.columns.begin(), log.columns.end(), std::back_inserter(columns),
                [&](const std::string& name) {
                  return std::find(taken.begin(), taken.end(), name) == taken.end();
@@ -360,10 +365,11 @@ LogNoise noise_of_log(RecordedLog& log, const NoiseCommand& command) {
   for (const std::string& column : other_columns(log, command, times)) {
     std::vector<double>& samples = log.samples[need_column(log.name, log.columns, column)];
     fill_missing(column, samples, noise);
-    ColumnNoise one{.name = column, .curve = allan_deviation(samples, noise.rate_hz, lengths)};
+    ColumnNoise one{.name = column, .curve = {}};
     for (const OtherDeviation which : others) {
       one.others[which] = other_deviations(which, samples, noise.rate_hz, lengths);
     }
+    one.curve = allan_deviation_in_place(samples, noise.rate_hz, lengths);
     add_column(std::move(one), command, noise);
   }
   return noise;

@@ -75,25 +75,31 @@ std::vector<std::size_t> decade_lengths(std::size_t samples) {
   return lengths;
 }
 
-std::vector<AllanPoint> allan_deviation_of_phase(std::span<const double> phase,
-                                                 double rate_hz,
-                                                 std::span<const std::size_t> lengths) {
-  const std::size_t n = phase.size();
+namespace {
+
+// @param phase  but for a first one of 0, if `zero_before`.
+std::vector<AllanPoint> curve_of(std::span<const double> phase,
+                                 bool zero_before,
+                                 double rate_hz,
+                                 std::span<const std::size_t> lengths) {
+  const std::size_t n = phase.size() + (zero_before ? 1 : 0);
   if (n < 3) {
     throw DomainError("allan_deviation: three samples or more are needed");
   }
   std::vector<std::size_t> used;
   std::copy_if(lengths.begin(), lengths.end(), std::back_inserter(used),
                [&](std::size_t m) { return m >= 1 && 2 * m < n; });
-  std::vector<double> sums(used.size(), 0.0);
+  std::vector<double> sums;
+  for (const std::size_t m : used) {
+    sums.push_back(zero_before ? std::pow(phase[2 * m - 1] - 2.0 * phase[m - 1], 2) : 0.0);
+  }
   // All lengths within a block: what one fetches from afar serves the next.
   constexpr std::size_t block = 32768;
-  for (std::size_t first = 0; first < n; first += block) {
+  for (std::size_t first = 0; first < phase.size(); first += block) {
     for (std::size_t k = 0; k < used.size(); ++k) {
-      const std::size_t terms = n - 2 * used[k];
-      if (first < terms) {
-        sums[k] += sum_of_squared_second_differences(phase, used[k], first,
-                                                     std::min(block, terms - first));
+      if (first + 2 * used[k] < phase.size()) {
+        sums[k] += sum_of_squared_second_differences(
+            phase, used[k], first, std::min(block, phase.size() - 2 * used[k] - first));
       }
     }
   }
@@ -110,7 +116,15 @@ std::vector<AllanPoint> allan_deviation_of_phase(std::span<const double> phase,
   return points;
 }
 
-void put_phase(std::span<const double> samples, double rate_hz, double* phase) {
+}  // namespace
+
+std::vector<AllanPoint> allan_deviation_of_phase(std::span<const double> phase,
+                                                 double rate_hz,
+                                                 std::span<const std::size_t> lengths) {
+  return curve_of(phase, false, rate_hz, lengths);
+}
+
+void put_phase(std::span<const double> samples, double rate_hz, std::span<double> phase) {
   // Four sums that do not wait for each other.
   std::array<double, 4> sums{};
   std::size_t i = 0;
@@ -128,25 +142,31 @@ void put_phase(std::span<const double> samples, double rate_hz, double* phase) {
   }
   const double step = 1.0 / rate_hz;
   double sum = 0.0;
-  phase[0] = 0.0;
   for (i = 0; i < samples.size(); ++i) {
     sum += (samples[i] - mean) * step;
-    phase[i + 1] = sum;
+    phase[i] = sum;
   }
 }
 
 std::vector<AllanPoint> allan_deviation(std::span<const double> samples,
                                         double rate_hz,
                                         std::span<const std::size_t> lengths) {
-  const std::size_t n = samples.size() + 1;
   // It starts with a cache line, as whole vectors do.
   constexpr std::size_t line = 64;
-  std::size_t room = n * sizeof(double) + line;
+  std::size_t room = samples.size_bytes() + line;
   const auto memory = std::make_unique_for_overwrite<std::byte[]>(room);
   void* start = memory.get();
-  auto* const phase = static_cast<double*>(std::align(line, n * sizeof(double), start, room));
+  const std::span phase(static_cast<double*>(std::align(line, samples.size_bytes(), start, room)),
+                        samples.size());
   put_phase(samples, rate_hz, phase);
-  return allan_deviation_of_phase({phase, n}, rate_hz, lengths);
+  return curve_of(phase, true, rate_hz, lengths);
+}
+
+std::vector<AllanPoint> allan_deviation_in_place(std::span<double> samples,
+                                                 double rate_hz,
+                                                 std::span<const std::size_t> lengths) {
+  put_phase(samples, rate_hz, samples);
+  return curve_of(samples, true, rate_hz, lengths);
 }
 
 }  // namespace axiscal

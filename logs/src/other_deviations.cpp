@@ -99,7 +99,7 @@ std::vector<double> other_deviations(OtherDeviation which,
                                      double rate_hz,
                                      std::span<const std::size_t> lengths) {
   std::vector<double> phase(samples.size() + 1);
-  put_phase(samples, rate_hz, phase.data());
+  put_phase(samples, rate_hz, std::span(phase).subspan(1));
   return other_deviations_of_phase(which, phase, rate_hz, lengths);
 }
 

@@ -6,6 +6,7 @@
 #include <fstream>
 #include <map>
 #include <numbers>
+#include <numeric>
 #include <sstream>
 
 #include <gmock/gmock.h>
@@ -29,6 +30,11 @@ TEST(AllanDeviation, OfTheNbsSetOfTen) {
   const std::vector<AllanPoint> curve = allan_deviation(y, 1.0, lengths);
   EXPECT_NEAR(curve[0].deviation, 91.22945, 5e-6);
   EXPECT_NEAR(curve[1].deviation, 85.95287, 5e-6);
+  // So they do in their own memory, which holds their phase then.
+  std::vector<double> own = y;
+  EXPECT_NEAR(allan_deviation_in_place(own, 1.0, lengths)[1].deviation, 85.95287, 5e-6);
+  EXPECT_NEAR(own[1], y[0] + y[1] - 2.0 * std::accumulate(y.begin(), y.end(), 0.0) / 9.0, 1e-9);
+  EXPECT_NEAR(own.back(), 0.0, 1e-9);
   // Its phase gives the same.
   std::vector<double> phase = {0.0};
   for (const double value : y) {

@@ -51,6 +51,12 @@ void add_intervals(std::vector<AllanPoint>& points, double phases);
                                                       double rate_hz,
                                                       std::span<const std::size_t> lengths);
 
+/// The same without memory of its own: the samples become their phase, which takes half of the time
+/// of a long record.
+/// @throws DomainError  likewise; the samples stay what they are then.
+[[nodiscard]] std::vector<AllanPoint> allan_deviation_in_place(
+    std::span<double> samples, double rate_hz, std::span<const std::size_t> lengths);
+
 /// The same from phase data, as clocks give it: N + 1 phases of N samples [unit times s].
 [[nodiscard]] std::vector<AllanPoint> allan_deviation_of_phase(
     std::span<const double> phase, double rate_hz, std::span<const std::size_t> lengths);
