@@ -14,6 +14,7 @@
 #include "axiscal/kernels/repeated_fit.hpp"
 #include "axiscal/kernels/second_differences.hpp"
 #include "axiscal/kernels/sliding_variance.hpp"
+#include "axiscal/kernels/sums_of_products.hpp"
 #include "axiscal/kernels/turn_integration.hpp"
 
 namespace axiscal {
@@ -324,6 +325,29 @@ TEST_P(Kernels, SecondDifferencesAreThoseOfThePlainTwin) {
     for (const std::size_t count : {0U, 1U, 31U, 32U, 2000U}) {
       const double plain = sum_of_squared_second_differences_plain(x, m, 17, count);
       EXPECT_NEAR(sum_of_squared_second_differences(x, m, 17, count), plain, 1e-13 * plain);
+    }
+  }
+}
+
+// ---- sums of products ----
+
+TEST_P(Kernels, ProductsOfColumnsAreThoseOfPlainCode) {
+  for (const std::size_t p : {1U, 2U, 3U, 4U, 6U, 10U, 14U}) {
+    for (const std::size_t n : {0U, 1U, 7U, 8U, 200U, 2500U}) {
+      const std::vector<double> x = normals(p * n, p + n);
+      std::vector<const double*> columns;
+      for (std::size_t j = 0; j < p; ++j) {
+        columns.push_back(x.data() + n * j);
+      }
+      std::vector<double> plain(p * p);
+      std::vector<double> sums(p * p);
+      sums_of_products_plain(columns, n, plain.data());
+      sums_of_products(columns, n, sums.data());
+      for (std::size_t j = 0; j < p; ++j) {
+        for (std::size_t k = j; k < p; ++k) {
+          EXPECT_NEAR(sums[k + p * j], plain[k + p * j], 1e-13 * static_cast<double>(n)) << p << n;
+        }
+      }
     }
   }
 }

@@ -4,6 +4,7 @@
 #include "axiscal/calib/minimum_norm.hpp"
 #include "axiscal/calib/scaled_cholesky.hpp"
 #include "axiscal/calib/scaled_qr.hpp"
+#include "axiscal/kernels/sums_of_products.hpp"
 
 namespace axiscal {
 namespace {
@@ -27,19 +28,40 @@ Eigen::VectorXd damped_step_by_qr(const Linearised& linear, double damping) {
   return minimum_norm_solution(A, b).cwiseQuotient(lengths);
 }
 
+// @tparam Most  columns: few need no memory of their own.
+template <int Most>
+std::optional<Eigen::VectorXd> solved_normal_equations(const Linearised& linear,
+                                                       double damping,
+                                                       double smallest_pivot) {
+  constexpr int with_residuals = Most == Eigen::Dynamic ? Eigen::Dynamic : Most + 1;
+  const Eigen::Index p = linear.jacobian.cols();
+  Eigen::Array<const double*, Eigen::Dynamic, 1, 0, with_residuals, 1> columns(p + 1);
+  for (Eigen::Index j = 0; j < p; ++j) {
+    columns(j) = linear.jacobian.col(j).data();
+  }
+  columns(p) = linear.residuals.data();
+  Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, with_residuals, with_residuals> sums(
+      p + 1, p + 1);
+  sums_of_products({columns.data(), static_cast<std::size_t>(p + 1)},
+                   static_cast<std::size_t>(linear.jacobian.rows()), sums.data());
+  using Normal = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, Most, Most>;
+  const Normal N = sums.topLeftCorner(p, p).template selfadjointView<Eigen::Lower>();
+  const ScaledCholeskyOf<Normal> cholesky(N, damping);
+  if (!cholesky.is_determined(smallest_pivot * smallest_pivot)) {
+    return std::nullopt;
+  }
+  return Eigen::VectorXd(-cholesky.solve(sums.row(p).head(p).transpose()));
+}
+
 }  // namespace
 
 std::optional<Eigen::VectorXd> step_by_normal_equations(const Linearised& linear,
                                                         double damping,
                                                         double smallest_pivot) {
-  const Eigen::Index p = linear.jacobian.cols();
-  Eigen::MatrixXd N = Eigen::MatrixXd::Zero(p, p);
-  N.selfadjointView<Eigen::Lower>().rankUpdate(linear.jacobian.transpose());
-  const ScaledCholesky cholesky(N.selfadjointView<Eigen::Lower>(), damping);
-  if (!cholesky.is_determined(smallest_pivot * smallest_pivot)) {
-    return std::nullopt;
-  }
-  return Eigen::VectorXd(-cholesky.solve(linear.jacobian.transpose() * linear.residuals));
+  constexpr int few = 12;
+  return linear.jacobian.cols() <= few
+             ? solved_normal_equations<few>(linear, damping, smallest_pivot)
+             : solved_normal_equations<Eigen::Dynamic>(linear, damping, smallest_pivot);
 }
 
 Eigen::VectorXd damped_step(const Linearised& linear, double damping, bool by_qr) {
