@@ -8,6 +8,7 @@
 #include <gmock/gmock.h>
 
 #include "axiscal/core/random.hpp"
+#include "axiscal/kernels/ellipsoid_rows.hpp"
 #include "axiscal/kernels/instruction_set.hpp"
 #include "axiscal/kernels/reduce_columns.hpp"
 #include "axiscal/kernels/regression_trials.hpp"
@@ -348,6 +349,46 @@ TEST_P(Kernels, ProductsOfColumnsAreThoseOfPlainCode) {
           EXPECT_NEAR(sums[k + p * j], plain[k + p * j], 1e-13 * static_cast<double>(n)) << p << n;
         }
       }
+    }
+  }
+}
+
+// ---- ellipsoid ----
+
+TEST_P(Kernels, EllipsoidRowsAreThoseOfPlainCode) {
+  for (const std::size_t n : {1U, 7U, 8U, 203U}) {
+    const std::array<std::vector<double>, 3> v = {normals(n, 1, 0.1), normals(n, 2), normals(n, 3)};
+    const std::vector<double> weights = normals(n, 4, 5.0);
+    const EllipsoidReadings readings{
+        .v = {v[0].data(), v[1].data(), v[2].data()},
+        .n = n,
+        .A = {{{1.1, 0.02, -0.03}, {0.04, 0.9, 0.05}, {0.0, 0.06, 1.0}}},
+        .b = {0.1, -0.2, 0.3}};
+    for (const bool symmetric : {false, true}) {
+      const EllipsoidWeights how{.root_weights = weights.data(),
+                                 .C = {{{1.2, 0.1, 0.2}, {0.1, 0.8, 0.05}, {0.2, 0.05, 1.0}}},
+                                 .symmetric = symmetric};
+      const auto rows_by = [&](auto* function) {
+        std::vector<double> all(11 * n);
+        EllipsoidRows rows{.scale = all.data(), .residuals = all.data() + n};
+        for (std::size_t j = 0; j < rows.jacobian.size(); ++j) {
+          rows.jacobian[j] = all.data() + (2 + j) * n;
+        }
+        function(readings, how, rows);
+        return all;
+      };
+      const std::vector<double> plain = rows_by(&ellipsoid_rows_plain);
+      const std::vector<double> rows = rows_by(&ellipsoid_rows);
+      for (std::size_t i = 0; i < plain.size(); ++i) {
+        EXPECT_NEAR(rows[i], plain[i], 1e-13 * (1.0 + std::abs(plain[i]))) << i / n;
+      }
+      const double squares = ellipsoid_squares_plain(readings, plain.data());
+      EXPECT_NEAR(ellipsoid_squares(readings, plain.data()), squares, 1e-13 * squares);
+      double of_residuals = 0.0;
+      for (std::size_t i = 0; i < n; ++i) {
+        of_residuals += plain[n + i] * plain[n + i];
+      }
+      EXPECT_NEAR(squares, of_residuals, 1e-13 * squares);
     }
   }
 }

@@ -2,6 +2,7 @@
 #include "ellipsoid.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <utility>
 
@@ -11,44 +12,46 @@
 
 #include "axiscal/calib/minimum_norm.hpp"
 #include "axiscal/core/not_a_number.hpp"
+#include "axiscal/kernels/ellipsoid_rows.hpp"
 
 namespace axiscal {
 namespace {
 
-// The readings are held by columns, so that all steps are arithmetic on whole arrays.
+std::array<std::array<double, 3>, 3> rows_of(const Eigen::Matrix3d& M) {
+  std::array<std::array<double, 3>, 3> rows{};
+  for (std::size_t i = 0; i < 3; ++i) {
+    for (std::size_t j = 0; j < 3; ++j) {
+      rows[i][j] = M(static_cast<Eigen::Index>(i), static_cast<Eigen::Index>(j));
+    }
+  }
+  return rows;
+}
+
+EllipsoidReadings readings_of(const EllipsoidCloud& cloud, const Ellipsoid& at) {
+  const double* const v = cloud.v.data();
+  const Eigen::Index n = cloud.size();
+  return {.v = {v, v + n, v + 2 * n},
+          .n = static_cast<std::size_t>(n),
+          .A = rows_of(at.A),
+          .b = {at.b.x(), at.b.y(), at.b.z()}};
+}
+
 void linearise_ellipsoid(const EllipsoidCloud& cloud,
                          const Ellipsoid& at,
                          LinearisedEllipsoid& result) {
-  using Columns = Eigen::Array<double, Eigen::Dynamic, 3>;
-  const Eigen::Matrix3d C = at.A * cloud.noise * at.A.transpose();
-  const Columns d = (cloud.v.rowwise() - at.b.transpose()).array();
-  Columns u(d.rows(), 3);
-  for (int j = 0; j < 3; ++j) {
-    u.col(j) = at.A(j, 0) * d.col(0) + at.A(j, 1) * d.col(1) + at.A(j, 2) * d.col(2);
+  const Eigen::Index n = cloud.size();
+  result.scale.resize(n);
+  result.residuals.resize(n);
+  result.jacobian.resize(n, ellipsoid_parameters);
+  EllipsoidRows rows{.scale = result.scale.data(), .residuals = result.residuals.data()};
+  for (std::size_t j = 0; j < rows.jacobian.size(); ++j) {
+    rows.jacobian[j] = result.jacobian.col(static_cast<Eigen::Index>(j)).data();
   }
-  const Eigen::ArrayXd length = (u.col(0).square() + u.col(1).square() + u.col(2).square()).sqrt();
-  u.colwise() /= length;
-  result.scale =
-      cloud.root_weights.array() /
-      (C(0, 0) * u.col(0).square() + C(1, 1) * u.col(1).square() + C(2, 2) * u.col(2).square() +
-       2.0 * (C(0, 1) * u.col(0) * u.col(1) + C(0, 2) * u.col(0) * u.col(2) +
-              C(1, 2) * u.col(1) * u.col(2)))
-          .sqrt();
-  result.residuals = result.scale.array() * (length - 1.0);
-  u.colwise() *= result.scale.array();
-  result.jacobian.resize(d.rows(), ellipsoid_parameters);
-  for (int j = 0; j < 3; ++j) {
-    result.jacobian.col(j) =
-        -(at.A(0, j) * u.col(0) + at.A(1, j) * u.col(1) + at.A(2, j) * u.col(2));
-  }
-  for (std::size_t e = 0; e < ellipsoid_entries.size(); ++e) {
-    const auto [j, k] = ellipsoid_entries[e];
-    auto column = result.jacobian.col(3 + static_cast<Eigen::Index>(e));
-    column = u.col(j) * d.col(k);
-    if (j != k && cloud.shape == MagnitudeShape::symmetric) {
-      column.array() += u.col(k) * d.col(j);
-    }
-  }
+  ellipsoid_rows(readings_of(cloud, at),
+                 {.root_weights = cloud.root_weights.data(),
+                  .C = rows_of(at.A * cloud.noise * at.A.transpose()),
+                  .symmetric = cloud.shape == MagnitudeShape::symmetric},
+                 rows);
 }
 
 class EllipsoidProblem {
@@ -128,14 +131,7 @@ LinearisedEllipsoid linearise_ellipsoid(const EllipsoidCloud& cloud, const Ellip
 double ellipsoid_cost(const EllipsoidCloud& cloud,
                       const Ellipsoid& at,
                       const Eigen::VectorXd& scale) {
-  Eigen::ArrayXd squares = Eigen::ArrayXd::Zero(cloud.size());
-  for (int j = 0; j < 3; ++j) {
-    squares += (at.A(j, 0) * (cloud.v.col(0).array() - at.b(0)) +
-                at.A(j, 1) * (cloud.v.col(1).array() - at.b(1)) +
-                at.A(j, 2) * (cloud.v.col(2).array() - at.b(2)))
-                   .square();
-  }
-  return (scale.array() * (squares.sqrt() - 1.0)).square().sum();
+  return ellipsoid_squares(readings_of(cloud, at), scale.data());
 }
 
 Ellipsoid sphere_through(const EllipsoidCloud& cloud) {
