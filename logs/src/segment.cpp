@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <future>
 #include <set>
 
 #include "axiscal/core/error.hpp"
@@ -328,6 +329,55 @@ void join_rests(const SegmentOptions& options,
   }
 }
 
+// A log's blocks, of which the next few are read on a thread of its own while these are used.
+class BlocksAhead {
+ public:
+  explicit BlocksAhead(LogFile& log) : log_(log) { read(std::launch::deferred); }
+
+  // @return how many rows; 0 at the end.
+  std::size_t next(LogBlock& block) {
+    if (used_ == blocks_.size()) {
+      blocks_ = reading_.get();
+      used_ = 0;
+      // What is short is the end of the log, as most logs are.
+      read(blocks_.size() < batch ? std::launch::deferred : std::launch::async);
+    }
+    if (blocks_.empty()) {
+      return 0;
+    }
+    Block& one = blocks_[used_++];
+    block = std::move(one.columns);
+    return one.rows;
+  }
+
+ private:
+  struct Block {
+    LogBlock columns;
+    std::size_t rows = 0;
+  };
+  static constexpr std::size_t batch = 8;
+
+  void read(std::launch how) {
+    reading_ = std::async(how, [this] {
+      std::vector<Block> blocks;
+      while (blocks.size() < batch) {
+        Block one;
+        one.rows = log_.read(one.columns, block_rows);
+        if (one.rows == 0) {
+          break;
+        }
+        blocks.push_back(std::move(one));
+      }
+      return blocks;
+    });
+  }
+
+  LogFile& log_;
+  std::vector<Block> blocks_;
+  std::size_t used_ = 0;
+  std::future<std::vector<Block>> reading_;  // which is waited for at the end
+};
+
 // Says which columns hold no numbers; no rest has a mean of them.
 void blank_empty_columns(const Repair& repair, Segmentation& result) {
   for (std::size_t c = 0; c < result.columns.size(); ++c) {
@@ -348,10 +398,11 @@ Segmentation segment(LogFile& log, const SegmentOptions& options, const Threshol
   Clock clock(log.path(), options);
   Repair repair(options, result.detection, result.columns.size());
   std::optional<StaticDetector> detector;
+  BlocksAhead blocks(log);
   LogBlock block;
   std::vector<double> time_s;
   std::vector<char> broken;
-  while (const std::size_t count = log.read(block, block_rows)) {
+  while (const std::size_t count = blocks.next(block)) {
     std::vector<double> times;
     if (selected.has_times) {
       times = std::move(block.back());

@@ -11,6 +11,7 @@
 #include "axiscal/logs/simulate_log.hpp"
 #include "axiscal/logs/static_detector.hpp"
 #include "matchers.hpp"
+#include "program.hpp"
 
 namespace axiscal {
 namespace {
@@ -266,6 +267,29 @@ TEST(Segment, RefusesALogWithoutRest) {
   }
   EXPECT_THAT(test::complaint_of<RefusedError>([&] { segmented(log); }),
               HasSubstr("there is no rest of 1 s in 500 samples (5 s)"));
+}
+
+// Far behind its start a log is read on a thread of its own.
+TEST(Segment, SaysWhatIsWrongFarBehindTheStart) {
+  const test::ScratchFolder folder;
+  std::string text = "ax,ay,az\n";
+  constexpr int rows = 70000;
+  for (int i = 0; i < rows; ++i) {
+    text += i % 3 == 0 ? "0.1,0.2,1\n" : "0.1001,0.2,1.0001\n";
+  }
+  SegmentOptions options = by_accelerometer();
+  options.rate_hz = 100.0;
+  const auto segment_file = [&](const std::string& content) {
+    LogFile file(folder.write("log.csv", content));
+    return segment(file, options);
+  };
+  const Segmentation good = segment_file(text);
+  EXPECT_EQ(good.samples, static_cast<std::size_t>(rows));
+  ASSERT_EQ(good.intervals.size(), 1U);
+  EXPECT_EQ(good.intervals.front().samples(), static_cast<std::size_t>(rows));
+  EXPECT_THAT(test::complaint_of<DataError>(
+                  [&] { static_cast<void>(segment_file(text + std::string(2U << 20U, '1'))); }),
+              HasSubstr("log.csv:70002:"));
 }
 
 TEST(Segment, OfOneRestIsOneRest) {
