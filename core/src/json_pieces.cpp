@@ -192,7 +192,8 @@ class PieceFinder {
         return false;
       }
       const std::string_view name = at_.since(begin).substr(1, at_.place() - begin - 2);
-      if (!at_.take(':') || !take_member(pointer, name)) {
+      const bool is_plain = name.find('\\') == name.npos;  // else it may be one of those too
+      if (!is_plain || !at_.take(':') || !take_member(pointer, name)) {
         return false;
       }
     } while (at_.take(','));

@@ -33,7 +33,8 @@ TEST(JsonPieces, AreNotFoundInWhatIsNotWhole) {
   for (const std::string_view text :
        {R"({"rows": [1, 2)", R"({"rows": [1] "x": 1})", R"({"x" 1})", R"({"rows": [1],})", "[1]",
         "", "{", R"({"x": "ab)", R"({"x": 1}})", R"({"x": 1,)", R"({"fit": {"text": 1)",
-        R"({"x": 1, "x": 2})", R"({"x": })", R"({"fit": {"text": 1}, "fit": {"text": 1}})"}) {
+        R"({"x": 1, "x": 2})", R"({"x": })", R"({"fit": {"text": 1}, "fit": {"text": 1}})",
+        R"({"\u0078": 1})"}) {
     EXPECT_FALSE(json_pieces(text, members)) << text;
   }
 }

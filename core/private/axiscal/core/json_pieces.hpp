@@ -18,8 +18,8 @@ namespace axiscal {
 ///
 /// @param members  by their pointers: "/created", "/statistics/covariance".
 /// @param pieces   takes of each its value's text; stays as it is where there is none.
-/// @return false where the text is no object, has one of them twice, or ends early: the parser
-///         says what is wrong.
+/// @return false where the text is no object, has one of them twice, a name with an escape, or ends
+///         early: the parser says what it is.
 [[nodiscard]] bool find_json_pieces(std::string_view text,
                                     std::span<const std::string_view> members,
                                     std::span<std::string_view> pieces);
