@@ -199,11 +199,11 @@ double ellipsoid_squares(const EllipsoidReadings& readings, const double* scale)
 void ellipsoid_rows(const EllipsoidReadings& readings,
                     const EllipsoidWeights& weights,
                     const EllipsoidRows& rows) {
-  put_rows(readings, weights, rows, 0);
+  ellipsoid_rows_plain(readings, weights, rows);
 }
 
 double ellipsoid_squares(const EllipsoidReadings& readings, const double* scale) {
-  return squares_from(readings, scale, 0);
+  return ellipsoid_squares_plain(readings, scale);
 }
 #endif
 

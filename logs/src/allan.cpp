@@ -77,15 +77,19 @@ std::vector<std::size_t> decade_lengths(std::size_t samples) {
 
 namespace {
 
+void require_enough(std::size_t phases) {
+  if (phases < 3) {
+    throw DomainError("allan_deviation: three samples or more are needed");
+  }
+}
+
 // @param phase  but for a first one of 0, if `zero_before`.
 std::vector<AllanPoint> curve_of(std::span<const double> phase,
                                  bool zero_before,
                                  double rate_hz,
                                  std::span<const std::size_t> lengths) {
   const std::size_t n = phase.size() + (zero_before ? 1 : 0);
-  if (n < 3) {
-    throw DomainError("allan_deviation: three samples or more are needed");
-  }
+  require_enough(n);
   std::vector<std::size_t> used;
   std::copy_if(lengths.begin(), lengths.end(), std::back_inserter(used),
                [&](std::size_t m) { return m >= 1 && 2 * m < n; });
@@ -165,6 +169,7 @@ std::vector<AllanPoint> allan_deviation(std::span<const double> samples,
 std::vector<AllanPoint> allan_deviation_in_place(std::span<double> samples,
                                                  double rate_hz,
                                                  std::span<const std::size_t> lengths) {
+  require_enough(samples.size() + 1);  // before they are changed
   put_phase(samples, rate_hz, samples);
   return curve_of(samples, true, rate_hz, lengths);
 }

@@ -99,6 +99,15 @@ TEST(AllanDeviation, RefusesWhatHasNone) {
                     allan_deviation(std::vector<double>{1.0}, 1.0, std::vector<std::size_t>{1}));
               }),
               testing::HasSubstr("three samples"));
+  // What is refused in its place stays what it is.
+  for (const std::vector<double>& samples :
+       {std::vector<double>{1.0}, std::vector<double>{1.0, std::nan(""), 2.0}}) {
+    std::vector<double> own = samples;
+    EXPECT_THROW(static_cast<void>(allan_deviation_in_place(own, 1.0, std::vector<std::size_t>{1})),
+                 DomainError);
+    EXPECT_EQ(own.front(), 1.0);
+    EXPECT_EQ(own.back(), samples.back());
+  }
   EXPECT_THROW(static_cast<void>(allan_deviation(std::vector<double>{1.0, std::nan(""), 2.0}, 1.0,
                                                  std::vector<std::size_t>{1})),
                DomainError);

@@ -122,7 +122,7 @@ Eigen::MatrixXd JointFit::open_basis(const JointState& state, const Eigen::Vecto
 
 std::shared_ptr<const JointState> JointFit::advanced(const JointState& state,
                                                      const Eigen::VectorXd& sigma,
-                                                     Eigen::VectorXd& step) const {
+                                                     Eigen::VectorXd step) const {
   constexpr double longest_step_rad = 0.5;
   step *= std::min(1.0, longest_step_rad / std::max(step.norm(), 1e-300));
   const double current = cost(state, sigma);
@@ -146,7 +146,7 @@ std::shared_ptr<const JointState> JointFit::converged(std::shared_ptr<const Join
     for (Eigen::Index k = 0; k < set_.axis_count(); ++k) {
       gradient += state->axes[static_cast<std::size_t>(k)].sums.gradient / (sigma(k) * sigma(k));
     }
-    Eigen::VectorXd step = basis * (basis.transpose() * gradient);
+    const Eigen::VectorXd step = basis * (basis.transpose() * gradient);
     constexpr double still_rad = 1e-14;
     if (step.norm() < still_rad) {
       break;

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "axiscal/calib/calibration_json.hpp"
 
-#include <array>
 #include <limits>
 
 #include "axiscal/calib/uncertainty.hpp"

@@ -112,10 +112,10 @@ class JointFit {
   [[nodiscard]] double cost(const JointState& state, const Eigen::VectorXd& sigma) const;
 
   // The state that a step of the tangents leads to, halved until the cost does not rise; null
-  // where no part of it helps. On return `step` is the one that was taken.
+  // where no part of it helps.
   [[nodiscard]] std::shared_ptr<const JointState> advanced(const JointState& state,
                                                            const Eigen::VectorXd& sigma,
-                                                           Eigen::VectorXd& step) const;
+                                                           Eigen::VectorXd step) const;
 
   // The directions that are not confounded with b and S, as orthonormal changes of the residuals:
   // the step is basis * z.
