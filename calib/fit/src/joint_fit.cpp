@@ -185,9 +185,12 @@ DirectionShares JointFit::shares(const JointState& state, const Eigen::VectorXd&
                          .degrees_of_freedom = Eigen::VectorXd(set_.axis_count())};
   for (Eigen::Index k = 0; k < set_.axis_count(); ++k) {
     const ResponseSums& own = state.axes[static_cast<std::size_t>(k)].sums;
-    shares.degrees_of_freedom(k) =
+    const double left =
         own.degrees_of_freedom -
         own.information.cwiseProduct(shares.covariance).sum() / (sigma(k) * sigma(k));
+    // Whole where it is but for rounding, of which tests would make a degree of freedom.
+    const double whole = std::round(left);
+    shares.degrees_of_freedom(k) = std::abs(left - whole) < 1e-9 ? whole : left;
   }
   return shares;
 }

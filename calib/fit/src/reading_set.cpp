@@ -11,7 +11,9 @@
 namespace axiscal {
 
 double ReadingSet::rounding(Eigen::Index k) const {
-  return 64.0 * std::numeric_limits<double>::epsilon() * response.col(k).cwiseAbs().maxCoeff();
+  const double largest =
+      (weights.col(k).array() > 0.0).select(response.col(k).array().abs(), 0.0).maxCoeff();
+  return 64.0 * std::numeric_limits<double>::epsilon() * largest;
 }
 
 double ReadingSet::rounding() const {

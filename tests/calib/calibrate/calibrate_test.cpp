@@ -414,6 +414,49 @@ TEST(Calibrate, SplitsPureErrorFromLackOfFit) {
 
 // ---- fields ----
 
+// Six points say as much as the direction and the coefficients of one axis take up.
+TEST(Calibrate, TestsNoLackOfFitByRounding) {
+  LinearResponse response;
+  response.bias = Eigen::VectorXd::Constant(1, 0.02);
+  response.sensitivity = Eigen::RowVector3d(-0.08, -0.017, 2.5);
+  const SensorModel truth = test::truth_of(response);
+  Experiment experiment = experiment_for(truth);
+  experiment.method = Method::joint;
+  for (std::uint64_t seed = 1; seed <= 40; ++seed) {
+    const Calibration found = calibrate(
+        experiment, observe(truth, {.points = 6, .replicates = 2, .noise_sd = 2e-4, .seed = seed}));
+    // Of 12: four coefficients, two of the direction and how the blocks differ.
+    ASSERT_EQ(found.fit.statistics->degrees_of_freedom(0), 5.0) << seed;
+    const LackOfFit& test = found.fit.statistics->lack_of_fit.at(0);
+    EXPECT_EQ(test.lack_of_fit_dof, 0.0) << seed;
+    EXPECT_TRUE(std::isnan(test.p_value)) << seed;
+  }
+}
+
+// What is beyond the instrument's range does not count, whatever stands there.
+TEST(Calibrate, IsTheSameWhateverStandsBeyondTheRange) {
+  const SensorModel truth = accelerometer_truth();
+  Experiment experiment = experiment_for(truth);
+  experiment.instrument.range = ReadingRange{.low = -10.0, .high = 10.0};
+  Observations observations =
+      observe(truth, {.points = 24, .replicates = 2, .noise_sd = 2e-4, .seed = 3});
+  std::optional<Calibration> first;
+  for (const double full : {12.0, 1e12, 9.9e37}) {
+    observations.response(3, 0) = full;
+    observations.response(17, 1) = -full;
+    const Calibration found = calibrate(experiment, observations);
+    first = first.value_or(found);
+    EXPECT_TRUE(
+        found.fit.statistics->residual_sd.isApprox(first->fit.statistics->residual_sd, 1e-9));
+    EXPECT_TRUE(found.fit.statistics->bias_se.isApprox(first->fit.statistics->bias_se, 1e-9));
+    for (std::size_t k = 0; k < 3; ++k) {
+      EXPECT_NEAR(found.fit.statistics->lack_of_fit[k].p_value,
+                  first->fit.statistics->lack_of_fit[k].p_value, 1e-6);
+    }
+    EXPECT_EQ(codes(found), codes(*first));
+  }
+}
+
 TEST(Calibrate, TakesGravityInSiUnitsAtASite) {
   SensorModel truth = accelerometer_truth();
   // Somigliana's formula with the WGS 84 constants at 45 degrees.

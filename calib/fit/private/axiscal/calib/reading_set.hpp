@@ -136,7 +136,7 @@ struct ReadingSet {
   // The readings of axis k that have weight.
   [[nodiscard]] std::vector<double> readings_of_axis(Eigen::Index k) const;
 
-  /// Residuals of axis k below this are rounding.
+  /// Residuals of axis k below this are rounding; by the readings that it uses.
   [[nodiscard]] double rounding(Eigen::Index k) const;
 
   /// The largest of them, where axes are looked at together.
