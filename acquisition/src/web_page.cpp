@@ -83,7 +83,7 @@ bool is_by_script(const WebRequest& request) {
 }
 
 std::string text_of(const WebRequest& request, const char* key) {
-  const Json json = Json::parse(request.body, nullptr, false);
+  const Json json = json_or_discarded(request.body);
   return json.is_object() && json.contains(key) && json[key].is_string()
              ? json[key].get<std::string>()
              : "";

@@ -12,6 +12,7 @@
 
 #include "axiscal/core/error.hpp"
 #include "axiscal/core/formatted.hpp"
+#include "axiscal/core/json_pieces.hpp"
 #include "axiscal/core/nearest_name.hpp"
 #include "axiscal/core/not_a_number.hpp"
 #include "axiscal/core/number_text.hpp"
@@ -430,9 +431,24 @@ void JsonValue::fail(std::string_view what) const {
   throw DataError(path(), pointer(), what);
 }
 
+namespace {
+
+// Values are copied by a call for each depth.
+constexpr std::size_t deepest = 1000;
+
+}  // namespace
+
+Json json_or_discarded(std::string_view text) {
+  return depth_of_json(text) > deepest ? Json(Json::value_t::discarded)
+                                       : Json::parse(text.begin(), text.end(), nullptr, false);
+}
+
 JsonValue parse_json(std::string_view text, std::string path) {
   if (text.starts_with("\xEF\xBB\xBF")) {
     text.remove_prefix(3);
+  }
+  if (depth_of_json(text) > deepest) {
+    throw DataError(path, formatted("is nested more than {} deep", deepest));
   }
   try {
     return {Json::parse(text.begin(), text.end()), path};

@@ -56,19 +56,20 @@ class JsonSkimmer {
   // From one quote to behind the other.
   bool skip_string() {
     std::size_t begin = place_ + 1;
-    for (;;) {
-      const std::size_t end = text_.find('"', begin);
-      if (end == text_.npos) {
-        place_ = text_.size();
-        return false;
-      }
+    std::size_t end = text_.find('"', begin);
+    while (end != text_.npos) {
       const std::size_t escape = text_.substr(0, end).find('\\', begin);
       if (escape == text_.npos) {
         place_ = end + 1;
         return true;
       }
       begin = escape + 2;
+      if (begin > end) {  // that quote was the escaped one
+        end = text_.find('"', begin);
+      }
     }
+    place_ = text_.size();
+    return false;
   }
 
   bool skip_value() {
@@ -91,6 +92,7 @@ class JsonSkimmer {
         case '{':
         case '[':
           ++depth;
+          deepest_ = std::max(deepest_, depth);
           ++place_;
           break;
         case '}':
@@ -117,7 +119,10 @@ class JsonSkimmer {
     return value.substr(0, value.find_last_not_of(" \t\r\n") + 1);
   }
 
-  // A number, or null, which is NaN.
+  // How deep what was passed by is nested.
+  [[nodiscard]] std::size_t deepest() const { return deepest_; }
+
+  // A number as JSON writes them, or null, which is NaN.
   bool take_number(double& number) {
     const std::string_view rest = text_.substr(place_);
     if (rest.starts_with("null")) {
@@ -130,8 +135,18 @@ class JsonSkimmer {
       return false;
     }
     const auto [end, error] = read_double(rest.data(), rest.data() + rest.size(), number);
-    place_ += static_cast<std::size_t>(end - rest.data());
-    return error == std::errc() && std::isfinite(number);
+    const auto size = static_cast<std::size_t>(end - rest.data());
+    place_ += size;
+    const auto is_digit = [&](std::size_t i) {
+      return i < size && rest[i] >= '0' && rest[i] <= '9';
+    };
+    const std::size_t point = rest.substr(0, size).find('.');
+    if (rest.substr(0, size) == "-0") {
+      number = 0.0;  // a whole number
+    }
+    return error == std::errc() && std::isfinite(number) &&
+           !(rest[sign] == '0' && is_digit(sign + 1)) &&
+           (point == rest.npos || is_digit(point + 1));
   }
 
   bool take_text(std::string& text) {
@@ -166,6 +181,7 @@ class JsonSkimmer {
  private:
   std::string_view text_;
   std::size_t place_ = 0;
+  std::size_t deepest_ = 0;
 };
 
 class PieceFinder {
@@ -192,7 +208,8 @@ class PieceFinder {
         return false;
       }
       const std::string_view name = at_.since(begin).substr(1, at_.place() - begin - 2);
-      const bool is_plain = name.find('\\') == name.npos;  // else it may be one of those too
+      // Else it may be one of those too, or only look as if it were.
+      const bool is_plain = name.find_first_of("\\/") == name.npos;
       if (!is_plain || !at_.take(':') || !take_member(pointer, name)) {
         return false;
       }
@@ -212,8 +229,11 @@ class PieceFinder {
       }
       if (member.size() == size) {
         piece = &pieces_[i];
-      } else if (member[size] == '/' && at_.at() == '{') {
-        return take_object(member.substr(0, size));
+      } else if (member[size] == '/') {
+        const std::string_view object = member.substr(0, size);
+        const bool twice = std::find(objects_.begin(), objects_.end(), object) != objects_.end();
+        objects_.push_back(object);
+        return !twice && take_object(object);
       }
     }
     if (piece == nullptr) {
@@ -227,6 +247,7 @@ class PieceFinder {
   JsonSkimmer at_;
   std::span<const std::string_view> members_;
   std::span<std::string_view> pieces_;
+  std::vector<std::string_view> objects_;  // that hold them
 };
 
 }  // namespace
@@ -251,6 +272,11 @@ std::optional<std::vector<std::string_view>> list_of_piece(std::string_view piec
 std::optional<Eigen::MatrixXd> matrix_of_piece(std::string_view piece,
                                                Eigen::Index rows,
                                                Eigen::Index columns) {
+  // An entry takes two characters or more: what is too large is not even begun.
+  const auto most = static_cast<Eigen::Index>(piece.size() / 2);
+  if (rows > most || columns > most || rows * columns > most) {
+    return std::nullopt;
+  }
   JsonSkimmer at(piece);
   Eigen::MatrixXd matrix(rows, columns);
   Eigen::Index count = 0;
@@ -267,6 +293,9 @@ std::optional<Eigen::MatrixXd> matrix_of_piece(std::string_view piece,
 }
 
 std::optional<Eigen::VectorXd> vector_of_piece(std::string_view piece, Eigen::Index size) {
+  if (size > static_cast<Eigen::Index>(piece.size() / 2)) {
+    return std::nullopt;
+  }
   JsonSkimmer at(piece);
   Eigen::VectorXd vector(size);
   Eigen::Index count = 0;
@@ -286,6 +315,12 @@ std::optional<std::string> text_of_piece(std::string_view piece) {
   JsonSkimmer at(piece);
   std::string text;
   return at.take_text(text) && at.at_end() ? std::optional(std::move(text)) : std::nullopt;
+}
+
+std::size_t depth_of_json(std::string_view text) {
+  JsonSkimmer at(text);
+  at.skip_value();
+  return at.deepest();
 }
 
 }  // namespace axiscal

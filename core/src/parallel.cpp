@@ -8,11 +8,12 @@
 #include <thread>
 #include <vector>
 
+#include <system_error>
+
 namespace axiscal {
 namespace {
 
-// Waits for its threads at the end, also where one of them cannot be started. (libc++ 14 has no
-// jthread.)
+// Waits for its threads at the end. (libc++ 14 has no jthread.)
 class JoinedThreads {
  public:
   JoinedThreads() = default;
@@ -24,7 +25,15 @@ class JoinedThreads {
     }
   }
 
-  void start(const std::function<void()>& work) { threads_.emplace_back(work); }
+  // @return whether there is a thread for it.
+  bool start(const std::function<void()>& work) {
+    try {
+      threads_.emplace_back(work);
+      return true;
+    } catch (const std::system_error&) {
+      return false;
+    }
+  }
 
  private:
   std::vector<std::thread> threads_;
@@ -63,8 +72,7 @@ void for_each_in_parallel(std::size_t count,
   };
   {
     JoinedThreads pool;
-    for (std::size_t t = 1; t < used; ++t) {
-      pool.start(run);
+    for (std::size_t t = 1; t < used && pool.start(run); ++t) {
     }
     run();
   }

@@ -6,7 +6,6 @@
 #include <map>
 
 #include <Eigen/LU>
-#include <nlohmann/json.hpp>
 #ifdef AXISCAL_YAML
 #include <yaml-cpp/yaml.h>
 #endif
@@ -14,6 +13,7 @@
 #include "axiscal/calib/calibration_json.hpp"
 #include "axiscal/core/error.hpp"
 #include "axiscal/core/formatted.hpp"
+#include "axiscal/core/json_document.hpp"
 #include "axiscal/core/nearest_name.hpp"
 #include "axiscal/core/number_text.hpp"
 #include "axiscal/core/timestamp.hpp"
@@ -187,8 +187,6 @@ Imported import_ardupilot(const Source& source) {
 
 // ---- imucal ----
 
-using Json = nlohmann::json;
-
 template <int columns>
 Eigen::Matrix<double, 3, columns> json_numbers(const Source& source,
                                                const Json& json,
@@ -233,7 +231,7 @@ Eigen::Matrix3d json_product(const Source& source,
 
 // imucal's Ferraris calibration: v = K R f + b, of the gyroscope with K_ga a besides.
 Imported import_imucal(const Source& source) {
-  const Json json = Json::parse(source.text, nullptr, false);
+  const Json json = json_or_discarded(source.text);
   if (!json.is_object() || !json.contains("K_a")) {
     throw DataError(source.path, std::string_view("/"),
                     "no calibration of imucal: an object with K_a, R_a, b_a, ... is needed");

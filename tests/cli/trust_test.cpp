@@ -114,6 +114,32 @@ TEST_F(TrustCommands, HistorySaysWhenALimitWillBeMet) {
   EXPECT_EQ(run_axiscal({"check", "--history", folder_.path("none")}).status, 3);
 }
 
+TEST_F(TrustCommands, HistoryPassesOverWhatIsStrange) {
+  const std::string folder = folder_.path("records");
+  std::filesystem::create_directory(folder);
+  json one = json::parse(truth_text);
+  one["created"] = "2020-07-01T00:00:00Z";
+  folder_.write("records/good.json", one.dump());
+  const std::string deep(200000, '[');
+  folder_.write("records/deep.json",
+                R"({"a": )" + deep + std::string(200000, ']') + R"(, "b": 1})");
+  json wide = one;
+  wide["statistics"]["parameter_names"] = std::vector<std::string>(60000, "p");
+  wide["statistics"]["covariance"] = {{1.0}};
+  folder_.write("records/wide.json", wide.dump());
+  json other = one;  // an instrument of one axis whose name lists those of the first
+  other["instrument"]["axes"] = {"x, y, z"};
+  other["coefficients"] = {{"bias", {0.1}}, {"sensitivity", {{1.0, 0.0, 0.0}}}};
+  folder_.write("records/other.json", other.dump());
+  const ProgramResult result = run_axiscal({"check", "--history", folder, "--json"});
+  EXPECT_EQ(result.status, 0) << result.err;
+  EXPECT_THAT(result.err, HasSubstr("deep.json: is nested more than 1000 deep"));
+  EXPECT_THAT(result.err, HasSubstr("wide.json: /statistics/covariance: must have 60000 rows"));
+  const json units = json::parse(result.out);
+  ASSERT_EQ(units.size(), 2U);
+  EXPECT_EQ(units[0]["trends"].size() + units[1]["trends"].size(), 16U);
+}
+
 // Values that scatter: the date has an interval, and a slope that may be none has no end.
 TEST_F(TrustCommands, TheDateOfALimitHasAnInterval) {
   const std::string folder = folder_.path("records");

@@ -75,5 +75,19 @@ TEST(JsonValue, SaysWhereItIs) {
             "f.json: /t/n/1: must be a number");
 }
 
+// Values are copied by calls: what is nested for its own sake must not use up the stack.
+TEST(JsonValue, IsNotNestedWithoutEnd) {
+  const auto nested = [](std::size_t depth) {
+    return R"({"a": )" + std::string(depth, '[') + std::string(depth, ']') + R"(, "b": 1})";
+  };
+  EXPECT_EQ(parse_json(nested(999), "f.json").at("b").number(), 1.0);
+  EXPECT_EQ(test::complaint_of<DataError>(
+                [&] { static_cast<void>(parse_json(nested(200000), "f.json")); }),
+            "f.json: is nested more than 1000 deep");
+  EXPECT_FALSE(json_or_discarded(nested(999)).is_discarded());
+  EXPECT_TRUE(json_or_discarded(nested(200000)).is_discarded());
+  EXPECT_TRUE(json_or_discarded("{").is_discarded());
+}
+
 }  // namespace
 }  // namespace axiscal

@@ -3,13 +3,21 @@
 
 #include <algorithm>
 #include <atomic>
+#include <cstdlib>
+#include <fstream>
 #include <functional>
 #include <optional>
 #include <stdexcept>
 #include <string>
+#include <thread>
 #include <vector>
 
 #include <gmock/gmock.h>
+#include <sys/resource.h>
+#include <system_error>
+#include <unistd.h>
+
+#include "allocations.hpp"
 
 namespace axiscal {
 namespace {
@@ -44,6 +52,36 @@ TEST(ForEachInParallel, ThrowsTheErrorOfTheLowestNumber) {
     }
     EXPECT_LT(done, 20);
   }
+}
+
+// What threads are for is to be quicker: where the machine gives none all is done without.
+TEST(ForEachInParallel, NeedsNoThreads) {
+#if defined(__SANITIZE_THREAD__) || AXISCAL_HAS_FEATURE(thread_sanitizer)
+  GTEST_SKIP() << "the thread sanitizer needs more memory than is left";
+#endif
+  if (test::under_address_sanitizer) {
+    GTEST_SKIP() << "the address sanitizer needs more memory than is left";
+  }
+  const auto without_threads = [] {
+    std::size_t pages = 0;
+    std::ifstream("/proc/self/statm") >> pages;
+    const rlim_t little = pages * static_cast<std::size_t>(getpagesize()) + (1U << 20U);
+    const rlimit limit{.rlim_cur = little, .rlim_max = little};
+    setrlimit(RLIMIT_AS, &limit);  // no stack for another
+    bool refused = false;
+    try {
+      std::thread([] {}).join();
+    } catch (const std::system_error&) {
+      refused = true;
+    }
+    std::atomic<int> sum = 0;
+    for_each_in_parallel(
+        4, [&](std::size_t i) { sum += static_cast<int>(i); }, 4);
+    sum += begin_work([] { return 10; }).get();
+    std::_Exit(refused && sum == 16 ? 0 : 1);
+  };
+  GTEST_FLAG_SET(death_test_style, "threadsafe");  // no stacks of threads that ended
+  EXPECT_EXIT(without_threads(), testing::ExitedWithCode(0), "");
 }
 
 std::function<std::optional<std::function<int()>>()> numbers_to(int count, int failing = -1) {

@@ -107,7 +107,9 @@ void span_members(JsonMembers& io, std::vector<TemperatureSpan>& spans, Eigen::I
     io.need_pair("range", spans.front().low, spans.front().high);
     return;
   }
-  spans.resize(static_cast<std::size_t>(m));
+  if (io.reads()) {
+    spans.resize(static_cast<std::size_t>(m));
+  }
   Eigen::VectorXd reference(m);
   Eigen::MatrixXd range(m, 2);
   for (Eigen::Index k = 0; k < m; ++k) {
@@ -118,8 +120,8 @@ void span_members(JsonMembers& io, std::vector<TemperatureSpan>& spans, Eigen::I
   io.need_vector("reference", reference, m);
   io.need_matrix("range", range, m, 2);
   for (Eigen::Index k = 0; k < m; ++k) {
-    spans[static_cast<std::size_t>(k)] = {
-        .reference = reference(k), .low = range(k, 0), .high = range(k, 1)};
+    io.keep(spans[static_cast<std::size_t>(k)],
+            TemperatureSpan{.reference = reference(k), .low = range(k, 0), .high = range(k, 1)});
   }
 }
 
@@ -213,7 +215,7 @@ void members(JsonMembers& io, LevelnessEstimate& estimate, bool with_values) {
   if (!point) {
     io.from().fail("needs 'rest' and 'fence'");
   }
-  estimate.point = *point;
+  io.keep(estimate.point, *point);
   io.value("block", estimate.block);
   if (with_values || io.reads()) {
     io.number("x", estimate.x);
@@ -315,7 +317,7 @@ void suggestion_members(JsonMembers& io, Correction& correction, Eigen::Index m)
         one.value("run", taken.first);
         std::optional<DesignPoint> point = taken.second;
         point_members(one, point);
-        taken.second = point.value_or(taken.second);
+        one.keep(taken.second, point.value_or(taken.second));
       },
       std::pair(0, DesignPoint(Face::minus_z, Face::minus_x)));
   io.list_if_any("responses", correction.responses,
@@ -333,7 +335,7 @@ void members(JsonMembers& io, CalibrationWarning& warning) {
       warning.runs.size() == 1 ? std::optional<int>(warning.runs.front()) : std::nullopt;
   io.value_if_any("run", run);
   if (run) {
-    warning.runs = {*run};
+    io.keep(warning.runs, std::vector{*run});
   } else {
     io.value_if_any("runs", warning.runs);
   }
@@ -354,7 +356,7 @@ void members(JsonMembers& io, PolarFit& fit) {
 void word_members(JsonMembers& io, const char* key, bool& flag, const char* word) {
   std::string text = flag ? word : "";
   io.value_if_any(key, text);
-  flag = text == word;
+  io.keep(flag, text == word);
 }
 
 void coefficient_members(JsonMembers& io, Calibration& calibration) {
@@ -376,7 +378,7 @@ void members(JsonMembers& io, CalibrationConditions& conditions, Eigen::Index m)
   io.value("mounts", conditions.mounts);
   std::string kind = conditions.intermediate ? "intermediate" : "repeatability";
   io.value("kind", kind);
-  conditions.intermediate = kind == "intermediate";
+  io.keep(conditions.intermediate, kind == "intermediate");
   if (io.has("earlier", conditions.earlier > 0)) {
     io.need("earlier", conditions.earlier);
   }
@@ -459,7 +461,7 @@ void mount_member(JsonMembers& io, std::optional<Eigen::Matrix3d>& mount) {
     Eigen::Matrix3d rotation = mount.value_or(Eigen::Matrix3d::Identity());
     io.need_matrix(key, rotation, 3, 3);
     io.check(key, is_rotation(rotation), "must be a rotation");
-    mount = rotation;
+    io.keep(mount, rotation);
   }
 }
 

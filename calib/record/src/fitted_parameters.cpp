@@ -55,6 +55,13 @@ FittedParameters fitted_parameters(const Calibration& calibration) {
               parameter_covariance(calibration).diagonal(), parameter_names(instrument.axes))};
 }
 
+// Some, each another.
+bool are_names(std::vector<std::string> axes) {
+  std::sort(axes.begin(), axes.end());
+  return !axes.empty() && !axes.front().empty() &&
+         std::adjacent_find(axes.begin(), axes.end()) == axes.end();
+}
+
 // The variances that a budget's sources add to the fit's; nothing where they are not plain.
 std::optional<Eigen::VectorXd> variances_of_sources(std::string_view sources, Eigen::Index size) {
   Eigen::VectorXd sum = Eigen::VectorXd::Zero(size);
@@ -72,11 +79,12 @@ std::optional<Eigen::VectorXd> variances_of_sources(std::string_view sources, Ei
       return std::nullopt;
     }
     const auto& [type, own] = *pieces;
-    if (type == "\"A\"") {
+    const auto plain_type = text_of_piece(type);
+    if (plain_type == "A") {
       continue;  // the fit's own
     }
     const auto covariance = matrix_of_piece(own, size, size);
-    if (!covariance) {
+    if (!plain_type || !covariance || !covariance->allFinite()) {
       return std::nullopt;
     }
     sum += covariance->diagonal();
@@ -109,7 +117,7 @@ std::optional<FittedParameters> quickly_read(std::string_view text) {
   auto serial = whose.empty() ? std::optional<std::string>("") : text_of_piece(whose);
   auto axes = texts_of_piece(which);
   const auto parameters = texts_of_piece(names);
-  if (!created || !serial || !axes || axes->empty() || !parameters) {
+  if (!created || !serial || !axes || !are_names(*axes) || !parameters) {
     return std::nullopt;
   }
   const auto m = static_cast<Eigen::Index>(axes->size());

@@ -38,7 +38,7 @@ void range_members(JsonMembers& io, Instrument& instrument) {
     ReadingRange range = instrument.range.value_or(ReadingRange{});
     io.need_pair("range", range.low, range.high);
     io.check("range", range.low < range.high, "must be [low, high], low less than high");
-    instrument.range = range;
+    io.keep(instrument.range, range);
   }
   io.flag_unless("one_sided", instrument.one_sided, false);
 }
@@ -65,7 +65,7 @@ void part_members(JsonMembers& io, FieldDescription& part) {
   io.value_if_any("magnitude_u", part.magnitude_u);
   Eigen::Vector3d in_table = part.in_table.value_or(Eigen::Vector3d::Zero());
   io.need_vector("in_table", in_table, 3);
-  part.in_table = in_table;
+  io.keep(part.in_table, in_table);
   io.need("set_by_level", part.set_by_level);
   io.need("turning", part.turning);
 }
@@ -86,7 +86,7 @@ void in_table_members(JsonMembers& io, FieldDescription& field) {
   if (io.has("in_table_covariance", field.in_table_covariance.has_value())) {
     Eigen::Matrix3d covariance = field.in_table_covariance.value_or(Eigen::Matrix3d::Zero());
     io.matrix("in_table_covariance", covariance, 3, 3);
-    field.in_table_covariance = covariance;
+    io.keep(field.in_table_covariance, covariance);
     io.number("in_table_degrees_of_freedom", field.in_table_degrees_of_freedom);
   }
 }
@@ -141,7 +141,7 @@ void members(JsonMembers& io, FieldDescription& field) {
   io.list_if_any("parts", field.parts,
                  [](JsonMembers& one, FieldDescription& part) { part_members(one, part); });
   for (FieldDescription& part : field.parts) {
-    part.unit = field.unit;
+    io.keep(part.unit, field.unit);
   }
   io.object_if_any("site", field.site, [](JsonMembers& one, Site& site) { members(one, site); });
   io.value_if_any("date", field.date);

@@ -227,7 +227,7 @@ std::vector<UnitHistory> read_history(const std::string& folder,
   const std::vector<std::string> paths = records_in(folder);
   std::vector<Entry> all(paths.size());
   for_each_in_parallel(paths.size(), [&](std::size_t i) { all[i] = entry_of(paths[i]); });
-  std::map<std::pair<std::string, std::string>, std::vector<Entry>> units;
+  std::map<std::pair<std::string, std::vector<std::string>>, std::vector<Entry>> units;
   for (Entry& entry : all) {
     if (!entry.failure.empty()) {
       if (passed_over != nullptr) {
@@ -235,7 +235,7 @@ std::vector<UnitHistory> read_history(const std::string& folder,
       }
       continue;  // another kind of file
     }
-    units[{entry.fitted.serial, joined(entry.fitted.axes)}].push_back(std::move(entry));
+    units[{entry.fitted.serial, entry.fitted.axes}].push_back(std::move(entry));
   }
   std::vector<UnitHistory> histories;
   for (auto& [key, entries] : units) {

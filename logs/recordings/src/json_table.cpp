@@ -4,12 +4,11 @@
 #include <algorithm>
 #include <map>
 
-#include <nlohmann/json.hpp>
-
 #include "axiscal/core/csv_reader.hpp"
 #include "axiscal/core/error.hpp"
 #include "axiscal/core/formatted.hpp"
 #include "axiscal/core/input_file.hpp"
+#include "axiscal/core/json_document.hpp"
 #include "axiscal/core/number_text.hpp"
 #include "opened.hpp"
 #include "text_encoding.hpp"
@@ -17,8 +16,6 @@
 
 namespace axiscal {
 namespace {
-
-using Json = nlohmann::ordered_json;
 
 constexpr std::size_t most_columns = 10000;
 constexpr int deepest = 16;
@@ -101,7 +98,7 @@ bool are_columns(const Json& json) {
 }
 
 std::vector<Json> records_of(const std::string& path, const std::string& text) {
-  Json json = Json::parse(text, nullptr, false);
+  Json json = json_or_discarded(text);
   if (!json.is_discarded()) {
     if (json.is_object() && json.contains("columns") && json.contains("data") &&
         json["columns"].is_array() && json["data"].is_array()) {  // pandas, orient="split"
@@ -136,7 +133,7 @@ std::vector<Json> records_of(const std::string& path, const std::string& text) {
     if (trimmed(part).empty() || trimmed(part) == "\r") {
       continue;
     }
-    Json record = Json::parse(part, nullptr, false);
+    Json record = json_or_discarded(part);
     if (record.is_discarded()) {
       throw DataError(path, line, "is no JSON: neither a whole file of it nor a record a line");
     }

@@ -56,6 +56,22 @@ TEST(CalibrationJson, IsWrittenAgainByteForByte) {
   }
 }
 
+// A record is written from what others may be reading.
+TEST(CalibrationJson, ChangesNothingThatItWrites) {
+  const SensorModel truth = accelerometer_truth();
+  Calibration calibration =
+      calibrate(experiment_for(truth), observe(truth, {.noise_sd = 1e-4, .seed = 3}));
+  FieldDescription part = calibration.sensor.field;
+  part.in_table.reset();
+  part.unit = "mg";
+  calibration.sensor.field.parts = {part};
+  calibration.sensor.rotation_sensor_from_assembly = Eigen::Matrix3d::Identity();
+  calibration.findings.warnings = {{.code = WarningCode::outlier, .runs = {3}, .message = "odd"}};
+  static_cast<void>(calibration_json(calibration));
+  EXPECT_FALSE(calibration.sensor.field.parts.front().in_table);
+  EXPECT_EQ(calibration.sensor.field.parts.front().unit, "mg");
+}
+
 // A record of many readings holds columns; the rows that earlier versions wrote are read too.
 TEST(CalibrationJson, WritesManyReadingsAsATable) {
   const SensorModel truth = accelerometer_truth();

@@ -71,6 +71,15 @@ TEST_F(FittedParametersOfFile, AreTheSameByTheOtherReader) {
   expect_same(read(other_order.dump()), plain);
 }
 
+TEST_F(FittedParametersOfFile, AreTheFitsAloneWhereASourceIsOfIt) {
+  const std::string text = calibration_json(calibration());
+  std::string escaped = text;  // the source's type
+  const std::size_t type = escaped.find("\"A\"", escaped.find("\"sources\""));
+  ASSERT_NE(type, std::string::npos);
+  escaped.replace(type, 3, R"("\u0041")");
+  expect_same(read(escaped), read(text));
+}
+
 TEST_F(FittedParametersOfFile, NeedNoStatistics) {
   json record = json::parse(calibration_json(calibration()));
   record.erase("statistics");
@@ -91,6 +100,9 @@ TEST_F(FittedParametersOfFile, AreRefusedWithThePlace) {
   record["version"] = 3;
   EXPECT_THAT(complaint(record.dump()), HasSubstr("/version"));
   record["version"] = 1;
+  record["instrument"]["axes"] = {"x", "x", "z"};
+  EXPECT_THAT(complaint(record.dump()), HasSubstr("/instrument/axes"));
+  record["instrument"]["axes"] = {"x", "y", "z"};
   record["coefficients"]["sensitivity"][1][2] = nullptr;
   EXPECT_THAT(complaint(record.dump()), HasSubstr("/coefficients/sensitivity/1/2"));
 }

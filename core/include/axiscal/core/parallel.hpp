@@ -8,9 +8,26 @@
 #include <future>
 #include <optional>
 #include <thread>
+#include <type_traits>
 #include <utility>
 
+#include <system_error>
+
 namespace axiscal {
+
+/// Begins work on a thread of its own. Where none can be had, or the work is not worth one, who
+/// asks for what it gives does it.
+template <typename Work>
+[[nodiscard]] std::future<std::invoke_result_t<Work>> begin_work(Work work,
+                                                                 bool worth_a_thread = true) {
+  if (worth_a_thread) {
+    try {
+      return std::async(std::launch::async, work);
+    } catch (const std::system_error&) {  // the machine gives no more
+    }
+  }
+  return std::async(std::launch::deferred, std::move(work));
+}
 
 /// Does `work(0) .. work(count - 1)` on the machine's cores, in any order, each once.
 ///
@@ -19,7 +36,7 @@ namespace axiscal {
 /// threads have ended.
 ///
 /// @param threads  how many; 0: as many as there are cores. One thread, or one piece of work, runs
-///                 in the caller's.
+///                 in the caller's; so does all where the machine gives no more of them.
 void for_each_in_parallel(std::size_t count,
                           const std::function<void(std::size_t)>& work,
                           std::size_t threads = 0);
@@ -48,7 +65,7 @@ void for_each_in_order(const std::function<std::optional<std::function<Piece()>>
       take((*work)());
       continue;
     }
-    under_way.push_back(std::async(std::launch::async, *std::move(work)));
+    under_way.push_back(begin_work(*std::move(work)));
     if (under_way.size() > cores) {
       hand_over();
     }

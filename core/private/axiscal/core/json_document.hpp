@@ -90,7 +90,10 @@ class JsonValue {
   std::optional<std::size_t> row_;  // of the columns that the value is
 };
 
-/// @throws DataError  `PATH:LINE: ...` if the text is no JSON.
+/// @return what a text is; discarded where it is no JSON, or nested more than 1,000 deep.
+[[nodiscard]] Json json_or_discarded(std::string_view text);
+
+/// @throws DataError  `PATH:LINE: ...` if the text is no JSON, or nested so deep.
 [[nodiscard]] JsonValue parse_json(std::string_view text, std::string path);
 
 /// @return the value as text to read: members on lines of their own, arrays of numbers on one,

@@ -56,6 +56,14 @@ class JsonMembers {
     }
   }
 
+  /// Takes what was read over into a struct; where it is written, nothing changes.
+  template <typename Value, typename Read>
+  void keep(Value& value, Read&& read) const {
+    if (reads()) {
+      value = std::forward<Read>(read);
+    }
+  }
+
   /// @return whether a member is in the file, or where it is written whether it is there to write.
   [[nodiscard]] bool has(const char* key, bool there) const {
     return reads() ? from_->find(key).has_value() : there;

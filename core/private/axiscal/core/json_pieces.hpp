@@ -18,8 +18,9 @@ namespace axiscal {
 ///
 /// @param members  by their pointers: "/created", "/statistics/covariance".
 /// @param pieces   takes of each its value's text; stays as it is where there is none.
-/// @return false where the text is no object, has one of them twice, a name with an escape, or ends
-///         early: the parser says what it is.
+/// @return false where the text is no object, has one of them or what holds it twice, a name with
+///         an escape or a slash, something else where an object should hold one, or ends early: the
+///         parser says what it is.
 [[nodiscard]] bool find_json_pieces(std::string_view text,
                                     std::span<const std::string_view> members,
                                     std::span<std::string_view> pieces);
@@ -51,5 +52,8 @@ template <std::size_t N>
 
 /// @return the text that a piece is, likewise.
 [[nodiscard]] std::optional<std::string> text_of_piece(std::string_view piece);
+
+/// @return how deep arrays and objects stand in each other, up to where a text stops being JSON.
+[[nodiscard]] std::size_t depth_of_json(std::string_view text);
 
 }  // namespace axiscal
