@@ -14,6 +14,7 @@
 #include "axiscal/core/error.hpp"
 #include "axiscal/core/formatted.hpp"
 #include "axiscal/core/input_file.hpp"
+#include "axiscal/core/parallel.hpp"
 
 namespace axiscal::cli {
 
@@ -88,9 +89,7 @@ ObservationsFile read_observations_file(const std::string& path,
     constexpr std::uintmax_t worth_a_thread = 1U << 20U;
     std::error_code none;
     const bool is_large = std::filesystem::file_size(path, none) > worth_a_thread && !none;
-    std::future<std::string> digest =
-        std::async(is_large ? std::launch::async : std::launch::deferred,
-                   [&] { return sha256_of_file(path); });
+    std::future<std::string> digest = begin_work([&] { return sha256_of_file(path); }, is_large);
     ObservationsFile result{.run = read_observations(*table.csv, columns), .beside = {}};
     result.run.inputs = {{.path = path, .sha256 = digest.get()}};
     return result;

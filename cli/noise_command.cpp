@@ -244,22 +244,24 @@ void add_column(ColumnNoise one, const NoiseCommand& command, LogNoise& noise) {
 }
 
 // The columns that are not taken for something else.
-std::vector<std::string> other_columns(const RecordedLog& log,
+std::vector<std::size_t> other_columns(const RecordedLog& log,
                                        const NoiseCommand& command,
                                        const std::vector<std::string>& taken) {
-  std::vector<std::string> columns;
+  std::vector<std::size_t> columns;
   if (command.columns) {  // each once
-    for (std::string& name : names_of(*command.columns)) {
-      if (std::find(columns.begin(), columns.end(), name) == columns.end()) {
-        columns.push_back(std::move(name));
+    for (const std::string& name : names_of(*command.columns)) {
+      const std::size_t at = need_column(log.name, log.columns, name);
+      if (std::find(columns.begin(), columns.end(), at) == columns.end()) {
+        columns.push_back(at);
       }
     }
     return columns;
   }
-  std::copy_if(log.columns.begin(), log.columns.end(), std::back_inserter(columns),
-               [&](const std::string& name) {
-                 return std::find(taken.begin(), taken.end(), name) == taken.end();
-               });
+  for (std::size_t at = 0; at < log.columns.size(); ++at) {
+    if (std::find(taken.begin(), taken.end(), log.columns[at]) == taken.end()) {
+      columns.push_back(at);
+    }
+  }
   return columns;
 }
 
@@ -317,9 +319,10 @@ LogNoise noise_of_curve(const RecordedLog& log, const NoiseCommand& command) {
   }
   LogNoise noise{.rate_hz = 1.0 / size.step_s,
                  .samples = terms != nullptr ? static_cast<std::size_t>(size.samples) : 0};
-  for (const std::string& column : other_columns(log, command, {"tau", "n"})) {
+  for (const std::size_t at : other_columns(log, command, {"tau", "n"})) {
+    const std::string& column = log.columns[at];
     ColumnNoise one{.name = column, .curve = points};
-    const std::vector<double>& values = log.samples[need_column(log.name, log.columns, column)];
+    const std::vector<double>& values = log.samples[at];
     for (std::size_t i = 0; i < points.size(); ++i) {
       if (!(values[i] >= 0.0) || !std::isfinite(values[i])) {
         throw DataError(log.name, formatted("point {} of the curve, column '{}': a deviation must "
@@ -362,8 +365,9 @@ LogNoise noise_of_log(RecordedLog& log, const NoiseCommand& command) {
   const std::vector<std::size_t> lengths = command.all_taus ? decade_lengths(n) : octave_lengths(n);
   const std::vector<std::string> times =
       time ? std::vector{log.columns[time->position]} : std::vector<std::string>{};
-  for (const std::string& column : other_columns(log, command, times)) {
-    std::vector<double>& samples = log.samples[need_column(log.name, log.columns, column)];
+  for (const std::size_t at : other_columns(log, command, times)) {
+    const std::string& column = log.columns[at];
+    std::vector<double>& samples = log.samples[at];
     fill_missing(column, samples, noise);
     ColumnNoise one{.name = column, .curve = {}};
     for (const OtherDeviation which : others) {

@@ -10,6 +10,7 @@
 #include "axiscal/core/formatted.hpp"
 #include "axiscal/core/not_a_number.hpp"
 #include "axiscal/core/number_text.hpp"
+#include "axiscal/core/parallel.hpp"
 #include "axiscal/logs/settings.hpp"
 
 namespace axiscal {
@@ -332,15 +333,16 @@ void join_rests(const SegmentOptions& options,
 // A log's blocks, of which the next few are read on a thread of its own while these are used.
 class BlocksAhead {
  public:
-  explicit BlocksAhead(LogFile& log) : log_(log) { read(std::launch::deferred); }
+  // The first block is looked at before more is read.
+  explicit BlocksAhead(LogFile& log) : log_(log) { read(1, false); }
 
   // @return how many rows; 0 at the end.
   std::size_t next(LogBlock& block) {
     if (used_ == blocks_.size()) {
       blocks_ = reading_.get();
       used_ = 0;
-      // What is short is the end of the log, as most logs are.
-      read(blocks_.size() < batch ? std::launch::deferred : std::launch::async);
+      // Before there was a whole batch it may be a short log, as most are; after it, the end.
+      read(batch, blocks_.size() == batch);
     }
     if (blocks_.empty()) {
       return 0;
@@ -357,10 +359,10 @@ class BlocksAhead {
   };
   static constexpr std::size_t batch = 8;
 
-  void read(std::launch how) {
-    reading_ = std::async(how, [this] {
+  void read(std::size_t count, bool ahead) {
+    const auto work = [this, count] {
       std::vector<Block> blocks;
-      while (blocks.size() < batch) {
+      while (blocks.size() < count) {
         Block one;
         one.rows = log_.read(one.columns, block_rows);
         if (one.rows == 0) {
@@ -369,7 +371,8 @@ class BlocksAhead {
         blocks.push_back(std::move(one));
       }
       return blocks;
-    });
+    };
+    reading_ = begin_work(work, ahead);
   }
 
   LogFile& log_;

@@ -330,6 +330,40 @@ TEST_F(LogFiles, AreUnpacked) {
   wrong[wrong.size() - 6] = static_cast<char>(wrong[wrong.size() - 6] ^ 1);
   EXPECT_THAT(complaint(wrong), HasSubstr("damaged or cut short"));
 }
+
+std::string zipped(const std::vector<std::pair<std::string, std::string>>& members) {
+  std::string bytes(100000, '\0');
+  std::size_t used = 0;
+  archive* const a = archive_write_new();
+  archive_write_set_format_zip(a);
+  archive_write_open_memory(a, bytes.data(), bytes.size(), &used);
+  for (const auto& [name, text] : members) {
+    archive_entry* const entry = archive_entry_new();
+    archive_entry_set_pathname(entry, name.c_str());
+    archive_entry_set_filetype(entry, AE_IFREG);
+    archive_entry_set_size(entry, static_cast<la_int64_t>(text.size()));
+    archive_write_header(a, entry);
+    archive_write_data(a, text.data(), text.size());
+    archive_entry_free(entry);
+  }
+  archive_write_close(a);
+  archive_write_free(a);
+  bytes.resize(used);
+  return bytes;
+}
+
+TEST_F(LogFiles, OfNumPyKeepTheirArraysApart) {
+  const auto array = [](const std::vector<double>& numbers) {
+    return npy("{'descr': '<f8', 'fortran_order': False, 'shape': (3,), }", bytes_of(numbers));
+  };
+  EXPECT_THAT(read(zipped({{"t.npy", array({0, 1, 2})},
+                           {"left/x.npy", array({1, 2, 3})},
+                           {"right/x.npy", array({4, 5, 6})},
+                           {"right/y.npy", array({7, 8, 9})}})),
+              ElementsAre(ElementsAre(0, 1, 2), ElementsAre(1, 2, 3), ElementsAre(4, 5, 6),
+                          ElementsAre(7, 8, 9)));
+  EXPECT_THAT(columns_, ElementsAre("t", "left/x", "right/x", "y"));
+}
 #endif
 
 // ---- MATLAB ----

@@ -97,6 +97,10 @@ OpenedFile open_npz(const std::string& path,
                     const std::string& name,
                     const std::vector<std::string>& members) {
   SeriesTables tables;
+  std::map<std::string, int> of_stem;
+  for (const std::string& member : members) {
+    ++of_stem[stem_of(member)];
+  }
   for (const std::string& member : members) {
     ByteSource bytes = bytes_of(path, name, member);
     const std::unique_ptr<LogFile::Source> array = open_npy_log(std::move(bytes), {});
@@ -113,7 +117,10 @@ OpenedFile open_npz(const std::string& path,
     for (const std::vector<double>& column : all) {
       values.insert(values.end(), column.begin(), column.end());
     }
-    tables.add(stem_of(member), rows, all.size(), values);
+    // With its folders, as NumPy names it, only where they tell it from another.
+    const std::string stem = stem_of(member);
+    tables.add(of_stem[stem] == 1 ? stem : member.substr(0, member.rfind('.')), rows, all.size(),
+               values);
   }
   OpenedFile opened{.format = "npy", .table_name = stem_of(name)};
   opened.table = std::move(tables).largest(name);
