@@ -192,8 +192,10 @@ struct DeletionFit::LeftOut {
 
   // In units of it.
   [[nodiscard]] double squares() const {
-    return error.size() == 1 ? error(0) * error(0) / covariance(0, 0)
-                             : error.dot(covariance.ldlt().solve(error));
+    if (error.size() > 1) {
+      return error.dot(covariance.ldlt().solve(error));
+    }
+    return covariance(0, 0) > 0.0 ? error(0) * error(0) / covariance(0, 0) : 0.0;  // as of a solve
   }
 };
 
