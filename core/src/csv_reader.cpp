@@ -126,12 +126,18 @@ std::size_t CsvReader::need(const std::string& name) const {
 // begin_, which moves to the front of the buffer when more must be read.
 bool CsvReader::find_line_end(std::size_t from, std::size_t& end) {
   std::size_t searched = from;  // may lie one past what has been read so far
+  const auto check_length = [&](std::size_t length) {
+    if (length > longest_row) {
+      throw DataError(path_, next_line_, "a row of more than 1 MiB: is this a text file?");
+    }
+  };
   for (;;) {
     const std::size_t available = filled_ - begin_;
     if (searched < available) {
       const char* start = buffer_.data() + begin_ + searched;
       if (const void* newline = std::memchr(start, '\n', available - searched)) {
         end = static_cast<std::size_t>(static_cast<const char*>(newline) - buffer_.data()) - begin_;
+        check_length(end);
         return true;
       }
       searched = available;
@@ -140,9 +146,7 @@ bool CsvReader::find_line_end(std::size_t from, std::size_t& end) {
       end = available;
       return available > from;
     }
-    if (searched > longest_row) {
-      throw DataError(path_, next_line_, "a row of more than 1 MiB: is this a text file?");
-    }
+    check_length(searched);
     read_more();
   }
 }

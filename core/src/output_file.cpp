@@ -138,6 +138,10 @@ OutputFile::OutputFile(std::string path, Mode mode) : path_(std::move(path)) {
     }
     return;
   }
+  // Its folder would let it be replaced.
+  if (exists && ::faccessat(AT_FDCWD, path_.c_str(), W_OK, AT_EACCESS) != 0) {
+    fail("cannot be written");
+  }
   target_ = followed(path_);
   if (target_.empty()) {
     errno = ENOENT;

@@ -40,10 +40,10 @@ std::string archived_pdf(const std::string& pdf,
                          const std::string& title,
                          const PdfAttachment& attachment) {
 #ifdef AXISCAL_PDF_ARCHIVE_MODULE
-  static const auto archive = reinterpret_cast<decltype(&axiscal_archive_pdf)>(
-      module_symbol(AXISCAL_PDF_ARCHIVE_MODULE, "axiscal_archive_pdf"));
+  static const auto archive = reinterpret_cast<decltype(&axiscal_archive_pdf_2)>(
+      module_symbol(AXISCAL_PDF_ARCHIVE_MODULE, "axiscal_archive_pdf_2"));
 #else
-  constexpr auto archive = &axiscal_archive_pdf;
+  constexpr auto archive = &axiscal_archive_pdf_2;
 #endif
   const std::string now = timestamp_now();  // 2026-11-26T02:00:00Z
   const std::string date =

@@ -60,11 +60,11 @@ void attach(QPDF& pdf,
 }  // namespace
 }  // namespace axiscal
 
-void axiscal_archive_pdf(const std::string& content,
-                         const std::string& metadata,
-                         const std::string& date,
-                         const axiscal::PdfAttachment& attachment,
-                         std::string& archived) {
+void axiscal_archive_pdf_2(const std::string& content,
+                           const std::string& metadata,
+                           const std::string& date,
+                           const axiscal::PdfAttachment& attachment,
+                           std::string& archived) {
   QPDF pdf;
   pdf.processMemoryFile("certificate", content.data(), content.size());
   QPDFObjectHandle root = pdf.getRoot();

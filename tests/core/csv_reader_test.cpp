@@ -151,6 +151,12 @@ TEST(CsvReader, RefusesEndlessLines) {
   CsvReader csv(source_of("a,b\n1,2\n" + std::string(3U << 20U, 'x')), "t.csv");
   ASSERT_EQ(csv.next(), CsvReader::Row::good);
   EXPECT_THROW(static_cast<void>(csv.next()), DataError);
+  // Also where a buffer that has grown holds all of one.
+  CsvReader grown(source_of("a,b\n1," + std::string(900U << 10U, '2') + "\n3," +
+                            std::string(1200U << 10U, '4') + "\n5,6\n"),
+                  "t.csv");
+  ASSERT_NE(grown.next(), CsvReader::Row::end);
+  EXPECT_THROW(static_cast<void>(grown.next()), DataError);
 }
 
 TEST(CsvCell, IsReadBackAsItWas) {

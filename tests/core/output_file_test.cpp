@@ -69,6 +69,24 @@ TEST(OutputFile, RefusesWhereNothingCanBeWritten) {
   EXPECT_THROW(write_whole_file("/dev/full", "x"), OutputError);
 }
 
+// Who protects a file wants to keep it, though its folder would let it be replaced.
+TEST(OutputFile, KeepsWhatIsProtected) {
+  const ScratchFolder folder;
+  const std::string path = folder.write("kept.csv", "old");
+  std::filesystem::permissions(folder.path(""), std::filesystem::perms::all);
+  std::filesystem::permissions(path, std::filesystem::perms::owner_read);
+  const uid_t user = ::geteuid();
+  constexpr uid_t nobody = 65534;
+  if (user == 0 && ::seteuid(nobody) != 0) {
+    GTEST_SKIP() << "root may write anything, and cannot become another";
+  }
+  EXPECT_THROW(write_whole_file(path, "new"), OutputError);
+  if (user == 0) {
+    ASSERT_EQ(::seteuid(user), 0);
+  }
+  EXPECT_EQ(read_file(path), "old");
+}
+
 TEST(OutputFile, RefusesALoopOfLinksAndTakesLongNames) {
   const ScratchFolder folder;
   std::filesystem::create_symlink("b", folder.path("a"));

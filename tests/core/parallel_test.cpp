@@ -108,6 +108,30 @@ TEST(ForEachInOrder, HandsOverWhatIsMadeInItsOrder) {
   }
 }
 
+TEST(ForEachInOrder, HandsOverWhatIsUnderWayWhereNoMoreCanBeHad) {
+  for (const std::size_t threads : {1U, 2U, 7U}) {
+    std::vector<int> taken;
+    const auto take = [&](int number) { taken.push_back(number); };
+    const auto failing = [numbers = numbers_to(10), count = 0]() mutable {
+      if (count++ == 5) {
+        throw std::logic_error("no more");
+      }
+      return numbers();
+    };
+    EXPECT_THROW(for_each_in_order<int>(failing, take, threads), std::logic_error);
+    EXPECT_EQ(taken.size(), 5U) << threads;
+    taken.clear();
+    const auto both = [numbers = numbers_to(10, 3), count = 0]() mutable {
+      if (count++ == 5) {
+        throw std::logic_error("no more");
+      }
+      return numbers();
+    };
+    EXPECT_THROW(for_each_in_order<int>(both, take, threads), std::runtime_error);
+    EXPECT_EQ(taken.size(), 3U) << threads;
+  }
+}
+
 TEST(ForEachInOrder, ThrowsBehindWhatCameBefore) {
   for (const std::size_t threads : {1U, 3U}) {
     std::vector<int> taken;

@@ -203,6 +203,29 @@ TEST_F(LogFiles, SayWhyTheyCannotBeRead) {
               HasSubstr("is a directory"));
 }
 
+TEST_F(LogFiles, MayBeWide) {
+  constexpr std::size_t width = 20000;
+  std::string header = "t";
+  std::string row = ",0.5";
+  for (std::size_t i = 1; i < width; ++i) {
+    header += ",channel_" + std::to_string(i);
+    row += ",1.25";
+  }
+  const LogBlock all = read(header + "\n0" + row.substr(4) + "\n1" + row.substr(4) + "\n");
+  ASSERT_EQ(all.size(), width);
+  EXPECT_THAT(all.front(), ElementsAre(0.0, 1.0));
+  EXPECT_THAT(all.back(), ElementsAre(1.25, 1.25));
+  EXPECT_EQ(columns_.back(), "channel_19999");
+}
+
+TEST_F(LogFiles, MayHoldNumbersOfManyDigits) {
+  EXPECT_THAT(read("t,x\n0,18446744073709551617\n1,-55342809431242372870\n"
+                   "2,1.8446744073709551617\n3,9007199254740993\n"),
+              ElementsAre(ElementsAre(0, 1, 2, 3),
+                          ElementsAre(18446744073709551617.0, -55342809431242372870.0,
+                                      1.8446744073709551617, 9007199254740992.0)));
+}
+
 // ---- NumPy ----
 
 std::string npy(const std::string& header, const std::string& data) {

@@ -13,7 +13,13 @@ namespace axiscal {
 
 bool LineStream::next(std::string_view& line) {
   std::size_t searched = begin_;
+  const auto check_length = [&](std::size_t length) {
+    if (length > longest_line) {
+      throw DataError(bytes_.path(), line_ + 1, "a row of more than 1 MiB: is this a text file?");
+    }
+  };
   const auto hand_on = [&](std::size_t end) {
+    check_length(end - begin_);
     line = std::string_view(buffer_.data() + begin_, end - begin_);
     if (line.ends_with('\r')) {
       line.remove_suffix(1);
@@ -36,9 +42,7 @@ bool LineStream::next(std::string_view& line) {
       begin_ = filled_;
       return !line.empty();
     }
-    if (filled_ - begin_ > longest_line) {
-      throw DataError(bytes_.path(), line_ + 1, "a row of more than 1 MiB: is this a text file?");
-    }
+    check_length(filled_ - begin_);
     if (begin_ > 0) {
       std::memmove(buffer_.data(), buffer_.data() + begin_, filled_ - begin_);
       searched -= begin_;

@@ -156,7 +156,7 @@ void TableText::State::open(OpenedFile opened) {
 }
 
 void TableText::State::look_at_text() {
-  const std::string_view start = bytes->peek(layout_bytes);
+  const auto [start, is_whole] = start_of_text(*bytes);
   if (!bytes->compression().empty()) {
     notes.push_back(formatted("unpacked ({})", bytes->compression()));
   }
@@ -165,7 +165,7 @@ void TableText::State::look_at_text() {
     if (!is_text) {
       return;
     }
-    layout = layout_of(path, start, start.size() < layout_bytes, {});
+    layout = layout_of(path, start, is_whole, {});
   } catch (const DataError&) {
     return;  // the reader of plain tables says what is wrong
   }
@@ -174,7 +174,7 @@ void TableText::State::look_at_text() {
   }
   if (!layout.has_header && format.names.empty()) {
     std::vector<std::vector<std::string_view>> rows;
-    for (const std::string_view one : first_lines(start, start.size() < layout_bytes)) {
+    for (const std::string_view one : first_lines(start, is_whole)) {
       std::vector<std::string_view> cells = layout.cells_of_row(one);
       if (!is_comment_line(one) && cells.size() == layout.columns.size()) {
         rows.push_back(std::move(cells));
@@ -194,7 +194,7 @@ void TableText::State::look_at_text() {
   }
   // The first line that says something is the header, and commas part its cells.
   std::size_t first = 1;
-  for (const std::string_view one : first_lines(start, start.size() < layout_bytes)) {
+  for (const std::string_view one : first_lines(start, is_whole)) {
     const std::string_view text = trimmed(one);
     if (!text.empty() && text.front() != '#' && text != "\xEF\xBB\xBF") {
       break;
@@ -205,7 +205,7 @@ void TableText::State::look_at_text() {
   bool gap_is_blank = true;
   if (has_units_row) {
     std::size_t number = 0;
-    for (const std::string_view one : first_lines(start, start.size() < layout_bytes)) {
+    for (const std::string_view one : first_lines(start, is_whole)) {
       ++number;
       if (number > layout.header_line && number < layout.first_row_line && !is_comment_line(one)) {
         gap_is_blank = false;
@@ -446,10 +446,10 @@ std::string marked_cell(const std::string& path, std::size_t line, const std::st
       return "";
     }
     ByteSource bytes = as_utf8(*std::move(opened.text));
-    const std::string_view start = bytes.peek(layout_bytes);
+    const auto [start, is_whole] = start_of_text(bytes);
     TextLayout layout;
     try {
-      layout = layout_of(path, start, start.size() < layout_bytes, {});
+      layout = layout_of(path, start, is_whole, {});
     } catch (const DataError&) {
       return "";
     }

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <algorithm>
 #include <cstddef>
 #include <string>
 #include <string_view>
@@ -31,6 +32,26 @@ struct TextLayout {
 
 /// What is looked at to find out a table's layout.
 inline constexpr std::size_t layout_bytes = 1U << 16U;
+
+/// The start of a text: layout_bytes, or more where these hold less than a few rows of a wide
+/// table.
+struct TextStart {
+  std::string_view text;
+  bool is_whole = false;
+};
+
+/// @param bytes  which can be looked at before they are read: peek().
+template <typename Bytes>
+[[nodiscard]] TextStart start_of_text(Bytes& bytes) {
+  constexpr std::ptrdiff_t few = 4;
+  constexpr std::size_t most = few << 20U;  // of the longest rows
+  for (std::size_t size = layout_bytes;; size *= 2) {
+    const std::string_view text = bytes.peek(size);
+    if (text.size() < size || size >= most || std::count(text.begin(), text.end(), '\n') >= few) {
+      return {.text = text, .is_whole = text.size() < size};
+    }
+  }
+}
 
 /// @param path   for messages.
 /// @param start  the first bytes of the text, UTF-8.

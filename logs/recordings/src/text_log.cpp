@@ -42,7 +42,8 @@ const char* read_plain_number(const char* at, const char* end, double& value) {
   };
   read_digits();
   const char* point = at;
-  if (at < end && *at == '.') {
+  const bool has_point = at < end && *at == '.';
+  if (has_point) {
     ++at;
     read_digits();
   } else {
@@ -51,7 +52,7 @@ const char* read_plain_number(const char* at, const char* end, double& value) {
   const auto decimals = static_cast<std::size_t>(at - point - 1);
   const bool has_exponent = at < end && (*at == 'e' || *at == 'E');
   constexpr std::uint64_t exact = 1ULL << 53U;
-  constexpr std::ptrdiff_t longest = 20;  // 19 digits do not overflow
+  const std::ptrdiff_t longest = has_point ? 20 : 19;  // 19 digits do not overflow
   if (has_exponent || at - first > longest || at - first < 1 || digits > exact ||
       decimals >= powers.size() || (at - first == 1 && *first == '.')) {
     return nullptr;
@@ -105,9 +106,9 @@ class TextLog : public LogFile::Source {
   }
 
  private:
-  // Finds out what the text is from its first 64 KiB.
+  // Finds out what the text is from its start.
   void read_start(const std::vector<std::string>& names) {
-    const std::string_view start = lines_.peek(layout_bytes);
+    const auto [start, is_whole] = start_of_text(lines_);
     if (start.empty()) {
       throw DataError(lines_.path(), "the file is empty");
     }
@@ -115,10 +116,9 @@ class TextLog : public LogFile::Source {
       throw DataError(lines_.path(), unknown_format_words);
     }
     constexpr std::size_t lines_ahead = 200;
-    layout_ = layout_of(lines_.path(), start, start.size() < layout_bytes, names);
+    layout_ = layout_of(lines_.path(), start, is_whole, names);
     if (layout_.has_header && layout_.header_line <= lines_ahead) {
-      header_ = without_checksum(
-          first_lines(start, start.size() < layout_bytes)[layout_.header_line - 1]);
+      header_ = without_checksum(first_lines(start, is_whole)[layout_.header_line - 1]);
     }
     notes = layout_.notes;
     columns = layout_.columns;

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cstddef>
 #include <deque>
+#include <exception>
 #include <functional>
 #include <future>
 #include <optional>
@@ -48,7 +49,9 @@ void for_each_in_parallel(std::size_t count,
 ///                 caller's thread.
 /// @param take     takes the pieces, in order, by the caller's thread.
 /// @param threads  how many; 0: as many as there are cores. With one all is done in the caller's.
-/// @throws what the work of the first piece that fails throws, after all threads have ended.
+/// @throws what the work of the first piece that fails throws, or behind all pieces what next()
+/// does,
+///         after all threads have ended.
 template <typename Piece>
 void for_each_in_order(const std::function<std::optional<std::function<Piece()>>()>& next,
                        const std::function<void(Piece)>& take,
@@ -60,7 +63,16 @@ void for_each_in_order(const std::function<std::optional<std::function<Piece()>>
     under_way.pop_front();
     take(std::move(piece));
   };
-  while (std::optional<std::function<Piece()>> work = next()) {
+  std::exception_ptr failure;  // of next(), behind what is under way
+  const auto next_work = [&]() -> std::optional<std::function<Piece()>> {
+    try {
+      return next();
+    } catch (...) {
+      failure = std::current_exception();
+      return std::nullopt;
+    }
+  };
+  while (std::optional<std::function<Piece()>> work = next_work()) {
     if (cores <= 1) {
       take((*work)());
       continue;
@@ -72,6 +84,9 @@ void for_each_in_order(const std::function<std::optional<std::function<Piece()>>
   }
   while (!under_way.empty()) {
     hand_over();
+  }
+  if (failure) {
+    std::rethrow_exception(failure);
   }
 }
 
