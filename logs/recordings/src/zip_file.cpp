@@ -11,6 +11,7 @@
 #include <algorithm>
 #include <archive.h>
 #include <archive_entry.h>
+#include <map>
 #endif
 
 namespace axiscal {
