@@ -3,6 +3,8 @@
 #include <cmath>
 #include <sstream>
 
+#include <gmock/gmock.h>
+
 #include "data.hpp"
 #include "program.hpp"
 #include "scenario.hpp"

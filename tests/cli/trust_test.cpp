@@ -4,6 +4,7 @@
 #include <cmath>
 #include <filesystem>
 
+#include <gmock/gmock.h>
 #include <nlohmann/json.hpp>
 
 #include "axiscal/core/units.hpp"

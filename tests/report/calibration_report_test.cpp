@@ -5,6 +5,8 @@
 #include <array>
 #include <cmath>
 
+#include <gmock/gmock.h>
+
 #include "axiscal/calib/calibrate.hpp"
 #include "axiscal/calib/calibration_json.hpp"
 #include "axiscal/core/random.hpp"

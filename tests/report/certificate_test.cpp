@@ -3,6 +3,8 @@
 
 #include <cstdlib>
 
+#include <gmock/gmock.h>
+
 #include "axiscal/calib/calibrate.hpp"
 #include "axiscal/calib/uncertainty.hpp"
 #include "axiscal/core/error.hpp"

@@ -2,6 +2,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include <gmock/gmock.h>
+
 #include "axiscal/calib/calibrate.hpp"
 #include "axiscal/calib/design_quality.hpp"
 #include "axiscal/calib/simulate.hpp"
