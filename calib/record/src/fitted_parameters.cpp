@@ -10,6 +10,7 @@
 #include "axiscal/calib/calibration_json.hpp"
 #include "axiscal/calib/parameter_names.hpp"
 #include "axiscal/calib/uncertainty.hpp"
+#include "axiscal/core/error.hpp"
 #include "axiscal/core/input_file.hpp"
 #include "axiscal/core/json_pieces.hpp"
 #include "axiscal/core/not_a_number.hpp"
@@ -55,11 +56,13 @@ FittedParameters fitted_parameters(const Calibration& calibration) {
               parameter_covariance(calibration).diagonal(), parameter_names(instrument.axes))};
 }
 
-// Some, each another.
-bool are_names(std::vector<std::string> axes) {
-  std::sort(axes.begin(), axes.end());
-  return !axes.empty() && !axes.front().empty() &&
-         std::adjacent_find(axes.begin(), axes.end()) == axes.end();
+bool are_good(const std::vector<std::string>& axes) {
+  try {
+    check_axes({.axes = axes});
+    return true;
+  } catch (const DomainError&) {
+    return false;
+  }
 }
 
 // The variances that a budget's sources add to the fit's; nothing where they are not plain.
@@ -117,7 +120,7 @@ std::optional<FittedParameters> quickly_read(std::string_view text) {
   auto serial = whose.empty() ? std::optional<std::string>("") : text_of_piece(whose);
   auto axes = texts_of_piece(which);
   const auto parameters = texts_of_piece(names);
-  if (!created || !serial || !axes || !are_names(*axes) || !parameters) {
+  if (!created || !serial || !axes || !are_good(*axes) || !parameters) {
     return std::nullopt;
   }
   const auto m = static_cast<Eigen::Index>(axes->size());
