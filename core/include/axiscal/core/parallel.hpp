@@ -49,9 +49,8 @@ void for_each_in_parallel(std::size_t count,
 ///                 caller's thread.
 /// @param take     takes the pieces, in order, by the caller's thread.
 /// @param threads  how many; 0: as many as there are cores. With one all is done in the caller's.
-/// @throws what the work of the first piece that fails throws, or behind all pieces what next()
-/// does,
-///         after all threads have ended.
+/// @throws what the work of the first piece that fails throws, and behind all pieces what next()
+///         does; after all threads have ended.
 template <typename Piece>
 void for_each_in_order(const std::function<std::optional<std::function<Piece()>>()>& next,
                        const std::function<void(Piece)>& take,
