@@ -72,6 +72,28 @@ function(axiscal_link target library path)
   endif()
 endfunction()
 
+# axiscal_start_soon(TARGET)
+#
+# Links the program with the compiler's own libraries within it, where AXISCAL_STATIC_SMALL_LIBRARIES has that
+# done: two thirds of what the loader did were libstdc++'s symbols. And with relocations in few bytes.
+function(axiscal_start_soon target)
+  if(NOT AXISCAL_SMALL_LIBRARIES OR "${CMAKE_CXX_FLAGS} ${CMAKE_EXE_LINKER_FLAGS}" MATCHES "-fsanitize")
+    return()
+  endif()
+  include(CheckCXXSourceCompiles)
+  set(program "#include <iostream>\nint main() { std::cout << 1; }")
+  set(CMAKE_REQUIRED_LINK_OPTIONS -static-libstdc++ -static-libgcc)
+  check_cxx_source_compiles("${program}" AXISCAL_HAS_STATIC_COMPILER_LIBRARIES)
+  if(AXISCAL_HAS_STATIC_COMPILER_LIBRARIES)
+    target_link_options(${target} PRIVATE ${CMAKE_REQUIRED_LINK_OPTIONS})
+  endif()
+  set(CMAKE_REQUIRED_LINK_OPTIONS -Wl,-z,pack-relative-relocs)
+  check_cxx_source_compiles("${program}" AXISCAL_HAS_PACKED_RELOCATIONS)
+  if(AXISCAL_HAS_PACKED_RELOCATIONS)
+    target_link_options(${target} PRIVATE ${CMAKE_REQUIRED_LINK_OPTIONS})
+  endif()
+endfunction()
+
 # axiscal_use_library(TARGET LIBRARY HEADER DEFINITION [LATE])
 #
 # Links a library that has no CMake package and that only this target's sources see, and defines

@@ -14,7 +14,8 @@
 namespace axiscal {
 namespace {
 
-constexpr std::size_t block_size = 1U << 18U;
+constexpr std::size_t first_size = 1U << 13U;  // of the buffer: a short file costs few pages
+constexpr std::size_t block_size = 1U << 18U;  // to which it grows with what is read
 
 bool is_blank(std::string_view text) {
   return text.find_first_not_of(" \t\r") == std::string_view::npos;
@@ -70,7 +71,7 @@ bool is_utf8(std::string_view text) noexcept {
 }
 
 CsvReader::CsvReader(Source source, std::string path, Quotes quotes)
-    : source_(std::move(source)), path_(std::move(path)), quotes_(quotes), buffer_(block_size) {
+    : source_(std::move(source)), path_(std::move(path)), quotes_(quotes), buffer_(first_size) {
   read_header();
 }
 
@@ -81,7 +82,7 @@ CsvReader::CsvReader(Source source,
     : source_(std::move(source)),
       path_(std::move(path)),
       quotes_(quotes),
-      buffer_(block_size),
+      buffer_(first_size),
       header_(std::move(header)) {
   for (const std::string& name : header_) {
     header_text_ += (header_text_.empty() ? "" : ",") + csv_cell(name);
@@ -151,14 +152,16 @@ bool CsvReader::find_line_end(std::size_t from, std::size_t& end) {
   }
 }
 
-// What is not consumed moves to the front of the buffer, which grows where it is full.
+// What is not consumed moves to the front of the buffer, which grows where it is full, and up to a
+// block where it was half full.
 void CsvReader::read_more() {
+  const bool may_be_long = buffer_.size() < block_size && filled_ > buffer_.size() / 2;
   if (begin_ > 0) {
     std::memmove(buffer_.data(), buffer_.data() + begin_, filled_ - begin_);
     filled_ -= begin_;
     begin_ = 0;
   }
-  if (filled_ == buffer_.size()) {
+  if (filled_ == buffer_.size() || may_be_long) {
     buffer_.resize(2 * buffer_.size());
   }
   const std::size_t count = source_(buffer_.data() + filled_, buffer_.size() - filled_);

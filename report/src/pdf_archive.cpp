@@ -7,6 +7,7 @@
 #include "axiscal/core/timestamp.hpp"
 #include "axiscal/core/version.hpp"
 #include "html.hpp"
+#include "qpdf_archive.hpp"
 #endif
 #ifdef AXISCAL_PDF_ARCHIVE_MODULE
 #include "axiscal/core/late_module.hpp"
@@ -40,22 +41,32 @@ std::string archived_pdf(const std::string& pdf,
                          const std::string& title,
                          const PdfAttachment& attachment) {
 #ifdef AXISCAL_PDF_ARCHIVE_MODULE
-  static const auto archive = reinterpret_cast<decltype(&axiscal_archive_pdf_2)>(
-      module_symbol(AXISCAL_PDF_ARCHIVE_MODULE, "axiscal_archive_pdf_2"));
+  static const auto archive = reinterpret_cast<decltype(&axiscal_archive_pdf_3)>(
+      module_symbol(AXISCAL_PDF_ARCHIVE_MODULE, "axiscal_archive_pdf_3"));
 #else
-  constexpr auto archive = &axiscal_archive_pdf_2;
+  constexpr auto archive = &axiscal_archive_pdf_3;
 #endif
   const std::string now = timestamp_now();  // 2026-11-26T02:00:00Z
   const std::string date =
       formatted("D:{}{}{}{}{}{}Z", now.substr(0, 4), now.substr(5, 2), now.substr(8, 2),
                 now.substr(11, 2), now.substr(14, 2), now.substr(17, 2));
-  std::string archived;
-  try {
-    archive(pdf, metadata_of(title, now), date, attachment, archived);
-  } catch (const std::exception& error) {
-    throw OutputError(std::string("PDF: ") + error.what());
+  const std::string metadata = metadata_of(title, now);
+  const auto text = [](const std::string& of) { return PdfText{of.data(), of.size()}; };
+  const PdfArchiveParts parts{.pdf = text(pdf),
+                              .metadata = text(metadata),
+                              .date = text(date),
+                              .attachment_name = text(attachment.name),
+                              .attachment_description = text(attachment.description),
+                              .attachment_type = text(attachment.type),
+                              .attachment_content = text(attachment.content)};
+  std::string taken;
+  const auto take = [](void* to, const char* data, std::size_t size) {
+    static_cast<std::string*>(to)->assign(data, size);
+  };
+  if (!archive(&parts, take, &taken)) {
+    throw OutputError("PDF: " + taken);
   }
-  return archived;
+  return taken;
 }
 
 #else

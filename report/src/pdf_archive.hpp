@@ -4,9 +4,14 @@
 
 #include <string>
 
-#include "qpdf_archive.hpp"
-
 namespace axiscal {
+
+struct PdfAttachment {
+  std::string name;         ///< "certificate.xml"
+  std::string description;  ///< for people
+  std::string type;         ///< "text/xml"
+  std::string content;
+};
 
 /// @param pdf         as cairo writes it: its fonts are within.
 /// @param attachment  that goes with it; nothing where its content is empty.

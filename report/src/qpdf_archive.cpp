@@ -4,8 +4,10 @@
 // not.
 #include "qpdf_archive.hpp"
 
+#include <exception>
 #include <lcms2.h>
 #include <memory>
+#include <string>
 #define POINTERHOLDER_TRANSITION 4  // qpdf's pointers are std::shared_ptr
 #include <qpdf/Buffer.hh>
 #include <qpdf/QPDF.hh>
@@ -16,6 +18,10 @@
 
 namespace axiscal {
 namespace {
+
+std::string text_of(const PdfText& text) {
+  return {text.data, text.size};
+}
 
 std::string srgb_profile() {
   const cmsHPROFILE profile = cmsCreate_sRGBProfile();
@@ -41,41 +47,33 @@ void add_output_intent(QPDF& pdf, QPDFObjectHandle& root) {
   root.replaceKey("/OutputIntents", all);
 }
 
-void attach(QPDF& pdf,
-            QPDFObjectHandle& root,
-            const PdfAttachment& attachment,
-            const std::string& date) {
-  auto stream = QPDFEFStreamObjectHelper::createEFStream(pdf, attachment.content);
-  stream.setSubtype(attachment.type).setCreationDate(date).setModDate(date);
-  auto file = QPDFFileSpecObjectHelper::createFileSpec(pdf, attachment.name, stream);
-  file.setDescription(attachment.description);
+void attach(QPDF& pdf, QPDFObjectHandle& root, const PdfArchiveParts& parts) {
+  const std::string name = text_of(parts.attachment_name);
+  const std::string date = text_of(parts.date);
+  auto stream = QPDFEFStreamObjectHelper::createEFStream(pdf, text_of(parts.attachment_content));
+  stream.setSubtype(text_of(parts.attachment_type)).setCreationDate(date).setModDate(date);
+  auto file = QPDFFileSpecObjectHelper::createFileSpec(pdf, name, stream);
+  file.setDescription(text_of(parts.attachment_description));
   QPDFObjectHandle handle = file.getObjectHandle();
   handle.replaceKey("/AFRelationship", QPDFObjectHandle::newName("/Data"));
-  QPDFEmbeddedFileDocumentHelper(pdf).replaceEmbeddedFile(attachment.name, file);
+  QPDFEmbeddedFileDocumentHelper(pdf).replaceEmbeddedFile(name, file);
   QPDFObjectHandle associated = QPDFObjectHandle::newArray();
   associated.appendItem(handle);
   root.replaceKey("/AF", associated);
 }
 
-}  // namespace
-}  // namespace axiscal
-
-void axiscal_archive_pdf_2(const std::string& content,
-                           const std::string& metadata,
-                           const std::string& date,
-                           const axiscal::PdfAttachment& attachment,
-                           std::string& archived) {
+std::string archive(const PdfArchiveParts& parts) {
   QPDF pdf;
-  pdf.processMemoryFile("certificate", content.data(), content.size());
+  pdf.processMemoryFile("certificate", parts.pdf.data, parts.pdf.size);
   QPDFObjectHandle root = pdf.getRoot();
-  QPDFObjectHandle stream = QPDFObjectHandle::newStream(&pdf, metadata);
+  QPDFObjectHandle stream = QPDFObjectHandle::newStream(&pdf, text_of(parts.metadata));
   stream.getDict().replaceKey("/Type", QPDFObjectHandle::newName("/Metadata"));
   stream.getDict().replaceKey("/Subtype", QPDFObjectHandle::newName("/XML"));
   root.replaceKey("/Metadata", stream);
   root.replaceKey("/Lang", QPDFObjectHandle::newString("en"));
-  axiscal::add_output_intent(pdf, root);
-  if (!attachment.content.empty()) {
-    axiscal::attach(pdf, root, attachment, date);
+  add_output_intent(pdf, root);
+  if (parts.attachment_content.size > 0) {
+    attach(pdf, root, parts);
   }
   pdf.getTrailer().removeKey("/Info");
   QPDFWriter writer(pdf);
@@ -86,5 +84,22 @@ void axiscal_archive_pdf_2(const std::string& content,
   writer.setPreserveUnreferencedObjects(false);
   writer.write();
   const std::unique_ptr<Buffer> buffer(writer.getBuffer());
-  archived.assign(reinterpret_cast<const char*>(buffer->getBuffer()), buffer->getSize());
+  return {reinterpret_cast<const char*>(buffer->getBuffer()), buffer->getSize()};
+}
+
+}  // namespace
+}  // namespace axiscal
+
+bool axiscal_archive_pdf_3(const axiscal::PdfArchiveParts* parts,
+                           void (*take)(void* to, const char* data, std::size_t size),
+                           void* to) {
+  try {
+    const std::string archived = axiscal::archive(*parts);
+    take(to, archived.data(), archived.size());
+    return true;
+  } catch (const std::exception& error) {
+    const std::string why = error.what();
+    take(to, why.data(), why.size());
+    return false;
+  }
 }

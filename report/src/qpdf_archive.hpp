@@ -2,29 +2,35 @@
 // What qpdf does for an archive's PDF. This is C++17, as its source is.
 #pragma once
 
-#include <string>
+#include <cstddef>
 
 namespace axiscal {
 
-struct PdfAttachment {
-  std::string name;         ///< "certificate.xml"
-  std::string description;  ///< for people
-  std::string type;         ///< "text/xml"
-  std::string content;
+/// What the module takes and gives is C's: it has a standard library of its own, which knows neither
+/// the program's strings nor its exceptions.
+struct PdfText {
+  const char* data;
+  std::size_t size;
+};
+
+/// What goes into an archive's PDF.
+struct PdfArchiveParts {
+  PdfText pdf;       ///< as cairo writes it: its fonts are within
+  PdfText metadata;  ///< as XMP
+  PdfText date;      ///< of the attachment, as PDF has it: "D:20261126020000Z"
+  PdfText attachment_name;
+  PdfText attachment_description;
+  PdfText attachment_type;
+  PdfText attachment_content;  ///< empty: there is none
 };
 
 }  // namespace axiscal
 
 /// Exported by the module with qpdf in it, where there is one. The loader knows it by its name
 /// alone: whoever changes what it takes counts it up.
-/// @param pdf         as cairo writes it: its fonts are within.
-/// @param metadata    as XMP.
-/// @param date        of the attachment, as PDF has it: "D:20261126020000Z".
-/// @param attachment  nothing where its content is empty.
-/// @throws std::exception  by qpdf.
-extern "C" __attribute__((visibility("default"))) void axiscal_archive_pdf_2(
-    const std::string& pdf,
-    const std::string& metadata,
-    const std::string& date,
-    const axiscal::PdfAttachment& attachment,
-    std::string& archived);
+/// @param take  called once with `to` and the archive, or why there is none.
+/// @return whether there is one.
+extern "C" __attribute__((visibility("default"))) bool axiscal_archive_pdf_3(
+    const axiscal::PdfArchiveParts* parts,
+    void (*take)(void* to, const char* data, std::size_t size),
+    void* to);

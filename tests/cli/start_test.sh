@@ -13,6 +13,9 @@ count=$(wc -l <<<"$libraries")
 for late in archive cairo crypto hdf5 iio matio mosquitto muparser pango qpdf qrencode sqlite3 ssl xlsxwriter; do
   ! grep -q "^lib$late" <<<"$libraries" || fail "lib$late is loaded before it is called"
 done
+# 470 of them; with libstdc++ as a library of its own, 2,300.
+most=1500
+grep -q '^libstdc++' <<<"$libraries" && most=8000
 LD_DEBUG=statistics "$program" --version 2>&1 >/dev/null | sed -n 's/.*number of relocations: *\([0-9]*\)$/\1/p' | head -n 1 |
-  { read -r relocations && [ "$relocations" -le 8000 ] || fail "$relocations relocations"; }
+  { read -r relocations && [ "$relocations" -le "$most" ] || fail "$relocations relocations"; }
 echo "start: $count libraries"

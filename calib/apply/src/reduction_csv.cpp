@@ -25,7 +25,7 @@ namespace {
 
 using Sink = std::function<void(std::string_view)>;
 
-// Rows in a buffer that grows, or that is handed over where it is full.
+// Rows in a buffer that grows, or that is handed over where it is large and full.
 class RowWriter {
  public:
   // @param buffer  to write to; what it holds counts for nothing.
@@ -35,7 +35,7 @@ class RowWriter {
             ReductionForm form,
             std::optional<int> decimals)
       : buffer_(buffer), sink_(sink), form_(form), decimals_(decimals) {
-    constexpr std::size_t least = 1U << 18U;
+    constexpr std::size_t least = 1U << 13U;
     buffer_.resize(std::max(buffer_.size(), least));
   }
 
@@ -107,8 +107,9 @@ class RowWriter {
   }
 
   void reserve(std::size_t size) {
+    constexpr std::size_t large = 1U << 18U;
     if (used_ + size > buffer_.size()) {
-      if (sink_ != nullptr) {
+      if (sink_ != nullptr && buffer_.size() >= large) {
         hand_over();
       }
       buffer_.resize(std::max(buffer_.size(), 2 * (used_ + size)));

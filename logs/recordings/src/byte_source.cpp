@@ -107,7 +107,7 @@ struct ByteSource::Reader {
     void operator()(archive* a) const { archive_read_free(a); }
   };
   std::unique_ptr<archive, Free> unpacker;
-  std::vector<char> packed = std::vector<char>(1U << 16U);
+  std::vector<char> packed;
   std::exception_ptr error;  // what reading the file threw; it must not cross libarchive's C code
 
   static la_ssize_t next_packed(archive* a, void* self, const void** buffer) {
@@ -134,6 +134,7 @@ struct ByteSource::Reader {
 
   void unpack() {
     unpacker.reset(archive_read_new());
+    packed.resize(1U << 16U);
     // These only: others of libarchive's run programs, or nest.
     archive_read_support_filter_bzip2(unpacker.get());
     archive_read_support_filter_xz(unpacker.get());
@@ -262,10 +263,12 @@ ByteSource::~ByteSource() = default;
 ByteSource::ByteSource(ByteSource&&) noexcept = default;
 ByteSource& ByteSource::operator=(ByteSource&&) noexcept = default;
 
+// Piece by piece, so that a short file costs few pages of memory.
 std::string_view ByteSource::peek(std::size_t size) {
+  constexpr std::size_t least = 4096;
   while (ahead_.size() - next_ < size) {
     const std::size_t had = ahead_.size();
-    ahead_.resize(next_ + size);
+    ahead_.resize(std::min(next_ + size, had + std::max(had, least)));
     const std::size_t count = reader_->read(ahead_.data() + had, ahead_.size() - had);
     ahead_.resize(had + count);
     if (count == 0) {
