@@ -6,8 +6,8 @@
 
 namespace axiscal {
 
-/// What the module takes and gives is C's: it has a standard library of its own, which knows neither
-/// the program's strings nor its exceptions.
+/// What the module takes and gives is C's: it has a standard library of its own, which knows
+/// neither the program's strings nor its exceptions.
 struct PdfText {
   const char* data;
   std::size_t size;

@@ -9,6 +9,7 @@
 #include "axiscal/calib/uncertainty.hpp"
 #include "axiscal/core/error.hpp"
 #include "axiscal/exchange/export.hpp"
+#include "pdf_archive.hpp"
 #include "program.hpp"
 #include "scenario.hpp"
 
@@ -148,6 +149,12 @@ TEST_F(Certificate, CarriesItsDccAsAnArchiveDoes) {
   const std::string fonts = read_file(folder.path("fonts.txt"));
   EXPECT_THAT(fonts, HasSubstr("yes"));
   EXPECT_THAT(fonts, Not(HasSubstr(" no  no ")));
+}
+
+// What qpdf refuses comes out of its module as an error of ours.
+TEST_F(Certificate, SaysWhyThereIsNoArchive) {
+  EXPECT_THAT([] { static_cast<void>(archived_pdf("no document", "title", {})); },
+              testing::ThrowsMessage<OutputError>(HasSubstr("PDF: ")));
 }
 #endif
 
