@@ -57,10 +57,6 @@ std::optional<std::vector<double>> parse_numbers(std::string_view text) {
   return numbers;
 }
 
-char* write_number(char* first, double value) noexcept {
-  return std::to_chars(first, first + number_text_size, value + 0.0).ptr;  // -0 + 0 is 0
-}
-
 char* write_decimals(char* first, double value, int decimals) noexcept {
   static constexpr std::array powers = {1.0, 1e1, 1e2,  1e3,  1e4,  1e5,  1e6,  1e7,
                                         1e8, 1e9, 1e10, 1e11, 1e12, 1e13, 1e14, 1e15};

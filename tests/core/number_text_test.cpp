@@ -2,6 +2,7 @@
 #include "axiscal/core/number_text.hpp"
 
 #include <array>
+#include <charconv>
 #include <cmath>
 #include <cstdio>
 #include <limits>
@@ -48,6 +49,27 @@ TEST(NumberText, IsTheShortestThatReadsBack) {
     const Eigen::Vector2d number = random.normals<2>();
     const double value = number(0) * std::pow(10.0, 20.0 * number(1));
     EXPECT_EQ(parse_number(number_text(value)), value);
+  }
+}
+
+// Against the standard library: of every size, with few digits and many, and near powers of ten.
+TEST(NumberText, IsWhatTheStandardLibraryWrites) {
+  const auto expected = [](double value) {
+    std::array<char, 64> text{};
+    return std::string(text.data(),
+                       std::to_chars(text.data(), text.data() + text.size(), value).ptr);
+  };
+  RandomStream random(11);
+  for (int i = 0; i < 20000; ++i) {
+    const double any = random.normal() * std::pow(10.0, i % 16 - 7);
+    const double rounded = std::round(1e3 * random.normal()) / std::pow(10.0, i % 9);
+    const double power = std::pow(10.0, i % 30 - 15);
+    for (const double value :
+         {any, rounded + 1e-9, std::nextafter(power, 0.0), std::nextafter(power, 1e300),
+          power * (1 + i % 9), std::round(any) + 0.5}) {
+      ASSERT_EQ(number_text(value), expected(value));
+      ASSERT_EQ(number_text(-value), expected(-value));
+    }
   }
 }
 
