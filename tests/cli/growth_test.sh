@@ -1,7 +1,8 @@
 #!/usr/bin/env bash
 # SPDX-License-Identifier: Apache-2.0
 # growth_test.sh AXISCAL EXAMPLES: what eight times as many readings cost: no more than nine times the instructions, in
-# one block or many (where valgrind counts them), and 100,008 of them no more than 1 GB of addresses.
+# one block or many (where valgrind counts them), and 100,008 of them no more than 1 GB of addresses, and 140 MB of
+# memory in one block, 180 in many.
 set -euo pipefail
 program=$1
 examples=$2
@@ -24,6 +25,12 @@ for one in 0 1; do
   run 8334 "$one"
   (ulimit -v 1000000 && "${calibrate[@]}" >"$folder/log" 2>&1) || { tail -n 3 "$folder/log"; fail "100,008 readings, or 1 GB of addresses is too little for them"; }
   grep -q '"status": "ok"' "$folder/cal.json" || fail "100,008 good readings are not good"
+  command -v python3 >/dev/null || continue
+  memory=$(python3 -c 'import resource, subprocess, sys
+subprocess.run(sys.argv[1:], check=True, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+print(resource.getrusage(resource.RUSAGE_CHILDREN).ru_maxrss)' "${calibrate[@]}")
+  echo "growth: 100,008 readings take $memory kB, $([ "$one" = 1 ] && echo one block || echo blocks of 12)"
+  [ "$memory" -le $((one ? 140000 : 180000)) ] || fail "more memory than they need"
 done
 command -v valgrind >/dev/null || { echo "growth: memory only: no valgrind"; exit 0; }
 instructions() {

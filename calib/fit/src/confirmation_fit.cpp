@@ -25,7 +25,9 @@ void append(const std::vector<Value>& more, std::vector<Value>& all) {
 // The readings of the fit, and behind them those that were kept out.
 ReadingSet both_of(ReadingSet set, const ReadingSet& kept_out) {
   append(kept_out.readings, set.readings);
-  append(kept_out.rotation_sensor_from_table, set.rotation_sensor_from_table);
+  for (std::size_t i = 0; i < kept_out.rotation_sensor_from_table.size(); ++i) {
+    set.rotation_sensor_from_table.push_back(kept_out.rotation_sensor_from_table[i]);
+  }
   append(kept_out.field_then, set.field_then);
   set.response = below(set.response, kept_out.response);
   set.weights = below(set.weights, kept_out.weights);

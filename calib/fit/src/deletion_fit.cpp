@@ -161,7 +161,7 @@ std::optional<DeletionFit::Others> DeletionFit::without(
       response.squares = std::max(response.squares - products(0, 0), 0.0);
       for (const std::size_t i : readings) {
         response.degrees_of_freedom -=
-            axis.root_weights(static_cast<Eigen::Index>(i)) > 0.0 ? 1.0 : 0.0;
+            axis.root_weights()(static_cast<Eigen::Index>(i)) > 0.0 ? 1.0 : 0.0;
       }
       start(k) = std::max(response.squares / std::max(response.degrees_of_freedom, 1.0),
                           std::max(smallest_(k), std::numeric_limits<double>::min()));
@@ -205,7 +205,7 @@ std::vector<DeletionFit::LeftOut> DeletionFit::left_out(const std::vector<std::s
   std::vector<LeftOut> all;
   all.reserve(static_cast<std::size_t>(set_.axis_count()));
   for (const Others::Alike& one : others.all) {
-    const Eigen::VectorXd root = axis_of(one.first).root_weights(readings);
+    const Eigen::VectorXd root = axis_of(one.first).root_weights()(readings);
     if (!(root.array() > 0.0).all()) {
       all.resize(all.size() + static_cast<std::size_t>(one.count), LeftOut{.seen = false});
       continue;
@@ -279,7 +279,7 @@ std::optional<double> DeletionFit::p_value_by_tails(const std::vector<std::size_
     const Eigen::VectorXd free = 1.0 - (of_own + of_shared).array();
     for (Eigen::Index i = 0; i < left.size(); ++i) {
       constexpr double least_left = 1e-6;
-      if (is_other[static_cast<std::size_t>(i)] && axis.root_weights(i) > 0.0) {
+      if (is_other[static_cast<std::size_t>(i)] && axis.root_weights()(i) > 0.0) {
         tails.add(left(i) / std::sqrt(variance * std::max(free(i), least_left)));
       }
     }
@@ -318,7 +318,7 @@ std::optional<std::vector<DeletionFit::Prediction>> DeletionFit::predictions(
         (shared * others->fit.covariance).cwiseProduct(shared).rowwise().sum();
     for (std::size_t i = 0; i < readings.size(); ++i) {
       const auto row = static_cast<Eigen::Index>(i);
-      const double root = axis_of(k).root_weights(static_cast<Eigen::Index>(readings[i]));
+      const double root = axis_of(k).root_weights()(static_cast<Eigen::Index>(readings[i]));
       if (root > 0.0) {
         all[i].error(k) = errors(row) / root;
         all[i].sd(k) = std::sqrt(variances(row)) / root;

@@ -302,8 +302,7 @@ class GeneralizedFit {
     for (Eigen::Index k = 0; k < run.axes(); ++k) {
       const auto rows = run.rows_of_axis(k);
       Eigen::MatrixXd columns(run.readings(), run.shared() + errors() + 1);
-      columns << run.columns_of_axis(k).rightCols(run.shared()), of_errors(rows, Eigen::all),
-          squares_of(run, k);
+      columns << run.shared_columns_of_axis(k), of_errors(rows, Eigen::all), squares_of(run, k);
       const Eigen::MatrixXd P = run.left_by_own(k, columns);
       const Eigen::VectorXd y = run.residuals()(rows);
       axes.push_back({.sums = {.information = P.transpose() * P,
@@ -528,6 +527,10 @@ std::optional<CurvatureTest> test_curvature(const Experiment& experiment,
     }
   }
   const Layings layings = layings_of(set, estimate);
+  constexpr Eigen::Index large = 10000;
+  if (layings.own && set.size() > large) {
+    run.forget();  // rather than to hold two of them
+  }
   const bool known = method_kind(method).directions_known;
   const std::vector<InputQuantity> inputs =
       input_quantities(experiment, layings.set(), known, estimate.field);

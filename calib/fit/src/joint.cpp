@@ -92,7 +92,8 @@ Estimate robust_estimate(const ReadingSet& set, const JointFit& given, const Joi
   for (Eigen::Index k = 0; k < set.axis_count(); ++k) {
     JointAxis& axis = robust_state->axes[static_cast<std::size_t>(k)];
     axis.estimate = state->axes[static_cast<std::size_t>(k)].estimate;
-    axis.residuals = axis.root_weights.cwiseProduct(set.response.col(k) - axis.X() * axis.estimate);
+    axis.residuals =
+        axis.root_weights().cwiseProduct(set.response.col(k) - axis.X() * axis.estimate);
     axis.find_sums();
   }
   const JointSolution solution{

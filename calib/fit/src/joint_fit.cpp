@@ -50,12 +50,12 @@ std::shared_ptr<const JointState> JointFit::at(const TableField& field,
 void JointFit::add_axes(Eigen::Index first,
                         Eigen::Index count,
                         const std::shared_ptr<const Eigen::MatrixXd>& columns,
-                        const FieldChanges& field_changes,
+                        FieldChanges& field_changes,
                         JointState& state) const {
   const Eigen::MatrixXd& X = *columns;
   const auto design = std::make_shared<const FactoredDesign>(
       X, weights_.col(first), [&] { return set_.names_of_axis(first); });
-  const Eigen::VectorXd root_weights = weights_.col(first).cwiseSqrt();
+  const Eigen::VectorXd& root_weights = design->root_weights();
   const Eigen::Index directions = state.direction_count();
   const Eigen::MatrixXd estimates = design->estimates(set_.response.middleCols(first, count));
   const Eigen::MatrixXd residuals =
@@ -65,23 +65,32 @@ void JointFit::add_axes(Eigen::Index first,
     changes.middleCols(directions * a, directions) = response_changes(
         set_, first + a, estimates.col(a).segment<3>(1).transpose(), field_changes);
   }
+  if (first + count == set_.axis_count()) {
+    field_changes.resize(0, 0);  // of long runs they are large
+  }
   Eigen::MatrixXd take_up(X.cols(), changes.cols());
-  Eigen::MatrixXd projected(X.rows(), changes.cols());
+  Eigen::MatrixXd projected;
   if (directions > 0) {
     take_up = design->estimates(changes);
-    projected = root_weights.asDiagonal() * (changes - X * take_up);
+    projected = X * take_up;
+    projected = root_weights.asDiagonal() * (changes - projected);
     changes = root_weights.asDiagonal() * changes;
+  } else {
+    projected.resize(X.rows(), 0);
   }
   for (Eigen::Index a = 0; a < count; ++a) {
     state.axes.push_back({.columns = columns,
                           .design = design,
-                          .root_weights = root_weights,
                           .estimate = estimates.col(a),
                           .residuals = residuals.col(a),
                           .tangents = changes.middleCols(directions * a, directions),
-                          .projected = projected.middleCols(directions * a, directions),
                           .take_up = take_up.middleCols(directions * a, directions)});
-    state.axes.back().find_sums();
+  }
+  changes.resize(0, 0);
+  for (Eigen::Index a = 0; a < count; ++a) {
+    JointAxis& axis = state.axes[static_cast<std::size_t>(first + a)];
+    axis.projected = projected.middleCols(directions * a, directions);
+    axis.find_sums();
   }
 }
 

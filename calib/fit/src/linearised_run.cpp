@@ -43,8 +43,8 @@ LinearisedRun::LinearisedRun(const ReadingSet& set,
     r_(rows_of_axis(k)) = axis.residuals / sigma_(k);
     x_.segment(p * k, p) = axis.estimate;
     sensitivity_.row(k) = axis.estimate.segment<3>(1).transpose();
-    along_.col(k) = axis.root_weights.cwiseProduct(axis.X().middleCols<3>(1) *
-                                                   sensitivity_.row(k).transpose()) /
+    along_.col(k) = axis.root_weights().cwiseProduct(axis.X().middleCols<3>(1) *
+                                                     sensitivity_.row(k).transpose()) /
                     sigma_(k);
     rows_ += static_cast<double>(axis.design->observations());
   }
@@ -125,9 +125,13 @@ Eigen::MatrixXd LinearisedRun::columns_of_axis(Eigen::Index axis) const {
   const JointAxis& own = axis_of(axis);
   const Eigen::Index p = own.X().cols();
   Eigen::MatrixXd J(readings(), p + shared());
-  J.leftCols(p) = (own.root_weights / sigma_(axis)).asDiagonal() * own.X();
-  J.rightCols(shared()) = own.tangents.leftCols(shared()) / sigma_(axis);
+  J.leftCols(p) = (own.root_weights() / sigma_(axis)).asDiagonal() * own.X();
+  J.rightCols(shared()) = shared_columns_of_axis(axis);
   return J;
+}
+
+Eigen::MatrixXd LinearisedRun::shared_columns_of_axis(Eigen::Index axis) const {
+  return axis_of(axis).tangents.leftCols(shared()) / sigma_(axis);
 }
 
 Eigen::MatrixXd LinearisedRun::left_by_own(Eigen::Index axis,
@@ -199,7 +203,8 @@ Eigen::RowVector3d LinearisedRun::change_with_field(Eigen::Index reading, Eigen:
          sensitivity_.row(axis);
 }
 
-Eigen::Matrix<double, Eigen::Dynamic, 3> LinearisedRun::field_met(Eigen::Index axis) const {
+Eigen::Ref<const Eigen::Matrix<double, Eigen::Dynamic, 3>> LinearisedRun::field_met(
+    Eigen::Index axis) const {
   return axis_of(axis).X().middleCols<3>(1);
 }
 
@@ -208,8 +213,7 @@ Eigen::MatrixXd LinearisedRun::own_columns(Eigen::Index axis) const {
       sigma_(axis) * set_.weights.col(axis).cwiseSqrt().cwiseMax(1e-150).cwiseInverse();
   const Eigen::Index c = set_.coefficient_count();
   Eigen::MatrixXd own(readings(), c + shared());
-  own << axis_of(axis).X().leftCols(c),
-      scale.asDiagonal() * (axis_of(axis).tangents.leftCols(shared()) / sigma_(axis));
+  own << axis_of(axis).X().leftCols(c), scale.asDiagonal() * shared_columns_of_axis(axis);
   return own;
 }
 

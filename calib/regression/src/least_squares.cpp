@@ -250,7 +250,7 @@ Eigen::VectorXd FactoredDesign::estimate(const Eigen::Ref<const Eigen::VectorXd>
 }
 
 Eigen::MatrixXd FactoredDesign::estimates(const Eigen::Ref<const Eigen::MatrixXd>& Y) const {
-  const Eigen::MatrixXd weighted_Y = root_weights_.asDiagonal() * Y;
+  Eigen::MatrixXd weighted_Y = root_weights_.asDiagonal() * Y;
   Eigen::MatrixXd X(scaled_.cols(), Y.cols());
   if (refines_) {
     for (Eigen::Index j = 0; j < Y.cols(); ++j) {
@@ -259,7 +259,9 @@ Eigen::MatrixXd FactoredDesign::estimates(const Eigen::Ref<const Eigen::MatrixXd
     return scale_.asDiagonal() * X;
   }
   X.noalias() = root_ * (basis_.transpose() * weighted_Y);
-  X += root_ * (basis_.transpose() * (weighted_Y - scaled_ * X));  // the last digits
+  const Eigen::MatrixXd fitted = scaled_ * X;
+  weighted_Y -= fitted;
+  X += root_ * (basis_.transpose() * weighted_Y);  // the last digits
   return scale_.asDiagonal() * X;
 }
 

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "axiscal/calib/reading_set.hpp"
 
+#include <Eigen/Geometry>
 #include <gtest/gtest.h>
 
 namespace axiscal {
@@ -32,6 +33,27 @@ TEST(ReadingSet, FindsTheTiltOfItsBlock) {
   EXPECT_EQ(set.field_in_table(2, field), -2.0 * field.vector(0));
   EXPECT_EQ(set.field_change(2, field, 0), -2.0 * Eigen::Matrix3d::Identity());
   EXPECT_EQ(set.field_change(2, field, 1), Eigen::Matrix3d::Zero());
+}
+
+Eigen::Matrix3d turned_about_z(double angle) {
+  return Eigen::AngleAxisd(angle, Eigen::Vector3d::UnitZ()).toRotationMatrix();
+}
+
+// What comes again soon is kept once, what comes again late twice; either is found where it was
+// put.
+TEST(Rotations, AreWhatWasPut) {
+  Rotations rotations = {turned_about_z(0.0)};
+  for (int i = 1; i < 200; ++i) {
+    rotations.push_back(turned_about_z(i % 100));
+  }
+  rotations.put(7, turned_about_z(-1.0));
+  ASSERT_EQ(rotations.size(), 200U);
+  for (std::size_t i = 0; i < rotations.size(); ++i) {
+    EXPECT_EQ(rotations[i], turned_about_z(i == 7 ? -1.0 : static_cast<double>(i % 100))) << i;
+  }
+  EXPECT_EQ(rotations.back(), turned_about_z(99.0));
+  rotations.clear();
+  EXPECT_TRUE(rotations.empty());
 }
 
 }  // namespace

@@ -25,7 +25,7 @@ TEST(FindCulprit, NamesAWrongPose) {
   ReadingSet set = good_run(4);
   const DesignPoint other = set.readings[9].point->turned_round();
   set.readings[9].point = other;
-  set.rotation_sensor_from_table[9] = set.orientation(other);
+  set.rotation_sensor_from_table.put(9, set.orientation(other));
   const std::optional<Culprit> culprit = find_culprit(set, estimate_joint(set), false).culprit;
   ASSERT_TRUE(culprit.has_value());
   EXPECT_EQ(culprit->correction.code, WarningCode::wrong_pose);

@@ -72,7 +72,7 @@ void explain_by_pose(const SuspectRun& run, std::size_t i, Explanations& found) 
     const DesignPoint& point = poses[at].second;
     ReadingSet set = run.set();
     set.readings[i].point = point;
-    set.rotation_sensor_from_table[i] = run.set().orientation(point);
+    set.rotation_sensor_from_table.put(i, run.set().orientation(point));
     Correction correction = about(run, WarningCode::wrong_pose, {i});
     correction.points = {{run.run_of(i), point}};
     const bool is_odd = run.set().has_fence &&

@@ -20,11 +20,11 @@ namespace axiscal {
 /// and a third for a part of unknown magnitude, along it.
 struct JointAxis {
   [[nodiscard]] const Eigen::MatrixXd& X() const { return *columns; }
+  [[nodiscard]] const Eigen::VectorXd& root_weights() const { return design->root_weights(); }
 
   // Axes that weigh alike share these.
   std::shared_ptr<const Eigen::MatrixXd> columns;  // X, n x p, not weighted
   std::shared_ptr<const FactoredDesign> design;
-  Eigen::VectorXd root_weights;
   Eigen::VectorXd estimate;   // b, S, second fields, temperature; p
   Eigen::VectorXd residuals;  // weighted
   Eigen::MatrixXd tangents;   // n x D, weighted: change of the fit per radian
@@ -101,11 +101,12 @@ class JointFit {
 
  private:
   // Adds axes of the same columns and weights to a state that has its field and tangents.
-  // @param field_changes  what those change, where there are any.
+  // @param field_changes  what those change, where there are any; used up if these axes are the
+  // last.
   void add_axes(Eigen::Index first,
                 Eigen::Index count,
                 const std::shared_ptr<const Eigen::MatrixXd>& columns,
-                const FieldChanges& field_changes,
+                FieldChanges& field_changes,
                 JointState& state) const;
 
   // The sum of the squares of all residuals, each axis in units of its sigma.
@@ -141,6 +142,9 @@ class StateOfRun {
   [[nodiscard]] const ReadingSet& set() const { return set_; }
   [[nodiscard]] bool known_field() const { return known_field_; }
   [[nodiscard]] std::shared_ptr<const JointState> at(const TableField& field);
+
+  /// Gives back its memory; whoever asks next has it made anew.
+  void forget() { last_.reset(); }
 
  private:
   const ReadingSet& set_;

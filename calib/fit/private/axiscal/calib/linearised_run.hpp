@@ -46,6 +46,7 @@ class LinearisedRun {
   /// @return the rows of an axis in the columns that it has, its own and the shared, n x (p + D);
   ///         and which of all columns those are.
   [[nodiscard]] Eigen::MatrixXd columns_of_axis(Eigen::Index axis) const;
+  [[nodiscard]] Eigen::MatrixXd shared_columns_of_axis(Eigen::Index axis) const;
   [[nodiscard]] std::vector<Eigen::Index> places_of_axis(Eigen::Index axis) const;
 
   /// @return what an axis's own columns leave of columns of its rows, n x c.
@@ -116,7 +117,8 @@ class LinearisedRun {
   [[nodiscard]] Eigen::MatrixXd own_columns(Eigen::Index axis) const;
 
   /// The field that each reading met, as its own axis saw it; n x 3.
-  [[nodiscard]] Eigen::Matrix<double, Eigen::Dynamic, 3> field_met(Eigen::Index axis) const;
+  [[nodiscard]] Eigen::Ref<const Eigen::Matrix<double, Eigen::Dynamic, 3>> field_met(
+      Eigen::Index axis) const;
 
   /// An axis's readings that have weight, and the columns of the instrument's coefficients alone.
   struct AxisRows {

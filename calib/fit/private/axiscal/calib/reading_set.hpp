@@ -10,6 +10,7 @@
 
 #include "axiscal/calib/calibration.hpp"
 #include "axiscal/calib/observations.hpp"
+#include "axiscal/calib/rotations.hpp"
 #include "axiscal/calib/run_effects.hpp"
 #include "axiscal/field/table_field.hpp"
 
@@ -30,10 +31,10 @@ struct TemperatureTerms {
 
 /// The readings that a fit uses, in the instrument's terms: n readings, m axes.
 struct ReadingSet {
-  std::vector<Reading> readings;                            // n
-  Eigen::MatrixXd response;                                 // n x m
-  Eigen::MatrixXd weights;                                  // n x m, of mean 1 per axis
-  std::vector<Eigen::Matrix3d> rotation_sensor_from_table;  // n; empty where readings bring fields
+  std::vector<Reading> readings;         // n
+  Eigen::MatrixXd response;              // n x m
+  Eigen::MatrixXd weights;               // n x m, of mean 1 per axis
+  Rotations rotation_sensor_from_table;  // n; empty where readings bring fields
   std::function<Eigen::Matrix3d(const DesignPoint&)> orientation;  // the same for any point
   // n: what has become of the field in the table since the mean time, a turn times the ratio of its
   // lengths; empty where it stays.

@@ -5,6 +5,8 @@
 
 #include <Eigen/Core>
 
+#include "axiscal/core/rare.hpp"
+
 namespace axiscal {
 
 /// What the temperature sensor of an instrument says beside a reading: one number for all of its
@@ -20,17 +22,17 @@ class SensorTemperature {
 
   /// @return the output that counts for an axis.
   [[nodiscard]] double of(Eigen::Index axis) const {
-    return of_axes_.empty() ? mean_ : of_axes_[static_cast<std::size_t>(axis)];
+    return of_axes_ ? (*of_axes_)[static_cast<std::size_t>(axis)] : mean_;
   }
 
   /// @return the mean over the axes: what stands for all of them where one number is asked for.
   [[nodiscard]] double mean() const { return mean_; }
 
   /// @return whether each axis has an output of its own.
-  [[nodiscard]] bool has_own() const { return !of_axes_.empty(); }
+  [[nodiscard]] bool has_own() const { return of_axes_.has_value(); }
 
   /// @return each axis's output; empty where one counts for all.
-  [[nodiscard]] const std::vector<double>& of_axes() const { return of_axes_; }
+  [[nodiscard]] const std::vector<double>& of_axes() const;
 
   /// @return the outputs of neighbouring axes, as those of one instrument among several; one
   ///         number where they are all the same.
@@ -39,11 +41,13 @@ class SensorTemperature {
   /// @return all of them changed by as much.
   [[nodiscard]] SensorTemperature changed_by(double difference) const;
 
-  friend bool operator==(const SensorTemperature&, const SensorTemperature&) = default;
+  friend bool operator==(const SensorTemperature& a, const SensorTemperature& b) {
+    return a.mean_ == b.mean_ && a.of_axes() == b.of_axes();
+  }
 
  private:
   double mean_ = 0.0;
-  std::vector<double> of_axes_;
+  Rare<std::vector<double>> of_axes_;
 };
 
 }  // namespace axiscal

@@ -83,6 +83,9 @@ class FactoredDesign {
   /// @return the smallest pivot of columns of like length as a part of the largest.
   [[nodiscard]] double smallest_pivot() const;
 
+  /// @return W^1/2, n entries.
+  [[nodiscard]] const Eigen::VectorXd& root_weights() const { return root_weights_; }
+
   /// @return n without the rows of weight 0.
   [[nodiscard]] Eigen::Index observations() const { return observations_; }
 
