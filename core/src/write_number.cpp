@@ -5,6 +5,7 @@
 #include <charconv>
 #include <cmath>
 #include <cstdint>
+#include <cstdlib>
 #include <cstring>
 
 #include <fmt/format.h>
@@ -41,48 +42,85 @@ std::uint64_t eight_characters(std::uint64_t number) {
   return tens + ((twos - 10 * tens) << 8) + 0x3030303030303030U;
 }
 
-// A positive number as std::to_chars() writes it, where that is without an exponent and of 7 digits
-// before the point at most; null elsewhere.
-char* write_plain(char* first, double value) noexcept {
-  const auto decimal = fmt::detail::dragonbox::to_decimal(value);
-  const int digits = digits_of(decimal.significand);
-  const int before_point = digits + decimal.exponent;
-  // It writes an exponent where that is shorter.
-  constexpr int exponent_characters = 4;  // "e-05"
-  const int scientific = digits + (digits > 1 ? 1 : 0) + exponent_characters;
-  const int fixed = before_point >= digits ? before_point
-                    : before_point > 0     ? digits + 1
-                                           : digits + 2 - before_point;
-  constexpr int most_before_point = 7;
-  if (fixed > scientific || before_point > most_before_point) {
-    return nullptr;
-  }
-  // All 17, with zeros behind: one, and twice eight.
+// The 17 digits of a decimal, zeros behind: one, and twice eight.
+struct Digits {
+  char leading;
+  std::uint64_t middle;
+  std::uint64_t last;
+};
+
+Digits all_digits(std::uint64_t significand, int count) {
   constexpr std::uint64_t eight = 100000000;
   const std::uint64_t all =
-      decimal.significand * powers_of_ten[static_cast<std::size_t>(most_digits - digits)];
+      significand * powers_of_ten[static_cast<std::size_t>(most_digits - count)];
   const std::uint64_t upper = all / eight;
-  const char leading = static_cast<char>('0' + upper / eight);
-  const std::uint64_t middle = eight_characters(upper % eight);
-  const std::uint64_t last = eight_characters(all % eight);
-  if (before_point <= 0) {
-    std::memcpy(first, "0.0000", 6);
-    char* const at = first + 2 - before_point;
-    *at = leading;
-    std::memcpy(at + 1, &middle, sizeof middle);
-    std::memcpy(at + 1 + sizeof middle, &last, sizeof last);
-    return first + fixed;
-  }
-  // One place on, where what follows the point belongs; the first eight characters are then put
-  // together with the point among them.
-  std::memcpy(first + 2, &middle, sizeof middle);
-  std::memcpy(first + 2 + sizeof middle, &last, sizeof last);
-  const std::uint64_t start = static_cast<unsigned char>(leading) | middle << 8;
+  return {.leading = static_cast<char>('0' + upper / eight),
+          .middle = eight_characters(upper % eight),
+          .last = eight_characters(all % eight)};
+}
+
+// Behind "0.000", where the point comes before all of them.
+void put_fraction(char* first, const Digits& digits, int zeros) {
+  std::memcpy(first, "0.0000", 6);
+  char* const at = first + 2 + zeros;
+  *at = digits.leading;
+  std::memcpy(at + 1, &digits.middle, sizeof digits.middle);
+  std::memcpy(at + 1 + sizeof digits.middle, &digits.last, sizeof digits.last);
+}
+
+// With the point behind 1 to 7 of them. All are put one place on, where what follows the point
+// belongs; the first eight characters are then put together with the point among them.
+void put_pointed(char* first, const Digits& digits, int before_point) {
+  std::memcpy(first + 2, &digits.middle, sizeof digits.middle);
+  std::memcpy(first + 2 + sizeof digits.middle, &digits.last, sizeof digits.last);
+  const std::uint64_t start = static_cast<unsigned char>(digits.leading) | digits.middle << 8;
   const auto bits = static_cast<unsigned>(8 * before_point);
-  const std::uint64_t whole = start & ((std::uint64_t{1} << bits) - 1);
+  const std::uint64_t of_whole = (std::uint64_t{1} << bits) - 1;
   const std::uint64_t with_point =
-      whole | std::uint64_t{'.'} << bits | (start & ~((std::uint64_t{1} << bits) - 1)) << 8;
+      (start & of_whole) | std::uint64_t{'.'} << bits | (start & ~of_whole) << 8;
   std::memcpy(first, &with_point, sizeof with_point);
+}
+
+// "e-05", "e+300".
+char* put_exponent(char* first, int exponent) {
+  *first++ = 'e';
+  *first++ = exponent < 0 ? '-' : '+';
+  const int size = std::abs(exponent);
+  if (size >= 100) {
+    *first++ = static_cast<char>('0' + size / 100);
+  }
+  *first++ = static_cast<char>('0' + size / 10 % 10);
+  *first++ = static_cast<char>('0' + size % 10);
+  return first;
+}
+
+// A positive number as std::to_chars() writes it; null where that has more than 7 digits before the
+// point.
+char* write_positive(char* first, double value) noexcept {
+  const auto decimal = fmt::detail::dragonbox::to_decimal(value);
+  const int count = digits_of(decimal.significand);
+  const int before_point = count + decimal.exponent;
+  // It writes an exponent where that is shorter.
+  const int exponent = before_point - 1;
+  const int mantissa = count + (count > 1 ? 1 : 0);
+  const int scientific = mantissa + (std::abs(exponent) >= 100 ? 5 : 4);
+  const int fixed = before_point >= count ? before_point
+                    : before_point > 0    ? count + 1
+                                          : count + 2 - before_point;
+  constexpr int most_before_point = 7;
+  if (scientific < fixed) {
+    put_pointed(first, all_digits(decimal.significand, count), 1);
+    return put_exponent(first + mantissa, exponent);
+  }
+  if (before_point > most_before_point) {
+    return nullptr;
+  }
+  const Digits digits = all_digits(decimal.significand, count);
+  if (before_point <= 0) {
+    put_fraction(first, digits, -before_point);
+  } else {
+    put_pointed(first, digits, before_point);
+  }
   return first + fixed;
 }
 
@@ -90,10 +128,10 @@ char* write_plain(char* first, double value) noexcept {
 
 char* write_number(char* first, double value) noexcept {
   const double size = std::abs(value);
-  if (std::endian::native == std::endian::little && size >= 1e-4 && size < 1e7) {
+  if (std::endian::native == std::endian::little && size > 0.0) {
     *first = '-';
     char* const digits = first + (value < 0.0 ? 1 : 0);
-    if (char* const end = write_plain(digits, size)) {
+    if (char* const end = write_positive(digits, size)) {
       return end;
     }
   }

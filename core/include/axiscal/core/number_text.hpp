@@ -26,8 +26,8 @@ namespace axiscal {
 inline constexpr std::size_t number_text_size = 32;
 
 /// Writes the shortest text that reads back to the same double, as std::to_chars() does; -0 is
-/// written as 0. Numbers from 1e-4 to 1e7 go by Dragonbox (Jeon 2020, in fmt), in three quarters of
-/// its time.
+/// written as 0. By Dragonbox (Jeon 2020, in fmt), in three quarters of its time, but for numbers
+/// with many digits before the point.
 ///
 /// @param first  room for at least number_text_size characters.
 /// @param value  a finite number.
