@@ -244,6 +244,11 @@ void check_method(const Experiment& experiment,
     throw SetupError(formatted(
         "method {}: one-sided axes see a field from one side only; use joint or known", name));
   }
+  if (method_kind(method).by_magnitude && experiment.squares && experiment.robust) {
+    throw SetupError(
+        "method magnitude fits squared terms without robust weights; leave out one of squares and "
+        "robust");
+  }
   if (method_kind(method).by_magnitude &&
       (experiment.temperature.order > 0 || experiment.temperature.automatic)) {
     throw SetupError(

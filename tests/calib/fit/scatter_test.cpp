@@ -7,6 +7,8 @@
 #include "axiscal/calib/calibrate.hpp"
 #include "axiscal/calib/distributions.hpp"
 #include "axiscal/calib/simulate.hpp"
+#include "axiscal/core/error.hpp"
+#include "axiscal/core/error.hpp"
 #include "axiscal/core/random.hpp"
 #include "axiscal/field/gravity_field.hpp"
 #include "matchers.hpp"
@@ -206,6 +208,8 @@ TEST(BentResponse, IsToldByMagnitudeAndFittedOnWish) {
   EXPECT_TRUE(bent.findings.warnings.empty());
   EXPECT_NEAR(bent.sensor.response.bias(0), 0.0, bent.fit.statistics->interval_95(0));
   EXPECT_THAT(notes_of(bent), HasSubstr("squared terms were fitted"));
+  experiment.robust = true;  // their fit has no weights, and would leave the record's to chance
+  EXPECT_THROW(static_cast<void>(calibrate(experiment, run)), SetupError);
 }
 
 }  // namespace
