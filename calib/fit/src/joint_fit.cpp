@@ -136,10 +136,14 @@ std::shared_ptr<const JointState> JointFit::advanced(const JointState& state,
   step *= std::min(1.0, longest_step_rad / std::max(step.norm(), 1e-300));
   const double current = cost(state, sigma);
   for (int halving = 0; halving < 12; ++halving) {
-    std::shared_ptr<const JointState> next = at(state.field.moved(state.tangents, step));
+    // The first is mostly the last; of shorter ones nothing but the cost is asked until one is
+    // good.
+    const TableField moved = state.field.moved(state.tangents, step);
+    const bool cost_alone = halving > 0;
+    std::shared_ptr<const JointState> next = at(moved, cost_alone);
     // Near the minimum the cost's own rounding must not stop the last steps.
     if (cost(*next, sigma) <= (1.0 + 1e-12) * current) {
-      return next;
+      return cost_alone ? at(moved) : next;
     }
     step *= 0.5;
   }

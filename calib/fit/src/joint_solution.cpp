@@ -2,6 +2,7 @@
 #include "joint_solution.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <utility>
 
@@ -110,6 +111,32 @@ std::string another_direction(const ReadingSet& set,
                    set.field.name_of(part), direction_text(other.field.vector(part).normalized()));
 }
 
+// Where a few rounds from each start lead. Those that have met go on as one.
+std::vector<std::shared_ptr<const JointState>> few_rounds_from(
+    const ReadingSet& set, const JointFit& fit, const std::vector<TableField>& starts) {
+  constexpr std::array rounds = {4, 4, 4};
+  constexpr double met_rad = 1e-4;  // each way of them is steep where it is so near
+  const Eigen::VectorXd equal = Eigen::VectorXd::Ones(set.axis_count());
+  std::vector<std::shared_ptr<const JointState>> found;
+  for (const TableField& start : starts) {
+    found.push_back(fit.at(start));
+  }
+  for (const int more : rounds) {
+    std::vector<std::shared_ptr<const JointState>> apart;
+    for (const std::shared_ptr<const JointState>& state : found) {
+      std::shared_ptr<const JointState> next = fit.converged(state, equal, more);
+      const bool has_met = std::any_of(apart.begin(), apart.end(), [&](const auto& other) {
+        return angle_between(*next, *other) < met_rad;
+      });
+      if (!has_met) {
+        apart.push_back(std::move(next));
+      }
+    }
+    found = std::move(apart);
+  }
+  return found;
+}
+
 }  // namespace
 
 BestSolution best_solution(const ReadingSet& set,
@@ -120,14 +147,9 @@ BestSolution best_solution(const ReadingSet& set,
   }
   // A few rounds from each start; then to the end from the best, and from what is as good
   // elsewhere.
-  constexpr int few_rounds = 12;
   constexpr double another_rad = 0.05;
   constexpr double as_likely = 6.0;  // likelihoods within a factor of 20
-  const Eigen::VectorXd equal = Eigen::VectorXd::Ones(set.axis_count());
-  std::vector<std::shared_ptr<const JointState>> found;
-  for (const TableField& start : starts) {
-    found.push_back(fit.converged(fit.at(start), equal, few_rounds));
-  }
+  const std::vector<std::shared_ptr<const JointState>> found = few_rounds_from(set, fit, starts);
   const auto less = [&](const auto& a, const auto& b) { return misfit(set, *a) < misfit(set, *b); };
   const JointState& best = **std::min_element(found.begin(), found.end(), less);
   BestSolution result{.solution = solve_joint(set, fit, best.field), .ambiguity = ""};

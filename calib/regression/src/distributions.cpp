@@ -28,6 +28,7 @@ using Quiet = boost::math::policies::policy<
 using StudentT = boost::math::students_t_distribution<double, Quiet>;
 using FisherF = boost::math::fisher_f_distribution<double, Quiet>;
 using ChiSquared = boost::math::chi_squared_distribution<double, Quiet>;
+using Normal = boost::math::normal_distribution<double, Quiet>;
 
 // The last answers of a function of two numbers: all parameters of an axis ask the same.
 class LastAnswers {
@@ -71,8 +72,7 @@ namespace {
 
 // 1 / nu of which a factor is, by the first terms of t's series about the normal distribution's z.
 double guessed_inverse(double factor, double coverage) {
-  const double z =
-      boost::math::quantile(boost::math::complement(boost::math::normal(), 0.5 * (1.0 - coverage)));
+  const double z = boost::math::quantile(boost::math::complement(Normal(), 0.5 * (1.0 - coverage)));
   const double z2 = z * z;
   const double a = z * (z2 + 1.0) / 4.0;
   const double b = z * ((5.0 * z2 + 16.0) * z2 + 3.0) / 96.0;
@@ -247,7 +247,7 @@ double normal_quantile(double probability) {
   if (!(probability > 0.0 && probability < 1.0)) {
     return not_a_number;
   }
-  return boost::math::quantile(boost::math::normal_distribution<double, Quiet>(), probability);
+  return boost::math::quantile(Normal(), probability);
 }
 
 }  // namespace axiscal
