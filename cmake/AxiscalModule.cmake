@@ -69,18 +69,27 @@ function(axiscal_link target library path)
     target_link_libraries(${target} PRIVATE $<BUILD_INTERFACE:-l:${file}> $<INSTALL_INTERFACE:${library}>)
   else()
     target_link_libraries(${target} PRIVATE ${library})
+    if(library IN_LIST AXISCAL_SMALL_LIBRARIES)
+      set_property(GLOBAL PROPERTY AXISCAL_SMALL_LIBRARIES_SHARED TRUE)
+    endif()
   endif()
 endfunction()
 
 # axiscal_start_soon(TARGET)
 #
 # Links the program with the compiler's own libraries within it, where AXISCAL_STATIC_SMALL_LIBRARIES has that
-# done: two thirds of what the loader did were libstdc++'s symbols. And with relocations in few bytes.
+# done and no library of C++ is left that it loads at its start: two thirds of what the loader did were
+# libstdc++'s symbols. No exception may then cross to a library that is loaded later, nor leave what
+# std::call_once calls. And relocations take few bytes.
 function(axiscal_start_soon target)
-  if(NOT AXISCAL_SMALL_LIBRARIES OR "${CMAKE_CXX_FLAGS} ${CMAKE_EXE_LINKER_FLAGS}" MATCHES "-fsanitize")
+  get_property(shared GLOBAL PROPERTY AXISCAL_SMALL_LIBRARIES_SHARED)
+  if(NOT AXISCAL_SMALL_LIBRARIES OR NOT AXISCAL_LATE_LIBRARIES OR shared OR
+     "${CMAKE_CXX_FLAGS} ${CMAKE_EXE_LINKER_FLAGS}" MATCHES "-fsanitize")
     return()
   endif()
   include(CheckCXXSourceCompiles)
+  # An older C library refuses a program with packed relocations, though the linker makes one.
+  set(reads_packed "#include <cstdlib>\n#if defined(__GLIBC__) && !__GLIBC_PREREQ(2, 36)\n#error\n#endif\n")
   set(program "#include <iostream>\nint main() { std::cout << 1; }")
   set(CMAKE_REQUIRED_LINK_OPTIONS -static-libstdc++ -static-libgcc)
   check_cxx_source_compiles("${program}" AXISCAL_HAS_STATIC_COMPILER_LIBRARIES)
@@ -88,7 +97,7 @@ function(axiscal_start_soon target)
     target_link_options(${target} PRIVATE ${CMAKE_REQUIRED_LINK_OPTIONS})
   endif()
   set(CMAKE_REQUIRED_LINK_OPTIONS -Wl,-z,pack-relative-relocs)
-  check_cxx_source_compiles("${program}" AXISCAL_HAS_PACKED_RELOCATIONS)
+  check_cxx_source_compiles("${reads_packed}${program}" AXISCAL_HAS_PACKED_RELOCATIONS)
   if(AXISCAL_HAS_PACKED_RELOCATIONS)
     target_link_options(${target} PRIVATE ${CMAKE_REQUIRED_LINK_OPTIONS})
   endif()

@@ -12,6 +12,8 @@ find_library(GeographicLib_LIBRARY NAMES GeographicLib Geographic
 string(REGEX REPLACE "[.]so$" ".a" GeographicLib_ARCHIVE "${GeographicLib_LIBRARY}")
 if(GeographicLib IN_LIST AXISCAL_SMALL_LIBRARIES AND EXISTS "${GeographicLib_ARCHIVE}")
   set(GeographicLib_LIBRARY "${GeographicLib_ARCHIVE}")
+elseif(GeographicLib IN_LIST AXISCAL_SMALL_LIBRARIES)
+  set_property(GLOBAL PROPERTY AXISCAL_SMALL_LIBRARIES_SHARED TRUE)
 endif()
 set(GeographicLib_VERSION ${PC_GeographicLib_VERSION})
 

@@ -7,6 +7,7 @@
 #include <cstdint>
 #include <cstdlib>
 #include <cstring>
+#include <limits>
 
 #include <fmt/format.h>
 
@@ -128,7 +129,8 @@ char* write_positive(char* first, double value) noexcept {
 
 char* write_number(char* first, double value) noexcept {
   const double size = std::abs(value);
-  if (std::endian::native == std::endian::little && size > 0.0) {
+  if (std::endian::native == std::endian::little && size > 0.0 &&
+      size <= std::numeric_limits<double>::max()) {
     *first = '-';
     char* const digits = first + (value < 0.0 ? 1 : 0);
     if (char* const end = write_positive(digits, size)) {

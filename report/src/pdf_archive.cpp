@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "pdf_archive.hpp"
 
+#include <exception>
+
 #if defined(AXISCAL_QPDF) || defined(AXISCAL_PDF_ARCHIVE_MODULE)
 #include "axiscal/core/error.hpp"
 #include "axiscal/core/formatted.hpp"
@@ -59,14 +61,26 @@ std::string archived_pdf(const std::string& pdf,
                               .attachment_description = text(attachment.description),
                               .attachment_type = text(attachment.type),
                               .attachment_content = text(attachment.content)};
-  std::string taken;
-  const auto take = [](void* to, const char* data, std::size_t size) {
-    static_cast<std::string*>(to)->assign(data, size);
+  struct Taken {
+    std::string text;
+    std::exception_ptr error;
+  } taken;
+  const auto take = [](void* to, PdfText given) noexcept {
+    Taken& all = *static_cast<Taken*>(to);
+    try {
+      all.text.assign(given.data, given.size);
+    } catch (...) {  // no memory
+      all.error = std::current_exception();
+    }
   };
-  if (!archive(&parts, take, &taken)) {
-    throw OutputError("PDF: " + taken);
+  const bool is_archived = archive(&parts, take, &taken);
+  if (taken.error) {
+    std::rethrow_exception(taken.error);
   }
-  return taken;
+  if (!is_archived) {
+    throw OutputError("PDF: " + taken.text);
+  }
+  return taken.text;
 }
 
 #else

@@ -4,6 +4,7 @@
 // not.
 #include "qpdf_archive.hpp"
 
+#include <cstring>
 #include <exception>
 #include <lcms2.h>
 #include <memory>
@@ -91,15 +92,19 @@ std::string archive(const PdfArchiveParts& parts) {
 }  // namespace axiscal
 
 bool axiscal_archive_pdf_3(const axiscal::PdfArchiveParts* parts,
-                           void (*take)(void* to, const char* data, std::size_t size),
-                           void* to) {
+                           axiscal::TakePdfText take,
+                           void* to) noexcept {
+  std::string archived;
   try {
-    const std::string archived = axiscal::archive(*parts);
-    take(to, archived.data(), archived.size());
-    return true;
+    archived = axiscal::archive(*parts);
   } catch (const std::exception& error) {
-    const std::string why = error.what();
-    take(to, why.data(), why.size());
+    take(to, {error.what(), std::strlen(error.what())});
+    return false;
+  } catch (...) {
+    const char* const why = "unknown";
+    take(to, {why, std::strlen(why)});
     return false;
   }
+  take(to, {archived.data(), archived.size()});
+  return true;
 }

@@ -24,13 +24,14 @@ struct PdfArchiveParts {
   PdfText attachment_content;  ///< empty: there is none
 };
 
+/// @param to  what the caller gave.
+using TakePdfText = void (*)(void* to, PdfText text) noexcept;
+
 }  // namespace axiscal
 
 /// Exported by the module with qpdf in it, where there is one. The loader knows it by its name
-/// alone: whoever changes what it takes counts it up.
+/// alone: whoever changes what it takes counts it up. No exception may cross, either way.
 /// @param take  called once with `to` and the archive, or why there is none.
 /// @return whether there is one.
 extern "C" __attribute__((visibility("default"))) bool axiscal_archive_pdf_3(
-    const axiscal::PdfArchiveParts* parts,
-    void (*take)(void* to, const char* data, std::size_t size),
-    void* to);
+    const axiscal::PdfArchiveParts* parts, axiscal::TakePdfText take, void* to) noexcept;

@@ -52,6 +52,12 @@ TEST(NumberText, IsTheShortestThatReadsBack) {
   }
 }
 
+TEST(NumberText, SaysWhatIsNoNumber) {
+  EXPECT_EQ(number_text(std::numeric_limits<double>::infinity()), "inf");
+  EXPECT_EQ(number_text(-std::numeric_limits<double>::infinity()), "-inf");
+  EXPECT_EQ(number_text(std::numeric_limits<double>::quiet_NaN()), "nan");
+}
+
 // Against the standard library: of every size, with few digits and many, and near powers of ten.
 TEST(NumberText, IsWhatTheStandardLibraryWrites) {
   const auto expected = [](double value) {

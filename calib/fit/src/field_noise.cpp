@@ -153,7 +153,7 @@ struct AlongField {
   Eigen::MatrixXd hat_root;    // n x q: K, with K K^T what the fit takes of the deviations
 };
 
-// The direction, by axis.
+// What axis k has of the unit vector along that direction; n.
 Eigen::VectorXd direction_of(const LinearisedRun& run,
                              Eigen::Index k,
                              const Eigen::VectorXd& size) {

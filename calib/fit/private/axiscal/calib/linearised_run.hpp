@@ -46,8 +46,10 @@ class LinearisedRun {
   /// @return the rows of an axis in the columns that it has, its own and the shared, n x (p + D);
   ///         and which of all columns those are.
   [[nodiscard]] Eigen::MatrixXd columns_of_axis(Eigen::Index axis) const;
-  [[nodiscard]] Eigen::MatrixXd shared_columns_of_axis(Eigen::Index axis) const;
   [[nodiscard]] std::vector<Eigen::Index> places_of_axis(Eigen::Index axis) const;
+
+  /// @return the shared among them alone, n x D.
+  [[nodiscard]] Eigen::MatrixXd shared_columns_of_axis(Eigen::Index axis) const;
 
   /// @return what an axis's own columns leave of columns of its rows, n x c.
   [[nodiscard]] Eigen::MatrixXd left_by_own(Eigen::Index axis,
@@ -116,7 +118,7 @@ class LinearisedRun {
   /// weighted; n x c.
   [[nodiscard]] Eigen::MatrixXd own_columns(Eigen::Index axis) const;
 
-  /// The field that each reading met, as its own axis saw it; n x 3.
+  /// The field that each reading met, as its own axis saw it; n x 3, as long as this lives.
   [[nodiscard]] Eigen::Ref<const Eigen::Matrix<double, Eigen::Dynamic, 3>> field_met(
       Eigen::Index axis) const;
 

@@ -12,7 +12,8 @@
 namespace axiscal {
 
 /// Rotations one after the other, of which most are like one not long before: an instrument lies in
-/// few orientations, however often it is read. Each of those is kept once.
+/// few orientations, however often it is read. Each of those is kept once. References hold until
+/// the next is put.
 class Rotations {
  public:
   Rotations() = default;
