@@ -8,7 +8,6 @@
 #include "axiscal/calib/distributions.hpp"
 #include "axiscal/calib/simulate.hpp"
 #include "axiscal/core/error.hpp"
-#include "axiscal/core/error.hpp"
 #include "axiscal/core/random.hpp"
 #include "axiscal/field/gravity_field.hpp"
 #include "matchers.hpp"
