@@ -95,8 +95,8 @@ char* put_exponent(char* first, int exponent) {
   return first;
 }
 
-// A positive number as std::to_chars() writes it; null where that has more than 7 digits before the
-// point.
+// A positive number as std::to_chars() writes it; null where that is without an exponent and has
+// more than 7 digits before the point.
 char* write_positive(char* first, double value) noexcept {
   const auto decimal = fmt::detail::dragonbox::to_decimal(value);
   const int count = digits_of(decimal.significand);
@@ -109,14 +109,14 @@ char* write_positive(char* first, double value) noexcept {
                     : before_point > 0    ? count + 1
                                           : count + 2 - before_point;
   constexpr int most_before_point = 7;
+  const Digits digits = all_digits(decimal.significand, count);
   if (scientific < fixed) {
-    put_pointed(first, all_digits(decimal.significand, count), 1);
+    put_pointed(first, digits, 1);
     return put_exponent(first + mantissa, exponent);
   }
   if (before_point > most_before_point) {
     return nullptr;
   }
-  const Digits digits = all_digits(decimal.significand, count);
   if (before_point <= 0) {
     put_fraction(first, digits, -before_point);
   } else {

@@ -149,6 +149,7 @@ class Sandwiches {
 // A run's readings along the direction of their residuals that the field's size changes.
 struct AlongField {
   Eigen::VectorXd size;        // n: by how much it does
+  Eigen::VectorXd per_size;    // n: 1 over that
   Eigen::VectorXd deviations;  // n: of the residuals
   Eigen::MatrixXd hat_root;    // n x q: K, with K K^T what the fit takes of the deviations
 };
@@ -156,16 +157,16 @@ struct AlongField {
 // What axis k has of the unit vector along that direction; n.
 Eigen::VectorXd direction_of(const LinearisedRun& run,
                              Eigen::Index k,
-                             const Eigen::VectorXd& size) {
-  return run.along_field().col(k).cwiseProduct(
-      size.cwiseMax(std::numeric_limits<double>::min()).cwiseInverse());
+                             const Eigen::VectorXd& per_size) {
+  return run.along_field().col(k).cwiseProduct(per_size);
 }
 
 // The Jacobian along it; n x q.
-Eigen::MatrixXd columns_along(const LinearisedRun& run, const Eigen::VectorXd& size) {
+Eigen::MatrixXd columns_along(const LinearisedRun& run, const Eigen::VectorXd& per_size) {
   Eigen::MatrixXd columns = Eigen::MatrixXd::Zero(run.readings(), run.column_count());
   for (Eigen::Index k = 0; k < run.axes(); ++k) {
-    const Eigen::MatrixXd own = direction_of(run, k, size).asDiagonal() * run.columns_of_axis(k);
+    const Eigen::MatrixXd own =
+        direction_of(run, k, per_size).asDiagonal() * run.columns_of_axis(k);
     const std::vector<Eigen::Index> places = run.places_of_axis(k);
     for (Eigen::Index c = 0; c < own.cols(); ++c) {
       columns.col(places[static_cast<std::size_t>(c)]) += own.col(c);
@@ -176,14 +177,16 @@ Eigen::MatrixXd columns_along(const LinearisedRun& run, const Eigen::VectorXd& s
 
 AlongField along_field(const LinearisedRun& run) {
   AlongField along{.size = run.along_field().rowwise().norm(),
+                   .per_size = {},
                    .deviations = Eigen::VectorXd::Zero(run.readings()),
                    .hat_root = {}};
+  along.per_size = along.size.cwiseMax(std::numeric_limits<double>::min()).cwiseInverse();
   for (Eigen::Index k = 0; k < run.axes(); ++k) {
-    along.deviations += direction_of(run, k, along.size)
+    along.deviations += direction_of(run, k, along.per_size)
                             .cwiseProduct(run.residuals()(run.rows_of_axis(k)).matrix());
   }
   const Eigen::LLT<Eigen::MatrixXd> root(run.covariance());
-  along.hat_root = columns_along(run, along.size) * Eigen::MatrixXd(root.matrixL());
+  along.hat_root = columns_along(run, along.per_size) * Eigen::MatrixXd(root.matrixL());
   return along;
 }
 
@@ -278,7 +281,7 @@ void add_field_wander(const LinearisedRun& run,
   const CorrelatedFit fit =
       fit_under_wander({.information = run.information(),
                         .squares = run.residuals().squaredNorm(),
-                        .along = columns_along(run, along.size),
+                        .along = columns_along(run, along.per_size),
                         .deviations = along.deviations,
                         .sizes = along.size / size,
                         .places = Eigen::VectorXd::LinSpaced(n, 0.0, static_cast<double>(n - 1)),

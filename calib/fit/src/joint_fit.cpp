@@ -69,15 +69,12 @@ void JointFit::add_axes(Eigen::Index first,
     field_changes.resize(0, 0);  // of long runs they are large
   }
   Eigen::MatrixXd take_up(X.cols(), changes.cols());
-  Eigen::MatrixXd projected;
   if (directions > 0) {
     take_up = design->estimates(changes);
-    projected = X * take_up;
-    projected = root_weights.asDiagonal() * (changes - projected);
-    changes = root_weights.asDiagonal() * changes;
-  } else {
-    projected.resize(X.rows(), 0);
   }
+  Eigen::MatrixXd projected = X * take_up;
+  projected = root_weights.asDiagonal() * (changes - projected);
+  changes = root_weights.asDiagonal() * changes;
   for (Eigen::Index a = 0; a < count; ++a) {
     state.axes.push_back({.columns = columns,
                           .design = design,

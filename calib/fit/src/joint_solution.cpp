@@ -2,7 +2,6 @@
 #include "joint_solution.hpp"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <utility>
 
@@ -114,17 +113,18 @@ std::string another_direction(const ReadingSet& set,
 // Where a few rounds from each start lead. Those that have met go on as one.
 std::vector<std::shared_ptr<const JointState>> few_rounds_from(
     const ReadingSet& set, const JointFit& fit, const std::vector<TableField>& starts) {
-  constexpr std::array rounds = {4, 4, 4};
-  constexpr double met_rad = 1e-4;  // each way of them is steep where it is so near
+  constexpr int meetings = 3;
+  constexpr int rounds_between = 4;
+  constexpr double met_rad = 1e-4;  // so near each other all lead to one place
   const Eigen::VectorXd equal = Eigen::VectorXd::Ones(set.axis_count());
   std::vector<std::shared_ptr<const JointState>> found;
   for (const TableField& start : starts) {
     found.push_back(fit.at(start));
   }
-  for (const int more : rounds) {
+  for (int meeting = 0; meeting < meetings; ++meeting) {
     std::vector<std::shared_ptr<const JointState>> apart;
     for (const std::shared_ptr<const JointState>& state : found) {
-      std::shared_ptr<const JointState> next = fit.converged(state, equal, more);
+      std::shared_ptr<const JointState> next = fit.converged(state, equal, rounds_between);
       const bool has_met = std::any_of(apart.begin(), apart.end(), [&](const auto& other) {
         return angle_between(*next, *other) < met_rad;
       });
