@@ -12,8 +12,7 @@
 
 namespace axiscal {
 
-/// Does the work of formatted(). formatted.cpp alone, and write_number.cpp, compile the rest of
-/// fmt.
+/// Does the work of formatted(). Only formatted.cpp and write_number.cpp compile the rest of fmt.
 [[nodiscard]] std::string formatted_all(fmt::string_view text, fmt::format_args values);
 
 /// A text with values in place of its {}: `formatted("run {}: {}", run, why)`. What is between the
