@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "run_residuals.hpp"
 
+#include <optional>
+
 #include <Eigen/QR>
 
 #include "axiscal/calib/lit_response.hpp"
@@ -27,6 +29,31 @@ Eigen::VectorXd fitted_response(const Calibration& calibration,
   return response;
 }
 
+// The field of which S makes a response, by least squares; three axes need no memory for it.
+class FieldSolver {
+ public:
+  explicit FieldSolver(const SensitivityMatrix& S) {
+    if (S.rows() == 3) {
+      of_three_.emplace(Eigen::Matrix3d(S));
+    } else {
+      of_any_.emplace(S);
+    }
+  }
+
+  [[nodiscard]] Eigen::Index rank() const {
+    return of_three_ ? of_three_->rank() : of_any_->rank();
+  }
+
+  [[nodiscard]] Eigen::Vector3d solve(const Eigen::VectorXd& response) const {
+    return of_three_ ? Eigen::Vector3d(of_three_->solve(Eigen::Vector3d(response)))
+                     : Eigen::Vector3d(of_any_->solve(response));
+  }
+
+ private:
+  std::optional<Eigen::ColPivHouseholderQR<Eigen::Matrix3d>> of_three_;  // one of the two
+  std::optional<Eigen::ColPivHouseholderQR<Eigen::MatrixXd>> of_any_;
+};
+
 }  // namespace
 
 std::vector<ReadingResidual> residuals_of(const Observations& observations,
@@ -37,8 +64,8 @@ std::vector<ReadingResidual> residuals_of(const Observations& observations,
                                           const AxisMask& used) {
   const LinearResponse& response = calibration.sensor.response;
   const bool by_magnitude = !fitted.has_vectors() && !source.by_field();
-  const Eigen::ColPivHouseholderQR<Eigen::MatrixXd> inverse(response.sensitivity);
-  const bool has_magnitude = inverse.rank() == 3;
+  const FieldSolver solver(response.sensitivity);
+  const bool has_magnitude = solver.rank() == 3;
   std::vector<ReadingResidual> residuals;
   residuals.reserve(observations.readings.size());
   for (std::size_t i = 0; i < observations.readings.size(); ++i) {
@@ -57,8 +84,8 @@ std::vector<ReadingResidual> residuals_of(const Observations& observations,
     const bool complete = source.in_range().row(row).all() && calibration.sensor.also.empty();
     const Eigen::Vector3d measured =
         has_magnitude
-            ? Eigen::Vector3d(inverse.solve(
-                  reading_at_reference(calibration.sensor, v, reading.temperature) - response.bias))
+            ? solver.solve(reading_at_reference(calibration.sensor, v, reading.temperature) -
+                           response.bias)
             : Eigen::Vector3d::Zero();
     const Eigen::Vector3d field =
         by_magnitude ? Eigen::Vector3d(calibration.sensor.field.magnitude * measured.normalized())

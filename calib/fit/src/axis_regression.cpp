@@ -6,7 +6,6 @@
 #include <limits>
 #include <map>
 #include <numeric>
-#include <tuple>
 #include <utility>
 
 #include "axiscal/calib/distributions.hpp"
@@ -75,12 +74,14 @@ AxisRegression AxisRegressor::fit(const Eigen::MatrixXd& design,
                                   const Eigen::VectorXd& response,
                                   const Eigen::VectorXd& weights,
                                   const DesignNames& names,
-                                  double rounding) {
+                                  double rounding,
+                                  const FactoredDesign* given) {
   const bool is_last = last_ && last_->columns.rows() == design.rows() &&
                        last_->columns.cols() == design.cols() && last_->columns == design &&
                        last_->weights == weights;
   if (!is_last) {
-    LeastSquaresDesign factored(FactoredDesign(design, weights, names), design);
+    LeastSquaresDesign factored(
+        given != nullptr ? FactoredDesign(*given) : FactoredDesign(design, weights, names), design);
     last_.emplace(Factored{
         .columns = design,
         .weights = weights,
@@ -114,27 +115,32 @@ LackOfFit test_lack_of_fit(const std::vector<int>& group,
     int count = 0;
     double first = 0.0;  // of its residuals, not weighted
   };
-  std::map<int, Sums> groups;
+  std::vector<Sums> groups(
+      group.empty() ? 0
+                    : static_cast<std::size_t>(1 + *std::max_element(group.begin(), group.end())));
   bool scatters = false;
   for (std::size_t i = 0; i < group.size(); ++i) {
     const auto row = static_cast<Eigen::Index>(i);
     if (weights(row) == 0.0) {
       continue;
     }
-    Sums& sums = groups[group[i]];
-    const double residual = weighted_residuals(row) / std::sqrt(weights(row));
+    Sums& sums = groups[static_cast<std::size_t>(group[i])];
+    const double root = std::sqrt(weights(row));
+    const double residual = weighted_residuals(row) / root;
     sums.first = sums.count == 0 ? residual : sums.first;
     scatters = scatters || std::abs(residual - sums.first) > rounding;
     sums.weight += weights(row);
-    sums.residual += std::sqrt(weights(row)) * weighted_residuals(row);
+    sums.residual += root * weighted_residuals(row);
     ++sums.count;
   }
   // Weighted sum of squares of the groups' means: what is left of the RSS is pure error.
   double between = 0.0;
   double pure_error_dof = 0.0;
-  for (const auto& [number, sums] : groups) {
-    between += sums.weight > 0.0 ? sums.residual * sums.residual / sums.weight : 0.0;
-    pure_error_dof += sums.count - 1;
+  for (const Sums& sums : groups) {
+    if (sums.count > 0) {
+      between += sums.weight > 0.0 ? sums.residual * sums.residual / sums.weight : 0.0;
+      pure_error_dof += sums.count - 1;
+    }
   }
   pure_error_dof -= static_cast<double>(effects);
   const double lack_of_fit_dof = degrees_of_freedom - pure_error_dof;
@@ -249,23 +255,39 @@ Estimate summarize(const ReadingSet& set,
 }
 
 std::vector<int> groups_of_readings(const ReadingSet& set) {
-  using Key = std::tuple<std::optional<DesignPoint>, FieldLevel, int, std::vector<double>>;
-  std::map<Key, int> numbers;
+  // By method magnitude readings may have neither point nor field; nothing is grouped there.
+  const bool by_field = set.rotation_sensor_from_table.empty();
+  const bool continuous = set.temperature.order > 0 && set.temperature.soak.empty();
+  // In no order that means anything; readings of one group are equal in it.
+  const auto is_before = [&](std::size_t i, std::size_t j) {
+    const Reading& a = set.readings[i];
+    const Reading& b = set.readings[j];
+    const bool a_has_field = by_field && a.field_in_sensor;
+    const bool b_has_field = by_field && b.field_in_sensor;
+    if (a_has_field != b_has_field) {
+      return b_has_field;
+    }
+    if (!a_has_field && a.point != b.point) {
+      return a.point < b.point;
+    }
+    if (a.level != b.level) {
+      return a.level < b.level;
+    }
+    // No two readings of a continuous temperature repeat each other.
+    const int soak_a = continuous ? static_cast<int>(i) : set.soak_of(i);
+    const int soak_b = continuous ? static_cast<int>(j) : set.soak_of(j);
+    if (soak_a != soak_b) {
+      return soak_a < soak_b;
+    }
+    return a_has_field &&
+           std::lexicographical_compare(a.field_in_sensor->begin(), a.field_in_sensor->end(),
+                                        b.field_in_sensor->begin(), b.field_in_sensor->end());
+  };
+  std::map<std::size_t, int, decltype(is_before)> numbers(is_before);  // by their first reading
   std::vector<int> groups;
   groups.reserve(set.readings.size());
-  const bool continuous = set.temperature.order > 0 && set.temperature.soak.empty();
   for (std::size_t i = 0; i < set.readings.size(); ++i) {
-    const Reading& reading = set.readings[i];
-    // By method magnitude readings may have neither; nothing is grouped there.
-    const bool has_field = set.rotation_sensor_from_table.empty() && reading.field_in_sensor;
-    // No two readings of a continuous temperature repeat each other.
-    const int soak = continuous ? static_cast<int>(i) : set.soak_of(i);
-    Key key{has_field ? std::nullopt : reading.point, reading.level, soak, {}};
-    if (has_field) {
-      std::get<3>(key).assign(reading.field_in_sensor->begin(), reading.field_in_sensor->end());
-    }
-    const auto number = static_cast<int>(numbers.size());
-    groups.push_back(numbers.emplace(std::move(key), number).first->second);
+    groups.push_back(numbers.emplace(i, static_cast<int>(numbers.size())).first->second);
   }
   return groups;
 }

@@ -34,11 +34,13 @@ class AxisRegressor {
 
   /// @param names     of the axis's parameters, for errors.
   /// @param rounding  residuals below this count as zero.
+  /// @param given     the design factored with those weights, where it is.
   [[nodiscard]] AxisRegression fit(const Eigen::MatrixXd& design,
                                    const Eigen::VectorXd& response,
                                    const Eigen::VectorXd& weights,
                                    const DesignNames& names,
-                                   double rounding);
+                                   double rounding,
+                                   const FactoredDesign* given = nullptr);
 
  private:
   struct Factored {

@@ -15,61 +15,83 @@
 
 namespace axiscal {
 
+namespace {
+
+// Of so many rows and columns at most matrices need no memory of their own.
+constexpr int few = 8;
+
+}  // namespace
+
 // K = (1 - Q Q^T)^-1, which takes what the fit of all leaves of d readings to what the others' fit
 // does: by itself where they are fewer than the p columns, else by M = (1 - Q^T Q)^-1.
+// @tparam Most  how many readings and columns there are at most.
+template <int Most>
 class DeletionFit::Own {
  public:
-  // @param Q  d x p: basis of an axis's own columns at the readings.
+  using Square = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, Most, Most>;
+  using Column = Eigen::Matrix<double, Eigen::Dynamic, 1, 0, Most, 1>;
+
+  // @param basis  n x p, of an axis's own columns.
   // @return nothing where the others do not determine what goes with the columns.
-  static std::optional<Own> of(Eigen::MatrixXd Q) {
+  static std::optional<Own> of(const Eigen::MatrixXd& basis,
+                               const std::vector<std::size_t>& readings) {
     Own own;
-    const bool few = Q.rows() > 0 && Q.rows() < Q.cols();
-    const Eigen::Index size = few ? Q.rows() : Q.cols();
-    const Eigen::MatrixXd identity = Eigen::MatrixXd::Identity(size, size);
-    const Eigen::LLT<Eigen::MatrixXd> cholesky(
-        few ? Eigen::MatrixXd(identity - Q.lazyProduct(Q.transpose()))
-            : Eigen::MatrixXd(identity - Q.transpose() * Q));
+    own.Q_.resize(static_cast<Eigen::Index>(readings.size()), basis.cols());
+    for (Eigen::Index i = 0; i < own.Q_.rows(); ++i) {
+      own.Q_.row(i) = basis.row(static_cast<Eigen::Index>(readings[static_cast<std::size_t>(i)]));
+    }
+    const Square& Q = own.Q_;
+    own.is_of_readings_ = Q.rows() > 0 && Q.rows() < Q.cols();
+    const Eigen::Index size = own.is_of_readings_ ? Q.rows() : Q.cols();
+    const Square identity = Square::Identity(size, size);
+    const Eigen::LLT<Square> cholesky(own.is_of_readings_
+                                          ? Square(identity - Q.lazyProduct(Q.transpose()))
+                                          : Square(identity - Q.transpose() * Q));
     if (cholesky.info() != Eigen::Success ||
         !(cholesky.matrixLLT().diagonal().array().square() > open_below).all()) {
       return std::nullopt;
     }
-    (few ? own.K_ : own.M_) = cholesky.solve(identity);
-    own.Q_ = std::move(Q);
+    own.inverse_ = cholesky.solve(identity);
     return own;
   }
 
-  [[nodiscard]] const Eigen::MatrixXd& Q() const { return Q_; }
+  [[nodiscard]] const Square& Q() const { return Q_; }
 
   // K B.
-  [[nodiscard]] Eigen::MatrixXd times(const Eigen::Ref<const Eigen::MatrixXd>& B) const {
-    if (K_.size() > 0) {
-      return K_.lazyProduct(B);
+  template <typename Matrix>
+  [[nodiscard]] Matrix times(const Matrix& B) const {
+    if (is_of_readings_) {
+      return inverse_.lazyProduct(B);
     }
-    return B + Q_ * (M_ * (Q_.transpose() * B));
+    return B + Q_ * (inverse_ * (Q_.transpose() * B));
   }
 
-  [[nodiscard]] Eigen::VectorXd diagonal() const {
-    return K_.size() > 0
-               ? Eigen::VectorXd(K_.diagonal())
-               : Eigen::VectorXd(1.0 + (Q_ * M_).cwiseProduct(Q_).rowwise().sum().array());
+  [[nodiscard]] Column diagonal() const {
+    return is_of_readings_ ? Column(inverse_.diagonal())
+                           : Column(1.0 + (Q_ * inverse_).cwiseProduct(Q_).rowwise().sum().array());
   }
 
-  [[nodiscard]] Eigen::MatrixXd M() const {
-    return K_.size() > 0 ? Eigen::MatrixXd(Eigen::MatrixXd::Identity(Q_.cols(), Q_.cols()) +
-                                           Q_.transpose() * K_ * Q_)
-                         : M_;
+  [[nodiscard]] Square M() const {
+    return is_of_readings_
+               ? Square(Square::Identity(Q_.cols(), Q_.cols()) + Q_.transpose() * inverse_ * Q_)
+               : inverse_;
   }
 
   static constexpr double open_below = 1e-11;
 
  private:
-  Eigen::MatrixXd Q_;
-  Eigen::MatrixXd K_;  // one of the two
-  Eigen::MatrixXd M_;
+  Square Q_;        // d x p
+  Square inverse_;  // K or M
+  bool is_of_readings_ = false;
 };
 
 // The fit of the other readings, by what it leaves of those that are left out.
+template <int Most>
 struct DeletionFit::Others {
+  // Of d readings what there is of all axes, side by side.
+  static constexpr int most_columns = Most == Eigen::Dynamic ? Eigen::Dynamic : 2 * Most;
+  using Columns = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, Most, most_columns>;
+
   // Axes of one design.
   struct Alike {
     [[nodiscard]] bool has(Eigen::Index k) const { return k >= first && k < first + count; }
@@ -81,12 +103,12 @@ struct DeletionFit::Others {
       return columns.middleCols(each * (k - first), each);
     }
 
-    Own own;
+    Own<Most> own;
     Eigen::Index first = 0;
     Eigen::Index count = 0;
     // Of each axis the errors of the d readings, by the others' coefficients where nothing is
     // shared, and how they change with what is: d x count (1 + D).
-    Eigen::MatrixXd errors;
+    Columns errors;
   };
 
   [[nodiscard]] const Alike& alike(Eigen::Index k) const {
@@ -119,12 +141,14 @@ DeletionFit::DeletionFit(const ReadingSet& set, std::shared_ptr<const JointState
   }
 }
 
-std::optional<DeletionFit::Others> DeletionFit::without(
+template <int Most>
+std::optional<DeletionFit::Others<Most>> DeletionFit::without(
     const std::vector<std::size_t>& readings) const {
+  using OthersOfSome = Others<Most>;
   const Eigen::Index m = set_.axis_count();
   const Eigen::Index D = state_->direction_count();
   const auto d = static_cast<Eigen::Index>(readings.size());
-  Others others;
+  OthersOfSome others;
   std::vector<ResponseSums> responses;
   responses.reserve(static_cast<std::size_t>(m));
   Eigen::VectorXd start(m);
@@ -135,11 +159,11 @@ std::optional<DeletionFit::Others> DeletionFit::without(
     while (end < m && axis_of(end).design == axis_of(first).design) {
       ++end;
     }
-    std::optional<Own> own = Own::of(axis_of(first).design->basis()(readings, Eigen::all));
+    const std::optional<Own<Most>> own = Own<Most>::of(axis_of(first).design->basis(), readings);
     if (!own) {
       return std::nullopt;
     }
-    Eigen::MatrixXd gone(d, (end - first) * (1 + D));
+    typename OthersOfSome::Columns gone(d, (end - first) * (1 + D));
     for (Eigen::Index k = first; k < end; ++k) {
       auto of_axis = gone.middleCols((1 + D) * (k - first), 1 + D);
       for (Eigen::Index i = 0; i < d; ++i) {
@@ -148,17 +172,16 @@ std::optional<DeletionFit::Others> DeletionFit::without(
         of_axis.row(i).tail(D) = axis_of(k).projected.row(row);
       }
     }
-    Eigen::MatrixXd errors = own->times(gone);
-    const Others::Alike& one = others.all.emplace_back(Others::Alike{
-        .own = *std::move(own), .first = first, .count = end - first, .errors = std::move(errors)});
+    const typename OthersOfSome::Alike& one = others.all.emplace_back(typename OthersOfSome::Alike{
+        .own = *own, .first = first, .count = end - first, .errors = own->times(gone)});
     for (Eigen::Index k = first; k < end; ++k) {
       const JointAxis& axis = axis_of(k);
-      const Eigen::MatrixXd products =
-          one.of_axis(gone, k).transpose().lazyProduct(one.of_axis(one.errors, k));
+      const auto before = one.of_axis(gone, k);
+      const auto after = one.of_axis(one.errors, k);
       ResponseSums& response = responses.emplace_back(axis.sums);
-      response.information -= products.bottomRightCorner(D, D);
-      response.gradient -= products.bottomLeftCorner(D, 1);
-      response.squares = std::max(response.squares - products(0, 0), 0.0);
+      response.information -= before.rightCols(D).transpose().lazyProduct(after.rightCols(D));
+      response.gradient -= before.rightCols(D).transpose().lazyProduct(after.col(0));
+      response.squares = std::max(response.squares - before.col(0).dot(after.col(0)), 0.0);
       for (const std::size_t i : readings) {
         response.degrees_of_freedom -=
             axis.root_weights()(static_cast<Eigen::Index>(i)) > 0.0 ? 1.0 : 0.0;
@@ -173,7 +196,7 @@ std::optional<DeletionFit::Others> DeletionFit::without(
     }
     first = end;
   }
-  if (!(left.array() > Own::open_below * all.array()).all()) {
+  if (!(left.array() > Own<Most>::open_below * all.array()).all()) {
     return std::nullopt;
   }
   std::optional<SharedFit> shared = fit_shared(responses, start, smallest_);
@@ -185,10 +208,11 @@ std::optional<DeletionFit::Others> DeletionFit::without(
   return others;
 }
 
+template <int Most>
 struct DeletionFit::LeftOut {
-  bool seen = true;            // whether the axis uses all the readings
-  Eigen::VectorXd error;       // q: contrast less prediction
-  Eigen::MatrixXd covariance;  // q x q: the readings' own and the prediction's
+  bool seen = true;                       // whether the axis uses all the readings
+  typename Own<Most>::Column error;       // q: contrast less prediction
+  typename Own<Most>::Square covariance;  // q x q: the readings' own and the prediction's
 
   // In units of it.
   [[nodiscard]] double squares() const {
@@ -199,27 +223,39 @@ struct DeletionFit::LeftOut {
   }
 };
 
-std::vector<DeletionFit::LeftOut> DeletionFit::left_out(const std::vector<std::size_t>& readings,
-                                                        const Eigen::MatrixXd& contrasts,
-                                                        const Others& others) const {
-  std::vector<LeftOut> all;
+template <int Most>
+std::vector<DeletionFit::LeftOut<Most>> DeletionFit::left_out(
+    const std::vector<std::size_t>& readings,
+    const Eigen::MatrixXd& contrasts,
+    const Others<Most>& others) const {
+  using Square = typename Own<Most>::Square;
+  std::vector<LeftOut<Most>> all;
   all.reserve(static_cast<std::size_t>(set_.axis_count()));
-  for (const Others::Alike& one : others.all) {
-    const Eigen::VectorXd root = axis_of(one.first).root_weights()(readings);
+  for (const typename Others<Most>::Alike& one : others.all) {
+    typename Own<Most>::Column root(contrasts.cols());
+    for (Eigen::Index i = 0; i < root.size(); ++i) {
+      const std::size_t reading = readings[static_cast<std::size_t>(i)];
+      root(i) = axis_of(one.first).root_weights()(static_cast<Eigen::Index>(reading));
+    }
     if (!(root.array() > 0.0).all()) {
-      all.resize(all.size() + static_cast<std::size_t>(one.count), LeftOut{.seen = false});
+      LeftOut<Most> unseen;
+      unseen.seen = false;
+      all.resize(all.size() + static_cast<std::size_t>(one.count), unseen);
       continue;
     }
-    const Eigen::MatrixXd C = contrasts * root.cwiseInverse().asDiagonal();
-    const Eigen::MatrixXd unscaled = C.lazyProduct(one.own.times(C.transpose()));  // by their own
-    const Eigen::MatrixXd errors = C.lazyProduct(one.errors);
+    const Square C = contrasts * root.cwiseInverse().asDiagonal();
+    const Square unscaled = C.lazyProduct(one.own.times(Square(C.transpose())));  // by their own
+    const typename Others<Most>::Columns errors = C.lazyProduct(one.errors);
     for (Eigen::Index k = one.first; one.has(k); ++k) {
       const auto of_axis = one.of_axis(errors, k);
       const auto shared = of_axis.rightCols(others.fit.estimate.size());
-      LeftOut& left = all.emplace_back();
-      left.error = of_axis.col(0) - shared * others.fit.estimate;
+      LeftOut<Most>& left = all.emplace_back();
+      left.error = of_axis.col(0) - shared.lazyProduct(others.fit.estimate);
       left.covariance = others.fit.variance(k) * unscaled;
-      left.covariance += shared.lazyProduct(others.fit.covariance.lazyProduct(shared.transpose()));
+      if (shared.cols() > 0) {
+        left.covariance +=
+            shared.lazyProduct(others.fit.covariance.lazyProduct(shared.transpose()));
+      }
     }
   }
   return all;
@@ -227,14 +263,25 @@ std::vector<DeletionFit::LeftOut> DeletionFit::left_out(const std::vector<std::s
 
 std::optional<double> DeletionFit::p_value(const std::vector<std::size_t>& readings,
                                            const Eigen::MatrixXd& contrasts) const {
-  const std::optional<Others> others = without(readings);
+  const Eigen::Index of_all_axes = set_.axis_count() * (1 + state_->direction_count());
+  const bool are_few = readings.size() <= static_cast<std::size_t>(few) &&
+                       axis_of(0).X().cols() <= few && of_all_axes <= Others<few>::most_columns &&
+                       contrasts.rows() <= few;
+  return are_few ? p_value_of<few>(readings, contrasts)
+                 : p_value_of<Eigen::Dynamic>(readings, contrasts);
+}
+
+template <int Most>
+std::optional<double> DeletionFit::p_value_of(const std::vector<std::size_t>& readings,
+                                              const Eigen::MatrixXd& contrasts) const {
+  const std::optional<Others<Most>> others = without<Most>(readings);
   if (!others) {
     return std::nullopt;
   }
   const auto q = static_cast<double>(contrasts.rows());
   FisherSum axes;
   Eigen::Index k = 0;
-  for (const LeftOut& left : left_out(readings, contrasts, *others)) {
+  for (const LeftOut<Most>& left : left_out(readings, contrasts, *others)) {
     if (left.seen) {
       const double f = std::max(left.squares() / q, 1e-12);
       axes.add(f_upper_p(f, q, others->fit.degrees_of_freedom(k)));
@@ -246,7 +293,7 @@ std::optional<double> DeletionFit::p_value(const std::vector<std::size_t>& readi
 
 std::optional<double> DeletionFit::p_value_by_tails(const std::vector<std::size_t>& readings,
                                                     const Eigen::MatrixXd& contrasts) const {
-  const std::optional<Others> others = without(readings);
+  const std::optional<Others<Eigen::Dynamic>> others = without<Eigen::Dynamic>(readings);
   if (!others) {
     return std::nullopt;
   }
@@ -256,9 +303,9 @@ std::optional<double> DeletionFit::p_value_by_tails(const std::vector<std::size_
   }
   NoiseTails tails;
   std::vector<double> deviations;  // of the contrasts, square to each other, of variance 1
-  const std::vector<LeftOut> of_axes = left_out(readings, contrasts, *others);
+  const std::vector<LeftOut<Eigen::Dynamic>> of_axes = left_out(readings, contrasts, *others);
   for (Eigen::Index k = 0; k < set_.axis_count(); ++k) {
-    const LeftOut& left_of_all = of_axes[static_cast<std::size_t>(k)];
+    const LeftOut<Eigen::Dynamic>& left_of_all = of_axes[static_cast<std::size_t>(k)];
     if (!left_of_all.seen) {
       continue;
     }
@@ -267,7 +314,7 @@ std::optional<double> DeletionFit::p_value_by_tails(const std::vector<std::size_
     deviations.insert(deviations.end(), whitened.begin(), whitened.end());
     // What the others' fit leaves of themselves, and the variance of what it says of them.
     const JointAxis& axis = axis_of(k);
-    const Own& own = others->alike(k).own;
+    const Own<Eigen::Dynamic>& own = others->alike(k).own;
     const double variance = others->fit.variance(k);
     const Eigen::MatrixXd& Q = axis.design->basis();
     const Eigen::VectorXd left = axis.residuals - axis.projected * others->fit.estimate +
@@ -301,7 +348,7 @@ std::optional<double> DeletionFit::p_value_by_tails(const std::vector<std::size_
 
 std::optional<std::vector<DeletionFit::Prediction>> DeletionFit::predictions(
     const std::vector<std::size_t>& readings) const {
-  const std::optional<Others> others = without(readings);
+  const std::optional<Others<Eigen::Dynamic>> others = without<Eigen::Dynamic>(readings);
   if (!others) {
     return std::nullopt;
   }

@@ -5,8 +5,6 @@
 #include <utility>
 #include <vector>
 
-#include <Eigen/Cholesky>
-
 #include "axiscal/calib/distributions.hpp"
 #include "axiscal/calib/serial_correlation.hpp"
 #include "axiscal/core/formatted.hpp"
@@ -44,25 +42,63 @@ NoiseRatio ratio_of(const PartOfNoise& one, const PartOfNoise& other) {
   return result;
 }
 
+// The hat matrix of an axis's residuals in a fit is K K^T, K = [Q, P]: its own columns' basis and
+// its rows of the shared one.
+struct AxisHat {
+  AxisHat(const LinearisedRun& run, Eigen::Index k)
+      : Q(run.basis_of_axis(k)),
+        P(run.shared_basis_of_axis(k)),
+        leverage((Q.rowwise().squaredNorm() + P.rowwise().squaredNorm()).array()),
+        squares(run.residuals()(run.rows_of_axis(k)).array().square()) {}
+
+  const Eigen::MatrixXd& Q;  // n x p
+  Eigen::MatrixXd P;         // n x D
+  Eigen::ArrayXd leverage;
+  Eigen::ArrayXd squares;  // of the residuals
+};
+
+// K^T W K of an axis by its blocks, W the weights of its rows.
+struct WeightedHat {
+  WeightedHat(const AxisHat& axis, const Eigen::ArrayXd& weights)
+      : own(axis.Q.cols(), axis.Q.cols()),
+        across(axis.Q.cols(), axis.P.cols()),
+        shared(axis.P.cols(), axis.P.cols()) {
+    own.noalias() = axis.Q.transpose() * (weights.matrix().asDiagonal() * axis.Q);
+    if (axis.P.cols() > 0) {
+      const Eigen::MatrixXd WP = weights.matrix().asDiagonal() * axis.P;
+      across.noalias() = axis.Q.transpose() * WP;
+      shared.noalias() = axis.P.transpose() * WP;
+    }
+  }
+
+  // Of its own rows and columns, and those that cross to the shared.
+  [[nodiscard]] double squares_of_own() const {
+    return own.squaredNorm() + 2.0 * across.squaredNorm();
+  }
+
+  Eigen::MatrixXd own;
+  Eigen::MatrixXd across;
+  Eigen::MatrixXd shared;
+};
+
 // Of an axis's residuals, each with a weight in 0 .. 1 for the one part.
 NoiseRatio ratio_of_axis(const LinearisedRun& run, Eigen::Index k, const Eigen::VectorXd& cosines) {
-  const std::vector<Eigen::Index> places = run.places_of_axis(k);
-  const Eigen::LLT<Eigen::MatrixXd> root(run.covariance()(places, places));
-  const Eigen::MatrixXd K = run.columns_of_axis(k) * Eigen::MatrixXd(root.matrixL());
-  const Eigen::VectorXd leverage = K.rowwise().squaredNorm();
-  const Eigen::VectorXd r2 = run.residuals()(run.rows_of_axis(k)).cwiseAbs2();
-  const auto part_of = [&](const Eigen::VectorXd& weights, const Eigen::MatrixXd& KDK) {
+  const AxisHat axis(run, k);
+  const auto part_of = [&](const Eigen::ArrayXd& weights, double squares_of_hat) {
     return PartOfNoise{
-        .squares = weights.dot(r2),
-        .trace = weights.sum() - weights.dot(leverage),
-        .trace_of_square =
-            weights.squaredNorm() - 2.0 * weights.cwiseAbs2().dot(leverage) + KDK.squaredNorm()};
+        .squares = (weights * axis.squares).sum(),
+        .trace = (weights * (1.0 - axis.leverage)).sum(),
+        .trace_of_square = (weights.square() * (1.0 - 2.0 * axis.leverage)).sum() + squares_of_hat};
   };
-  const Eigen::VectorXd used = (run.set().weights.col(k).array() > 0.0).cast<double>();
-  const Eigen::VectorXd along = cosines.cwiseAbs2().cwiseProduct(used);
-  const Eigen::MatrixXd of_along = K.transpose() * (along.asDiagonal() * K);
-  const Eigen::MatrixXd of_all = K.transpose() * K;
-  return ratio_of(part_of(along, of_along), part_of(used - along, of_all - of_along));
+  const Eigen::ArrayXd used = (run.set().weights.col(k).array() > 0.0).cast<double>();
+  const Eigen::ArrayXd along = cosines.array().square() * used;
+  WeightedHat of_hat(axis, along);
+  const double squares_along = of_hat.squares_of_own() + of_hat.shared.squaredNorm();
+  // Across: K^T K, of which Q^T Q is 1 and Q^T P is 0, less that.
+  of_hat.own.diagonal().array() -= 1.0;
+  of_hat.shared -= axis.P.transpose() * axis.P;
+  const double squares_across = of_hat.squares_of_own() + of_hat.shared.squaredNorm();
+  return ratio_of(part_of(along, squares_along), part_of(used - along, squares_across));
 }
 
 // How each axis lies to the field, reading by reading; n x m.
@@ -90,56 +126,46 @@ class Sandwiches {
  public:
   explicit Sandwiches(const LinearisedRun& run) : run_(run) {
     constexpr double least_left = 1e-6;
+    axes_.reserve(static_cast<std::size_t>(run.axes()));
     for (Eigen::Index k = 0; k < run.axes(); ++k) {
-      AxisRows& axis = axes_.emplace_back();
-      axis.places = run.places_of_axis(k);
-      axis.J = run.columns_of_axis(k);
-      axis.C = run.covariance()(axis.places, axis.places);
-      axis.leverage = (axis.J * axis.C).cwiseProduct(axis.J).rowwise().sum();
-      axis.left = (1.0 - axis.leverage).max(least_left);
-      axis.squares = run.residuals()(run.rows_of_axis(k)).array().square();
+      AxisRows& axis = axes_.emplace_back(AxisRows{.hat = AxisHat(run, k), .left = {}});
+      axis.left = (1.0 - axis.hat.leverage).max(least_left);
     }
   }
 
   // Of coefficient j of an axis; the other axes know of it by what all share alone.
   [[nodiscard]] Sandwich of(Eigen::Index k, Eigen::Index j) const {
-    const Eigen::MatrixXd& C = run_.covariance();
-    const Eigen::Index c = run_.column_of(k, j);
+    const LinearisedRun::RowOfRoot root = run_.row_of_root(k, j);
     double v = 0.0;
     double E = 0.0;
     double freedom = 0.0;
-    // @return how the squares of an axis's residuals depend on what is fitted.
-    const auto add = [&](const AxisRows& axis) -> Eigen::MatrixXd {
-      const Eigen::VectorXd g = axis.J * C(axis.places, c);
-      const Eigen::ArrayXd w = g.array().square() / axis.left.square();
-      v += (w * axis.squares).sum();
-      E += (w * axis.left).sum();
-      freedom += (w.square() * (1.0 - 2.0 * axis.leverage)).sum();
-      return axis.J.transpose() * w.matrix().asDiagonal() * axis.J;
-    };
-    const AxisRows& own = axes_[static_cast<std::size_t>(k)];
-    Eigen::MatrixXd CA;
-    if (run_.shared() > 0) {
-      Eigen::MatrixXd A = Eigen::MatrixXd::Zero(C.rows(), C.cols());
-      for (const AxisRows& axis : axes_) {
-        A(axis.places, axis.places) += add(axis);
+    Eigen::MatrixXd shared = Eigen::MatrixXd::Zero(run_.shared(), run_.shared());
+    for (Eigen::Index a = 0; a < run_.axes(); ++a) {
+      if (a != k && run_.shared() == 0) {
+        continue;
       }
-      CA = C * A;
-    } else {
-      CA = own.C * add(own);
+      // How the coefficient depends on the axis's readings.
+      const AxisRows& axis = axes_[static_cast<std::size_t>(a)];
+      Eigen::VectorXd g = axis.hat.P * root.shared;
+      if (a == k) {
+        g.noalias() += axis.hat.Q * root.own;
+      }
+      const Eigen::ArrayXd w = (g.array() / axis.left).square();
+      v += (w * axis.hat.squares).sum();
+      E += (w * axis.left).sum();
+      const WeightedHat of_hat(axis.hat, w);
+      freedom += (w.square() * (1.0 - 2.0 * axis.hat.leverage)).sum() + of_hat.squares_of_own();
+      shared += of_hat.shared;
     }
-    return {.variance = v * C(c, c) / E,
-            .degrees_of_freedom = E * E / (freedom + CA.cwiseProduct(CA.transpose()).sum())};
+    const double variance = root.own.squaredNorm() + root.shared.squaredNorm();
+    return {.variance = v * variance / E,
+            .degrees_of_freedom = E * E / (freedom + shared.squaredNorm())};
   }
 
  private:
   struct AxisRows {
-    std::vector<Eigen::Index> places;
-    Eigen::MatrixXd J;
-    Eigen::MatrixXd C;  // the covariance of what it has
-    Eigen::ArrayXd leverage;
-    Eigen::ArrayXd left;     // what the fit leaves of each residual
-    Eigen::ArrayXd squares;  // of the residuals
+    AxisHat hat;
+    Eigen::ArrayXd left;  // what the fit leaves of each residual
   };
 
   const LinearisedRun& run_;
@@ -149,24 +175,16 @@ class Sandwiches {
 // A run's readings along the direction of their residuals that the field's size changes.
 struct AlongField {
   Eigen::VectorXd size;        // n: by how much it does
-  Eigen::VectorXd per_size;    // n: 1 over that
+  Eigen::MatrixXd directions;  // n x m: the unit vector of each reading along that direction
   Eigen::VectorXd deviations;  // n: of the residuals
   Eigen::MatrixXd hat_root;    // n x q: K, with K K^T what the fit takes of the deviations
 };
 
-// What axis k has of the unit vector along that direction; n.
-Eigen::VectorXd direction_of(const LinearisedRun& run,
-                             Eigen::Index k,
-                             const Eigen::VectorXd& per_size) {
-  return run.along_field().col(k).cwiseProduct(per_size);
-}
-
 // The Jacobian along it; n x q.
-Eigen::MatrixXd columns_along(const LinearisedRun& run, const Eigen::VectorXd& per_size) {
+Eigen::MatrixXd columns_along(const LinearisedRun& run, const Eigen::MatrixXd& directions) {
   Eigen::MatrixXd columns = Eigen::MatrixXd::Zero(run.readings(), run.column_count());
   for (Eigen::Index k = 0; k < run.axes(); ++k) {
-    const Eigen::MatrixXd own =
-        direction_of(run, k, per_size).asDiagonal() * run.columns_of_axis(k);
+    const Eigen::MatrixXd own = directions.col(k).asDiagonal() * run.columns_of_axis(k);
     const std::vector<Eigen::Index> places = run.places_of_axis(k);
     for (Eigen::Index c = 0; c < own.cols(); ++c) {
       columns.col(places[static_cast<std::size_t>(c)]) += own.col(c);
@@ -177,16 +195,15 @@ Eigen::MatrixXd columns_along(const LinearisedRun& run, const Eigen::VectorXd& p
 
 AlongField along_field(const LinearisedRun& run) {
   AlongField along{.size = run.along_field().rowwise().norm(),
-                   .per_size = {},
+                   .directions = run.along_field(),
                    .deviations = Eigen::VectorXd::Zero(run.readings()),
                    .hat_root = {}};
-  along.per_size = along.size.cwiseMax(std::numeric_limits<double>::min()).cwiseInverse();
+  along.directions.array().colwise() /= along.size.array().max(std::numeric_limits<double>::min());
   for (Eigen::Index k = 0; k < run.axes(); ++k) {
-    along.deviations += direction_of(run, k, along.per_size)
-                            .cwiseProduct(run.residuals()(run.rows_of_axis(k)).matrix());
+    along.deviations +=
+        along.directions.col(k).cwiseProduct(run.residuals()(run.rows_of_axis(k)).matrix());
   }
-  const Eigen::LLT<Eigen::MatrixXd> root(run.covariance());
-  along.hat_root = columns_along(run, along.per_size) * Eigen::MatrixXd(root.matrixL());
+  along.hat_root = run.combined_basis(along.directions);
   return along;
 }
 
@@ -281,7 +298,7 @@ void add_field_wander(const LinearisedRun& run,
   const CorrelatedFit fit =
       fit_under_wander({.information = run.information(),
                         .squares = run.residuals().squaredNorm(),
-                        .along = columns_along(run, along.per_size),
+                        .along = columns_along(run, along.directions),
                         .deviations = along.deviations,
                         .sizes = along.size / size,
                         .places = Eigen::VectorXd::LinSpaced(n, 0.0, static_cast<double>(n - 1)),

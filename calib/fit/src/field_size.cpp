@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include <Eigen/LU>
 
@@ -101,32 +102,42 @@ std::optional<FieldSizeCheck> check_field_size(const Experiment& experiment,
     }
     squares += std::pow((met + inverse * above).norm() - met.norm(), 2);
   }
-  // A P, P what the fit leaves of readings: A less A J C J^T, axis by axis; with G = A J C and
-  // A's own diagonal D, (D - G J^T)(D - G J^T)^T = D^2 + X G^T + G X^T, X = G J^T J / 2 - D J.
-  Eigen::MatrixXd AJ = Eigen::MatrixXd::Zero(n, run.column_count());
-  for (Eigen::Index k = 0; k < m; ++k) {
-    AJ(Eigen::all, run.places_of_axis(k)) += A.col(k).asDiagonal() * run.columns_of_axis(k);
-  }
-  const Eigen::MatrixXd AJC = AJ * run.covariance();
+  // A P, P = 1 - K K^T what the fit leaves of readings: with B = A K and K_k^T K_k = [1, 0; 0,
+  // P_k^T P_k] of an axis, (A_k - B K_k^T)(A_k - B K_k^T)^T = A_k^2 + X B^T + B X^T, where X is -B
+  // / 2 in its own columns and B P_k^T P_k / 2 - A_k P_k in the shared.
+  const Eigen::MatrixXd B = run.combined_basis(A);
   const Noise noise = noise_of(*calibration.fit.statistics);
   const Eigen::VectorXd pure = noise.sd.cwiseQuotient(calibration.fit.statistics->residual_sd);
   const Eigen::MatrixXd changes = change_of_readings(inputs, run, field);
-  Eigen::MatrixXd X = Eigen::MatrixXd::Zero(n, run.column_count());
+  const Eigen::Index D = run.shared();
+  Eigen::MatrixXd X = B;
+  X.rightCols(D).setZero();
   Eigen::MatrixXd by_inputs = Eigen::MatrixXd::Zero(n, changes.cols());
   for (Eigen::Index k = 0; k < m; ++k) {
-    const std::vector<Eigen::Index> places = run.places_of_axis(k);
-    const Eigen::MatrixXd J = run.columns_of_axis(k);
-    const Eigen::MatrixXd G = AJC(Eigen::all, places);
-    X(Eigen::all, places) +=
-        pure(k) * pure(k) * (0.5 * G * (J.transpose() * J) - A.col(k).asDiagonal() * J);
-    const Eigen::MatrixXd of_axis = changes(run.rows_of_axis(k), Eigen::all);
-    by_inputs += A.col(k).asDiagonal() * of_axis - G * (J.transpose() * of_axis);
+    const double variance = pure(k) * pure(k);
+    const Eigen::MatrixXd& Q = run.basis_of_axis(k);
+    const Eigen::Index first = run.column_of(k, 0);
+    X.middleCols(first, Q.cols()) *= -0.5 * variance;
+    const Eigen::MatrixXd P = run.shared_basis_of_axis(k);
+    if (D > 0) {
+      X.rightCols(D) += 0.5 * variance * B.rightCols(D) * (P.transpose() * P);
+      X.rightCols(D) -= variance * A.col(k).asDiagonal() * P;
+    }
+    if (!inputs.empty()) {
+      const Eigen::MatrixXd of_axis = changes(run.rows_of_axis(k), Eigen::all);
+      by_inputs += A.col(k).asDiagonal() * of_axis;
+      by_inputs -= B.middleCols(first, Q.cols()) * (Q.transpose() * of_axis) +
+                   B.rightCols(D) * (P.transpose() * of_axis);
+    }
   }
-  Eigen::MatrixXd of_noise = X * AJC.transpose();
+  Eigen::MatrixXd of_noise = X * B.transpose();
   of_noise += of_noise.transpose().eval();
   of_noise.diagonal() += A.cwiseAbs2() * pure.cwiseAbs2();
-  const Eigen::MatrixXd of_inputs = by_inputs * by_inputs.transpose();
-  const Eigen::MatrixXd V = of_noise + of_inputs;
+  const double by_noise = of_noise.trace();
+  Eigen::MatrixXd V = std::move(of_noise);
+  if (!inputs.empty()) {
+    V += by_inputs * by_inputs.transpose();
+  }
   const double expected = V.trace();
   if (!(expected > 0.0)) {
     return std::nullopt;
@@ -137,8 +148,8 @@ std::optional<FieldSizeCheck> check_field_size(const Experiment& experiment,
   const auto rms = [&](double sum) { return std::sqrt(sum / static_cast<double>(n)) / F; };
   return FieldSizeCheck{.orientations = static_cast<int>(n),
                         .relative_sd = rms(squares),
-                        .by_noise = rms(of_noise.trace()),
-                        .by_inputs = rms(of_inputs.trace()),
+                        .by_noise = rms(by_noise),
+                        .by_inputs = rms(by_inputs.squaredNorm()),
                         .degrees_of_freedom = own_dof,
                         .p_value = p_of(squares / expected, own_dof, noise, inputs.empty())};
 }

@@ -1,11 +1,44 @@
 // SPDX-License-Identifier: Apache-2.0
+#include <algorithm>
+
 #include "axis_regression.hpp"
 #include "axiscal/calib/design_advice.hpp"
 #include "axiscal/calib/estimation.hpp"
+#include "axiscal/calib/joint_fit.hpp"
 #include "axiscal/calib/transfer.hpp"
+#include "axiscal/core/error.hpp"
 #include "opposite_pairs.hpp"
 
 namespace axiscal {
+namespace {
+
+// All axes fitted for the field; refuses what readings leave open in words about the cube.
+std::shared_ptr<const JointState> fitted_for(const ReadingSet& set,
+                                             const TableField& field,
+                                             const Eigen::MatrixXd& design) {
+  const auto say_what_is_open = [&] {
+    if (set.visible.empty()) {
+      require_determined(set, design,
+                         field.has_vectors() ? rows_of_points(set, field) : RowsForPoint());
+    }
+  };
+  std::shared_ptr<const JointState> state;
+  try {
+    state = JointFit(set, set.weights).at(field, true);
+  } catch (const RankDeficientError&) {
+    say_what_is_open();
+    throw;
+  }
+  constexpr double clearly_determined = 1e-4;  // and so without weights and effects of the run
+  if (!std::all_of(state->axes.begin(), state->axes.end(), [](const JointAxis& axis) {
+        return axis.design->smallest_pivot() > clearly_determined;
+      })) {
+    say_what_is_open();
+  }
+  return state;
+}
+
+}  // namespace
 
 Estimate estimate_known(const ReadingSet& set, const TableField& field) {
   const Eigen::MatrixXd design = field_design(set, field);
@@ -15,22 +48,23 @@ Estimate estimate_known(const ReadingSet& set, const TableField& field) {
     estimate.field = field;
     return estimate;
   }
-  if (set.visible.empty()) {
-    require_determined(set, design,
-                       field.has_vectors() ? rows_of_points(set, field) : RowsForPoint());
-  }
+  const std::shared_ptr<const JointState> state = fitted_for(set, field, design);
   require_response(set);
-  const AxisDesigns designs(set, field);
   AxisRegressor regressor(set.robust);
   std::vector<AxisRegression> axes;
+  axes.reserve(state->axes.size());
   for (Eigen::Index k = 0; k < set.axis_count(); ++k) {
+    const JointAxis& axis = state->axes[static_cast<std::size_t>(k)];
     axes.push_back(regressor.fit(
-        set.all_columns(designs.of(k), k), set.response.col(k), set.weights.col(k),
-        [&set, k] { return set.names_of_axis(k); }, set.rounding(k)));
+        axis.X(), set.response.col(k), set.weights.col(k),
+        [&set, k] { return set.names_of_axis(k); }, set.rounding(k), axis.design.get()));
   }
   Estimate estimate = summarize(set, axes, rows_of_readings(set));
   estimate.mean_field = design.middleCols<3>(1).rowwise().norm().mean();
   estimate.field = field;
+  if (set.temperature.order == 0 && set.visible.empty() && !set.leaves_out()) {
+    estimate.state = state;
+  }
   if (field.has_vectors() && !set.field.is_sum() && !set.leaves_out()) {
     estimate.levelness =
         levelness_of(set, find_opposite_pairs(set).pairs, estimate, field.magnitude());

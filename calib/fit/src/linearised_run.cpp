@@ -101,6 +101,7 @@ void LinearisedRun::find_covariance() {
       return;
     }
     Z = cholesky.inverse();
+    root_of_shared_ = cholesky.root_of_inverse();
   }
   C_ = Eigen::MatrixXd::Zero(x_.size(), x_.size());
   C_.bottomRightCorner(D, D) = Z;
@@ -132,6 +133,36 @@ Eigen::MatrixXd LinearisedRun::columns_of_axis(Eigen::Index axis) const {
 
 Eigen::MatrixXd LinearisedRun::shared_columns_of_axis(Eigen::Index axis) const {
   return axis_of(axis).tangents.leftCols(shared()) / sigma_(axis);
+}
+
+Eigen::MatrixXd LinearisedRun::shared_basis_of_axis(Eigen::Index axis) const {
+  if (shared() == 0) {
+    return Eigen::MatrixXd(readings(), 0);
+  }
+  return axis_of(axis).projected * (root_of_shared_ / sigma_(axis));
+}
+
+Eigen::MatrixXd LinearisedRun::combined_basis(const Eigen::MatrixXd& by) const {
+  Eigen::MatrixXd B(readings(), column_count());
+  B.rightCols(shared()).setZero();
+  for (Eigen::Index k = 0; k < axes(); ++k) {
+    const Eigen::MatrixXd& Q = basis_of_axis(k);
+    B.middleCols(column_of(k, 0), Q.cols()) = by.col(k).asDiagonal() * Q;
+    if (shared() > 0) {
+      B.rightCols(shared()) += by.col(k).asDiagonal() * shared_basis_of_axis(k);
+    }
+  }
+  return B;
+}
+
+LinearisedRun::RowOfRoot LinearisedRun::row_of_root(Eigen::Index axis, Eigen::Index j) const {
+  const JointAxis& own = axis_of(axis);
+  RowOfRoot row{.own = sigma_(axis) * own.design->root_of_covariance().row(j).transpose(),
+                .shared = Eigen::VectorXd(shared())};
+  if (shared() > 0) {
+    row.shared = -root_of_shared_.transpose() * own.take_up.row(j).transpose();
+  }
+  return row;
 }
 
 Eigen::MatrixXd LinearisedRun::left_by_own(Eigen::Index axis,

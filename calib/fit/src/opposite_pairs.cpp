@@ -25,13 +25,13 @@ WeightedMean mean_of(const ReadingSet& set, const std::vector<std::size_t>& rows
                     .weight = Eigen::VectorXd::Zero(set.axis_count())};
   for (const std::size_t i : rows) {
     const auto row = static_cast<Eigen::Index>(i);
-    const Eigen::VectorXd weight = set.weights.row(row);
-    mean.value += weight.cwiseProduct(set.response.row(row).transpose());
-    mean.weight += weight;
+    mean.value += set.weights.row(row).cwiseProduct(set.response.row(row)).transpose();
+    mean.weight += set.weights.row(row).transpose();
   }
   // An axis that leaves all of them out has no mean, and weight 0.
-  mean.value =
-      (mean.weight.array() > 0.0).select(mean.value.array() / mean.weight.array(), 0.0).matrix();
+  for (Eigen::Index k = 0; k < mean.value.size(); ++k) {
+    mean.value(k) = mean.weight(k) > 0.0 ? mean.value(k) / mean.weight(k) : 0.0;
+  }
   return mean;
 }
 
@@ -225,6 +225,8 @@ std::vector<OppositePair> pairs_or_halves(const ReadingSet& set) {
   using Key = std::tuple<int, FieldLevel, int, Face, int>;
   std::map<Key, std::size_t> place;
   std::vector<OppositePair> candidates;
+  constexpr std::size_t mostly = 8;
+  candidates.reserve(mostly);
   for (std::size_t i = 0; i < set.readings.size(); ++i) {
     const Reading& reading = set.readings[i];
     const int axis = axis_of(reading.point->fence());

@@ -153,6 +153,7 @@ Eigen::MatrixXd ReadingSet::map_of_seen() const {
 
 std::vector<double> ReadingSet::readings_of_axis(Eigen::Index k) const {
   std::vector<double> values;
+  values.reserve(static_cast<std::size_t>(size()));
   for (Eigen::Index i = 0; i < size(); ++i) {
     if (weights(i, k) > 0.0) {
       values.push_back(response(i, k));

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <optional>
 #include <vector>
 
@@ -131,6 +132,16 @@ void add_rounding_scatter(StateOfRun& of, double stated_step, Estimate& estimate
   fill_intervals(statistics);
   constexpr std::size_t most_poses = 500;
   if (set.temperature.order > 0 || set.robust) {
+    return;
+  }
+  // Noise decides which step counts, not whether readings have one.
+  bool has_steps = false;
+  for (Eigen::Index k = 0; k < set.axis_count() && !has_steps; ++k) {
+    has_steps = step_of_readings(set.readings_of_axis(k), stated_step,
+                                 std::numeric_limits<double>::infinity())
+                    .has_value();
+  }
+  if (!has_steps) {
     return;
   }
   const std::vector<int> group = groups_of_readings(set);

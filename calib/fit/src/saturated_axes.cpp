@@ -33,6 +33,7 @@ EndOfAxis end_of_axis(const ReadingSet& set,
   EndOfAxis end{.axis = k, .sign = sign, .step = step};
   end.value = sign > 0.0 ? *std::max_element(values.begin(), values.end())
                          : *std::min_element(values.begin(), values.end());
+  end.others.reserve(values.size());
   for (Eigen::Index i = 0; i < set.size(); ++i) {
     if (set.weights(i, k) > 0.0) {
       const bool at_end = std::abs(set.response(i, k) - end.value) <= 0.5 * step;

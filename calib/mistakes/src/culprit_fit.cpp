@@ -257,16 +257,6 @@ Eigen::MatrixXd HatBasis::shared_times(const Eigen::VectorXd& factors) const {
   return shared;
 }
 
-Eigen::MatrixXd HatBasis::left_of(const Eigen::MatrixXd& Z) const {
-  const Eigen::MatrixXd products = products_with(Z);
-  Eigen::MatrixXd left = Z - shared_ * products.bottomRows(shared_.cols());
-  for (Eigen::Index k = 0; k < axes(); ++k) {
-    left.middleRows(readings() * k, readings()) -=
-        own_of(k) * products.middleRows(width() * k, width());
-  }
-  return left;
-}
-
 // In the axes' scale; n x m.
 Eigen::MatrixXd HypothesisFitter::roots_of_weights(const ReadingSet& set,
                                                    const std::vector<std::size_t>& without) const {

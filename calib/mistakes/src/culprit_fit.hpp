@@ -44,9 +44,6 @@ class HatBasis {
                    const Eigen::Ref<const Eigen::RowVectorXd>& z,
                    Eigen::MatrixXd& products) const;
 
-  /// @return what B leaves of columns, (1 - B B^T) Z.
-  [[nodiscard]] Eigen::MatrixXd left_of(const Eigen::MatrixXd& Z) const;
-
   /// @return the shared columns, each axis's rows times a factor; no longer orthonormal.
   [[nodiscard]] Eigen::MatrixXd shared_times(const Eigen::VectorXd& factors) const;
 

@@ -7,8 +7,6 @@
 #include <numeric>
 #include <utility>
 
-#include <Eigen/Cholesky>
-
 namespace axiscal {
 
 std::vector<std::size_t> first_of(const std::vector<std::size_t>& order, std::size_t count) {
@@ -154,9 +152,8 @@ double drop_of_rows(const HypothesisFit& fit,
       M(b, a) = M(a, b);
     }
   }
-  const Eigen::LDLT<decltype(M)> ldlt(M);
   // A reading that alone determines something has no residual to tell by.
-  return ldlt.vectorD().minCoeff() > 1e-9 ? e.dot(ldlt.solve(e)) : 0.0;
+  return squares_by(M, e, 1e-9);
 }
 
 }  // namespace
@@ -174,22 +171,19 @@ double SuspectRun::drop_without(const HypothesisFit& fit,
                      : drop_of_rows<Eigen::Dynamic, Eigen::Dynamic>(fit, readings, m());
 }
 
-// What added columns take from it.
-double SuspectRun::drop_with(const HypothesisFit& fit, const Eigen::MatrixXd& columns) const {
-  Eigen::MatrixXd Z = columns;
+// What added columns take from it; the residuals are square to the basis.
+double SuspectRun::drop_with(const HypothesisFit& fit, Eigen::MatrixXd Z) const {
   for (Eigen::Index k = 0; k < m(); ++k) {
-    Z.middleRows(n() * k, n()) =
-        (set_.weights.col(k).cwiseSqrt() / fitter_.scale()(k)).asDiagonal() *
-        Z.middleRows(n() * k, n());
+    Z.middleRows(n() * k, n()).array().colwise() *=
+        set_.weights.col(k).array().sqrt() / fitter_.scale()(k);
   }
-  const Eigen::MatrixXd P = fit.basis.left_of(Z);
-  const Eigen::LDLT<Eigen::MatrixXd> ldlt(P.transpose() * P);
-  const Eigen::VectorXd c = P.transpose() * fit.residuals.reshaped().matrix();
-  const double size = Z.colwise().squaredNorm().maxCoeff();
-  return ldlt.vectorD().minCoeff() > 1e-9 * size ? c.dot(ldlt.solve(c)) : 0.0;
+  const Eigen::MatrixXd in_basis = fit.basis.products_with(Z);
+  const Eigen::MatrixXd left = Z.transpose() * Z - in_basis.transpose() * in_basis;
+  const Eigen::VectorXd c = Z.transpose() * fit.residuals.reshaped().matrix();
+  return squares_by(left, c, 1e-9 * Z.colwise().squaredNorm().maxCoeff());
 }
 
-// The same with one column; the residuals are square to the basis.
+// The same with one column.
 double SuspectRun::drop_with_shift(const HypothesisFit& fit,
                                    Eigen::Index axis,
                                    const std::vector<std::size_t>& readings) const {

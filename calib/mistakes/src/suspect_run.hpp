@@ -6,6 +6,7 @@
 #include <span>
 #include <vector>
 
+#include <Eigen/Cholesky>
 #include <Eigen/Core>
 
 #include "axiscal/calib/estimation.hpp"
@@ -78,7 +79,7 @@ class SuspectRun {
   /// What leaving readings out, or added columns, take from the sum of squares, to first order.
   [[nodiscard]] double drop_without(const HypothesisFit& fit,
                                     std::span<const std::size_t> readings) const;
-  [[nodiscard]] double drop_with(const HypothesisFit& fit, const Eigen::MatrixXd& columns) const;
+  [[nodiscard]] double drop_with(const HypothesisFit& fit, Eigen::MatrixXd columns) const;
 
   /// What a shift of some readings of an axis takes from it.
   [[nodiscard]] double drop_with_shift(const HypothesisFit& fit,
@@ -102,6 +103,15 @@ class SuspectRun {
   HypothesisFit best_pair_;
   std::array<std::size_t, 2> pair_{};
 };
+
+/// c^T M^-1 c; 0 where M is not positive definite, or a pivot of it not above `open_below`.
+template <typename Square, typename Vector>
+[[nodiscard]] double squares_by(const Square& M, const Vector& c, double open_below) {
+  const Eigen::LLT<Square> cholesky(M);
+  const bool is_open = cholesky.info() != Eigen::Success ||
+                       !(cholesky.matrixLLT().diagonal().array().square() > open_below).all();
+  return is_open ? 0.0 : cholesky.matrixL().solve(c).squaredNorm();
+}
 
 /// The first of an order, at most so many.
 [[nodiscard]] std::vector<std::size_t> first_of(const std::vector<std::size_t>& order,

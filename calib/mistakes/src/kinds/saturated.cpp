@@ -18,30 +18,31 @@ constexpr std::array saturated_advice = {
                          "curved response looks the "
                          "same."}};
 
-// The readings at one end of an axis's range.
+// How far each reading is along its axis by a fit; n.
 // @param base  field_design() of the fit.
-std::vector<std::size_t> extremes(const SuspectRun& run,
-                                  Eigen::Index axis,
-                                  bool top,
-                                  const HypothesisFit& fit,
-                                  const Eigen::MatrixXd& base) {
-  std::vector<double> sensed;
-  for (Eigen::Index i = 0; i < run.n(); ++i) {
-    sensed.push_back((top ? 1.0 : -1.0) *
-                     base.row(i).segment<3>(1).dot(fit.coefficients.col(axis).segment<3>(1)));
-  }
-  const double end = *std::max_element(sensed.begin(), sensed.end());
+Eigen::VectorXd sensed_by(const HypothesisFit& fit,
+                          Eigen::Index axis,
+                          const Eigen::MatrixXd& base) {
+  return base.middleCols<3>(1) * fit.coefficients.col(axis).segment<3>(1);
+}
+
+// The readings at one end of an axis's range.
+std::vector<std::size_t> extremes(const Eigen::VectorXd& sensed, bool top) {
+  const double sign = top ? 1.0 : -1.0;
+  const double end = sign * (top ? sensed.maxCoeff() : sensed.minCoeff());
   std::vector<std::size_t> found;
-  for (std::size_t i = 0; i < run.count(); ++i) {
-    if (sensed[i] > 0.9 * end) {
-      found.push_back(i);
+  found.reserve(static_cast<std::size_t>(sensed.size()));
+  for (Eigen::Index i = 0; i < sensed.size(); ++i) {
+    if (sign * sensed(i) > 0.9 * end) {
+      found.push_back(static_cast<std::size_t>(i));
     }
   }
   return found;
 }
 
 std::vector<std::size_t> extremes(const SuspectRun& run, Eigen::Index axis, bool top) {
-  return extremes(run, axis, top, run.plain(), field_design(run.set(), run.plain().field));
+  const HypothesisFit& fit = run.plain();
+  return extremes(sensed_by(fit, axis, field_design(run.set(), fit.field)), top);
 }
 
 // A shift of them, as a column.
@@ -75,8 +76,9 @@ double quick_p_of_ends(const SuspectRun& run, const HypothesisFit& fit) {
   const Eigen::MatrixXd base = field_design(run.set(), fit.field);
   double shifted = 0.0;
   for (Eigen::Index k = 0; k < run.m(); ++k) {
+    const Eigen::VectorXd sensed = sensed_by(fit, k, base);
     for (const bool top : {true, false}) {
-      shifted = std::max(shifted, run.drop_with_shift(fit, k, extremes(run, k, top, fit, base)));
+      shifted = std::max(shifted, run.drop_with_shift(fit, k, extremes(sensed, top)));
     }
   }
   return count_of_ends(run) * nested_f_p(fit.total(), fit.dof(), shifted, 1.0);

@@ -5,8 +5,6 @@
 #include <utility>
 #include <vector>
 
-#include <Eigen/Cholesky>
-
 #include "axiscal/core/rotation.hpp"
 #include "mistake_kind.hpp"
 
@@ -19,14 +17,14 @@ constexpr std::array table_moved_advice = {MistakeAdvice{
            "own block and level by block."}};
 
 // What one reading, one row for each axis, changes with a turn of the field in the table.
-Eigen::MatrixXd table_rows(const SuspectRun& run,
-                           std::size_t i,
-                           const TableField& field,
-                           const Eigen::MatrixXd& coefficients) {
+Eigen::MatrixX2d table_rows(const SuspectRun& run,
+                            std::size_t i,
+                            const TableField& field,
+                            const Eigen::MatrixXd& coefficients) {
   const Eigen::Vector3d& vector = field.vector(run.set().tilt_of(i));
   const Eigen::Matrix<double, 3, 2> change = run.set().readings[i].level.of_all() * vector.norm() *
                                              run.set().met_of_field(i) * tangents_of(vector);
-  return coefficients.middleRows<3>(1).transpose() * change;
+  return coefficients.middleRows<3>(1).transpose().lazyProduct(change);
 }
 
 // The field turned in the table for all readings behind a cut of the run's order.
@@ -37,7 +35,7 @@ Eigen::MatrixXd table_columns(const SuspectRun& run,
   Eigen::MatrixXd Z = Eigen::MatrixXd::Zero(run.n() * run.m(), 2);
   for (std::size_t at = cut; at < run.count(); ++at) {
     const std::size_t i = run.order()[at];
-    const Eigen::MatrixXd rows = table_rows(run, i, field, coefficients);
+    const Eigen::MatrixX2d rows = table_rows(run, i, field, coefficients);
     for (Eigen::Index k = 0; k < run.m(); ++k) {
       Z.row(run.n() * k + static_cast<Eigen::Index>(i)) = rows.row(k);
     }
@@ -47,30 +45,25 @@ Eigen::MatrixXd table_columns(const SuspectRun& run,
 
 // What the table moved after each reading takes from the sum of squares, to first order; by cut.
 // The columns of one cut are those of the next and one reading more, so their products with the
-// basis and the residuals are running sums.
+// basis and the residuals, which are square to it, are running sums.
 std::vector<double> drops_with_table_moved(const SuspectRun& run, const HypothesisFit& fit) {
   std::vector<double> drops(run.count(), 0.0);
-  const Eigen::VectorXd residuals = fit.residuals.reshaped();
-  const Eigen::VectorXd along = fit.basis.products_with(residuals);
   Eigen::MatrixXd in_basis = Eigen::MatrixXd::Zero(fit.basis.cols(), 2);
   Eigen::Matrix2d ZtZ = Eigen::Matrix2d::Zero();
   Eigen::Vector2d Zte = Eigen::Vector2d::Zero();
   for (std::size_t cut = run.count() - 1; cut > 0; --cut) {
     const std::size_t i = run.order()[cut];
     const auto row = static_cast<Eigen::Index>(i);
-    const Eigen::MatrixXd Z = table_rows(run, i, fit.field, fit.coefficients);
+    const Eigen::MatrixX2d Z = table_rows(run, i, fit.field, fit.coefficients);
     for (Eigen::Index k = 0; k < run.m(); ++k) {
       const Eigen::RowVector2d z =
           std::sqrt(run.set().weights(row, k)) / run.fitter().scale()(k) * Z.row(k);
       fit.basis.add_product(k, row, z, in_basis);
       ZtZ += z.transpose() * z;
-      Zte += z.transpose() * residuals(run.n() * k + row);
+      Zte += z.transpose() * fit.residuals(row, k);
     }
     const Eigen::Matrix2d left = ZtZ - in_basis.transpose() * in_basis;
-    const Eigen::LDLT<Eigen::Matrix2d> ldlt(left);
-    const Eigen::Vector2d c = Zte - in_basis.transpose() * along;
-    const double size = ZtZ.diagonal().maxCoeff();
-    drops[cut] = ldlt.vectorD().minCoeff() > 1e-9 * size ? c.dot(ldlt.solve(c)) : 0.0;
+    drops[cut] = squares_by(left, Zte, 1e-9 * ZtZ.diagonal().maxCoeff());
   }
   return drops;
 }

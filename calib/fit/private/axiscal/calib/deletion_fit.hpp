@@ -60,19 +60,28 @@ class DeletionFit {
       const std::vector<std::size_t>& readings) const;
 
  private:
+  // Each for so many readings and columns at most.
+  template <int Most>
   class Own;
+  template <int Most>
   struct Others;
+  template <int Most>
   struct LeftOut;
 
   [[nodiscard]] const JointAxis& axis_of(Eigen::Index axis) const {
     return state_->axes[static_cast<std::size_t>(axis)];
   }
-  [[nodiscard]] std::optional<Others> without(const std::vector<std::size_t>& readings) const;
+  template <int Most>
+  [[nodiscard]] std::optional<Others<Most>> without(const std::vector<std::size_t>& readings) const;
 
   // Contrasts of each axis's readings as the others see them: not weighted.
-  [[nodiscard]] std::vector<LeftOut> left_out(const std::vector<std::size_t>& readings,
-                                              const Eigen::MatrixXd& contrasts,
-                                              const Others& others) const;
+  template <int Most>
+  [[nodiscard]] std::vector<LeftOut<Most>> left_out(const std::vector<std::size_t>& readings,
+                                                    const Eigen::MatrixXd& contrasts,
+                                                    const Others<Most>& others) const;
+  template <int Most>
+  [[nodiscard]] std::optional<double> p_value_of(const std::vector<std::size_t>& readings,
+                                                 const Eigen::MatrixXd& contrasts) const;
 
   const ReadingSet& set_;
   std::shared_ptr<const JointState> state_;

@@ -56,7 +56,7 @@ struct Estimate {
   int earlier = 0;                          // earlier calibrations whose scatter of blocks counts
   std::vector<CalibrationNote> notes;       // remarks that ask for nothing
   std::string ambiguity;                    // joint: two solutions that fit alike, in words
-  std::shared_ptr<const JointState> state;  // joint: what the set comes to at the field, if kept
+  std::shared_ptr<const JointState> state;  // what the set comes to at the field, if kept
 };
 
 /// Averages of opposite positions, the measured tilt put back in (method.md, section 4).

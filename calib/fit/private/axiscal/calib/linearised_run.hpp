@@ -55,6 +55,27 @@ class LinearisedRun {
   [[nodiscard]] Eigen::MatrixXd left_by_own(Eigen::Index axis,
                                             const Eigen::MatrixXd& columns) const;
 
+  /// @return Q, n x p: an orthonormal basis of an axis's own weighted columns.
+  [[nodiscard]] const Eigen::MatrixXd& basis_of_axis(Eigen::Index axis) const {
+    return axis_of(axis).design->basis();
+  }
+
+  /// @return P, n x D: an axis's rows of an orthonormal basis of what the axes' own columns leave
+  ///         of the shared. With those of all axes the two span J.
+  [[nodiscard]] Eigen::MatrixXd shared_basis_of_axis(Eigen::Index axis) const;
+
+  /// @param by  n x m: how each reading's residuals are combined, z_i = sum_k by_ik r_ik.
+  /// @return B, n x q, with B B^T what the fit takes of such combinations: of each axis's basis
+  ///         and of the shared.
+  [[nodiscard]] Eigen::MatrixXd combined_basis(const Eigen::MatrixXd& by) const;
+
+  /// The row of a coefficient in R with R R^T = (J^T J)^-1 and J R the bases.
+  struct RowOfRoot {
+    Eigen::VectorXd own;     ///< p, beside the axis's basis
+    Eigen::VectorXd shared;  ///< D
+  };
+  [[nodiscard]] RowOfRoot row_of_root(Eigen::Index axis, Eigen::Index j) const;
+
   /// @return J^T J, q x q.
   [[nodiscard]] Eigen::MatrixXd information() const;
 
@@ -144,6 +165,7 @@ class LinearisedRun {
   Eigen::VectorXd r_;
   Eigen::VectorXd x_;
   Eigen::MatrixXd C_;
+  Eigen::MatrixXd root_of_shared_;  // D x D: of the covariance of a step of the shared
   Eigen::MatrixXd along_;
   double rows_ = 0.0;  // of weight
 };
