@@ -3,7 +3,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <memory>
 #include <utility>
+#include <vector>
 
 #include <Eigen/Eigenvalues>
 #include <Eigen/Geometry>
@@ -119,7 +121,8 @@ Positioner::Positioner()
     : description_(description_of(nominal_normals(), "")),
       normals_(nominal_normals()),
       nominal_(true) {
-  find_seats();
+  static const std::shared_ptr<const std::vector<Seat>> seats = find_seats();  // all have the same
+  seats_ = seats;
 }
 
 Positioner::Positioner(const FaceNormals& normals, std::string id)
@@ -160,16 +163,17 @@ Positioner::Positioner(PositionerDescription description)
   if (!(std::abs(description_.surface.fence_lean_rad) <= 0.5)) {
     throw DomainError("the fence may lean by up to 0.5 rad");
   }
-  find_seats();
+  seats_ = find_seats();
 }
 
-void Positioner::find_seats() {
-  seats_.resize(all_faces.size() * all_faces.size());
+std::shared_ptr<const std::vector<Seat>> Positioner::find_seats() const {
+  auto seats = std::make_shared<std::vector<Seat>>(all_faces.size() * all_faces.size());
   for (const DesignEntry& entry : standard_design(24)) {
     const auto at = static_cast<std::size_t>(entry.point.rest()) * all_faces.size() +
                     static_cast<std::size_t>(entry.point.fence());
-    seats_[at] = find_seat(entry.point);
+    (*seats)[at] = find_seat(entry.point);
   }
+  return seats;
 }
 
 Seat Positioner::find_seat(const DesignPoint& point) const {
@@ -213,8 +217,8 @@ Seat Positioner::find_seat(const DesignPoint& point) const {
 }
 
 const Seat& Positioner::seat(const DesignPoint& point) const {
-  return seats_[static_cast<std::size_t>(point.rest()) * all_faces.size() +
-                static_cast<std::size_t>(point.fence())];
+  return (*seats_)[static_cast<std::size_t>(point.rest()) * all_faces.size() +
+                   static_cast<std::size_t>(point.fence())];
 }
 
 const Eigen::Matrix3d& Positioner::rotation_table_from_positioner(const DesignPoint& point) const {

@@ -3,7 +3,9 @@
 
 #include <array>
 #include <cmath>
+#include <cstdint>
 #include <numeric>
+#include <random>
 
 #include "matchers.hpp"
 
@@ -19,6 +21,22 @@ TEST(RandomStream, IsFixedByItsSeed) {
   EXPECT_EQ(first, b.normal());
   EXPECT_NE(first, other_seed.normal());
   EXPECT_NE(first, other_stream.normal());
+}
+
+// Its engine is seeded by what std::seed_seq makes of the seed's halves and the stream's number.
+TEST(RandomStream, IsSeededAsTheStandardSays) {
+  for (const std::uint64_t seed :
+       {std::uint64_t{0}, std::uint64_t{7}, ~std::uint64_t{0}, std::uint64_t{0x123456789abcdef0}}) {
+    for (const std::uint32_t stream : {0U, 1U, 0xffffffffU}) {
+      std::seed_seq sequence{static_cast<std::uint32_t>(seed),
+                             static_cast<std::uint32_t>(seed >> 32U), stream};
+      std::mt19937_64 engine(sequence);
+      RandomStream random(seed, stream);
+      for (int i = 0; i < 700; ++i) {
+        EXPECT_EQ(random.uniform(), (static_cast<double>(engine() >> 12U) + 0.5) * 0x1p-52);
+      }
+    }
+  }
 }
 
 TEST(RandomStream, NormalsHaveTheirMoments) {

@@ -94,18 +94,19 @@ class AttitudeBudgetMaker {
         continue;
       }
       AttitudeQuantity quantity{.name = names[static_cast<std::size_t>(r)], .value = here(r)};
-      VarianceShares shares;
       // A larger parameter makes the same reading mean less field.
       const bool free_of_magnitude = r >= 3;
-      CombinedUncertainty from_calibration = inheritance.propagate(-G.row(r) * B, shares);
+      const Eigen::RowVectorXd gradient = -G.row(r) * B;
+      std::vector<double> by_source;
+      VarianceShares shares = inheritance.all(gradient, by_source);
       if (free_of_magnitude && has_budget) {
-        drop_magnitude(-G.row(r) * B, from_calibration, shares);
+        drop_magnitude(gradient, by_source, shares);
       }
       const Eigen::VectorXd by_reading = G.row(r).transpose().cwiseAbs2().cwiseProduct(own);
       add_readings(by_reading, shares);
       propagation_.add_blocks(G.row(r), between, shares);
       quantity.uncertainty = combine(shares);
-      quantity.uncertainty.by_source = std::move(from_calibration.by_source);
+      quantity.uncertainty.by_source = std::move(by_source);
       quantity.uncertainty.by_source.push_back(std::sqrt(by_reading.sum()));
       if (has_blocks) {
         quantity.uncertainty.by_source.push_back(std::sqrt(G.row(r).cwiseAbs2().dot(between)));
@@ -132,13 +133,13 @@ class AttitudeBudgetMaker {
   }
 
   void drop_magnitude(const Eigen::RowVectorXd& gradient,
-                      CombinedUncertainty& from_calibration,
+                      std::vector<double>& by_source,
                       VarianceShares& shares) const {
     const auto& sources = calibration_.fit.uncertainty->sources;
     for (std::size_t s = 0; s < sources.size(); ++s) {
       if (sources[s].name == field_magnitude_source) {
         shares.others -= gradient.dot(sources[s].covariance * gradient.transpose());
-        from_calibration.by_source[s] = 0.0;
+        by_source[s] = 0.0;
       }
     }
     shares.others = std::max(shares.others, 0.0);

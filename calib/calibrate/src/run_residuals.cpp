@@ -68,6 +68,8 @@ std::vector<ReadingResidual> residuals_of(const Observations& observations,
   const bool has_magnitude = solver.rank() == 3;
   std::vector<ReadingResidual> residuals;
   residuals.reserve(observations.readings.size());
+  Eigen::VectorXd v;
+  Eigen::VectorXd left;
   for (std::size_t i = 0; i < observations.readings.size(); ++i) {
     const Reading& reading = observations.readings[i];
     const auto row = static_cast<Eigen::Index>(i);
@@ -80,7 +82,7 @@ std::vector<ReadingResidual> residuals_of(const Observations& observations,
       residuals.push_back(std::move(residual));
       continue;
     }
-    const Eigen::VectorXd v = observations.response.row(row);
+    v = observations.response.row(row);
     const bool complete = source.in_range().row(row).all() && calibration.sensor.also.empty();
     const Eigen::Vector3d measured =
         has_magnitude
@@ -90,7 +92,7 @@ std::vector<ReadingResidual> residuals_of(const Observations& observations,
     const Eigen::Vector3d field =
         by_magnitude ? Eigen::Vector3d(calibration.sensor.field.magnitude * measured.normalized())
                      : source.field_in_sensor(reading, fitted);
-    const Eigen::VectorXd left = v - fitted_response(calibration, source, reading, fitted, field);
+    left = v - fitted_response(calibration, source, reading, fitted, field);
     for (Eigen::Index k = 0; k < left.size(); ++k) {
       // What an axis does not see, or cannot read, leaves nothing; a reading that was left out
       // does.

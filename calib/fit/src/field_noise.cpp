@@ -128,14 +128,17 @@ class Sandwiches {
     constexpr double least_left = 1e-6;
     axes_.reserve(static_cast<std::size_t>(run.axes()));
     for (Eigen::Index k = 0; k < run.axes(); ++k) {
-      AxisRows& axis = axes_.emplace_back(AxisRows{.hat = AxisHat(run, k), .left = {}});
+      AxisRows& axis = axes_.emplace_back(
+          AxisRows{.hat = AxisHat(run, k), .root = run.root_of_axis(k), .left = {}});
       axis.left = (1.0 - axis.hat.leverage).max(least_left);
     }
   }
 
   // Of coefficient j of an axis; the other axes know of it by what all share alone.
   [[nodiscard]] Sandwich of(Eigen::Index k, Eigen::Index j) const {
-    const LinearisedRun::RowOfRoot root = run_.row_of_root(k, j);
+    const LinearisedRun::RootOfAxis& root = axes_[static_cast<std::size_t>(k)].root;
+    const auto own = root.own.row(j).transpose();
+    const auto by_shared = root.shared.row(j).transpose();
     double v = 0.0;
     double E = 0.0;
     double freedom = 0.0;
@@ -146,9 +149,9 @@ class Sandwiches {
       }
       // How the coefficient depends on the axis's readings.
       const AxisRows& axis = axes_[static_cast<std::size_t>(a)];
-      Eigen::VectorXd g = axis.hat.P * root.shared;
+      Eigen::VectorXd g = axis.hat.P * by_shared;
       if (a == k) {
-        g.noalias() += axis.hat.Q * root.own;
+        g.noalias() += axis.hat.Q * own;
       }
       const Eigen::ArrayXd w = (g.array() / axis.left).square();
       v += (w * axis.hat.squares).sum();
@@ -157,7 +160,7 @@ class Sandwiches {
       freedom += (w.square() * (1.0 - 2.0 * axis.hat.leverage)).sum() + of_hat.squares_of_own();
       shared += of_hat.shared;
     }
-    const double variance = root.own.squaredNorm() + root.shared.squaredNorm();
+    const double variance = own.squaredNorm() + by_shared.squaredNorm();
     return {.variance = v * variance / E,
             .degrees_of_freedom = E * E / (freedom + shared.squaredNorm())};
   }
@@ -165,6 +168,7 @@ class Sandwiches {
  private:
   struct AxisRows {
     AxisHat hat;
+    LinearisedRun::RootOfAxis root;
     Eigen::ArrayXd left;  // what the fit leaves of each residual
   };
 
@@ -174,10 +178,11 @@ class Sandwiches {
 
 // A run's readings along the direction of their residuals that the field's size changes.
 struct AlongField {
-  Eigen::VectorXd size;        // n: by how much it does
-  Eigen::MatrixXd directions;  // n x m: the unit vector of each reading along that direction
-  Eigen::VectorXd deviations;  // n: of the residuals
-  Eigen::MatrixXd hat_root;    // n x q: K, with K K^T what the fit takes of the deviations
+  Eigen::VectorXd size;         // n: by how much it does
+  Eigen::MatrixXd directions;   // n x m: the unit vector of each reading along that direction
+  Eigen::VectorXd deviations;   // n: of the residuals
+  Eigen::MatrixXd hat_root;     // n x q: K, with K K^T what the fit takes of the deviations
+  Eigen::MatrixXd hat_squares;  // q x q: K^T K
 };
 
 // The Jacobian along it; n x q.
@@ -197,13 +202,15 @@ AlongField along_field(const LinearisedRun& run) {
   AlongField along{.size = run.along_field().rowwise().norm(),
                    .directions = run.along_field(),
                    .deviations = Eigen::VectorXd::Zero(run.readings()),
-                   .hat_root = {}};
+                   .hat_root = {},
+                   .hat_squares = {}};
   along.directions.array().colwise() /= along.size.array().max(std::numeric_limits<double>::min());
   for (Eigen::Index k = 0; k < run.axes(); ++k) {
     along.deviations +=
         along.directions.col(k).cwiseProduct(run.residuals()(run.rows_of_axis(k)).matrix());
   }
   along.hat_root = run.combined_basis(along.directions);
+  along.hat_squares = along.hat_root.transpose() * along.hat_root;
   return along;
 }
 
@@ -225,9 +232,8 @@ void add_field_noise(const LinearisedRun& run, const AlongField& along, Estimate
   const Eigen::Index m = run.axes();
   NoiseRatio all;
   if (m > 1) {
-    const Eigen::MatrixXd& K = along.hat_root;
-    const double taken = K.squaredNorm();  // by the fit, along the field
-    const double taken_of_square = (K.transpose() * K).squaredNorm();
+    const double taken = along.hat_squares.trace();  // by the fit, along the field
+    const double taken_of_square = along.hat_squares.squaredNorm();
     const auto n = static_cast<double>(run.readings());
     const PartOfNoise one{.squares = along.deviations.squaredNorm(),
                           .trace = n - taken,
@@ -288,7 +294,7 @@ void add_field_wander(const LinearisedRun& run,
                       bool gains_differ,
                       Estimate& estimate) {
   constexpr double one_sided_5_percent = 1.645;
-  const double score = likeness_along(along.deviations, along.hat_root);
+  const double score = likeness_along(along.deviations, along.hat_root, along.hat_squares);
   if (!(score > one_sided_5_percent)) {
     return;
   }

@@ -67,6 +67,11 @@ Estimate describe_joint(const ReadingSet& set,
   estimate.field = state.field;
   const Eigen::Index p = set.coefficient_count();
   std::optional<LeastSquaresDesign> design;
+  Eigen::MatrixXd take_up(p * m, C.rows());  // of all axes' coefficients
+  for (Eigen::Index k = 0; k < m; ++k) {
+    take_up.middleRows(p * k, p) = state.axes[static_cast<std::size_t>(k)].take_up.topRows(p);
+  }
+  statistics.covariance = take_up * C * take_up.transpose();
   for (Eigen::Index k = 0; k < m; ++k) {
     const JointAxis& axis = state.axes[static_cast<std::size_t>(k)];
     if (k == 0 || axis.design != state.axes[static_cast<std::size_t>(k) - 1].design) {
@@ -84,11 +89,6 @@ Estimate describe_joint(const ReadingSet& set,
     const double s2 = statistics.residual_sd(k) * statistics.residual_sd(k);
     const Eigen::MatrixXd own =
         design->unscaled_covariance() + axis.take_up * (C / (s * s)) * axis.take_up.transpose();
-    for (Eigen::Index l = 0; l < m; ++l) {
-      const JointAxis& other = state.axes[static_cast<std::size_t>(l)];
-      statistics.covariance.block(p * k, p * l, p, p) =
-          axis.take_up.topRows(p) * C * other.take_up.topRows(p).transpose();
-    }
     statistics.covariance.block(p * k, p * k, p, p) +=
         s2 * design->unscaled_covariance().topLeftCorner(p, p);
     statistics.variance_inflation.row(k) =

@@ -48,8 +48,8 @@ LinearisedRun::LinearisedRun(const ReadingSet& set,
                     sigma_(k);
     rows_ += static_cast<double>(axis.design->observations());
   }
-  find_covariance();
-  if (C_.size() == 0 || D == 0) {
+  find_root_of_shared();
+  if (!has_full_rank_ || D == 0) {
     return;  // each axis is at its best without the others
   }
   // A step of the directions by the axes' own scatter; the coefficients take up their part of it.
@@ -58,7 +58,7 @@ LinearisedRun::LinearisedRun(const ReadingSet& set,
     const JointAxis& axis = axis_of(k);
     gradient += axis.sums.gradient / (sigma_(k) * sigma_(k));
   }
-  const Eigen::VectorXd step = C_.bottomRightCorner(D, D) * gradient;
+  const Eigen::VectorXd step = root_of_shared_ * (root_of_shared_.transpose() * gradient);
   for (Eigen::Index k = 0; k < m; ++k) {
     const JointAxis& axis = axis_of(k);
     r_(rows_of_axis(k)) -= axis.projected * step / sigma_(k);
@@ -75,14 +75,12 @@ LinearisedRun::LinearisedRun(StateOfRun& run, const Estimate& estimate)
 
 // By blocks: with T_k the root of an axis's own and U_k what takes up a step of the shared, that
 // step has the covariance Z and the coefficients sigma_k^2 T_k T_k^T + U_k Z U_k^T.
-void LinearisedRun::find_covariance() {
-  const Eigen::Index m = axes();
-  const Eigen::Index p = set_.column_count();
+void LinearisedRun::find_root_of_shared() {
   const Eigen::Index D = shared();
   constexpr double dependent = 1e-12;  // of a column's square
   Eigen::MatrixXd information = Eigen::MatrixXd::Zero(D, D);
   Eigen::VectorXd squares = Eigen::VectorXd::Zero(D);
-  for (Eigen::Index k = 0; k < m; ++k) {
+  for (Eigen::Index k = 0; k < axes(); ++k) {
     const JointAxis& axis = axis_of(k);
     if (!(std::pow(axis.design->smallest_pivot(), 2) > dependent)) {
       return;
@@ -93,33 +91,15 @@ void LinearisedRun::find_covariance() {
       squares += weight * axis.tangent_squares;
     }
   }
-  Eigen::MatrixXd Z(D, D);
   if (D > 0) {
     const ScaledCholesky cholesky(information);
     if (!cholesky.is_determined(dependent) ||
         !(information.diagonal().array() > dependent * squares.array()).all()) {
       return;
     }
-    Z = cholesky.inverse();
     root_of_shared_ = cholesky.root_of_inverse();
   }
-  C_ = Eigen::MatrixXd::Zero(x_.size(), x_.size());
-  C_.bottomRightCorner(D, D) = Z;
-  Eigen::MatrixXd U(p * m, D);
-  for (Eigen::Index k = 0; k < m; ++k) {
-    const Eigen::MatrixXd T = axis_of(k).design->root_of_covariance();
-    auto own = C_.block(p * k, p * k, p, p);
-    own = sigma_(k) * sigma_(k) * (T * T.transpose());
-    if (D > 0) {
-      U.middleRows(p * k, p) = axis_of(k).take_up;
-    }
-  }
-  if (D > 0) {
-    const Eigen::MatrixXd UZ = U * Z;
-    C_.topLeftCorner(p * m, p * m) += UZ * U.transpose();
-    C_.topRightCorner(p * m, D) = -UZ;
-    C_.bottomLeftCorner(D, p * m) = -UZ.transpose();
-  }
+  has_full_rank_ = true;
 }
 
 Eigen::MatrixXd LinearisedRun::columns_of_axis(Eigen::Index axis) const {
@@ -155,14 +135,14 @@ Eigen::MatrixXd LinearisedRun::combined_basis(const Eigen::MatrixXd& by) const {
   return B;
 }
 
-LinearisedRun::RowOfRoot LinearisedRun::row_of_root(Eigen::Index axis, Eigen::Index j) const {
+LinearisedRun::RootOfAxis LinearisedRun::root_of_axis(Eigen::Index axis) const {
   const JointAxis& own = axis_of(axis);
-  RowOfRoot row{.own = sigma_(axis) * own.design->root_of_covariance().row(j).transpose(),
-                .shared = Eigen::VectorXd(shared())};
+  RootOfAxis root{.own = sigma_(axis) * own.design->root_of_covariance(),
+                  .shared = Eigen::MatrixXd(own.X().cols(), shared())};
   if (shared() > 0) {
-    row.shared = -root_of_shared_.transpose() * own.take_up.row(j).transpose();
+    root.shared = -own.take_up * root_of_shared_;
   }
-  return row;
+  return root;
 }
 
 Eigen::MatrixXd LinearisedRun::left_by_own(Eigen::Index axis,
@@ -190,22 +170,36 @@ Eigen::MatrixXd LinearisedRun::columns() const {
 
 Eigen::MatrixXd LinearisedRun::information() const {
   Eigen::MatrixXd sum = Eigen::MatrixXd::Zero(column_count(), column_count());
+  const Eigen::Index p = set_.column_count();
+  const Eigen::Index D = shared();
   for (Eigen::Index k = 0; k < axes(); ++k) {
-    const std::vector<Eigen::Index> places = places_of_axis(k);
     const Eigen::MatrixXd J = columns_of_axis(k);
-    sum(places, places) += J.transpose() * J;
+    const Eigen::MatrixXd own = J.transpose() * J;
+    sum.block(p * k, p * k, p, p) = own.topLeftCorner(p, p);
+    sum.block(p * k, first_shared(), p, D) = own.topRightCorner(p, D);
+    sum.block(first_shared(), p * k, D, p) = own.bottomLeftCorner(D, p);
+    sum.bottomRightCorner(D, D) += own.bottomRightCorner(D, D);
   }
   return sum;
 }
 
 Eigen::MatrixXd LinearisedRun::taken_up(const Eigen::MatrixXd& changes) const {
-  if (C_.size() > 0) {
-    Eigen::MatrixXd gradient = Eigen::MatrixXd::Zero(column_count(), changes.cols());
+  if (has_full_rank_) {
+    const Eigen::Index p = set_.column_count();
+    Eigen::MatrixXd x(column_count(), changes.cols());
+    Eigen::MatrixXd gradient = Eigen::MatrixXd::Zero(shared(), changes.cols());
     for (Eigen::Index k = 0; k < axes(); ++k) {
       const Eigen::MatrixXd of_axis = changes(rows_of_axis(k), Eigen::all);
-      gradient(places_of_axis(k), Eigen::all) += columns_of_axis(k).transpose() * of_axis;
+      const Eigen::MatrixXd T = sigma_(k) * axis_of(k).design->root_of_covariance();
+      x.middleRows(p * k, p) = T * (basis_of_axis(k).transpose() * of_axis);
+      gradient += (axis_of(k).projected.leftCols(shared()) / sigma_(k)).transpose() * of_axis;
     }
-    return C_ * gradient;
+    const Eigen::MatrixXd step = root_of_shared_ * (root_of_shared_.transpose() * gradient);
+    for (Eigen::Index k = 0; k < axes() && shared() > 0; ++k) {
+      x.middleRows(p * k, p) -= axis_of(k).take_up * step;
+    }
+    x.bottomRows(shared()) = step;
+    return x;
   }
   // What depends on something else nearly takes up the least that will do.
   const Eigen::MatrixXd J = columns();

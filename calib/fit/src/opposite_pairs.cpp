@@ -57,59 +57,75 @@ struct PlaneFit {
   Eigen::Index rows = 0;
 };
 
-// The differences of one rest face in one block: rows d = G f, weighted.
+// The differences of one rest face in one block: some of the rows of all.
 struct FaceDifferences {
   const OppositePair* pair = nullptr;  // the first of them
-  Eigen::MatrixX2d G;
-  Eigen::VectorXd d;
+  Eigen::Index first = 0;
+  Eigen::Index rows = 0;
   PlaneFit alone;
 };
 
 using Faces = std::vector<const FaceDifferences*>;
 
-std::vector<FaceDifferences> differences_by_face(const std::vector<OppositePair>& pairs,
-                                                 const SensitivityMatrix& sensitivity,
-                                                 const TableField& field) {
+// Rows d = G f, weighted, face by face.
+struct Differences {
   std::vector<FaceDifferences> faces;
+  Eigen::MatrixX2d G;
+  Eigen::VectorXd d;
+};
+
+Differences differences_by_face(const std::vector<OppositePair>& pairs,
+                                const SensitivityMatrix& sensitivity,
+                                const TableField& field) {
+  Differences all;
   std::map<std::pair<int, Face>, std::size_t> place;
-  for (const OppositePair& pair : pairs) {
+  std::vector<std::size_t> face_of_pair(pairs.size(), pairs.size());
+  const Eigen::Index axes = sensitivity.rows();
+  for (std::size_t i = 0; i < pairs.size(); ++i) {
+    const OppositePair& pair = pairs[i];
     if (pair.level.of_all() == 0.0) {
       continue;  // no field, no slope in it
     }
     const auto [found, is_new] =
-        place.emplace(std::pair(pair.block, pair.point.rest()), faces.size());
+        place.emplace(std::pair(pair.block, pair.point.rest()), all.faces.size());
     if (is_new) {
-      faces.push_back({.pair = &pair, .G = Eigen::MatrixX2d(0, 2), .d = Eigen::VectorXd(0)});
+      all.faces.push_back({.pair = &pair});
     }
-    FaceDifferences& face = faces[found->second];
+    face_of_pair[i] = found->second;
+    all.faces[found->second].rows += axes;
+  }
+  Eigen::Index rows = 0;
+  for (FaceDifferences& face : all.faces) {
+    face.first = rows;
+    rows += face.rows;
+    face.rows = 0;  // so far
+  }
+  all.G.resize(rows, 2);
+  all.d.resize(rows);
+  for (std::size_t i = 0; i < pairs.size(); ++i) {
+    if (face_of_pair[i] == pairs.size()) {
+      continue;
+    }
+    const OppositePair& pair = pairs[i];
+    FaceDifferences& face = all.faces[face_of_pair[i]];
     const Eigen::VectorXd root = pair.weights.cwiseSqrt();
-    const Eigen::Index rows = face.d.size() + root.size();
-    face.G.conservativeResize(rows, 2);
-    face.d.conservativeResize(rows);
     const auto seen = pair.level.of_all() * sensitivity;
-    face.G.bottomRows(root.size()) =
+    all.G.middleRows(face.first + face.rows, axes) =
         root.asDiagonal() * seen.lazyProduct(pair.half_rotation.leftCols<2>());
-    face.d.tail(root.size()) =
+    all.d.segment(face.first + face.rows, axes) =
         root.cwiseProduct(pair.half_difference - field.vector(pair.levelness).z() *
                                                      seen.lazyProduct(pair.half_rotation.col(2)));
+    face.rows += axes;
   }
-  return faces;
+  return all;
 }
 
 // @param smallest_pivot  relative; below it the two components count as not determined.
-PlaneFit fit_plane(const Faces& faces, double smallest_pivot = 1e-3) {
+PlaneFit fit_plane(const Eigen::Ref<const Eigen::MatrixX2d>& G,
+                   const Eigen::Ref<const Eigen::VectorXd>& d,
+                   double smallest_pivot = 1e-3) {
   PlaneFit fit;
-  for (const FaceDifferences* face : faces) {
-    fit.rows += face->d.size();
-  }
-  Eigen::MatrixX2d G(fit.rows, 2);
-  Eigen::VectorXd d(fit.rows);
-  Eigen::Index at = 0;
-  for (const FaceDifferences* face : faces) {
-    G.middleRows(at, face->d.size()) = face->G;
-    d.segment(at, face->d.size()) = face->d;
-    at += face->d.size();
-  }
+  fit.rows = d.size();
   if (fit.rows < 2) {
     return fit;
   }
@@ -120,9 +136,9 @@ PlaneFit fit_plane(const Faces& faces, double smallest_pivot = 1e-3) {
   if (!(length > 0.0)) {
     return fit;
   }
-  const Eigen::VectorXd along = G.col(first) / length;
+  const auto along = G.col(first) / length;
   const double common = along.dot(G.col(second));
-  const Eigen::VectorXd left = G.col(second) - common * along;
+  const auto left = G.col(second) - common * along;
   const double height = left.norm();
   if (!(height > smallest_pivot * length)) {
     return fit;
@@ -130,12 +146,31 @@ PlaneFit fit_plane(const Faces& faces, double smallest_pivot = 1e-3) {
   fit.determined = true;
   fit.f(second) = left.dot(d) / (height * height);
   fit.f(first) = (along.dot(d) - common * fit.f(second)) / length;
-  fit.rss = (d - G * fit.f).squaredNorm();
+  fit.rss = (d - G.lazyProduct(fit.f)).squaredNorm();
   Eigen::Matrix2d root;  // P R^-1
   root.row(first) << 1.0 / length, -common / (length * height);
   root.row(second) << 0.0, 1.0 / height;
   fit.unscaled_covariance = root * root.transpose();
   return fit;
+}
+
+PlaneFit fit_plane(const Differences& all, const Faces& faces) {
+  if (faces.size() == all.faces.size()) {
+    return fit_plane(all.G, all.d);
+  }
+  Eigen::Index rows = 0;
+  for (const FaceDifferences* face : faces) {
+    rows += face->rows;
+  }
+  Eigen::MatrixX2d G(rows, 2);
+  Eigen::VectorXd d(rows);
+  Eigen::Index at = 0;
+  for (const FaceDifferences* face : faces) {
+    G.middleRows(at, face->rows) = all.G.middleRows(face->first, face->rows);
+    d.segment(at, face->rows) = all.d.segment(face->first, face->rows);
+    at += face->rows;
+  }
+  return fit_plane(G, d);
 }
 
 double sample_sd(const std::vector<LevelnessEstimate>& estimates, double LevelnessEstimate::*part) {
@@ -162,10 +197,10 @@ struct PlaneFits {
   double dof = 0.0;
 };
 
-PlaneFits fit_planes(const FacesByLevel& levels) {
+PlaneFits fit_planes(const Differences& differences, const FacesByLevel& levels) {
   PlaneFits all;
   for (const Faces& faces : levels) {
-    const PlaneFit& fit = all.fits.emplace_back(fit_plane(faces));
+    const PlaneFit& fit = all.fits.emplace_back(fit_plane(differences, faces));
     all.determined = all.determined && fit.determined;
     all.rss += fit.rss;
     all.dof += static_cast<double>(fit.rows) - 2.0;
@@ -174,16 +209,16 @@ PlaneFits fit_planes(const FacesByLevel& levels) {
 }
 
 // One slope for all blocks against one for each, by the F test of nested models.
-double block_p_value(const ReadingSet& set, const Faces& faces, const PlaneFit& all) {
+double block_p_value(const ReadingSet& set, const Differences& differences, const PlaneFit& all) {
   std::map<int, Faces> by_block;
-  for (const FaceDifferences* face : faces) {
-    by_block[face->pair->block].push_back(face);
+  for (const FaceDifferences& face : differences.faces) {
+    by_block[face.pair->block].push_back(&face);
   }
   FacesByLevel blocks;
   for (auto& [number, members] : by_block) {
     blocks.push_back(std::move(members));
   }
-  const PlaneFits own = fit_planes(blocks);
+  const PlaneFits own = fit_planes(differences, blocks);
   const double more = 2.0 * static_cast<double>(blocks.size() - 1);
   if (!own.determined || !(more > 0.0) || !(own.dof > 0.0)) {
     return not_a_number;
@@ -295,16 +330,18 @@ std::optional<Levelness> estimate_levelness(const ReadingSet& set,
                                             const SensitivityMatrix& sensitivity,
                                             const TableField& field,
                                             double F) {
-  std::vector<FaceDifferences> differences = differences_by_face(pairs, sensitivity, field);
+  Differences differences = differences_by_face(pairs, sensitivity, field);
   Faces faces;
+  faces.reserve(differences.faces.size());
   FacesByLevel levels(set.field.blocks().size());
-  for (FaceDifferences& face : differences) {
-    face.alone = fit_plane({&face}, smallest_pivot_of_a_face);
+  for (FaceDifferences& face : differences.faces) {
+    face.alone = fit_plane(differences.G.middleRows(face.first, face.rows),
+                           differences.d.segment(face.first, face.rows), smallest_pivot_of_a_face);
     faces.push_back(&face);
     levels[face.pair->levelness].push_back(&face);
   }
-  const PlaneFits planes = fit_planes(levels);
-  const PlaneFit all = fit_plane(faces);
+  const PlaneFits planes = fit_planes(differences, levels);
+  const PlaneFit all = levels.size() == 1 ? planes.fits.front() : fit_plane(differences, faces);
   if (!planes.determined) {
     return std::nullopt;
   }
@@ -340,7 +377,7 @@ std::optional<Levelness> estimate_levelness(const ReadingSet& set,
                                 .standard_error_y = standard_errors(own).y()});
   }
   levelness.block_p_value =
-      levelness.blocks.empty() ? block_p_value(set, faces, all) : not_a_number;
+      levelness.blocks.empty() ? block_p_value(set, differences, all) : not_a_number;
   return levelness;
 }
 

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <cmath>
 #include <map>
+#include <optional>
 #include <tuple>
 #include <utility>
 
@@ -168,34 +169,38 @@ Estimate estimate_paired(const ReadingSet& set, const Eigen::Vector3d& nominal_i
       true);
   require_response(set);
 
-  Estimate estimate;
+  std::vector<AxisRegression> axes;
+  TableField fitted_for;
+  std::optional<Levelness> levelness;
   // Each round gains 6 digits or more (method.md, section 4); the last one changes nothing.
   for (int round = 0; round < 8; ++round) {
     AxisRegressor regressor(set.robust);
-    std::vector<AxisRegression> axes;
+    Estimate so_far;
+    axes.clear();
     for (Eigen::Index k = 0; k < set.axis_count(); ++k) {
       const AxisData data = axis_data(set, pooled, k, field);
       axes.push_back(regressor.fit(
           data.design, data.response, data.weights, [&set, k] { return set.names_of_axis(k); },
           set.rounding(k)));
+      set_coefficients(set, k, axes.back().fit.estimate, so_far);
     }
-    estimate = summarize(set, axes, rows_of(pooled, set));
-    estimate.field = field;
+    so_far.field = field;
+    fitted_for = field;
     if (!set.leaves_out()) {
-      estimate.levelness = levelness_of(set, opposites.pairs, estimate, F);
+      levelness = levelness_of(set, opposites.pairs, so_far, F);
     }
-    if (!estimate.levelness && field.size() > 1) {
+    if (!levelness && field.size() > 1) {
       throw RefusedError(
           "level by block: some block has no opposite readings that tell its levelness; take them, "
           "or use one levelness for the run");
     }
-    if (!estimate.levelness) {
+    if (!levelness) {
       break;
     }
     double change = 0.0;
     std::vector<Eigen::Vector3d> turned;
     for (std::size_t s = 0; s < field.size(); ++s) {
-      const Eigen::Vector2d in_plane = estimate.levelness->of_block_at(s);
+      const Eigen::Vector2d in_plane = levelness->of_block_at(s);
       const Eigen::Vector3d measured(F * in_plane.x(), F * in_plane.y(), field.vector(s).z());
       const Eigen::Vector3d next = F * measured.normalized();
       change = std::max(change, (next - field.vector(s)).norm());
@@ -211,6 +216,9 @@ Estimate estimate_paired(const ReadingSet& set, const Eigen::Vector3d& nominal_i
       throw RefusedError(in_plane_message, {settings::method});
     }
   }
+  Estimate estimate = summarize(set, axes, rows_of(pooled, set));
+  estimate.field = std::move(fitted_for);
+  estimate.levelness = std::move(levelness);
   estimate.unpaired = opposites.unpaired;
   estimate.statistics.observations -= static_cast<int>(opposites.unpaired.size());
   return estimate;

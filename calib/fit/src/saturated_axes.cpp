@@ -14,6 +14,8 @@
 namespace axiscal {
 namespace {
 
+constexpr std::size_t fewest_others = 6;
+
 // The readings of an axis by whether they lie at its end.
 struct EndOfAxis {
   Eigen::Index axis = 0;
@@ -25,19 +27,25 @@ struct EndOfAxis {
 };
 
 // @param values  of the axis, as readings_of_axis().
-EndOfAxis end_of_axis(const ReadingSet& set,
-                      Eigen::Index k,
-                      const std::vector<double>& values,
-                      double sign,
-                      double step) {
+// @return nothing where fewer than that lie there, or elsewhere.
+std::optional<EndOfAxis> end_of_axis(const ReadingSet& set,
+                                     Eigen::Index k,
+                                     const std::vector<double>& values,
+                                     double sign,
+                                     double step) {
+  constexpr std::size_t fewest_there = 2;
   EndOfAxis end{.axis = k, .sign = sign, .step = step};
   end.value = sign > 0.0 ? *std::max_element(values.begin(), values.end())
                          : *std::min_element(values.begin(), values.end());
-  end.others.reserve(values.size());
+  const auto is_there = [&](double value) { return std::abs(value - end.value) <= 0.5 * step; };
+  const auto there =
+      static_cast<std::size_t>(std::count_if(values.begin(), values.end(), is_there));
+  if (there < fewest_there || values.size() - there < fewest_others) {
+    return std::nullopt;
+  }
   for (Eigen::Index i = 0; i < set.size(); ++i) {
     if (set.weights(i, k) > 0.0) {
-      const bool at_end = std::abs(set.response(i, k) - end.value) <= 0.5 * step;
-      (at_end ? end.there : end.others).push_back(i);
+      (is_there(set.response(i, k)) ? end.there : end.others).push_back(i);
     }
   }
   return end;
@@ -109,17 +117,14 @@ double p_by_magnitude(const ReadingSet& set,
 std::vector<SaturatedAxis> saturated_axes(const ReadingSet& set,
                                           const Estimate& estimate,
                                           const SaturationSearch& search) {
-  constexpr std::size_t fewest_at_end = 2;
-  constexpr std::size_t fewest_others = 6;
   constexpr double false_alarm = 0.02;  // by simulation at most 0.2 % of good runs are called so
   const bool by_magnitude = !estimate.field.has_vectors() && !set.readings.front().field_in_sensor;
   const double ends = static_cast<double>(set.axis_count()) * (search.one_sided ? 1.0 : 2.0);
-  const std::optional<AxisDesigns> designs =
-      by_magnitude ? std::nullopt : std::optional<AxisDesigns>(std::in_place, set, estimate.field);
+  std::optional<AxisDesigns> designs;  // where they are asked for
   std::vector<SaturatedAxis> found;
   for (Eigen::Index k = 0; k < set.axis_count(); ++k) {
     const std::vector<double> values = set.readings_of_axis(k);
-    if (values.size() < fewest_at_end + fewest_others) {
+    if (values.size() <= fewest_others) {
       continue;
     }
     const double step = step_of_readings(values, search.stated_step).value_or(0.0);
@@ -127,17 +132,20 @@ std::vector<SaturatedAxis> saturated_axes(const ReadingSet& set,
       if (sign < 0.0 && search.one_sided) {
         continue;
       }
-      const EndOfAxis end = end_of_axis(set, k, values, sign, step);
-      if (end.there.size() < fewest_at_end || end.others.size() < fewest_others) {
+      const std::optional<EndOfAxis> end = end_of_axis(set, k, values, sign, step);
+      if (!end) {
         continue;
       }
+      if (!by_magnitude && !designs) {
+        designs.emplace(set, estimate.field);
+      }
       const double p =
-          by_magnitude ? p_by_magnitude(set, estimate, search.magnitude, end)
-                       : p_by_others(set, set.seen_columns(designs->of(k), k), end).value_or(1.0);
+          by_magnitude ? p_by_magnitude(set, estimate, search.magnitude, *end)
+                       : p_by_others(set, set.seen_columns(designs->of(k), k), *end).value_or(1.0);
       if (ends * p < false_alarm) {
         SaturatedAxis& axis =
-            found.emplace_back(SaturatedAxis{.axis = k, .value = end.value, .runs = {}});
-        for (const Eigen::Index i : end.there) {
+            found.emplace_back(SaturatedAxis{.axis = k, .value = end->value, .runs = {}});
+        for (const Eigen::Index i : end->there) {
           axis.runs.push_back(set.readings[static_cast<std::size_t>(i)].run);
         }
       }

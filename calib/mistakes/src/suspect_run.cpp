@@ -149,7 +149,6 @@ double drop_of_rows(const HypothesisFit& fit,
     for (Eigen::Index b = 0; b <= a; ++b) {
       const auto j = static_cast<Eigen::Index>(readings[static_cast<std::size_t>(b / m)]);
       M(a, b) = (a == b ? 1.0 : 0.0) - fit.basis.hat(a % m, i, b % m, j);
-      M(b, a) = M(a, b);
     }
   }
   // A reading that alone determines something has no residual to tell by.

@@ -2,11 +2,11 @@
 #pragma once
 
 #include <array>
+#include <cmath>
 #include <optional>
 #include <span>
 #include <vector>
 
-#include <Eigen/Cholesky>
 #include <Eigen/Core>
 
 #include "axiscal/calib/estimation.hpp"
@@ -104,13 +104,33 @@ class SuspectRun {
   std::array<std::size_t, 2> pair_{};
 };
 
-/// c^T M^-1 c; 0 where M is not positive definite, or a pivot of it not above `open_below`.
+/// c^T M^-1 c by Cholesky's factor; 0 where a pivot of M is not above `open_below`. Written out, as
+/// of few rows the compiler makes no loops of it.
 template <typename Square, typename Vector>
-[[nodiscard]] double squares_by(const Square& M, const Vector& c, double open_below) {
-  const Eigen::LLT<Square> cholesky(M);
-  const bool is_open = cholesky.info() != Eigen::Success ||
-                       !(cholesky.matrixLLT().diagonal().array().square() > open_below).all();
-  return is_open ? 0.0 : cholesky.matrixL().solve(c).squaredNorm();
+[[nodiscard]] double squares_by(Square M, Vector c, double open_below) {
+  double squares = 0.0;
+  for (Eigen::Index j = 0; j < M.rows(); ++j) {
+    double pivot = M(j, j);
+    double left = c(j);
+    for (Eigen::Index l = 0; l < j; ++l) {
+      pivot -= M(j, l) * M(j, l);
+      left -= M(j, l) * c(l);
+    }
+    if (!(pivot > open_below)) {
+      return 0.0;
+    }
+    const double root = std::sqrt(pivot);
+    c(j) = left / root;
+    squares += c(j) * c(j);
+    for (Eigen::Index i = j + 1; i < M.rows(); ++i) {
+      double sum = M(i, j);
+      for (Eigen::Index l = 0; l < j; ++l) {
+        sum -= M(i, l) * M(j, l);
+      }
+      M(i, j) = sum / root;
+    }
+  }
+  return squares;
 }
 
 /// The first of an order, at most so many.

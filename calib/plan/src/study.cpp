@@ -45,8 +45,7 @@ double slope_sd_of(const StudySetup& setup) {
 class Trial {
  public:
   Trial(const StudySetup& setup, const Eigen::MatrixXd& normal_root, std::uint64_t seed)
-      : setup_(setup), truth_(setup.truth), random_(seed, 7) {
-    simulation_ = setup.simulation;
+      : setup_(setup), truth_(setup.truth), random_(seed, 7), simulation_(setup.simulation) {
     simulation_.seed = seed;
     if (setup.noise_sd.size() > 0) {
       simulation_.noise_sds = setup.noise_sd;

@@ -300,15 +300,16 @@ CorrelatedFit mean_over(const std::vector<Model>& models,
 }
 
 // How many standard deviations sum c_i z_i z_(i+1) is above what it would be for white noise.
-// @param Q  n x p: the covariance of z is I - Q Q^T, in its variance.
-// @param c  n - 1 weights of neighbours.
+// @param Q   n x p: the covariance of z is I - Q Q^T, in its variance.
+// @param QQ  Q^T Q.
+// @param c   n - 1 weights of neighbours.
 double likeness_score(const Eigen::VectorXd& z,
                       const Eigen::MatrixXd& Q,
+                      const Eigen::MatrixXd& QQ,
                       const Eigen::VectorXd& weights) {
   const Eigen::Index n = z.size();
   const Eigen::MatrixXd AQ = beside(Q, weights);
   const Eigen::MatrixXd G = Q.transpose() * AQ;
-  const Eigen::MatrixXd QQ = Q.transpose() * Q;
   const double d = static_cast<double>(n) - QQ.trace();
   const double trace = -G.trace();
   const double c = trace / d;
@@ -412,7 +413,7 @@ double lag_one_score(const Eigen::MatrixXd& design,
                      const Eigen::MatrixX3d& along) {
   const Eigen::MatrixXd Q = basis_of(Eigen::HouseholderQR<Eigen::MatrixXd>(design));
   const Eigen::Index n = design.rows();
-  return likeness_score(response - Q * (Q.transpose() * response), Q,
+  return likeness_score(response - Q * (Q.transpose() * response), Q, Q.transpose() * Q,
                         along.topRows(n - 1).cwiseProduct(along.bottomRows(n - 1)).rowwise().sum());
 }
 
@@ -444,8 +445,10 @@ CorrelatedFit fit_under_correlation(const Eigen::MatrixXd& design,
   return plain.in_design(0, mean_over(models, fits, static_cast<double>(rows - design.cols())));
 }
 
-double likeness_along(const Eigen::VectorXd& z, const Eigen::MatrixXd& hat_root) {
-  return likeness_score(z, hat_root, Eigen::VectorXd::Ones(z.size() - 1));
+double likeness_along(const Eigen::VectorXd& z,
+                      const Eigen::MatrixXd& hat_root,
+                      const Eigen::MatrixXd& squares) {
+  return likeness_score(z, hat_root, squares, Eigen::VectorXd::Ones(z.size() - 1));
 }
 
 CorrelatedFit fit_under_wander(const WanderProblem& problem) {

@@ -79,11 +79,59 @@ TEST(LinearisedRun, TakesUpWhatItsColumnsSpan) {
     set.field = field;
     StateOfRun state(set, false);
     const LinearisedRun run(state, field, Eigen::VectorXd::Ones(1));
-    EXPECT_EQ(run.covariance().size() > 0, all);
+    EXPECT_EQ(run.is_determined(), all);
     const Eigen::MatrixXd& J = run.columns();
     Eigen::MatrixXd changes(J.rows(), 2);
     changes << J * Eigen::VectorXd::LinSpaced(J.cols(), -1.0, 2.0), J.col(J.cols() - 1);
     EXPECT_MATRIX_NEAR(J * run.taken_up(changes), changes, 1e-9);
+  }
+}
+
+// Against the Jacobian as a whole: its hat matrix is K K^T, and each coefficient's variance that of
+// the normal equations.
+TEST(LinearisedRun, HasBasesOfItsColumnsAndTheirRoots) {
+  LinearResponse truth{.bias = Eigen::Vector3d(0.1, -0.2, 0.3),
+                       .sensitivity = 2.0 * Eigen::Matrix3d::Identity()};
+  truth.sensitivity(0, 1) = 0.05;
+  const TableField field = test::gravity_in_table(Eigen::Vector3d(3e-3, -2e-3, 1.0).normalized());
+  for (const bool known : {true, false}) {
+    ReadingSet set = test::labelled_set(truth, field, standard_design(12), 1e-4, 3);
+    set.field = field;
+    set.weights(4, 1) = 0.0;
+    set.weights.col(2).head(6).setConstant(0.5);
+    StateOfRun state(set, known);
+    const LinearisedRun run(state, field, Eigen::Vector3d(1e-4, 2e-4, 3e-4));
+    ASSERT_TRUE(run.is_determined());
+    const Eigen::Index q = run.column_count();
+    ASSERT_EQ(q, known ? 12 : 14);
+    const Eigen::MatrixXd J = run.columns();
+    Eigen::MatrixXd K = Eigen::MatrixXd::Zero(run.row_count(), q);
+    Eigen::MatrixXd by = Eigen::MatrixXd::Random(run.readings(), run.axes());
+    Eigen::MatrixXd combined = Eigen::MatrixXd::Zero(run.readings(), run.row_count());
+    for (Eigen::Index k = 0; k < run.axes(); ++k) {
+      K(run.rows_of_axis(k), Eigen::seqN(run.column_of(k, 0), 4)) = run.basis_of_axis(k);
+      K(run.rows_of_axis(k), Eigen::lastN(run.shared())) = run.shared_basis_of_axis(k);
+      for (Eigen::Index i = 0; i < run.readings(); ++i) {
+        combined(i, run.row_of(i, k)) = by(i, k);
+      }
+    }
+    EXPECT_MATRIX_NEAR(K.transpose() * K, Eigen::MatrixXd::Identity(q, q), 1e-9);
+    const Eigen::MatrixXd C = (J.transpose() * J).inverse();
+    const Eigen::MatrixXd H = J * C * J.transpose();
+    EXPECT_MATRIX_NEAR(K * K.transpose(), H, 1e-8);
+    const Eigen::MatrixXd B = run.combined_basis(by);
+    EXPECT_MATRIX_NEAR(B * B.transpose(), combined * H * combined.transpose(), 1e-8);
+    for (Eigen::Index k = 0; k < run.axes(); ++k) {
+      const LinearisedRun::RootOfAxis root = run.root_of_axis(k);
+      for (Eigen::Index j = 0; j < 4; ++j) {
+        const Eigen::Index c = run.column_of(k, j);
+        EXPECT_NEAR((root.own.row(j).squaredNorm() + root.shared.row(j).squaredNorm()) / C(c, c),
+                    1.0, 1e-8);
+        Eigen::VectorXd all = K.rightCols(run.shared()) * root.shared.row(j).transpose();
+        all += K.middleCols(run.column_of(k, 0), 4) * root.own.row(j).transpose();
+        EXPECT_MATRIX_NEAR(all, J * C.col(c), 1e-8 * (J * C.col(c)).norm());
+      }
+    }
   }
 }
 

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <array>
+#include <memory>
 #include <optional>
 #include <set>
 #include <string>
@@ -133,12 +134,12 @@ class Positioner {
   [[nodiscard]] const Surface& surface() const { return description_.surface; }
 
  private:
-  void find_seats();
+  [[nodiscard]] std::shared_ptr<const std::vector<Seat>> find_seats() const;
   [[nodiscard]] Seat find_seat(const DesignPoint& point) const;
 
   PositionerDescription description_;
   FaceNormals normals_;
-  std::vector<Seat> seats_;  // one for each rest and fence face, 6 x 6
+  std::shared_ptr<const std::vector<Seat>> seats_;  // one for each rest and fence face, 6 x 6
   bool nominal_;
 };
 

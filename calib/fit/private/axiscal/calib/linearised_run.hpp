@@ -69,12 +69,12 @@ class LinearisedRun {
   ///         and of the shared.
   [[nodiscard]] Eigen::MatrixXd combined_basis(const Eigen::MatrixXd& by) const;
 
-  /// The row of a coefficient in R with R R^T = (J^T J)^-1 and J R the bases.
-  struct RowOfRoot {
-    Eigen::VectorXd own;     ///< p, beside the axis's basis
-    Eigen::VectorXd shared;  ///< D
+  /// The rows of an axis's coefficients in R with R R^T = (J^T J)^-1 and J R the bases.
+  struct RootOfAxis {
+    Eigen::MatrixXd own;     ///< p x p, beside the axis's basis
+    Eigen::MatrixXd shared;  ///< p x D
   };
-  [[nodiscard]] RowOfRoot row_of_root(Eigen::Index axis, Eigen::Index j) const;
+  [[nodiscard]] RootOfAxis root_of_axis(Eigen::Index axis) const;
 
   /// @return J^T J, q x q.
   [[nodiscard]] Eigen::MatrixXd information() const;
@@ -88,11 +88,8 @@ class LinearisedRun {
   /// @return what each column is of; neighbours may share a name.
   [[nodiscard]] std::vector<std::string> names() const;
 
-  /// @return (J^T J)^-1, q x q; empty where J has not full rank.
-  [[nodiscard]] const Eigen::MatrixXd& covariance() const { return C_; }
-
   /// @return whether J has full rank and something is left over.
-  [[nodiscard]] bool is_determined() const { return C_.size() > 0 && degrees_of_freedom() > 0.0; }
+  [[nodiscard]] bool is_determined() const { return has_full_rank_ && degrees_of_freedom() > 0.0; }
 
   /// @return residuals of weight less columns.
   [[nodiscard]] double degrees_of_freedom() const { return rows_ - static_cast<double>(x_.size()); }
@@ -156,7 +153,7 @@ class LinearisedRun {
   [[nodiscard]] const JointAxis& axis_of(Eigen::Index axis) const {
     return state_->axes[static_cast<std::size_t>(axis)];
   }
-  void find_covariance();
+  void find_root_of_shared();
 
   const ReadingSet& set_;
   std::shared_ptr<const JointState> state_;
@@ -164,8 +161,8 @@ class LinearisedRun {
   SensitivityMatrix sensitivity_;
   Eigen::VectorXd r_;
   Eigen::VectorXd x_;
-  Eigen::MatrixXd C_;
   Eigen::MatrixXd root_of_shared_;  // D x D: of the covariance of a step of the shared
+  bool has_full_rank_ = false;
   Eigen::MatrixXd along_;
   double rows_ = 0.0;  // of weight
 };
