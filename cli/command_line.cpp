@@ -39,8 +39,24 @@ std::optional<std::string> instrument_file(const std::vector<std::string>& argum
   return value.ends_with(".json") ? std::optional(value) : std::nullopt;
 }
 
+// The long options that a subcommand knows, typed or not.
+std::vector<std::string> all_names(const Subcommand& subcommand,
+                                   const std::vector<std::string>& arguments) {
+  CLI::App app;
+  OptionSet options(app, arguments, Known::all);
+  static_cast<void>(subcommand.define(options));
+  std::vector<std::string> names;
+  for (const CLI::Option* known : app.get_options()) {
+    if (!known->get_lnames().empty()) {
+      names.push_back("--" + known->get_lnames().front());
+    }
+  }
+  return names;
+}
+
 // Joins an option and its value, as values may start with a minus sign, and refuses unknown ones.
 std::vector<std::string> with_joined_values(CLI::App& app,
+                                            const Subcommand& subcommand,
                                             const std::vector<std::string>& arguments) {
   std::vector<std::string> result;
   for (std::size_t i = 0; i < arguments.size(); ++i) {
@@ -57,12 +73,7 @@ std::vector<std::string> with_joined_values(CLI::App& app,
         continue;
       }
       if (option == nullptr) {
-        std::vector<std::string> names;
-        for (const CLI::Option* known : app.get_options()) {
-          if (!known->get_lnames().empty()) {
-            names.push_back("--" + known->get_lnames().front());
-          }
-        }
+        const std::vector<std::string> names = all_names(subcommand, arguments);
         const std::vector<std::string_view> views(names.begin(), names.end());
         const std::string name = argument.substr(0, argument.find('='));
         throw UsageError(formatted("unknown option '{}'{}", name, did_you_mean(name, views)));
@@ -144,6 +155,12 @@ Action generate(const CLI::App& app, const std::vector<std::string>& arguments) 
   return show(text);
 }
 
+// Whether a word may ask for help, which names all options: `--help`, `--help-all`, `-h`.
+bool asks_for_help(std::string_view word) {
+  return word.starts_with("--help") || (word.starts_with('-') && !word.starts_with("--") &&
+                                        word.find('h') != std::string_view::npos);
+}
+
 [[noreturn]] void refuse_subcommand(std::span<const Subcommand> subcommands,
                                     const std::string& name) {
   std::vector<std::string_view> names;
@@ -164,17 +181,20 @@ Action parse_command_line(const std::vector<std::string>& arguments,
   app.footer("axiscal SUBCOMMAND --help tells more of each; --help-all names all options.");
 
   const bool generates = !arguments.empty() && arguments.front() == "--generate";
+  const bool shows_all = generates || std::any_of(arguments.begin(), arguments.end(), asks_for_help);
   CLI::App* named = nullptr;
+  const Subcommand* asked = nullptr;
   Action action;
   for (const Subcommand& subcommand : subcommands) {
     CLI::App* parser = app.add_subcommand(subcommand.name, subcommand.help);
     parser->footer(subcommand.footer);
     const bool is_named = !arguments.empty() && arguments.front() == subcommand.name;
     if (is_named || generates) {  // the options of all would take longer than most runs
-      OptionSet options(*parser, arguments);
+      OptionSet options(*parser, arguments, shows_all ? Known::all : Known::typed);
       action = subcommand.define(options);
     }
     named = is_named ? parser : named;
+    asked = is_named ? &subcommand : asked;
   }
 
   if (arguments.empty()) {
@@ -191,7 +211,7 @@ Action parse_command_line(const std::vector<std::string>& arguments,
   }
   try {
     std::vector<std::string> words =
-        named != nullptr ? with_joined_values(*named, arguments) : arguments;
+        named != nullptr ? with_joined_values(*named, *asked, arguments) : arguments;
     std::reverse(words.begin(), words.end());  // as CLI11 wants them
     app.parse(words);
   } catch (const CLI::CallForHelp&) {

@@ -1,8 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <cstdint>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 namespace CLI {
@@ -15,6 +17,10 @@ namespace axiscal::cli {
 /// Whether a subcommand does without an argument or option.
 enum class Need { optional, required };
 
+/// Which options are known to the parser: to register all costs more than most of what a run does.
+/// Arguments and what is required always are.
+enum class Known : std::uint8_t { all, typed };
+
 /// The arguments and options of a subcommand, while it registers them.
 ///
 /// Values are kept as typed: whoever uses one says what is wrong with it. A name without dashes is
@@ -22,7 +28,7 @@ enum class Need { optional, required };
 class OptionSet {
  public:
   /// @param typed  the whole command line.
-  OptionSet(CLI::App& app, const std::vector<std::string>& typed);
+  OptionSet(CLI::App& app, const std::vector<std::string>& typed, Known known);
 
   /// @return the same set; what is added to it stands under this heading of the help.
   [[nodiscard]] OptionSet group(const char* heading) const;
@@ -55,8 +61,12 @@ class OptionSet {
  private:
   CLI::Option& finished(CLI::Option& option, const char* type);
 
+  // @param names  as add() takes them: "-o,--output".
+  [[nodiscard]] bool is_wanted(std::string_view names) const;
+
   CLI::App* app_;
   const std::vector<std::string>* typed_;
+  Known known_;
   std::string heading_;
 };
 

@@ -7,11 +7,13 @@
 #include <csignal>
 #include <cstring>
 #include <filesystem>
+#include <memory>
 #include <mutex>
 #include <set>
 #include <utility>
 
 #include <climits>
+#include <dirent.h>
 #include <fcntl.h>
 #include <sys/file.h>
 #include <sys/stat.h>
@@ -102,11 +104,11 @@ void remove_orphans(const std::filesystem::path& folder) {
       return;
     }
   }
-  std::error_code none;
-  for (std::filesystem::directory_iterator entry(folder, none), end; !none && entry != end;
-       entry.increment(none)) {
-    if (is_orphan(entry->path())) {
-      ::unlink(entry->path().c_str());
+  // Of a folder with thousands of files a path for each would cost more than what is to be written.
+  const std::unique_ptr<DIR, int (*)(DIR*)> all(::opendir(folder.c_str()), ::closedir);
+  for (const dirent* entry = nullptr; all && (entry = ::readdir(all.get())) != nullptr;) {
+    if (process_in(entry->d_name) != 0 && is_orphan(folder / entry->d_name)) {
+      ::unlink((folder / entry->d_name).c_str());
     }
   }
 }

@@ -6,6 +6,8 @@
 #include <cmath>
 #include <cstddef>
 #include <limits>
+#include <numeric>
+#include <span>
 #include <utility>
 
 #include <Eigen/Cholesky>
@@ -171,6 +173,13 @@ struct ModelFit {
   Eigen::MatrixXd covariance;
 };
 
+// What one says of a response's first coefficient: by how much it is another than by the plain fit.
+struct FirstCoefficient {
+  double log_likelihood = 0.0;
+  double change = 0.0;
+  double variance = 0.0;
+};
+
 // By its sums the fit of residuals y by p columns X: N = X^T V^-1 X, c = X^T V^-1 y, y^T V^-1 y.
 class ModelSolver {
  public:
@@ -216,23 +225,47 @@ class PlainFit {
   // The basis and the residuals beside it, n x (p + r).
   [[nodiscard]] const Rows& basis_and_residuals() const { return both_; }
 
-  // What a model says of each response, in the basis.
-  [[nodiscard]] std::vector<ModelFit> under(const Whitened& sums) const {
+  // What a model says of the only response, in the basis.
+  [[nodiscard]] ModelFit under(const Whitened& sums) const {
     const ModelSolver solver(sums.products.topLeftCorner(p_, p_), sums.log_determinant,
                              static_cast<double>(both_.rows() - p_));
-    std::vector<ModelFit> fits;
-    for (Eigen::Index j = p_; j < p_ + r_; ++j) {
-      fits.push_back(solver.fit(sums.products.row(j).head(p_).transpose(), sums.products(j, j)));
+    return solver.fit(sums.products.row(p_).head(p_).transpose(), sums.products(p_, p_));
+  }
+
+  // What it says of each response's first coefficient alone.
+  // @param first  takes r of them.
+  void first_under(const Whitened& sums, std::span<FirstCoefficient> first) const {
+    const Eigen::LLT<Eigen::MatrixXd> cholesky(sums.products.topLeftCorner(p_, p_));
+    const double log_determinant =
+        sums.log_determinant + 2.0 * cholesky.matrixLLT().diagonal().array().log().sum();
+    // With N = L L^T the product of two N^-1 x is that of two L^-1 x.
+    Eigen::MatrixXd forward(p_, 1 + r_);
+    forward.col(0) = root_.row(0).transpose();
+    forward.rightCols(r_) = sums.products.bottomLeftCorner(r_, p_).transpose();
+    cholesky.matrixL().solveInPlace(forward);
+    const auto degrees_of_freedom = static_cast<double>(both_.rows() - p_);
+    for (Eigen::Index j = 0; j < r_; ++j) {
+      const auto of_response = forward.col(1 + j);
+      const double squares = std::max(sums.products(p_ + j, p_ + j) - of_response.squaredNorm(),
+                                      std::numeric_limits<double>::min());
+      first[static_cast<std::size_t>(j)] = {
+          .log_likelihood = -0.5 * log_determinant - 0.5 * degrees_of_freedom * std::log(squares),
+          .change = forward.col(0).dot(of_response),
+          .variance = squares / degrees_of_freedom * forward.col(0).squaredNorm()};
     }
-    return fits;
+  }
+
+  // The first coefficient of a response by the plain fit.
+  [[nodiscard]] double first_of(Eigen::Index response) const {
+    return root_.row(0).dot(in_basis_.col(response));
   }
 
   [[nodiscard]] Eigen::Index responses() const { return r_; }
 
-  // What models say of a response's coefficients, from the basis to the design.
-  [[nodiscard]] CorrelatedFit in_design(Eigen::Index response, const CorrelatedFit& mean) const {
+  // What models say of the only response's coefficients, from the basis to the design.
+  [[nodiscard]] CorrelatedFit in_design(const CorrelatedFit& mean) const {
     CorrelatedFit result = mean;
-    result.estimate = root_ * (in_basis_.col(response) + mean.estimate);
+    result.estimate = root_ * (in_basis_.col(0) + mean.estimate);
     result.covariance = root_ * mean.covariance * root_.transpose();
     return result;
   }
@@ -261,11 +294,28 @@ std::vector<double> weights_of(const std::vector<Model>& models,
   return weights;
 }
 
+double correlation_of(const std::vector<Model>& models, const std::vector<double>& weights) {
+  double sum = 0.0;
+  for (std::size_t g = 0; g < models.size(); ++g) {
+    sum += weights[g] * models[g].rho * models[g].signal / (models[g].signal + models[g].white);
+  }
+  return sum;
+}
+
 // The mean over models of one response's coefficients; what parts the models counts as well.
-CorrelatedFit average(const std::vector<double>& weights, const std::vector<ModelFit>& fits) {
+CorrelatedFit mean_over(const std::vector<Model>& models,
+                        const std::vector<ModelFit>& fits,
+                        double degrees_of_freedom) {
+  std::vector<double> log_likelihood;
+  for (const ModelFit& fit : fits) {
+    log_likelihood.push_back(fit.log_likelihood);
+  }
+  const std::vector<double> weights = weights_of(models, log_likelihood);
   const Eigen::Index p = fits.front().estimate.size();
   CorrelatedFit mean{.estimate = Eigen::VectorXd::Zero(p),
-                     .covariance = Eigen::MatrixXd::Zero(p, p)};
+                     .covariance = Eigen::MatrixXd::Zero(p, p),
+                     .degrees_of_freedom = degrees_of_freedom,
+                     .correlation = correlation_of(models, weights)};
   for (std::size_t g = 0; g < weights.size(); ++g) {
     mean.estimate += weights[g] * fits[g].estimate;
   }
@@ -276,33 +326,10 @@ CorrelatedFit average(const std::vector<double>& weights, const std::vector<Mode
   return mean;
 }
 
-double correlation_of(const std::vector<Model>& models, const std::vector<double>& weights) {
-  double sum = 0.0;
-  for (std::size_t g = 0; g < models.size(); ++g) {
-    sum += weights[g] * models[g].rho * models[g].signal / (models[g].signal + models[g].white);
-  }
-  return sum;
-}
-
-// The same of the only response, weighted by its own likelihoods.
-CorrelatedFit mean_over(const std::vector<Model>& models,
-                        const std::vector<ModelFit>& fits,
-                        double degrees_of_freedom) {
-  std::vector<double> log_likelihood;
-  for (const ModelFit& fit : fits) {
-    log_likelihood.push_back(fit.log_likelihood);
-  }
-  const std::vector<double> weights = weights_of(models, log_likelihood);
-  CorrelatedFit mean = average(weights, fits);
-  mean.degrees_of_freedom = degrees_of_freedom;
-  mean.correlation = correlation_of(models, weights);
-  return mean;
-}
-
 // How many standard deviations sum c_i z_i z_(i+1) is above what it would be for white noise.
-// @param Q   n x p: the covariance of z is I - Q Q^T, in its variance.
-// @param QQ  Q^T Q.
-// @param c   n - 1 weights of neighbours.
+// @param Q        n x p: the covariance of z is I - Q Q^T, in its variance.
+// @param QQ       Q^T Q.
+// @param weights  c, n - 1, of neighbours.
 double likeness_score(const Eigen::VectorXd& z,
                       const Eigen::MatrixXd& Q,
                       const Eigen::MatrixXd& QQ,
@@ -368,42 +395,53 @@ CorrelatedMean mean_under_correlation(const OrderedReadings& readings) {
   const Eigen::Index n = readings.responses.rows();
   const std::vector<Model> models = models_of_run(!readings.blocks.empty());
   const Eigen::MatrixXd along = Eigen::MatrixXd::Ones(n, 1);
-  std::vector<PlainFit> plain;  // each of the responses of one design
-  std::vector<std::vector<ModelFit>> fits(static_cast<std::size_t>(m));
-  std::vector<double> log_likelihood(models.size(), 0.0);
-  for (Eigen::Index first = 0; first < m; first += plain.back().responses()) {
+  CorrelatedMean mean{
+      .estimate = Eigen::VectorXd(m),
+      .u = Eigen::VectorXd(m),
+      .degrees_of_freedom = static_cast<double>(n - readings.designs.front().cols())};
+  std::vector<std::vector<FirstCoefficient>> of_models(
+      models.size(), std::vector<FirstCoefficient>(static_cast<std::size_t>(m)));
+  for (Eigen::Index first = 0; first < m;) {
     const Eigen::MatrixXd& design = readings.designs[static_cast<std::size_t>(first)];
     Eigen::Index end = first + 1;
     while (end < m && readings.designs[static_cast<std::size_t>(end)] == design) {
       ++end;
     }
-    plain.emplace_back(design, readings.responses.middleCols(first, end - first));
-    const Rows& both = plain.back().basis_and_residuals();
+    const PlainFit plain(design, readings.responses.middleCols(first, end - first));
+    const Rows& both = plain.basis_and_residuals();
     for (std::size_t g = 0; g < models.size(); ++g) {
       const Whitened sums = models[g].gamma > 0.0
                                 ? whiten_blocks(models[g].gamma, readings.blocks, both)
                                 : whiten<1>(models[g], readings.places, along, both);
-      Eigen::Index k = first;
-      for (ModelFit& fit : plain.back().under(sums)) {
-        log_likelihood[g] += fit.log_likelihood;
-        fits[static_cast<std::size_t>(k++)].push_back(std::move(fit));
-      }
+      plain.first_under(sums, std::span(of_models[g])
+                                  .subspan(static_cast<std::size_t>(first),
+                                           static_cast<std::size_t>(end - first)));
     }
+    for (Eigen::Index k = first; k < end; ++k) {
+      mean.estimate(k) = plain.first_of(k - first);
+    }
+    first = end;
+  }
+  std::vector<double> log_likelihood;
+  for (const std::vector<FirstCoefficient>& all : of_models) {
+    log_likelihood.push_back(std::accumulate(
+        all.begin(), all.end(), 0.0,
+        [](double sum, const FirstCoefficient& one) { return sum + one.log_likelihood; }));
   }
   const std::vector<double> weights = weights_of(models, log_likelihood);
-  CorrelatedMean mean{
-      .estimate = Eigen::VectorXd(m),
-      .u = Eigen::VectorXd(m),
-      .degrees_of_freedom = static_cast<double>(n - readings.designs.front().cols()),
-      .correlation = correlation_of(models, weights)};
-  Eigen::Index k = 0;
-  for (const PlainFit& one : plain) {
-    for (Eigen::Index j = 0; j < one.responses(); ++j, ++k) {
-      const CorrelatedFit all =
-          one.in_design(j, average(weights, fits[static_cast<std::size_t>(k)]));
-      mean.estimate(k) = all.estimate(0);
-      mean.u(k) = std::sqrt(all.covariance(0, 0));
+  mean.correlation = correlation_of(models, weights);
+  for (std::size_t k = 0; k < static_cast<std::size_t>(m); ++k) {
+    double change = 0.0;
+    for (std::size_t g = 0; g < models.size(); ++g) {
+      change += weights[g] * of_models[g][k].change;
     }
+    double variance = 0.0;  // what parts the models counts as well
+    for (std::size_t g = 0; g < models.size(); ++g) {
+      const double off = of_models[g][k].change - change;
+      variance += weights[g] * (of_models[g][k].variance + off * off);
+    }
+    mean.estimate(static_cast<Eigen::Index>(k)) += change;
+    mean.u(static_cast<Eigen::Index>(k)) = std::sqrt(variance);
   }
   return mean;
 }
@@ -439,10 +477,9 @@ CorrelatedFit fit_under_correlation(const Eigen::MatrixXd& design,
   const std::vector<Model> models = correlated_models(1.0);
   std::vector<ModelFit> fits;
   for (const Model& model : models) {
-    fits.push_back(
-        plain.under(whiten<3>(model, places, directions, plain.basis_and_residuals())).front());
+    fits.push_back(plain.under(whiten<3>(model, places, directions, plain.basis_and_residuals())));
   }
-  return plain.in_design(0, mean_over(models, fits, static_cast<double>(rows - design.cols())));
+  return plain.in_design(mean_over(models, fits, static_cast<double>(rows - design.cols())));
 }
 
 double likeness_along(const Eigen::VectorXd& z,
