@@ -181,7 +181,8 @@ Action parse_command_line(const std::vector<std::string>& arguments,
   app.footer("axiscal SUBCOMMAND --help tells more of each; --help-all names all options.");
 
   const bool generates = !arguments.empty() && arguments.front() == "--generate";
-  const bool shows_all = generates || std::any_of(arguments.begin(), arguments.end(), asks_for_help);
+  const bool shows_all =
+      generates || std::any_of(arguments.begin(), arguments.end(), asks_for_help);
   CLI::App* named = nullptr;
   const Subcommand* asked = nullptr;
   Action action;

@@ -11,8 +11,7 @@ namespace {
 // Whether a word of the command line names an option: `--output`, `--output=FILE`, `-o`, `-oFILE`.
 bool names_option(std::string_view word, std::string_view option) {
   if (option.starts_with("--")) {
-    return word.starts_with(option) &&
-           (word.size() == option.size() || word[option.size()] == '=');
+    return word.starts_with(option) && (word.size() == option.size() || word[option.size()] == '=');
   }
   return word.size() > 1 && word[0] == '-' && word[1] != '-' &&
          word.find(option.back()) != std::string_view::npos;

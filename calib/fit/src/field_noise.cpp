@@ -125,12 +125,11 @@ struct Sandwich {
 class Sandwiches {
  public:
   explicit Sandwiches(const LinearisedRun& run) : run_(run) {
-    constexpr double least_left = 1e-6;
     axes_.reserve(static_cast<std::size_t>(run.axes()));
     for (Eigen::Index k = 0; k < run.axes(); ++k) {
       AxisRows& axis = axes_.emplace_back(
           AxisRows{.hat = AxisHat(run, k), .root = run.root_of_axis(k), .left = {}});
-      axis.left = (1.0 - axis.hat.leverage).max(least_left);
+      axis.left = 1.0 - axis.hat.leverage;
     }
   }
 
@@ -153,7 +152,10 @@ class Sandwiches {
       if (a == k) {
         g.noalias() += axis.hat.Q * own;
       }
-      const Eigen::ArrayXd w = (g.array() / axis.left).square();
+      // What the fit passes through has no residual that says anything.
+      constexpr double least_left = 1e-6;
+      const Eigen::ArrayXd w =
+          (axis.left > least_left).select((g.array() / axis.left).square(), 0.0);
       v += (w * axis.hat.squares).sum();
       E += (w * axis.left).sum();
       const WeightedHat of_hat(axis.hat, w);

@@ -177,8 +177,7 @@ Estimate estimate_joint(const ReadingSet& set) {
   } else {
     estimate = describe_joint(set, solution, Eigen::MatrixXd());
     estimate.statistics.condition_number = condition_number_of(run, small);
-    // Of a set that goes on changing, as axes see less of it or scale with temperature, it is not.
-    if (set.temperature.order == 0 && set.visible.empty() && !set.leaves_out()) {
+    if (set.is_final()) {
       estimate.state = solution.state;
     }
   }

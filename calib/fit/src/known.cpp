@@ -1,5 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
+#include <memory>
+#include <utility>
+#include <vector>
 
 #include "axis_regression.hpp"
 #include "axiscal/calib/design_advice.hpp"
@@ -13,9 +16,9 @@ namespace axiscal {
 namespace {
 
 // All axes fitted for the field; refuses what readings leave open in words about the cube.
-std::shared_ptr<const JointState> fitted_for(const ReadingSet& set,
-                                             const TableField& field,
-                                             const Eigen::MatrixXd& design) {
+std::shared_ptr<const JointState> determined_state(const ReadingSet& set,
+                                                   const TableField& field,
+                                                   const Eigen::MatrixXd& design) {
   const auto say_what_is_open = [&] {
     if (set.visible.empty()) {
       require_determined(set, design,
@@ -27,6 +30,7 @@ std::shared_ptr<const JointState> fitted_for(const ReadingSet& set,
     state = JointFit(set, set.weights).at(field, true);
   } catch (const RankDeficientError&) {
     say_what_is_open();
+    require_response(set);  // an axis that is dead says more than what it leaves open
     throw;
   }
   constexpr double clearly_determined = 1e-4;  // and so without weights and effects of the run
@@ -36,6 +40,19 @@ std::shared_ptr<const JointState> fitted_for(const ReadingSet& set,
     say_what_is_open();
   }
   return state;
+}
+
+std::vector<AxisRegression> fitted_axes(const ReadingSet& set, const JointState& state) {
+  AxisRegressor regressor(set.robust);
+  std::vector<AxisRegression> axes;
+  axes.reserve(state.axes.size());
+  for (Eigen::Index k = 0; k < set.axis_count(); ++k) {
+    const JointAxis& axis = state.axes[static_cast<std::size_t>(k)];
+    axes.push_back(regressor.fit(
+        axis.X(), set.response.col(k), set.weights.col(k),
+        [&set, k] { return set.names_of_axis(k); }, set.rounding(k), axis.design.get()));
+  }
+  return axes;
 }
 
 }  // namespace
@@ -48,23 +65,17 @@ Estimate estimate_known(const ReadingSet& set, const TableField& field) {
     estimate.field = field;
     return estimate;
   }
-  const std::shared_ptr<const JointState> state = fitted_for(set, field, design);
+  std::shared_ptr<const JointState> state = determined_state(set, field, design);
   require_response(set);
-  AxisRegressor regressor(set.robust);
-  std::vector<AxisRegression> axes;
-  axes.reserve(state->axes.size());
-  for (Eigen::Index k = 0; k < set.axis_count(); ++k) {
-    const JointAxis& axis = state->axes[static_cast<std::size_t>(k)];
-    axes.push_back(regressor.fit(
-        axis.X(), set.response.col(k), set.weights.col(k),
-        [&set, k] { return set.names_of_axis(k); }, set.rounding(k), axis.design.get()));
+  const std::vector<AxisRegression> axes = fitted_axes(set, *state);
+  constexpr Eigen::Index long_run = 10000;  // of which memory is dearer than another factorisation
+  if (!set.is_final() || set.size() > long_run) {
+    state.reset();
   }
   Estimate estimate = summarize(set, axes, rows_of_readings(set));
   estimate.mean_field = design.middleCols<3>(1).rowwise().norm().mean();
   estimate.field = field;
-  if (set.temperature.order == 0 && set.visible.empty() && !set.leaves_out()) {
-    estimate.state = state;
-  }
+  estimate.state = std::move(state);
   if (field.has_vectors() && !set.field.is_sum() && !set.leaves_out()) {
     estimate.levelness =
         levelness_of(set, find_opposite_pairs(set).pairs, estimate, field.magnitude());

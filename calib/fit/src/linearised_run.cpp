@@ -73,8 +73,8 @@ LinearisedRun::LinearisedRun(StateOfRun& run, const TableField& field, Eigen::Ve
 LinearisedRun::LinearisedRun(StateOfRun& run, const Estimate& estimate)
     : LinearisedRun(run, estimate.field, scatter_of(run.set(), estimate)) {}
 
-// By blocks: with T_k the root of an axis's own and U_k what takes up a step of the shared, that
-// step has the covariance Z and the coefficients sigma_k^2 T_k T_k^T + U_k Z U_k^T.
+// With T_k the root of an axis's own and U_k what takes up a step of the shared, that step has the
+// covariance Z, whose root is kept, and the coefficients sigma_k^2 T_k T_k^T + U_k Z U_k^T.
 void LinearisedRun::find_root_of_shared() {
   const Eigen::Index D = shared();
   constexpr double dependent = 1e-12;  // of a column's square
@@ -147,7 +147,7 @@ LinearisedRun::RootOfAxis LinearisedRun::root_of_axis(Eigen::Index axis) const {
 
 Eigen::MatrixXd LinearisedRun::left_by_own(Eigen::Index axis,
                                            const Eigen::MatrixXd& columns) const {
-  const Eigen::MatrixXd& Q = axis_of(axis).design->basis();
+  const Eigen::MatrixXd& Q = basis_of_axis(axis);
   return columns - Q * (Q.transpose() * columns);
 }
 

@@ -3,7 +3,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <optional>
 #include <vector>
 
@@ -137,9 +136,7 @@ void add_rounding_scatter(StateOfRun& of, double stated_step, Estimate& estimate
   // Noise decides which step counts, not whether readings have one.
   bool has_steps = false;
   for (Eigen::Index k = 0; k < set.axis_count() && !has_steps; ++k) {
-    has_steps = step_of_readings(set.readings_of_axis(k), stated_step,
-                                 std::numeric_limits<double>::infinity())
-                    .has_value();
+    has_steps = step_of_readings(set.readings_of_axis(k), stated_step).has_value();
   }
   if (!has_steps) {
     return;

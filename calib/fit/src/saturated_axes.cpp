@@ -14,6 +14,7 @@
 namespace axiscal {
 namespace {
 
+constexpr std::size_t fewest_there = 2;
 constexpr std::size_t fewest_others = 6;
 
 // The readings of an axis by whether they lie at its end.
@@ -27,13 +28,12 @@ struct EndOfAxis {
 };
 
 // @param values  of the axis, as readings_of_axis().
-// @return nothing where fewer than that lie there, or elsewhere.
+// @return nothing where too few lie there, or elsewhere.
 std::optional<EndOfAxis> end_of_axis(const ReadingSet& set,
                                      Eigen::Index k,
                                      const std::vector<double>& values,
                                      double sign,
                                      double step) {
-  constexpr std::size_t fewest_there = 2;
   EndOfAxis end{.axis = k, .sign = sign, .step = step};
   end.value = sign > 0.0 ? *std::max_element(values.begin(), values.end())
                          : *std::min_element(values.begin(), values.end());
@@ -124,7 +124,7 @@ std::vector<SaturatedAxis> saturated_axes(const ReadingSet& set,
   std::vector<SaturatedAxis> found;
   for (Eigen::Index k = 0; k < set.axis_count(); ++k) {
     const std::vector<double> values = set.readings_of_axis(k);
-    if (values.size() <= fewest_others) {
+    if (values.size() < fewest_there + fewest_others) {
       continue;
     }
     const double step = step_of_readings(values, search.stated_step).value_or(0.0);

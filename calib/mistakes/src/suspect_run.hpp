@@ -104,8 +104,9 @@ class SuspectRun {
   std::array<std::size_t, 2> pair_{};
 };
 
-/// c^T M^-1 c by Cholesky's factor; 0 where a pivot of M is not above `open_below`. Written out, as
-/// of few rows the compiler makes no loops of it.
+/// c^T M^-1 c by Cholesky's factor, its pivots in their order; 0 where one is not above
+/// `open_below`. Written out, so that of few rows the compiler can leave out the loops.
+/// @param M  symmetric: the lower triangle alone is read.
 template <typename Square, typename Vector>
 [[nodiscard]] double squares_by(Square M, Vector c, double open_below) {
   double squares = 0.0;

@@ -77,7 +77,8 @@ class RecordedReadings {
 
   void put(Eigen::VectorXd response) {
     troubles_.next(1);
-    response += troubles_.added(random_, Eigen::VectorXd::Zero(response.size()));
+    response += troubles_.added(
+        random_, [&]() -> Eigen::VectorXd { return Eigen::VectorXd::Zero(response.size()); });
     readings_.row(at_++) = rounded(std::move(response), options_);
   }
 

@@ -94,7 +94,6 @@ SimulatedRun simulate_run(const SensorModel& truth,
   observations.has_block = true;
   observations.response.resize(static_cast<Eigen::Index>(sheet.size()), truth.response.bias.size());
   observations.readings = readings_of(sheet);
-  Eigen::VectorXd along = Eigen::VectorXd::Zero(truth.response.bias.size());  // unless it counts
   for (std::size_t i = 0; i < sheet.size(); ++i) {
     const RunSheetRow& row = sheet[i];
     std::optional<SensorTemperature>& temperature = observations.readings[i].temperature;
@@ -118,16 +117,11 @@ SimulatedRun simulate_run(const SensorModel& truth,
                                    : response_at(truth, field_in_sensor, temperature);
     response +=
         (troubles.gains().array() - 1.0).matrix().cwiseProduct(response - truth.response.bias);
-    if (!options.world.k2.empty() || !options.world.k3.empty()) {
-      response += nonlinear_part(options.world, truth, field_in_sensor);
-    }
+    response += nonlinear_part(options.world, truth, field_in_sensor);
     for (const AlsoResponse& also : truth.also) {
       response += also.sensitivity * (rotation_sensor_from_table * (turned * also.in_table));
     }
-    if (options.world.ends > 0.0) {
-      along = parts_along(truth, field_in_sensor);
-    }
-    response += troubles.added(random, along);
+    response += troubles.added(random, [&] { return parts_along(truth, field_in_sensor); });
     observations.response.row(static_cast<Eigen::Index>(i)) = rounded(std::move(response), options);
   }
   if (!observations.response.allFinite()) {

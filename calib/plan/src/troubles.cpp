@@ -65,15 +65,19 @@ void Troubles::lay() {
   seat_ = rotation_by(world_.seat_rad * cube_.normals<3>());
 }
 
-Eigen::VectorXd Troubles::added(RandomStream& random, const Eigen::VectorXd& along) {
+Eigen::VectorXd Troubles::added(RandomStream& random,
+                                const std::function<Eigen::VectorXd()>& along) {
   Eigen::VectorXd sum = Eigen::VectorXd::Zero(noise_.size());
+  const bool more_at_ends = world_.ends > 0.0;
+  const Eigen::VectorXd parts = more_at_ends ? along() : Eigen::VectorXd();
   for (Eigen::Index k = 0; k < sum.size(); ++k) {
     if (noise_sd_(k) > 0.0) {
       const double fresh = random.normal() * spread();
       noise_(k) =
           at_ == 1 ? fresh : world_.ar * noise_(k) + std::sqrt(1.0 - world_.ar * world_.ar) * fresh;
-      const double more = world_.ends > 0.0 ? world_.ends * world_.ends - 1.0 : 0.0;
-      const double at_ends = std::sqrt(std::max(1.0 + more * along(k) * along(k), 0.0));
+      const double more = world_.ends * world_.ends - 1.0;
+      const double at_ends =
+          more_at_ends ? std::sqrt(std::max(1.0 + more * parts(k) * parts(k), 0.0)) : 1.0;
       sum(k) += noise_sd_(k) * noise_(k) * at_ends;
     }
     if (world_.periodic > 0.0) {
@@ -117,8 +121,11 @@ Eigen::VectorXd nonlinear_part(const World& world,
                                const SensorModel& truth,
                                const Eigen::Vector3d& field) {
   const Eigen::Index m = truth.response.bias.size();
-  const Eigen::VectorXd all_along = parts_along(truth, field);
   Eigen::VectorXd sum = Eigen::VectorXd::Zero(m);
+  if (world.k2.empty() && world.k3.empty()) {
+    return sum;
+  }
+  const Eigen::VectorXd all_along = parts_along(truth, field);
   for (Eigen::Index k = 0; k < m; ++k) {
     const double along = all_along(k);
     const auto of_axis = [&](const std::vector<double>& terms) {

@@ -3,6 +3,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <functional>
 
 #include <Eigen/Core>
 
@@ -38,8 +39,10 @@ class Troubles {
 
   /// What is added to the response.
   /// @param random  of the noise, which a white world takes its numbers from alone.
-  /// @param along   of each axis, the part of the full field that lies along it.
-  [[nodiscard]] Eigen::VectorXd added(RandomStream& random, const Eigen::VectorXd& along);
+  /// @param along   of each axis, the part of the full field that lies along it; asked for where it
+  ///                counts.
+  [[nodiscard]] Eigen::VectorXd added(RandomStream& random,
+                                      const std::function<Eigen::VectorXd()>& along);
 
   [[nodiscard]] const Eigen::VectorXd& bias_of_run() const { return walked_; }
 

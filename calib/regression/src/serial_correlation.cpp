@@ -260,8 +260,6 @@ class PlainFit {
     return root_.row(0).dot(in_basis_.col(response));
   }
 
-  [[nodiscard]] Eigen::Index responses() const { return r_; }
-
   // What models say of the only response's coefficients, from the basis to the design.
   [[nodiscard]] CorrelatedFit in_design(const CorrelatedFit& mean) const {
     CorrelatedFit result = mean;
@@ -484,8 +482,8 @@ CorrelatedFit fit_under_correlation(const Eigen::MatrixXd& design,
 
 double likeness_along(const Eigen::VectorXd& z,
                       const Eigen::MatrixXd& hat_root,
-                      const Eigen::MatrixXd& squares) {
-  return likeness_score(z, hat_root, squares, Eigen::VectorXd::Ones(z.size() - 1));
+                      const Eigen::MatrixXd& hat_squares) {
+  return likeness_score(z, hat_root, hat_squares, Eigen::VectorXd::Ones(z.size() - 1));
 }
 
 CorrelatedFit fit_under_wander(const WanderProblem& problem) {

@@ -2,12 +2,15 @@
 // What readings share, by generalised least squares written out: weigh_shared_errors(), and what
 // make_budget() says of inputs that are only stated.
 #include <Eigen/Dense>
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "axiscal/calib/estimation.hpp"
 #include "axiscal/calib/generalized_fit.hpp"
 #include "axiscal/calib/linearised_run.hpp"
 #include "axiscal/calib/parameter_names.hpp"
 #include "axiscal/calib/uncertainty_sources.hpp"
+#include "axiscal/core/error.hpp"
 #include "axiscal/core/rotation.hpp"
 #include "labelled_set.hpp"
 #include "matchers.hpp"
@@ -133,6 +136,19 @@ TEST(LinearisedRun, HasBasesOfItsColumnsAndTheirRoots) {
       }
     }
   }
+}
+
+// A dead one-sided axis sees nothing of what it could see: that is what must be said of it, not
+// that its sensitivity is open.
+TEST(EstimateKnown, SaysThatAnAxisIsDeadBeforeWhatItLeavesOpen) {
+  const TableField field = test::gravity_in_table(test::sloping_gravity);
+  ReadingSet set = test::labelled_set(test::some_response(), field, standard_design(12), 1e-4, 3);
+  set.field = field;
+  set.response.col(2).setConstant(5.0);
+  set.visible = {AxisMask::Constant(12, 3, true)};
+  set.visible.front().col(2).setConstant(false);
+  EXPECT_THAT([&] { static_cast<void>(estimate_known(set, field)); },
+              testing::ThrowsMessage<RefusedError>(testing::HasSubstr("axis z does not respond")));
 }
 
 TEST(MakeBudget, ScalesWithTheFieldAndTurnsWithTheMount) {

@@ -60,6 +60,8 @@ class LinearisedRun {
     return axis_of(axis).design->basis();
   }
 
+  /// What follows needs full rank (is_determined()).
+
   /// @return P, n x D: an axis's rows of an orthonormal basis of what the axes' own columns leave
   ///         of the shared. With those of all axes the two span J.
   [[nodiscard]] Eigen::MatrixXd shared_basis_of_axis(Eigen::Index axis) const;

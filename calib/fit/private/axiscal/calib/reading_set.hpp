@@ -131,6 +131,12 @@ struct ReadingSet {
   // Whether some axis leaves readings out (weight 0).
   [[nodiscard]] bool leaves_out() const { return (weights.array() == 0.0).any(); }
 
+  // Whether it stays as it is when it has been fitted: no axis comes to see less of it, or to scale
+  // with temperature.
+  [[nodiscard]] bool is_final() const {
+    return temperature.order == 0 && visible.empty() && !leaves_out();
+  }
+
   [[nodiscard]] Eigen::Index size() const { return response.rows(); }
   [[nodiscard]] Eigen::Index axis_count() const { return response.cols(); }
 

@@ -74,11 +74,11 @@ struct CorrelatedFit {
                                                   const Eigen::MatrixX3d& along);
 
 /// As lag_one_score(), of deviations z = B e of the residuals e of a larger fit.
-/// @param hat_root  K, n x q, with K K^T = B J (J^T J)^-1 J^T B^T, J the Jacobian of that fit.
-/// @param squares   K^T K.
+/// @param hat_root     K, n x q, with K K^T = B J (J^T J)^-1 J^T B^T, J the Jacobian of that fit.
+/// @param hat_squares  K^T K.
 [[nodiscard]] double likeness_along(const Eigen::VectorXd& z,
                                     const Eigen::MatrixXd& hat_root,
-                                    const Eigen::MatrixXd& squares);
+                                    const Eigen::MatrixXd& hat_squares);
 
 /// A linear fit in whose residuals each reading may share one cause, of size h_i along one
 /// direction of its m residuals, that wanders from reading to reading.
