@@ -22,8 +22,8 @@ bool names_option(std::string_view word, std::string_view option) {
 OptionSet::OptionSet(CLI::App& app, const std::vector<std::string>& typed, Known known)
     : app_(&app), typed_(&typed), known_(known) {}
 
-bool OptionSet::is_wanted(std::string_view names) const {
-  if (known_ == Known::all || !names.starts_with('-')) {
+bool OptionSet::is_wanted(std::string_view names, Need need) const {
+  if (known_ == Known::all || need == Need::required || !names.starts_with('-')) {
     return true;
   }
   while (!names.empty()) {
@@ -64,10 +64,9 @@ void OptionSet::add(const char* name,
 
 void OptionSet::add(
     const char* name, std::string& value, const char* type, const char* help, Need need) {
-  if (need == Need::optional && !is_wanted(name)) {
-    return;
+  if (is_wanted(name, need)) {
+    finished(*app_->add_option(name, value, help), type).required(need == Need::required);
   }
-  finished(*app_->add_option(name, value, help), type).required(need == Need::required);
 }
 
 void OptionSet::add(const char* name,
@@ -75,10 +74,9 @@ void OptionSet::add(const char* name,
                     const char* type,
                     const char* help,
                     Need need) {
-  if (need == Need::optional && !is_wanted(name)) {
-    return;
+  if (is_wanted(name, need)) {
+    finished(*app_->add_option(name, values, help), type).required(need == Need::required);
   }
-  finished(*app_->add_option(name, values, help), type).required(need == Need::required);
 }
 
 void OptionSet::add_repeated(const char* name,

@@ -62,7 +62,7 @@ class OptionSet {
   CLI::Option& finished(CLI::Option& option, const char* type);
 
   // @param names  as add() takes them: "-o,--output".
-  [[nodiscard]] bool is_wanted(std::string_view names) const;
+  [[nodiscard]] bool is_wanted(std::string_view names, Need need = Need::optional) const;
 
   CLI::App* app_;
   const std::vector<std::string>* typed_;

@@ -6,6 +6,7 @@
 #include <limits>
 #include <map>
 #include <numeric>
+#include <tuple>
 #include <utility>
 
 #include "axiscal/calib/distributions.hpp"
@@ -255,39 +256,23 @@ Estimate summarize(const ReadingSet& set,
 }
 
 std::vector<int> groups_of_readings(const ReadingSet& set) {
-  // By method magnitude readings may have neither point nor field; nothing is grouped there.
-  const bool by_field = set.rotation_sensor_from_table.empty();
-  const bool continuous = set.temperature.order > 0 && set.temperature.soak.empty();
-  // In no order that means anything; readings of one group are equal in it.
-  const auto is_before = [&](std::size_t i, std::size_t j) {
-    const Reading& a = set.readings[i];
-    const Reading& b = set.readings[j];
-    const bool a_has_field = by_field && a.field_in_sensor;
-    const bool b_has_field = by_field && b.field_in_sensor;
-    if (a_has_field != b_has_field) {
-      return b_has_field;
-    }
-    if (!a_has_field && a.point != b.point) {
-      return a.point < b.point;
-    }
-    if (a.level != b.level) {
-      return a.level < b.level;
-    }
-    // No two readings of a continuous temperature repeat each other.
-    const int soak_a = continuous ? static_cast<int>(i) : set.soak_of(i);
-    const int soak_b = continuous ? static_cast<int>(j) : set.soak_of(j);
-    if (soak_a != soak_b) {
-      return soak_a < soak_b;
-    }
-    return a_has_field &&
-           std::lexicographical_compare(a.field_in_sensor->begin(), a.field_in_sensor->end(),
-                                        b.field_in_sensor->begin(), b.field_in_sensor->end());
-  };
-  std::map<std::size_t, int, decltype(is_before)> numbers(is_before);  // by their first reading
+  using Key = std::tuple<std::optional<DesignPoint>, FieldLevel, int, std::vector<double>>;
+  std::map<Key, int> numbers;
   std::vector<int> groups;
   groups.reserve(set.readings.size());
+  const bool continuous = set.temperature.order > 0 && set.temperature.soak.empty();
   for (std::size_t i = 0; i < set.readings.size(); ++i) {
-    groups.push_back(numbers.emplace(i, static_cast<int>(numbers.size())).first->second);
+    const Reading& reading = set.readings[i];
+    // By method magnitude readings may have neither; nothing is grouped there.
+    const bool has_field = set.rotation_sensor_from_table.empty() && reading.field_in_sensor;
+    // No two readings of a continuous temperature repeat each other.
+    const int soak = continuous ? static_cast<int>(i) : set.soak_of(i);
+    Key key{has_field ? std::nullopt : reading.point, reading.level, soak, {}};
+    if (has_field) {
+      std::get<3>(key).assign(reading.field_in_sensor->begin(), reading.field_in_sensor->end());
+    }
+    const auto number = static_cast<int>(numbers.size());
+    groups.push_back(numbers.emplace(std::move(key), number).first->second);
   }
   return groups;
 }

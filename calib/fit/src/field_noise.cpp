@@ -187,19 +187,6 @@ struct AlongField {
   Eigen::MatrixXd hat_squares;  // q x q: K^T K
 };
 
-// The Jacobian along it; n x q.
-Eigen::MatrixXd columns_along(const LinearisedRun& run, const Eigen::MatrixXd& directions) {
-  Eigen::MatrixXd columns = Eigen::MatrixXd::Zero(run.readings(), run.column_count());
-  for (Eigen::Index k = 0; k < run.axes(); ++k) {
-    const Eigen::MatrixXd own = directions.col(k).asDiagonal() * run.columns_of_axis(k);
-    const std::vector<Eigen::Index> places = run.places_of_axis(k);
-    for (Eigen::Index c = 0; c < own.cols(); ++c) {
-      columns.col(places[static_cast<std::size_t>(c)]) += own.col(c);
-    }
-  }
-  return columns;
-}
-
 AlongField along_field(const LinearisedRun& run) {
   AlongField along{.size = run.along_field().rowwise().norm(),
                    .directions = run.along_field(),
@@ -306,7 +293,7 @@ void add_field_wander(const LinearisedRun& run,
   const CorrelatedFit fit =
       fit_under_wander({.information = run.information(),
                         .squares = run.residuals().squaredNorm(),
-                        .along = columns_along(run, along.directions),
+                        .along = run.combined_columns(along.directions),
                         .deviations = along.deviations,
                         .sizes = along.size / size,
                         .places = Eigen::VectorXd::LinSpaced(n, 0.0, static_cast<double>(n - 1)),

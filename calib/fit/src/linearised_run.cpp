@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <numeric>
 #include <utility>
 
 #include "axiscal/calib/distributions.hpp"
@@ -21,6 +20,24 @@ Eigen::VectorXd scatter_of(const ReadingSet& set, const Estimate& estimate) {
     sigma(k) = std::max({sigma(k), set.rounding(k), std::numeric_limits<double>::min()});
   }
   return sigma;
+}
+
+// What combinations of a reading's residuals have of columns of the axes.
+// @param columns_of  of an axis: its own, then the shared, n x (p + D).
+template <typename ColumnsOf>
+Eigen::MatrixXd combined(const LinearisedRun& run,
+                         const Eigen::MatrixXd& by,
+                         const ColumnsOf& columns_of) {
+  Eigen::MatrixXd all(run.readings(), run.column_count());
+  auto shared = all.rightCols(run.shared());
+  shared.setZero();
+  for (Eigen::Index k = 0; k < run.axes(); ++k) {
+    const Eigen::MatrixXd columns = by.col(k).asDiagonal() * columns_of(k);
+    const Eigen::Index own = columns.cols() - run.shared();
+    all.middleCols(run.column_of(k, 0), own) = columns.leftCols(own);
+    shared += columns.rightCols(run.shared());
+  }
+  return all;
 }
 
 }  // namespace
@@ -122,17 +139,17 @@ Eigen::MatrixXd LinearisedRun::shared_basis_of_axis(Eigen::Index axis) const {
   return axis_of(axis).projected * (root_of_shared_ / sigma_(axis));
 }
 
+Eigen::MatrixXd LinearisedRun::combined_columns(const Eigen::MatrixXd& by) const {
+  return combined(*this, by, [&](Eigen::Index k) { return columns_of_axis(k); });
+}
+
 Eigen::MatrixXd LinearisedRun::combined_basis(const Eigen::MatrixXd& by) const {
-  Eigen::MatrixXd B(readings(), column_count());
-  B.rightCols(shared()).setZero();
-  for (Eigen::Index k = 0; k < axes(); ++k) {
+  return combined(*this, by, [&](Eigen::Index k) {
     const Eigen::MatrixXd& Q = basis_of_axis(k);
-    B.middleCols(column_of(k, 0), Q.cols()) = by.col(k).asDiagonal() * Q;
-    if (shared() > 0) {
-      B.rightCols(shared()) += by.col(k).asDiagonal() * shared_basis_of_axis(k);
-    }
-  }
-  return B;
+    Eigen::MatrixXd both(readings(), Q.cols() + shared());
+    both << Q, shared_basis_of_axis(k);
+    return both;
+  });
 }
 
 LinearisedRun::RootOfAxis LinearisedRun::root_of_axis(Eigen::Index axis) const {
@@ -151,19 +168,13 @@ Eigen::MatrixXd LinearisedRun::left_by_own(Eigen::Index axis,
   return columns - Q * (Q.transpose() * columns);
 }
 
-std::vector<Eigen::Index> LinearisedRun::places_of_axis(Eigen::Index axis) const {
-  const Eigen::Index p = set_.column_count();
-  std::vector<Eigen::Index> places(static_cast<std::size_t>(p + shared()));
-  const auto first_of_shared = places.begin() + static_cast<std::ptrdiff_t>(p);
-  std::iota(places.begin(), first_of_shared, column_of(axis, 0));
-  std::iota(first_of_shared, places.end(), first_shared());
-  return places;
-}
-
 Eigen::MatrixXd LinearisedRun::columns() const {
   Eigen::MatrixXd J = Eigen::MatrixXd::Zero(row_count(), column_count());
   for (Eigen::Index k = 0; k < axes(); ++k) {
-    J(rows_of_axis(k), places_of_axis(k)) = columns_of_axis(k);
+    const Eigen::MatrixXd own = columns_of_axis(k);
+    const Eigen::Index p = set_.column_count();
+    J(rows_of_axis(k), Eigen::seqN(p * k, p)) = own.leftCols(p);
+    J(rows_of_axis(k), Eigen::lastN(shared())) = own.rightCols(shared());
   }
   return J;
 }
@@ -184,21 +195,21 @@ Eigen::MatrixXd LinearisedRun::information() const {
 }
 
 Eigen::MatrixXd LinearisedRun::taken_up(const Eigen::MatrixXd& changes) const {
-  if (has_full_rank_) {
-    const Eigen::Index p = set_.column_count();
+  if (has_full_rank_) {  // R K^T changes
     Eigen::MatrixXd x(column_count(), changes.cols());
-    Eigen::MatrixXd gradient = Eigen::MatrixXd::Zero(shared(), changes.cols());
+    Eigen::MatrixXd in_shared = Eigen::MatrixXd::Zero(shared(), changes.cols());
     for (Eigen::Index k = 0; k < axes(); ++k) {
       const Eigen::MatrixXd of_axis = changes(rows_of_axis(k), Eigen::all);
-      const Eigen::MatrixXd T = sigma_(k) * axis_of(k).design->root_of_covariance();
-      x.middleRows(p * k, p) = T * (basis_of_axis(k).transpose() * of_axis);
-      gradient += (axis_of(k).projected.leftCols(shared()) / sigma_(k)).transpose() * of_axis;
+      const Eigen::Index p = set_.column_count();
+      x.middleRows(p * k, p) = basis_of_axis(k).transpose() * of_axis;
+      in_shared += shared_basis_of_axis(k).transpose() * of_axis;
     }
-    const Eigen::MatrixXd step = root_of_shared_ * (root_of_shared_.transpose() * gradient);
-    for (Eigen::Index k = 0; k < axes() && shared() > 0; ++k) {
-      x.middleRows(p * k, p) -= axis_of(k).take_up * step;
+    for (Eigen::Index k = 0; k < axes(); ++k) {
+      auto of_axis = x.middleRows(set_.column_count() * k, set_.column_count());
+      const RootOfAxis root = root_of_axis(k);
+      of_axis = root.own * of_axis + root.shared * in_shared;
     }
-    x.bottomRows(shared()) = step;
+    x.bottomRows(shared()) = root_of_shared_ * in_shared;
     return x;
   }
   // What depends on something else nearly takes up the least that will do.

@@ -59,7 +59,7 @@ struct PlaneFit {
 
 // The differences of one rest face in one block: some of the rows of all.
 struct FaceDifferences {
-  const OppositePair* pair = nullptr;  // the first of them
+  std::vector<const OppositePair*> pairs;
   Eigen::Index first = 0;
   Eigen::Index rows = 0;
   PlaneFit alone;
@@ -79,43 +79,36 @@ Differences differences_by_face(const std::vector<OppositePair>& pairs,
                                 const TableField& field) {
   Differences all;
   std::map<std::pair<int, Face>, std::size_t> place;
-  std::vector<std::size_t> face_of_pair(pairs.size(), pairs.size());
   const Eigen::Index axes = sensitivity.rows();
-  for (std::size_t i = 0; i < pairs.size(); ++i) {
-    const OppositePair& pair = pairs[i];
+  Eigen::Index rows = 0;
+  for (const OppositePair& pair : pairs) {
     if (pair.level.of_all() == 0.0) {
       continue;  // no field, no slope in it
     }
     const auto [found, is_new] =
         place.emplace(std::pair(pair.block, pair.point.rest()), all.faces.size());
     if (is_new) {
-      all.faces.push_back({.pair = &pair});
+      all.faces.emplace_back();
     }
-    face_of_pair[i] = found->second;
-    all.faces[found->second].rows += axes;
-  }
-  Eigen::Index rows = 0;
-  for (FaceDifferences& face : all.faces) {
-    face.first = rows;
-    rows += face.rows;
-    face.rows = 0;  // so far
+    all.faces[found->second].pairs.push_back(&pair);
+    rows += axes;
   }
   all.G.resize(rows, 2);
   all.d.resize(rows);
-  for (std::size_t i = 0; i < pairs.size(); ++i) {
-    if (face_of_pair[i] == pairs.size()) {
-      continue;
+  Eigen::Index at = 0;
+  for (FaceDifferences& face : all.faces) {
+    face.first = at;
+    for (const OppositePair* pair : face.pairs) {
+      const Eigen::VectorXd root = pair->weights.cwiseSqrt();
+      const auto seen = pair->level.of_all() * sensitivity;
+      all.G.middleRows(at, axes) =
+          root.asDiagonal() * seen.lazyProduct(pair->half_rotation.leftCols<2>());
+      all.d.segment(at, axes) = root.cwiseProduct(pair->half_difference -
+                                                  field.vector(pair->levelness).z() *
+                                                      seen.lazyProduct(pair->half_rotation.col(2)));
+      at += axes;
     }
-    const OppositePair& pair = pairs[i];
-    FaceDifferences& face = all.faces[face_of_pair[i]];
-    const Eigen::VectorXd root = pair.weights.cwiseSqrt();
-    const auto seen = pair.level.of_all() * sensitivity;
-    all.G.middleRows(face.first + face.rows, axes) =
-        root.asDiagonal() * seen.lazyProduct(pair.half_rotation.leftCols<2>());
-    all.d.segment(face.first + face.rows, axes) =
-        root.cwiseProduct(pair.half_difference - field.vector(pair.levelness).z() *
-                                                     seen.lazyProduct(pair.half_rotation.col(2)));
-    face.rows += axes;
+    face.rows = at - face.first;
   }
   return all;
 }
@@ -212,7 +205,7 @@ PlaneFits fit_planes(const Differences& differences, const FacesByLevel& levels)
 double block_p_value(const ReadingSet& set, const Differences& differences, const PlaneFit& all) {
   std::map<int, Faces> by_block;
   for (const FaceDifferences& face : differences.faces) {
-    by_block[face.pair->block].push_back(&face);
+    by_block[face.pairs.front()->block].push_back(&face);
   }
   FacesByLevel blocks;
   for (auto& [number, members] : by_block) {
@@ -338,7 +331,7 @@ std::optional<Levelness> estimate_levelness(const ReadingSet& set,
     face.alone = fit_plane(differences.G.middleRows(face.first, face.rows),
                            differences.d.segment(face.first, face.rows), smallest_pivot_of_a_face);
     faces.push_back(&face);
-    levels[face.pair->levelness].push_back(&face);
+    levels[face.pairs.front()->levelness].push_back(&face);
   }
   const PlaneFits planes = fit_planes(differences, levels);
   const PlaneFit all = levels.size() == 1 ? planes.fits.front() : fit_plane(differences, faces);
@@ -348,8 +341,8 @@ std::optional<Levelness> estimate_levelness(const ReadingSet& set,
   Levelness levelness;
   for (const FaceDifferences* face : faces) {
     if (face->alone.determined) {
-      levelness.estimates.push_back({.point = face->pair->point,
-                                     .block = face->pair->block,
+      levelness.estimates.push_back({.point = face->pairs.front()->point,
+                                     .block = face->pairs.front()->block,
                                      .x = face->alone.f.x() / F,
                                      .y = face->alone.f.y() / F});
     }

@@ -165,15 +165,6 @@ VarianceShares Inheritance::all(const Eigen::RowVectorXd& gradient,
   return own;
 }
 
-CombinedUncertainty Inheritance::propagate(const Eigen::RowVectorXd& gradient,
-                                           VarianceShares& shares) const {
-  std::vector<double> by_source;
-  shares = all(gradient, by_source);
-  CombinedUncertainty result = combine(shares);
-  result.by_source = std::move(by_source);
-  return result;
-}
-
 VarianceShares& VarianceShares::operator+=(const VarianceShares& more) {
   axes.insert(axes.end(), more.axes.begin(), more.axes.end());
   components.insert(components.end(), more.components.begin(), more.components.end());
@@ -244,8 +235,14 @@ VarianceShares scatter_shares(const Calibration& calibration, const Eigen::RowVe
 CombinedUncertainty propagate(const Calibration& calibration,
                               const Eigen::RowVectorXd& gradient,
                               VarianceShares* shares) {
-  VarianceShares own;
-  return Inheritance(calibration).propagate(gradient, shares != nullptr ? *shares : own);
+  std::vector<double> by_source;
+  VarianceShares inherited = Inheritance(calibration).all(gradient, by_source);
+  CombinedUncertainty result = combine(inherited);
+  result.by_source = std::move(by_source);
+  if (shares != nullptr) {
+    *shares = std::move(inherited);
+  }
+  return result;
 }
 
 Eigen::MatrixXd parameter_covariance(const Calibration& calibration) {

@@ -43,10 +43,12 @@ class LinearisedRun {
   [[nodiscard]] Eigen::Index column_count() const { return x_.size(); }
   [[nodiscard]] Eigen::Index row_count() const { return r_.size(); }
 
-  /// @return the rows of an axis in the columns that it has, its own and the shared, n x (p + D);
-  ///         and which of all columns those are.
+  /// @return the rows of an axis in the columns that it has, its own and the shared, n x (p + D).
   [[nodiscard]] Eigen::MatrixXd columns_of_axis(Eigen::Index axis) const;
-  [[nodiscard]] std::vector<Eigen::Index> places_of_axis(Eigen::Index axis) const;
+
+  /// @param by  n x m: how each reading's residuals are combined, z_i = sum_k by_ik r_ik.
+  /// @return J of such combinations, n x q.
+  [[nodiscard]] Eigen::MatrixXd combined_columns(const Eigen::MatrixXd& by) const;
 
   /// @return the shared among them alone, n x D.
   [[nodiscard]] Eigen::MatrixXd shared_columns_of_axis(Eigen::Index axis) const;
@@ -66,7 +68,7 @@ class LinearisedRun {
   ///         of the shared. With those of all axes the two span J.
   [[nodiscard]] Eigen::MatrixXd shared_basis_of_axis(Eigen::Index axis) const;
 
-  /// @param by  n x m: how each reading's residuals are combined, z_i = sum_k by_ik r_ik.
+  /// @param by  as combined_columns().
   /// @return B, n x q, with B B^T what the fit takes of such combinations: of each axis's basis
   ///         and of the shared.
   [[nodiscard]] Eigen::MatrixXd combined_basis(const Eigen::MatrixXd& by) const;

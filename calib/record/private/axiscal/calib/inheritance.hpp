@@ -25,11 +25,6 @@ class Inheritance {
   [[nodiscard]] VarianceShares all(const Eigen::RowVectorXd& gradient,
                                    std::vector<double>& by_source) const;
 
-  /// As propagate().
-  /// @param shares  set to the same as variances.
-  [[nodiscard]] CombinedUncertainty propagate(const Eigen::RowVectorXd& gradient,
-                                              VarianceShares& shares) const;
-
  private:
   [[nodiscard]] const FitStatistics& statistics() const { return *calibration_.fit.statistics; }
 
