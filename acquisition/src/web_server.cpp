@@ -341,8 +341,9 @@ class WebServer::Listener {
       acceptor_.set_option(Tcp::acceptor::reuse_address(true), failed);
       acceptor_.bind(endpoint, failed);
       if (!failed) {
-        constexpr int waiting = 256;
-        acceptor_.listen(waiting, failed);
+        // As many as the system lets wait: where a crowd fills the queue, the system drops a user's
+        // first packet, which comes again a second later.
+        acceptor_.listen(Tcp::acceptor::max_listen_connections, failed);
       }
       if (!failed) {
         return;
