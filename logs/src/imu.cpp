@@ -121,6 +121,7 @@ double spread_of(const Eigen::MatrixX3d& ups) {
 struct RestQuality {
   double scatter = std::numeric_limits<double>::infinity();
   double spread = 1.0;
+  std::optional<Eigen::Matrix3d> inverse;  // of the gyroscope, from those turns
 
   [[nodiscard]] double error() const { return scatter * spread; }
 };
@@ -134,23 +135,25 @@ RestQuality quality_of(const Segmentation& rests,
   const Eigen::MatrixX3d ups = fields_by(fit.response, means);
   const double spread = spread_of(ups.rowwise().normalized());
   if (options.gyroscope.empty()) {
-    return {.scatter = fit.residual_sd, .spread = spread};
+    return {.scatter = fit.residual_sd, .spread = spread, .inverse = {}};
   }
   const RestFit still = fit_rests(means_of(rests, options.gyroscope), ups);
   const TurnFit turns = fit_turns(source.turns(rests, all_rests(rests), ups), still, turn_options);
   turn_options.start = turns.inverse;  // the next one starts there
-  return {.scatter = turns.residual_sd_rad, .spread = spread};
+  return {.scatter = turns.residual_sd_rad, .spread = spread, .inverse = turns.inverse};
 }
 
 // The threshold whose rests serve best, of those that have not many fewer rests than the persistent
 // one.
 //
-// @param notes  is told what was left out for it.
+// @param notes    is told what was left out for it.
+// @param inverse  what its turns say of the gyroscope.
 std::size_t best_by_scatter(const RecordedLog& log,
                             const ImuOptions& options,
                             const std::vector<IntervalSet>& sets,
                             Segmentation rests,
-                            std::vector<std::string>& notes) {
+                            std::vector<std::string>& notes,
+                            std::optional<Eigen::Matrix3d>& inverse) {
   const std::size_t persistent = most_persistent(sets);
   const double usual = static_cast<double>(sets[persistent].intervals.size());
   std::vector<std::size_t> candidates;
@@ -186,6 +189,7 @@ std::size_t best_by_scatter(const RecordedLog& log,
       best = candidates[c];
     }
   }
+  inverse = least.inverse;
   const std::size_t kept = sets[best].intervals.size();
   if (kept < sets[persistent].intervals.size()) {
     notes.push_back(formatted(
@@ -286,7 +290,8 @@ class ImuCalibrator {
                 [&](const std::vector<IntervalSet>& sets, const Segmentation& so_far) {
                   return options_.seats != Seats::unknown  // six directions fit any magnitude
                              ? most_persistent(sets)
-                             : best_by_scatter(log_, options_, sets, so_far, result_.notes);
+                             : best_by_scatter(log_, options_, sets, so_far, result_.notes,
+                                               gyroscope_inverse_);
                 });
     accelerations_ = means_of(result_.rests, options_.accelerometer);
   }
@@ -383,6 +388,9 @@ class ImuCalibrator {
       }
     }
     TurnFitOptions turn_options = options_.turns;
+    if (gyroscope_inverse_) {
+      turn_options.start = gyroscope_inverse_;
+    }
     take_out_earth(options_.experiment.table.site, turns, turn_options);
     result_.turns = fit_turns(turns, rests, turn_options);
     Calibration record = turn_calibration(*result_.turns,
@@ -452,7 +460,8 @@ class ImuCalibrator {
   const RecordedLog& log_;
   const ImuOptions& options_;
   ImuCalibration result_;
-  Eigen::MatrixX3d accelerations_;  // means of the rests
+  std::optional<Eigen::Matrix3d> gyroscope_inverse_;  // by the turns that chose the rests
+  Eigen::MatrixX3d accelerations_;                    // means of the rests
 };
 
 }  // namespace

@@ -205,11 +205,24 @@ class TurnWeighing {
     return by_units;
   }
 
+  // K of a unit: what errors of the rests, three each, make of its rows.
+  [[nodiscard]] Eigen::MatrixXd errors_at_rests_of(
+      const std::pair<Eigen::Index, Eigen::Index>& unit) const {
+    const auto& [first, count] = unit;
+    Eigen::MatrixXd at_rests = Eigen::MatrixXd::Zero(rows_, rows_ + 3);
+    for (Eigen::Index t = 0; t < count; ++t) {
+      const auto i = static_cast<std::size_t>(first + t);
+      const Eigen::Matrix3d rows = informative_rows(system_.turns[i]);
+      at_rests.block<3, 3>(3 * t, 3 * t) = rows;
+      at_rests.block<3, 3>(3 * t, 3 * (t + 1)) = -rows * system_.rotations[i];
+    }
+    return at_rests;
+  }
+
   // Errors of the turns, D, and of the rests, K, which are before one turn and after another. In
   // the eigenvectors of D^-1 K K^T D^-1 both covariances of a unit are diagonal, whatever their
-  // size: its rows are units of their own.
+  // size: its rows are units of their own. Where the rests have none D^-1 is all that is needed.
   void put_scatter(bool by_rests) {
-    const Eigen::Index turns = rows_ / 3;
     const Eigen::Index informative = (problem_.W.rowwise().squaredNorm().array() > 0.0).count();
     constexpr Eigen::Index fewest = 18;  // degrees of freedom that tell two variances
     by_rests = by_rests && informative - (to_parameters_.cols() - problem_.prior) >= fewest;
@@ -218,31 +231,33 @@ class TurnWeighing {
     for (std::size_t u = 0; u < units_.size(); ++u) {
       std::vector<Eigen::Index> said;                          // rows that say something
       Eigen::VectorXd per_own = Eigen::VectorXd::Zero(rows_);  // D^-1
-      Eigen::MatrixXd at_rests = Eigen::MatrixXd::Zero(rows_, 3 * (turns + 1));
       for (Eigen::Index t = 0; t < units_[u].second; ++t) {
         const auto i = static_cast<std::size_t>(units_[u].first + t);
-        const Eigen::Matrix3d rows = informative_rows(system_.turns[i]);
-        const Eigen::Vector3d says = rows.rowwise().norm();
+        const Eigen::Vector3d says = informative_rows(system_.turns[i]).rowwise().norm();
         for (Eigen::Index k = 0; k < 3; ++k) {
           if (says(k) > 0.0) {
             per_own(3 * t + k) = 1.0 / says(k);
             said.push_back(3 * t + k);
           }
         }
-        at_rests.block<3, 3>(3 * t, 3 * t) = rows;
-        at_rests.block<3, 3>(3 * t, 3 * (t + 1)) = -rows * system_.rotations[i];
       }
       const auto count = static_cast<Eigen::Index>(said.size());
-      const Eigen::MatrixXd relative = (per_own.asDiagonal() * at_rests)(said, Eigen::all);
-      const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(relative * relative.transpose());
       Eigen::MatrixXd& to_apart = to_apart_.emplace_back(Eigen::MatrixXd::Zero(rows_, rows_));
+      problem_.roots[0].middleRows(first_row(u), count).setOnes();
+      if (!by_rests) {
+        for (Eigen::Index row = 0; row < count; ++row) {
+          const Eigen::Index from = said[static_cast<std::size_t>(row)];
+          to_apart(row, from) = per_own(from);
+        }
+        continue;
+      }
+      const Eigen::MatrixXd relative =
+          (per_own.asDiagonal() * errors_at_rests_of(units_[u]))(said, Eigen::all);
+      const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(relative * relative.transpose());
       to_apart.topRows(count)(Eigen::all, said) = eigen.eigenvectors().transpose();
       to_apart *= per_own.asDiagonal();
-      problem_.roots[0].middleRows(first_row(u), count).setOnes();
-      if (by_rests) {
-        problem_.roots[1].middleRows(first_row(u), count) =
-            eigen.eigenvalues().cwiseMax(0.0).cwiseSqrt();
-      }
+      problem_.roots[1].middleRows(first_row(u), count) =
+          eigen.eigenvalues().cwiseMax(0.0).cwiseSqrt();
     }
     problem_.W = apart(std::move(problem_.W));
     const Eigen::VectorXd y = problem_.y;

@@ -52,19 +52,22 @@ class TurnSet {
   }
 
   struct State {
-    Eigen::VectorXd residuals;  // 3 for each turn
-    Eigen::MatrixXd jacobian;   // 3 n x 12: B row by row, then the bias
+    Eigen::VectorXd residuals;               // 3 for each turn
+    Eigen::MatrixXd jacobian;                // 3 n x 12: B row by row, then the bias
+    std::vector<Eigen::Matrix3d> rotations;  // R(T) of each, the Earth's rotation taken out
     [[nodiscard]] double cost() const { return residuals.squaredNorm(); }
   };
 
   [[nodiscard]] State at(const Eigen::Matrix3d& B) const {
     const std::vector<IntegratedTurn> turns = integrated(B);
     const auto n = static_cast<Eigen::Index>(turns_.size());
-    State state{.residuals = Eigen::VectorXd(3 * n), .jacobian = Eigen::MatrixXd(3 * n, 12)};
+    State state{.residuals = Eigen::VectorXd(3 * n),
+                .jacobian = Eigen::MatrixXd(3 * n, 12),
+                .rotations = {}};
     for (Eigen::Index i = 0; i < n; ++i) {
       const auto t = static_cast<std::size_t>(i);
       const GyroscopeTurn& turn = turns_[t];
-      const Eigen::Matrix3d R = earth_[t] * rotation_of(turns[t]);
+      const Eigen::Matrix3d& R = state.rotations.emplace_back(earth_[t] * rotation_of(turns[t]));
       Eigen::Matrix<double, 3, 12> turned;  // what R turns by
       for (Eigen::Index row = 0; row < 3; ++row) {
         for (Eigen::Index pq = 0; pq < 9; ++pq) {
@@ -90,15 +93,6 @@ class TurnSet {
       }
     }
     return state;
-  }
-
-  // R(T) of each turn, the Earth's rotation taken out.
-  [[nodiscard]] std::vector<Eigen::Matrix3d> rotations(const Eigen::Matrix3d& B) const {
-    std::vector<Eigen::Matrix3d> all;
-    for (const IntegratedTurn& turn : integrated(B)) {
-      all.emplace_back(earth_[all.size()] * rotation_of(turn));
-    }
-    return all;
   }
 
  private:
@@ -411,7 +405,7 @@ TurnFit fit_turns(std::span<const GyroscopeTurn> turns,
         {.turns = turns,
          .residuals = found.state.residuals,
          .jacobian = found.state.jacobian * by_parameters,
-         .rotations = found.set->rotations(found.B),
+         .rotations = found.state.rotations,
          .sampling = options.whole_budget ? HalvedTurns(turns).errors(found) : Eigen::VectorXd()},
         rests, options, fit.residual_sd_rad);
     const Eigen::Matrix<double, 12, 1> step = by_parameters * weighed.step;
@@ -500,7 +494,7 @@ Calibration turn_calibration(const TurnFit& fit,
 
 std::vector<Eigen::Matrix3d> integrated_rotations(std::span<const GyroscopeTurn> turns,
                                                   const TurnFit& fit) {
-  return TurnSet(turns, fit.response.bias).rotations(fit.inverse);
+  return TurnSet(turns, fit.response.bias).at(fit.inverse).rotations;
 }
 
 }  // namespace axiscal

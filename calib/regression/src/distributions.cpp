@@ -142,8 +142,9 @@ namespace {
 
 // I_x(a, b) where a and b are halves of whole numbers, as a sum that ends: from I_x(a_0, b_0) of
 // the least ones up in b, where terms are added, then in a, where they are taken off and cost as
-// many digits as the result is below 1.
-// Source: Abramowitz & Stegun, Handbook of Mathematical Functions (1964), 26.5.16, 26.6.4-26.6.8.
+// many digits as the result is below 1. What is small is a series of positive terms instead.
+// Source: Abramowitz & Stegun, Handbook of Mathematical Functions (1964), 26.5.4, 26.5.16,
+// 26.6.4-26.6.8.
 double incomplete_beta(double x, double twice_a, double twice_b) {
   const double y = 1.0 - x;
   const bool half_a = std::fmod(twice_a, 2.0) == 1.0;
@@ -169,7 +170,18 @@ double incomplete_beta(double x, double twice_a, double twice_b) {
     value -= power / a;
     power *= x * (a + b) / a;
   }
-  return value;
+  constexpr double loses_no_digits = 0.01;
+  if (value > loses_no_digits) {
+    return value;
+  }
+  constexpr double last_digit = 1e-17;
+  double term = 1.0 / a;
+  double sum = term;
+  for (double k = 0.0; term > last_digit * sum; k += 1.0) {
+    term *= x * (a + b + k) / (a + 1.0 + k);
+    sum += term;
+  }
+  return power * sum;
 }
 
 }  // namespace
@@ -187,12 +199,7 @@ double f_upper_p(double f, double numerator, double denominator) {
   constexpr double few_terms = 60.0;
   if (numerator + denominator <= few_terms && std::floor(numerator) == numerator &&
       std::floor(denominator) == denominator) {
-    constexpr double loses_no_digits = 0.01;
-    const double p =
-        incomplete_beta(denominator / (denominator + numerator * f), denominator, numerator);
-    if (p > loses_no_digits) {
-      return p;
-    }
+    return incomplete_beta(denominator / (denominator + numerator * f), denominator, numerator);
   }
   const FisherF distribution(numerator, denominator);
   return boost::math::cdf(boost::math::complement(distribution, f));

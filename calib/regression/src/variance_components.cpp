@@ -57,10 +57,14 @@ constexpr int few_roots = 12;
 using AnySize = UnitSize<Eigen::Dynamic, Eigen::Dynamic, Eigen::Dynamic, Eigen::Dynamic>;
 using SmallSize = UnitSize<Eigen::Dynamic, Eigen::Dynamic, few_rows, few_roots>;
 using TriadSize = UnitSize<3, 6, 3, 6>;  // three axes, each with its noise, on a seat
+struct RowSize {};                       // rows on their own, which go all at once
 
 // What is done with units of so many rows and roots.
 template <typename Act>
 auto at_size(Eigen::Index rows, Eigen::Index roots, const Act& act) {
+  if (rows == 1) {
+    return act(RowSize());
+  }
   if (rows == TriadSize::rows && roots == TriadSize::roots) {
     return act(TriadSize());
   }
@@ -85,6 +89,12 @@ class Likelihood {
     roots_.resize(problem.y.size(), size);
     for (std::size_t q = 0; q < problem.roots.size(); ++q) {
       roots_.middleCols(first_root_[q], problem.roots[q].cols()) = problem.roots[q];
+    }
+    if (problem.rows == 1) {
+      squares_.resize(problem.y.size(), static_cast<Eigen::Index>(problem.roots.size()));
+      for (std::size_t q = 0; q < problem.roots.size(); ++q) {
+        squares_.col(static_cast<Eigen::Index>(q)) = problem.roots[q].rowwise().squaredNorm();
+      }
     }
   }
 
@@ -111,7 +121,7 @@ class Likelihood {
     const Eigen::Index m = problem_.rows;
     const Eigen::Index c = columns_.count;
     Solved solved{.inverses = Eigen::MatrixXd(problem_.y.size(), m)};
-    weigh_units<Size>(theta, solved);
+    weigh_units(Size(), theta, solved);
     Eigen::MatrixXd normal = Eigen::MatrixXd::Zero(c, c);
     Eigen::VectorXd right = Eigen::VectorXd::Zero(c);
     for (std::size_t p = 0; p < columns_.pieces.size(); ++p) {
@@ -134,10 +144,7 @@ class Likelihood {
       const Eigen::VectorXd estimate = solved.estimate(piece.columns);
       const Eigen::VectorXd left =
           problem_.y.segment(piece.first, piece.W.rows()) - piece.W * estimate;
-      for (Eigen::Index row = 0; row < left.size(); row += m) {
-        solved.left.segment(piece.first + row, m) =
-            Size::product(solved.inverses.middleRows(piece.first + row, m), left.segment(row, m));
-      }
+      weigh_left(Size(), piece.first, left, solved);
     }
     solved.squares = problem_.y.dot(solved.left);
     return solved;
@@ -154,7 +161,7 @@ class Likelihood {
     }
     round.B.assign(problem_.roots.size(), Eigen::MatrixXd::Zero(c, c));
     for (std::size_t p = 0; p < columns_.pieces.size(); ++p) {
-      add_piece<Size>(columns_.pieces[p], round.U[p], round);
+      add_piece(Size(), columns_.pieces[p], round.U[p], round);
     }
     std::vector<Eigen::MatrixXd> CB;
     for (const Eigen::MatrixXd& B : round.B) {
@@ -180,7 +187,7 @@ class Likelihood {
   // The inverse of each unit's covariance, and what it makes of W; rows that are left out are on
   // their own.
   template <typename Size>
-  void weigh_units(const Eigen::VectorXd& theta, Solved& solved) const {
+  void weigh_units(Size /*size*/, const Eigen::VectorXd& theta, Solved& solved) const {
     const Eigen::Index m = problem_.rows;
     Eigen::RowVectorXd of_roots(roots_.cols());
     for (std::size_t q = 0; q + 1 < first_root_.size(); ++q) {
@@ -203,13 +210,41 @@ class Likelihood {
     }
   }
 
+  void weigh_units(RowSize /*size*/, const Eigen::VectorXd& theta, Solved& solved) const {
+    const Eigen::ArrayXd V = squares_ * theta;
+    solved.inverses = (V > 0.0).select(V, 1.0).inverse();
+    for (const ColumnPiece& piece : columns_.pieces) {
+      solved.U.emplace_back(
+          solved.inverses.middleRows(piece.first, piece.W.rows()).col(0).asDiagonal() * piece.W);
+    }
+  }
+
+  // V^-1 of what is left of a piece's rows.
+  template <typename Size>
+  void weigh_left(Size /*size*/,
+                  Eigen::Index first,
+                  const Eigen::VectorXd& left,
+                  Solved& solved) const {
+    const Eigen::Index m = problem_.rows;
+    for (Eigen::Index row = 0; row < left.size(); row += m) {
+      solved.left.segment(first + row, m) =
+          Size::product(solved.inverses.middleRows(first + row, m), left.segment(row, m));
+    }
+  }
+
+  static void weigh_left(RowSize /*size*/,
+                         Eigen::Index first,
+                         const Eigen::VectorXd& left,
+                         Solved& solved) {
+    solved.left.segment(first, left.size()) =
+        solved.inverses.middleRows(first, left.size()).cwiseProduct(left);
+  }
+
   // Up to three rows in closed form.
   template <typename Square>
   [[nodiscard]] static Square inverse_of(const Square& V) {
     if constexpr (Square::RowsAtCompileTime == Eigen::Dynamic) {
       switch (V.rows()) {
-        case 1:
-          return V.cwiseInverse();
         case 2:
           return Eigen::Matrix2d(V).inverse();
         case 3:
@@ -224,7 +259,10 @@ class Likelihood {
   // What the units of a piece add to A, g and B.
   // @param U  V^-1 W of it.
   template <typename Size>
-  void add_piece(const ColumnPiece& piece, const Eigen::MatrixXd& U, Round& round) const {
+  void add_piece(Size /*size*/,
+                 const ColumnPiece& piece,
+                 const Eigen::MatrixXd& U,
+                 Round& round) const {
     const Eigen::Index m = problem_.rows;
     const std::size_t count = problem_.roots.size();
     const Eigen::MatrixXd C = round.covariance(piece.columns, piece.columns);
@@ -266,9 +304,28 @@ class Likelihood {
     }
   }
 
+  // Of one row k_q^T k_q, in squares_, is all that counts of its roots.
+  void add_piece(RowSize /*size*/,
+                 const ColumnPiece& piece,
+                 const Eigen::MatrixXd& U,
+                 Round& round) const {
+    const Eigen::MatrixXd C = round.covariance(piece.columns, piece.columns);
+    const auto squares = squares_.middleRows(piece.first, U.rows());
+    const Eigen::ArrayXd V = round.inverses.middleRows(piece.first, U.rows());
+    const Eigen::ArrayXd UCU = (U * C).cwiseProduct(U).rowwise().sum();
+    const Eigen::VectorXd weight = V * (V - 2.0 * UCU);
+    round.A += squares.transpose() * weight.asDiagonal() * squares;
+    round.g += squares.transpose() * round.left.segment(piece.first, U.rows()).cwiseAbs2();
+    for (std::size_t q = 0; q < round.B.size(); ++q) {
+      round.B[q](piece.columns, piece.columns) +=
+          U.transpose() * squares.col(static_cast<Eigen::Index>(q)).asDiagonal() * U;
+    }
+  }
+
   const VarianceProblem& problem_;
   PiecewiseColumns columns_;
   Eigen::MatrixXd roots_;                 // n m x r: those of all components side by side
+  Eigen::MatrixXd squares_;               // of single rows, n x q: each component's for theta 1
   std::vector<Eigen::Index> first_root_;  // of each component, and behind the last
 };
 

@@ -27,6 +27,12 @@ TEST(Distributions, AgreeWithTables) {
   EXPECT_NEAR(f_upper_p(1.2, 5.0, 4.0), 0.44229039814613197, 1e-13);
   EXPECT_NEAR(f_upper_p(0.02, 1.0, 3.0), 0.8964997142840404, 1e-13);
   EXPECT_NEAR(f_upper_p(30.0, 3.0, 9.0) / 5.125271709427028e-05, 1.0, 1e-12);
+  // What is small, to its last digits (mpmath.betainc).
+  EXPECT_NEAR(f_upper_p(60.0, 1.0, 22.0) / 1.0043964640103082e-07, 1.0, 1e-14);
+  EXPECT_NEAR(f_upper_p(3e3, 24.0, 5.0) / 6.9906414083477858e-09, 1.0, 1e-14);
+  EXPECT_NEAR(f_upper_p(5.8, 29.0, 10.0) / 2.9342302976548927e-03, 1.0, 1e-14);
+  EXPECT_NEAR(f_upper_p(7e3, 59.0, 1.0) / 9.4959929431436680e-03, 1.0, 1e-14);
+  EXPECT_EQ(f_upper_p(1e308, 3.0, 9.0), 0.0);
   EXPECT_NEAR(f_upper_p(1.1, 1.0, 80.0), 0.2974243171780877, 1e-13);
   EXPECT_NEAR(chi_squared_upper_p(9.4877, 4.0), 0.05, 1e-6);
   EXPECT_NEAR(chi_squared_upper_p(200.0, 6.0) / (5101.0 * std::exp(-100.0)), 1.0, 1e-12);

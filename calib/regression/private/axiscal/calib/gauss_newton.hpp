@@ -79,6 +79,9 @@ template <GaussNewtonProblem Problem>
 [[nodiscard]] GaussNewtonResult<typename Problem::State> gauss_newton(
     const Problem& problem, typename Problem::State start, const GaussNewtonOptions& options = {}) {
   constexpr double rounding = 1e-12;  // of a cost: it must not stop the last steps
+  // Of a cost: what a step must promise to be tried shorter. That is some 1e-5 of what the solution
+  // is uncertain by.
+  constexpr double worth_another_try = 1e-10;
   constexpr double no_damping_below = 1e-9;
   constexpr double least_damping = 1e-6;
   GaussNewtonResult<typename Problem::State> result{.state = std::move(start)};
@@ -107,6 +110,8 @@ template <GaussNewtonProblem Problem>
         last_length = length;
         result.state = std::move(next);
         damping = damping > no_damping_below ? damping / 10.0 : 0.0;
+      } else if ((linear.jacobian * step).squaredNorm() < worth_another_try * cost) {
+        break;
       } else {
         damping = std::max(10.0 * damping, least_damping);
       }
