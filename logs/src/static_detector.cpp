@@ -194,6 +194,13 @@ class StaticDetector::Stream {
     }
   };
 
+  static constexpr std::size_t stretch = 64;
+  struct Extremes {
+    double quietest = 0.0;
+    double loudest = 0.0;
+    double motion = 0.0;
+  };
+
   [[nodiscard]] std::size_t half() const { return options_.window / 2; }
 
   // Takes the samples emitted_ .. to - 1 of the buffer, then drops what no window needs.
@@ -213,6 +220,7 @@ class StaticDetector::Stream {
     if (quietest < infinite && !options_.threshold) {
       need_detectors(quietest, loudest);
     }
+    survey(to);
     for (auto& [level, detector] : detectors_) {
       follow(detector, to);
     }
@@ -310,14 +318,59 @@ class StaticDetector::Stream {
     }
   }
 
-  void follow(Detector& detector, std::size_t to) {
-    std::size_t i = emitted_;
-    while (i < to) {
-      const bool still = loudness_[i] < detector.threshold;
-      std::size_t end = i + 1;
-      while (end < to && (loudness_[end] < detector.threshold) == still) {
-        ++end;
+  // What the detectors, a dozen or more, need of the block: the extremes of each stretch, and the
+  // sums of the motion before each sample (where it is infinite nothing is still).
+  void survey(std::size_t to) {
+    stretches_.clear();
+    motion_before_.resize(to + 1);
+    motion_before_[emitted_] = 0.0;
+    for (std::size_t i = emitted_; i < to; ++i) {
+      if ((i - emitted_) % stretch == 0) {
+        stretches_.push_back({.quietest = loudness_[i], .loudest = loudness_[i], .motion = 0.0});
       }
+      Extremes& extremes = stretches_.back();
+      extremes.quietest = std::min(extremes.quietest, loudness_[i]);
+      extremes.loudest = std::max(extremes.loudest, loudness_[i]);
+      extremes.motion = std::max(extremes.motion, motion_[i]);
+      motion_before_[i + 1] = motion_before_[i] + (motion_[i] < infinite ? motion_[i] : 0.0);
+    }
+  }
+
+  // The first sample from `i` on that is not as still as said, or else the block's end.
+  [[nodiscard]] std::size_t end_of_state(std::size_t i,
+                                         std::size_t to,
+                                         double threshold,
+                                         bool still) const {
+    while (i < to) {
+      const Extremes& extremes = stretches_[(i - emitted_) / stretch];
+      const std::size_t end = std::min(to, i + stretch - (i - emitted_) % stretch);
+      if (still ? extremes.loudest < threshold : extremes.quietest >= threshold) {
+        i = end;
+        continue;
+      }
+      for (; i < end; ++i) {
+        if ((loudness_[i] < threshold) != still) {
+          return i;
+        }
+      }
+    }
+    return to;
+  }
+
+  [[nodiscard]] double largest_motion(std::size_t begin, std::size_t end) const {
+    double largest = 0.0;
+    for (std::size_t i = begin; i < end;) {
+      const bool whole = (i - emitted_) % stretch == 0 && i + stretch <= end;
+      largest = std::max(largest, whole ? stretches_[(i - emitted_) / stretch].motion : motion_[i]);
+      i += whole ? stretch : 1;
+    }
+    return largest;
+  }
+
+  void follow(Detector& detector, std::size_t to) {
+    for (std::size_t i = emitted_; i < to;) {
+      const bool still = loudness_[i] < detector.threshold;
+      const std::size_t end = end_of_state(i + 1, to, detector.threshold, still);
       if (still) {
         extend(detector, i, end);
       } else {
@@ -356,10 +409,8 @@ class StaticDetector::Stream {
       }
       run.last[c] = samples_[c][end - 1];
     }
-    for (std::size_t i = begin; i < end; ++i) {
-      run.motion += motion_[i];
-      run.loudest = std::max(run.loudest, motion_[i]);
-    }
+    run.motion += motion_before_[end] - motion_before_[begin];
+    run.loudest = std::max(run.loudest, largest_motion(begin, end));
     run.end = base_ + end;
     run.end_s = time_s_[end - 1];
   }
@@ -391,6 +442,8 @@ class StaticDetector::Stream {
   LogBlock samples_;
   std::vector<Prefix> prefixes_;
   std::vector<double> motion_, loudness_, forward_, backward_;
+  std::vector<Extremes> stretches_;
+  std::vector<double> motion_before_;
   std::map<int, Detector> detectors_;  // for each level, whose threshold is 2^(level / 2)
   Detector everything_;
 };
