@@ -2,6 +2,7 @@
 #include "web_server.hpp"
 
 #ifdef AXISCAL_WEB
+#include <algorithm>
 #include <array>
 #include <chrono>
 #include <optional>
@@ -342,8 +343,9 @@ class WebServer::Listener {
       acceptor_.bind(endpoint, failed);
       if (!failed) {
         // As many as the system lets wait: where a crowd fills the queue, the system drops a user's
-        // first packet, which comes again a second later.
-        acceptor_.listen(Tcp::acceptor::max_listen_connections, failed);
+        // first packet, which comes again a second later. Some systems' own constant is small.
+        constexpr int at_least = 256;
+        acceptor_.listen(std::max<int>(at_least, Tcp::acceptor::max_listen_connections), failed);
       }
       if (!failed) {
         return;

@@ -388,7 +388,8 @@ class ImuCalibrator {
       }
     }
     TurnFitOptions turn_options = options_.turns;
-    if (gyroscope_inverse_) {
+    // Those turns had the accelerometer's own axes; a record's may lie otherwise.
+    if (gyroscope_inverse_ && !options_.known_accelerometer && !turn_options.start) {
       turn_options.start = gyroscope_inverse_;
     }
     take_out_earth(options_.experiment.table.site, turns, turn_options);

@@ -91,6 +91,31 @@ TEST(GaussNewton, DampsStepsThatMakeItWorse) {
   EXPECT_NEAR((found.state - Eigen::Vector2d::Ones()).norm(), 0.0, 1e-12);
 }
 
+// r = e^x - 1: from afar a step goes nowhere near as far as it promises, and what a damped one
+// promises counts, not what it changes.
+struct Exponential {
+  using State = double;
+  using Linear = Linearised;
+
+  static void linearise(double x, Linear& linear) {
+    linear.residuals = Eigen::VectorXd::Constant(1, std::expm1(x));
+    linear.jacobian = Eigen::MatrixXd::Constant(1, 1, std::exp(x));
+  }
+  static double moved(double x, const Eigen::VectorXd& step) { return x + step(0); }
+  static double cost(double x, const Linear& /*before*/) { return std::expm1(x) * std::expm1(x); }
+  static double length(double /*x*/, const Eigen::VectorXd& step, const Linear& /*there*/) {
+    return step.norm();
+  }
+};
+
+TEST(GaussNewton, TriesShorterStepsAsLongAsTheyPromiseSomething) {
+  for (const double start : {-5.0, -10.0, -14.0, -16.0}) {
+    const auto found = gauss_newton(Exponential{}, start);
+    EXPECT_TRUE(found.converged) << start;
+    EXPECT_NEAR(found.state, 0.0, 1e-12) << start;
+  }
+}
+
 TEST(GaussNewton, StaysWhereACostIsANumber) {
   const auto found = gauss_newton(Valley{.wall = 0.5}, {-1.2, 1.0});
   EXPECT_GE(found.state(1), 0.5);

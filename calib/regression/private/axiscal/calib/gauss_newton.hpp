@@ -79,9 +79,9 @@ template <GaussNewtonProblem Problem>
 [[nodiscard]] GaussNewtonResult<typename Problem::State> gauss_newton(
     const Problem& problem, typename Problem::State start, const GaussNewtonOptions& options = {}) {
   constexpr double rounding = 1e-12;  // of a cost: it must not stop the last steps
-  // Of a cost: what a step must promise to be tried shorter. That is some 1e-5 of what the solution
-  // is uncertain by.
-  constexpr double worth_another_try = 1e-10;
+  // Of a residual's variance: what a step must promise to be tried shorter. By such a step the
+  // solution moves 1e-4 of what it is uncertain by.
+  constexpr double worth_another_try = 1e-8;
   constexpr double no_damping_below = 1e-9;
   constexpr double least_damping = 1e-6;
   GaussNewtonResult<typename Problem::State> result{.state = std::move(start)};
@@ -92,6 +92,8 @@ template <GaussNewtonProblem Problem>
     ++result.rounds;
     problem.linearise(result.state, linear);
     const double cost = linear.residuals.squaredNorm();
+    const auto freedom = static_cast<double>(
+        std::max<Eigen::Index>(linear.jacobian.rows() - linear.jacobian.cols(), 1));
     const bool by_qr = last_length < options.qr_from_below;
     const double length_before = last_length;
     bool better = false;
@@ -110,11 +112,14 @@ template <GaussNewtonProblem Problem>
         last_length = length;
         result.state = std::move(next);
         damping = damping > no_damping_below ? damping / 10.0 : 0.0;
-      } else if ((linear.jacobian * step).squaredNorm() < worth_another_try * cost) {
-        break;
-      } else {
-        damping = std::max(10.0 * damping, least_damping);
+        continue;
       }
+      const Eigen::VectorXd change = linear.jacobian * step;
+      const double promised = -change.dot(2.0 * linear.residuals + change);
+      if (promised < worth_another_try * cost / freedom) {
+        break;
+      }
+      damping = std::max(10.0 * damping, least_damping);
     }
     if (!better) {
       result.converged = std::isfinite(cost);
