@@ -45,7 +45,7 @@ void SuspectRun::delete_each() {
       left[i] = plain_.total() - drop_without(plain_, {&i, 1});
     }
     sort_by_left(fitted);
-    fitted.resize(fitted_of_many);
+    fitted.resize(fitted_of_many());
   }
   for (const std::size_t i : fitted) {
     deletions_[i] = fitter_.fit(set_, {i});
@@ -65,7 +65,8 @@ void SuspectRun::delete_each() {
 
 // Two readings deleted: all pairs where they are few, else of those that count most.
 void SuspectRun::delete_pairs() {
-  constexpr std::size_t few = 14;
+  constexpr std::size_t most = 14;
+  const std::size_t few = std::min(most, count() > each_is_fitted ? fitted_of_many() : most);
   std::vector<std::size_t> candidates = by_deletion_;
   if (candidates.size() > few) {
     const std::vector<std::size_t> large = largest_residuals(few / 2);

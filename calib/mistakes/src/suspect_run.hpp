@@ -18,11 +18,16 @@ namespace axiscal {
 /// have happened to it the kinds of mistakes know.
 ///
 /// Up to `each_is_fitted` readings each is left out by a fit of its own; of more, the
-/// `fitted_of_many` that count most to first order: the time stays linear in the readings.
+/// fitted_of_many() that count most to first order: the time stays linear in the readings.
 class SuspectRun {
  public:
   static constexpr std::size_t each_is_fitted = 200;
-  static constexpr std::size_t fitted_of_many = 48;
+
+  /// Where each block has its own levelness a fit is dear: fewer are made then.
+  [[nodiscard]] std::size_t fitted_of_many() const {
+    constexpr Eigen::Index many_directions = 24;
+    return plain_.turns.rows() > many_directions ? 8 : 48;
+  }
 
   /// @param set  must outlive this.
   SuspectRun(const ReadingSet& set, const Estimate& estimate, bool known_field);

@@ -24,6 +24,15 @@ struct SharedSize {
   using Columns = Eigen::Matrix<double, ColumnCount, ResponseCount, 0, MostColumns, MostResponses>;
   using AmongResponses =
       Eigen::Matrix<double, ResponseCount, ResponseCount, 0, MostResponses, MostResponses>;
+
+  template <typename Left, typename Right>
+  static auto product(const Left& left, const Right& right) {
+    if constexpr (MostColumns == Eigen::Dynamic) {
+      return left * right;
+    } else {
+      return left.lazyProduct(right);
+    }
+  }
 };
 using SharedOfAny = SharedSize<Eigen::Dynamic, Eigen::Dynamic, Eigen::Dynamic, Eigen::Dynamic>;
 constexpr int few = 6;
@@ -73,12 +82,12 @@ struct AtVariances {
       covariance = cholesky.inverse();
       misfit = determined ? cholesky.log_determinant() : not_a_number;
     }
-    estimate.noalias() = covariance.lazyProduct(c);
+    estimate.noalias() = S::product(covariance, c);
     degrees_of_freedom.resize(m);
     squares.resize(m);
     for (Eigen::Index k = 0; k < m; ++k) {
       const FixedSums<S>& own = responses[static_cast<std::size_t>(k)];
-      const OfColumns to_estimate = own.information.lazyProduct(estimate);
+      const OfColumns to_estimate = S::product(own.information, estimate);
       squares(k) =
           weight(k) *
           std::max(own.squares - 2.0 * estimate.dot(own.gradient) + estimate.dot(to_estimate), 0.0);
@@ -103,7 +112,7 @@ struct AtVariances {
     typename S::Columns gradients(estimate.size(), m);  // P_k^T (y_k - P_k z) / sigma_k^2
     for (Eigen::Index k = 0; k < m; ++k) {
       const FixedSums<S>& own = responses[static_cast<std::size_t>(k)];
-      gradients.col(k) = weight(k) * (own.gradient - own.information.lazyProduct(estimate));
+      gradients.col(k) = weight(k) * (own.gradient - S::product(own.information, estimate));
     }
     typename S::AmongResponses H = S::AmongResponses::Identity(m, m);
     OfResponses g = OfResponses::Zero(m);
@@ -112,9 +121,9 @@ struct AtVariances {
         continue;
       }
       const Covariance CA =
-          weight(k) * covariance.lazyProduct(responses[static_cast<std::size_t>(k)].information);
-      const Covariance CAC = CA.lazyProduct(covariance);
-      const OfColumns Cg = covariance.lazyProduct(gradients.col(k));
+          weight(k) * S::product(covariance, responses[static_cast<std::size_t>(k)].information);
+      const Covariance CAC = S::product(CA, covariance);
+      const OfColumns Cg = S::product(covariance, gradients.col(k));
       g(k) = gradient(k);
       H(k, k) = CA.trace() + squares(k);
       for (Eigen::Index l = 0; l < m; ++l) {
