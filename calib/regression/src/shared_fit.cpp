@@ -10,6 +10,7 @@
 
 #include "axiscal/calib/scaled_cholesky.hpp"
 #include "axiscal/core/not_a_number.hpp"
+#include "product_of_size.hpp"
 
 namespace axiscal {
 namespace {
@@ -27,11 +28,7 @@ struct SharedSize {
 
   template <typename Left, typename Right>
   static auto product(const Left& left, const Right& right) {
-    if constexpr (MostColumns == Eigen::Dynamic) {
-      return left * right;
-    } else {
-      return left.lazyProduct(right);
-    }
+    return product_of_size<MostColumns>(left, right);
   }
 };
 using SharedOfAny = SharedSize<Eigen::Dynamic, Eigen::Dynamic, Eigen::Dynamic, Eigen::Dynamic>;

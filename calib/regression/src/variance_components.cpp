@@ -12,6 +12,7 @@
 #include "axiscal/calib/distributions.hpp"
 #include "axiscal/calib/piecewise_columns.hpp"
 #include "axiscal/calib/scaled_cholesky.hpp"
+#include "product_of_size.hpp"
 
 namespace axiscal {
 namespace {
@@ -40,11 +41,7 @@ template <int RowCount, int RootCount, int MostRows, int MostRoots>
 struct UnitSize {
   template <typename Left, typename Right>
   static auto product(const Left& left, const Right& right) {
-    if constexpr (MostRows == Eigen::Dynamic) {
-      return left * right;
-    } else {
-      return left.lazyProduct(right);
-    }
+    return product_of_size<MostRows>(left, right);
   }
   using Square = Eigen::Matrix<double, RowCount, RowCount, 0, MostRows, MostRows>;
   using Roots = Eigen::Matrix<double, RowCount, RootCount, 0, MostRows, MostRoots>;

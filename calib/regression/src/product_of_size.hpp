@@ -1,0 +1,20 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <Eigen/Core>
+
+namespace axiscal {
+
+/// The product of matrices of at most so many rows and columns: written out where these are few,
+/// in blocks where they may be any number.
+/// @tparam Most  Eigen::Dynamic for any number.
+template <int Most, typename Left, typename Right>
+[[nodiscard]] auto product_of_size(const Left& left, const Right& right) {
+  if constexpr (Most == Eigen::Dynamic) {
+    return left * right;
+  } else {
+    return left.lazyProduct(right);
+  }
+}
+
+}  // namespace axiscal
