@@ -209,18 +209,10 @@ class StaticDetector::Stream {
     for (std::size_t c = 0; c < samples_.size(); ++c) {
       prefixes_[c].make(samples_[c], to);
     }
-    double quietest = infinite;
-    double loudest = 0.0;
-    for (std::size_t i = emitted_; i < to; ++i) {
-      if (loudness_[i] > 0.0 && loudness_[i] < infinite) {
-        quietest = std::min(quietest, loudness_[i]);
-        loudest = std::max(loudest, loudness_[i]);
-      }
+    const Extremes audible = survey(to);
+    if (audible.quietest < infinite && !options_.threshold) {
+      need_detectors(audible.quietest, audible.loudest);
     }
-    if (quietest < infinite && !options_.threshold) {
-      need_detectors(quietest, loudest);
-    }
-    survey(to);
     for (auto& [level, detector] : detectors_) {
       follow(detector, to);
     }
@@ -320,7 +312,9 @@ class StaticDetector::Stream {
 
   // What the detectors, a dozen or more, need of the block: the extremes of each stretch, and the
   // sums of the motion before each sample (where it is infinite nothing is still).
-  void survey(std::size_t to) {
+  // @return the extremes of the block's loudness that is neither 0 nor infinite.
+  Extremes survey(std::size_t to) {
+    Extremes audible{.quietest = infinite};
     stretches_.clear();
     motion_before_.resize(to + 1);
     motion_before_[emitted_] = 0.0;
@@ -333,7 +327,12 @@ class StaticDetector::Stream {
       extremes.loudest = std::max(extremes.loudest, loudness_[i]);
       extremes.motion = std::max(extremes.motion, motion_[i]);
       motion_before_[i + 1] = motion_before_[i] + (motion_[i] < infinite ? motion_[i] : 0.0);
+      if (loudness_[i] > 0.0 && loudness_[i] < infinite) {
+        audible.quietest = std::min(audible.quietest, loudness_[i]);
+        audible.loudest = std::max(audible.loudest, loudness_[i]);
+      }
     }
+    return audible;
   }
 
   // The first sample from `i` on that is not as still as said, or else the block's end.

@@ -93,7 +93,6 @@ TEST(CalibrateImu, OfABareBoard) {
   }
 }
 
-// In a cube, by the run sheet or by itself: labels, hence angles against the cube, too.
 // The record's axes lie otherwise than the log's: what the rests were chosen by is no start for the
 // gyroscope then, of which nothing is stated.
 TEST(CalibrateImu, TakesARecordOfAxesThatLieOtherwise) {
@@ -133,6 +132,7 @@ TEST(CalibrateImu, TakesARecordOfAxesThatLieOtherwise) {
   }
 }
 
+// In a cube, by the run sheet or by itself: labels, hence angles against the cube, too.
 TEST(CalibrateImu, OfACube) {
   const std::vector<RunSheetRow> sheet = make_run_sheet(standard_design(12), 2, 4);
   ImuSimulation simulation = some_imu(3);

@@ -7,10 +7,10 @@
 #include <optional>
 #include <utility>
 
-#include <Eigen/Cholesky>
 #include <Eigen/QR>
 
 #include "axiscal/calib/response_system.hpp"
+#include "axiscal/calib/scaled_cholesky.hpp"
 #include "axiscal/calib/scaled_qr.hpp"
 
 namespace axiscal {
@@ -178,25 +178,22 @@ struct SharedStep {
 // Of many columns, as of a table that is levelled for each block, the normal equations take a
 // twentieth of the time; nothing where these are few, or close to dependent.
 std::optional<SharedStep> solve_many_shared(const Eigen::MatrixXd& P,
-                                            const Eigen::VectorXd& per_length,
+                                            const Eigen::VectorXd& lengths,
                                             const Eigen::VectorXd& b) {
   constexpr Eigen::Index few = 24;
   const Eigen::Index s = P.cols();
   if (s <= few) {
     return std::nullopt;
   }
-  const Eigen::MatrixXd scaled = P * per_length.asDiagonal();
   Eigen::MatrixXd normal = Eigen::MatrixXd::Zero(s, s);
-  normal.selfadjointView<Eigen::Lower>().rankUpdate(scaled.transpose());
-  const Eigen::LLT<Eigen::MatrixXd> cholesky(normal);
-  constexpr double clearly_independent = 1e-3;  // the square of it is what digits are lost by
-  if (cholesky.info() != Eigen::Success ||
-      !(cholesky.matrixLLT().diagonal().array() > clearly_independent).all()) {
+  normal.selfadjointView<Eigen::Lower>().rankUpdate(P.transpose());
+  constexpr double clearly_open = 1e-6;  // of squares
+  const ScaledCholesky cholesky(normal);
+  if (!cholesky.is_determined(clearly_open) ||
+      !(normal.diagonal().array() > clearly_open * lengths.array().square()).all()) {
     return std::nullopt;
   }
-  Eigen::MatrixXd inverse = Eigen::MatrixXd::Identity(s, s);
-  cholesky.matrixU().solveInPlace(inverse);
-  SharedStep step{.determined = true, .root = per_length.asDiagonal() * inverse};
+  SharedStep step{.determined = true, .root = cholesky.root_of_inverse()};
   step.z = step.root * (step.root.transpose() * (P.transpose() * b));
   return step;
 }
@@ -214,10 +211,10 @@ SharedStep solve_shared(const Eigen::MatrixXd& P,
   if (P.rows() < s) {
     return {};
   }
-  const Eigen::VectorXd per_length = lengths.cwiseMax(1e-300).cwiseInverse();
-  if (std::optional<SharedStep> quick = solve_many_shared(P, per_length, b)) {
+  if (std::optional<SharedStep> quick = solve_many_shared(P, lengths, b)) {
     return *std::move(quick);
   }
+  const Eigen::VectorXd per_length = lengths.cwiseMax(1e-300).cwiseInverse();
   const Eigen::ColPivHouseholderQR<Eigen::MatrixXd> qr(P * per_length.asDiagonal());
   const auto R = qr.matrixQR().topRows(s).triangularView<Eigen::Upper>();
   if (!(qr.matrixQR().diagonal().array().abs() > open_below).all()) {

@@ -83,15 +83,16 @@ class Likelihood {
       size += K.cols();
     }
     first_root_.push_back(size);
-    roots_.resize(problem.y.size(), size);
-    for (std::size_t q = 0; q < problem.roots.size(); ++q) {
-      roots_.middleCols(first_root_[q], problem.roots[q].cols()) = problem.roots[q];
-    }
     if (problem.rows == 1) {
       squares_.resize(problem.y.size(), static_cast<Eigen::Index>(problem.roots.size()));
       for (std::size_t q = 0; q < problem.roots.size(); ++q) {
         squares_.col(static_cast<Eigen::Index>(q)) = problem.roots[q].rowwise().squaredNorm();
       }
+      return;
+    }
+    roots_.resize(problem.y.size(), size);
+    for (std::size_t q = 0; q < problem.roots.size(); ++q) {
+      roots_.middleCols(first_root_[q], problem.roots[q].cols()) = problem.roots[q];
     }
   }
 
@@ -321,8 +322,10 @@ class Likelihood {
 
   const VarianceProblem& problem_;
   PiecewiseColumns columns_;
-  Eigen::MatrixXd roots_;                 // n m x r: those of all components side by side
-  Eigen::MatrixXd squares_;               // of single rows, n x q: each component's for theta 1
+  // What all components have, side by side: of units their roots, n m x r; of single rows, n x q,
+  // the squares of these.
+  Eigen::MatrixXd roots_;
+  Eigen::MatrixXd squares_;
   std::vector<Eigen::Index> first_root_;  // of each component, and behind the last
 };
 
