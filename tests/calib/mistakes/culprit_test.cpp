@@ -71,54 +71,57 @@ std::string first_code(const Experiment& experiment, const Observations& observa
                    std::to_string(result.findings.warnings.front().runs.front());
 }
 
-DesignPoint another_point(const DesignPoint& point) {
+// A run of many readings of an accelerometer, and how it is calibrated.
+struct ManyReadings {
+  ManyReadings(int replicates, LevelBy level_by)
+      : good(observe(
+            truth,
+            {.replicates = replicates, .slope = {0.003, -0.002}, .noise_sd = noise, .seed = 5})),
+        experiment(experiment_for(truth)) {
+    experiment.field.in_table.reset();
+    experiment.level_by = level_by;
+  }
+
+  SensorModel truth = accelerometer_truth();
+  Observations good;
+  Experiment experiment;
+};
+
+void expect_one_reading_is_found(const ManyReadings& run) {
+  ASSERT_GT(run.good.readings.size(), 200U);
+  EXPECT_TRUE(calibrate(run.experiment, run.good).findings.warnings.empty());
+  Observations bad = run.good;
+  bad.response(100, 1) += 0.7;
+  EXPECT_EQ(first_code(run.experiment, bad),
+            "outlier " + std::to_string(run.good.readings[100].run));
+  bad = run.good;
   const DesignPoint usual(Face::plus_x, Face::plus_y);
-  return point == usual ? DesignPoint(Face::minus_z, Face::plus_x) : usual;
+  bad.readings[150].point =
+      *bad.readings[150].point == usual ? DesignPoint(Face::minus_z, Face::plus_x) : usual;
+  EXPECT_EQ(first_code(run.experiment, bad),
+            "wrong_pose " + std::to_string(run.good.readings[150].run));
 }
 
 // Of many readings those that count most are left out by a fit of their own: what is found stays,
 // in bounded memory.
 TEST(Culprit, IsFoundAmongManyReadings) {
-  const SensorModel truth = accelerometer_truth();
-  const Observations good =
-      observe(truth, {.replicates = 25, .slope = {0.003, -0.002}, .noise_sd = noise, .seed = 5});
-  ASSERT_GT(good.readings.size(), 200U);
-  Experiment experiment = experiment_for(truth);
-  experiment.field.in_table.reset();
-  EXPECT_TRUE(calibrate(experiment, good).findings.warnings.empty());
-  Observations bad = good;
-  bad.response(100, 1) += 0.7;
-  EXPECT_EQ(first_code(experiment, bad), "outlier " + std::to_string(good.readings[100].run));
-  bad = good;
-  bad.readings[150].point = another_point(*good.readings[150].point);
-  EXPECT_EQ(first_code(experiment, bad), "wrong_pose " + std::to_string(good.readings[150].run));
-  bad = good;
+  const ManyReadings run(25, LevelBy::run);
+  expect_one_reading_is_found(run);
+  Observations bad = run.good;
   bad.response.row(60) *= 9.80665;
-  EXPECT_EQ(first_code(experiment, bad), "unit_factor " + std::to_string(good.readings[60].run));
+  EXPECT_EQ(first_code(run.experiment, bad),
+            "unit_factor " + std::to_string(run.good.readings[60].run));
   // The table moved by 20 sigma after reading 200 of 300.
-  bad = observe(truth, {.replicates = 25, .slope = {0.003, -0.002}, .noise_sd = noise, .seed = 5});
-  const Observations moved =
-      observe(truth, {.replicates = 25, .slope = {0.005, -0.002}, .noise_sd = noise, .seed = 5});
+  bad = run.good;
+  const Observations moved = observe(
+      run.truth, {.replicates = 25, .slope = {0.005, -0.002}, .noise_sd = noise, .seed = 5});
   bad.response.bottomRows(100) = moved.response.bottomRows(100);
-  EXPECT_THAT(first_code(experiment, bad), testing::StartsWith("table_moved"));
+  EXPECT_THAT(first_code(run.experiment, bad), testing::StartsWith("table_moved"));
 }
 
 // Where the table is levelled for each block, of so many readings fewer are fitted.
 TEST(Culprit, IsFoundWhereManyTablesAreLevelled) {
-  const SensorModel truth = accelerometer_truth();
-  const Observations good =
-      observe(truth, {.replicates = 17, .slope = {0.003, -0.002}, .noise_sd = noise, .seed = 5});
-  ASSERT_GT(good.readings.size(), 200U);
-  Experiment experiment = experiment_for(truth);
-  experiment.field.in_table.reset();
-  experiment.level_by = LevelBy::block;
-  EXPECT_EQ(first_code(experiment, good), "none");
-  Observations bad = good;
-  bad.response(100, 1) += 0.7;
-  EXPECT_EQ(first_code(experiment, bad), "outlier " + std::to_string(good.readings[100].run));
-  bad = good;
-  bad.readings[150].point = another_point(*good.readings[150].point);
-  EXPECT_EQ(first_code(experiment, bad), "wrong_pose " + std::to_string(good.readings[150].run));
+  expect_one_reading_is_found(ManyReadings(17, LevelBy::block));
 }
 
 TEST(Culprit, GoodRunsHaveNone) {
