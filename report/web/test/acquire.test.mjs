@@ -11,11 +11,10 @@ import net from "node:net";
 import { networkInterfaces, tmpdir } from "node:os";
 import { join, resolve } from "node:path";
 import { assertAccessible } from "./accessible.mjs";
-import { inked, launch, listen } from "./browser.mjs";
+import { comesTrue, inked, launch, listen, pause } from "./browser.mjs";
 
 const [folder, axiscal, pictures] = process.argv.slice(2).map((argument) => resolve(argument));
 const scratch = mkdtempSync(join(tmpdir(), "axiscal-acquire-"));
-const pause = (ms) => new Promise((done) => setTimeout(done, ms));
 
 const programs = [];
 // A session with a page; its address comes on stderr.
@@ -75,15 +74,7 @@ async function open(browser, session, options = {}) {
 
 const phaseIs = (page, phase, timeout = 20000) => page.waitForSelector(`body[data-phase="${phase}"]`, { timeout });
 const doneIs = (page, count) => page.waitForSelector(`body[data-done="${count}"]`, { timeout: 20000 });
-// Until something holds of the page, or of what the session says; false where it never does.
-async function comesTrue(what, seconds = 20) {
-  for (const end = Date.now() + 1000 * seconds; Date.now() < end; await pause(25)) {
-    if (await what()) {
-      return true;
-    }
-  }
-  return false;
-}
+const isDrawn = (page, canvas) => comesTrue(async () => (await page.$eval(canvas, inked)) > 0.1);
 const click = (page, action) => page.click(`#actions [data-action="${action}"]`);
 async function picture(page, name) {
   if (pictures) {
@@ -219,7 +210,7 @@ async function largeEnough(browser) {
   assert.ok(sizes.every(([width, height]) => width >= 120 && height >= 64), JSON.stringify(sizes));
   const headline = await page.$eval("#headline", (one) => parseFloat(getComputedStyle(one).fontSize));
   assert.ok(headline >= 48, `${headline} px`);
-  assert.ok((await page.$eval("#cube canvas", inked)) > 0.1, "the cube is drawn");
+  assert.ok(await isDrawn(page, "#cube canvas"), "the cube is drawn");
   for (const colorScheme of ["light", "dark"]) {
     await page.emulateMedia({ colorScheme });
     await assertAccessible(folder, page, `session, ${colorScheme}`);
@@ -242,7 +233,7 @@ async function aFreeSession(browser) {
   assert.ok(await comesTrue(async () => (await sphere("points")) > 100));
   const early = await sphere("filled");
   await picture(page, "acquire-free");
-  assert.ok((await page.$eval("#sphere", inked)) > 0.1, "the sphere is drawn");
+  assert.ok(await isDrawn(page, "#sphere"), "the sphere is drawn");
   assert.ok(await comesTrue(async () => (await page.textContent("#headline")) === "It is enough", 60), "it is never enough");
   assert.ok((await sphere("filled")) > early, "gaps are filled");
   assert.match(await page.textContent("#free-numbers"), /Hard iron \[uT\].*\u00b1/);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What the tests of the pages share: a browser, and whether a canvas shows something.
+// What the tests of the pages share: a browser, patience, and whether a canvas shows something.
 import { existsSync } from "node:fs";
 import { createRequire } from "node:module";
 import { join } from "node:path";
@@ -18,6 +18,19 @@ export function launch(folder, { webgl = true } = {}) {
     args: ["--no-sandbox", "--disable-quic", "--no-first-run", "--disable-background-networking", "--disable-component-update", "--disable-sync",
       ...(webgl ? ["--use-gl=angle", "--use-angle=swiftshader", "--enable-unsafe-swiftshader"] : ["--disable-gpu", "--disable-3d-apis"])],
   });
+}
+
+export const pause = (ms) => new Promise((done) => setTimeout(done, ms));
+
+// Until something holds of a page, or of the program behind it; false where it never does. A page is drawn
+// at the next frame that the browser has time for, not when its data come.
+export async function comesTrue(what, seconds = 20) {
+  for (const end = Date.now() + 1000 * seconds; Date.now() < end; await pause(25)) {
+    if (await what()) {
+      return true;
+    }
+  }
+  return false;
 }
 
 // What a page complains of and asks for.

@@ -7,7 +7,7 @@ import { mkdtempSync, readFileSync, rmSync, statSync, writeFileSync } from "node
 import { tmpdir } from "node:os";
 import { join, resolve } from "node:path";
 import { assertAccessible } from "./accessible.mjs";
-import { inked, launch, listen } from "./browser.mjs";
+import { comesTrue, inked, launch, listen } from "./browser.mjs";
 
 const [folder, axiscal] = process.argv.slice(2).map((argument) => resolve(argument));
 const scratch = mkdtempSync(join(tmpdir(), "axiscal-report-"));
@@ -75,8 +75,7 @@ async function withScript(browser) {
   }
   assert.equal(named, 1);
   assert.match(await page.locator("#residuals-by-run .readout").textContent(), /^[xyz]: run \d+, residual \[V\] [\u2212\d]/);
-  await page.waitForTimeout(100);
-  assert.ok((await inkOf()) > untouched, "a ring is drawn around the same reading");
+  assert.ok(await comesTrue(async () => (await inkOf()) > untouched), "a ring is drawn around the same reading");
   await page.mouse.move(0, 0);
   for (const chart of await page.locator(".live canvas").all()) {
     assert.ok((await chart.evaluate(inked)) > 0.005, "a plot has pixels");
