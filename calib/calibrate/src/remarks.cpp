@@ -152,11 +152,13 @@ void add_notes(Calibration& calibration,
   for (std::string& remark : rocking_remarks(positioner, points)) {
     calibration.findings.notes.push_back({NoteCode::seats, std::move(remark)});
   }
-  std::set<int> runs;
+  std::vector<int> runs;
+  runs.reserve(observations.readings.size());
   for (const Reading& reading : observations.readings) {
-    runs.insert(reading.run);
+    runs.push_back(reading.run);
   }
-  if (runs.size() < observations.readings.size()) {
+  std::sort(runs.begin(), runs.end());
+  if (std::adjacent_find(runs.begin(), runs.end()) != runs.end()) {
     calibration.findings.notes.push_back(
         {NoteCode::input,
          "some readings have the same run number; messages cannot tell "

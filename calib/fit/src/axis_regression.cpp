@@ -71,37 +71,28 @@ double r_squared_about_mean(const Eigen::VectorXd& response,
   return 1.0 - weighted_residuals.squaredNorm() / total;
 }
 
-AxisRegression AxisRegressor::fit(const Eigen::MatrixXd& design,
-                                  const Eigen::VectorXd& response,
-                                  const Eigen::VectorXd& weights,
-                                  const DesignNames& names,
-                                  double rounding,
-                                  const FactoredDesign* given) {
-  const bool is_last = last_ && last_->columns.rows() == design.rows() &&
-                       last_->columns.cols() == design.cols() && last_->columns == design &&
-                       last_->weights == weights;
-  if (!is_last) {
-    LeastSquaresDesign factored(
-        given != nullptr ? FactoredDesign(*given) : FactoredDesign(design, weights, names), design);
-    last_.emplace(Factored{
-        .columns = design,
-        .weights = weights,
-        .design = std::move(factored),
-        .variance_inflation = {},
-    });
-    last_->variance_inflation =
-        variance_inflation(design, weights, last_->design.unscaled_covariance());
-    last_->condition_number = last_->design.condition_number();
+std::vector<AxisRegression> regress(const AxesAlike& axes) {
+  const LeastSquaresDesign design(axes.factored, axes.design);
+  const Eigen::VectorXd inflation =
+      variance_inflation(axes.design, axes.weights, design.unscaled_covariance());
+  const double condition_number = design.condition_number();
+  std::vector<AxisRegression> all;
+  all.reserve(static_cast<std::size_t>(axes.responses.cols()));
+  for (Eigen::Index column = 0; column < axes.responses.cols(); ++column) {
+    AxisRegression& axis =
+        all.emplace_back(AxisRegression{.fit = design.fit(axes.responses.col(column)),
+                                        .variance_inflation = inflation,
+                                        .condition_number = condition_number,
+                                        .weights = axes.weights,
+                                        .robust_weights = {}});
+    if (axes.set.robust) {
+      const Eigen::Index k = axes.first + column;
+      make_robust(
+          axis, design, axes.design, axes.responses.col(column), [&] { return axes.names(k); },
+          axes.set.rounding(k));
+    }
   }
-  AxisRegression axis{.fit = last_->design.fit(response),
-                      .variance_inflation = last_->variance_inflation,
-                      .condition_number = last_->condition_number,
-                      .weights = weights,
-                      .robust_weights = {}};
-  if (robust_) {
-    make_robust(axis, last_->design, design, response, names, rounding);
-  }
-  return axis;
+  return all;
 }
 
 LackOfFit test_lack_of_fit(const std::vector<int>& group,
@@ -256,7 +247,7 @@ Estimate summarize(const ReadingSet& set,
 }
 
 std::vector<int> groups_of_readings(const ReadingSet& set) {
-  using Key = std::tuple<std::optional<DesignPoint>, FieldLevel, int, std::vector<double>>;
+  using Key = std::tuple<std::optional<DesignPoint>, int, std::vector<double>, FieldLevel>;
   std::map<Key, int> numbers;
   std::vector<int> groups;
   groups.reserve(set.readings.size());
@@ -267,9 +258,9 @@ std::vector<int> groups_of_readings(const ReadingSet& set) {
     const bool has_field = set.rotation_sensor_from_table.empty() && reading.field_in_sensor;
     // No two readings of a continuous temperature repeat each other.
     const int soak = continuous ? static_cast<int>(i) : set.soak_of(i);
-    Key key{has_field ? std::nullopt : reading.point, reading.level, soak, {}};
+    Key key{has_field ? std::nullopt : reading.point, soak, {}, reading.level};
     if (has_field) {
-      std::get<3>(key).assign(reading.field_in_sensor->begin(), reading.field_in_sensor->end());
+      std::get<2>(key).assign(reading.field_in_sensor->begin(), reading.field_in_sensor->end());
     }
     const auto number = static_cast<int>(numbers.size());
     groups.push_back(numbers.emplace(std::move(key), number).first->second);

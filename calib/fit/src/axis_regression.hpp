@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <optional>
+#include <functional>
+#include <string>
 #include <vector>
 
 #include <Eigen/Core>
@@ -26,34 +27,19 @@ struct RegressionRows {
   std::vector<int> group;           // rows of one number are replicates
 };
 
-/// Fits axis after axis: those of the same columns and weights share one factorisation.
-class AxisRegressor {
- public:
-  /// @param robust  whether by bisquare.
-  explicit AxisRegressor(bool robust) : robust_(robust) {}
-
-  /// @param names     of the axis's parameters, for errors.
-  /// @param rounding  residuals below this count as zero.
-  /// @param given     the design factored with those weights, where it is.
-  [[nodiscard]] AxisRegression fit(const Eigen::MatrixXd& design,
-                                   const Eigen::VectorXd& response,
-                                   const Eigen::VectorXd& weights,
-                                   const DesignNames& names,
-                                   double rounding,
-                                   const FactoredDesign* given = nullptr);
-
- private:
-  struct Factored {
-    Eigen::MatrixXd columns;
-    Eigen::VectorXd weights;
-    LeastSquaresDesign design;
-    Eigen::VectorXd variance_inflation;
-    double condition_number = 1.0;
-  };
-
-  bool robust_;
-  std::optional<Factored> last_;
+/// Some axes of a set, of one design and one weight for each row: they share a factorisation.
+struct AxesAlike {
+  const ReadingSet& set;
+  Eigen::Index first = 0;                       ///< of the axes, in the set
+  const FactoredDesign& factored;               ///< the design with the weights
+  const Eigen::MatrixXd& design;                ///< n x p
+  Eigen::VectorXd weights;                      ///< n
+  Eigen::Ref<const Eigen::MatrixXd> responses;  ///< n x r
+  std::function<std::vector<std::string>(Eigen::Index axis)> names;  ///< of parameters, for errors
 };
+
+/// @return one for each axis.
+[[nodiscard]] std::vector<AxisRegression> regress(const AxesAlike& axes);
 
 /// 1 - RSS / total sum of squares about the weighted mean.
 [[nodiscard]] double r_squared_about_mean(const Eigen::VectorXd& response,

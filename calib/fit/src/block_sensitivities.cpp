@@ -130,12 +130,6 @@ bool add_block_sensitivities(const LinearisedRun& run, bool mounts_known, Estima
   if (set.temperature.order > 0 || set.seen.cols() > 0 || !set.visible.empty() || set.robust) {
     return false;
   }
-  const bool several = std::any_of(
-      set.readings.begin(), set.readings.end(),
-      [&](const Reading& reading) { return reading.block != set.readings.front().block; });
-  if (!several) {
-    return false;
-  }
   BlockFits fits = fit_blocks(run, estimate);
   if (fits.S.size() < 2) {
     return false;

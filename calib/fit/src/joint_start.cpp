@@ -10,7 +10,7 @@
 
 #include <Eigen/SVD>
 
-#include "axiscal/calib/least_squares.hpp"
+#include "axiscal/calib/scaled_qr.hpp"
 #include "axiscal/core/rotation.hpp"
 
 namespace axiscal {
@@ -69,10 +69,10 @@ std::optional<TableField> linear_start(const ReadingSet& set) {
   return set.field.with(std::move(vectors));
 }
 
-// [1, vec R_i, ...] of the readings that an axis uses, where it has full rank.
-std::optional<FactoredDesign> design_of_directions(const ReadingSet& set,
-                                                   const std::vector<Eigen::Index>& used,
-                                                   Eigen::Index k) {
+// W^1/2 [1, vec R_i, ...] of the readings that an axis uses.
+Eigen::MatrixXd design_of_directions(const ReadingSet& set,
+                                     const std::vector<Eigen::Index>& used,
+                                     Eigen::Index k) {
   const auto parts = static_cast<Eigen::Index>(set.field.parts().size());
   const Eigen::Index unknowns = 1 + 9 * parts;
   const Eigen::Index others = 3 * static_cast<Eigen::Index>(set.also_in_table.size());
@@ -94,10 +94,7 @@ std::optional<FactoredDesign> design_of_directions(const ReadingSet& set,
           std::pow(set.temperature.d(static_cast<Eigen::Index>(at), k), j + 1);
     }
   }
-  if (n < Z.cols()) {
-    return std::nullopt;
-  }
-  return FactoredDesign::if_determined(Z, set.weights.col(k)(used));
+  return set.weights.col(k)(used).cwiseSqrt().asDiagonal() * Z;
 }
 
 }  // namespace
@@ -110,12 +107,18 @@ Eigen::VectorXd linear_directions(const ReadingSet& set, const std::vector<Eigen
   for (Eigen::Index first = 0; first < set.axis_count();) {
     const Eigen::Index end = set.end_of_alike(first, set.weights);
     const std::vector<Eigen::Index> used = used_rows(set, rows, first);
-    if (const std::optional<FactoredDesign> design = design_of_directions(set, used, first)) {
-      const Eigen::MatrixXd X =
-          design->estimates(set.response(used, Eigen::seqN(first, end - first)));
-      for (Eigen::Index k = 0; k < end - first; ++k, ++axes) {
+    const Eigen::MatrixXd design = design_of_directions(set, used, first);
+    constexpr double smallest_pivot = 1e-13;
+    std::optional<ScaledQr> qr;
+    if (design.rows() >= design.cols()) {
+      qr.emplace(design, smallest_pivot);
+    }
+    if (qr && qr->has_full_rank()) {
+      for (Eigen::Index k = first; k < end; ++k, ++axes) {
+        const Eigen::VectorXd x =
+            qr->solve(set.weights.col(k)(used).cwiseSqrt().cwiseProduct(set.response.col(k)(used)));
         for (Eigen::Index p = 0; p < parts; ++p) {
-          M.block<3, 3>(3 * axes, 3 * p) = X.col(k).segment<9>(1 + 9 * p).reshaped(3, 3);
+          M.block<3, 3>(3 * axes, 3 * p) = x.segment<9>(1 + 9 * p).reshaped(3, 3);
         }
       }
     }

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
+#include <iterator>
 #include <memory>
 #include <utility>
 #include <vector>
@@ -43,16 +44,22 @@ std::shared_ptr<const JointState> determined_state(const ReadingSet& set,
 }
 
 std::vector<AxisRegression> fitted_axes(const ReadingSet& set, const JointState& state) {
-  AxisRegressor regressor(set.robust);
-  std::vector<AxisRegression> axes;
-  axes.reserve(state.axes.size());
-  for (Eigen::Index k = 0; k < set.axis_count(); ++k) {
-    const JointAxis& axis = state.axes[static_cast<std::size_t>(k)];
-    axes.push_back(regressor.fit(
-        axis.X(), set.response.col(k), set.weights.col(k),
-        [&set, k] { return set.names_of_axis(k); }, set.rounding(k), axis.design.get()));
+  std::vector<AxisRegression> all;
+  for (Eigen::Index first = 0; first < set.axis_count();) {
+    const Eigen::Index count = set.end_of_alike(first, set.weights) - first;
+    const JointAxis& axis = state.axes[static_cast<std::size_t>(first)];
+    std::vector<AxisRegression> alike =
+        regress({.set = set,
+                 .first = first,
+                 .factored = *axis.design,
+                 .design = axis.X(),
+                 .weights = set.weights.col(first),
+                 .responses = set.response.middleCols(first, count),
+                 .names = [&](Eigen::Index k) { return set.names_of_axis(k); }});
+    std::move(alike.begin(), alike.end(), std::back_inserter(all));
+    first += count;
   }
-  return axes;
+  return all;
 }
 
 }  // namespace

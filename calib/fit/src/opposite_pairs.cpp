@@ -249,8 +249,8 @@ MeanSlope mean_slope(const Faces& faces, const PlaneFit& together, bool three_ax
 // What has readings at one of the two positions at least.
 std::vector<OppositePair> pairs_or_halves(const ReadingSet& set) {
   // Both points of a pair have the same block, level, temperature, rest face and axis of the fence
-  // face.
-  using Key = std::tuple<int, FieldLevel, int, Face, int>;
+  // face; levels last, which take the longest to compare.
+  using Key = std::tuple<int, int, Face, int, FieldLevel>;
   std::map<Key, std::size_t> place;
   std::vector<OppositePair> candidates;
   constexpr std::size_t mostly = 8;
@@ -258,7 +258,7 @@ std::vector<OppositePair> pairs_or_halves(const ReadingSet& set) {
   for (std::size_t i = 0; i < set.readings.size(); ++i) {
     const Reading& reading = set.readings[i];
     const int axis = axis_of(reading.point->fence());
-    const Key key{reading.block, reading.level, set.soak_of(i), reading.point->rest(), axis};
+    const Key key{reading.block, set.soak_of(i), reading.point->rest(), axis, reading.level};
     const auto [found, is_new] = place.emplace(key, candidates.size());
     if (is_new) {
       candidates.push_back({.point = {reading.point->rest(), face_of(axis, true)},

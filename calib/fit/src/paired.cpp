@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <cmath>
+#include <iterator>
 #include <map>
 #include <optional>
 #include <tuple>
@@ -28,11 +29,11 @@ struct PseudoObservation {
 };
 
 std::vector<PseudoObservation> pool_by_rest_face(const std::vector<OppositePair>& pairs) {
-  std::map<std::tuple<int, FieldLevel, int, Face>, std::size_t> place;
+  std::map<std::tuple<int, int, Face, FieldLevel>, std::size_t> place;
   std::vector<PseudoObservation> pooled;
   for (const OppositePair& pair : pairs) {
     const auto [found, is_new] = place.emplace(
-        std::tuple(pair.block, pair.level, pair.soak, pair.point.rest()), pooled.size());
+        std::tuple(pair.block, pair.soak, pair.point.rest(), pair.level), pooled.size());
     if (is_new) {
       pooled.emplace_back();
     }
@@ -42,7 +43,7 @@ std::vector<PseudoObservation> pool_by_rest_face(const std::vector<OppositePair>
 }
 
 RegressionRows rows_of(const std::vector<PseudoObservation>& pooled, const ReadingSet& set) {
-  std::map<std::tuple<Face, FieldLevel, int>, int> numbers;
+  std::map<std::tuple<Face, int, FieldLevel>, int> numbers;
   RegressionRows rows;
   for (const PseudoObservation& pseudo : pooled) {
     const OppositePair& first = *pseudo.pairs.front();
@@ -57,17 +58,18 @@ RegressionRows rows_of(const std::vector<PseudoObservation>& pooled, const Readi
     rows.rows.push_back(std::move(row));
     const auto number = static_cast<int>(numbers.size());
     rows.group.push_back(
-        numbers.emplace(std::tuple(first.point.rest(), first.level, first.soak), number)
+        numbers.emplace(std::tuple(first.point.rest(), first.soak, first.level), number)
             .first->second);
   }
   return rows;
 }
 
-// Design, response and weights of one axis for a field in the table. The weights of an axis decide
-// how the pairs of a face are pooled, so that each axis has its own.
-struct AxisData {
+// Design, responses and weights of axes alike for a field in the table. The weights of an axis
+// decide how the pairs of a face are pooled.
+struct AxesData {
+  Eigen::Index first = 0;  // of the axes
   Eigen::MatrixXd design;
-  Eigen::VectorXd response;
+  Eigen::MatrixXd responses;  // a column for each
   Eigen::VectorXd weights;
 };
 
@@ -95,30 +97,70 @@ Eigen::RowVectorXd row_of_pair(const ReadingSet& set,
   return row;
 }
 
-AxisData axis_data(const ReadingSet& set,
+// Of axes alike, the first of which is given.
+AxesData axes_data(const ReadingSet& set,
                    const std::vector<PseudoObservation>& pooled,
-                   Eigen::Index axis,
+                   Eigen::Index first,
                    const TableField& field) {
   const auto n = static_cast<Eigen::Index>(pooled.size());
-  AxisData data{.design = Eigen::MatrixXd::Zero(n, set.column_count()),
-                .response = Eigen::VectorXd::Zero(n),
+  const Eigen::Index count = set.end_of_alike(first, set.weights) - first;
+  AxesData data{.first = first,
+                .design = Eigen::MatrixXd::Zero(n, set.column_count()),
+                .responses = Eigen::MatrixXd::Zero(n, count),
                 .weights = Eigen::VectorXd::Zero(n)};
   for (Eigen::Index i = 0; i < n; ++i) {
     const PseudoObservation& pseudo = pooled[static_cast<std::size_t>(i)];
     for (const OppositePair* pair : pseudo.pairs) {
-      const double weight = pair->weights(axis);
+      const double weight = pair->weights(first);
       data.weights(i) += weight;
-      data.response(i) += weight * pair->mean(axis);
+      data.responses.row(i) += weight * pair->mean.segment(first, count).transpose();
       data.design.row(i) +=
           weight *
-          row_of_pair(set, *pair, axis, pair->level.of_all() * field.vector(pair->levelness));
+          row_of_pair(set, *pair, first, pair->level.of_all() * field.vector(pair->levelness));
     }
     if (data.weights(i) > 0.0) {
-      data.response(i) /= data.weights(i);
+      data.responses.row(i) /= data.weights(i);
       data.design.row(i) /= data.weights(i);
     }
   }
   return data;
+}
+
+// Of all axes.
+std::vector<AxesData> all_axes_data(const ReadingSet& set,
+                                    const std::vector<PseudoObservation>& pooled,
+                                    const TableField& field) {
+  std::vector<AxesData> all;
+  for (Eigen::Index first = 0; first < set.axis_count(); first += all.back().responses.cols()) {
+    all.push_back(axes_data(set, pooled, first, field));
+  }
+  return all;
+}
+
+std::vector<AxisRegression> regressions_of(const ReadingSet& set, const AxesData& data) {
+  const auto names = [&set](Eigen::Index k) { return set.names_of_axis(k); };
+  const FactoredDesign factored(data.design, data.weights, [&] { return names(data.first); });
+  return regress({.set = set,
+                  .first = data.first,
+                  .factored = factored,
+                  .design = data.design,
+                  .weights = data.weights,
+                  .responses = data.responses,
+                  .names = names});
+}
+
+// p x r.
+Eigen::MatrixXd estimates_of(const ReadingSet& set, const AxesData& data) {
+  if (!set.robust) {
+    return FactoredDesign(data.design, data.weights, [&] { return set.names_of_axis(data.first); })
+        .estimates(data.responses);
+  }
+  Eigen::MatrixXd estimates(data.design.cols(), data.responses.cols());
+  const std::vector<AxisRegression> axes = regressions_of(set, data);
+  for (Eigen::Index k = 0; k < estimates.cols(); ++k) {
+    estimates.col(k) = axes[static_cast<std::size_t>(k)].fit.estimate;
+  }
+  return estimates;
 }
 
 }  // namespace
@@ -126,7 +168,7 @@ AxisData axis_data(const ReadingSet& set,
 PairedDesign paired_design(const ReadingSet& set, const Eigen::Vector3d& in_table) {
   const OppositePairs opposites = find_opposite_pairs(set);
   const std::vector<PseudoObservation> pooled = pool_by_rest_face(opposites.pairs);
-  const AxisData data = axis_data(set, pooled, 0, set.field.with_all(in_table));
+  const AxesData data = axes_data(set, pooled, 0, set.field.with_all(in_table));
   PairedDesign paired{.design = data.design,
                       .averaging = Eigen::MatrixXd::Zero(data.weights.size(), set.size()),
                       .weights = data.weights};
@@ -160,7 +202,7 @@ Estimate estimate_paired(const ReadingSet& set, const Eigen::Vector3d& nominal_i
   const Eigen::Vector3d normal(0.0, 0.0, std::copysign(F, nominal_in_table.z()));
   TableField field = set.field.with_all(normal);
   require_determined(
-      set, axis_data(set, pooled, 0, field).design.leftCols(set.base_column_count()),
+      set, axes_data(set, pooled, 0, field).design.leftCols(set.base_column_count()),
       [&](const DesignPoint& point, double level) -> Eigen::MatrixXd {
         const Eigen::Matrix3d R =
             0.5 * (set.orientation(point) + set.orientation(point.turned_round()));
@@ -169,20 +211,18 @@ Estimate estimate_paired(const ReadingSet& set, const Eigen::Vector3d& nominal_i
       true);
   require_response(set);
 
-  std::vector<AxisRegression> axes;
+  std::vector<AxesData> data;  // of the last round
   TableField fitted_for;
   std::optional<Levelness> levelness;
   // Each round gains 6 digits or more (method.md, section 4); the last one changes nothing.
   for (int round = 0; round < 8; ++round) {
-    AxisRegressor regressor(set.robust);
     Estimate so_far;
-    axes.clear();
-    for (Eigen::Index k = 0; k < set.axis_count(); ++k) {
-      const AxisData data = axis_data(set, pooled, k, field);
-      axes.push_back(regressor.fit(
-          data.design, data.response, data.weights, [&set, k] { return set.names_of_axis(k); },
-          set.rounding(k)));
-      set_coefficients(set, k, axes.back().fit.estimate, so_far);
+    data = all_axes_data(set, pooled, field);
+    for (const AxesData& alike : data) {
+      const Eigen::MatrixXd estimates = estimates_of(set, alike);
+      for (Eigen::Index k = 0; k < estimates.cols(); ++k) {
+        set_coefficients(set, alike.first + k, estimates.col(k), so_far);
+      }
     }
     so_far.field = field;
     fitted_for = field;
@@ -215,6 +255,11 @@ Estimate estimate_paired(const ReadingSet& set, const Eigen::Vector3d& nominal_i
     if (!(std::abs(vector.z()) > smallest_normal_part * F)) {
       throw RefusedError(in_plane_message, {settings::method});
     }
+  }
+  std::vector<AxisRegression> axes;
+  for (const AxesData& alike : data) {
+    std::vector<AxisRegression> some = regressions_of(set, alike);
+    std::move(some.begin(), some.end(), std::back_inserter(axes));
   }
   Estimate estimate = summarize(set, axes, rows_of(pooled, set));
   estimate.field = std::move(fitted_for);

@@ -127,6 +127,14 @@ std::vector<SaturatedAxis> saturated_axes(const ReadingSet& set,
     if (values.size() < fewest_there + fewest_others) {
       continue;
     }
+    // Readings that differ do so by a step: without a stated one only those that are the same meet.
+    const auto [lowest, highest] = std::minmax_element(values.begin(), values.end());
+    const auto are_same = [&](double value) {
+      return std::count(values.begin(), values.end(), value) > 1;
+    };
+    if (!(search.stated_step > 0.0) && !are_same(*lowest) && !are_same(*highest)) {
+      continue;
+    }
     const double step = step_of_readings(values, search.stated_step).value_or(0.0);
     for (const double sign : {1.0, -1.0}) {
       if (sign < 0.0 && search.one_sided) {

@@ -17,7 +17,7 @@ void add_block_scatter(const ReadingSet& set, const ProcessScatter* process, Est
 /// Consecutive readings that are alike.
 void add_serial_correlation(const ReadingSet& set, Estimate& estimate);
 
-/// Sensitivities that differ from block to block.
+/// Sensitivities that differ from block to block, of which there are several.
 /// @param mounts_known  whether it is known which readings were taken in which mount.
 /// @return whether main entries do, as far as 5 % tells.
 bool add_block_sensitivities(const LinearisedRun& run, bool mounts_known, Estimate& estimate);

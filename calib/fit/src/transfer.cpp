@@ -86,10 +86,14 @@ Estimate estimate_transfer(const ReadingSet& given,
                                  set.axes.front() + ".sensitivity");
   names.front() = all_names.front();
   names.insert(names.end(), all_names.begin() + 4, all_names.end());
-  AxisRegression axis = AxisRegressor(set.robust)
-                            .fit(
-                                columns, set.response.col(0), set.weights.col(0),
-                                [&] { return names; }, set.rounding(0));
+  const FactoredDesign factored(columns, set.weights.col(0), [&] { return names; });
+  AxisRegression axis = std::move(regress({.set = set,
+                                           .factored = factored,
+                                           .design = columns,
+                                           .weights = set.weights.col(0),
+                                           .responses = set.response.leftCols(1),
+                                           .names = [&](Eigen::Index) { return names; }})
+                                      .front());
   std::optional<CurvatureTest> curvature;
   if (seen.cols() == 1) {
     curvature = curvature_along(set, columns, columns.col(1), axis.fit);

@@ -1,8 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "axiscal/calib/variance_model.hpp"
 
+#include <algorithm>
 #include <array>
 #include <optional>
+#include <vector>
 
 #include "axiscal/calib/generalized_fit.hpp"
 #include "axiscal/calib/mount_turns.hpp"
@@ -44,7 +46,11 @@ void count_blocks(ScatterSearch& search, Estimate& estimate) {
 }
 
 void count_block_sensitivities(ScatterSearch& search, Estimate& estimate) {
-  if (!is_transfer(search)) {
+  const std::vector<Reading>& readings = search.judged.readings;
+  const bool several = std::any_of(readings.begin(), readings.end(), [&](const Reading& reading) {
+    return reading.block != readings.front().block;
+  });
+  if (several && !is_transfer(search)) {
     search.gains_differ =
         add_block_sensitivities(search.run(estimate), search.mounts_known, estimate);
   }

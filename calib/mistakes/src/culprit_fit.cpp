@@ -164,7 +164,12 @@ class OwnColumns {
 struct SharedStep {
   bool determined = false;
   Eigen::VectorXd z;
-  Eigen::MatrixXd root;  // T with T T^T the covariance of z and P T orthonormal
+  Eigen::MatrixXd root;   // T with T T^T the covariance of z and P T orthonormal
+  Eigen::MatrixXd basis;  // P T, where the step needed it
+
+  [[nodiscard]] Eigen::MatrixXd basis_of(const Eigen::MatrixXd& P) && {
+    return basis.size() > 0 ? std::move(basis) : Eigen::MatrixXd(P * root);
+  }
 
   // Whether all else takes up little of the first so many columns.
   // @param lengths  of the columns before it did.
@@ -224,7 +229,8 @@ SharedStep solve_shared(const Eigen::MatrixXd& P,
   R.solveInPlace(inverse);
   SharedStep step{.determined = true,
                   .root = per_length.asDiagonal() * (qr.colsPermutation() * inverse)};
-  step.z = step.root * ((P * step.root).transpose() * b);
+  step.basis = P * step.root;
+  step.z = step.root * (step.basis.transpose() * b);
   return step;
 }
 
@@ -312,7 +318,7 @@ HypothesisFit HypothesisFitter::again(const ReadingSet& set,
     return scaled;
   }
   const Eigen::MatrixXd shared = fit.basis.shared_times(factors);
-  const SharedStep step =
+  SharedStep step =
       solve_shared(shared, shared.colwise().norm(), scaled.residuals.reshaped(), open_below);
   if (!step.determined) {
     return this->fit(set);
@@ -326,7 +332,7 @@ HypothesisFit HypothesisFitter::again(const ReadingSet& set,
         turned * change.norm() < nothing * left)) {
     return this->fit(set);
   }
-  scaled.basis = fit.basis.with(shared * step.root);
+  scaled.basis = fit.basis.with(std::move(step).basis_of(shared));
   describe(set, roots_of_weights(set, {}), scaled);
   return scaled;
 }
@@ -400,7 +406,7 @@ HypothesisFit HypothesisFitter::fit(const ReadingSet& given,
     const Eigen::MatrixXd P = own.left_of(shared);
     Eigen::VectorXd left = own.left_of(b.reshaped());
     const Eigen::VectorXd lengths = shared.colwise().norm().transpose();
-    const SharedStep step = solve_shared(P, lengths, left, open_below);
+    SharedStep step = solve_shared(P, lengths, left, open_below);
     if (!step.determined) {
       return result;
     }
@@ -443,8 +449,8 @@ HypothesisFit HypothesisFitter::fit(const ReadingSet& given,
     if (still) {
       result.added = step.z.tail(q);
       result.information = step.root.bottomRows(q).rowwise().squaredNorm().cwiseInverse();
-      result.basis = HatBasis(own.bases(), P * step.root);
       result.turns = step.root.topRows(D);
+      result.basis = HatBasis(own.bases(), std::move(step).basis_of(P));
       describe(set, root, result);
       return result;
     }

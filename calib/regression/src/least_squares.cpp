@@ -87,14 +87,6 @@ FactoredDesign::FactoredDesign(const Eigen::Ref<const Eigen::MatrixXd>& design,
   }
 }
 
-std::optional<FactoredDesign> FactoredDesign::if_determined(
-    const Eigen::Ref<const Eigen::MatrixXd>& design,
-    const Eigen::Ref<const Eigen::VectorXd>& weights) {
-  FactoredDesign factored;
-  return factored.factor(design, weights).empty() ? std::optional(std::move(factored))
-                                                  : std::nullopt;
-}
-
 std::vector<Eigen::Index> FactoredDesign::factor(const Eigen::Ref<const Eigen::MatrixXd>& design,
                                                  const Eigen::Ref<const Eigen::VectorXd>& weights) {
   const Eigen::Index n = design.rows();
@@ -154,7 +146,10 @@ LeastSquaresDesign::LeastSquaresDesign(const Eigen::Ref<const Eigen::MatrixXd>& 
 
 LeastSquaresDesign::LeastSquaresDesign(FactoredDesign factored,
                                        const Eigen::Ref<const Eigen::MatrixXd>& design)
-    : FactoredDesign(std::move(factored)), design_(design) {
+    : FactoredDesign(std::move(factored)) {
+  if (observations_ < design.rows()) {
+    design_ = design;
+  }
   leverage_ = basis_.rowwise().squaredNorm();
   spans_constant_ = (root_weights_ - basis_ * (basis_.transpose() * root_weights_)).norm() <=
                     1e-10 * root_weights_.norm();
@@ -273,12 +268,10 @@ LeastSquaresFit LeastSquaresDesign::fit(
     throw DomainError(formatted("LeastSquaresDesign::fit: {} finite observations are needed", n));
   }
   const Eigen::VectorXd weighted_y = root_weights_.cwiseProduct(observations);
-  const Solution solution = solve(weighted_y);
+  Solution solution = solve(weighted_y);
   LeastSquaresFit fit;
-  fit.estimate = scale_.asDiagonal() * solution.x;
-  fit.residuals = (root_weights_.array() > 0.0)
-                      .select(solution.residuals.array() / root_weights_.array(),
-                              (observations - design_ * fit.estimate).array());
+  fit.estimate = std::move(solution.x);
+  fit.estimate.array() *= scale_.array();
   fit.degrees_of_freedom = static_cast<double>(observations_) - p;
   const double rss = solution.residuals.squaredNorm();
   fit.residual_sd =
@@ -293,6 +286,11 @@ LeastSquaresFit LeastSquaresDesign::fit(
       diagnose_residuals(solution.residuals, leverage_, fit.degrees_of_freedom, p);
   fit.studentized = std::move(diagnostics.studentized);
   fit.cooks_distance = std::move(diagnostics.cooks_distance);
+  fit.residuals = std::move(solution.residuals);
+  for (Eigen::Index i = 0; i < n; ++i) {
+    fit.residuals(i) = root_weights_(i) > 0.0 ? fit.residuals(i) / root_weights_(i)
+                                              : observations(i) - design_.row(i).dot(fit.estimate);
+  }
   return fit;
 }
 

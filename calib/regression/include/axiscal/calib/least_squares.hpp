@@ -2,7 +2,6 @@
 #pragma once
 
 #include <functional>
-#include <optional>
 #include <string>
 #include <vector>
 
@@ -58,12 +57,6 @@ class FactoredDesign {
                           const Eigen::Ref<const Eigen::VectorXd>& weights = Eigen::VectorXd(),
                           const DesignNames& names = {});
 
-  /// @return nothing where the columns are dependent.
-  /// @throws DomainError  as the constructor.
-  [[nodiscard]] static std::optional<FactoredDesign> if_determined(
-      const Eigen::Ref<const Eigen::MatrixXd>& design,
-      const Eigen::Ref<const Eigen::VectorXd>& weights);
-
   /// @return the estimate alone, without statistics.
   [[nodiscard]] Eigen::VectorXd estimate(const Eigen::Ref<const Eigen::VectorXd>& y) const;
 
@@ -94,7 +87,6 @@ class FactoredDesign {
     Eigen::VectorXd x;          // coefficients of the scaled columns
     Eigen::VectorXd residuals;  // weighted
   };
-  FactoredDesign() = default;
   // @return the columns that are left undetermined.
   [[nodiscard]] std::vector<Eigen::Index> factor(const Eigen::Ref<const Eigen::MatrixXd>& design,
                                                  const Eigen::Ref<const Eigen::VectorXd>& weights);
@@ -144,7 +136,7 @@ class LeastSquaresDesign : public FactoredDesign {
  private:
   void find_unscaled_covariance();
 
-  Eigen::MatrixXd design_;
+  Eigen::MatrixXd design_;  // X; empty where every row has a weight
   Eigen::MatrixXd unscaled_covariance_;
   Eigen::VectorXd leverage_;
   bool spans_constant_ = false;
