@@ -108,7 +108,7 @@ Eigen::VectorXd linear_directions(const ReadingSet& set, const std::vector<Eigen
     const Eigen::Index end = set.end_of_alike(first, set.weights);
     const std::vector<Eigen::Index> used = used_rows(set, rows, first);
     const Eigen::MatrixXd design = design_of_directions(set, used, first);
-    constexpr double smallest_pivot = 1e-13;
+    constexpr double smallest_pivot = 1e-13;  // of the largest: less is rounding
     std::optional<ScaledQr> qr;
     if (design.rows() >= design.cols()) {
       qr.emplace(design, smallest_pivot);

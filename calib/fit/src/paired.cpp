@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
+#include <algorithm>
 #include <cmath>
 #include <iterator>
 #include <map>
@@ -137,23 +138,25 @@ std::vector<AxesData> all_axes_data(const ReadingSet& set,
   return all;
 }
 
+FactoredDesign factored(const ReadingSet& set, const AxesData& data) {
+  return FactoredDesign(data.design, data.weights, [&] { return set.names_of_axis(data.first); });
+}
+
 std::vector<AxisRegression> regressions_of(const ReadingSet& set, const AxesData& data) {
-  const auto names = [&set](Eigen::Index k) { return set.names_of_axis(k); };
-  const FactoredDesign factored(data.design, data.weights, [&] { return names(data.first); });
+  const FactoredDesign design = factored(set, data);
   return regress({.set = set,
                   .first = data.first,
-                  .factored = factored,
+                  .factored = design,
                   .design = data.design,
                   .weights = data.weights,
                   .responses = data.responses,
-                  .names = names});
+                  .names = [&](Eigen::Index k) { return set.names_of_axis(k); }});
 }
 
 // p x r.
 Eigen::MatrixXd estimates_of(const ReadingSet& set, const AxesData& data) {
   if (!set.robust) {
-    return FactoredDesign(data.design, data.weights, [&] { return set.names_of_axis(data.first); })
-        .estimates(data.responses);
+    return factored(set, data).estimates(data.responses);
   }
   Eigen::MatrixXd estimates(data.design.cols(), data.responses.cols());
   const std::vector<AxisRegression> axes = regressions_of(set, data);

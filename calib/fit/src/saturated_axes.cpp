@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <optional>
 
 #include <Eigen/LU>
@@ -26,6 +27,15 @@ struct EndOfAxis {
   std::vector<Eigen::Index> there;
   std::vector<Eigen::Index> others;
 };
+
+// Whether an end is read more than once, but for the last bits, which a mean may have otherwise:
+// readings that differ by more differ by a step, if they have one that nobody stated.
+bool are_met(const std::vector<double>& values, double end) {
+  constexpr double last_bits = 16.0 * std::numeric_limits<double>::epsilon();
+  return std::count_if(values.begin(), values.end(), [&](double value) {
+           return std::abs(value - end) <= last_bits * std::abs(end);
+         }) > 1;
+}
 
 // @param values  of the axis, as readings_of_axis().
 // @return nothing where too few lie there, or elsewhere.
@@ -127,12 +137,8 @@ std::vector<SaturatedAxis> saturated_axes(const ReadingSet& set,
     if (values.size() < fewest_there + fewest_others) {
       continue;
     }
-    // Readings that differ do so by a step: without a stated one only those that are the same meet.
     const auto [lowest, highest] = std::minmax_element(values.begin(), values.end());
-    const auto are_same = [&](double value) {
-      return std::count(values.begin(), values.end(), value) > 1;
-    };
-    if (!(search.stated_step > 0.0) && !are_same(*lowest) && !are_same(*highest)) {
+    if (!(search.stated_step > 0.0) && !are_met(values, *lowest) && !are_met(values, *highest)) {
       continue;
     }
     const double step = step_of_readings(values, search.stated_step).value_or(0.0);

@@ -83,7 +83,7 @@ async function withScript(browser) {
   // The cube: it is drawn, turns with the mouse and the keys, and takes the pose that is chosen.
   const canvas = page.locator("#cube-view canvas");
   await canvas.scrollIntoViewIfNeeded();
-  assert.ok((await canvas.evaluate(inked)) > 0.1, "the cube has pixels");
+  assert.ok(await comesTrue(async () => (await canvas.evaluate(inked)) > 0.1), "the cube has pixels");
   const view = () => page.evaluate(() => window.axiscalReport.cube.view());
   const before = await view();
   const box = await canvas.boundingBox();

@@ -3,6 +3,7 @@
 
 #include <cmath>
 #include <random>
+#include <utility>
 
 #include <gtest/gtest.h>
 
@@ -77,6 +78,19 @@ TEST(SaturatedAxes, AreSeenWhereReadingsStopShort) {
     found += says_saturated(calibrate(on_a_table(), observations)) ? 1 : 0;
   }
   EXPECT_GE(found, 49);  // all in 1,000 runs of R19
+}
+
+// A mean of many readings that are the same may differ from that of fewer in its last bit.
+TEST(SaturatedAxes, AreSeenWhereTheEndDiffersInItsLastBit) {
+  std::mt19937_64 random(1910);
+  constexpr double end = 1.65 + 0.08 * (1.01 - 20e-4);
+  double next_end = end;
+  const Observations observations = readings_of(1, 1e-4, random, [&](double v) {
+    const double volts = 1.65 + 0.08 * v;
+    return volts < end ? volts : std::exchange(next_end, std::nextafter(next_end, 0.0));
+  });
+  EXPECT_NE(next_end, end);
+  EXPECT_TRUE(says_saturated(calibrate(on_a_table(), observations)));
 }
 
 TEST(SaturatedAxes, AreSeenWithoutDirections) {

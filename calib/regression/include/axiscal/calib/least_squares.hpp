@@ -87,9 +87,6 @@ class FactoredDesign {
     Eigen::VectorXd x;          // coefficients of the scaled columns
     Eigen::VectorXd residuals;  // weighted
   };
-  // @return the columns that are left undetermined.
-  [[nodiscard]] std::vector<Eigen::Index> factor(const Eigen::Ref<const Eigen::MatrixXd>& design,
-                                                 const Eigen::Ref<const Eigen::VectorXd>& weights);
   [[nodiscard]] Solution solve(const Eigen::VectorXd& weighted_y) const;
   [[nodiscard]] Solution refined(const Eigen::VectorXd& b,
                                  const Eigen::VectorXd& c,
@@ -103,6 +100,11 @@ class FactoredDesign {
   Eigen::MatrixXd basis_;  // Q
   bool refines_ = false;   // whether the condition number is above refinement_above
   Eigen::Index observations_ = 0;
+
+ private:
+  // @return the columns that are left undetermined.
+  [[nodiscard]] std::vector<Eigen::Index> factor(const Eigen::Ref<const Eigen::MatrixXd>& design,
+                                                 const Eigen::Ref<const Eigen::VectorXd>& weights);
 };
 
 /// The same with all statistics of a response's fit.
