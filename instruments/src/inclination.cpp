@@ -9,9 +9,12 @@ namespace axiscal {
 namespace {
 
 // atan2 gives -pi for (-0, -1); our angles lie in (-pi, pi].
-double angle(double y, double x) noexcept {
-  const double value = std::atan2(y, x);
+double half_open(double value) noexcept {
   return value == -std::numbers::pi ? std::numbers::pi : value;
+}
+
+double angle(double y, double x) noexcept {
+  return half_open(std::atan2(y, x));
 }
 
 }  // namespace
@@ -59,6 +62,24 @@ Inclination inclination_from_field(const Eigen::Vector3d& field_in_sensor,
     result.yaw_rad = angle(y, x);
   } else {
     result.roll_rad = angle(y, z);
+  }
+  return result;
+}
+
+Inclination inclination_from_angles(const PitchAndRoll& made,
+                                    const Eigen::Vector3d& field_in_sensor,
+                                    double magnitude,
+                                    const InclinationOptions& options) noexcept {
+  const double x = field_in_sensor.x();
+  const double y = field_in_sensor.y() + 0.0;  // no -0
+  const double z = field_in_sensor.z() + 0.0;
+  Inclination result{.pitch_rad = made.pitch_rad};
+  result.clamped = std::abs(x / magnitude) > 1.0;
+  result.gives_yaw = std::abs(result.pitch_rad) >= options.yaw_above_rad;
+  if (result.gives_yaw) {
+    result.yaw_rad = angle(y, x);
+  } else {
+    result.roll_rad = z == 0.0 ? angle(y, z) : half_open(made.roll_rad) + 0.0;
   }
   return result;
 }

@@ -45,7 +45,7 @@ TEST(Readme, ShowsWhatTheCommandPrints) {
   shown(
       "axiscal calibrate examples/run.csv --instrument accelerometer --field gravity --unit V "
       "--serial QA-113 -o cal.json");
-  shown("axiscal apply cal.json log.csv");
+  shown("axiscal apply cal.json log.csv --decimals 6");
 }
 
 }  // namespace

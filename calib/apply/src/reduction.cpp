@@ -291,8 +291,25 @@ Reducer::Reducer(const SensorModel& sensor,
   }
 }
 
+bool Reducer::has_columns() const {
+  return bias_.size() == 3 && !one_sided_ && !temperature_ && also_.empty();
+}
+
+bool Reducer::has_angle_columns() const {
+  return has_columns() && gives_field_ && kind_->derives_inclination &&
+         inclination_.convention == AxisConvention::forward_left_up &&
+         inclination_.pitch_formula == PitchFormula::arcsine;
+}
+
+ReducedReading Reducer::of_field(const Eigen::Vector3d& field_in_sensor,
+                                 const PitchAndRoll* made) const {
+  ReducedReading result{.field_in_sensor = field_in_sensor};
+  describe({}, made, result);
+  return result;
+}
+
 ColumnReduction Reducer::columns() const {
-  if (bias_.size() != 3 || one_sided_ || temperature_ || !also_.empty()) {
+  if (!has_columns()) {
     throw DomainError(
         "Reducer: whole columns are reduced for three plain axes only; not one-sided, without "
         "temperature terms and second fields");
@@ -425,10 +442,17 @@ ReducedReading Reducer::reduce(std::span<const double> readings,
       result.field_in_sensor -= also * *context.up;
     }
   }
+  describe(context, nullptr, result);
+  return result;
+}
+
+void Reducer::describe(const ReadingContext& context,
+                       const PitchAndRoll* made,
+                       ReducedReading& result) const {
   if (!gives_field_) {
     result.residual = not_a_number;
     result.derived.values.fill(not_a_number);
-    return result;
+    return;
   }
   result.residual = result.field_in_sensor.norm() - magnitude_;
   if (kind_->derive != nullptr && (context.up || !kind_->derives_with_attitude)) {
@@ -437,9 +461,9 @@ ReducedReading Reducer::reduce(std::span<const double> readings,
                                     .magnitude = magnitude_,
                                     .inclination = inclination_,
                                     .up = context.up,
-                                    .declination_rad = declination_rad_});
+                                    .declination_rad = declination_rad_,
+                                    .made = made});
   }
-  return result;
 }
 
 ReducedAxis Reducer::reduce_axis(

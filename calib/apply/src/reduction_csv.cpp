@@ -8,6 +8,7 @@
 #include <limits>
 #include <memory>
 #include <optional>
+#include <span>
 #include <thread>
 #include <utility>
 
@@ -290,6 +291,7 @@ class RowReduction {
         options_(options),
         out_(buffer, sink, options.form, options.decimals),
         results_(result_names(axes, reducer, options)),
+        derived_(derives(reducer, options) ? reducer.kind().derived_names.size() : 0),
         row_(csv, axes, reducer, options.temperature_column) {
     if (options.attitude != nullptr) {
       attitude_row_.emplace(csv, options.attitude_columns, *options.attitude,
@@ -298,6 +300,9 @@ class RowReduction {
     if (options.joint) {
       joint_row_.emplace(csv, options.joint->columns, *options.joint->reducer,
                          options.temperature_column);
+    }
+    if (reducer.has_columns() && options.uncertainty == nullptr && !attitude_row_ && !joint_row_) {
+      batch_.emplace(reducer);
     }
     for (const std::string& name : results_) {
       if (csv.column(name)) {
@@ -320,27 +325,104 @@ class RowReduction {
 
   [[nodiscard]] std::string_view rows() const { return out_.rows(); }
 
-  ReductionCsvSummary reduce(std::size_t most_rows) {
+  // @param texts_stay  those of rows that were read, while further ones are.
+  ReductionCsvSummary reduce(std::size_t most_rows, bool texts_stay) {
     while (summary_.rows < most_rows) {
       const CsvReader::Row row = csv_.next();
       if (row == CsvReader::Row::end) {
         break;
       }
       ++summary_.rows;
+      if (row == CsvReader::Row::good && take()) {
+        if (!texts_stay || batch_->count == Batch::most) {
+          put_batch();
+        }
+        continue;
+      }
+      put_batch();
       if (row == CsvReader::Row::defective) {
         refuse(csv_.defect());
         put_defective_row();
-        put_unreadable();
+        put_unreadable(csv_.line());
       } else {
         out_.put(csv_.text());
         reduce_row();
       }
       end_row();
     }
+    put_batch();
     return summary_;
   }
 
  private:
+  // Rows that are reduced at once.
+  struct Batch {
+    static constexpr std::size_t most = 256;
+    using Column = std::array<double, most>;
+
+    explicit Batch(const Reducer& reducer)
+        : reduction(reducer.columns()), has_angles(reducer.has_angle_columns()) {}
+
+    // Readings become fields in their place. Whole vectors of them, so that each is the same
+    // wherever it stands.
+    void reduce() {
+      constexpr std::size_t longest_vector = 32;
+      const std::size_t whole = (count + longest_vector - 1) / longest_vector * longest_vector;
+      const auto part = [whole](Column& column) { return std::span(column).first(whole); };
+      const WrittenColumns written = {part(columns[0]), part(columns[1]), part(columns[2])};
+      const ReadColumns read = {written[0], written[1], written[2]};
+      if (has_angles) {
+        reduce_columns(reduction, read, written,
+                       {.pitch_rad = part(pitch_rad), .roll_rad = part(roll_rad)});
+      } else {
+        reduce_columns(reduction, read, written);
+      }
+    }
+
+    ColumnReduction reduction;
+    bool has_angles;
+    std::size_t count = 0;
+    std::array<std::string_view, most> texts;
+    std::array<std::size_t, most> lines{};
+    std::array<Column, 3> columns{};
+    Column pitch_rad{};
+    Column roll_rad{};
+  };
+
+  // Whether the row goes into the batch: it does where its readings are good and no more is asked
+  // than plain axes say.
+  bool take() {
+    if (!batch_ || !row_.read(reducer_) || row_.saturated()) {
+      return false;
+    }
+    batch_->texts[batch_->count] = csv_.text();
+    batch_->lines[batch_->count] = csv_.line();
+    for (std::size_t k = 0; k < batch_->columns.size(); ++k) {
+      batch_->columns[k][batch_->count] = row_.readings()[k];
+    }
+    ++batch_->count;
+    return true;
+  }
+
+  void put_batch() {
+    if (!batch_ || batch_->count == 0) {
+      return;
+    }
+    batch_->reduce();
+    for (std::size_t i = 0; i < batch_->count; ++i) {
+      const Eigen::Vector3d field(batch_->columns[0][i], batch_->columns[1][i],
+                                  batch_->columns[2][i]);
+      const PitchAndRoll made{.pitch_rad = batch_->pitch_rad[i], .roll_rad = batch_->roll_rad[i]};
+      const ReducedReading reduced = reducer_.of_field(field, batch_->has_angles ? &made : nullptr);
+      out_.put(batch_->texts[i]);
+      if (put_results(reduced, batch_->lines[i])) {
+        put_flag(reduced.derived.clamped, reduced.extrapolated);
+      }
+      end_row();
+    }
+    batch_->count = 0;
+  }
+
   void end_row() {
     out_.put("\n");
     if (options_.every_row) {
@@ -373,10 +455,10 @@ class RowReduction {
     out_.put_flag(flag);
   }
 
-  void put_unreadable() {
+  void put_unreadable(std::size_t line) {
     ++summary_.unreadable;
     if (summary_.first_unreadable_line == 0) {
-      summary_.first_unreadable_line = csv_.line();
+      summary_.first_unreadable_line = line;
     }
     put_empty_results(reduction_flag::unreadable);
   }
@@ -386,9 +468,10 @@ class RowReduction {
     put_empty_results(reduction_flag::saturated);
   }
 
-  void refuse(std::string_view what) const {
+  void refuse(std::string_view what) const { refuse(what, csv_.line()); }
+  void refuse(std::string_view what, std::size_t line) const {
     if (options_.strict) {
-      throw DataError(csv_.path(), csv_.line(), what);
+      throw DataError(csv_.path(), line, what);
     }
   }
 
@@ -402,21 +485,21 @@ class RowReduction {
       if (options_.strict) {
         refuse(row_.defect());
       }
-      put_unreadable();
+      put_unreadable(csv_.line());
       return;
     }
     if (attitude != nullptr && !attitude->read(*options_.attitude)) {
       if (options_.strict) {
         refuse(attitude->defect());
       }
-      put_unreadable();
+      put_unreadable(csv_.line());
       return;
     }
     if (joint != nullptr && !joint->read(*options_.joint->reducer)) {
       if (options_.strict) {
         refuse(joint->defect());
       }
-      put_unreadable();
+      put_unreadable(csv_.line());
       return;
     }
     if (row_.saturated() || (attitude != nullptr && attitude->saturated()) ||
@@ -442,15 +525,27 @@ class RowReduction {
       extrapolated = attitude.extrapolated;
     }
     const ReducedReading reduced = reducer_.reduce(row_.readings(), context);
-    if (!reduced.determined) {
-      refuse("fewer than three axes see the light");
-      put_unreadable();
+    if (!put_results(reduced, csv_.line())) {
       return;
     }
+    if (options_.uncertainty != nullptr) {
+      put_uncertainties(context, derived_);
+    }
+    const bool moved = options_.joint && put_joint(reduced.field_in_sensor, context, extrapolated);
+    put_flag(reduced.derived.clamped, reduced.extrapolated || extrapolated, moved);
+  }
+
+  // What a reading says; false where it says nothing, which is written then.
+  bool put_results(const ReducedReading& reduced, std::size_t line) {
+    if (!reduced.determined) {
+      refuse("fewer than three axes see the light", line);
+      put_unreadable(line);
+      return false;
+    }
     if (!std::isfinite(reduced.field_in_sensor.norm())) {
-      refuse("the readings are too large to be reduced");
-      put_unreadable();
-      return;
+      refuse("the readings are too large to be reduced", line);
+      put_unreadable(line);
+      return false;
     }
     constexpr double far = 0.3;
     summary_.far_from_field += std::abs(reduced.residual) > far * reducer_.magnitude() ? 1U : 0U;
@@ -458,18 +553,10 @@ class RowReduction {
       out_.put_cell(component);
     }
     out_.put_cell(reduced.residual);
-    const bool with_u = options_.uncertainty != nullptr;
-    const std::size_t sets = !with_u ? 1 : options_.expanded ? 4 : 2;
-    const std::size_t of_joint = !options_.joint ? 0 : with_u ? 2 : 1;
-    const std::size_t derived = (results_.size() - 1 - of_joint) / sets - 4;
-    for (std::size_t i = 0; i < derived; ++i) {
+    for (std::size_t i = 0; i < derived_; ++i) {
       out_.put_cell(reduced.derived.values[i]);
     }
-    if (with_u) {
-      put_uncertainties(context, derived);
-    }
-    const bool moved = options_.joint && put_joint(reduced.field_in_sensor, context, extrapolated);
-    put_flag(reduced.derived.clamped, reduced.extrapolated || extrapolated, moved);
+    return true;
   }
 
   // How the other instrument is turned against this one; returns whether that is an alarm.
@@ -535,7 +622,7 @@ class RowReduction {
     for (std::size_t k = 0; k < row_.readings().size(); ++k) {
       if (!std::isfinite(reduced_axis(k).component)) {
         refuse("the readings are too large to be reduced");
-        put_unreadable();
+        put_unreadable(csv_.line());
         return;
       }
     }
@@ -641,9 +728,11 @@ class RowReduction {
   const ReductionCsvOptions& options_;
   RowWriter out_;
   std::vector<std::string> results_;
+  std::size_t derived_;  // how many of them the kind of instrument derives
   RowReader row_;
   std::optional<RowReader> attitude_row_;
   std::optional<RowReader> joint_row_;
+  std::optional<Batch> batch_;
   ReductionCsvSummary summary_;
 };
 
@@ -715,7 +804,7 @@ ReductionCsvSummary reduce_csv(CsvReader& csv,
   RowReduction whole(csv, axes, reducer, options, buffer, &sink);
   whole.put_header();
   if (options.every_row) {
-    return whole.reduce(all);
+    return whole.reduce(all, false);
   }
   sink(whole.rows());
   struct Piece {
@@ -724,10 +813,11 @@ ReductionCsvSummary reduce_csv(CsvReader& csv,
     ReductionCsvSummary summary;
   };
   std::vector<std::vector<char>> spare;  // buffers that have grown to what a piece needs
-  const auto reduced = [&](CsvReader& from, std::size_t most_rows, std::vector<char> to) {
+  const auto reduced = [&](CsvReader& from, std::size_t most_rows, bool texts_stay,
+                           std::vector<char> to) {
     Piece piece{.buffer = std::move(to)};
     RowReduction rows(from, axes, reducer, options, piece.buffer);
-    piece.summary = rows.reduce(most_rows);
+    piece.summary = rows.reduce(most_rows, texts_stay);
     piece.rows = rows.rows();
     return piece;
   };
@@ -743,11 +833,11 @@ ReductionCsvSummary reduce_csv(CsvReader& csv,
     if (std::optional<CsvReader::Lines> lines = csv.take_lines()) {
       const auto from = std::make_shared<CsvReader>(csv, *std::move(lines));
       const auto to = std::make_shared<std::vector<char>>(spare_buffer());
-      return [&reduced, from, to] { return reduced(*from, all, std::move(*to)); };
+      return [&reduced, from, to] { return reduced(*from, all, true, std::move(*to)); };
     }
     // Rows with quotes end where their reader finds that they do.
     constexpr std::size_t some = 1000;
-    const auto piece = std::make_shared<Piece>(reduced(csv, some, spare_buffer()));
+    const auto piece = std::make_shared<Piece>(reduced(csv, some, false, spare_buffer()));
     return piece->summary.rows > 0 ? std::optional([piece] { return std::move(*piece); })
                                    : std::nullopt;
   };

@@ -9,6 +9,7 @@
 #include "allocations.hpp"
 #include "axiscal/calib/reduction_csv.hpp"
 #include "axiscal/core/error.hpp"
+#include "axiscal/core/number_text.hpp"
 #include "axiscal/core/random.hpp"
 #include "matchers.hpp"
 #include "program.hpp"
@@ -319,6 +320,45 @@ TEST(ReduceCsv, AllocatesNothingPerRow) {
   EXPECT_LT(static_cast<double>(many.allocations - few.allocations), per_row * 19000.0);
 }
 
+// Rows are reduced many at once: what each says is what it says alone.
+TEST(ReduceCsv, SaysWhatSingleReadingsSay) {
+  RandomStream random(47);
+  for (const std::string kind : {"accelerometer", "magnetometer", "generic"}) {
+    for (const AxisConvention convention :
+         {AxisConvention::forward_left_up, AxisConvention::forward_right_down}) {
+      SensorModel truth = truth_with_axes(3, kind);
+      truth.instrument.convention = convention;
+      const Reducer reducer(truth);
+      std::vector<std::array<double, 3>> readings;
+      std::string text = "x,y,z\n";
+      for (int i = 0; i < 700; ++i) {
+        const Eigen::VectorXd v = truth.response.at(random.normals<3>().normalized());
+        readings.push_back({v(0), v(1), v(2)});
+        text += number_text(v(0)) + ',' + number_text(v(1)) + ',' + number_text(v(2)) + '\n';
+        text += i % 100 == 50 ? "0.1,no number,0.2\n" : "";
+      }
+      const std::vector<std::vector<std::string>> cells = test::csv_cells(reduce(truth, text).text);
+      ASSERT_EQ(cells.size(), 1 + 700 + 7U);
+      std::size_t row = 0;
+      for (const std::array<double, 3>& reading : readings) {
+        ++row;
+        row += cells[row].back() == "unreadable" ? 1 : 0;
+        const ReducedReading one = reducer.reduce(reading);
+        for (std::size_t c = 3; c + 1 < cells[row].size(); ++c) {
+          const std::string& name = cells[0][c];
+          const double value =
+              one[name.starts_with("field_") ? name.substr(name.size() - 1) : name];
+          ASSERT_EQ(cells[row][c].empty(), std::isnan(value)) << kind << ' ' << row << ' ' << name;
+          if (!std::isnan(value)) {
+            EXPECT_NEAR(std::stod(cells[row][c]), value, 1e-11)
+                << kind << ' ' << row << ' ' << name;
+          }
+        }
+      }
+    }
+  }
+}
+
 // Blocks of lines are reduced on all cores, rows with quotes where they are read.
 TEST(ReduceCsv, GivesTheSameAsRowByRow) {
   const SensorModel truth = accelerometer_truth();
@@ -330,6 +370,7 @@ TEST(ReduceCsv, GivesTheSameAsRowByRow) {
             : i % 3001 == 2    ? "# a comment\n\n"
             : i / 1000 == 33   ? "\"two\nlines\"," + number + ",0.2,2.5\n"
             : i % 2500 == 2499 ? "clamped,9," + number + ",-0.3\n"
+            : i % 4001 == 4000 ? "large,1e308,-1e308,1e308\n"
                                : "plain," + number + ",0.2,2.5\r\n";
   }
   const Reduced by_rows = reduce(truth, text, {.every_row = true});

@@ -94,7 +94,8 @@ class CsvReader {
   /// @return the cells of a good row, unquoted; valid until next().
   [[nodiscard]] std::span<const std::string_view> cells() const { return cells_; }
 
-  /// @return the row as it stands in the file, without its line end; valid until next().
+  /// @return the row as it stands in the file, without its line end; valid until next(), of lines
+  ///         that another reader took as long as this.
   [[nodiscard]] std::string_view text() const { return text_; }
 
   /// @return how many cells the row has, also when that is not what the header says.

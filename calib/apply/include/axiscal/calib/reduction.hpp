@@ -169,6 +169,19 @@ class Reducer {
     return range_ && (reading <= range_->low || reading >= range_->high);
   }
 
+  /// @return whether columns() may be called: three plain axes.
+  [[nodiscard]] bool has_columns() const;
+
+  /// @return whether pitch and roll as reduce_columns() makes them are those that reduce() derives:
+  /// an instrument of inclination in forward-left-up axes, its pitch by the arcsine.
+  [[nodiscard]] bool has_angle_columns() const;
+
+  /// What a reading says whose field was reduced with many others, by columns().
+  /// @param made  its angles, where they are made too (has_angle_columns()); null: they are made
+  /// here.
+  [[nodiscard]] ReducedReading of_field(const Eigen::Vector3d& field_in_sensor,
+                                        const PitchAndRoll* made = nullptr) const;
+
   /// The reduction of three plain axes as reduce_columns() and reduce_rows() take it: whole arrays
   /// at once, at the speed of memory. Components in the results' unit; pitch and roll in
   /// forward-left-up axes.
@@ -215,6 +228,11 @@ class Reducer {
     bool gives_field = true;
   };
   Reducer(const SensorModel& sensor, const Knowledge& knowledge, const ReductionOptions& options);
+
+  // What follows from the field that a reading was reduced to.
+  void describe(const ReadingContext& context,
+                const PitchAndRoll* made,
+                ReducedReading& result) const;
 
   const InstrumentKind* kind_;
   double magnitude_;
