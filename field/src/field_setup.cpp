@@ -50,9 +50,9 @@ void check_names(const std::vector<FieldDescription>& parts) {
 
 }  // namespace
 
-FieldSetup::FieldSetup(std::shared_ptr<const ReferenceField> field) : of(std::move(field)) {
-  if (of) {
-    of->state(*this);
+FieldSetup::FieldSetup(std::shared_ptr<const ReferenceField> field) : of(field) {
+  if (field) {
+    field->state(*this);  // which may put another field in its place
   }
 }
 
