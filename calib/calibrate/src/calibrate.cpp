@@ -32,6 +32,7 @@
 #include "axiscal/calib/reading_source.hpp"
 #include "axiscal/calib/saturated_axes.hpp"
 #include "axiscal/calib/settings.hpp"
+#include "axiscal/calib/state_of_run.hpp"
 #include "axiscal/calib/temperature_fit.hpp"
 #include "axiscal/calib/transfer.hpp"
 #include "axiscal/calib/uncertainty_sources.hpp"
@@ -260,8 +261,7 @@ class RunFit {
                                             .one_sided = experiment_.instrument.one_sided});
     }
     const bool is_transfer = fitted_.seen.cols() > 0;
-    StateOfRun& fitted_state =
-        state_.emplace(fitted_, kind_.directions_known, std::move(estimate_.state));
+    StateOfRun& fitted_state = *state_;
     std::optional<StateOfRun> judged_state;
     if (judged_) {
       judged_state.emplace(*judged_, kind_.directions_known);
@@ -428,7 +428,8 @@ class RunFit {
     mistakes_ = {};
     if (searched_) {
       mistakes_ =
-          find_culprit(fitted_, estimate_, kind_.directions_known, judged_ ? &*judged_ : nullptr);
+          find_culprit(fitted_, estimate_, kind_.directions_known, judged_ ? &*judged_ : nullptr,
+                       judged_ ? nullptr : state_->small(estimate_.field));
     }
   }
 
@@ -494,6 +495,7 @@ class RunFit {
       fitted_.temperature.scale = estimate_.temperature_scale;
       fitted_.temperature.along = estimate_.response.sensitivity;
     }
+    state_.emplace(fitted_, kind_.directions_known, std::move(estimate_.state));
   }
 
   void fit_without_labels() {

@@ -29,7 +29,7 @@ Eigen::VectorXd fitted_response(const Calibration& calibration,
   return response;
 }
 
-// The field of which S makes a response, by least squares; three axes need no memory for it.
+// The field of which S makes a response, by least squares.
 class FieldSolver {
  public:
   explicit FieldSolver(const SensitivityMatrix& S) {
@@ -45,11 +45,32 @@ class FieldSolver {
   }
 
   [[nodiscard]] Eigen::Vector3d solve(const Eigen::VectorXd& response) const {
-    return of_three_ ? Eigen::Vector3d(of_three_->solve(Eigen::Vector3d(response)))
-                     : Eigen::Vector3d(of_any_->solve(response));
+    return of_three_ ? solved_of_three(response) : Eigen::Vector3d(of_any_->solve(response));
   }
 
  private:
+  // Householder's two reflections, then backwards through R; written out, as there is one for each
+  // reading.
+  [[nodiscard]] Eigen::Vector3d solved_of_three(Eigen::Vector3d c) const {
+    const Eigen::Matrix3d& QR = of_three_->matrixQR();
+    const Eigen::Vector3d& tau = of_three_->hCoeffs();
+    const double first = QR(1, 0) * c(1) + QR(2, 0) * c(2) + c(0);
+    c(0) -= tau(0) * first;
+    c(1) -= tau(0) * QR(1, 0) * first;
+    c(2) -= tau(0) * QR(2, 0) * first;
+    const double second = QR(2, 1) * c(2) + c(1);
+    c(1) -= tau(1) * second;
+    c(2) -= tau(1) * QR(2, 1) * second;
+    c(2) /= QR(2, 2);
+    c(1) = (c(1) - QR(1, 2) * c(2)) / QR(1, 1);
+    c(0) = (c(0) - QR(0, 2) * c(2) - QR(0, 1) * c(1)) / QR(0, 0);
+    Eigen::Vector3d field;
+    for (int j = 0; j < 3; ++j) {
+      field(of_three_->colsPermutation().indices()(j)) = c(j);
+    }
+    return field;
+  }
+
   std::optional<Eigen::ColPivHouseholderQR<Eigen::Matrix3d>> of_three_;  // one of the two
   std::optional<Eigen::ColPivHouseholderQR<Eigen::MatrixXd>> of_any_;
 };

@@ -11,6 +11,8 @@
 #include "axiscal/calib/input_quantities.hpp"
 #include "axiscal/calib/linearised_run.hpp"
 #include "axiscal/calib/method_kind.hpp"
+#include "axiscal/calib/product_of_size.hpp"
+#include "axiscal/calib/small_run.hpp"
 
 namespace axiscal {
 namespace {
@@ -65,6 +67,91 @@ double p_of(double ratio, double own_dof, const Noise& noise, bool noise_alone) 
   return left > 0.0 ? f_upper_p(std::max(ratio * rest / left, 1e-12), own_dof, rest) : 0.0;
 }
 
+// What the readings' noise makes of the lengths, and what errors that they share do.
+struct LengthScatter {
+  double squares = 0.0;  // of the lengths less the field's
+  double by_noise = 0.0;
+  double by_inputs = 0.0;
+  double of_square = 0.0;  // of the lengths' covariance
+
+  [[nodiscard]] double expected() const { return by_noise + by_inputs; }
+};
+
+// The field that a run's readings are held against, and the axes' noise.
+struct LengthSetup {
+  const ReadingSet& set;
+  const TableField& field;
+  const Eigen::Matrix3d inverse;  // of the sensitivity
+  const Eigen::Vector3d pure;     // the noise of each axis, in its sigma
+  const Eigen::MatrixXd changes;  // of the readings with the inputs, n m x c, m for each reading
+};
+
+// @tparam Run  LinearisedRun, or SmallRun, which needs no memory of its own.
+template <typename Run>
+LengthScatter scatter_of_lengths(const Run& run, const LengthSetup& setup) {
+  constexpr int most = Run::most_readings;
+  using Own = Eigen::Matrix<double, Eigen::Dynamic, Run::width, 0, most, Run::width>;
+  using Shared =
+      Eigen::Matrix<double, Eigen::Dynamic, Run::shared_width, 0, most, Run::shared_width>;
+  using AmongShared = Eigen::Matrix<double, Run::shared_width, Run::shared_width>;
+  using Square = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, most, most>;
+  const auto product = [](const auto& left, const auto& right) {
+    return product_of_size<most>(left, right);
+  };
+  const ReadingSet& set = setup.set;
+  const Eigen::Index n = set.size();
+  LengthScatter scatter;
+  // Changes of the lengths with the readings, in units of each one's own scatter.
+  Eigen::Matrix<double, Eigen::Dynamic, 3, 0, most, 3> A(n, 3);
+  for (Eigen::Index i = 0; i < n; ++i) {
+    const auto at = static_cast<std::size_t>(i);
+    const Eigen::Vector3d met =
+        set.rotation_sensor_from_table[at] * set.field_in_table(i, setup.field);
+    const Eigen::RowVector3d along = met.normalized().transpose() * setup.inverse;
+    Eigen::Vector3d above;
+    for (Eigen::Index k = 0; k < 3; ++k) {
+      const double noise = run.sigma(k) / (set.scale(i, k) * std::sqrt(set.weights(i, k)));
+      above(k) = run.residual(i, k) * noise;
+      A(i, k) = along(k) * noise;
+    }
+    scatter.squares += std::pow((met + setup.inverse * above).norm() - met.norm(), 2);
+  }
+  // The lengths' covariance A (1 - K K^T) V (1 - K K^T) A^T, V the noise and K K^T what the fit
+  // takes of readings. Of an axis K_k = [Q_k, P_k], square to each other, with Q_k^T Q_k = 1.
+  Shared in_shared = Shared::Zero(n, run.shared_basis_of_axis(0).cols());
+  for (Eigen::Index k = 0; k < 3; ++k) {
+    in_shared += A.col(k).asDiagonal() * run.shared_basis_of_axis(k);
+  }
+  Square covariance = Square::Zero(n, n);
+  Eigen::MatrixXd by_inputs = Eigen::MatrixXd::Zero(n, setup.changes.cols());
+  for (Eigen::Index k = 0; k < 3; ++k) {
+    const double variance = setup.pure(k) * setup.pure(k);
+    const auto& Q = run.basis_of_axis(k);
+    const Shared P = run.shared_basis_of_axis(k);
+    const Own own = A.col(k).asDiagonal() * Q;
+    Shared across = A.col(k).asDiagonal() * P;
+    across -= 0.5 * product(in_shared, AmongShared(product(P.transpose(), P)));
+    covariance -= variance * product(own, own.transpose());
+    if (P.cols() > 0) {
+      covariance -= variance * product(across, in_shared.transpose());
+      covariance -= variance * product(in_shared, across.transpose());
+    }
+    covariance.diagonal() += variance * A.col(k).cwiseAbs2();
+    if (setup.changes.cols() > 0) {
+      const Eigen::MatrixXd of_axis = setup.changes(Eigen::seqN(k, n, 3), Eigen::all);
+      by_inputs += A.col(k).asDiagonal() * of_axis;
+      by_inputs -= own * (Q.transpose() * of_axis) + in_shared * (P.transpose() * of_axis);
+    }
+  }
+  scatter.by_noise = covariance.trace();
+  if (setup.changes.cols() > 0) {
+    scatter.by_inputs = by_inputs.squaredNorm();
+    covariance += by_inputs * by_inputs.transpose();
+  }
+  scatter.of_square = covariance.squaredNorm();
+  return scatter;
+}
+
 }  // namespace
 
 std::optional<FieldSizeCheck> check_field_size(const Experiment& experiment,
@@ -77,81 +164,46 @@ std::optional<FieldSizeCheck> check_field_size(const Experiment& experiment,
     return std::nullopt;
   }
   const bool known = method_kind(method).directions_known;
-  const Eigen::Index n = set.size();
-  const Eigen::Index m = set.axis_count();
-  const LinearisedRun run(of, field, calibration.fit.statistics->residual_sd);
-  if (!run.is_determined()) {
-    return std::nullopt;
-  }
-
-  // Changes of the lengths with the readings, in units of each one's own scatter.
-  const Eigen::Matrix3d inverse =
-      Eigen::Matrix3d(calibration.sensor.response.sensitivity).inverse();
-  Eigen::MatrixXd A(n, m);  // of each reading by its own numbers alone
+  const FitStatistics& statistics = *calibration.fit.statistics;
   const std::vector<InputQuantity> inputs = input_quantities(experiment, set, known, field);
-  double squares = 0.0;
-  for (Eigen::Index i = 0; i < n; ++i) {
-    const auto at = static_cast<std::size_t>(i);
-    const Eigen::Vector3d met = set.rotation_sensor_from_table[at] * set.field_in_table(i, field);
-    Eigen::Vector3d above;
-    for (Eigen::Index k = 0; k < m; ++k) {
-      const Eigen::Index row = run.row_of(i, k);
-      const double noise = run.sigma(k) / (set.scale(i, k) * std::sqrt(set.weights(i, k)));
-      above(k) = run.residuals()(row) * noise;
-      A(i, k) = met.normalized().dot(inverse.col(k)) * noise;
+  const Noise noise = noise_of(statistics);
+  const auto setup_of = [&](const Eigen::MatrixXd& changes) -> LengthSetup {
+    return {.set = set,
+            .field = field,
+            .inverse = Eigen::Matrix3d(calibration.sensor.response.sensitivity).inverse(),
+            .pure = noise.sd.cwiseQuotient(statistics.residual_sd),
+            .changes = changes};
+  };
+  LengthScatter scatter;
+  const SmallState* const small = inputs.empty() ? of.small(field) : nullptr;
+  if (small != nullptr) {
+    const SmallRun run(*small, statistics.residual_sd, small->has_directions());
+    if (!run.is_determined()) {
+      return std::nullopt;
     }
-    squares += std::pow((met + inverse * above).norm() - met.norm(), 2);
-  }
-  // A P, P = 1 - K K^T what the fit leaves of readings: with B = A K and K_k^T K_k = [1, 0; 0,
-  // P_k^T P_k] of an axis, (A_k - B K_k^T)(A_k - B K_k^T)^T = A_k^2 + X B^T + B X^T, where X is -B
-  // / 2 in its own columns and B P_k^T P_k / 2 - A_k P_k in the shared.
-  const Eigen::MatrixXd B = run.combined_basis(A);
-  const Noise noise = noise_of(*calibration.fit.statistics);
-  const Eigen::VectorXd pure = noise.sd.cwiseQuotient(calibration.fit.statistics->residual_sd);
-  const Eigen::MatrixXd changes = change_of_readings(inputs, run, field);
-  const Eigen::Index D = run.shared();
-  Eigen::MatrixXd X = B;
-  X.rightCols(D).setZero();
-  Eigen::MatrixXd by_inputs = Eigen::MatrixXd::Zero(n, changes.cols());
-  for (Eigen::Index k = 0; k < m; ++k) {
-    const double variance = pure(k) * pure(k);
-    const Eigen::MatrixXd& Q = run.basis_of_axis(k);
-    const Eigen::Index first = run.column_of(k, 0);
-    X.middleCols(first, Q.cols()) *= -0.5 * variance;
-    const Eigen::MatrixXd P = run.shared_basis_of_axis(k);
-    if (D > 0) {
-      X.rightCols(D) += 0.5 * variance * B.rightCols(D) * (P.transpose() * P);
-      X.rightCols(D) -= variance * A.col(k).asDiagonal() * P;
+    scatter = scatter_of_lengths(run, setup_of({}));
+  } else {
+    const LinearisedRun run(of, field, statistics.residual_sd);
+    if (!run.is_determined()) {
+      return std::nullopt;
     }
-    if (!inputs.empty()) {
-      const Eigen::MatrixXd of_axis = changes(run.rows_of_axis(k), Eigen::all);
-      by_inputs += A.col(k).asDiagonal() * of_axis;
-      by_inputs -= B.middleCols(first, Q.cols()) * (Q.transpose() * of_axis) +
-                   B.rightCols(D) * (P.transpose() * of_axis);
-    }
+    scatter = scatter_of_lengths(run, setup_of(change_of_readings(inputs, run, field)));
   }
-  Eigen::MatrixXd of_noise = X * B.transpose();
-  of_noise += of_noise.transpose().eval();
-  of_noise.diagonal() += A.cwiseAbs2() * pure.cwiseAbs2();
-  const double by_noise = of_noise.trace();
-  Eigen::MatrixXd V = std::move(of_noise);
-  if (!inputs.empty()) {
-    V += by_inputs * by_inputs.transpose();
-  }
-  const double expected = V.trace();
+  const double expected = scatter.expected();
   if (!(expected > 0.0)) {
     return std::nullopt;
   }
   // As chi^2 of the mean and variance of a sum of squares (Satterthwaite).
-  const double own_dof = expected * expected / V.squaredNorm();
+  const double own_dof = expected * expected / scatter.of_square;
   const double F = field.magnitude();
-  const auto rms = [&](double sum) { return std::sqrt(sum / static_cast<double>(n)) / F; };
-  return FieldSizeCheck{.orientations = static_cast<int>(n),
-                        .relative_sd = rms(squares),
-                        .by_noise = rms(by_noise),
-                        .by_inputs = rms(by_inputs.squaredNorm()),
-                        .degrees_of_freedom = own_dof,
-                        .p_value = p_of(squares / expected, own_dof, noise, inputs.empty())};
+  const auto rms = [&](double sum) { return std::sqrt(sum / static_cast<double>(set.size())) / F; };
+  return FieldSizeCheck{
+      .orientations = static_cast<int>(set.size()),
+      .relative_sd = rms(scatter.squares),
+      .by_noise = rms(scatter.by_noise),
+      .by_inputs = rms(scatter.by_inputs),
+      .degrees_of_freedom = own_dof,
+      .p_value = p_of(scatter.squares / expected, own_dof, noise, inputs.empty())};
 }
 
 }  // namespace axiscal

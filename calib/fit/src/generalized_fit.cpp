@@ -19,6 +19,7 @@
 #include "axiscal/core/formatted.hpp"
 #include "axiscal/core/number_text.hpp"
 #include "axiscal/core/rotation.hpp"
+#include "curvature.hpp"
 #include "layings.hpp"
 
 namespace axiscal {
@@ -130,20 +131,22 @@ class GeneralizedFit {
     return true;
   }
 
-  // Columns f_k^2 at the fields that it began with. A bend swells the scatter of its axis: the axes
-  // are weighed as they scatter with the columns, alike where they do not differ then.
+  // Columns f_k^2 at the fields that it began with.
   [[nodiscard]] std::optional<CurvatureTest> curvature() {
     const LinearisedRun run = about_field();
     take_coefficients(run.solution());
+    BendTest test(layings_, !run_.known_field(), run.column_count(), variances_);
+    const double F = field_.magnitude();
     if (!seats_) {
-      const std::vector<BentAxis> axes = bent_axes(run);
-      return curvature_by(run, [&](bool bent) { return fit_axes(axes, bent); });
+      const BentAxes<Eigen::Dynamic, Eigen::Dynamic> axes = bent_axes(run);
+      return test.by([&](bool bent) { return axes.fit(test.variances(), bent); }, F);
     }
     VarianceProblem straight = problem(run);
     VarianceProblem bent = straight;
     bent.W.resize(straight.W.rows(), straight.W.cols() + run.axes());
     bent.W << with_squares(run), straight.W;
-    return curvature_by(run, [&](bool with) { return fit_problem(with ? bent : straight); });
+    return test.by([&](bool with) { return fit_problem(with ? bent : straight, test.variances()); },
+                   F);
   }
 
   // The turn of the cube each time it is laid, about each axis [rad]; 0 where none was seen.
@@ -230,58 +233,16 @@ class GeneralizedFit {
     coefficients_ = solution.head(p * m).reshaped(p, m);
   }
 
-  // How many readings an axis has, those of a laying one by one.
-  [[nodiscard]] double readings_of(Eigen::Index axis) const {
-    return static_cast<double>((set_.weights.col(axis).array() > 0.0).count()) +
-           layings_.degrees_of_freedom(axis);
-  }
-
-  // What a fit with the columns f_k^2, or without, comes to.
-  struct Bend {
-    Eigen::VectorXd estimate;         // m, of the columns
-    double squares = 0.0;             // weighted, those of errors that are shared among them
-    Eigen::VectorXd squares_of_axis;  // m, not weighted
-  };
-
-  // @param fit  at the variances as they are then; called with whether the columns are in it.
-  template <typename Fit>
-  [[nodiscard]] std::optional<CurvatureTest> curvature_by(const LinearisedRun& run,
-                                                          const Fit& fit) {
-    std::optional<Bend> after = fit(true);
-    if (after && weigh_alike_if_equal(after->squares_of_axis)) {
-      after = fit(true);
-    }
-    const std::optional<Bend> before = after ? fit(false) : std::nullopt;
-    if (!before || !after) {
-      return std::nullopt;
-    }
-    double squares = before->squares;
-    double free = -static_cast<double>(run.column_count());
-    for (Eigen::Index k = 0; k < run.axes(); ++k) {
-      squares += layings_.squares(k) / variances_(k);
-      free += readings_of(k);
-    }
-    const auto more = static_cast<double>(run.axes());
-    const double drop = std::max(before->squares - after->squares, 1e-12);
-    if (!(free - more >= 1.0)) {
-      return std::nullopt;
-    }
-    const double left = std::max(squares - drop, 1e-300);
-    const double F = field_.magnitude();
-    return CurvatureTest{
-        .p_value = f_upper_p((drop / more) / (left / (free - more)), more, free - more),
-        .bends = F * F * after->estimate};
-  }
-
-  [[nodiscard]] std::optional<Bend> fit_problem(const VarianceProblem& problem) const {
+  [[nodiscard]] std::optional<Bend<Eigen::Dynamic>> fit_problem(
+      const VarianceProblem& problem, const Eigen::VectorXd& variances) const {
     const Eigen::Index m = set_.axis_count();
-    const std::optional<WeightedFit> fit = fit_at_variances(problem, variances_);
+    const std::optional<WeightedFit> fit = fit_at_variances(problem, variances);
     if (!fit) {
       return std::nullopt;
     }
-    Bend bend{.estimate = fit->estimate.head(m),
-              .squares = fit->squares,
-              .squares_of_axis = Eigen::VectorXd::Zero(m)};
+    Bend<Eigen::Dynamic> bend{.estimate = fit->estimate.head(m),
+                              .squares = fit->squares,
+                              .squares_of_axis = Eigen::VectorXd::Zero(m)};
     const Eigen::VectorXd left = problem.y - problem.W * fit->estimate;
     for (Eigen::Index row = 0; row < left.size(); ++row) {
       bend.squares_of_axis(row % m) += left(row) * left(row);
@@ -289,105 +250,17 @@ class GeneralizedFit {
     return bend;
   }
 
-  // An axis's readings as sums, less what its own coefficients take up: the directions, the errors
-  // of inputs, and last its own column f_k^2.
-  struct BentAxis {
-    ResponseSums sums;
-    Eigen::VectorXd lengths;  // squared, of the columns as they are
-  };
-
-  [[nodiscard]] std::vector<BentAxis> bent_axes(const LinearisedRun& run) const {
+  [[nodiscard]] BentAxes<Eigen::Dynamic, Eigen::Dynamic> bent_axes(const LinearisedRun& run) const {
     const Eigen::MatrixXd of_errors = change_of_readings(inputs_, run, field_);
-    std::vector<BentAxis> axes;
+    BentAxes<Eigen::Dynamic, Eigen::Dynamic> axes(errors());
     for (Eigen::Index k = 0; k < run.axes(); ++k) {
       const auto rows = run.rows_of_axis(k);
       Eigen::MatrixXd columns(run.readings(), run.shared() + errors() + 1);
       columns << run.shared_columns_of_axis(k), of_errors(rows, Eigen::all), squares_of(run, k);
-      const Eigen::MatrixXd P = run.left_by_own(k, columns);
-      const Eigen::VectorXd y = run.residuals()(rows);
-      axes.push_back({.sums = {.information = P.transpose() * P,
-                               .gradient = P.transpose() * y,
-                               .squares = y.squaredNorm()},
-                      .lengths = columns.colwise().squaredNorm().transpose()});
+      axes.add(run.left_by_own(k, columns), Eigen::VectorXd(run.residuals()(rows)),
+               columns.colwise().squaredNorm().transpose());
     }
     return axes;
-  }
-
-  // Nothing is shared but by columns: each axis by its sums.
-  [[nodiscard]] std::optional<Bend> fit_axes(const std::vector<BentAxis>& axes, bool bent) const {
-    const auto m = static_cast<Eigen::Index>(axes.size());
-    const Eigen::Index shared = axes.front().sums.gradient.size() - 1;
-    const Eigen::Index size = shared + (bent ? m : 0);
-    Eigen::MatrixXd normal = Eigen::MatrixXd::Zero(size, size);
-    Eigen::VectorXd right = Eigen::VectorXd::Zero(size);
-    Eigen::VectorXd lengths = Eigen::VectorXd::Zero(size);
-    normal.diagonal().segment(shared - errors(), errors()).setOnes();
-    Bend bend{.estimate = Eigen::VectorXd::Zero(m), .squares_of_axis = Eigen::VectorXd(m)};
-    for (Eigen::Index k = 0; k < m; ++k) {
-      const BentAxis& axis = axes[static_cast<std::size_t>(k)];
-      const double weight = 1.0 / variances_(k);
-      normal.topLeftCorner(shared, shared) +=
-          weight * axis.sums.information.topLeftCorner(shared, shared);
-      right.head(shared) += weight * axis.sums.gradient.head(shared);
-      lengths.head(shared) += weight * axis.lengths.head(shared);
-      bend.squares += weight * axis.sums.squares;
-      if (bent) {
-        const Eigen::Index own = shared + k;
-        normal.col(own).head(shared) = weight * axis.sums.information.col(shared).head(shared);
-        normal.row(own).head(shared) = normal.col(own).head(shared).transpose();
-        normal(own, own) = weight * axis.sums.information(shared, shared);
-        right(own) = weight * axis.sums.gradient(shared);
-        lengths(own) = weight * axis.lengths(shared);
-      }
-    }
-    constexpr double open_below = 1e-13;
-    Eigen::VectorXd estimate(size);
-    if (size > 0) {
-      const ScaledCholesky cholesky(normal);
-      if (!cholesky.is_determined(open_below) ||
-          !(normal.diagonal().array() > open_below * lengths.array()).all()) {
-        return std::nullopt;
-      }
-      estimate = cholesky.solve(right);
-    }
-    bend.squares -= estimate.dot(right);
-    for (Eigen::Index k = 0; k < m; ++k) {
-      const ResponseSums& sums = axes[static_cast<std::size_t>(k)].sums;
-      Eigen::VectorXd own(shared + 1);
-      own << estimate.head(shared), (bent ? estimate(shared + k) : 0.0);
-      bend.squares_of_axis(k) = std::max(
-          sums.squares - 2.0 * own.dot(sums.gradient) + own.dot(sums.information * own), 0.0);
-    }
-    if (bent) {
-      bend.estimate = estimate.tail(m);
-    }
-    return bend;
-  }
-
-  // One variance for all axes, or in the stated ratio, where what a fit leaves of them does not
-  // contradict that; returns whether it is so.
-  // @param left  m sums of squares.
-  bool weigh_alike_if_equal(const Eigen::VectorXd& left) {
-    const Eigen::Index m = set_.axis_count();
-    const Eigen::VectorXd ratio = set_.noise_ratio.size() > 0
-                                      ? Eigen::VectorXd(set_.noise_ratio.cwiseAbs2())
-                                      : Eigen::VectorXd(Eigen::VectorXd::Ones(m));
-    const Eigen::VectorXd squares = (layings_.squares + left).cwiseQuotient(ratio);
-    // Of each axis's own columns, the square's among them, and its part of the directions.
-    const double taken = static_cast<double>(set_.column_count()) + 1.0 +
-                         (run_.known_field() ? 0.0 : 2.0 / static_cast<double>(m));
-    Eigen::VectorXd free(m);
-    for (Eigen::Index k = 0; k < m; ++k) {
-      free(k) = readings_of(k) - taken;
-    }
-    constexpr double contradicted = 0.1;
-    const bool alike = set_.noise_ratio.size() > 0 ||
-                       equal_variances_p(squares.cwiseQuotient(free), free) > contradicted;
-    if (!(free.minCoeff() > 1.0) || !alike) {
-      return false;
-    }
-    variances_.head(m) = squares.sum() / free.sum() * ratio;
-    return true;
   }
 
   [[nodiscard]] double degrees_of_freedom(Eigen::Index axis) const {
@@ -509,6 +382,28 @@ std::vector<UncertaintySource> sources_of(const std::vector<InputQuantity>& inpu
   return sources;
 }
 
+// The same of a small run without inputs and seats.
+// @tparam Shared  the field's directions that are fitted.
+template <int Shared>
+std::optional<CurvatureTest> curvature_of_small(const SmallState& state,
+                                                const Layings& layings,
+                                                const Estimate& estimate) {
+  const SmallRun run(state, Eigen::Vector3d::Ones(), Shared > 0);
+  BentAxes<Shared, 3> axes(0);
+  for (Eigen::Index k = 0; k < 3; ++k) {
+    SmallRun::Columns<Shared + 1> columns(run.readings(), Shared + 1);
+    columns << state.tangents().middleCols<Shared>(Shared * k),
+        (state.field_met() * state.sensitivity().row(k).normalized().transpose()).cwiseAbs2();
+    const SmallRun::Columns<4>& Q = state.basis();
+    const Eigen::Matrix<double, 4, Shared + 1> in_basis = Q.transpose().lazyProduct(columns);
+    axes.add(SmallRun::Columns<Shared + 1>(columns - Q.lazyProduct(in_basis)),
+             run.residuals().col(k), columns.colwise().squaredNorm().transpose());
+  }
+  BendTest test(layings, Shared > 0, 12 + Shared, first_scatter(estimate).cwiseAbs2());
+  return test.by([&](bool bent) { return axes.fit(test.variances(), bent); },
+                 state.field_magnitude());
+}
+
 }  // namespace
 
 std::optional<CurvatureTest> test_curvature(const Experiment& experiment,
@@ -535,6 +430,12 @@ std::optional<CurvatureTest> test_curvature(const Experiment& experiment,
   const std::vector<InputQuantity> inputs =
       input_quantities(experiment, layings.set(), known, estimate.field);
   const bool seats = seats_of(statistics) != nullptr;
+  const SmallState* const small =
+      layings.own || !inputs.empty() || seats ? nullptr : run.small(estimate.field);
+  if (small != nullptr) {
+    return small->has_directions() ? curvature_of_small<2>(*small, layings, estimate)
+                                   : curvature_of_small<0>(*small, layings, estimate);
+  }
   StateOfRun of_layings(layings.set(), known);
   return GeneralizedFit(layings, layings.own ? of_layings : run, inputs, seats, estimate)
       .curvature();

@@ -205,11 +205,4 @@ DirectionShares JointFit::shares(const JointState& state, const Eigen::VectorXd&
   return shares;
 }
 
-std::shared_ptr<const JointState> StateOfRun::at(const TableField& field) {
-  if (!last_ || last_->field.vectors() != field.vectors()) {
-    last_ = JointFit(set_, set_.weights).at(field, known_field_ || !field.has_vectors());
-  }
-  return last_;
-}
-
 }  // namespace axiscal

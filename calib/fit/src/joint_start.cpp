@@ -11,7 +11,9 @@
 #include <Eigen/SVD>
 
 #include "axiscal/calib/scaled_qr.hpp"
+#include "axiscal/calib/small_run.hpp"
 #include "axiscal/core/rotation.hpp"
+#include "small_joint.hpp"
 
 namespace axiscal {
 namespace {
@@ -32,13 +34,18 @@ std::optional<TableField> linear_start(const ReadingSet& set) {
   if (set.field.turns()) {
     return {};  // then its parts are not linear in the level
   }
+  const std::vector<FieldDescription>& parts = set.field.parts();
+  if (SmallState::can_be(set) && set.field.blocks().size() == 1) {
+    if (const std::optional<Eigen::Vector3d> direction = small_linear_direction(set)) {
+      return set.field.with({parts.front().magnitude * *direction});
+    }
+  }
   std::vector<Eigen::Index> all(static_cast<std::size_t>(set.size()));
   std::iota(all.begin(), all.end(), 0);
   const Eigen::VectorXd common = linear_directions(set, all);
   if (common.size() == 0) {
     return {};
   }
-  const std::vector<FieldDescription>& parts = set.field.parts();
   std::vector<Eigen::Vector3d> vectors;
   if (set.field.is_sum()) {
     // The parts whose magnitude is known say how long the others are.

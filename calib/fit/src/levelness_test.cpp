@@ -2,9 +2,10 @@
 #include "axiscal/calib/levelness_test.hpp"
 
 #include <algorithm>
-#include <map>
 #include <optional>
+#include <span>
 #include <utility>
+#include <vector>
 
 #include "axiscal/calib/deletion_fit.hpp"
 #include "axiscal/core/not_a_number.hpp"
@@ -15,43 +16,68 @@ namespace {
 
 constexpr double unlevel_below = 0.005;  // probability below which a face disagrees
 
-// The half differences of one rest face in one block, as contrasts of their readings.
-struct FaceContrasts {
-  const OppositePair* pair = nullptr;  // the first of them
-  std::vector<std::size_t> readings;
-  std::vector<Eigen::RowVectorXd> rows;
-};
+// The pairs of one rest face in one block: their half differences are contrasts of their readings.
+using FacePairs = std::span<const OppositePair* const>;
 
-std::vector<FaceContrasts> contrasts_by_face(const std::vector<OppositePair>& pairs) {
-  std::map<std::pair<int, Face>, FaceContrasts> faces;
-  for (const OppositePair& pair : pairs) {
-    if (pair.level.of_all() == 0.0) {
-      continue;  // no field, no slope in it
-    }
-    FaceContrasts& face = faces[{pair.block, pair.point.rest()}];
-    face.pair = face.pair == nullptr ? &pair : face.pair;
-    const auto before = static_cast<Eigen::Index>(face.readings.size());
-    const auto first = static_cast<Eigen::Index>(pair.first.size());
-    const auto second = static_cast<Eigen::Index>(pair.second.size());
-    Eigen::RowVectorXd row = Eigen::RowVectorXd::Zero(before + first + second);
-    row.segment(before, first).setConstant(0.5 / static_cast<double>(first));
-    row.tail(second).setConstant(-0.5 / static_cast<double>(second));
-    face.rows.push_back(std::move(row));
-    face.readings.insert(face.readings.end(), pair.first.begin(), pair.first.end());
-    face.readings.insert(face.readings.end(), pair.second.begin(), pair.second.end());
-  }
-  std::vector<FaceContrasts> all;
-  for (auto& [key, face] : faces) {
-    all.push_back(std::move(face));
-  }
-  return all;
+bool is_before(const OppositePair* a, const OppositePair* b) {
+  return std::pair(a->block, a->point.rest()) < std::pair(b->block, b->point.rest());
 }
 
-Eigen::MatrixXd matrix_of(const FaceContrasts& face) {
-  Eigen::MatrixXd rows = Eigen::MatrixXd::Zero(static_cast<Eigen::Index>(face.rows.size()),
-                                               static_cast<Eigen::Index>(face.readings.size()));
-  for (std::size_t i = 0; i < face.rows.size(); ++i) {
-    rows.row(static_cast<Eigen::Index>(i)).head(face.rows[i].size()) = face.rows[i];
+// Those of one face together.
+std::vector<const OppositePair*> sorted_by_face(const std::vector<OppositePair>& pairs) {
+  std::vector<const OppositePair*> sorted;
+  sorted.reserve(pairs.size());
+  for (const OppositePair& pair : pairs) {
+    if (pair.level.of_all() != 0.0) {  // no field, no slope in it
+      sorted.push_back(&pair);
+    }
+  }
+  if (!std::is_sorted(sorted.begin(), sorted.end(), is_before)) {
+    std::stable_sort(sorted.begin(), sorted.end(), is_before);
+  }
+  return sorted;
+}
+
+std::vector<FacePairs> split_by_face(std::span<const OppositePair* const> sorted) {
+  std::vector<FacePairs> faces;
+  faces.reserve(sorted.size());
+  for (std::size_t first = 0; first < sorted.size();) {
+    std::size_t end = first + 1;
+    while (end < sorted.size() && !is_before(sorted[first], sorted[end])) {
+      ++end;
+    }
+    faces.push_back(sorted.subspan(first, end - first));
+    first = end;
+  }
+  return faces;
+}
+
+std::vector<std::size_t> readings_of(const FacePairs& face) {
+  std::vector<std::size_t> readings;
+  std::size_t count = 0;
+  for (const OppositePair* pair : face) {
+    count += pair->first.size() + pair->second.size();
+  }
+  readings.reserve(count);
+  for (const OppositePair* pair : face) {
+    readings.insert(readings.end(), pair->first.begin(), pair->first.end());
+    readings.insert(readings.end(), pair->second.begin(), pair->second.end());
+  }
+  return readings;
+}
+
+// @param readings  how many readings_of() there are.
+Eigen::MatrixXd contrasts_of(const FacePairs& face, std::size_t readings) {
+  Eigen::MatrixXd rows = Eigen::MatrixXd::Zero(static_cast<Eigen::Index>(face.size()),
+                                               static_cast<Eigen::Index>(readings));
+  Eigen::Index at = 0;
+  for (std::size_t q = 0; q < face.size(); ++q) {
+    const auto first = static_cast<Eigen::Index>(face[q]->first.size());
+    const auto second = static_cast<Eigen::Index>(face[q]->second.size());
+    auto row = rows.row(static_cast<Eigen::Index>(q));
+    row.segment(at, first).setConstant(0.5 / static_cast<double>(first));
+    row.segment(at + first, second).setConstant(-0.5 / static_cast<double>(second));
+    at += first + second;
   }
   return rows;
 }
@@ -67,13 +93,15 @@ void test_levelness(StateOfRun& run, Estimate& estimate) {
   const std::optional<ReadingSet> paired =
       estimate.unpaired.empty() ? std::nullopt : std::optional(without_unpaired(set, estimate));
   const std::vector<OppositePair> pairs = opposite_positions(set);
-  const std::vector<FaceContrasts> faces = contrasts_by_face(pairs);
+  const std::vector<const OppositePair*> sorted = sorted_by_face(pairs);
+  const std::vector<FacePairs> faces = split_by_face(sorted);
   const DeletionFit others = paired ? DeletionFit(*paired, estimate.field, run.known_field())
-                                    : DeletionFit(set, run.at(estimate.field));
+                                    : DeletionFit(run, estimate.field);
   double smallest = 2.0;
-  const FaceContrasts* suspect = nullptr;
-  for (const FaceContrasts& face : faces) {
-    const std::optional<double> p = others.p_value(face.readings, matrix_of(face));
+  const FacePairs* suspect = nullptr;
+  for (const FacePairs& face : faces) {
+    const std::vector<std::size_t> readings = readings_of(face);
+    const std::optional<double> p = others.p_value(readings, contrasts_of(face, readings.size()));
     if (!p) {
       return;  // the other faces do not tell
     }
@@ -87,15 +115,16 @@ void test_levelness(StateOfRun& run, Estimate& estimate) {
   }
   const auto count = static_cast<double>(faces.size());
   if (count * smallest < unlevel_below) {
-    smallest = std::max(
-        smallest,
-        others.p_value_by_tails(suspect->readings, matrix_of(*suspect)).value_or(smallest));
+    const std::vector<std::size_t> readings = readings_of(*suspect);
+    smallest = std::max(smallest,
+                        others.p_value_by_tails(readings, contrasts_of(*suspect, readings.size()))
+                            .value_or(smallest));
   }
   levelness.p_value = std::min(1.0, count * smallest);
   levelness.consistent = !(levelness.p_value < unlevel_below);
   if (!levelness.consistent) {
-    levelness.suspect = LevelnessEstimate{.point = suspect->pair->point,
-                                          .block = suspect->pair->block,
+    levelness.suspect = LevelnessEstimate{.point = suspect->front()->point,
+                                          .block = suspect->front()->block,
                                           .x = not_a_number,
                                           .y = not_a_number};
   }

@@ -15,23 +15,22 @@ namespace {
 // What is seen only through cross-axis terms is no estimate of a face.
 constexpr double smallest_pivot_of_a_face = 0.2;
 
+// Of an axis's readings; an axis that leaves all of them out has no mean, and weight 0.
 struct WeightedMean {
-  Eigen::VectorXd value;   // m entries
-  Eigen::VectorXd weight;  // their sums
+  double value = 0.0;
+  double weight = 0.0;  // their sum
 };
 
-WeightedMean mean_of(const ReadingSet& set, const std::vector<std::size_t>& rows) {
-  WeightedMean mean{.value = Eigen::VectorXd::Zero(set.axis_count()),
-                    .weight = Eigen::VectorXd::Zero(set.axis_count())};
+WeightedMean mean_of(const ReadingSet& set,
+                     const std::vector<std::size_t>& rows,
+                     Eigen::Index axis) {
+  WeightedMean mean;
   for (const std::size_t i : rows) {
     const auto row = static_cast<Eigen::Index>(i);
-    mean.value += set.weights.row(row).cwiseProduct(set.response.row(row)).transpose();
-    mean.weight += set.weights.row(row).transpose();
+    mean.value += set.weights(row, axis) * set.response(row, axis);
+    mean.weight += set.weights(row, axis);
   }
-  // An axis that leaves all of them out has no mean, and weight 0.
-  for (Eigen::Index k = 0; k < mean.value.size(); ++k) {
-    mean.value(k) = mean.weight(k) > 0.0 ? mean.value(k) / mean.weight(k) : 0.0;
-  }
+  mean.value = mean.weight > 0.0 ? mean.value / mean.weight : 0.0;
   return mean;
 }
 
@@ -99,14 +98,14 @@ Differences differences_by_face(const std::vector<OppositePair>& pairs,
   for (FaceDifferences& face : all.faces) {
     face.first = at;
     for (const OppositePair* pair : face.pairs) {
-      const Eigen::VectorXd root = pair->weights.cwiseSqrt();
-      const auto seen = pair->level.of_all() * sensitivity;
-      all.G.middleRows(at, axes) =
-          root.asDiagonal() * seen.lazyProduct(pair->half_rotation.leftCols<2>());
-      all.d.segment(at, axes) = root.cwiseProduct(pair->half_difference -
-                                                  field.vector(pair->levelness).z() *
-                                                      seen.lazyProduct(pair->half_rotation.col(2)));
-      at += axes;
+      const double normal = field.vector(pair->levelness).z();
+      for (Eigen::Index k = 0; k < axes; ++k, ++at) {
+        const double root = std::sqrt(pair->weights(k));
+        const Eigen::RowVector3d seen =
+            pair->level.of_all() * (sensitivity.row(k) * pair->half_rotation);
+        all.G.row(at) = root * seen.head<2>();
+        all.d(at) = root * (pair->half_difference(k) - normal * seen(2));
+      }
     }
     face.rows = at - face.first;
   }
@@ -290,13 +289,19 @@ OppositePairs find_opposite_pairs(const ReadingSet& set) {
       result.unpaired.insert(result.unpaired.end(), alone.begin(), alone.end());
       continue;
     }
-    const WeightedMean a = mean_of(set, pair.first);
-    const WeightedMean b = mean_of(set, pair.second);
     const Eigen::Matrix3d R_a = mean_met(set, pair.first);
     const Eigen::Matrix3d R_b = mean_met(set, pair.second);
-    pair.mean = 0.5 * (a.value + b.value);
-    pair.half_difference = 0.5 * (a.value - b.value);
-    pair.weights = 4.0 * (a.weight.cwiseInverse() + b.weight.cwiseInverse()).cwiseInverse();
+    const Eigen::Index m = set.axis_count();
+    pair.mean.resize(m);
+    pair.half_difference.resize(m);
+    pair.weights.resize(m);
+    for (Eigen::Index k = 0; k < m; ++k) {
+      const WeightedMean a = mean_of(set, pair.first, k);
+      const WeightedMean b = mean_of(set, pair.second, k);
+      pair.mean(k) = 0.5 * (a.value + b.value);
+      pair.half_difference(k) = 0.5 * (a.value - b.value);
+      pair.weights(k) = 4.0 / (1.0 / a.weight + 1.0 / b.weight);
+    }
     pair.mean_rotation = 0.5 * (R_a + R_b);
     pair.half_rotation = 0.5 * (R_a - R_b);
     result.pairs.push_back(std::move(pair));

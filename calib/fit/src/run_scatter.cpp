@@ -186,14 +186,30 @@ std::optional<OrderedReadings> ordered_readings(const ReadingSet& set, const Est
   return ordered;
 }
 
+// Whether a small run's readings are clearly not alike.
+bool are_clearly_unlike(StateOfRun& run, const Estimate& estimate) {
+  const SmallState* const small = run.small(estimate.field);
+  if (small == nullptr) {
+    return false;
+  }
+  constexpr double near = 1e-6;
+  LagOneScore score;
+  score.add(small->basis(), small->residuals());
+  return score.value() < alike_above - near;
+}
+
 }  // namespace
 
-void add_serial_correlation(const ReadingSet& set, Estimate& estimate) {
+void add_serial_correlation(StateOfRun& run, Estimate& estimate) {
+  const ReadingSet& set = run.set();
   const bool has_soaks =
       std::any_of(estimate.statistics.components.begin(), estimate.statistics.components.end(),
                   [](const ScatterComponent& one) { return one.name == "soaks"; });
   if (has_soaks || set.robust || set.seen.cols() > 0) {
     return;  // readings of a soak that lies off its curve are alike, and that counts already
+  }
+  if (are_clearly_unlike(run, estimate)) {
+    return;
   }
   const std::optional<OrderedReadings> ordered = ordered_readings(set, estimate);
   if (!ordered || !(lag_one_score(*ordered) > alike_above)) {

@@ -15,7 +15,7 @@ namespace axiscal {
 void add_block_scatter(const ReadingSet& set, const ProcessScatter* process, Estimate& estimate);
 
 /// Consecutive readings that are alike.
-void add_serial_correlation(const ReadingSet& set, Estimate& estimate);
+void add_serial_correlation(StateOfRun& run, Estimate& estimate);
 
 /// Sensitivities that differ from block to block, of which there are several.
 /// @param mounts_known  whether it is known which readings were taken in which mount.
@@ -27,5 +27,9 @@ bool add_block_sensitivities(const LinearisedRun& run, bool mounts_known, Estima
 /// gains together.
 /// @param gains_differ  between blocks, which was said already and looks like it.
 void add_field_scatter(const LinearisedRun& run, bool gains_differ, Estimate& estimate);
+
+/// @return whether that clearly finds nothing in a small run of which gains do not differ: by the
+///         same tests, in closed form. What is near any of their levels is not clear.
+[[nodiscard]] bool has_clearly_no_field_scatter(const SmallState& state, const Estimate& estimate);
 
 }  // namespace axiscal

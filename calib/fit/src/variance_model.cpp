@@ -58,13 +58,18 @@ void count_block_sensitivities(ScatterSearch& search, Estimate& estimate) {
 
 void count_field_scatter(ScatterSearch& search, Estimate& estimate) {
   // Averages of opposite readings hide what is along the field.
-  if (!is_transfer(search) && !search.method.averages_pairs) {
+  if (is_transfer(search) || search.method.averages_pairs) {
+    return;
+  }
+  const SmallState* const small =
+      search.gains_differ ? nullptr : search.judged_state().small(estimate.field);
+  if (small == nullptr || !has_clearly_no_field_scatter(*small, estimate)) {
     add_field_scatter(search.run(estimate), search.gains_differ, estimate);
   }
 }
 
 void count_correlation(ScatterSearch& search, Estimate& estimate) {
-  add_serial_correlation(search.judged, estimate);
+  add_serial_correlation(search.judged_state(), estimate);
 }
 
 // Each cause has a small file of its own: the columns or weights that show it, its test, its words,

@@ -10,6 +10,7 @@
 #include "axiscal/calib/deletion_fit.hpp"
 #include "axiscal/core/formatted.hpp"
 #include "axiscal/core/number_text.hpp"
+#include "clear_run.hpp"
 #include "detection.hpp"
 #include "mistake_kind.hpp"
 #include "typed_value.hpp"
@@ -207,9 +208,16 @@ bool can_be_searched(const ReadingSet& set, const Estimate& estimate) {
 MistakeSearch find_culprit(const ReadingSet& set,
                            const Estimate& estimate,
                            bool known_field,
-                           const ReadingSet* without_shared_errors) {
+                           const ReadingSet* without_shared_errors,
+                           const SmallState* small) {
+  // A direction that was stated wrongly is no mistake of a reading: where opposite readings show it
+  // they are judged without it.
+  const bool stated = known_field && !estimate.levelness;
+  if (without_shared_errors == nullptr && small != nullptr && looks_clearly_good(*small, !stated)) {
+    return {};
+  }
   if (without_shared_errors != nullptr) {
-    SuspectRun run(*without_shared_errors, estimate, known_field && !estimate.levelness);
+    SuspectRun run(*without_shared_errors, estimate, stated);
     if (!run.plain().fitted || !looks_bad(run)) {
       return {};
     }
@@ -218,9 +226,7 @@ MistakeSearch find_culprit(const ReadingSet& set,
       return {};
     }
   }
-  // A direction that was stated wrongly is no mistake of a reading: where opposite readings show it
-  // they are judged without it.
-  SuspectRun run(set, estimate, known_field && !estimate.levelness);
+  SuspectRun run(set, estimate, stated);
   const HypothesisFit& plain = run.plain();
   if (!plain.fitted || plain.dof() < 2.0 * static_cast<double>(run.m()) || !looks_bad(run)) {
     return {};

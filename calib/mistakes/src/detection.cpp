@@ -18,12 +18,8 @@ namespace {
 // Nested F tests take the axes' noise as equal, or of a stated ratio, and are held against this
 // level over all classes; as the tests of a class overlap, 0.6 % of good runs are called bad (MC).
 constexpr double false_alarm = 0.016;
-constexpr double classes = 6.0;
-constexpr double worth_a_look = 0.04;  // probability in the quick tests, before any refit
 // Below this probability of the axes' scatters their noise clearly differs.
 constexpr double unequal_below = 0.01;
-// And above this nothing says so.
-constexpr double may_be_equal = 0.5;
 constexpr double false_alarm_by_axis = 0.001;
 // Where each reading is judged by the others, that test and those of other mistakes share the
 // level.
@@ -284,7 +280,6 @@ double times_better(const SuspectRun& run, const HypothesisFit& fit) {
 }
 
 bool looks_bad(const SuspectRun& run) {
-  constexpr double large_share = 0.003;
   for (Eigen::Index k = 0; k < run.m(); ++k) {
     const double rms = std::sqrt(run.plain().rss(k) / static_cast<double>(run.n()));
     if (rms <= 2.0 * run.set().rounding(k)) {

@@ -5,6 +5,13 @@
 
 namespace axiscal {
 
+// Levels of the quick tests, which looks_bad() and looks_clearly_good() have in common.
+inline constexpr double classes = 6.0;        // over which levels are shared
+inline constexpr double worth_a_look = 0.04;  // probability in the quick tests, before any refit
+inline constexpr double large_share = 0.003;  // of scatter, in the full response
+// Above this probability of the axes' scatters nothing says that their noise differs.
+inline constexpr double may_be_equal = 0.5;
+
 /// Whether a closer look is worth its time: by all axes alike, and by each in its own scatter.
 [[nodiscard]] bool looks_bad(const SuspectRun& run);
 

@@ -353,39 +353,20 @@ double likeness_score(const Eigen::VectorXd& z,
 }  // namespace
 
 double lag_one_score(const OrderedReadings& readings) {
-  const Eigen::Index n = readings.responses.rows();
   const Eigen::Index m = readings.responses.cols();
-  double products = 0.0;
-  double counted = 0.0;
-  double mean = 0.0;
-  double variance = 0.0;
-  Eigen::MatrixXd Q;
-  double trace = 0.0;
-  double trace_of_square = 0.0;
-  for (Eigen::Index k = 0; k < m; ++k) {
-    const Eigen::MatrixXd& design = readings.designs[static_cast<std::size_t>(k)];
-    if (k == 0 || design != readings.designs[static_cast<std::size_t>(k) - 1]) {
-      Q = basis_of(Eigen::HouseholderQR<Eigen::MatrixXd>(design));
-      // Q' = P A P with P = I - Q Q^T: its trace and that of its square, without any n x n.
-      const Eigen::MatrixXd AQ = beside(Q, Eigen::VectorXd::Ones(n - 1));
-      const Eigen::MatrixXd G = Q.transpose() * AQ;
-      trace = -G.trace();
-      trace_of_square = 0.5 * static_cast<double>(n - 1) - 2.0 * AQ.squaredNorm() + G.squaredNorm();
+  LagOneScore score;
+  for (Eigen::Index first = 0; first < m;) {
+    const Eigen::MatrixXd& design = readings.designs[static_cast<std::size_t>(first)];
+    Eigen::Index end = first + 1;
+    while (end < m && readings.designs[static_cast<std::size_t>(end)] == design) {
+      ++end;
     }
-    const Eigen::VectorXd y = readings.responses.col(k);
-    const Eigen::VectorXd e = y - Q * (Q.transpose() * y);
-    const double squares = e.squaredNorm();
-    const auto d = static_cast<double>(n - Q.cols());
-    if (!(squares > 0.0) || !(d > 2.0)) {
-      continue;
-    }
-    products += d * e.head(n - 1).dot(e.tail(n - 1)) / squares;
-    mean += trace;
-    variance += 2.0 * (d * trace_of_square - trace * trace) / (d + 2.0);
-    counted += 1.0;
+    const Eigen::MatrixXd Q = basis_of(Eigen::HouseholderQR<Eigen::MatrixXd>(design));
+    const auto y = readings.responses.middleCols(first, end - first);
+    score.add(Q, Eigen::MatrixXd(y - Q * (Q.transpose() * y)));
+    first = end;
   }
-  // Each response's residuals are of the variance 1, so that their sums of squares are d.
-  return counted > 0.0 ? (products - mean) / std::sqrt(variance) : 0.0;
+  return score.value();
 }
 
 CorrelatedMean mean_under_correlation(const OrderedReadings& readings) {

@@ -8,9 +8,10 @@
 
 #include <Eigen/Cholesky>
 
+#include "axiscal/calib/fixed_cholesky.hpp"
+#include "axiscal/calib/product_of_size.hpp"
 #include "axiscal/calib/scaled_cholesky.hpp"
 #include "axiscal/core/not_a_number.hpp"
-#include "product_of_size.hpp"
 
 namespace axiscal {
 namespace {
@@ -30,6 +31,18 @@ struct SharedSize {
   static auto product(const Left& left, const Right& right) {
     return product_of_size<MostColumns>(left, right);
   }
+
+  // H^-1 g; nothing where H is not positive definite.
+  static std::optional<OfResponses> solved(const AmongResponses& H, const OfResponses& g) {
+    if constexpr (ResponseCount == Eigen::Dynamic) {
+      const Eigen::LLT<AmongResponses> cholesky(H);
+      return cholesky.info() == Eigen::Success ? std::optional<OfResponses>(cholesky.solve(g))
+                                               : std::nullopt;
+    } else {
+      const FixedCholesky<ResponseCount> cholesky(H);
+      return cholesky.is_positive() ? std::optional<OfResponses>(cholesky.solve(g)) : std::nullopt;
+    }
+  }
 };
 using SharedOfAny = SharedSize<Eigen::Dynamic, Eigen::Dynamic, Eigen::Dynamic, Eigen::Dynamic>;
 constexpr int few = 6;
@@ -39,7 +52,8 @@ using SharedDirection = SharedSize<2, 3, 2, 3>;  // of three axes in one field
 // Sums of one response.
 template <typename S>
 struct FixedSums {
-  explicit FixedSums(const ResponseSums& response)
+  template <typename Sums>
+  explicit FixedSums(const Sums& response)
       : information(response.information),
         gradient(response.gradient),
         squares(response.squares),
@@ -132,16 +146,12 @@ struct AtVariances {
         }
       }
     }
-    const Eigen::LLT<typename S::AmongResponses> cholesky(H);
-    OfResponses step;
-    is_newton = cholesky.info() == Eigen::Success;
-    if (is_newton) {
-      step = -cholesky.solve(g);
-    } else {
-      // Where the likelihood is not convex: what sigma_k^2 = RSS_k / nu_k asks for, at least by
-      // its sign.
-      step = -g.cwiseQuotient(squares.cwiseMax(1.0));
-    }
+    std::optional<OfResponses> solution = S::solved(H, g);
+    is_newton = solution.has_value();
+    // Where the likelihood is not convex: what sigma_k^2 = RSS_k / nu_k asks for, at least by its
+    // sign.
+    const OfResponses step =
+        is_newton ? OfResponses(-*solution) : OfResponses(-g.cwiseQuotient(squares.cwiseMax(1.0)));
     constexpr double longest_step = 2.0;
     return step * std::min(1.0, longest_step / std::max(step.cwiseAbs().maxCoeff(), 1e-300));
   }
@@ -171,15 +181,17 @@ SharedFit apart(const std::vector<ResponseSums>& responses, const Eigen::VectorX
 }
 
 template <typename S>
-std::optional<SharedFit> fit_together(const std::vector<ResponseSums>& given,
-                                      const Eigen::VectorXd& start,
-                                      const Eigen::VectorXd& smallest,
-                                      double readings) {
-  const std::vector<FixedSums<S>> responses(given.begin(), given.end());
+std::optional<AtVariances<S>> least_misfit(const std::vector<FixedSums<S>>& responses,
+                                           const typename S::OfResponses& start,
+                                           const typename S::OfResponses& smallest) {
   const typename S::OfResponses lowest = smallest.array().log();
   AtVariances<S> best(responses, start.array().log().max(lowest.array()).matrix());
   if (!best.determined) {
     return std::nullopt;
+  }
+  double readings = 0.0;
+  for (const FixedSums<S>& response : responses) {
+    readings += response.degrees_of_freedom;
   }
   constexpr int most_rounds = 100;
   for (int round = 0; round < most_rounds; ++round) {
@@ -203,10 +215,23 @@ std::optional<SharedFit> fit_together(const std::vector<ResponseSums>& given,
       break;
     }
   }
-  return SharedFit{.variance = best.log_variance.array().exp(),
-                   .degrees_of_freedom = best.degrees_of_freedom,
-                   .estimate = best.estimate,
-                   .covariance = best.covariance};
+  return best;
+}
+
+// @tparam Fit  what it is said as.
+template <typename S, typename Fit, typename Responses>
+std::optional<Fit> fit_together(const Responses& given,
+                                const typename S::OfResponses& start,
+                                const typename S::OfResponses& smallest) {
+  const std::optional<AtVariances<S>> best =
+      least_misfit<S>(std::vector<FixedSums<S>>(given.begin(), given.end()), start, smallest);
+  if (!best) {
+    return std::nullopt;
+  }
+  return Fit{.variance = best->log_variance.array().exp(),
+             .degrees_of_freedom = best->degrees_of_freedom,
+             .estimate = best->estimate,
+             .covariance = best->covariance};
 }
 
 }  // namespace
@@ -214,10 +239,8 @@ std::optional<SharedFit> fit_together(const std::vector<ResponseSums>& given,
 std::optional<SharedFit> fit_shared(const std::vector<ResponseSums>& responses,
                                     const Eigen::VectorXd& start,
                                     const Eigen::VectorXd& smallest) {
-  double readings = 0.0;
   double fewest = std::numeric_limits<double>::infinity();
   for (const ResponseSums& response : responses) {
-    readings += response.degrees_of_freedom;
     fewest = std::min(fewest, response.degrees_of_freedom);
   }
   if (responses.front().information.cols() == 0 && fewest > 0.0) {
@@ -225,11 +248,17 @@ std::optional<SharedFit> fit_shared(const std::vector<ResponseSums>& responses,
   }
   const Eigen::Index columns = responses.front().information.cols();
   if (columns == 2 && responses.size() == 3) {
-    return fit_together<SharedDirection>(responses, start, smallest, readings);
+    return fit_together<SharedDirection, SharedFit>(responses, start, smallest);
   }
   return columns <= few && responses.size() <= few
-             ? fit_together<SharedOfFew>(responses, start, smallest, readings)
-             : fit_together<SharedOfAny>(responses, start, smallest, readings);
+             ? fit_together<SharedOfFew, SharedFit>(responses, start, smallest)
+             : fit_together<SharedOfAny, SharedFit>(responses, start, smallest);
+}
+
+std::optional<DirectionFit> fit_shared(const std::array<DirectionSums, 3>& responses,
+                                       const Eigen::Vector3d& start,
+                                       const Eigen::Vector3d& smallest) {
+  return fit_together<SharedDirection, DirectionFit>(responses, start, smallest);
 }
 
 }  // namespace axiscal

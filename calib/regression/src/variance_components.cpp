@@ -11,8 +11,8 @@
 
 #include "axiscal/calib/distributions.hpp"
 #include "axiscal/calib/piecewise_columns.hpp"
+#include "axiscal/calib/product_of_size.hpp"
 #include "axiscal/calib/scaled_cholesky.hpp"
-#include "product_of_size.hpp"
 
 namespace axiscal {
 namespace {

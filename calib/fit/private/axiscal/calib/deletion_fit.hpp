@@ -11,6 +11,7 @@
 #include "axiscal/calib/joint_fit.hpp"
 #include "axiscal/calib/reading_set.hpp"
 #include "axiscal/calib/shared_fit.hpp"
+#include "axiscal/calib/state_of_run.hpp"
 
 namespace axiscal {
 
@@ -29,8 +30,9 @@ class DeletionFit {
   /// @param known_field  whether it is given.
   DeletionFit(const ReadingSet& set, const TableField& field, bool known_field);
 
-  /// @param state  of the set about that field; without directions where they are given.
-  DeletionFit(const ReadingSet& set, std::shared_ptr<const JointState> state);
+  /// @param run    must outlive it, and is asked for no other field.
+  /// @param field  likewise.
+  DeletionFit(StateOfRun& run, const TableField& field);
 
   /// How unlikely contrasts of some readings are by the others: for each axis F(q, nu_k) with the
   /// others' fit, its noise by axis iterated anew, and the axes put together by Fisher's method.
@@ -83,9 +85,17 @@ class DeletionFit {
   [[nodiscard]] std::optional<double> p_value_of(const std::vector<std::size_t>& readings,
                                                  const Eigen::MatrixXd& contrasts) const;
 
+  // The same in matrices of their own sizes.
+  // @tparam Count  of the readings, where that is known; and of the contrasts.
+  template <int Count, int ContrastCount>
+  [[nodiscard]] std::optional<double> p_value_of_small(const std::vector<std::size_t>& readings,
+                                                       const Eigen::MatrixXd& contrasts) const;
+  void find_smallest();
+
   const ReadingSet& set_;
   std::shared_ptr<const JointState> state_;
-  Eigen::VectorXd smallest_;  // m variances: each axis's rounding
+  const SmallState* small_ = nullptr;  // the same, where the run is so
+  Eigen::VectorXd smallest_;           // m variances: each axis's rounding
 };
 
 }  // namespace axiscal

@@ -6,7 +6,7 @@
 #include "axiscal/calib/calibration.hpp"
 #include "axiscal/calib/estimation.hpp"
 #include "axiscal/calib/experiment.hpp"
-#include "axiscal/calib/joint_fit.hpp"
+#include "axiscal/calib/state_of_run.hpp"
 
 namespace axiscal {
 

@@ -127,29 +127,4 @@ class JointFit {
   const Eigen::MatrixXd& weights_;
 };
 
-/// What is fitted of a run for a field, as JointFit has it, kept for the field that was last asked
-/// for: looks at one fit from several sides share it.
-class StateOfRun {
- public:
-  /// @param set          must outlive it, and stay as it is.
-  /// @param known_field  whether the field's directions are given, not fitted.
-  /// @param first        of the set, where a fit has left it; null else.
-  StateOfRun(const ReadingSet& set,
-             bool known_field,
-             std::shared_ptr<const JointState> first = nullptr)
-      : set_(set), known_field_(known_field), last_(std::move(first)) {}
-
-  [[nodiscard]] const ReadingSet& set() const { return set_; }
-  [[nodiscard]] bool known_field() const { return known_field_; }
-  [[nodiscard]] std::shared_ptr<const JointState> at(const TableField& field);
-
-  /// Gives back its memory; whoever asks next has it made anew.
-  void forget() { last_.reset(); }
-
- private:
-  const ReadingSet& set_;
-  bool known_field_;
-  std::shared_ptr<const JointState> last_;
-};
-
 }  // namespace axiscal

@@ -10,6 +10,7 @@
 #include "axiscal/calib/estimation.hpp"
 #include "axiscal/calib/joint_fit.hpp"
 #include "axiscal/calib/reading_set.hpp"
+#include "axiscal/calib/state_of_run.hpp"
 
 namespace axiscal {
 
@@ -21,6 +22,11 @@ namespace axiscal {
 /// is a look at this.
 class LinearisedRun {
  public:
+  // Any number of readings and columns.
+  static constexpr int most_readings = Eigen::Dynamic;
+  static constexpr int width = Eigen::Dynamic;
+  static constexpr int shared_width = Eigen::Dynamic;
+
   /// @param set    must outlive it, as for the others.
   /// @param state  coefficients fitted for given fields; without directions where those were given.
   /// @param sigma  m: what each axis takes as 1.
@@ -85,6 +91,10 @@ class LinearisedRun {
 
   /// @return r, n m entries, square to J.
   [[nodiscard]] const Eigen::VectorXd& residuals() const { return r_; }
+
+  [[nodiscard]] double residual(Eigen::Index reading, Eigen::Index axis) const {
+    return r_(row_of(reading, axis));
+  }
 
   /// @return where they are so: each axis's coefficients, and a step of the field's tangents; q.
   [[nodiscard]] const Eigen::VectorXd& solution() const { return x_; }

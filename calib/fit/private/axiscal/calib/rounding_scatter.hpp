@@ -2,7 +2,7 @@
 #pragma once
 
 #include "axiscal/calib/estimation.hpp"
-#include "axiscal/calib/joint_fit.hpp"
+#include "axiscal/calib/state_of_run.hpp"
 
 namespace axiscal {
 

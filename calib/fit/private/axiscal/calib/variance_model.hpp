@@ -44,6 +44,9 @@ class ScatterSearch {
     return run_ ? *run_ : run_.emplace(judged_state_, estimate);
   }
 
+  /// @return what is fitted of the readings alone.
+  [[nodiscard]] StateOfRun& judged_state() { return judged_state_; }
+
   /// Frees it.
   void forget_run() { run_.reset(); }
 

@@ -1,9 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <type_traits>
+
 #include <Eigen/Cholesky>
 #include <Eigen/Core>
-#include <Eigen/LU>
+
+#include "axiscal/calib/fixed_cholesky.hpp"
 
 namespace axiscal {
 
@@ -21,18 +24,14 @@ class ScaledCholeskyOf {
 
   /// @param damping  added to each of the ones.
   explicit ScaledCholeskyOf(const Matrix& normal, double damping = 0.0)
-      : per_length_(normal.diagonal().cwiseSqrt().cwiseMax(1e-300).cwiseInverse()) {
-    Matrix scaled = per_length_.asDiagonal() * normal * per_length_.asDiagonal();
-    scaled.diagonal().array() += damping;
-    cholesky_.compute(scaled);
-  }
+      : per_length_(normal.diagonal().cwiseSqrt().cwiseMax(1e-300).cwiseInverse()),
+        cholesky_(scaled(normal, per_length_, damping)) {}
 
   /// @param open_below  the part of a column's square that must be left beside the columns before
   ///                    it.
   /// @return whether all columns have it, and N is positive definite and finite.
   [[nodiscard]] bool is_determined(double open_below) const {
-    return cholesky_.info() == Eigen::Success &&
-           (cholesky_.matrixLLT().diagonal().array().square() > open_below).all();
+    return is_positive() && (factor().diagonal().array().square() > open_below).all();
   }
 
   /// The following need a positive definite N.
@@ -42,11 +41,9 @@ class ScaledCholeskyOf {
   }
 
   [[nodiscard]] Matrix inverse() const {
-    constexpr int in_closed_form = 4;
-    if constexpr (Matrix::RowsAtCompileTime != Eigen::Dynamic &&
-                  Matrix::RowsAtCompileTime <= in_closed_form) {
-      const Matrix root = Matrix(cholesky_.matrixL()).inverse() * per_length_.asDiagonal();
-      return root.transpose() * root;
+    if constexpr (is_fixed) {
+      const Matrix root = root_of_inverse();
+      return root.lazyProduct(root.transpose());
     } else {
       return per_length_.asDiagonal() *
              cholesky_.solve(Matrix::Identity(per_length_.size(), per_length_.size())) *
@@ -56,19 +53,50 @@ class ScaledCholeskyOf {
 
   /// @return B with B B^T = N^-1.
   [[nodiscard]] Matrix root_of_inverse() const {
-    Matrix root = Matrix::Identity(per_length_.size(), per_length_.size());
-    cholesky_.matrixU().solveInPlace(root);
-    return per_length_.asDiagonal() * root;
+    if constexpr (is_fixed) {
+      return per_length_.asDiagonal() * cholesky_.inverse_of_factor().transpose();
+    } else {
+      Matrix root = Matrix::Identity(per_length_.size(), per_length_.size());
+      cholesky_.matrixU().solveInPlace(root);
+      return per_length_.asDiagonal() * root;
+    }
   }
 
   [[nodiscard]] double log_determinant() const {
-    return 2.0 *
-           (cholesky_.matrixLLT().diagonal().array().log().sum() - per_length_.array().log().sum());
+    return 2.0 * (factor().diagonal().array().log().sum() - per_length_.array().log().sum());
   }
 
  private:
+  static constexpr bool is_fixed = Matrix::RowsAtCompileTime != Eigen::Dynamic;
+
+  using Cholesky = std::conditional_t<is_fixed,
+                                      FixedCholesky<is_fixed ? Matrix::RowsAtCompileTime : 1>,
+                                      Eigen::LLT<Matrix>>;
+
+  static Matrix scaled(const Matrix& normal, const Vector& per_length, double damping) {
+    Matrix scaled = per_length.asDiagonal() * normal * per_length.asDiagonal();
+    scaled.diagonal().array() += damping;
+    return scaled;
+  }
+
+  [[nodiscard]] bool is_positive() const {
+    if constexpr (is_fixed) {
+      return cholesky_.is_positive();
+    } else {
+      return cholesky_.info() == Eigen::Success;
+    }
+  }
+
+  [[nodiscard]] const Matrix& factor() const {
+    if constexpr (is_fixed) {
+      return cholesky_.factor();
+    } else {
+      return cholesky_.matrixLLT();
+    }
+  }
+
   Vector per_length_;  // p
-  Eigen::LLT<Matrix> cholesky_;
+  Cholesky cholesky_;
 };
 
 extern template class ScaledCholeskyOf<Eigen::MatrixXd>;

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <algorithm>
+#include <cmath>
 #include <vector>
 
 #include <Eigen/Core>
@@ -27,6 +29,60 @@ inline constexpr double alike_above = 1.282;
 /// @par Source
 /// Moments of a ratio of quadratic forms: Durbin & Watson, Biometrika 37 (1950) 409-428.
 [[nodiscard]] double lag_one_score(const OrderedReadings& readings);
+
+/// The sums of it over the responses of regressions, one design after the other.
+class LagOneScore {
+ public:
+  /// Takes responses of one design.
+  /// @param Q          n x p: an orthonormal basis of the design.
+  /// @param residuals  n x r.
+  template <typename Basis, typename Residuals>
+  void add(const Basis& Q, const Residuals& residuals) {
+    // Q' = P A P with P = I - Q Q^T and A the mean of both neighbours: its trace and that of its
+    // square, without any n x n.
+    const Eigen::Index n = Q.rows();
+    const auto beside = [&](Eigen::Index i) {
+      return 0.5 * ((i > 0 ? 1.0 : 0.0) * Q.row(std::max<Eigen::Index>(i - 1, 0)) +
+                    (i + 1 < n ? 1.0 : 0.0) * Q.row(std::min(i + 1, n - 1)));
+    };
+    constexpr int most = Basis::ColsAtCompileTime;
+    using Row = Eigen::Matrix<double, 1, most>;
+    Eigen::Matrix<double, most, most> G =
+        Eigen::Matrix<double, most, most>::Zero(Q.cols(), Q.cols());
+    double squares_beside = 0.0;
+    Row row(Q.cols());
+    for (Eigen::Index i = 0; i < n; ++i) {
+      row = beside(i);
+      squares_beside += row.squaredNorm();
+      G.noalias() += Q.row(i).transpose().lazyProduct(row);
+    }
+    const double trace = -G.trace();
+    const double trace_of_square =
+        0.5 * static_cast<double>(n - 1) - 2.0 * squares_beside + G.squaredNorm();
+    const auto d = static_cast<double>(n - Q.cols());
+    for (Eigen::Index k = 0; k < residuals.cols(); ++k) {
+      const auto e = residuals.col(k);
+      const double squares = e.squaredNorm();
+      if (squares > 0.0 && d > 2.0) {
+        products_ += d * e.head(n - 1).dot(e.tail(n - 1)) / squares;
+        mean_ += trace;
+        variance_ += 2.0 * (d * trace_of_square - trace * trace) / (d + 2.0);
+        counted_ += 1.0;
+      }
+    }
+  }
+
+  // Each response's residuals are of the variance 1, so that their sums of squares are d.
+  [[nodiscard]] double value() const {
+    return counted_ > 0.0 ? (products_ - mean_) / std::sqrt(variance_) : 0.0;
+  }
+
+ private:
+  double products_ = 0.0;
+  double mean_ = 0.0;
+  double variance_ = 0.0;
+  double counted_ = 0.0;
+};
 
 /// The first coefficient of each regression where the noise may be correlated from reading to
 /// reading and white besides.

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <array>
 #include <optional>
 #include <vector>
 
@@ -38,5 +39,25 @@ struct SharedFit {
 [[nodiscard]] std::optional<SharedFit> fit_shared(const std::vector<ResponseSums>& responses,
                                                   const Eigen::VectorXd& start,
                                                   const Eigen::VectorXd& smallest);
+
+/// The same of three responses that have two coefficients in common, as three axes have a field's
+/// direction, in matrices of fixed sizes.
+struct DirectionSums {
+  Eigen::Matrix2d information;
+  Eigen::Vector2d gradient;
+  double squares = 0.0;
+  double degrees_of_freedom = 0.0;
+};
+
+struct DirectionFit {
+  Eigen::Vector3d variance;
+  Eigen::Vector3d degrees_of_freedom;
+  Eigen::Vector2d estimate;
+  Eigen::Matrix2d covariance;
+};
+
+[[nodiscard]] std::optional<DirectionFit> fit_shared(const std::array<DirectionSums, 3>& responses,
+                                                     const Eigen::Vector3d& start,
+                                                     const Eigen::Vector3d& smallest);
 
 }  // namespace axiscal

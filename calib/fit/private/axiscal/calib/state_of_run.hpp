@@ -1,0 +1,47 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <memory>
+#include <optional>
+#include <utility>
+
+#include "axiscal/calib/joint_fit.hpp"
+#include "axiscal/calib/reading_set.hpp"
+#include "axiscal/calib/small_run.hpp"
+
+namespace axiscal {
+
+/// What is fitted of a run for a field, as JointFit has it, kept for the field that was last asked
+/// for: looks at one fit from several sides share it.
+class StateOfRun {
+ public:
+  /// @param set          must outlive it, and stay as it is.
+  /// @param known_field  whether the field's directions are given, not fitted.
+  /// @param first        of the set, where a fit has left it; null else.
+  StateOfRun(const ReadingSet& set,
+             bool known_field,
+             std::shared_ptr<const JointState> first = nullptr)
+      : set_(set), known_field_(known_field), last_(std::move(first)) {}
+
+  [[nodiscard]] const ReadingSet& set() const { return set_; }
+  [[nodiscard]] bool known_field() const { return known_field_; }
+  [[nodiscard]] std::shared_ptr<const JointState> at(const TableField& field);
+
+  /// @return the same of a small and plain run, until another field is asked for; null where the
+  ///         run is not so.
+  [[nodiscard]] const SmallState* small(const TableField& field);
+
+  /// Gives back its memory; whoever asks next has it made anew.
+  void forget() {
+    last_.reset();
+    small_.reset();
+  }
+
+ private:
+  const ReadingSet& set_;
+  bool known_field_;
+  std::shared_ptr<const JointState> last_;
+  std::optional<SmallState> small_;  // of the last
+};
+
+}  // namespace axiscal
