@@ -90,7 +90,8 @@ struct LengthSetup {
 template <typename Run>
 LengthScatter scatter_of_lengths(const Run& run, const LengthSetup& setup) {
   constexpr int most = Run::most_readings;
-  using Own = Eigen::Matrix<double, Eigen::Dynamic, Run::width, 0, most, Run::width>;
+  constexpr int width = Run::width == Eigen::Dynamic ? Eigen::Dynamic : 3 * Run::width;
+  using Own = Eigen::Matrix<double, Eigen::Dynamic, width, 0, most, width>;
   using Shared =
       Eigen::Matrix<double, Eigen::Dynamic, Run::shared_width, 0, most, Run::shared_width>;
   using AmongShared = Eigen::Matrix<double, Run::shared_width, Run::shared_width>;
@@ -122,26 +123,31 @@ LengthScatter scatter_of_lengths(const Run& run, const LengthSetup& setup) {
   for (Eigen::Index k = 0; k < 3; ++k) {
     in_shared += A.col(k).asDiagonal() * run.shared_basis_of_axis(k);
   }
-  Square covariance = Square::Zero(n, n);
+  const Eigen::Index p = run.basis_of_axis(0).cols();
+  Own in_own(n, 3 * p);
+  Shared across = Shared::Zero(n, in_shared.cols());
+  Eigen::Matrix<double, Eigen::Dynamic, 1, 0, most, 1> of_noise =
+      Eigen::Matrix<double, Eigen::Dynamic, 1, 0, most, 1>::Zero(n);
   Eigen::MatrixXd by_inputs = Eigen::MatrixXd::Zero(n, setup.changes.cols());
   for (Eigen::Index k = 0; k < 3; ++k) {
     const double variance = setup.pure(k) * setup.pure(k);
     const auto& Q = run.basis_of_axis(k);
     const Shared P = run.shared_basis_of_axis(k);
-    const Own own = A.col(k).asDiagonal() * Q;
-    Shared across = A.col(k).asDiagonal() * P;
-    across -= 0.5 * product(in_shared, AmongShared(product(P.transpose(), P)));
-    covariance -= variance * product(own, own.transpose());
-    if (P.cols() > 0) {
-      covariance -= variance * product(across, in_shared.transpose());
-      covariance -= variance * product(in_shared, across.transpose());
-    }
-    covariance.diagonal() += variance * A.col(k).cwiseAbs2();
+    in_own.middleCols(p * k, p) = (setup.pure(k) * A.col(k)).asDiagonal() * Q;
+    across += (variance * A.col(k)).asDiagonal() * P;
+    across -= 0.5 * variance * product(in_shared, AmongShared(product(P.transpose(), P)));
+    of_noise += variance * A.col(k).cwiseAbs2();
     if (setup.changes.cols() > 0) {
       const Eigen::MatrixXd of_axis = setup.changes(Eigen::seqN(k, n, 3), Eigen::all);
-      by_inputs += A.col(k).asDiagonal() * of_axis;
-      by_inputs -= own * (Q.transpose() * of_axis) + in_shared * (P.transpose() * of_axis);
+      by_inputs += A.col(k).asDiagonal() * (of_axis - Q * (Q.transpose() * of_axis));
+      by_inputs -= in_shared * (P.transpose() * of_axis);
     }
+  }
+  Square covariance = of_noise.asDiagonal();
+  covariance -= product(in_own, in_own.transpose());
+  if (in_shared.cols() > 0) {
+    const Square taken = product(across, in_shared.transpose());
+    covariance -= taken + taken.transpose();
   }
   scatter.by_noise = covariance.trace();
   if (setup.changes.cols() > 0) {

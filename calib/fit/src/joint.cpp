@@ -11,6 +11,7 @@
 #include "axiscal/calib/reweighting.hpp"
 #include "axiscal/calib/robust.hpp"
 #include "axiscal/calib/scaled_qr.hpp"
+#include "axiscal/calib/small_run.hpp"
 #include "axiscal/core/error.hpp"
 #include "axiscal/core/rotation.hpp"
 #include "joint_solution.hpp"
@@ -60,9 +61,14 @@ LinearisedRun linearised(const ReadingSet& set, const JointSolution& solution) {
   return {set, solution.state, solution.sigma};
 }
 
-// @param small  of its normal equations, where it is.
-double condition_number_of(const LinearisedRun& run, const std::optional<double>& small) {
-  return small ? *small : condition_of(run.columns());
+// By its normal equations, where it is small.
+std::optional<double> condition_if_small(const ReadingSet& set, const JointSolution& solution) {
+  if (SmallState::can_be(set)) {
+    if (const std::optional<SmallState> small = SmallState::of(set, *solution.state)) {
+      return SmallRun(*small, solution.sigma, true).small_condition();
+    }
+  }
+  return small_condition_of(linearised(set, solution).information());
 }
 
 Estimate robust_estimate(const ReadingSet& set, const JointFit& given, const JointSolution& plain) {
@@ -100,8 +106,8 @@ Estimate robust_estimate(const ReadingSet& set, const JointFit& given, const Joi
       .state = robust_state, .sigma = sigma, .shares = given.shares(*robust_state, sigma)};
   Estimate estimate = describe_joint(set, solution, robust);
   const LinearisedRun run = linearised(set, solution);
-  estimate.statistics.condition_number =
-      condition_number_of(run, small_condition_of(run.information()));
+  const std::optional<double> small = small_condition_of(run.information());
+  estimate.statistics.condition_number = small ? *small : condition_of(run.columns());
   return estimate;
 }
 
@@ -165,10 +171,11 @@ Estimate estimate_joint(const ReadingSet& set) {
         "the field and all sensitivities may as well have the opposite sign, as nothing says where "
         "the field points";
   }
-  const LinearisedRun run = linearised(set, solution);
-  const std::optional<double> small = small_condition_of(run.information());
-  if (!small) {
+  std::optional<double> condition_number = condition_if_small(set, solution);
+  if (!condition_number) {
+    const LinearisedRun run = linearised(set, solution);
     require_direction(run, solution);
+    condition_number = condition_of(run.columns());
   }
   require_degrees_of_freedom(set, solution);
   Estimate estimate;
@@ -176,7 +183,7 @@ Estimate estimate_joint(const ReadingSet& set) {
     estimate = robust_estimate(set, fit, solution);
   } else {
     estimate = describe_joint(set, solution, Eigen::MatrixXd());
-    estimate.statistics.condition_number = condition_number_of(run, small);
+    estimate.statistics.condition_number = *condition_number;
     if (set.is_final()) {
       estimate.state = solution.state;
     }

@@ -25,7 +25,11 @@ constexpr double rank_tolerance = 1e-13;
 Eigen::VectorXd column_scales(const Eigen::MatrixXd& A) {
   Eigen::VectorXd scale(A.cols());
   for (Eigen::Index j = 0; j < A.cols(); ++j) {
-    const double length = A.col(j).stableNorm();
+    constexpr double none_too_small = 1e-200;  // or too large, for its square
+    const double squares = A.col(j).squaredNorm();
+    const double length = squares > none_too_small && squares < 1.0 / none_too_small
+                              ? std::sqrt(squares)
+                              : A.col(j).stableNorm();
     scale(j) = length > 0.0 ? std::exp2(-std::round(std::log2(length))) : 1.0;
   }
   return scale;
@@ -57,6 +61,147 @@ std::vector<Eigen::Index> open_columns(const Eigen::ColPivHouseholderQR<Eigen::M
     }
   }
   return open;
+}
+
+// Most designs have the columns [1, f] of a triad, and few rows.
+constexpr int few_columns = 4;
+constexpr Eigen::Index most_of_few_rows = 48;
+
+// As many numbers as there are parameters.
+template <int Count>
+using OfParameters = Eigen::Matrix<double, Count, 1>;
+
+// Products with matrices of n rows, written out where their columns are few.
+template <int Count>
+OfParameters<Count> transposed_times(const Eigen::MatrixXd& A,
+                                     const Eigen::Ref<const Eigen::VectorXd>& y) {
+  if constexpr (Count == Eigen::Dynamic) {
+    return A.transpose() * y;
+  } else {
+    OfParameters<Count> sums = OfParameters<Count>::Zero();
+    for (Eigen::Index i = 0; i < y.size(); ++i) {
+      for (int j = 0; j < Count; ++j) {
+        sums(j) += A(i, j) * y(i);
+      }
+    }
+    return sums;
+  }
+}
+
+// Leaves y less A x.
+template <int Count>
+void put_less_times(const Eigen::Ref<const Eigen::VectorXd>& y,
+                    const Eigen::MatrixXd& A,
+                    const OfParameters<Count>& x,
+                    Eigen::VectorXd& left) {
+  left.resize(y.size());
+  if constexpr (Count == Eigen::Dynamic) {
+    left.noalias() = -A * x;
+    left += y;
+  } else {
+    for (Eigen::Index i = 0; i < y.size(); ++i) {
+      double sum = 0.0;
+      for (int j = 0; j < Count; ++j) {
+        sum += A(i, j) * x(j);
+      }
+      left(i) = y(i) - sum;
+    }
+  }
+}
+
+template <int Count>
+OfParameters<Count> square_times(const Eigen::MatrixXd& A, const OfParameters<Count>& x) {
+  if constexpr (Count == Eigen::Dynamic) {
+    return A * x;
+  } else {
+    return Eigen::Map<const Eigen::Matrix<double, Count, Count>>(A.data()).lazyProduct(x);
+  }
+}
+
+// A P = Q R of few columns by Householder's reflections, the longest column first at each step.
+// @tparam Rows  a matrix of few columns that needs no memory of its own.
+template <int Count>
+struct PivotedR {
+  template <typename Rows>
+  explicit PivotedR(Rows A) {
+    const Eigen::Index n = A.rows();
+    for (int k = 0; k < Count; ++k) {
+      order[static_cast<std::size_t>(k)] = k;
+    }
+    for (int k = 0; k < Count; ++k) {
+      int longest = k;
+      double squares = -1.0;
+      for (int j = k; j < Count; ++j) {
+        double sum = 0.0;
+        for (Eigen::Index i = k; i < n; ++i) {
+          sum += A(i, j) * A(i, j);
+        }
+        if (sum > squares) {
+          squares = sum;
+          longest = j;
+        }
+      }
+      if (longest != k) {
+        A.col(k).swap(A.col(longest));
+        R.col(k).swap(R.col(longest));
+        std::swap(order[static_cast<std::size_t>(k)], order[static_cast<std::size_t>(longest)]);
+      }
+      // v = (1, ...) of the reflection I - tau v v^T that leaves the pivot alone.
+      const double first = A(k, k);
+      const double pivot = first > 0.0 ? -std::sqrt(squares) : std::sqrt(squares);
+      R(k, k) = pivot;
+      if (!(squares > 0.0)) {
+        return;
+      }
+      const double tau = (pivot - first) / pivot;
+      const double per_first = 1.0 / (first - pivot);
+      for (Eigen::Index i = k + 1; i < n; ++i) {
+        A(i, k) *= per_first;
+      }
+      for (int j = k + 1; j < Count; ++j) {
+        double sum = A(k, j);
+        for (Eigen::Index i = k + 1; i < n; ++i) {
+          sum += A(i, k) * A(i, j);
+        }
+        sum *= tau;
+        R(k, j) = A(k, j) - sum;
+        for (Eigen::Index i = k + 1; i < n; ++i) {
+          A(i, j) -= sum * A(i, k);
+        }
+      }
+    }
+  }
+
+  // P R^-1.
+  [[nodiscard]] Eigen::Matrix<double, Count, Count> root() const {
+    Eigen::Matrix<double, Count, Count> all = Eigen::Matrix<double, Count, Count>::Zero();
+    for (int j = 0; j < Count; ++j) {
+      std::array<double, static_cast<std::size_t>(Count)> x{};
+      for (int i = j; i >= 0; --i) {
+        double sum = i == j ? 1.0 : 0.0;
+        for (int l = i + 1; l <= j; ++l) {
+          sum -= R(i, l) * x[static_cast<std::size_t>(l)];
+        }
+        x[static_cast<std::size_t>(i)] = sum / R(i, i);
+        all(order[static_cast<std::size_t>(i)], j) = x[static_cast<std::size_t>(i)];
+      }
+    }
+    return all;
+  }
+
+  Eigen::Matrix<double, Count, Count> R = Eigen::Matrix<double, Count, Count>::Zero();
+  std::array<int, static_cast<std::size_t>(Count)> order{};
+};
+
+// Of columns of length 1 the Frobenius norms of A and of its pseudo-inverse bound the condition
+// number, up to p times above it: most designs need not ask for more.
+template <typename Rows, typename Square>
+double bound_of_condition(const Rows& A, const Square& root) {
+  double squares = 0.0;
+  for (Eigen::Index j = 0; j < A.cols(); ++j) {
+    squares += A.col(j).squaredNorm() * root.row(j).squaredNorm();
+  }
+  return std::sqrt(static_cast<double>(A.cols()) * squares);
 }
 
 std::string name_of(Eigen::Index j, const std::vector<std::string>& names) {
@@ -105,38 +250,68 @@ std::vector<Eigen::Index> FactoredDesign::factor(const Eigen::Ref<const Eigen::M
   scaled_ = root_weights_.asDiagonal() * design;
   scale_ = column_scales(scaled_);
   scaled_ *= scale_.asDiagonal();
-  qr_.compute(scaled_);
-  std::vector<Eigen::Index> open = open_columns(qr_);
+  if (p == few_columns && n >= p && n <= most_of_few_rows && factor_few()) {
+    return {};
+  }
+  const Eigen::ColPivHouseholderQR<Eigen::MatrixXd>& qr = qr_.emplace(scaled_);
+  std::vector<Eigen::Index> open = open_columns(qr);
   if (!open.empty()) {
     return open;
   }
+  R_ = qr.matrixQR().topRows(p).triangularView<Eigen::Upper>();
   Eigen::MatrixXd inverse = Eigen::MatrixXd::Identity(p, p);
-  qr_.matrixQR().topRows(p).triangularView<Eigen::Upper>().solveInPlace(inverse);
-  root_ = qr_.colsPermutation() * inverse;
-  // Of columns of length 1 the Frobenius norms of A and of its pseudo-inverse bound the condition
-  // number, up to p times above it: most designs need not ask for more.
-  const Eigen::VectorXd lengths = scaled_.colwise().norm();
-  const double bound = std::sqrt(static_cast<double>(p)) * (lengths.asDiagonal() * root_).norm();
-  refines_ = !(bound <= refinement_above) && condition_number() > refinement_above;
+  R_.triangularView<Eigen::Upper>().solveInPlace(inverse);
+  root_ = qr.colsPermutation() * inverse;
+  refines_ = !(bound_of_condition(scaled_, root_) <= refinement_above) &&
+             condition_number() > refinement_above;
   // The short way loses as many digits of being square as the condition number has.
-  basis_ = refines_ ? Eigen::MatrixXd(qr_.householderQ() * Eigen::MatrixXd::Identity(n, p))
+  basis_ = refines_ ? Eigen::MatrixXd(qr.householderQ() * Eigen::MatrixXd::Identity(n, p))
                     : Eigen::MatrixXd(scaled_ * root_);
+  if (!refines_) {
+    qr_.reset();
+  }
   return open;
 }
 
+bool FactoredDesign::factor_few() {
+  using Rows = Eigen::Matrix<double, Eigen::Dynamic, few_columns, Eigen::ColMajor,
+                             static_cast<int>(most_of_few_rows), few_columns>;
+  using Square = Eigen::Matrix<double, few_columns, few_columns>;
+  const Rows A = scaled_;
+  const PivotedR<few_columns> qr(A);
+  const double least = rank_tolerance * std::abs(qr.R(0, 0));
+  if (!(qr.R.diagonal().array().abs() > least).all()) {
+    return false;
+  }
+  const Square root = qr.root();
+  if (!(bound_of_condition(A, root) <= refinement_above)) {
+    return false;
+  }
+  R_ = qr.R;
+  root_ = root;
+  basis_.resize(A.rows(), few_columns);
+  for (Eigen::Index i = 0; i < A.rows(); ++i) {
+    for (int j = 0; j < few_columns; ++j) {
+      double sum = 0.0;
+      for (int l = 0; l < few_columns; ++l) {
+        sum += A(i, l) * root(l, j);
+      }
+      basis_(i, j) = sum;
+    }
+  }
+  return true;
+}
+
 double FactoredDesign::smallest_pivot() const {
-  const Eigen::Index last = scaled_.cols() - 1;
-  return std::abs(qr_.matrixQR()(last, last)) / std::abs(qr_.matrixQR()(0, 0));
+  const Eigen::Index last = R_.cols() - 1;
+  return std::abs(R_(last, last)) / std::abs(R_(0, 0));
 }
 
 double FactoredDesign::condition_number() const {
-  const Eigen::Index p = scaled_.cols();
-  const Eigen::MatrixXd R =
-      qr_.matrixQR().topRows(p).template triangularView<Eigen::Upper>().toDenseMatrix();
-  const Eigen::VectorXd lengths = R.colwise().norm();
+  const Eigen::VectorXd lengths = R_.colwise().norm();
   const Eigen::VectorXd singular =
-      Eigen::JacobiSVD<Eigen::MatrixXd>(R * lengths.cwiseInverse().asDiagonal()).singularValues();
-  return singular(0) / singular(p - 1);
+      Eigen::JacobiSVD<Eigen::MatrixXd>(R_ * lengths.cwiseInverse().asDiagonal()).singularValues();
+  return singular(0) / singular(R_.cols() - 1);
 }
 
 LeastSquaresDesign::LeastSquaresDesign(const Eigen::Ref<const Eigen::MatrixXd>& design,
@@ -151,15 +326,26 @@ LeastSquaresDesign::LeastSquaresDesign(FactoredDesign factored,
     design_ = design;
   }
   leverage_ = basis_.rowwise().squaredNorm();
-  spans_constant_ = (root_weights_ - basis_ * (basis_.transpose() * root_weights_)).norm() <=
-                    1e-10 * root_weights_.norm();
+  Eigen::VectorXd left;
+  if (basis_.cols() == few_columns) {
+    put_less_times<few_columns>(root_weights_, basis_,
+                                transposed_times<few_columns>(basis_, root_weights_), left);
+  } else {
+    left = root_weights_ - basis_ * (basis_.transpose() * root_weights_);
+  }
+  spans_constant_ = left.norm() <= 1e-10 * root_weights_.norm();
   find_unscaled_covariance();
 }
 
 void LeastSquaresDesign::find_unscaled_covariance() {
   const Eigen::Index n = scaled_.rows();
   const Eigen::Index p = scaled_.cols();
-  Eigen::MatrixXd covariance = root_ * root_.transpose();
+  Eigen::MatrixXd covariance(p, p);
+  if (p == few_columns) {
+    covariance = root_.lazyProduct(root_.transpose());
+  } else {
+    covariance.noalias() = root_ * root_.transpose();
+  }
   if (refines_) {
     // Column j of (A^T A)^-1 is the x of: r + A x = 0, A^T r = -e_j.
     for (Eigen::Index j = 0; j < p; ++j) {
@@ -173,14 +359,26 @@ void LeastSquaresDesign::find_unscaled_covariance() {
   unscaled_covariance_ = scale_.asDiagonal() * covariance * scale_.asDiagonal();
 }
 
+template <int Count>
 FactoredDesign::Solution FactoredDesign::solve(const Eigen::VectorXd& weighted_y) const {
   Solution solution;
-  solution.x = qr_.solve(weighted_y);
-  solution.residuals = weighted_y - scaled_ * solution.x;
   if (refines_) {
+    solution.x = qr_->solve(weighted_y);
+    solution.residuals = weighted_y - scaled_ * solution.x;
     return refined(weighted_y, Eigen::VectorXd::Zero(scaled_.cols()), std::move(solution));
   }
+  solution.x = estimate_scaled<Count>(weighted_y, solution.residuals);
+  put_less_times<Count>(weighted_y, scaled_, solution.x, solution.residuals);
   return solution;
+}
+
+template <int Count>
+Eigen::Matrix<double, Count, 1> FactoredDesign::estimate_scaled(
+    const Eigen::Ref<const Eigen::VectorXd>& weighted_y, Eigen::VectorXd& left) const {
+  OfParameters<Count> x = square_times<Count>(root_, transposed_times<Count>(basis_, weighted_y));
+  put_less_times<Count>(weighted_y, scaled_, x, left);
+  x += square_times<Count>(root_, transposed_times<Count>(basis_, left));  // the last digits
+  return x;
 }
 
 // Solves r + A x = b, A^T r = c. The unknown x is kept in double-double, so that r becomes as small
@@ -191,7 +389,7 @@ FactoredDesign::Solution FactoredDesign::refined(const Eigen::VectorXd& b,
   const Eigen::Index n = scaled_.rows();
   const Eigen::Index p = scaled_.cols();
   const auto R =  // a view of the factor, not a value
-      qr_.matrixQR().topLeftCorner(p, p).triangularView<Eigen::Upper>();
+      R_.triangularView<Eigen::Upper>();
   Eigen::VectorXd x = std::move(start.x);
   Eigen::VectorXd x_low = Eigen::VectorXd::Zero(p);
   Eigen::VectorXd r = std::move(start.residuals);
@@ -215,11 +413,11 @@ FactoredDesign::Solution FactoredDesign::refined(const Eigen::VectorXd& b,
       }
       g(j) = sum.value();
     }
-    const Eigen::VectorXd h = R.transpose().solve(qr_.colsPermutation().transpose() * g);
-    Eigen::VectorXd d = qr_.householderQ().adjoint() * f;
-    const Eigen::VectorXd dx = qr_.colsPermutation() * R.solve(d.head(p) - h);
+    const Eigen::VectorXd h = R.transpose().solve(qr_->colsPermutation().transpose() * g);
+    Eigen::VectorXd d = qr_->householderQ().adjoint() * f;
+    const Eigen::VectorXd dx = qr_->colsPermutation() * R.solve(d.head(p) - h);
     d.head(p) = h;
-    const Eigen::VectorXd dr = qr_.householderQ() * d;
+    const Eigen::VectorXd dr = qr_->householderQ() * d;
     const double change = dx.norm() + dr.norm();
     if (!(change < last_change)) {
       break;  // no nearer: what is left is rounding
@@ -249,14 +447,19 @@ Eigen::MatrixXd FactoredDesign::estimates(const Eigen::Ref<const Eigen::MatrixXd
   Eigen::MatrixXd X(scaled_.cols(), Y.cols());
   if (refines_) {
     for (Eigen::Index j = 0; j < Y.cols(); ++j) {
-      X.col(j) = solve(weighted_Y.col(j)).x;
+      X.col(j) = solve<Eigen::Dynamic>(weighted_Y.col(j)).x;
     }
-    return scale_.asDiagonal() * X;
+  } else if (X.rows() == few_columns) {
+    Eigen::VectorXd left;
+    for (Eigen::Index j = 0; j < Y.cols(); ++j) {
+      X.col(j) = estimate_scaled<few_columns>(weighted_Y.col(j), left);
+    }
+  } else {
+    X.noalias() = root_ * (basis_.transpose() * weighted_Y);
+    const Eigen::MatrixXd fitted = scaled_ * X;
+    weighted_Y -= fitted;
+    X += root_ * (basis_.transpose() * weighted_Y);  // the last digits
   }
-  X.noalias() = root_ * (basis_.transpose() * weighted_Y);
-  const Eigen::MatrixXd fitted = scaled_ * X;
-  weighted_Y -= fitted;
-  X += root_ * (basis_.transpose() * weighted_Y);  // the last digits
   return scale_.asDiagonal() * X;
 }
 
@@ -268,7 +471,8 @@ LeastSquaresFit LeastSquaresDesign::fit(
     throw DomainError(formatted("LeastSquaresDesign::fit: {} finite observations are needed", n));
   }
   const Eigen::VectorXd weighted_y = root_weights_.cwiseProduct(observations);
-  Solution solution = solve(weighted_y);
+  Solution solution = scaled_.cols() == few_columns ? solve<few_columns>(weighted_y)
+                                                    : solve<Eigen::Dynamic>(weighted_y);
   LeastSquaresFit fit;
   fit.estimate = std::move(solution.x);
   fit.estimate.array() *= scale_.array();

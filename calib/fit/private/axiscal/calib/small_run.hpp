@@ -123,6 +123,10 @@ class SmallRun {
   /// @return residuals less columns.
   [[nodiscard]] double degrees_of_freedom() const;
 
+  /// @return the condition number of all columns, each divided by its length; nothing where it is
+  ///         not small, as small_condition_of() has it.
+  [[nodiscard]] std::optional<double> small_condition() const;
+
  private:
   const SmallState& state_;
   Eigen::Vector3d sigma_;

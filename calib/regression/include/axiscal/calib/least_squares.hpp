@@ -2,6 +2,7 @@
 #pragma once
 
 #include <functional>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -87,7 +88,13 @@ class FactoredDesign {
     Eigen::VectorXd x;          // coefficients of the scaled columns
     Eigen::VectorXd residuals;  // weighted
   };
+  // @tparam Count  of the parameters, where that is known.
+  template <int Count>
   [[nodiscard]] Solution solve(const Eigen::VectorXd& weighted_y) const;
+  // Without refinement; on return also what is left of the readings, but for the last digits.
+  template <int Count>
+  [[nodiscard]] Eigen::Matrix<double, Count, 1> estimate_scaled(
+      const Eigen::Ref<const Eigen::VectorXd>& weighted_y, Eigen::VectorXd& left) const;
   [[nodiscard]] Solution refined(const Eigen::VectorXd& b,
                                  const Eigen::VectorXd& c,
                                  Solution start) const;
@@ -95,7 +102,8 @@ class FactoredDesign {
   Eigen::VectorXd root_weights_;
   Eigen::MatrixXd scaled_;  // W^1/2 X with columns scaled by powers of two
   Eigen::VectorXd scale_;   // those powers
-  Eigen::ColPivHouseholderQR<Eigen::MatrixXd> qr_;
+  std::optional<Eigen::ColPivHouseholderQR<Eigen::MatrixXd>> qr_;  // where it refines
+  Eigen::MatrixXd R_;      // p x p, of the scaled columns in the order of the pivots
   Eigen::MatrixXd root_;   // P R^-1 of the scaled columns
   Eigen::MatrixXd basis_;  // Q
   bool refines_ = false;   // whether the condition number is above refinement_above
@@ -105,6 +113,9 @@ class FactoredDesign {
   // @return the columns that are left undetermined.
   [[nodiscard]] std::vector<Eigen::Index> factor(const Eigen::Ref<const Eigen::MatrixXd>& design,
                                                  const Eigen::Ref<const Eigen::VectorXd>& weights);
+
+  // The same of few rows and columns; false where it is not plain.
+  bool factor_few();
 };
 
 /// The same with all statistics of a response's fit.
