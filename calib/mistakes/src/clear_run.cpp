@@ -41,16 +41,20 @@ struct LeftOfRun {
   Eigen::Vector3d freedom;
 };
 
-// The rows of a reading in the shared basis.
-Directions shared_rows(const SmallRun& run, Eigen::Index i) {
-  return run.shared_basis().row(i).reshaped<Eigen::RowMajor>(3, 2);
+// Two numbers of each axis, which are side by side.
+Directions by_axis(const Eigen::Matrix<double, 6, 1>& numbers) {
+  Directions rows;
+  for (Eigen::Index k = 0; k < 3; ++k) {
+    rows.row(k) = numbers.segment<2>(2 * k).transpose();
+  }
+  return rows;
 }
 
 // One reading deleted, any of them.
 double single_p(const SmallRun& run, const LeftOfRun& left) {
   double largest = 0.0;
   for (Eigen::Index i = 0; i < run.readings(); ++i) {
-    const Directions shared = shared_rows(run, i);
+    const Directions shared = by_axis(run.shared_basis().row(i).transpose());
     Eigen::Matrix3d rest = -shared.lazyProduct(shared.transpose());
     rest.diagonal().array() += 1.0 - run.state().basis().row(i).squaredNorm();
     largest = std::max(largest, squares_by<Eigen::Matrix3d, Eigen::Vector3d>(
@@ -84,8 +88,7 @@ double drift_p(const SmallRun& run, const LeftOfRun& left, const Order& order) {
     along(order[static_cast<std::size_t>(at)]) =
         static_cast<double>(at) / static_cast<double>(n - 1) - 0.5;
   }
-  const Directions in_shared =
-      run.shared_basis().transpose().lazyProduct(along).reshaped<Eigen::RowMajor>(3, 2);
+  const Directions in_shared = by_axis(run.shared_basis().transpose().lazyProduct(along));
   const double squares = along.squaredNorm();
   Eigen::Matrix3d rest = -in_shared.lazyProduct(in_shared.transpose());
   rest.diagonal().array() +=
