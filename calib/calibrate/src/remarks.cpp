@@ -99,11 +99,10 @@ void note_fixed_order(const Observations& observations, Calibration& calibration
   if (first.size() < fewest) {
     return;
   }
-  std::vector<DesignPoint> design;
-  for (const DesignEntry& entry : standard_design(12)) {
-    design.push_back(entry.point);
-  }
-  const bool by_design = std::equal(design.begin(), design.end(), first.begin());
+  const std::vector<DesignEntry> design = standard_design(12);
+  const bool by_design = std::equal(
+      design.begin(), design.end(), first.begin(),
+      [](const DesignEntry& entry, const DesignPoint& point) { return entry.point == point; });
   const bool repeats =
       blocks.size() > 1 && std::all_of(blocks.begin(), blocks.end(),
                                        [&](const auto& one) { return one.second == first; });

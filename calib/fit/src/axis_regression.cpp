@@ -249,11 +249,8 @@ Estimate summarize(const ReadingSet& set,
 
 std::vector<int> groups_of_readings(const ReadingSet& set) {
   using Key = std::tuple<std::optional<DesignPoint>, int, std::vector<double>, FieldLevel>;
-  std::map<Key, int> numbers;
-  std::vector<int> groups;
-  groups.reserve(set.readings.size());
   const bool continuous = set.temperature.order > 0 && set.temperature.soak.empty();
-  for (std::size_t i = 0; i < set.readings.size(); ++i) {
+  const auto key_of = [&](std::size_t i) {
     const Reading& reading = set.readings[i];
     // By method magnitude readings may have neither; nothing is grouped there.
     const bool has_field = set.rotation_sensor_from_table.empty() && reading.field_in_sensor;
@@ -263,8 +260,28 @@ std::vector<int> groups_of_readings(const ReadingSet& set) {
     if (has_field) {
       std::get<2>(key).assign(reading.field_in_sensor->begin(), reading.field_in_sensor->end());
     }
+    return key;
+  };
+  std::vector<int> groups;
+  groups.reserve(set.readings.size());
+  constexpr std::size_t few = 48;  // of which a look at each is quicker than a tree
+  if (set.readings.size() <= few) {
+    std::vector<Key> keys;
+    keys.reserve(set.readings.size());
+    for (std::size_t i = 0; i < set.readings.size(); ++i) {
+      Key key = key_of(i);
+      const auto found = std::find(keys.begin(), keys.end(), key);
+      groups.push_back(static_cast<int>(found - keys.begin()));
+      if (found == keys.end()) {
+        keys.push_back(std::move(key));
+      }
+    }
+    return groups;
+  }
+  std::map<Key, int> numbers;
+  for (std::size_t i = 0; i < set.readings.size(); ++i) {
     const auto number = static_cast<int>(numbers.size());
-    groups.push_back(numbers.emplace(std::move(key), number).first->second);
+    groups.push_back(numbers.emplace(key_of(i), number).first->second);
   }
   return groups;
 }

@@ -377,7 +377,9 @@ std::optional<double> DeletionFit::p_value_of_small(const std::vector<std::size_
     DirectionSums& own = sums[static_cast<std::size_t>(k)];
     own.squares = std::max(of_all.squares - gone.col(k).dot(errors.col(k)), 0.0);
     own.degrees_of_freedom = of_all.degrees_of_freedom - static_cast<double>(d);
-    start(k) = std::max(own.squares / std::max(own.degrees_of_freedom, 1.0),
+    // Axes that scatter alike have like parts of the directions.
+    const double part = small_->has_directions() ? 2.0 / 3.0 : 0.0;
+    start(k) = std::max(own.squares / std::max(own.degrees_of_freedom - part, 1.0),
                         std::max(smallest_(k), std::numeric_limits<double>::min()));
     if (small_->has_directions()) {
       const auto P = shared.template middleCols<2>(2 * k).transpose();

@@ -6,6 +6,7 @@
 #include <Eigen/SVD>
 
 #include "axis_regression.hpp"
+#include "axiscal/calib/product_of_size.hpp"
 #include "axiscal/core/not_a_number.hpp"
 #include "joint_solution.hpp"
 
@@ -71,7 +72,8 @@ Estimate describe_joint(const ReadingSet& set,
   for (Eigen::Index k = 0; k < m; ++k) {
     take_up.middleRows(p * k, p) = state.axes[static_cast<std::size_t>(k)].take_up.topRows(p);
   }
-  statistics.covariance = take_up * C * take_up.transpose();
+  const Eigen::MatrixXd covariance_of_take_up = thin_product(take_up, C);
+  statistics.covariance = thin_product(covariance_of_take_up, take_up.transpose());
   for (Eigen::Index k = 0; k < m; ++k) {
     const JointAxis& axis = state.axes[static_cast<std::size_t>(k)];
     if (k == 0 || axis.design != state.axes[static_cast<std::size_t>(k) - 1].design) {
@@ -87,8 +89,10 @@ Estimate describe_joint(const ReadingSet& set,
         r_squared_about_mean(set.response.col(k), set.weights.col(k), axis.residuals);
 
     const double s2 = statistics.residual_sd(k) * statistics.residual_sd(k);
+    const Eigen::MatrixXd C_of_axis = C / (s * s);
     const Eigen::MatrixXd own =
-        design->unscaled_covariance() + axis.take_up * (C / (s * s)) * axis.take_up.transpose();
+        design->unscaled_covariance() +
+        thin_product(thin_product(axis.take_up, C_of_axis), axis.take_up.transpose());
     statistics.covariance.block(p * k, p * k, p, p) +=
         s2 * design->unscaled_covariance().topLeftCorner(p, p);
     statistics.variance_inflation.row(k) =
@@ -96,7 +100,7 @@ Estimate describe_joint(const ReadingSet& set,
 
     const Eigen::VectorXd leverage =
         design->leverage() +
-        (axis.projected * C).cwiseProduct(axis.projected).rowwise().sum() / (s * s);
+        thin_product(axis.projected, C_of_axis).cwiseProduct(axis.projected).rowwise().sum();
     const double parameters = static_cast<double>(axis.design->observations()) - nu;
     put_diagnostics(statistics, k, leverage,
                     set.robust ? scale_residuals(axis.residuals, leverage, s, parameters)

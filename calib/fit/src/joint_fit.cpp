@@ -8,13 +8,14 @@
 
 #include <Eigen/SVD>
 
+#include "axiscal/calib/product_of_size.hpp"
 #include "axiscal/calib/response_system.hpp"
 #include "axiscal/calib/scaled_cholesky.hpp"
 
 namespace axiscal {
 
 void JointAxis::find_sums() {
-  sums = {.information = projected.transpose() * projected,
+  sums = {.information = thin_product(projected.transpose(), projected),
           .gradient = projected.transpose() * residuals,
           .squares = residuals.squaredNorm(),
           .degrees_of_freedom = static_cast<double>(design->observations() - X().cols())};
@@ -59,7 +60,8 @@ void JointFit::add_axes(Eigen::Index first,
   const Eigen::Index directions = state.direction_count();
   const Eigen::MatrixXd estimates = design->estimates(set_.response.middleCols(first, count));
   const Eigen::MatrixXd residuals =
-      root_weights.asDiagonal() * (set_.response.middleCols(first, count) - X * estimates);
+      root_weights.asDiagonal() *
+      (set_.response.middleCols(first, count) - thin_product(X, estimates));
   Eigen::MatrixXd changes(set_.size(), directions * count);  // of all axes, side by side
   for (Eigen::Index a = 0; a < count && directions > 0; ++a) {
     changes.middleCols(directions * a, directions) = response_changes(
@@ -68,24 +70,19 @@ void JointFit::add_axes(Eigen::Index first,
   if (first + count == set_.axis_count()) {
     field_changes.resize(0, 0);  // of long runs they are large
   }
-  Eigen::MatrixXd take_up(X.cols(), changes.cols());
-  if (directions > 0) {
-    take_up = design->estimates(changes);
-  }
-  Eigen::MatrixXd projected = X * take_up;
-  projected = root_weights.asDiagonal() * (changes - projected);
-  changes = root_weights.asDiagonal() * changes;
+  // Weighted from here on.
+  changes.array().colwise() *= root_weights.array();
+  const Eigen::MatrixXd in_basis = thin_product(design->basis().transpose(), changes);
+  const Eigen::MatrixXd take_up = thin_product(design->root_of_covariance(), in_basis);
+  const Eigen::MatrixXd projected = changes - thin_product(design->basis(), in_basis);
   for (Eigen::Index a = 0; a < count; ++a) {
-    state.axes.push_back({.columns = columns,
-                          .design = design,
-                          .estimate = estimates.col(a),
-                          .residuals = residuals.col(a),
-                          .tangents = changes.middleCols(directions * a, directions),
-                          .take_up = take_up.middleCols(directions * a, directions)});
-  }
-  changes.resize(0, 0);
-  for (Eigen::Index a = 0; a < count; ++a) {
-    JointAxis& axis = state.axes[static_cast<std::size_t>(first + a)];
+    JointAxis& axis = state.axes.emplace_back();
+    axis.columns = columns;
+    axis.design = design;
+    axis.estimate = estimates.col(a);
+    axis.residuals = residuals.col(a);
+    axis.tangents = changes.middleCols(directions * a, directions);
+    axis.take_up = take_up.middleCols(directions * a, directions);
     axis.projected = projected.middleCols(directions * a, directions);
     axis.find_sums();
   }

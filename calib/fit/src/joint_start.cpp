@@ -37,7 +37,9 @@ std::optional<TableField> linear_start(const ReadingSet& set) {
   const std::vector<FieldDescription>& parts = set.field.parts();
   if (SmallState::can_be(set) && set.field.blocks().size() == 1) {
     if (const std::optional<Eigen::Vector3d> direction = small_linear_direction(set)) {
-      return set.field.with({parts.front().magnitude * *direction});
+      // The sign that is taken in the end, where a given direction tells it.
+      const double sign = direction->dot(parts.front().start.sign_by) < 0.0 ? -1.0 : 1.0;
+      return set.field.with({sign * parts.front().magnitude * *direction});
     }
   }
   std::vector<Eigen::Index> all(static_cast<std::size_t>(set.size()));

@@ -77,6 +77,7 @@ Differences differences_by_face(const std::vector<OppositePair>& pairs,
                                 const SensitivityMatrix& sensitivity,
                                 const TableField& field) {
   Differences all;
+  all.faces.reserve(pairs.size());
   std::map<std::pair<int, Face>, std::size_t> place;
   const Eigen::Index axes = sensitivity.rows();
   Eigen::Index rows = 0;

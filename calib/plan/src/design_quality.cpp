@@ -41,11 +41,12 @@ Eigen::MatrixXd orientation_rows(const std::vector<DesignEntry>& design) {
 }
 
 // The direction u, |u| = 1, that makes u^T A u + 2 c^T u largest, A not negative: each step of
-// u <- A u + c, normalised, cannot make it smaller. From both ends of each principal axis.
+// u <- A u + c, normalised, cannot make it smaller. From both ends of each principal axis; where
+// all directions are alike, as in the best designs, along z.
 Eigen::Vector3d worst_direction(const Eigen::Matrix3d& A, const Eigen::Vector3d& c) {
   const auto value = [&](const Eigen::Vector3d& u) { return u.dot(A * u) + 2.0 * c.dot(u); };
   const Eigen::Matrix3d axes = Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>(A).eigenvectors();
-  Eigen::Vector3d best = axes.col(2);
+  Eigen::Vector3d best = Eigen::Vector3d::UnitZ();
   for (int axis = 0; axis < 3; ++axis) {
     for (const double sign : {1.0, -1.0}) {
       Eigen::Vector3d u = sign * axes.col(axis);
@@ -57,7 +58,8 @@ Eigen::Vector3d worst_direction(const Eigen::Matrix3d& A, const Eigen::Vector3d&
           break;
         }
       }
-      best = value(u) > value(best) ? u : best;
+      constexpr double rounding = 1e-12;
+      best = value(u) > (1.0 + rounding) * value(best) ? u : best;
     }
   }
   return best;

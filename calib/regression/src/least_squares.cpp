@@ -507,11 +507,17 @@ Eigen::VectorXd variance_inflation(const Eigen::Ref<const Eigen::MatrixXd>& desi
                                    const Eigen::Ref<const Eigen::VectorXd>& weights,
                                    const Eigen::Ref<const Eigen::MatrixXd>& unscaled_covariance) {
   Eigen::VectorXd factors(design.cols());
+  const double all = weights.sum();
   for (Eigen::Index j = 0; j < design.cols(); ++j) {
-    const Eigen::ArrayXd column = design.col(j).array();
-    const double mean = (weights.array() * column).sum() / weights.sum();
-    const double spread = (weights.array() * (column - mean).square()).sum();
-    const double size = (weights.array() * column.square()).sum();
+    const auto column = design.col(j);
+    const double mean = weights.dot(column) / all;
+    double spread = 0.0;
+    double size = 0.0;
+    for (Eigen::Index i = 0; i < column.size(); ++i) {
+      const double off = column(i) - mean;
+      spread += weights(i) * off * off;
+      size += weights(i) * column(i) * column(i);
+    }
     factors(j) = spread > 1e-24 * size ? spread * unscaled_covariance(j, j) : not_a_number;
   }
   return factors;

@@ -74,10 +74,9 @@ struct AtVariances {
   using OfResponses = typename S::OfResponses;
 
   AtVariances(const std::vector<FixedSums<S>>& responses, const OfResponses& at)
-      : log_variance(at) {
+      : log_variance(at), weight((-at.array()).exp()) {
     const auto m = static_cast<Eigen::Index>(responses.size());
     const Eigen::Index columns = responses.front().information.cols();
-    const OfResponses weight = (-log_variance.array()).exp();
     Covariance A = Covariance::Zero(columns, columns);
     OfColumns c = OfColumns::Zero(columns);
     for (Eigen::Index k = 0; k < m; ++k) {
@@ -115,7 +114,6 @@ struct AtVariances {
                                         bool& is_newton) const {
     const auto m = log_variance.size();
     const OfResponses gradient = degrees_of_freedom - squares;
-    const OfResponses weight = (-log_variance.array()).exp();
     // Those that stay at their lowest have no step, and no part in that of the others.
     const auto is_open = [&](Eigen::Index k) {
       return log_variance(k) > lowest(k) || gradient(k) < 0.0;
@@ -158,6 +156,7 @@ struct AtVariances {
 
   bool determined = true;
   OfResponses log_variance;        // u, m
+  OfResponses weight;              // 1 / sigma^2, m
   double misfit = 0.0;             // -2 ln of the likelihood, but for a constant
   OfResponses degrees_of_freedom;  // nu, m
   OfResponses squares;             // RSS_k / sigma_k^2, m

@@ -28,7 +28,11 @@ class Rotations {
   [[nodiscard]] std::size_t size() const { return at_.size(); }
   [[nodiscard]] bool empty() const { return at_.empty(); }
 
-  void reserve(std::size_t count) { at_.reserve(count); }
+  void reserve(std::size_t count) {
+    constexpr std::size_t mostly = 24;
+    at_.reserve(count);
+    distinct_.reserve(std::min(count, mostly));
+  }
   void push_back(const Eigen::Matrix3d& rotation) { at_.push_back(place_of(rotation)); }
   void put(std::size_t i, const Eigen::Matrix3d& rotation) { at_[i] = place_of(rotation); }
   void clear() {

@@ -17,4 +17,15 @@ template <int Most, typename Left, typename Right>
   }
 }
 
+/// The product of matrices of any size where one side of it is mostly short, as the columns of an
+/// axis are: written out there, as blocks would have to be packed first.
+template <typename Left, typename Right>
+[[nodiscard]] Eigen::MatrixXd thin_product(const Left& left, const Right& right) {
+  constexpr Eigen::Index few = 8;
+  if (left.cols() <= few || left.rows() * right.cols() <= few * few) {
+    return left.lazyProduct(right);
+  }
+  return left * right;
+}
+
 }  // namespace axiscal

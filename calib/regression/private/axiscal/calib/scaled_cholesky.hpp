@@ -63,7 +63,7 @@ class ScaledCholeskyOf {
   }
 
   [[nodiscard]] double log_determinant() const {
-    return 2.0 * (factor().diagonal().array().log().sum() - per_length_.array().log().sum());
+    return 2.0 * (factor().diagonal().array() / per_length_.array()).log().sum();
   }
 
  private:
