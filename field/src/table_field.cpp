@@ -12,7 +12,11 @@
 
 namespace axiscal {
 
-TableField::TableField() : TableField(std::vector<FieldDescription>(1)) {}
+TableField::TableField() {
+  static const std::shared_ptr<const Layout> one =  // of which there are many
+      TableField(std::vector<FieldDescription>(1)).layout_;
+  layout_ = one;
+}
 
 TableField::TableField(std::vector<FieldDescription> parts) {
   if (parts.empty()) {

@@ -17,6 +17,7 @@ std::vector<DesignEntry> standard_design(int points) {
         formatted("standard_design: the designs have 6, 12 or 24 points, not {}", points));
   }
   std::vector<DesignEntry> design;
+  design.reserve(static_cast<std::size_t>(points));
   for (const int step : {1, 2}) {
     for (const Face rest : all_faces) {
       const int fence_axis = (axis_of(rest) + step) % 3;

@@ -87,6 +87,9 @@ std::vector<ReadingResidual> residuals_of(const Observations& observations,
   const bool by_magnitude = !fitted.has_vectors() && !source.by_field();
   const FieldSolver solver(response.sensitivity);
   const bool has_magnitude = solver.rank() == 3;
+  // Most responses are those of S and the field alone.
+  const bool plain = !calibration.sensor.temperature && calibration.sensor.also.empty() &&
+                     !calibration.sensor.instrument.one_sided;
   std::vector<ReadingResidual> residuals;
   residuals.reserve(observations.readings.size());
   Eigen::VectorXd v;
@@ -105,15 +108,20 @@ std::vector<ReadingResidual> residuals_of(const Observations& observations,
     }
     v = observations.response.row(row);
     const bool complete = source.in_range().row(row).all() && calibration.sensor.also.empty();
+    left = plain ? v : reading_at_reference(calibration.sensor, v, reading.temperature);
+    left -= response.bias;
     const Eigen::Vector3d measured =
-        has_magnitude
-            ? solver.solve(reading_at_reference(calibration.sensor, v, reading.temperature) -
-                           response.bias)
-            : Eigen::Vector3d::Zero();
+        has_magnitude ? solver.solve(left) : Eigen::Vector3d::Zero();
     const Eigen::Vector3d field =
         by_magnitude ? Eigen::Vector3d(calibration.sensor.field.magnitude * measured.normalized())
                      : source.field_in_sensor(reading, fitted);
-    left = v - fitted_response(calibration, source, reading, fitted, field);
+    if (plain) {
+      left.noalias() = response.sensitivity.lazyProduct(field);
+      left += response.bias;
+    } else {
+      left = fitted_response(calibration, source, reading, fitted, field);
+    }
+    left = v - left;
     for (Eigen::Index k = 0; k < left.size(); ++k) {
       // What an axis does not see, or cannot read, leaves nothing; a reading that was left out
       // does.

@@ -172,6 +172,7 @@ FitStatistics blank_statistics(const ReadingSet& set, RegressionRows& rows) {
     statistics.observations_per_axis.push_back(
         static_cast<int>((set.weights.col(k).array() > 0.0).count()));
   }
+  statistics.lack_of_fit.reserve(static_cast<std::size_t>(m));
   statistics.rows = std::move(rows.rows);
   for (RegressionRow& row : statistics.rows) {
     row.leverage.resize(m);

@@ -106,7 +106,10 @@ class BentAxes {
   };
 
   /// @param errors  how many of the shared columns are inputs' errors, of variance 1.
-  explicit BentAxes(Eigen::Index errors) : errors_(errors) {}
+  explicit BentAxes(Eigen::Index errors) : errors_(errors) {
+    constexpr std::size_t mostly = 3;
+    axes_.reserve(mostly);
+  }
 
   /// @param P, y     what the axis's own columns leave of the others, f_k^2 the last of them, and
   ///                 of the readings.

@@ -95,7 +95,6 @@ LengthScatter scatter_of_lengths(const Run& run, const LengthSetup& setup) {
   using Shared =
       Eigen::Matrix<double, Eigen::Dynamic, Run::shared_width, 0, most, Run::shared_width>;
   using AmongShared = Eigen::Matrix<double, Run::shared_width, Run::shared_width>;
-  using Square = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, most, most>;
   const auto product = [](const auto& left, const auto& right) {
     return product_of_size<most>(left, right);
   };
@@ -143,18 +142,28 @@ LengthScatter scatter_of_lengths(const Run& run, const LengthSetup& setup) {
       by_inputs -= in_shared * (P.transpose() * of_axis);
     }
   }
-  Square covariance = of_noise.asDiagonal();
-  covariance -= product(in_own, in_own.transpose());
-  if (in_shared.cols() > 0) {
-    const Square taken = product(across, in_shared.transpose());
-    covariance -= taken + taken.transpose();
-  }
-  scatter.by_noise = covariance.trace();
-  if (setup.changes.cols() > 0) {
+  if constexpr (most != Eigen::Dynamic) {  // has no inputs
+    for (Eigen::Index i = 0; i < n; ++i) {
+      for (Eigen::Index j = 0; j <= i; ++j) {
+        const double of_pair = (i == j ? of_noise(i) : 0.0) - in_own.row(i).dot(in_own.row(j)) -
+                               across.row(i).dot(in_shared.row(j)) -
+                               in_shared.row(i).dot(across.row(j));
+        scatter.by_noise += i == j ? of_pair : 0.0;
+        scatter.of_square += (i == j ? 1.0 : 2.0) * of_pair * of_pair;
+      }
+    }
+  } else {
+    Eigen::MatrixXd covariance = of_noise.asDiagonal();
+    covariance -= in_own * in_own.transpose();
+    if (in_shared.cols() > 0) {
+      const Eigen::MatrixXd taken = across * in_shared.transpose();
+      covariance -= taken + taken.transpose();
+    }
+    scatter.by_noise = covariance.trace();
     scatter.by_inputs = by_inputs.squaredNorm();
     covariance += by_inputs * by_inputs.transpose();
+    scatter.of_square = covariance.squaredNorm();
   }
-  scatter.of_square = covariance.squaredNorm();
   return scatter;
 }
 

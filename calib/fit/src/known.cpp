@@ -45,6 +45,7 @@ std::shared_ptr<const JointState> determined_state(const ReadingSet& set,
 
 std::vector<AxisRegression> fitted_axes(const ReadingSet& set, const JointState& state) {
   std::vector<AxisRegression> all;
+  all.reserve(static_cast<std::size_t>(set.axis_count()));
   for (Eigen::Index first = 0; first < set.axis_count();) {
     const Eigen::Index count = set.end_of_alike(first, set.weights) - first;
     const JointAxis& axis = state.axes[static_cast<std::size_t>(first)];

@@ -26,6 +26,7 @@ Layings layings_of(const ReadingSet& given, const Estimate& estimate) {
            set.met_of_field(i) == set.met_of_field(i - 1);
   };
   std::vector<Eigen::Index> firsts;
+  firsts.reserve(set.readings.size());
   for (std::size_t i = 0; i < set.readings.size(); ++i) {
     if (i == 0 || !continues(i)) {
       firsts.push_back(static_cast<Eigen::Index>(i));
