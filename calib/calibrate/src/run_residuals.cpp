@@ -110,8 +110,7 @@ std::vector<ReadingResidual> residuals_of(const Observations& observations,
     const bool complete = source.in_range().row(row).all() && calibration.sensor.also.empty();
     left = plain ? v : reading_at_reference(calibration.sensor, v, reading.temperature);
     left -= response.bias;
-    const Eigen::Vector3d measured =
-        has_magnitude ? solver.solve(left) : Eigen::Vector3d::Zero();
+    const Eigen::Vector3d measured = has_magnitude ? solver.solve(left) : Eigen::Vector3d::Zero();
     const Eigen::Vector3d field =
         by_magnitude ? Eigen::Vector3d(calibration.sensor.field.magnitude * measured.normalized())
                      : source.field_in_sensor(reading, fitted);

@@ -7,14 +7,11 @@
 #include <numeric>
 #include <optional>
 
-#include "axiscal/calib/distributions.hpp"
 #include "axiscal/calib/input_quantities.hpp"
 #include "axiscal/calib/linearised_run.hpp"
 #include "axiscal/calib/method_kind.hpp"
 #include "axiscal/calib/parameter_names.hpp"
 #include "axiscal/calib/rounding_scatter.hpp"
-#include "axiscal/calib/scaled_cholesky.hpp"
-#include "axiscal/calib/shared_fit.hpp"
 #include "axiscal/calib/variance_components.hpp"
 #include "axiscal/core/formatted.hpp"
 #include "axiscal/core/number_text.hpp"
@@ -382,7 +379,7 @@ std::vector<UncertaintySource> sources_of(const std::vector<InputQuantity>& inpu
   return sources;
 }
 
-// The same of a small run without inputs and seats.
+// The curvature test of a small run without inputs and seats.
 // @tparam Shared  the field's directions that are fitted.
 template <int Shared>
 std::optional<CurvatureTest> curvature_of_small(const SmallState& state,

@@ -29,7 +29,7 @@ double pooled_scatter(const ReadingSet& set, const JointState& state, double dof
 std::optional<JointSolution> solve_if_small(const ReadingSet& set,
                                             const JointFit& fit,
                                             const TableField& start) {
-  if (!SmallState::can_be(set) || start.size() != 1) {
+  if (!SmallState::can_be(set)) {
     return std::nullopt;
   }
   Eigen::Vector3d smallest;

@@ -28,6 +28,15 @@ std::vector<Eigen::Index> used_rows(const ReadingSet& set,
   return used;
 }
 
+// One of two opposite directions: that which a given one tells, else with its largest component
+// positive.
+Eigen::Vector3d with_sign(const Eigen::Vector3d& direction, const FieldDescription& part) {
+  const double given = direction.dot(part.start.sign_by);
+  Eigen::Index largest = 0;
+  direction.cwiseAbs().maxCoeff(&largest);
+  return std::copysign(1.0, given != 0.0 ? given : direction(largest)) * direction;
+}
+
 // The field whose directions follow linearly, their sign open. A levelness with too few readings of
 // its own starts from that of all readings. Nothing where they do not follow.
 std::optional<TableField> linear_start(const ReadingSet& set) {
@@ -35,11 +44,9 @@ std::optional<TableField> linear_start(const ReadingSet& set) {
     return {};  // then its parts are not linear in the level
   }
   const std::vector<FieldDescription>& parts = set.field.parts();
-  if (SmallState::can_be(set) && set.field.blocks().size() == 1) {
+  if (SmallState::can_be(set)) {
     if (const std::optional<Eigen::Vector3d> direction = small_linear_direction(set)) {
-      // The sign that is taken in the end, where a given direction tells it.
-      const double sign = direction->dot(parts.front().start.sign_by) < 0.0 ? -1.0 : 1.0;
-      return set.field.with({sign * parts.front().magnitude * *direction});
+      return set.field.with({parts.front().magnitude * with_sign(*direction, parts.front())});
     }
   }
   std::vector<Eigen::Index> all(static_cast<std::size_t>(set.size()));
@@ -65,14 +72,14 @@ std::optional<TableField> linear_start(const ReadingSet& set) {
     return set.field.with(std::move(vectors));
   }
   const double F = parts.front().magnitude;
-  vectors.assign(set.field.blocks().size(), F * common);
+  vectors.assign(set.field.blocks().size(), F * with_sign(common, parts.front()));
   for (std::size_t s = 0; vectors.size() > 1 && s < vectors.size(); ++s) {
     std::vector<Eigen::Index> rows;
     std::copy_if(all.begin(), all.end(), std::back_inserter(rows),
                  [&](Eigen::Index i) { return set.tilt_of(static_cast<std::size_t>(i)) == s; });
     const Eigen::VectorXd own = linear_directions(set, rows);
     if (own.size() > 0) {
-      vectors[s] = std::copysign(F, own.dot(common)) * own;
+      vectors[s] = std::copysign(F, own.dot(vectors[s])) * own;
     }
   }
   return set.field.with(std::move(vectors));

@@ -40,16 +40,7 @@ class MetOfField {
 // b and S fitted for a field, as sums over the readings.
 struct FittedSums {
   std::array<DirectionSums, 3> of_axes;
-  Eigen::Vector2d squares_of_directions = Eigen::Vector2d::Zero();  // what they change at all
-
-  // Whether b and S leave enough of what the directions change.
-  [[nodiscard]] bool is_open() const {
-    Eigen::Vector2d left = Eigen::Vector2d::Zero();
-    for (const DirectionSums& own : of_axes) {
-      left += own.information.diagonal();
-    }
-    return (left.array() > clearly_determined * squares_of_directions.array()).all();
-  }
+  Eigen::Matrix<double, 2, 3> squares_of_directions;  // what they change of each axis at all
 
   [[nodiscard]] double cost(const Eigen::Vector3d& sigma) const {
     double sum = 0.0;
@@ -114,7 +105,7 @@ class SmallJoint {
     for (Eigen::Index k = 0; k < 3; ++k) {
       DirectionSums& own = sums.of_axes[static_cast<std::size_t>(k)];
       const auto up = take_up.middleCols<2>(2 * k).transpose();
-      sums.squares_of_directions += own.information.diagonal();
+      sums.squares_of_directions.col(k) = own.information.diagonal();
       own.information.noalias() -= up.lazyProduct(with_own.middleCols<2>(2 * k));
       own.gradient.noalias() -= up.lazyProduct(left.col(k));
     }
@@ -129,14 +120,18 @@ class SmallJoint {
     for (int round = 0; round < most_rounds; ++round) {
       Eigen::Matrix2d information = Eigen::Matrix2d::Zero();
       Eigen::Vector2d gradient = Eigen::Vector2d::Zero();
+      Eigen::Vector2d squares = Eigen::Vector2d::Zero();
       for (Eigen::Index k = 0; k < 3; ++k) {
         const DirectionSums& own = sums.of_axes[static_cast<std::size_t>(k)];
         const double weight = 1.0 / (sigma(k) * sigma(k));
         information += weight * own.information;
         gradient += weight * own.gradient;
+        squares += weight * sums.squares_of_directions.col(k);
       }
+      // b and S must leave enough of what the directions change.
       const ScaledCholeskyOf<Eigen::Matrix2d> cholesky(information);
-      if (!cholesky.is_determined(clearly_determined)) {
+      if (!cholesky.is_determined(clearly_determined) ||
+          !(information.diagonal().array() > clearly_determined * squares.array()).all()) {
         return false;
       }
       const Eigen::Vector2d step = cholesky.solve(gradient);
@@ -151,8 +146,7 @@ class SmallJoint {
           field.norm() * (field.normalized() + tangents_of(field) * step).normalized();
       const std::optional<FittedSums> there = at(next);
       // Near the minimum the cost's own rounding must not stop the last steps.
-      if (!there || !there->is_open() ||
-          !(there->cost(sigma) <= (1.0 + 1e-12) * sums.cost(sigma))) {
+      if (!there || !(there->cost(sigma) <= (1.0 + 1e-12) * sums.cost(sigma))) {
         return false;
       }
       field = next;
@@ -177,7 +171,7 @@ std::optional<SmallJointSolution> solve_small_joint(const ReadingSet& set,
   const SmallJoint fit(set);
   SmallJointSolution solution{.field = start, .sigma = Eigen::Vector3d::Ones()};
   std::optional<FittedSums> sums = fit.at(start);
-  if (!sums || !sums->is_open() || !fit.converge(solution.sigma, solution.field, *sums)) {
+  if (!sums || !fit.converge(solution.sigma, solution.field, *sums)) {
     return std::nullopt;
   }
   double squares = 0.0;

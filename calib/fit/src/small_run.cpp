@@ -21,18 +21,20 @@ constexpr double dependent = 1e-12;
 
 bool SmallState::can_be(const ReadingSet& set) {
   return set.axis_count() == 3 && set.size() <= most_readings && set.column_count() == 4 &&
-         set.size() > set.column_count() && !set.robust && !set.field.is_sum() &&
+         set.size() > set.column_count() && !set.robust && set.field.vector_count() == 1 &&
          set.visible.empty() && set.seen.cols() == 0 && !set.rotation_sensor_from_table.empty() &&
          set.field_then.empty() && (set.weights.array() == 1.0).all();
 }
 
 std::optional<SmallState> SmallState::of(const ReadingSet& set, const JointState& state) {
+  if (!can_be(set)) {
+    return std::nullopt;
+  }
   const JointAxis& first = state.axes.front();
-  const bool one_design =
-      std::all_of(state.axes.begin(), state.axes.end(),
-                  [&](const JointAxis& axis) { return axis.design == first.design; });
-  if (!can_be(set) || !one_design || state.field.size() != 1 ||
-      !(first.design->smallest_pivot() * first.design->smallest_pivot() > dependent)) {
+  const double pivot = first.design->smallest_pivot();
+  if (!(pivot * pivot > dependent) ||
+      !std::all_of(state.axes.begin(), state.axes.end(),
+                   [&](const JointAxis& axis) { return axis.design == first.design; })) {
     return std::nullopt;
   }
   std::optional<SmallState> small = SmallState(set, state.direction_count() > 0);
@@ -127,7 +129,7 @@ namespace {
 // columns couple to each is known by the products over the axes.
 class CoupledNormal {
  public:
-  CoupledNormal(const SmallRun& run) {
+  explicit CoupledNormal(const SmallRun& run) {
     const SmallState& state = run.state();
     const Eigen::Index n = run.readings();
     Eigen::Matrix4d N = Eigen::Matrix4d::Zero();
@@ -178,10 +180,12 @@ class CoupledNormal {
     return left.trace() < 0.0 ? count + 2 : count;
   }
 
+  static constexpr int columns = 14;  // four of each axis and two that they share
+
   // The eigenvalue that has so many below it.
   [[nodiscard]] double eigenvalue(int below) const {
     double low = 0.0;
-    double high = 14.0;  // as the diagonal is of ones
+    double high = columns;  // as the diagonal is of ones
     constexpr int digits = 60;
     for (int round = 0; round < digits; ++round) {
       const double middle = 0.5 * (low + high);
@@ -200,9 +204,8 @@ class CoupledNormal {
 
 std::optional<double> SmallRun::small_condition() const {
   const CoupledNormal normal(*this);
-  constexpr int columns = 14;
   constexpr double most = 1e4;  // the condition number's square
-  const double ratio = normal.eigenvalue(columns - 1) / normal.eigenvalue(0);
+  const double ratio = normal.eigenvalue(CoupledNormal::columns - 1) / normal.eigenvalue(0);
   return ratio > 0.0 && ratio < most ? std::optional(std::sqrt(ratio)) : std::nullopt;
 }
 

@@ -63,10 +63,12 @@ double single_p(const SmallRun& run, const LeftOfRun& left) {
   return static_cast<double>(run.readings()) * left.p_of(largest, 3.0);
 }
 
+using Order = std::array<Eigen::Index, SmallState::most_readings>;
+
 // Positions of the readings in the order in which they were taken.
-std::array<Eigen::Index, SmallState::most_readings> order_of(const SmallState& state) {
-  std::array<Eigen::Index, SmallState::most_readings> order{};
-  auto* const end = order.begin() + state.readings();
+Order order_of(const SmallState& state) {
+  Order order{};
+  const auto end = order.begin() + state.readings();
   std::iota(order.begin(), end, Eigen::Index{0});
   const auto number = [&](Eigen::Index i) {
     return state.set().readings[static_cast<std::size_t>(i)].run;
@@ -77,8 +79,6 @@ std::array<Eigen::Index, SmallState::most_readings> order_of(const SmallState& s
   }
   return order;
 }
-
-using Order = std::array<Eigen::Index, SmallState::most_readings>;
 
 // A drift of every bias over the run.
 double drift_p(const SmallRun& run, const LeftOfRun& left, const Order& order) {
@@ -99,7 +99,6 @@ double drift_p(const SmallRun& run, const LeftOfRun& left, const Order& order) {
 
 // The readings at an end of an axis's range shifted; 0 where it is not clear which those are.
 double ends_p(const SmallRun& run, const LeftOfRun& left) {
-  constexpr double at_end = 0.9;
   constexpr double unclear = 1e-3;
   double largest = 0.0;
   for (Eigen::Index k = 0; k < 3; ++k) {
@@ -112,7 +111,7 @@ double ends_p(const SmallRun& run, const LeftOfRun& left) {
       double count = 0.0;
       double product = 0.0;
       for (Eigen::Index i = 0; i < run.readings(); ++i) {
-        const double beyond = sign * sensed(i) - at_end * end;
+        const double beyond = sign * sensed(i) - end_of_range * end;
         if (std::abs(beyond) < unclear * std::abs(end)) {
           return 0.0;
         }
@@ -160,25 +159,24 @@ double cuts_p(const SmallRun& run, const LeftOfRun& left, const Order& order) {
   return static_cast<double>(run.readings() - 1) * left.p_of(largest, 2.0);
 }
 
-// Whether one step led to where a fit would end, and that is known well.
+// Whether one step led to where HypothesisFitter would end.
 bool is_linear(const SmallRun& run) {
-  constexpr double small_turn_rad = 1e-3;
-  constexpr double small_residuals = 0.01;
-  constexpr double most = 10.0;  // times the uncertainty that a direction has by itself
-  constexpr double little = 0.01;
   Eigen::RowVector2d lengths = Eigen::RowVector2d::Zero();
   double change = 0.0;
   for (Eigen::Index k = 0; k < 3; ++k) {
-    const auto own = run.state().tangents().middleCols<2>(2 * k);
+    const SmallRun::Columns<2> own = run.state().tangents().middleCols<2>(2 * k) / run.sigma(k);
     lengths += own.colwise().squaredNorm();
     change += (own * run.step()).squaredNorm();
   }
   lengths = lengths.cwiseSqrt();
   const double left = run.residuals().norm();
-  return run.step().norm() < small_turn_rad && left < small_residuals * lengths.minCoeff() &&
-         (run.root_of_shared().rowwise().norm().transpose().cwiseProduct(lengths).array() < most)
+  const double turned = run.step().norm();
+  constexpr double with_sensitivities = 2.0;  // which change by about as much as the field turns
+  return turned < small_turn_rad && left < small_residuals * lengths.minCoeff() &&
+         (run.root_of_shared().rowwise().norm().transpose().cwiseProduct(lengths).array() <
+          widest_of_linear)
              .all() &&
-         run.step().norm() * std::sqrt(change) < little * left;
+         with_sensitivities * turned * std::sqrt(change) < nothing * left;
 }
 
 }  // namespace
@@ -213,7 +211,8 @@ bool looks_clearly_good(const SmallState& state, bool directions) {
   // By the axes' own scatter a noisy one hides nothing.
   const SmallRun weighed(state, left.rss.cwiseQuotient(left.freedom.cwiseMax(0.5)).cwiseSqrt(),
                          directions);
-  return weighed.is_determined() && is_clear(single_p(weighed, LeftOfRun(weighed)));
+  return weighed.is_determined() && (!directions || is_linear(weighed)) &&
+         is_clear(single_p(weighed, LeftOfRun(weighed)));
 }
 
 }  // namespace axiscal

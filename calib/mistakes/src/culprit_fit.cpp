@@ -19,11 +19,6 @@ namespace {
 // Rounds until the fields stay; a mistake of one radian takes some more.
 constexpr int most_rounds = 30;
 constexpr double open_below = 1e-7;
-// Within which a fit is linear: a turn of the fields, residuals as parts of the readings, and what
-// the next step would change, a millionth of the sum of squares.
-constexpr double small_turn_rad = 1e-3;
-constexpr double small_residuals = 0.01;
-constexpr double nothing = 1e-3;
 
 // The main axis alone, and no scale: [P]'s linear form.
 void start_temperature(ReadingSet& set) {
@@ -174,8 +169,8 @@ struct SharedStep {
   // Whether all else takes up little of the first so many columns.
   // @param lengths  of the columns before it did.
   [[nodiscard]] bool is_well_determined(Eigen::Index count, const Eigen::VectorXd& lengths) const {
-    constexpr double most = 10.0;  // times the uncertainty that they had by themselves
-    return (root.topRows(count).rowwise().norm().array() * lengths.head(count).array() < most)
+    return (root.topRows(count).rowwise().norm().array() * lengths.head(count).array() <
+            widest_of_linear)
         .all();
   }
 };

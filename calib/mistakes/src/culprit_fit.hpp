@@ -12,6 +12,14 @@
 
 namespace axiscal {
 
+// Within which a fit is linear: a turn of the fields, residuals as parts of the readings, what the
+// next step would change, a millionth of the sum of squares, and how uncertain the directions are,
+// times what each is by itself.
+inline constexpr double small_turn_rad = 1e-3;
+inline constexpr double small_residuals = 0.01;
+inline constexpr double nothing = 1e-3;
+inline constexpr double widest_of_linear = 10.0;
+
 /// Orthonormal columns B that span those of a fit, with B B^T the hat matrix: each axis's own,
 /// which no other has, then the shared. Rows go axis by axis.
 class HatBasis {

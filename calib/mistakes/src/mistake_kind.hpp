@@ -17,6 +17,9 @@ inline constexpr double angle_range_rad = 0.08;
 inline constexpr double value_range = 4.0;
 inline constexpr double drift_range = 0.04;
 
+// Readings are at the end of a range that lie beyond this part of the outermost.
+inline constexpr double end_of_range = 0.9;
+
 /// One explanation of a bad fit.
 struct Explanation {
   double likelihood = 0.0;  // ln

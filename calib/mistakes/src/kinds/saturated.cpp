@@ -33,7 +33,7 @@ std::vector<std::size_t> extremes(const Eigen::VectorXd& sensed, bool top) {
   std::vector<std::size_t> found;
   found.reserve(static_cast<std::size_t>(sensed.size()));
   for (Eigen::Index i = 0; i < sensed.size(); ++i) {
-    if (sign * sensed(i) > 0.9 * end) {
+    if (sign * sensed(i) > end_of_range * end) {
       found.push_back(static_cast<std::size_t>(i));
     }
   }

@@ -30,8 +30,7 @@ class DeletionFit {
   /// @param known_field  whether it is given.
   DeletionFit(const ReadingSet& set, const TableField& field, bool known_field);
 
-  /// @param run    must outlive it, and is asked for no other field.
-  /// @param field  likewise.
+  /// @param run  must outlive it, and is asked for no other field as long as it lives.
   DeletionFit(StateOfRun& run, const TableField& field);
 
   /// How unlikely contrasts of some readings are by the others: for each axis F(q, nu_k) with the
@@ -62,6 +61,11 @@ class DeletionFit {
       const std::vector<std::size_t>& readings) const;
 
  private:
+  // Of so many rows and columns at most matrices need no memory of their own.
+  static constexpr int few = 8;
+  // Where less than this is left of a square others do not determine it.
+  static constexpr double open_below = 1e-11;
+
   // Each for so many readings and columns at most.
   template <int Most>
   class Own;
@@ -85,7 +89,7 @@ class DeletionFit {
   [[nodiscard]] std::optional<double> p_value_of(const std::vector<std::size_t>& readings,
                                                  const Eigen::MatrixXd& contrasts) const;
 
-  // The same in matrices of their own sizes.
+  // The same of a small run, in matrices of their own sizes.
   // @tparam Count  of the readings, where that is known; and of the contrasts.
   template <int Count, int ContrastCount>
   [[nodiscard]] std::optional<double> p_value_of_small(const std::vector<std::size_t>& readings,

@@ -114,7 +114,7 @@ class FactoredDesign {
   [[nodiscard]] std::vector<Eigen::Index> factor(const Eigen::Ref<const Eigen::MatrixXd>& design,
                                                  const Eigen::Ref<const Eigen::VectorXd>& weights);
 
-  // The same of few rows and columns; false where it is not plain.
+  // The same of few rows and columns; false where they are not clearly far from dependent.
   bool factor_few();
 };
 

@@ -30,7 +30,7 @@ inline constexpr double alike_above = 1.282;
 /// Moments of a ratio of quadratic forms: Durbin & Watson, Biometrika 37 (1950) 409-428.
 [[nodiscard]] double lag_one_score(const OrderedReadings& readings);
 
-/// The sums of it over the responses of regressions, one design after the other.
+/// A lag_one_score() as it is summed over responses, one design after the other.
 class LagOneScore {
  public:
   /// Takes responses of one design.
@@ -45,10 +45,10 @@ class LagOneScore {
       return 0.5 * ((i > 0 ? 1.0 : 0.0) * Q.row(std::max<Eigen::Index>(i - 1, 0)) +
                     (i + 1 < n ? 1.0 : 0.0) * Q.row(std::min(i + 1, n - 1)));
     };
-    constexpr int most = Basis::ColsAtCompileTime;
-    using Row = Eigen::Matrix<double, 1, most>;
-    Eigen::Matrix<double, most, most> G =
-        Eigen::Matrix<double, most, most>::Zero(Q.cols(), Q.cols());
+    constexpr int columns = Basis::ColsAtCompileTime;
+    using Row = Eigen::Matrix<double, 1, columns>;
+    Eigen::Matrix<double, columns, columns> G =
+        Eigen::Matrix<double, columns, columns>::Zero(Q.cols(), Q.cols());
     double squares_beside = 0.0;
     Row row(Q.cols());
     for (Eigen::Index i = 0; i < n; ++i) {

@@ -40,8 +40,8 @@ struct SharedFit {
                                                   const Eigen::VectorXd& start,
                                                   const Eigen::VectorXd& smallest);
 
-/// The same of three responses that have two coefficients in common, as three axes have a field's
-/// direction, in matrices of fixed sizes.
+/// Sums and fit of three responses that have two coefficients in common, as three axes have a
+/// field's direction, in matrices of fixed sizes.
 struct DirectionSums {
   Eigen::Matrix2d information;
   Eigen::Vector2d gradient;
@@ -56,6 +56,7 @@ struct DirectionFit {
   Eigen::Matrix2d covariance;
 };
 
+/// fit_shared() of those.
 [[nodiscard]] std::optional<DirectionFit> fit_shared(const std::array<DirectionSums, 3>& responses,
                                                      const Eigen::Vector3d& start,
                                                      const Eigen::Vector3d& smallest);
