@@ -190,8 +190,7 @@ Estimate estimate_joint(const ReadingSet& set) {
   }
   estimate.ambiguity = std::move(best.ambiguity);
   if (!set.field.is_sum() && !set.leaves_out()) {
-    estimate.levelness = levelness_of(set, find_opposite_pairs(set).pairs, estimate,
-                                      set.field.parts().front().magnitude);
+    put_levelness(set, set.field.parts().front().magnitude, estimate);
   }
   return estimate;
 }

@@ -85,8 +85,7 @@ Estimate estimate_known(const ReadingSet& set, const TableField& field) {
   estimate.field = field;
   estimate.state = std::move(state);
   if (field.has_vectors() && !set.field.is_sum() && !set.leaves_out()) {
-    estimate.levelness =
-        levelness_of(set, find_opposite_pairs(set).pairs, estimate, field.magnitude());
+    put_levelness(set, field.magnitude(), estimate);
   }
   return estimate;
 }

@@ -2,6 +2,7 @@
 #include "axiscal/calib/levelness_test.hpp"
 
 #include <algorithm>
+#include <memory>
 #include <optional>
 #include <span>
 #include <utility>
@@ -92,8 +93,10 @@ void test_levelness(StateOfRun& run, Estimate& estimate) {
   const ReadingSet& set = run.set();
   const std::optional<ReadingSet> paired =
       estimate.unpaired.empty() ? std::nullopt : std::optional(without_unpaired(set, estimate));
-  const std::vector<OppositePair> pairs = opposite_positions(set);
-  const std::vector<const OppositePair*> sorted = sorted_by_face(pairs);
+  const std::shared_ptr<const std::vector<OppositePair>> pairs =
+      estimate.pairs ? std::move(estimate.pairs)
+                     : std::make_shared<const std::vector<OppositePair>>(opposite_positions(set));
+  const std::vector<const OppositePair*> sorted = sorted_by_face(*pairs);
   const std::vector<FacePairs> faces = split_by_face(sorted);
   const DeletionFit others = paired ? DeletionFit(*paired, estimate.field, run.known_field())
                                     : DeletionFit(run, estimate.field);

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
+#include <memory>
 #include <tuple>
 
 #include "axiscal/calib/distributions.hpp"
@@ -322,6 +323,19 @@ std::optional<Levelness> levelness_of(const ReadingSet& set,
   }
   const ReadingSet still = at_reference(set, estimate);
   return estimate_levelness(still, find_opposite_pairs(still).pairs, S, estimate.field, F);
+}
+
+void keep_pairs(const ReadingSet& set, std::vector<OppositePair> pairs, Estimate& estimate) {
+  constexpr Eigen::Index long_run = 10000;
+  if (set.size() <= long_run) {
+    estimate.pairs = std::make_shared<const std::vector<OppositePair>>(std::move(pairs));
+  }
+}
+
+void put_levelness(const ReadingSet& set, double F, Estimate& estimate) {
+  std::vector<OppositePair> pairs = find_opposite_pairs(set).pairs;
+  estimate.levelness = levelness_of(set, pairs, estimate, F);
+  keep_pairs(set, std::move(pairs), estimate);
 }
 
 std::optional<Levelness> estimate_levelness(const ReadingSet& set,

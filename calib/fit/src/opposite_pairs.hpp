@@ -55,4 +55,11 @@ struct OppositePairs {
                                                     const Estimate& estimate,
                                                     double F);
 
+/// Finds the pairs, puts the levelness into the estimate, and keeps them there but for a long run,
+/// of which memory is dearer than another look.
+void put_levelness(const ReadingSet& set, double F, Estimate& estimate);
+
+/// The same for pairs that are known.
+void keep_pairs(const ReadingSet& set, std::vector<OppositePair> pairs, Estimate& estimate);
+
 }  // namespace axiscal

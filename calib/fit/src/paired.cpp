@@ -190,7 +190,7 @@ PairedDesign paired_design(const ReadingSet& set, const Eigen::Vector3d& in_tabl
 }
 
 Estimate estimate_paired(const ReadingSet& set, const Eigen::Vector3d& nominal_in_table) {
-  const OppositePairs opposites = find_opposite_pairs(set);
+  OppositePairs opposites = find_opposite_pairs(set);
   if (opposites.pairs.empty()) {
     throw RefusedError(
         "method paired: no reading has its opposite (same rest face, block and level; opposite "
@@ -268,6 +268,7 @@ Estimate estimate_paired(const ReadingSet& set, const Eigen::Vector3d& nominal_i
   estimate.field = std::move(fitted_for);
   estimate.levelness = std::move(levelness);
   estimate.unpaired = opposites.unpaired;
+  keep_pairs(set, std::move(opposites.pairs), estimate);  // the pooled point into them no more
   estimate.statistics.observations -= static_cast<int>(opposites.unpaired.size());
   return estimate;
 }
