@@ -31,9 +31,10 @@ using DesignNames = std::function<std::vector<std::string>()>;
 ///
 /// The errors e are independent with variances sigma^2 / w_i. W^1/2 X P = Q R by Householder QR
 /// with column pivoting, columns scaled by powers of two; the normal equations are never formed.
-/// Where the condition number (of columns scaled to equal length) exceeds refinement_above, the
-/// solution, its residuals and the covariance are refined by Bjorck's augmented system with
-/// residuals in double-double, so that nearly all digits that the data determine are right.
+/// Estimates take one more step by the same factor, for their last digits. Where the condition
+/// number (of columns scaled to equal length) exceeds refinement_above, the solution, its residuals
+/// and the covariance are refined by Bjorck's augmented system with residuals in double-double, so
+/// that nearly all digits that the data determine are right.
 ///
 /// This core knows nothing of instruments. This much of it gives estimates alone; statistics are
 /// LeastSquaresDesign's.
