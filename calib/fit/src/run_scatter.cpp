@@ -188,7 +188,8 @@ std::optional<OrderedReadings> ordered_readings(const ReadingSet& set, const Est
 
 // Whether a small run's readings are clearly not alike.
 bool are_clearly_unlike(StateOfRun& run, const Estimate& estimate) {
-  const SmallState* const small = run.small(estimate.field);
+  // What is fitted costs more than the look, unless it is there.
+  const SmallState* const small = run.is_of(estimate.field) ? run.small(estimate.field) : nullptr;
   if (small == nullptr) {
     return false;
   }

@@ -4,7 +4,7 @@
 namespace axiscal {
 
 std::shared_ptr<const JointState> StateOfRun::at(const TableField& field) {
-  if (!last_ || last_->field.vectors() != field.vectors()) {
+  if (!is_of(field)) {
     last_ = JointFit(set_, set_.weights).at(field, known_field_ || !field.has_vectors());
     small_.reset();
   }

@@ -215,6 +215,7 @@ TEST(SmallRun, IsAlikeFromReadingToReadingAsAnyRun) {
     Estimate general = own;
     StateOfRun small(set, false);
     StateOfRun any(other, false);
+    ASSERT_NE(small.small(own.field), nullptr);
     add_serial_correlation(small, own);
     add_serial_correlation(any, general);
     EXPECT_EQ(own.notes.size(), general.notes.size());

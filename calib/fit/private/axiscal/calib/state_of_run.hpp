@@ -31,6 +31,11 @@ class StateOfRun {
   ///         run is not so.
   [[nodiscard]] const SmallState* small(const TableField& field);
 
+  /// @return whether it is that of a field already, so that nothing need be fitted for it.
+  [[nodiscard]] bool is_of(const TableField& field) const {
+    return last_ && last_->field.vectors() == field.vectors();
+  }
+
   /// Gives back its memory; whoever asks next has it made anew.
   void forget() {
     last_.reset();
