@@ -135,7 +135,7 @@ class BentAxes {
   }
 
  private:
-  template <int Size, bool bent>
+  template <int Size, bool Bent>
   [[nodiscard]] std::optional<Bend<Axes>> fit_columns(const Eigen::VectorXd& variances) const {
     const auto m = static_cast<Eigen::Index>(axes_.size());
     const Eigen::Index shared = axes_.front().gradient.size() - 1;
@@ -148,7 +148,7 @@ class BentAxes {
     if constexpr (Size != 0) {
       Eigen::Matrix<double, Size, 1> right;
       const std::optional<Eigen::Matrix<double, Size, 1>> estimate =
-          solved<Size, bent>(variances, right);
+          solved<Size, Bent>(variances, right);
       if (!estimate) {
         return std::nullopt;
       }
@@ -159,7 +159,7 @@ class BentAxes {
         for (Eigen::Index j = 0; j < shared; ++j) {
           own(j) = (*estimate)(j);
         }
-        own(shared) = bent ? (*estimate)(shared + k) : 0.0;
+        own(shared) = Bent ? (*estimate)(shared + k) : 0.0;
         bend.estimate(k) = own(shared);
         bend.squares_of_axis(k) = std::max(
             axis.squares - 2.0 * own.dot(axis.gradient) + own.dot(axis.information * own), 0.0);
@@ -169,14 +169,14 @@ class BentAxes {
   }
 
   // By the normal equations; on return their right side.
-  template <int Size, bool bent>
+  template <int Size, bool Bent>
   [[nodiscard]] std::optional<Eigen::Matrix<double, Size, 1>> solved(
       const Eigen::VectorXd& variances, Eigen::Matrix<double, Size, 1>& right) const {
     using Square = Eigen::Matrix<double, Size, Size>;
     using OfColumns = Eigen::Matrix<double, Size, 1>;
     const auto m = static_cast<Eigen::Index>(axes_.size());
     const Eigen::Index shared = axes_.front().gradient.size() - 1;
-    const Eigen::Index size = shared + (bent ? m : 0);
+    const Eigen::Index size = shared + (Bent ? m : 0);
     Square normal = Square::Zero(size, size);
     OfColumns lengths = OfColumns::Zero(size);
     right = OfColumns::Zero(size);
@@ -187,10 +187,10 @@ class BentAxes {
       const Axis& axis = axes_[static_cast<std::size_t>(k)];
       const double weight = 1.0 / variances(k);
       const auto place = [&](Eigen::Index j) { return j < shared ? j : shared + k; };
-      for (Eigen::Index j = 0; j < shared + (bent ? 1 : 0); ++j) {
+      for (Eigen::Index j = 0; j < shared + (Bent ? 1 : 0); ++j) {
         right(place(j)) += weight * axis.gradient(j);
         lengths(place(j)) += weight * axis.lengths(j);
-        for (Eigen::Index i = 0; i < shared + (bent ? 1 : 0); ++i) {
+        for (Eigen::Index i = 0; i < shared + (Bent ? 1 : 0); ++i) {
           normal(place(i), place(j)) += weight * axis.information(i, j);
         }
       }

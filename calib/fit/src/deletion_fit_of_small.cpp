@@ -42,7 +42,7 @@ std::optional<Square> inverse_of(const Square& A, double open_below) {
 // holds the two together).
 template <int Count, int ContrastCount>
 std::optional<double> DeletionFit::p_value_of_small(const std::vector<std::size_t>& readings,
-                                                    const Eigen::MatrixXd& given) const {
+                                                    const Eigen::MatrixXd& contrasts) const {
   constexpr int most = Count == Eigen::Dynamic ? few : Count;
   constexpr int most_contrasts = ContrastCount == Eigen::Dynamic ? few : ContrastCount;
   using Square = Eigen::Matrix<double, Count, Count, 0, most, most>;
@@ -114,7 +114,7 @@ std::optional<double> DeletionFit::p_value_of_small(const std::vector<std::size_
   if (!(fit.degrees_of_freedom.minCoeff() > fewest)) {
     return std::nullopt;
   }
-  const Contrasts C = given;
+  const Contrasts C = contrasts;
   const AmongContrasts unscaled = C.lazyProduct(K->lazyProduct(C.transpose()));
   const auto q = static_cast<double>(C.rows());
   FisherSum axes;
