@@ -10,6 +10,7 @@
 
 #include "axiscal/calib/distributions.hpp"
 #include "axiscal/calib/estimation.hpp"
+#include "axiscal/calib/product_of_size.hpp"
 #include "axiscal/calib/scaled_cholesky.hpp"
 #include "layings.hpp"
 
@@ -117,13 +118,8 @@ class BentAxes {
   template <typename Columns, typename Column, typename Lengths>
   void add(const Columns& P, const Column& y, const Lengths& lengths) {
     Axis& axis = axes_.emplace_back();
-    if constexpr (Shared == Eigen::Dynamic) {
-      axis.information = P.transpose() * P;
-      axis.gradient = P.transpose() * y;
-    } else {
-      axis.information = P.transpose().lazyProduct(P);
-      axis.gradient = P.transpose().lazyProduct(y);
-    }
+    axis.information = product_of_size<Shared>(P.transpose(), P);
+    axis.gradient = product_of_size<Shared>(P.transpose(), y);
     axis.squares = y.squaredNorm();
     axis.lengths = lengths;
   }

@@ -131,7 +131,6 @@ class GeneralizedFit {
   // Columns f_k^2 at the fields that it began with.
   [[nodiscard]] std::optional<CurvatureTest> curvature() {
     const LinearisedRun run = about_field();
-    take_coefficients(run.solution());
     BendTest test(layings_, !run_.known_field(), run.column_count(), variances_);
     const double F = field_.magnitude();
     if (!seats_) {

@@ -25,6 +25,15 @@ double pooled_scatter(const ReadingSet& set, const JointState& state, double dof
   return std::max(std::sqrt(rss / dof), set.rounding());
 }
 
+// Below which no axis's noise is taken; m.
+Eigen::VectorXd rounding_of_axes(const ReadingSet& set) {
+  Eigen::VectorXd smallest(set.axis_count());
+  for (Eigen::Index k = 0; k < smallest.size(); ++k) {
+    smallest(k) = set.rounding(k);
+  }
+  return smallest;
+}
+
 // Of a small and plain run.
 std::optional<JointSolution> solve_if_small(const ReadingSet& set,
                                             const JointFit& fit,
@@ -32,11 +41,8 @@ std::optional<JointSolution> solve_if_small(const ReadingSet& set,
   if (!SmallState::can_be(set)) {
     return std::nullopt;
   }
-  Eigen::Vector3d smallest;
-  for (Eigen::Index k = 0; k < 3; ++k) {
-    smallest(k) = set.rounding(k);
-  }
-  const std::optional<SmallJointSolution> found = solve_small_joint(set, start.vector(0), smallest);
+  const std::optional<SmallJointSolution> found =
+      solve_small_joint(set, start.vector(0), rounding_of_axes(set));
   if (!found) {
     return std::nullopt;
   }
@@ -65,10 +71,7 @@ JointSolution solve_joint(const ReadingSet& set, const JointFit& fit, const Tabl
   }
   JointSolution solution = equal;
   solution.weights_are_estimated = true;
-  Eigen::VectorXd smallest(set.axis_count());
-  for (Eigen::Index k = 0; k < set.axis_count(); ++k) {
-    smallest(k) = set.rounding(k);
-  }
+  const Eigen::VectorXd smallest = rounding_of_axes(set);
   constexpr int most_rounds = 30;  // it takes three or four
   for (int round = 0; round < most_rounds; ++round) {
     const std::optional<Reweighting> next =
