@@ -11,57 +11,70 @@ namespace axiscal {
 namespace {
 
 // What std::seed_seq of three numbers makes for an engine of many words, whose state is dearer to
-// fill than most streams are to draw from: the standard's algorithm ([rand.util.seedseq]) with
-// places that go round instead of three remainders a word.
+// fill than most streams are to draw from: the standard's algorithm ([rand.util.seedseq]) in
+// stretches in which no place goes round, instead of three remainders a word.
 class SeedSequence {
  public:
   using result_type = std::uint_least32_t;
 
   explicit SeedSequence(const std::array<std::uint32_t, 3>& seeds) : seeds_(seeds) {}
 
+  // @param begin, end  623 words or more, one after another in memory.
   template <typename Iterator>
   void generate(Iterator begin, Iterator end) const {
-    constexpr std::size_t t = 11;  // of 623 words and more
     const auto n = static_cast<std::size_t>(end - begin);
-    const std::size_t first = (n - t) / 2;
     std::fill(begin, end, 0x8b8b8b8bU);
-    Word<Iterator> here{begin, n, 0};
-    Word<Iterator> near{begin, n, first};
-    Word<Iterator> far{begin, n, first + t};
     std::uint32_t before = *(end - 1);
-    for (std::size_t k = 0; k < n; ++k) {
-      const std::uint32_t r = 1664525U * mixed(*here ^ *near ^ before);
-      *near += r;
-      before = r + static_cast<std::uint32_t>(k == 0 ? seeds_.size() : k);
-      before += k > 0 && k <= seeds_.size() ? seeds_[k - 1] : 0U;
-      *far += before;
-      *here = before;
-      here.advance();
-      near.advance();
-      far.advance();
+    const auto mix = [&](const Places& at, std::uint32_t more) {
+      const std::uint32_t r = 1664525U * mixed(begin[at.here] ^ begin[at.near] ^ before);
+      begin[at.near] += r;
+      before = r + more;
+      begin[at.far] += before;
+      begin[at.here] = before;
+    };
+    const auto add = [&](std::size_t k) { return static_cast<std::uint32_t>(k); };
+    const std::size_t with_seeds = 1 + seeds_.size();
+    mix(Places(0, n), add(seeds_.size()));
+    for (std::size_t k = 1; k < with_seeds; ++k) {
+      mix(Places(k, n), add(k) + seeds_[k - 1]);
     }
-    for (std::size_t k = 0; k < n; ++k) {
-      const std::uint32_t r = 1566083941U * mixed(*here + *near + before);
-      *near ^= r;
-      before = r - static_cast<std::uint32_t>(k);
-      *far ^= before;
-      *here = before;
-      here.advance();
-      near.advance();
-      far.advance();
-    }
+    for_stretches(with_seeds, n, [&](const Places& at) { mix(at, add(at.here)); });
+    for_stretches(0, n, [&](const Places& at) {
+      const std::uint32_t r = 1566083941U * mixed(begin[at.here] + begin[at.near] + before);
+      begin[at.near] ^= r;
+      before = r - add(at.here);
+      begin[at.far] ^= before;
+      begin[at.here] = before;
+    });
   }
 
  private:
-  template <typename Iterator>
-  struct Word {
-    std::uint32_t& operator*() const { return begin[place]; }
-    void advance() { place = place + 1 == n ? 0 : place + 1; }
+  // The words that one step changes, of n.
+  struct Places {
+    Places(std::size_t k, std::size_t n) : here(k), near(k + first(n)), far(near + t) {
+      near -= near < n ? 0 : n;
+      far -= far < n ? 0 : n;
+    }
 
-    Iterator begin;
-    std::size_t n;
-    std::size_t place;
+    static constexpr std::size_t t = 11;  // of 623 words and more
+    static std::size_t first(std::size_t n) { return (n - t) / 2; }
+
+    std::size_t here;
+    std::size_t near;
+    std::size_t far;
   };
+
+  // Steps k to n - 1, between those at which a place goes round.
+  template <typename Step>
+  static void for_stretches(std::size_t k, std::size_t n, const Step& step) {
+    const std::size_t first = Places::first(n);
+    for (const std::size_t end : {n - first - Places::t, n - first, n}) {
+      for (Places at(k, n); at.here < end; ++at.here, ++at.near, ++at.far) {
+        step(at);
+      }
+      k = end;
+    }
+  }
 
   static std::uint32_t mixed(std::uint32_t word) { return word ^ (word >> 27U); }
 

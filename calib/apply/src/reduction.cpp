@@ -264,13 +264,13 @@ Reducer::Reducer(const SensorModel& sensor,
   one_sided_ = sensor.instrument.one_sided;
   temperature_ = sensor.temperature;
   const Eigen::VectorXd& weights = knowledge.weights;
-  const Eigen::MatrixXd weighted = weights.asDiagonal() * S;
-  if (m >= 3 && rank_of(weighted) < 3) {
+  const RankedInverse of_weighted = ranked_inverse(weights.asDiagonal() * S);
+  if (m >= 3 && of_weighted.rank < 3) {
     throw DomainError(
         "Reducer: the axes' sensitivities lie in one plane, so that readings do not determine the "
         "field");
   }
-  const Eigen::MatrixXd inverse = pseudo_inverse(weighted) * weights.asDiagonal();
+  const Eigen::MatrixXd inverse = of_weighted.inverse * weights.asDiagonal();
   for (Eigen::Index k = 0; k < m; ++k) {
     inverse_.emplace_back(factor_ * inverse.col(k));
     length_[static_cast<std::size_t>(k)] /= factor_;

@@ -355,10 +355,11 @@ Eigen::Matrix3d field_covariance(const Forecast& forecast,
 }
 
 Eigen::MatrixXd inverse_of(const Forecast& forecast) {
-  if (rank_of(forecast.response.sensitivity) < 3) {
+  const RankedInverse inverse = ranked_inverse(forecast.response.sensitivity);
+  if (inverse.rank < 3) {
     throw DomainError("forecast: fewer than three axes give angles of each axis only");
   }
-  return pseudo_inverse(forecast.response.sensitivity);
+  return inverse.inverse;
 }
 
 // The method that calibrate() would choose for these points.

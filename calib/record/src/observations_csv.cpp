@@ -600,6 +600,7 @@ std::vector<DesignEntry> read_design(CsvReader& csv) {
 
 std::vector<Reading> readings_of(const std::vector<RunSheetRow>& sheet) {
   std::vector<Reading> readings;
+  readings.reserve(sheet.size());
   for (const RunSheetRow& row : sheet) {
     readings.push_back({.run = row.run,
                         .block = row.block,

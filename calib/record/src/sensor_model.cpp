@@ -33,25 +33,26 @@ Eigen::VectorXd reading_at_reference(const SensorModel& sensor,
 double parameter_value(const SensorModel& sensor, const std::string& name) {
   for (std::size_t k = 0; k < sensor.instrument.axes.size(); ++k) {
     const std::string& axis = sensor.instrument.axes[k];
-    if (!name.starts_with(axis + ".")) {
+    if (name.size() <= axis.size() || !name.starts_with(axis) || name[axis.size()] != '.') {
       continue;
     }
     const auto row = static_cast<Eigen::Index>(k);
-    const std::string what = name.substr(axis.size() + 1);
+    const std::string_view what = std::string_view(name).substr(axis.size() + 1);
     if (what == "bias") {
       return sensor.response.bias(row);
     }
-    const std::size_t component = std::string("xyz").find(what.back());
+    const std::size_t component = what.empty() ? std::string::npos : std::string_view("xyz").find(what.back());
     if (what.starts_with("sensitivity.") && what.size() == 13 && component != std::string::npos) {
       return sensor.response.sensitivity(row, static_cast<Eigen::Index>(component));
     }
     for (const AlsoResponse& also : sensor.also) {
-      if (what.starts_with(also.kind + ".") && component != std::string::npos) {
+      if (what.starts_with(also.kind) && what.substr(also.kind.size()).starts_with('.') &&
+          component != std::string::npos) {
         return also.sensitivity(row, static_cast<Eigen::Index>(component));
       }
     }
     if (sensor.temperature && (what.starts_with("bias.d") || what.starts_with("scale.d"))) {
-      const std::string digits = what.substr(what.find(".d") + 2);
+      const std::string digits(what.substr(what.find(".d") + 2));
       const std::optional<int> power = digits.empty() ? std::optional(1) : parse_integer(digits);
       const Eigen::MatrixXd& terms =
           what.front() == 'b' ? sensor.temperature->bias : sensor.temperature->scale;

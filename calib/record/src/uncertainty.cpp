@@ -5,7 +5,6 @@
 #include <cmath>
 #include <limits>
 #include <memory>
-#include <numeric>
 
 #include "axiscal/calib/distributions.hpp"
 #include "axiscal/calib/inheritance.hpp"
@@ -48,6 +47,18 @@ double variance(const Eigen::RowVectorXd& gradient,
     sum += of_column * gradient(j);
   }
   return sum;
+}
+
+// The parameters on which a function depends: that of a coefficient's gradient is one.
+std::vector<Eigen::Index> places_that_count(const Eigen::RowVectorXd& gradient) {
+  std::vector<Eigen::Index> places;
+  places.reserve(static_cast<std::size_t>((gradient.array() != 0.0).count()));
+  for (Eigen::Index i = 0; i < gradient.size(); ++i) {
+    if (gradient(i) != 0.0) {
+      places.push_back(i);
+    }
+  }
+  return places;
 }
 
 // Whether the budget has a source whose name begins like this.
@@ -113,18 +124,22 @@ double expanded_of(const VarianceShares& shares, const EffectiveFreedom& freedom
 
 Inheritance::Inheritance(const Calibration& calibration)
     : calibration_(calibration),
-      of_readings_(statistics().covariance_of_readings()),
-      every_(static_cast<std::size_t>(of_readings_.rows())) {
-  std::iota(every_.begin(), every_.end(), Eigen::Index{0});
+      of_readings_(statistics().covariance_of_readings()) {
   for (const std::string& axis : calibration.sensor.instrument.axes) {
     own_.push_back(places_of_axis(statistics(), axis));
   }
 }
 
 VarianceShares Inheritance::scatter(const Eigen::RowVectorXd& gradient) const {
+  return scatter(gradient, places_that_count(gradient));
+}
+
+VarianceShares Inheritance::scatter(const Eigen::RowVectorXd& gradient,
+                                    const std::vector<Eigen::Index>& places) const {
   VarianceShares shares;
+  shares.components.reserve(statistics().components.size());
   for (const ScatterComponent& component : statistics().components) {
-    shares.components.push_back({.variance = variance(gradient, component.covariance, every_),
+    shares.components.push_back({.variance = variance(gradient, component.covariance, places),
                                  .degrees_of_freedom = component.degrees_of_freedom});
   }
   double sum = 0.0;
@@ -137,7 +152,7 @@ VarianceShares Inheritance::scatter(const Eigen::RowVectorXd& gradient) const {
          .degrees_of_freedom = statistics().degrees_of_freedom(static_cast<Eigen::Index>(k))});
   }
   // `joint`: what the axes share through the field's direction goes with each in proportion.
-  const double all = variance(gradient, of_readings_, every_);
+  const double all = variance(gradient, of_readings_, places);
   for (VarianceShare& share : shares.axes) {
     share.variance *= sum > 0.0 ? all / sum : 1.0;
   }
@@ -146,9 +161,10 @@ VarianceShares Inheritance::scatter(const Eigen::RowVectorXd& gradient) const {
 
 VarianceShares Inheritance::all(const Eigen::RowVectorXd& gradient,
                                 std::vector<double>& by_source) const {
-  VarianceShares own = scatter(gradient);
+  const std::vector<Eigen::Index> places = places_that_count(gradient);
+  VarianceShares own = scatter(gradient, places);
   const double of_fit =
-      std::sqrt(std::max(variance(gradient, statistics().covariance, every_), 0.0));
+      std::sqrt(std::max(variance(gradient, statistics().covariance, places), 0.0));
   if (!calibration_.fit.uncertainty) {
     by_source.push_back(of_fit);
     return own;
@@ -158,7 +174,7 @@ VarianceShares Inheritance::all(const Eigen::RowVectorXd& gradient,
       by_source.push_back(of_fit);
       continue;
     }
-    const double part = variance(gradient, source.covariance, every_);
+    const double part = variance(gradient, source.covariance, places);
     by_source.push_back(std::sqrt(std::max(part, 0.0)));
     own.others += part;
   }
@@ -359,7 +375,12 @@ CombinedUncertainty uncertainty_of(const Inheritance& inheritance,
           uncertainty.u * uncertainty.u - statistics.covariance(parameter, parameter), 0.0)};
   uncertainty.expanded = expanded_of(shares, effective_freedom(shares), coverage);
   uncertainty.coverage_factor = uncertainty.expanded / uncertainty.u;
-  uncertainty.degrees_of_freedom = freedom_of_factor(uncertainty.coverage_factor, coverage);
+  // With nothing beside the scatter the factor is t of its own degrees of freedom.
+  constexpr double rounding = 1e-14;
+  const bool is_scatter_alone = shares.others == 0.0 && nu < as_good_as_infinite &&
+                                std::abs(uncertainty.u - scatter) <= rounding * scatter;
+  uncertainty.degrees_of_freedom =
+      is_scatter_alone ? nu : freedom_of_factor(uncertainty.coverage_factor, coverage);
   return uncertainty;
 }
 

@@ -6,6 +6,8 @@
 #include <cstdint>
 #include <limits>
 #include <numbers>
+#include <optional>
+#include <utility>
 
 #include <boost/math/distributions/chi_squared.hpp>
 #include <boost/math/distributions/fisher_f.hpp>
@@ -86,6 +88,41 @@ double guessed_inverse(double factor, double coverage) {
   return inverse;
 }
 
+// The root of a smooth function, from a guess that is close; nothing where secants do not settle
+// between the bounds.
+template <typename Function>
+std::optional<double> root_by_secants(const Function& function,
+                                      double guess,
+                                      double low,
+                                      double high) {
+  const auto is_inside = [&](double x) { return x > low && x < high; };
+  constexpr double beside = 1.0 + 1e-4;
+  double before = guess * beside;
+  double here = guess;
+  if (!is_inside(before) || !is_inside(here)) {
+    return std::nullopt;
+  }
+  double at_before = function(before);
+  double last_step = std::abs(here);
+  constexpr int most_rounds = 6;
+  for (int round = 0; round < most_rounds; ++round) {
+    const double at_here = function(here);
+    const double step = at_here * (here - before) / (at_here - at_before);
+    before = std::exchange(here, here - step);
+    at_before = at_here;
+    if (!is_inside(here)) {
+      return std::nullopt;
+    }
+    // What is left is about the product of the last two steps.
+    constexpr double rounding = 1e-15;
+    if (std::abs(step * last_step) <= rounding * here * here) {
+      return here;
+    }
+    last_step = std::abs(step);
+  }
+  return std::nullopt;
+}
+
 double found_freedom_of_factor(double factor, double coverage) {
   // In 1 / nu, in which t is nearly linear.
   constexpr double as_good_as_infinite = 1e6;
@@ -96,8 +133,11 @@ double found_freedom_of_factor(double factor, double coverage) {
   const auto beyond = [&](double inverse) {
     return student_t_two_sided_p(factor, 1.0 / inverse) - (1.0 - coverage);
   };
-  // Between the two values about a guess, where they are on either side.
   const double guess = guessed_inverse(factor, coverage);
+  if (const std::optional<double> root = root_by_secants(beyond, guess, low, high)) {
+    return 1.0 / *root;
+  }
+  // Between the two values about the guess, where they are on either side.
   const auto narrowed = [&](double& end, double to, double sign) {
     const double value = to > low && to < high ? beyond(to) : 0.0;
     end = sign * value > 0.0 ? to : end;

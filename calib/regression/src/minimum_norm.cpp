@@ -10,11 +10,17 @@ Eigen::VectorXd minimum_norm_solution(const Eigen::MatrixXd& A, const Eigen::Vec
 }
 
 Eigen::MatrixXd pseudo_inverse(const Eigen::MatrixXd& A) {
-  return Eigen::CompleteOrthogonalDecomposition<Eigen::MatrixXd>(A).pseudoInverse();
+  return ranked_inverse(A).inverse;
 }
 
-Eigen::Index rank_of(const Eigen::MatrixXd& A) {
-  return Eigen::CompleteOrthogonalDecomposition<Eigen::MatrixXd>(A).rank();
+RankedInverse ranked_inverse(const Eigen::MatrixXd& A) {
+  const auto of = [](const auto& decomposition) {
+    return RankedInverse{.inverse = decomposition.pseudoInverse(), .rank = decomposition.rank()};
+  };
+  if (A.rows() == 3 && A.cols() == 3) {  // three axes, the usual case, without an allocation
+    return of(Eigen::CompleteOrthogonalDecomposition<Eigen::Matrix3d>(A));
+  }
+  return of(Eigen::CompleteOrthogonalDecomposition<Eigen::MatrixXd>(A));
 }
 
 }  // namespace axiscal

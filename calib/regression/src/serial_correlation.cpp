@@ -7,12 +7,14 @@
 #include <cstddef>
 #include <limits>
 #include <numeric>
+#include <optional>
 #include <span>
 #include <utility>
 
 #include <Eigen/Cholesky>
 #include <Eigen/QR>
 
+#include "axiscal/calib/fixed_cholesky.hpp"
 #include "axiscal/core/parallel.hpp"
 
 namespace axiscal {
@@ -118,19 +120,22 @@ Whitened whiten_blocks(double gamma, const std::vector<int>& blocks, const Rows&
 }
 
 // By the Kalman filter of y_i = h_i . x_i + white noise, for all columns at once; d the components
-// of the state. The root of V^-1 times x is made and summed by so many rows that a cache holds
-// them.
-template <int d>
-Whitened whiten(const Model& model,
-                const Eigen::VectorXd& places,
-                const Eigen::MatrixXd& along,
-                const Rows& x) {
-  constexpr Eigen::Index most_rows = 256;
+// of the state, c the columns. The root of V^-1 times x is made and summed by so many rows that a
+// cache holds them, or row by row where the compiler knows how many columns there are.
+template <int d, int c>
+Whitened whiten_columns(const Model& model,
+                        const Eigen::VectorXd& places,
+                        const Eigen::MatrixXd& along,
+                        const Rows& x) {
+  constexpr bool is_small = c != Eigen::Dynamic;
+  constexpr Eigen::Index most_rows = is_small ? 1 : 256;
   const Eigen::Index n = x.rows();
-  Whitened result{.products = Eigen::MatrixXd::Zero(x.cols(), x.cols())};
-  Rows white(std::min(n, most_rows), x.cols());
-  Eigen::Matrix<double, d, Eigen::Dynamic> predicted =
-      Eigen::Matrix<double, d, Eigen::Dynamic>::Zero(d, x.cols());
+  using Innovations = Eigen::Matrix<double, Eigen::Dynamic, c, Eigen::RowMajor,
+                                    is_small ? 1 : Eigen::Dynamic, c>;
+  Innovations white(std::min(n, most_rows), x.cols());
+  Eigen::Matrix<double, c, c> products = Eigen::Matrix<double, c, c>::Zero(x.cols(), x.cols());
+  double log_determinant = 0.0;
+  Eigen::Matrix<double, d, c> predicted = Eigen::Matrix<double, d, c>::Zero(d, x.cols());
   using Square = Eigen::Matrix<double, d, d>;
   Square P = model.signal * Square::Identity();
   double kept_for = -1.0;
@@ -154,16 +159,41 @@ Whitened whiten(const Model& model,
       const double whole = std::max(h.dot(Ph) + model.white, least);
       const Eigen::Matrix<double, d, 1> gain = Ph / whole;
       auto innovation = white.row(j);
-      innovation = x.row(i) - h.transpose().lazyProduct(predicted);
+      innovation = Eigen::Map<const Eigen::Matrix<double, 1, c>>(&x.coeffRef(i, 0), x.cols()) -
+                   h.transpose().lazyProduct(predicted);
       predicted += gain.lazyProduct(innovation);
       innovation /= std::sqrt(whole);
-      result.log_determinant += std::log(whole);
+      log_determinant += std::log(whole);
       P -= gain * Ph.transpose();
     }
-    const auto rows = white.topRows(count);
-    result.products.selfadjointView<Eigen::Lower>().rankUpdate(rows.transpose());
+    if constexpr (is_small) {
+      products.noalias() += white.transpose().lazyProduct(white);
+    } else {
+      products.template selfadjointView<Eigen::Lower>().rankUpdate(
+          white.topRows(count).transpose());
+    }
   }
-  return result;
+  return {.products = products, .log_determinant = log_determinant};
+}
+
+template <int d>
+Whitened whiten(const Model& model,
+                const Eigen::VectorXd& places,
+                const Eigen::MatrixXd& along,
+                const Rows& x) {
+  if constexpr (d == 1) {  // as three axes of plain runs have them
+    switch (x.cols()) {
+      case 7:
+        return whiten_columns<d, 7>(model, places, along, x);
+      case 13:
+        return whiten_columns<d, 13>(model, places, along, x);
+      case 15:
+        return whiten_columns<d, 15>(model, places, along, x);
+      default:
+        break;
+    }
+  }
+  return whiten_columns<d, Eigen::Dynamic>(model, places, along, x);
 }
 
 // What one model says of one response.
@@ -181,31 +211,38 @@ struct FirstCoefficient {
 };
 
 // By its sums the fit of residuals y by p columns X: N = X^T V^-1 X, c = X^T V^-1 y, y^T V^-1 y.
-class ModelSolver {
- public:
-  // @param N  of which the lower triangle counts.
-  ModelSolver(const Eigen::MatrixXd& N, double log_determinant, double degrees_of_freedom)
-      : cholesky_(N),
-        inverse_(cholesky_.solve(Eigen::MatrixXd::Identity(N.rows(), N.cols()))),
-        log_determinant_(log_determinant +
-                         2.0 * cholesky_.matrixLLT().diagonal().array().log().sum()),
-        degrees_of_freedom_(degrees_of_freedom) {}
-
-  [[nodiscard]] ModelFit fit(const Eigen::VectorXd& c, double squares_of_y) const {
-    const Eigen::VectorXd step = cholesky_.solve(c);
-    const double squares = std::max(squares_of_y - c.dot(step), std::numeric_limits<double>::min());
-    return {
-        .log_likelihood = -0.5 * log_determinant_ - 0.5 * degrees_of_freedom_ * std::log(squares),
-        .estimate = step,
-        .covariance = squares / degrees_of_freedom_ * inverse_};
+// @param N                of which the lower triangle counts.
+// @param log_determinant  of V.
+ModelFit fit_by_sums(const Eigen::MatrixXd& N,
+                     double log_determinant,
+                     double degrees_of_freedom,
+                     const Eigen::VectorXd& c,
+                     double squares_of_y) {
+  ModelFit fit;
+  const auto put = [&](const auto& diagonal_of_factor) {
+    log_determinant += 2.0 * diagonal_of_factor.array().log().sum();
+    const double squares =
+        std::max(squares_of_y - c.dot(fit.estimate), std::numeric_limits<double>::min());
+    fit.log_likelihood = -0.5 * log_determinant - 0.5 * degrees_of_freedom * std::log(squares);
+    fit.covariance *= squares / degrees_of_freedom;
+  };
+  using SmallCholesky = FixedCholesky<Eigen::Dynamic>;
+  if (N.rows() <= SmallCholesky::most) {
+    const SmallCholesky small(N);
+    if (small.is_positive()) {
+      const SmallCholesky::Square root = small.inverse_of_factor();
+      fit.covariance = root.transpose().lazyProduct(root);
+      fit.estimate = fit.covariance.lazyProduct(c);
+      put(small.factor().diagonal());
+      return fit;
+    }
   }
-
- private:
-  Eigen::LLT<Eigen::MatrixXd> cholesky_;
-  Eigen::MatrixXd inverse_;
-  double log_determinant_ = 0.0;  // of V and of N
-  double degrees_of_freedom_ = 0.0;
-};
+  const Eigen::LLT<Eigen::MatrixXd> cholesky(N);
+  fit.covariance = cholesky.solve(Eigen::MatrixXd::Identity(N.rows(), N.cols()));
+  fit.estimate = cholesky.solve(c);
+  put(cholesky.matrixLLT().diagonal());
+  return fit;
+}
 
 // A regression in an orthonormal basis of its columns, and what it leaves: a model of the noise
 // moves its solution by little, which is found by sums without loss of digits.
@@ -227,22 +264,31 @@ class PlainFit {
 
   // What a model says of the only response, in the basis.
   [[nodiscard]] ModelFit under(const Whitened& sums) const {
-    const ModelSolver solver(sums.products.topLeftCorner(p_, p_), sums.log_determinant,
-                             static_cast<double>(both_.rows() - p_));
-    return solver.fit(sums.products.row(p_).head(p_).transpose(), sums.products(p_, p_));
+    return fit_by_sums(sums.products.topLeftCorner(p_, p_), sums.log_determinant,
+                       static_cast<double>(both_.rows() - p_),
+                       sums.products.row(p_).head(p_).transpose(), sums.products(p_, p_));
   }
 
   // What it says of each response's first coefficient alone.
   // @param first  takes r of them.
   void first_under(const Whitened& sums, std::span<FirstCoefficient> first) const {
-    const Eigen::LLT<Eigen::MatrixXd> cholesky(sums.products.topLeftCorner(p_, p_));
-    const double log_determinant =
-        sums.log_determinant + 2.0 * cholesky.matrixLLT().diagonal().array().log().sum();
     // With N = L L^T the product of two N^-1 x is that of two L^-1 x.
     Eigen::MatrixXd forward(p_, 1 + r_);
     forward.col(0) = root_.row(0).transpose();
     forward.rightCols(r_) = sums.products.bottomLeftCorner(r_, p_).transpose();
-    cholesky.matrixL().solveInPlace(forward);
+    double log_determinant = sums.log_determinant;
+    using SmallCholesky = FixedCholesky<Eigen::Dynamic>;
+    if (const auto small = p_ <= SmallCholesky::most
+                               ? std::optional<SmallCholesky>(sums.products.topLeftCorner(p_, p_))
+                               : std::nullopt;
+        small && small->is_positive()) {
+      forward = small->inverse_of_factor().lazyProduct(forward).eval();
+      log_determinant += 2.0 * small->factor().diagonal().array().log().sum();
+    } else {
+      const Eigen::LLT<Eigen::MatrixXd> cholesky(sums.products.topLeftCorner(p_, p_));
+      cholesky.matrixL().solveInPlace(forward);
+      log_determinant += 2.0 * cholesky.matrixLLT().diagonal().array().log().sum();
+    }
     const auto degrees_of_freedom = static_cast<double>(both_.rows() - p_);
     for (Eigen::Index j = 0; j < r_; ++j) {
       const auto of_response = forward.col(1 + j);
@@ -483,10 +529,10 @@ CorrelatedFit fit_under_wander(const WanderProblem& problem) {
       models.size(),
       [&](std::size_t g) {
         const Whitened sums = whiten<1>(models[g], problem.places, problem.sizes, both);
-        const ModelSolver solver(others + sums.products.topLeftCorner(q, q), sums.log_determinant,
-                                 problem.degrees_of_freedom);
-        fits[g] = solver.fit(gradient_across + sums.products.row(q).head(q).transpose(),
-                             squares_across + sums.products(q, q));
+        fits[g] = fit_by_sums(others + sums.products.topLeftCorner(q, q), sums.log_determinant,
+                              problem.degrees_of_freedom,
+                              gradient_across + sums.products.row(q).head(q).transpose(),
+                              squares_across + sums.products(q, q));
       },
       both.rows() < worth_threads ? 1 : 0);
   return mean_over(models, fits, problem.degrees_of_freedom);

@@ -26,12 +26,15 @@ class Inheritance {
                                    std::vector<double>& by_source) const;
 
  private:
+  // @param places  of the parameters on which the function depends.
+  [[nodiscard]] VarianceShares scatter(const Eigen::RowVectorXd& gradient,
+                                       const std::vector<Eigen::Index>& places) const;
+
   [[nodiscard]] const FitStatistics& statistics() const { return *calibration_.fit.statistics; }
 
   const Calibration& calibration_;
   Eigen::MatrixXd of_readings_;
   std::vector<std::vector<Eigen::Index>> own_;  // the parameters of each axis
-  std::vector<Eigen::Index> every_;             // and of all
 };
 
 }  // namespace axiscal
