@@ -142,13 +142,13 @@ void add_notes(Calibration& calibration,
   note_few_averages(calibration);
   note_conditions(calibration);
   note_fixed_order(observations, calibration);
-  std::set<DesignPoint> points;
+  std::set<DesignPoint> rocking;
   for (const Reading& reading : observations.readings) {
-    if (reading.point) {
-      points.insert(*reading.point);
+    if (reading.point && positioner.seat(*reading.point).rocks) {
+      rocking.insert(*reading.point);
     }
   }
-  for (std::string& remark : rocking_remarks(positioner, points)) {
+  for (std::string& remark : rocking_remarks(positioner, rocking)) {
     calibration.findings.notes.push_back({NoteCode::seats, std::move(remark)});
   }
   std::vector<int> runs;
@@ -156,7 +156,9 @@ void add_notes(Calibration& calibration,
   for (const Reading& reading : observations.readings) {
     runs.push_back(reading.run);
   }
-  std::sort(runs.begin(), runs.end());
+  if (!std::is_sorted(runs.begin(), runs.end())) {
+    std::sort(runs.begin(), runs.end());
+  }
   if (std::adjacent_find(runs.begin(), runs.end()) != runs.end()) {
     calibration.findings.notes.push_back(
         {NoteCode::input,

@@ -99,17 +99,20 @@ std::vector<ReadingResidual> residuals_of(const Observations& observations,
     const auto row = static_cast<Eigen::Index>(i);
     ReadingResidual residual{.run = reading.run, .point = reading.point};
     residual.used = used.row(row).any();
-    residual.response = Eigen::VectorXd::Constant(response.bias.size(), not_a_number);
     residual.magnitude = not_a_number;
     if (!residual.used && reading.point && !positioner.seat(*reading.point).defect.empty()) {
       // Left out as the cube cannot lie so: there is no field to hold the reading against.
+      residual.response = Eigen::VectorXd::Constant(response.bias.size(), not_a_number);
       residuals.push_back(std::move(residual));
       continue;
     }
     v = observations.response.row(row);
     const bool complete = source.in_range().row(row).all() && calibration.sensor.also.empty();
-    left = plain ? v : reading_at_reference(calibration.sensor, v, reading.temperature);
-    left -= response.bias;
+    if (plain) {
+      left = v - response.bias;
+    } else {
+      left = reading_at_reference(calibration.sensor, v, reading.temperature) - response.bias;
+    }
     const Eigen::Vector3d measured = has_magnitude ? solver.solve(left) : Eigen::Vector3d::Zero();
     const Eigen::Vector3d field =
         by_magnitude ? Eigen::Vector3d(calibration.sensor.field.magnitude * measured.normalized())
@@ -120,12 +123,13 @@ std::vector<ReadingResidual> residuals_of(const Observations& observations,
     } else {
       left = fitted_response(calibration, source, reading, fitted, field);
     }
-    left = v - left;
+    residual.response = v - left;
     for (Eigen::Index k = 0; k < left.size(); ++k) {
       // What an axis does not see, or cannot read, leaves nothing; a reading that was left out
       // does.
-      const bool holds = source.in_range()(row, k) && (!residual.used || used(row, k));
-      residual.response(k) = holds ? left(k) : not_a_number;
+      if (!source.in_range()(row, k) || (residual.used && !used(row, k))) {
+        residual.response(k) = not_a_number;
+      }
     }
     if (has_magnitude && complete && !calibration.sensor.instrument.one_sided) {
       residual.magnitude = measured.norm() - field.norm();

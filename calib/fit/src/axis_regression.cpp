@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <map>
 #include <numeric>
 #include <optional>
 #include <tuple>
@@ -18,6 +17,7 @@
 #include "axiscal/core/not_a_number.hpp"
 #include "axiscal/core/number_text.hpp"
 #include "axiscal/instruments/settings.hpp"
+#include "groups.hpp"
 
 namespace axiscal {
 namespace {
@@ -263,28 +263,7 @@ std::vector<int> groups_of_readings(const ReadingSet& set) {
     }
     return key;
   };
-  std::vector<int> groups;
-  groups.reserve(set.readings.size());
-  constexpr std::size_t few = 48;  // of which a look at each is quicker than a tree
-  if (set.readings.size() <= few) {
-    std::vector<Key> keys;
-    keys.reserve(set.readings.size());
-    for (std::size_t i = 0; i < set.readings.size(); ++i) {
-      Key key = key_of(i);
-      const auto found = std::find(keys.begin(), keys.end(), key);
-      groups.push_back(static_cast<int>(found - keys.begin()));
-      if (found == keys.end()) {
-        keys.push_back(std::move(key));
-      }
-    }
-    return groups;
-  }
-  std::map<Key, int> numbers;
-  for (std::size_t i = 0; i < set.readings.size(); ++i) {
-    const auto number = static_cast<int>(numbers.size());
-    groups.push_back(numbers.emplace(key_of(i), number).first->second);
-  }
-  return groups;
+  return Groups(set.readings.size(), key_of).numbers();
 }
 
 RegressionRows rows_of_readings(const ReadingSet& set) {

@@ -4,12 +4,12 @@
 #include <algorithm>
 #include <memory>
 #include <optional>
-#include <span>
 #include <utility>
 #include <vector>
 
 #include "axiscal/calib/deletion_fit.hpp"
 #include "axiscal/core/not_a_number.hpp"
+#include "groups.hpp"
 #include "opposite_pairs.hpp"
 
 namespace axiscal {
@@ -18,38 +18,22 @@ namespace {
 constexpr double unlevel_below = 0.005;  // probability below which a face disagrees
 
 // The pairs of one rest face in one block: their half differences are contrasts of their readings.
-using FacePairs = std::span<const OppositePair* const>;
+using FacePairs = std::vector<const OppositePair*>;
 
-bool is_before(const OppositePair* a, const OppositePair* b) {
-  return std::pair(a->block, a->point.rest()) < std::pair(b->block, b->point.rest());
-}
-
-// Those of one face together.
-std::vector<const OppositePair*> sorted_by_face(const std::vector<OppositePair>& pairs) {
-  std::vector<const OppositePair*> sorted;
-  sorted.reserve(pairs.size());
-  for (const OppositePair& pair : pairs) {
-    if (pair.level.of_all() != 0.0) {  // no field, no slope in it
-      sorted.push_back(&pair);
+// By block and face.
+std::vector<FacePairs> sorted_faces(const std::vector<OppositePair>& pairs) {
+  const Groups by_face = pairs_by_face(pairs);
+  std::vector<FacePairs> faces(by_face.size());
+  for (std::size_t f = 0; f < by_face.size(); ++f) {
+    faces[f].reserve(by_face[f].size());
+    for (const std::size_t q : by_face[f]) {
+      faces[f].push_back(&pairs[q]);
     }
   }
-  if (!std::is_sorted(sorted.begin(), sorted.end(), is_before)) {
-    std::stable_sort(sorted.begin(), sorted.end(), is_before);
-  }
-  return sorted;
-}
-
-std::vector<FacePairs> split_by_face(std::span<const OppositePair* const> sorted) {
-  std::vector<FacePairs> faces;
-  faces.reserve(sorted.size());
-  for (std::size_t first = 0; first < sorted.size();) {
-    std::size_t end = first + 1;
-    while (end < sorted.size() && !is_before(sorted[first], sorted[end])) {
-      ++end;
-    }
-    faces.push_back(sorted.subspan(first, end - first));
-    first = end;
-  }
+  std::sort(faces.begin(), faces.end(), [](const FacePairs& a, const FacePairs& b) {
+    return std::pair(a.front()->block, a.front()->point.rest()) <
+           std::pair(b.front()->block, b.front()->point.rest());
+  });
   return faces;
 }
 
@@ -93,11 +77,10 @@ void test_levelness(StateOfRun& run, Estimate& estimate) {
   const ReadingSet& set = run.set();
   const std::optional<ReadingSet> paired =
       estimate.unpaired.empty() ? std::nullopt : std::optional(without_unpaired(set, estimate));
-  const std::shared_ptr<const std::vector<OppositePair>> pairs =
+  const std::shared_ptr<const OppositePairs> pairs =
       estimate.pairs ? std::move(estimate.pairs)
-                     : std::make_shared<const std::vector<OppositePair>>(opposite_positions(set));
-  const std::vector<const OppositePair*> sorted = sorted_by_face(*pairs);
-  const std::vector<FacePairs> faces = split_by_face(sorted);
+                     : std::make_shared<const OppositePairs>(opposite_positions(set));
+  const std::vector<FacePairs> faces = sorted_faces(pairs->pairs);
   const DeletionFit others = paired ? DeletionFit(*paired, estimate.field, run.known_field())
                                     : DeletionFit(run, estimate.field);
   double smallest = 2.0;

@@ -5,7 +5,9 @@
 #include <cmath>
 #include <map>
 #include <memory>
+#include <new>
 #include <tuple>
+#include <utility>
 
 #include "axiscal/calib/distributions.hpp"
 #include "axiscal/core/not_a_number.hpp"
@@ -23,7 +25,7 @@ struct WeightedMean {
 };
 
 WeightedMean mean_of(const ReadingSet& set,
-                     const std::vector<std::size_t>& rows,
+                     std::span<const std::size_t> rows,
                      Eigen::Index axis) {
   WeightedMean mean;
   for (const std::size_t i : rows) {
@@ -36,7 +38,10 @@ WeightedMean mean_of(const ReadingSet& set,
 }
 
 // From a field in the table to what readings met of it, their mean.
-Eigen::Matrix3d mean_met(const ReadingSet& set, const std::vector<std::size_t>& rows) {
+Eigen::Matrix3d mean_met(const ReadingSet& set, std::span<const std::size_t> rows) {
+  if (set.field_then.empty()) {
+    return set.met_of_field(rows.front());
+  }
   Eigen::Matrix3d sum = Eigen::Matrix3d::Zero();
   double weights = 0.0;
   for (const std::size_t i : rows) {
@@ -44,8 +49,7 @@ Eigen::Matrix3d mean_met(const ReadingSet& set, const std::vector<std::size_t>& 
     sum += weight * set.met_of_field(i);
     weights += weight;
   }
-  return set.field_then.empty() || !(weights > 0.0) ? set.met_of_field(rows.front())
-                                                    : Eigen::Matrix3d(sum / weights);
+  return weights > 0.0 ? Eigen::Matrix3d(sum / weights) : set.met_of_field(rows.front());
 }
 
 // Least squares of two unknowns over some faces.
@@ -59,7 +63,7 @@ struct PlaneFit {
 
 // The differences of one rest face in one block: some of the rows of all.
 struct FaceDifferences {
-  std::vector<const OppositePair*> pairs;
+  const OppositePair* pair = nullptr;  // its first
   Eigen::Index first = 0;
   Eigen::Index rows = 0;
   PlaneFit alone;
@@ -77,39 +81,34 @@ struct Differences {
 Differences differences_by_face(const std::vector<OppositePair>& pairs,
                                 const SensitivityMatrix& sensitivity,
                                 const TableField& field) {
-  Differences all;
-  all.faces.reserve(pairs.size());
-  std::map<std::pair<int, Face>, std::size_t> place;
+  const Groups by_face = pairs_by_face(pairs);
   const Eigen::Index axes = sensitivity.rows();
-  Eigen::Index rows = 0;
-  for (const OppositePair& pair : pairs) {
-    if (pair.level.of_all() == 0.0) {
-      continue;  // no field, no slope in it
-    }
-    const auto [found, is_new] =
-        place.emplace(std::pair(pair.block, pair.point.rest()), all.faces.size());
-    if (is_new) {
-      all.faces.emplace_back();
-    }
-    all.faces[found->second].pairs.push_back(&pair);
-    rows += axes;
-  }
-  all.G.resize(rows, 2);
-  all.d.resize(rows);
+  Differences all;
+  all.faces.reserve(by_face.size());
+  const Eigen::Index most_rows = axes * static_cast<Eigen::Index>(pairs.size());
+  all.G.resize(most_rows, 2);
+  all.d.resize(most_rows);
   Eigen::Index at = 0;
-  for (FaceDifferences& face : all.faces) {
+  for (std::size_t f = 0; f < by_face.size(); ++f) {
+    FaceDifferences& face = all.faces.emplace_back();
+    face.pair = &pairs[by_face[f].front()];
     face.first = at;
-    for (const OppositePair* pair : face.pairs) {
-      const double normal = field.vector(pair->levelness).z();
+    for (const std::size_t q : by_face[f]) {
+      const OppositePair& pair = pairs[q];
+      const double normal = field.vector(pair.levelness).z();
       for (Eigen::Index k = 0; k < axes; ++k, ++at) {
-        const double root = std::sqrt(pair->weights(k));
+        const double root = std::sqrt(pair.weights(k));
         const Eigen::RowVector3d seen =
-            pair->level.of_all() * (sensitivity.row(k) * pair->half_rotation);
+            pair.level.of_all() * (sensitivity.row(k) * pair.half_rotation);
         all.G.row(at) = root * seen.head<2>();
-        all.d(at) = root * (pair->half_difference(k) - normal * seen(2));
+        all.d(at) = root * (pair.half_difference(k) - normal * seen(2));
       }
     }
     face.rows = at - face.first;
+  }
+  if (at < most_rows) {
+    all.G.conservativeResize(at, 2);
+    all.d.conservativeResize(at);
   }
   return all;
 }
@@ -206,7 +205,10 @@ PlaneFits fit_planes(const Differences& differences, const FacesByLevel& levels)
 double block_p_value(const ReadingSet& set, const Differences& differences, const PlaneFit& all) {
   std::map<int, Faces> by_block;
   for (const FaceDifferences& face : differences.faces) {
-    by_block[face.pairs.front()->block].push_back(&face);
+    by_block[face.pair->block].push_back(&face);
+  }
+  if (by_block.size() < 2) {
+    return not_a_number;
   }
   FacesByLevel blocks;
   for (auto& [number, members] : by_block) {
@@ -214,7 +216,7 @@ double block_p_value(const ReadingSet& set, const Differences& differences, cons
   }
   const PlaneFits own = fit_planes(differences, blocks);
   const double more = 2.0 * static_cast<double>(blocks.size() - 1);
-  if (!own.determined || !(more > 0.0) || !(own.dof > 0.0)) {
+  if (!own.determined || !(own.dof > 0.0)) {
     return not_a_number;
   }
   if (all.rss - own.rss <= more * set.rounding() * set.rounding()) {
@@ -247,68 +249,80 @@ MeanSlope mean_slope(const Faces& faces, const PlaneFit& together, bool three_ax
   return mean;
 }
 
-// What has readings at one of the two positions at least.
-std::vector<OppositePair> pairs_or_halves(const ReadingSet& set) {
-  // Both points of a pair have the same block, level, temperature, rest face and axis of the fence
-  // face; levels last, which take the longest to compare.
-  using Key = std::tuple<int, int, Face, int, FieldLevel>;
-  std::map<Key, std::size_t> place;
-  std::vector<OppositePair> candidates;
-  constexpr std::size_t mostly = 8;
-  candidates.reserve(mostly);
-  for (std::size_t i = 0; i < set.readings.size(); ++i) {
-    const Reading& reading = set.readings[i];
-    const int axis = axis_of(reading.point->fence());
-    const Key key{reading.block, set.soak_of(i), reading.point->rest(), axis, reading.level};
-    const auto [found, is_new] = place.emplace(key, candidates.size());
-    if (is_new) {
-      candidates.push_back({.point = {reading.point->rest(), face_of(axis, true)},
-                            .block = reading.block,
-                            .level = reading.level,
-                            .soak = set.soak_of(i),
-                            .levelness = set.tilt_of(i)});
-    }
-    OppositePair& pair = candidates[found->second];
-    (is_positive(reading.point->fence()) ? pair.first : pair.second).push_back(i);
-  }
-  return candidates;
-}
-
 }  // namespace
 
-std::vector<OppositePair> opposite_positions(const ReadingSet& set) {
-  std::vector<OppositePair> pairs = pairs_or_halves(set);
-  std::erase_if(pairs,
-                [](const OppositePair& pair) { return pair.first.empty() || pair.second.empty(); });
-  return pairs;
+Groups pairs_by_face(const std::vector<OppositePair>& pairs) {
+  return Groups(
+      pairs.size(),
+      [&](std::size_t q) { return std::pair(pairs[q].block, pairs[q].point.rest()); },
+      [&](std::size_t q) { return pairs[q].level.of_all() != 0.0; });  // no field, no slope in it
+}
+
+OppositePairs opposite_positions(const ReadingSet& set) {
+  // Both points of a pair have the same block, level, temperature, rest face and axis of the fence
+  // face; levels last, which take the longest to compare.
+  const Groups candidates(set.readings.size(), [&](std::size_t i) {
+    const Reading& reading = set.readings[i];
+    return std::tuple(reading.block, set.soak_of(i), reading.point->rest(),
+                      axis_of(reading.point->fence()), reading.level);
+  });
+  const auto is_at_point = [&](std::size_t i) {
+    return is_positive(set.readings[i].point->fence());
+  };
+  OppositePairs result;
+  result.pairs.reserve(candidates.size());
+  result.readings.resize(set.readings.size());
+  std::size_t at = 0;
+  for (std::size_t g = 0; g < candidates.size(); ++g) {
+    const std::span<const std::size_t> members = candidates[g];
+    const std::span<std::size_t> own = std::span(result.readings).subspan(at, members.size());
+    const auto middle = std::copy_if(members.begin(), members.end(), own.begin(), is_at_point);
+    std::copy_if(members.begin(), members.end(), middle,
+                 [&](std::size_t i) { return !is_at_point(i); });
+    const auto at_point = static_cast<std::size_t>(middle - own.begin());
+    if (at_point == 0 || at_point == own.size()) {
+      result.unpaired.insert(result.unpaired.end(), own.begin(), own.end());
+      continue;
+    }
+    const std::size_t front = members.front();
+    const Reading& reading = set.readings[front];
+    result.pairs.push_back(
+        {.point = {reading.point->rest(), face_of(axis_of(reading.point->fence()), true)},
+         .block = reading.block,
+         .level = reading.level,
+         .soak = set.soak_of(front),
+         .levelness = set.tilt_of(front),
+         .first = own.first(at_point),
+         .second = own.subspan(at_point)});
+    at += own.size();
+  }
+  std::sort(result.unpaired.begin(), result.unpaired.end());
+  return result;
 }
 
 OppositePairs find_opposite_pairs(const ReadingSet& set) {
-  OppositePairs result;
-  for (OppositePair& pair : pairs_or_halves(set)) {
-    if (pair.first.empty() || pair.second.empty()) {
-      const auto& alone = pair.first.empty() ? pair.second : pair.first;
-      result.unpaired.insert(result.unpaired.end(), alone.begin(), alone.end());
-      continue;
-    }
-    const Eigen::Matrix3d R_a = mean_met(set, pair.first);
-    const Eigen::Matrix3d R_b = mean_met(set, pair.second);
-    const Eigen::Index m = set.axis_count();
-    pair.mean.resize(m);
-    pair.half_difference.resize(m);
-    pair.weights.resize(m);
+  OppositePairs result = opposite_positions(set);
+  const Eigen::Index m = set.axis_count();
+  result.averages.resize(m, 3 * static_cast<Eigen::Index>(result.pairs.size()));
+  double* own = result.averages.data();
+  for (OppositePair& pair : result.pairs) {
     for (Eigen::Index k = 0; k < m; ++k) {
       const WeightedMean a = mean_of(set, pair.first, k);
       const WeightedMean b = mean_of(set, pair.second, k);
-      pair.mean(k) = 0.5 * (a.value + b.value);
-      pair.half_difference(k) = 0.5 * (a.value - b.value);
-      pair.weights(k) = 4.0 / (1.0 / a.weight + 1.0 / b.weight);
+      own[k] = 0.5 * (a.value + b.value);
+      own[m + k] = 0.5 * (a.value - b.value);
+      own[2 * m + k] = 4.0 / (1.0 / a.weight + 1.0 / b.weight);
     }
+    // Eigen's way to point a map elsewhere.
+    new (&pair.mean) Eigen::Map<const Eigen::VectorXd>(own, m);
+    new (&pair.half_difference) Eigen::Map<const Eigen::VectorXd>(own + m, m);
+    new (&pair.weights) Eigen::Map<const Eigen::VectorXd>(own + 2 * m, m);
+    own += 3 * m;
+    const Eigen::Matrix3d R_a = mean_met(set, pair.first);
+    const Eigen::Matrix3d R_b = mean_met(set, pair.second);
     pair.mean_rotation = 0.5 * (R_a + R_b);
     pair.half_rotation = 0.5 * (R_a - R_b);
-    result.pairs.push_back(std::move(pair));
   }
-  std::sort(result.unpaired.begin(), result.unpaired.end());
   return result;
 }
 
@@ -325,16 +339,16 @@ std::optional<Levelness> levelness_of(const ReadingSet& set,
   return estimate_levelness(still, find_opposite_pairs(still).pairs, S, estimate.field, F);
 }
 
-void keep_pairs(const ReadingSet& set, std::vector<OppositePair> pairs, Estimate& estimate) {
+void keep_pairs(const ReadingSet& set, OppositePairs pairs, Estimate& estimate) {
   constexpr Eigen::Index long_run = 10000;
   if (set.size() <= long_run) {
-    estimate.pairs = std::make_shared<const std::vector<OppositePair>>(std::move(pairs));
+    estimate.pairs = std::make_shared<const OppositePairs>(std::move(pairs));
   }
 }
 
 void put_levelness(const ReadingSet& set, double F, Estimate& estimate) {
-  std::vector<OppositePair> pairs = find_opposite_pairs(set).pairs;
-  estimate.levelness = levelness_of(set, pairs, estimate, F);
+  OppositePairs pairs = find_opposite_pairs(set);
+  estimate.levelness = levelness_of(set, pairs.pairs, estimate, F);
   keep_pairs(set, std::move(pairs), estimate);
 }
 
@@ -351,7 +365,7 @@ std::optional<Levelness> estimate_levelness(const ReadingSet& set,
     face.alone = fit_plane(differences.G.middleRows(face.first, face.rows),
                            differences.d.segment(face.first, face.rows), smallest_pivot_of_a_face);
     faces.push_back(&face);
-    levels[face.pairs.front()->levelness].push_back(&face);
+    levels[face.pair->levelness].push_back(&face);
   }
   const PlaneFits planes = fit_planes(differences, levels);
   const PlaneFit all = levels.size() == 1 ? planes.fits.front() : fit_plane(differences, faces);
@@ -361,8 +375,8 @@ std::optional<Levelness> estimate_levelness(const ReadingSet& set,
   Levelness levelness;
   for (const FaceDifferences* face : faces) {
     if (face->alone.determined) {
-      levelness.estimates.push_back({.point = face->pairs.front()->point,
-                                     .block = face->pairs.front()->block,
+      levelness.estimates.push_back({.point = face->pair->point,
+                                     .block = face->pair->block,
                                      .x = face->alone.f.x() / F,
                                      .y = face->alone.f.y() / F});
     }

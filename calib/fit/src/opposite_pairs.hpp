@@ -2,9 +2,13 @@
 #pragma once
 
 #include <optional>
+#include <span>
 #include <vector>
 
+#include <Eigen/Core>
+
 #include "axiscal/calib/estimation.hpp"
+#include "groups.hpp"
 
 namespace axiscal {
 
@@ -13,13 +17,15 @@ struct OppositePair {
   DesignPoint point;  // rest face with the positive fence face
   int block = 1;
   FieldLevel level;
-  int soak = 0;                     // which soak level the readings were taken at
-  std::size_t levelness = 0;        // which one it is of, as ReadingSet::tilt_of()
-  std::vector<std::size_t> first;   // readings at `point`
-  std::vector<std::size_t> second;  // readings turned round
-  Eigen::VectorXd mean;             // (v_a + v_b) / 2, m entries
-  Eigen::VectorXd half_difference;  // (v_a - v_b) / 2
-  Eigen::VectorXd weights;          // each axis's, relative to one reading: 4 / (1/w_a + 1/w_b)
+  int soak = 0;                         // which soak level the readings were taken at
+  std::size_t levelness = 0;            // which one it is of, as ReadingSet::tilt_of()
+  std::span<const std::size_t> first;   // readings at `point`
+  std::span<const std::size_t> second;  // readings turned round
+  // m entries each, or none where averages were not asked for.
+  Eigen::Map<const Eigen::VectorXd> mean{nullptr, 0};             // (v_a + v_b) / 2
+  Eigen::Map<const Eigen::VectorXd> half_difference{nullptr, 0};  // (v_a - v_b) / 2
+  // Each axis's, relative to one reading: 4 / (1/w_a + 1/w_b).
+  Eigen::Map<const Eigen::VectorXd> weights{nullptr, 0};
   Eigen::Matrix3d mean_rotation =
       Eigen::Matrix3d::Zero();  // (R_a + R_b) / 2, as ReadingSet::met_of_field(), means of repeats
   Eigen::Matrix3d half_rotation = Eigen::Matrix3d::Zero();  // (R_a - R_b) / 2
@@ -29,12 +35,26 @@ struct OppositePair {
 struct OppositePairs {
   std::vector<OppositePair> pairs;  // in the order of their first reading
   std::vector<std::size_t> unpaired;
+  // What the pairs point into.
+  std::vector<std::size_t> readings;
+  Eigen::MatrixXd averages;  // m x 3 of each pair
+
+  OppositePairs() = default;
+  OppositePairs(OppositePairs&&) = default;
+  OppositePairs& operator=(OppositePairs&&) = default;
+  OppositePairs(const OppositePairs&) = delete;
+  OppositePairs& operator=(const OppositePairs&) = delete;
+  ~OppositePairs() = default;
 };
 
 [[nodiscard]] OppositePairs find_opposite_pairs(const ReadingSet& set);
 
 /// @return the pairs that it finds, which readings they are of and no more.
-[[nodiscard]] std::vector<OppositePair> opposite_positions(const ReadingSet& set);
+[[nodiscard]] OppositePairs opposite_positions(const ReadingSet& set);
+
+/// @return the pairs by block and rest face, those that met a field: their half differences tell
+///         the slope.
+[[nodiscard]] Groups pairs_by_face(const std::vector<OppositePair>& pairs);
 
 /// The field's components in the table's plane from the half differences (method.md, section 5).
 ///
@@ -60,6 +80,6 @@ struct OppositePairs {
 void put_levelness(const ReadingSet& set, double F, Estimate& estimate);
 
 /// The same for pairs that are known.
-void keep_pairs(const ReadingSet& set, std::vector<OppositePair> pairs, Estimate& estimate);
+void keep_pairs(const ReadingSet& set, OppositePairs pairs, Estimate& estimate);
 
 }  // namespace axiscal

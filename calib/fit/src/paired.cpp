@@ -2,7 +2,6 @@
 #include <algorithm>
 #include <cmath>
 #include <iterator>
-#include <map>
 #include <optional>
 #include <tuple>
 #include <utility>
@@ -12,6 +11,7 @@
 #include "axiscal/calib/estimation.hpp"
 #include "axiscal/calib/settings.hpp"
 #include "axiscal/core/error.hpp"
+#include "groups.hpp"
 #include "opposite_pairs.hpp"
 
 namespace axiscal {
@@ -24,43 +24,53 @@ constexpr const char* in_plane_message =
     "method paired: the field lies almost in the table's plane, and averages of opposite positions "
     "have none of it left; use method joint";
 
-// One pseudo-observation: the pairs of one rest face, block and level.
-struct PseudoObservation {
-  std::vector<const OppositePair*> pairs;
+// The pseudo-observations: the pairs of one rest face, block, soak level and level of the field.
+class Pooled {
+ public:
+  explicit Pooled(const std::vector<OppositePair>& pairs)
+      : pairs_(pairs), groups_(pairs.size(), [&](std::size_t q) {
+          const OppositePair& pair = pairs[q];
+          return std::tuple(pair.block, pair.soak, pair.point.rest(), pair.level);
+        }) {}
+
+  [[nodiscard]] std::size_t size() const { return groups_.size(); }
+
+  // The first of its pairs.
+  [[nodiscard]] const OppositePair& front(std::size_t pseudo) const {
+    return pairs_[groups_[pseudo].front()];
+  }
+
+  template <typename Function>
+  void for_pairs(std::size_t pseudo, const Function& function) const {
+    for (const std::size_t q : groups_[pseudo]) {
+      function(pairs_[q]);
+    }
+  }
+
+ private:
+  const std::vector<OppositePair>& pairs_;
+  Groups groups_;
 };
 
-std::vector<PseudoObservation> pool_by_rest_face(const std::vector<OppositePair>& pairs) {
-  std::map<std::tuple<int, int, Face, FieldLevel>, std::size_t> place;
-  std::vector<PseudoObservation> pooled;
-  for (const OppositePair& pair : pairs) {
-    const auto [found, is_new] = place.emplace(
-        std::tuple(pair.block, pair.soak, pair.point.rest(), pair.level), pooled.size());
-    if (is_new) {
-      pooled.emplace_back();
-    }
-    pooled[found->second].pairs.push_back(&pair);
-  }
-  return pooled;
-}
-
-RegressionRows rows_of(const std::vector<PseudoObservation>& pooled, const ReadingSet& set) {
-  std::map<std::tuple<Face, int, FieldLevel>, int> numbers;
-  RegressionRows rows;
-  for (const PseudoObservation& pseudo : pooled) {
-    const OppositePair& first = *pseudo.pairs.front();
-    RegressionRow row{.runs = {}, .point = first.point, .block = first.block};
-    for (const OppositePair* pair : pseudo.pairs) {
-      for (const auto* readings : {&pair->first, &pair->second}) {
-        for (const std::size_t i : *readings) {
+RegressionRows rows_of(const Pooled& pooled, const ReadingSet& set) {
+  RegressionRows rows{.rows = {},
+                      .group = Groups(pooled.size(), [&](std::size_t q) {
+                                 const OppositePair& first = pooled.front(q);
+                                 return std::tuple(first.point.rest(), first.soak, first.level);
+                               }).numbers()};
+  rows.rows.reserve(pooled.size());
+  for (std::size_t q = 0; q < pooled.size(); ++q) {
+    const OppositePair& first = pooled.front(q);
+    RegressionRow& row =
+        rows.rows.emplace_back(RegressionRow{.runs = {}, .point = first.point, .block = first.block});
+    pooled.for_pairs(q, [&](const OppositePair& pair) {
+      row.runs.reserve(row.runs.size() + pair.first.size() + pair.second.size());
+      for (const auto& readings : {pair.first, pair.second}) {
+        for (const std::size_t i : readings) {
           row.runs.push_back(set.readings[i].run);
         }
       }
-    }
-    rows.rows.push_back(std::move(row));
-    const auto number = static_cast<int>(numbers.size());
-    rows.group.push_back(
-        numbers.emplace(std::tuple(first.point.rest(), first.soak, first.level), number)
-            .first->second);
+    });
   }
   return rows;
 }
@@ -84,10 +94,10 @@ Eigen::RowVectorXd row_of_pair(const ReadingSet& set,
     return set.design_row(pair.mean_rotation, field);
   }
   Eigen::RowVectorXd row = Eigen::RowVectorXd::Zero(set.column_count());
-  for (const auto* readings : {&pair.first, &pair.second}) {
+  for (const auto& readings : {pair.first, pair.second}) {
     double sum = 0.0;
     Eigen::RowVectorXd mean = Eigen::RowVectorXd::Zero(set.column_count());
-    for (const std::size_t i : *readings) {
+    for (const std::size_t i : readings) {
       const auto at = static_cast<Eigen::Index>(i);
       const double weight = set.weights(at, axis);
       sum += weight;
@@ -100,7 +110,7 @@ Eigen::RowVectorXd row_of_pair(const ReadingSet& set,
 
 // Of axes alike, the first of which is given.
 AxesData axes_data(const ReadingSet& set,
-                   const std::vector<PseudoObservation>& pooled,
+                   const Pooled& pooled,
                    Eigen::Index first,
                    const TableField& field) {
   const auto n = static_cast<Eigen::Index>(pooled.size());
@@ -110,15 +120,13 @@ AxesData axes_data(const ReadingSet& set,
                 .responses = Eigen::MatrixXd::Zero(n, count),
                 .weights = Eigen::VectorXd::Zero(n)};
   for (Eigen::Index i = 0; i < n; ++i) {
-    const PseudoObservation& pseudo = pooled[static_cast<std::size_t>(i)];
-    for (const OppositePair* pair : pseudo.pairs) {
-      const double weight = pair->weights(first);
+    pooled.for_pairs(static_cast<std::size_t>(i), [&](const OppositePair& pair) {
+      const double weight = pair.weights(first);
       data.weights(i) += weight;
-      data.responses.row(i) += weight * pair->mean.segment(first, count).transpose();
-      data.design.row(i) +=
-          weight *
-          row_of_pair(set, *pair, first, pair->level.of_all() * field.vector(pair->levelness));
-    }
+      data.responses.row(i) += weight * pair.mean.segment(first, count).transpose();
+      data.design.row(i) += weight * row_of_pair(set, pair, first,
+                                                 pair.level.of_all() * field.vector(pair.levelness));
+    });
     if (data.weights(i) > 0.0) {
       data.responses.row(i) /= data.weights(i);
       data.design.row(i) /= data.weights(i);
@@ -129,7 +137,7 @@ AxesData axes_data(const ReadingSet& set,
 
 // Of all axes.
 std::vector<AxesData> all_axes_data(const ReadingSet& set,
-                                    const std::vector<PseudoObservation>& pooled,
+                                    const Pooled& pooled,
                                     const TableField& field) {
   std::vector<AxesData> all;
   for (Eigen::Index first = 0; first < set.axis_count(); first += all.back().responses.cols()) {
@@ -170,21 +178,21 @@ Eigen::MatrixXd estimates_of(const ReadingSet& set, const AxesData& data) {
 
 PairedDesign paired_design(const ReadingSet& set, const Eigen::Vector3d& in_table) {
   const OppositePairs opposites = find_opposite_pairs(set);
-  const std::vector<PseudoObservation> pooled = pool_by_rest_face(opposites.pairs);
+  const Pooled pooled(opposites.pairs);
   const AxesData data = axes_data(set, pooled, 0, set.field.with_all(in_table));
   PairedDesign paired{.design = data.design,
                       .averaging = Eigen::MatrixXd::Zero(data.weights.size(), set.size()),
                       .weights = data.weights};
   for (std::size_t q = 0; q < pooled.size(); ++q) {
     const auto row = static_cast<Eigen::Index>(q);
-    for (const OppositePair* pair : pooled[q].pairs) {
-      for (const auto* readings : {&pair->first, &pair->second}) {
-        for (const std::size_t i : *readings) {
+    pooled.for_pairs(q, [&](const OppositePair& pair) {
+      for (const auto& readings : {pair.first, pair.second}) {
+        for (const std::size_t i : readings) {
           paired.averaging(row, static_cast<Eigen::Index>(i)) +=
-              0.5 * pair->weights(0) / (data.weights(row) * static_cast<double>(readings->size()));
+              0.5 * pair.weights(0) / (data.weights(row) * static_cast<double>(readings.size()));
         }
       }
-    }
+    });
   }
   return paired;
 }
@@ -197,7 +205,7 @@ Estimate estimate_paired(const ReadingSet& set, const Eigen::Vector3d& nominal_i
         "fence face); take each face turned round as well, or use method joint or known",
         {settings::method});
   }
-  const std::vector<PseudoObservation> pooled = pool_by_rest_face(opposites.pairs);
+  const Pooled pooled(opposites.pairs);
   const double F = nominal_in_table.norm();
   if (!(std::abs(nominal_in_table.z()) > smallest_normal_part * F)) {
     throw RefusedError(in_plane_message, {settings::method});
@@ -268,8 +276,8 @@ Estimate estimate_paired(const ReadingSet& set, const Eigen::Vector3d& nominal_i
   estimate.field = std::move(fitted_for);
   estimate.levelness = std::move(levelness);
   estimate.unpaired = opposites.unpaired;
-  keep_pairs(set, std::move(opposites.pairs), estimate);  // the pooled point into them no more
   estimate.statistics.observations -= static_cast<int>(opposites.unpaired.size());
+  keep_pairs(set, std::move(opposites), estimate);  // the pooled look into them no more
   return estimate;
 }
 

@@ -120,19 +120,19 @@ Whitened whiten_blocks(double gamma, const std::vector<int>& blocks, const Rows&
 }
 
 // By the Kalman filter of y_i = h_i . x_i + white noise, for all columns at once; d the components
-// of the state, c the columns. The root of V^-1 times x is made and summed by so many rows that a
-// cache holds them, or row by row where the compiler knows how many columns there are.
+// of the state, c the columns. The root of V^-1 times x is summed row by row where the compiler knows
+// how many columns there are, else by so many rows that a cache holds them.
 template <int d, int c>
 Whitened whiten_columns(const Model& model,
                         const Eigen::VectorXd& places,
                         const Eigen::MatrixXd& along,
                         const Rows& x) {
   constexpr bool is_small = c != Eigen::Dynamic;
-  constexpr Eigen::Index most_rows = is_small ? 1 : 256;
+  constexpr Eigen::Index most_rows = 256;
+  using Row = Eigen::Matrix<double, 1, c>;
   const Eigen::Index n = x.rows();
-  using Innovations = Eigen::Matrix<double, Eigen::Dynamic, c, Eigen::RowMajor,
-                                    is_small ? 1 : Eigen::Dynamic, c>;
-  Innovations white(std::min(n, most_rows), x.cols());
+  Rows white(is_small ? 0 : std::min(n, most_rows), x.cols());
+  Eigen::Index waiting = 0;  // of its rows, for the sum
   Eigen::Matrix<double, c, c> products = Eigen::Matrix<double, c, c>::Zero(x.cols(), x.cols());
   double log_determinant = 0.0;
   Eigen::Matrix<double, d, c> predicted = Eigen::Matrix<double, d, c>::Zero(d, x.cols());
@@ -140,37 +140,37 @@ Whitened whiten_columns(const Model& model,
   Square P = model.signal * Square::Identity();
   double kept_for = -1.0;
   double kept = 1.0;
-  for (Eigen::Index first = 0; first < n; first += white.rows()) {
-    const Eigen::Index count = std::min(white.rows(), n - first);
-    for (Eigen::Index j = 0; j < count; ++j) {
-      const Eigen::Index i = first + j;
-      if (i > 0) {
-        const double gap = places(i) - places(i - 1);
-        if (gap != kept_for) {
-          kept_for = gap;
-          kept = std::pow(model.rho, gap);
-        }
-        predicted *= kept;
-        P = (kept * kept * P + model.signal * (1.0 - kept * kept) * Square::Identity()).eval();
+  Row innovation(x.cols());
+  for (Eigen::Index i = 0; i < n; ++i) {
+    if (i > 0) {
+      const double gap = places(i) - places(i - 1);
+      if (gap != kept_for) {
+        kept_for = gap;
+        kept = std::pow(model.rho, gap);
       }
-      const Eigen::Matrix<double, d, 1> h = along.row(i).transpose();
-      const Eigen::Matrix<double, d, 1> Ph = P * h;
-      constexpr double least = 1e-12;
-      const double whole = std::max(h.dot(Ph) + model.white, least);
-      const Eigen::Matrix<double, d, 1> gain = Ph / whole;
-      auto innovation = white.row(j);
-      innovation = Eigen::Map<const Eigen::Matrix<double, 1, c>>(&x.coeffRef(i, 0), x.cols()) -
-                   h.transpose().lazyProduct(predicted);
-      predicted += gain.lazyProduct(innovation);
-      innovation /= std::sqrt(whole);
-      log_determinant += std::log(whole);
-      P -= gain * Ph.transpose();
+      predicted *= kept;
+      P = (kept * kept * P + model.signal * (1.0 - kept * kept) * Square::Identity()).eval();
     }
+    const Eigen::Matrix<double, d, 1> h = along.row(i).transpose();
+    const Eigen::Matrix<double, d, 1> Ph = P * h;
+    constexpr double least = 1e-12;
+    const double whole = std::max(h.dot(Ph) + model.white, least);
+    const Eigen::Matrix<double, d, 1> gain = Ph / whole;
+    innovation = Eigen::Map<const Row>(&x.coeffRef(i, 0), x.cols());
+    innovation -= h.transpose().lazyProduct(predicted);
+    predicted += gain.lazyProduct(innovation);
+    innovation /= std::sqrt(whole);
+    log_determinant += std::log(whole);
+    P -= gain * Ph.transpose();
     if constexpr (is_small) {
-      products.noalias() += white.transpose().lazyProduct(white);
+      products.noalias() += innovation.transpose().lazyProduct(innovation);
     } else {
-      products.template selfadjointView<Eigen::Lower>().rankUpdate(
-          white.topRows(count).transpose());
+      white.row(waiting++) = innovation;
+      if (waiting == white.rows() || i + 1 == n) {
+        products.template selfadjointView<Eigen::Lower>().rankUpdate(
+            white.topRows(waiting).transpose());
+        waiting = 0;
+      }
     }
   }
   return {.products = products, .log_determinant = log_determinant};
