@@ -90,8 +90,7 @@ struct LengthSetup {
 template <typename Run>
 LengthScatter scatter_of_lengths(const Run& run, const LengthSetup& setup) {
   constexpr int most = Run::most_readings;
-  constexpr int width = Run::width == Eigen::Dynamic ? Eigen::Dynamic : 3 * Run::width;
-  using Own = Eigen::Matrix<double, Eigen::Dynamic, width, 0, most, width>;
+  constexpr bool is_small = most != Eigen::Dynamic;
   using Shared =
       Eigen::Matrix<double, Eigen::Dynamic, Run::shared_width, 0, most, Run::shared_width>;
   using AmongShared = Eigen::Matrix<double, Run::shared_width, Run::shared_width>;
@@ -119,35 +118,47 @@ LengthScatter scatter_of_lengths(const Run& run, const LengthSetup& setup) {
   // The lengths' covariance A (1 - K K^T) V (1 - K K^T) A^T, V the noise and K K^T what the fit
   // takes of readings. Of an axis K_k = [Q_k, P_k], square to each other, with Q_k^T Q_k = 1.
   Shared in_shared = Shared::Zero(n, run.shared_basis_of_axis(0).cols());
-  for (Eigen::Index k = 0; k < 3; ++k) {
+  bool shares = in_shared.cols() > 0;
+  if constexpr (is_small) {
+    shares = run.has_directions();
+  }
+  for (Eigen::Index k = 0; k < 3 && shares; ++k) {
     in_shared += A.col(k).asDiagonal() * run.shared_basis_of_axis(k);
   }
   const Eigen::Index p = run.basis_of_axis(0).cols();
-  Own in_own(n, 3 * p);
+  Eigen::MatrixXd in_own(is_small ? 0 : n, 3 * p);
   Shared across = Shared::Zero(n, in_shared.cols());
   Eigen::Matrix<double, Eigen::Dynamic, 1, 0, most, 1> of_noise =
       Eigen::Matrix<double, Eigen::Dynamic, 1, 0, most, 1>::Zero(n);
   Eigen::MatrixXd by_inputs = Eigen::MatrixXd::Zero(n, setup.changes.cols());
   for (Eigen::Index k = 0; k < 3; ++k) {
     const double variance = setup.pure(k) * setup.pure(k);
-    const auto& Q = run.basis_of_axis(k);
-    const Shared P = run.shared_basis_of_axis(k);
-    in_own.middleCols(p * k, p) = (setup.pure(k) * A.col(k)).asDiagonal() * Q;
-    across += (variance * A.col(k)).asDiagonal() * P;
-    across -= 0.5 * variance * product(in_shared, AmongShared(product(P.transpose(), P)));
     of_noise += variance * A.col(k).cwiseAbs2();
+    const auto& Q = run.basis_of_axis(k);
+    if constexpr (!is_small) {
+      in_own.middleCols(p * k, p) = (setup.pure(k) * A.col(k)).asDiagonal() * Q;
+    }
+    if (shares) {
+      const Shared P = run.shared_basis_of_axis(k);
+      across += (variance * A.col(k)).asDiagonal() * P;
+      across -= 0.5 * variance * product(in_shared, AmongShared(product(P.transpose(), P)));
+    }
     if (setup.changes.cols() > 0) {
       const Eigen::MatrixXd of_axis = setup.changes(Eigen::seqN(k, n, 3), Eigen::all);
       by_inputs += A.col(k).asDiagonal() * (of_axis - Q * (Q.transpose() * of_axis));
-      by_inputs -= in_shared * (P.transpose() * of_axis);
+      by_inputs -= in_shared * (run.shared_basis_of_axis(k).transpose() * of_axis);
     }
   }
-  if constexpr (most != Eigen::Dynamic) {  // has no inputs
+  if constexpr (is_small) {  // has no inputs, and one Q for all axes
+    const Eigen::Matrix<double, Eigen::Dynamic, 3, 0, most, 3> B = A * setup.pure.asDiagonal();
+    const auto& Q = run.basis_of_axis(0);
     for (Eigen::Index i = 0; i < n; ++i) {
       for (Eigen::Index j = 0; j <= i; ++j) {
-        const double of_pair = (i == j ? of_noise(i) : 0.0) - in_own.row(i).dot(in_own.row(j)) -
-                               across.row(i).dot(in_shared.row(j)) -
-                               in_shared.row(i).dot(across.row(j));
+        double of_pair = (i == j ? of_noise(i) : 0.0) -
+                         B.row(i).dot(B.row(j)) * Q.row(i).dot(Q.row(j));
+        if (shares) {
+          of_pair -= across.row(i).dot(in_shared.row(j)) + in_shared.row(i).dot(across.row(j));
+        }
         scatter.by_noise += i == j ? of_pair : 0.0;
         scatter.of_square += (i == j ? 1.0 : 2.0) * of_pair * of_pair;
       }

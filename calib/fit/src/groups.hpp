@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cstddef>
 #include <map>
+#include <numeric>
 #include <span>
 #include <type_traits>
 #include <utility>
@@ -27,63 +28,61 @@ class Groups {
     if (n <= few) {
       std::vector<Key> keys;
       keys.reserve(n);
-      number(counts, [&](std::size_t i) {
-        Key key = key_of(i);
-        const auto found = std::find(keys.begin(), keys.end(), key);
-        const auto place = found - keys.begin();
-        if (found == keys.end()) {
-          keys.push_back(std::move(key));
+      for (std::size_t i = 0; i < n; ++i) {
+        if (counts(i)) {
+          Key key = key_of(i);
+          const auto found = std::find(keys.begin(), keys.end(), key);
+          numbers_[i] = static_cast<int>(found - keys.begin());
+          if (found == keys.end()) {
+            keys.push_back(std::move(key));
+          }
         }
-        return static_cast<int>(place);
-      });
+      }
+      put_members(keys.size());
     } else {
       std::map<Key, int> keys;
-      number(counts, [&](std::size_t i) {
-        return keys.emplace(key_of(i), static_cast<int>(keys.size())).first->second;
-      });
-    }
-    for (std::size_t g = 1; g < starts_.size(); ++g) {
-      starts_[g] += starts_[g - 1];
-    }
-    members_.resize(starts_.empty() ? 0 : starts_.back());
-    for (std::size_t i = n; i-- > 0;) {
-      if (numbers_[i] != none) {
-        members_[--starts_[static_cast<std::size_t>(numbers_[i])]] = i;
+      for (std::size_t i = 0; i < n; ++i) {
+        if (counts(i)) {
+          numbers_[i] = keys.emplace(key_of(i), static_cast<int>(keys.size())).first->second;
+        }
       }
+      put_members(keys.size());
     }
   }
 
   template <typename KeyOf>
   Groups(std::size_t n, const KeyOf& key_of) : Groups(n, key_of, [](std::size_t) { return true; }) {}
 
-  [[nodiscard]] std::size_t size() const { return starts_.size(); }
+  [[nodiscard]] std::size_t size() const { return starts_.size() - 1; }
 
   /// @return the members of a group.
   [[nodiscard]] std::span<const std::size_t> operator[](std::size_t group) const {
-    const std::size_t first = starts_[group];
-    return std::span(members_).subspan(
-        first, (group + 1 < starts_.size() ? starts_[group + 1] : members_.size()) - first);
+    return std::span(members_).subspan(starts_[group], starts_[group + 1] - starts_[group]);
   }
 
   /// @return n: the group of each member.
   [[nodiscard]] const std::vector<int>& numbers() const { return numbers_; }
 
  private:
-  // Numbers the members, and counts those of each group.
-  template <typename Counts, typename NumberOf>
-  void number(const Counts& counts, const NumberOf& number_of) {
-    for (std::size_t i = 0; i < numbers_.size(); ++i) {
-      if (counts(i)) {
-        numbers_[i] = number_of(i);
-        starts_.resize(std::max(starts_.size(), static_cast<std::size_t>(numbers_[i]) + 1));
-        ++starts_[static_cast<std::size_t>(numbers_[i])];
+  void put_members(std::size_t groups) {
+    starts_.assign(groups + 1, 0);
+    for (const int number : numbers_) {
+      if (number != none) {
+        ++starts_[static_cast<std::size_t>(number)];
+      }
+    }
+    std::partial_sum(starts_.begin(), starts_.end(), starts_.begin());  // where each group ends
+    members_.resize(starts_.back());
+    for (std::size_t i = numbers_.size(); i-- > 0;) {
+      if (numbers_[i] != none) {
+        members_[--starts_[static_cast<std::size_t>(numbers_[i])]] = i;
       }
     }
   }
 
   std::vector<int> numbers_;
   std::vector<std::size_t> members_;
-  std::vector<std::size_t> starts_;  // of the groups, in members_
+  std::vector<std::size_t> starts_;  // of the groups, in members_; and the end of the last
 };
 
 }  // namespace axiscal

@@ -37,35 +37,31 @@ std::vector<FacePairs> sorted_faces(const std::vector<OppositePair>& pairs) {
   return faces;
 }
 
-std::vector<std::size_t> readings_of(const FacePairs& face) {
-  std::vector<std::size_t> readings;
-  std::size_t count = 0;
-  for (const OppositePair* pair : face) {
-    count += pair->first.size() + pair->second.size();
+// The readings of a face, and its half differences as contrasts of them; a row for each pair. Of all
+// faces in turn, so that they share memory.
+struct FaceContrasts {
+  void take(const FacePairs& face) {
+    readings.clear();
+    for (const OppositePair* pair : face) {
+      readings.insert(readings.end(), pair->first.begin(), pair->first.end());
+      readings.insert(readings.end(), pair->second.begin(), pair->second.end());
+    }
+    rows.setZero(static_cast<Eigen::Index>(face.size()),
+                 static_cast<Eigen::Index>(readings.size()));
+    Eigen::Index at = 0;
+    for (std::size_t q = 0; q < face.size(); ++q) {
+      const auto first = static_cast<Eigen::Index>(face[q]->first.size());
+      const auto second = static_cast<Eigen::Index>(face[q]->second.size());
+      auto row = rows.row(static_cast<Eigen::Index>(q));
+      row.segment(at, first).setConstant(0.5 / static_cast<double>(first));
+      row.segment(at + first, second).setConstant(-0.5 / static_cast<double>(second));
+      at += first + second;
+    }
   }
-  readings.reserve(count);
-  for (const OppositePair* pair : face) {
-    readings.insert(readings.end(), pair->first.begin(), pair->first.end());
-    readings.insert(readings.end(), pair->second.begin(), pair->second.end());
-  }
-  return readings;
-}
 
-// @param readings  how many readings_of() there are.
-Eigen::MatrixXd contrasts_of(const FacePairs& face, std::size_t readings) {
-  Eigen::MatrixXd rows = Eigen::MatrixXd::Zero(static_cast<Eigen::Index>(face.size()),
-                                               static_cast<Eigen::Index>(readings));
-  Eigen::Index at = 0;
-  for (std::size_t q = 0; q < face.size(); ++q) {
-    const auto first = static_cast<Eigen::Index>(face[q]->first.size());
-    const auto second = static_cast<Eigen::Index>(face[q]->second.size());
-    auto row = rows.row(static_cast<Eigen::Index>(q));
-    row.segment(at, first).setConstant(0.5 / static_cast<double>(first));
-    row.segment(at + first, second).setConstant(-0.5 / static_cast<double>(second));
-    at += first + second;
-  }
-  return rows;
-}
+  std::vector<std::size_t> readings;
+  Eigen::MatrixXd rows;
+};
 
 }  // namespace
 
@@ -85,9 +81,10 @@ void test_levelness(StateOfRun& run, Estimate& estimate) {
                                     : DeletionFit(run, estimate.field);
   double smallest = 2.0;
   const FacePairs* suspect = nullptr;
+  FaceContrasts contrasts;
   for (const FacePairs& face : faces) {
-    const std::vector<std::size_t> readings = readings_of(face);
-    const std::optional<double> p = others.p_value(readings, contrasts_of(face, readings.size()));
+    contrasts.take(face);
+    const std::optional<double> p = others.p_value(contrasts.readings, contrasts.rows);
     if (!p) {
       return;  // the other faces do not tell
     }
@@ -101,10 +98,10 @@ void test_levelness(StateOfRun& run, Estimate& estimate) {
   }
   const auto count = static_cast<double>(faces.size());
   if (count * smallest < unlevel_below) {
-    const std::vector<std::size_t> readings = readings_of(*suspect);
-    smallest = std::max(smallest,
-                        others.p_value_by_tails(readings, contrasts_of(*suspect, readings.size()))
-                            .value_or(smallest));
+    contrasts.take(*suspect);
+    smallest = std::max(
+        smallest,
+        others.p_value_by_tails(contrasts.readings, contrasts.rows).value_or(smallest));
   }
   levelness.p_value = std::min(1.0, count * smallest);
   levelness.consistent = !(levelness.p_value < unlevel_below);

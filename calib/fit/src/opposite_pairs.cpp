@@ -3,7 +3,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <map>
 #include <memory>
 #include <new>
 #include <tuple>
@@ -192,6 +191,7 @@ struct PlaneFits {
 
 PlaneFits fit_planes(const Differences& differences, const FacesByLevel& levels) {
   PlaneFits all;
+  all.fits.reserve(levels.size());
   for (const Faces& faces : levels) {
     const PlaneFit& fit = all.fits.emplace_back(fit_plane(differences, faces));
     all.determined = all.determined && fit.determined;
@@ -203,16 +203,16 @@ PlaneFits fit_planes(const Differences& differences, const FacesByLevel& levels)
 
 // One slope for all blocks against one for each, by the F test of nested models.
 double block_p_value(const ReadingSet& set, const Differences& differences, const PlaneFit& all) {
-  std::map<int, Faces> by_block;
-  for (const FaceDifferences& face : differences.faces) {
-    by_block[face.pair->block].push_back(&face);
-  }
+  const Groups by_block(differences.faces.size(),
+                        [&](std::size_t f) { return differences.faces[f].pair->block; });
   if (by_block.size() < 2) {
     return not_a_number;
   }
-  FacesByLevel blocks;
-  for (auto& [number, members] : by_block) {
-    blocks.push_back(std::move(members));
+  FacesByLevel blocks(by_block.size());
+  for (std::size_t g = 0; g < by_block.size(); ++g) {
+    for (const std::size_t f : by_block[g]) {
+      blocks[g].push_back(&differences.faces[f]);
+    }
   }
   const PlaneFits own = fit_planes(differences, blocks);
   const double more = 2.0 * static_cast<double>(blocks.size() - 1);
@@ -361,6 +361,9 @@ std::optional<Levelness> estimate_levelness(const ReadingSet& set,
   Faces faces;
   faces.reserve(differences.faces.size());
   FacesByLevel levels(set.field.blocks().size());
+  if (levels.size() == 1) {
+    levels.front().reserve(differences.faces.size());
+  }
   for (FaceDifferences& face : differences.faces) {
     face.alone = fit_plane(differences.G.middleRows(face.first, face.rows),
                            differences.d.segment(face.first, face.rows), smallest_pivot_of_a_face);
@@ -373,6 +376,7 @@ std::optional<Levelness> estimate_levelness(const ReadingSet& set,
     return std::nullopt;
   }
   Levelness levelness;
+  levelness.estimates.reserve(faces.size());
   for (const FaceDifferences* face : faces) {
     if (face->alone.determined) {
       levelness.estimates.push_back({.point = face->pair->point,

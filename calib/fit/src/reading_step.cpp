@@ -71,8 +71,19 @@ std::optional<double> scaled_step(const std::vector<double>& distinct, double to
   for (std::size_t i = 1; i < distinct.size(); ++i) {
     gap = std::min(gap, distinct[i] - distinct[i - 1]);
   }
+  // The first difference that is clearly more than the gap, in gaps: most parts are none of it.
+  double in_gaps = 1.0;
+  for (std::size_t i = 1; i < distinct.size() && in_gaps < 1.5; ++i) {
+    in_gaps = (distinct[i] - distinct.front()) / gap;
+  }
   for (int part = 1; static_cast<double>(part) <= steps_tried; ++part) {
     double step = gap / part;
+    const double count_of_first = in_gaps * part;
+    const double off = std::abs(count_of_first - nearest(count_of_first)) * step;
+    constexpr double safely = 8.0;  // wider than the tolerance below, whatever the step becomes
+    if (off > safely * (4.0 * tolerance + 8.0 * count_of_first * tolerance / part)) {
+      continue;
+    }
     double unsure = 4.0 * tolerance / part;  // of the step
     double products = 0.0;
     double squares = 0.0;

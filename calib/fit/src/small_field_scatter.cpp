@@ -33,9 +33,10 @@ class SmallParts {
       }
       along_.row(i) /= std::max(along_.row(i).norm(), least);
     }
-    for (Eigen::Index k = 0; k < 3; ++k) {
+    for (Eigen::Index k = 0; k < 3 && run.has_directions(); ++k) {
       shared_along_ += along_.col(k).asDiagonal() * run.shared_basis_of_axis(k);
     }
+    own_leverage_ = state.basis().rowwise().squaredNorm();
     deviations_ = along_.cwiseProduct(run.residuals()).rowwise().sum();
     add_pairs();
   }
@@ -58,8 +59,10 @@ class SmallParts {
 
   // Each axis where it lies along the field, and where it lies across it.
   [[nodiscard]] bool is_clear_of_axis(Eigen::Index k, const Gate& gate) const {
-    const SmallRun::Columns<1> leverage = run_.state().basis().rowwise().squaredNorm() +
-                                          run_.shared_basis_of_axis(k).rowwise().squaredNorm();
+    SmallRun::Columns<1> leverage = own_leverage_;
+    if (run_.has_directions()) {
+      leverage += run_.shared_basis_of_axis(k).rowwise().squaredNorm();
+    }
     const auto part_of = [&](const auto& weights, double squares_of_hat) {
       return PartOfNoise{
           .squares = weights.dot(run_.residuals().col(k).cwiseAbs2()),
@@ -81,13 +84,11 @@ class SmallParts {
     Hat AH(n, n);
     double trace = 0.0;  // of A H
     double trace_of_A2H = 0.0;
-    for (Eigen::Index i = 0; i < n; ++i) {
-      const Eigen::Index before = std::max<Eigen::Index>(i - 1, 0);
-      const Eigen::Index after = std::min(i + 1, n - 1);
-      const double has_before = i > 0 ? 0.5 : 0.0;
-      const double has_after = i + 1 < n ? 0.5 : 0.0;
-      AH.row(i) = has_before * H.row(before) + has_after * H.row(after);
-      trace += AH(i, i);
+    for (Eigen::Index j = 0; j < n; ++j) {
+      AH.col(j).head(n - 1) = 0.5 * H.col(j).tail(n - 1);
+      AH(n - 1, j) = 0.0;
+      AH.col(j).tail(n - 1) += 0.5 * H.col(j).head(n - 1);
+      trace += AH(j, j);
     }
     for (Eigen::Index i = 0; i < n; ++i) {
       trace_of_A2H += (i > 0 ? 0.5 * AH(i - 1, i) : 0.0) + (i + 1 < n ? 0.5 * AH(i + 1, i) : 0.0);
@@ -132,12 +133,17 @@ class SmallParts {
       for (Eigen::Index j = 0; j <= i; ++j) {
         const double counts = i == j ? 1.0 : 2.0;
         const double by_own = own.dot(Q.row(j));
-        along_hat_(i, j) =
-            along.dot(along_.row(j)) * by_own + shared_along_.row(i).dot(shared_along_.row(j));
+        along_hat_(i, j) = along.dot(along_.row(j)) * by_own;
+        Eigen::Vector3d hat = Eigen::Vector3d::Constant(by_own);
+        if (run_.has_directions()) {
+          along_hat_(i, j) += shared_along_.row(i).dot(shared_along_.row(j));
+          for (Eigen::Index k = 0; k < 3; ++k) {
+            hat(k) += shared.segment<2>(2 * k).dot(B.row(j).segment<2>(2 * k));
+          }
+        }
         along_hat_(j, i) = along_hat_(i, j);
         for (Eigen::Index k = 0; k < 3; ++k) {
-          const double hat = by_own + shared.segment<2>(2 * k).dot(B.row(j).segment<2>(2 * k));
-          const double square = counts * hat * hat;
+          const double square = counts * hat(k) * hat(k);
           along_squares_(k) += weight(k) * weights_(j, k) * square;
           across_squares_(k) += (1.0 - weight(k)) * (1.0 - weights_(j, k)) * square;
         }
@@ -160,6 +166,7 @@ class SmallParts {
   SmallRun::Columns<3> along_;         // the unit vector along the field
   SmallRun::Columns<3> weights_;       // of an axis's readings, for the part along the field
   SmallRun::Columns<2> shared_along_;  // what the fit takes of that direction by its directions
+  SmallRun::Columns<1> own_leverage_;  // of an axis's own columns
   SmallRun::Columns<1> deviations_;    // of the residuals, along the field
   Hat along_hat_;                      // of them
   Eigen::Vector3d along_squares_ = Eigen::Vector3d::Zero();

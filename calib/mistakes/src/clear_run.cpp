@@ -53,12 +53,18 @@ Directions by_axis(const Eigen::Matrix<double, 6, 1>& numbers) {
 // One reading deleted, any of them.
 double single_p(const SmallRun& run, const LeftOfRun& left) {
   double largest = 0.0;
+  constexpr double least = 1e-9;  // that can be left of a reading
   for (Eigen::Index i = 0; i < run.readings(); ++i) {
+    const double own = 1.0 - run.state().basis().row(i).squaredNorm();
+    if (!run.has_directions()) {
+      largest = std::max(largest, own > least ? run.residuals().row(i).squaredNorm() / own : 0.0);
+      continue;
+    }
     const Directions shared = by_axis(run.shared_basis().row(i).transpose());
     Eigen::Matrix3d rest = -shared.lazyProduct(shared.transpose());
-    rest.diagonal().array() += 1.0 - run.state().basis().row(i).squaredNorm();
+    rest.diagonal().array() += own;
     largest = std::max(largest, squares_by<Eigen::Matrix3d, Eigen::Vector3d>(
-                                    rest, run.residuals().row(i).transpose(), 1e-9));
+                                    rest, run.residuals().row(i).transpose(), least));
   }
   return static_cast<double>(run.readings()) * left.p_of(largest, 3.0);
 }

@@ -180,6 +180,11 @@ double student_t_two_sided_p(double t, double degrees_of_freedom) {
 
 namespace {
 
+// Of a whole number that is not large.
+bool is_odd(double whole) {
+  return (static_cast<int>(whole) & 1) == 1;
+}
+
 // I_x(a, b) where a and b are halves of whole numbers, as a sum that ends: from I_x(a_0, b_0) of
 // the least ones up in b, where terms are added, then in a, where they are taken off and cost as
 // many digits as the result is below 1. What is small is a series of positive terms instead.
@@ -187,8 +192,8 @@ namespace {
 // 26.6.4-26.6.8.
 double incomplete_beta(double x, double twice_a, double twice_b) {
   const double y = 1.0 - x;
-  const bool half_a = std::fmod(twice_a, 2.0) == 1.0;
-  const bool half_b = std::fmod(twice_b, 2.0) == 1.0;
+  const bool half_a = is_odd(twice_a);
+  const bool half_b = is_odd(twice_b);
   double a = half_a ? 0.5 : 1.0;
   double b = half_b ? 0.5 : 1.0;
   constexpr double two_over_pi = 2.0 * std::numbers::inv_pi;
@@ -257,7 +262,8 @@ double chi_squared_upper_p(double x, double degrees_of_freedom) {
     return not_a_number;
   }
   constexpr double few_terms = 40.0;
-  if (degrees_of_freedom <= few_terms && std::fmod(degrees_of_freedom, 2.0) == 0.0) {
+  if (degrees_of_freedom <= few_terms && std::floor(degrees_of_freedom) == degrees_of_freedom &&
+      !is_odd(degrees_of_freedom)) {
     double term = std::exp(-0.5 * x);  // those of Poisson's distribution
     double sum = term;
     for (double j = 1.0; j < 0.5 * degrees_of_freedom; j += 1.0) {

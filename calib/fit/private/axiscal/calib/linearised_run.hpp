@@ -24,7 +24,6 @@ class LinearisedRun {
  public:
   // Any number of readings and columns.
   static constexpr int most_readings = Eigen::Dynamic;
-  static constexpr int width = Eigen::Dynamic;
   static constexpr int shared_width = Eigen::Dynamic;
 
   /// @param set    must outlive it, as for the others.

@@ -77,7 +77,6 @@ class SmallState {
 class SmallRun {
  public:
   static constexpr int most_readings = SmallState::most_readings;
-  static constexpr int width = 4;         // of an axis's own columns
   static constexpr int shared_width = 2;  // of those that all share
   template <int Count>
   using Columns = SmallState::Columns<Count>;
@@ -90,6 +89,9 @@ class SmallRun {
   [[nodiscard]] const SmallState& state() const { return state_; }
   [[nodiscard]] Eigen::Index readings() const { return state_.readings(); }
   [[nodiscard]] double sigma(Eigen::Index axis) const { return sigma_(axis); }
+
+  /// @return whether the directions are fitted with the rest; else the axes share nothing.
+  [[nodiscard]] bool has_directions() const { return has_directions_; }
 
   /// @return whether the columns have full rank and something is left over.
   [[nodiscard]] bool is_determined() const { return has_full_rank_ && degrees_of_freedom() > 0.0; }
