@@ -9,6 +9,7 @@
 #include "axiscal/calib/deletion_fit.hpp"
 #include "axiscal/calib/distributions.hpp"
 #include "axiscal/calib/fixed_cholesky.hpp"
+#include "axiscal/calib/rough_tails.hpp"
 #include "axiscal/calib/shared_fit.hpp"
 
 namespace axiscal {
@@ -40,9 +41,11 @@ std::optional<Square> inverse_of(const Square& A, double open_below) {
 // As without() and left_out() have it, which are for any run: written for sizes that the compiler
 // knows, it takes a sixth of their time, and levelness asks it of each face (small_run_test.cpp
 // holds the two together).
+// @param roughly  as rough_p_value() has it, of one contrast.
 template <int Count, int ContrastCount>
 std::optional<double> DeletionFit::p_value_of_small(const std::vector<std::size_t>& readings,
-                                                    const Eigen::MatrixXd& contrasts) const {
+                                                    const Eigen::MatrixXd& contrasts,
+                                                    bool roughly) const {
   constexpr int most = Count == Eigen::Dynamic ? few : Count;
   constexpr int most_contrasts = ContrastCount == Eigen::Dynamic ? few : ContrastCount;
   using Square = Eigen::Matrix<double, Count, Count, 0, most, most>;
@@ -96,9 +99,12 @@ std::optional<double> DeletionFit::p_value_of_small(const std::vector<std::size_
     }
   }
   if (small_->has_directions()) {
-    const std::optional<DirectionFit> together = (left.array() > open_below * all.array()).all()
-                                                     ? fit_shared(sums, start, smallest_)
-                                                     : std::nullopt;
+    if (!(left.array() > open_below * all.array()).all()) {
+      return std::nullopt;
+    }
+    const std::optional<DirectionFit> together = roughly
+                                                     ? fit_shared_roughly(sums, start, smallest_)
+                                                     : fit_shared(sums, start, smallest_);
     if (!together) {
       return std::nullopt;
     }
@@ -131,14 +137,17 @@ std::optional<double> DeletionFit::p_value_of_small(const std::vector<std::size_
     } else if (covariance(0, 0) > 0.0) {
       squares = error(0) * error(0) / covariance(0, 0);
     }
-    axes.add(f_upper_p(std::max(squares / q, 1e-12), q, fit.degrees_of_freedom(k)));
+    const double nu = fit.degrees_of_freedom(k);
+    axes.add(roughly ? t_two_sided_p_roughly(squares, nu)
+                     : f_upper_p(std::max(squares / q, 1e-12), q, nu));
   }
   return axes.p_value();
 }
 
 template std::optional<double> DeletionFit::p_value_of_small<2, 1>(const std::vector<std::size_t>&,
-                                                                   const Eigen::MatrixXd&) const;
+                                                                   const Eigen::MatrixXd&,
+                                                                   bool) const;
 template std::optional<double> DeletionFit::p_value_of_small<Eigen::Dynamic, Eigen::Dynamic>(
-    const std::vector<std::size_t>&, const Eigen::MatrixXd&) const;
+    const std::vector<std::size_t>&, const Eigen::MatrixXd&, bool) const;
 
 }  // namespace axiscal

@@ -2,6 +2,7 @@
 #include "axiscal/calib/levelness_test.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <memory>
 #include <optional>
 #include <utility>
@@ -63,6 +64,32 @@ struct FaceContrasts {
   Eigen::MatrixXd rows;
 };
 
+// How far a rough probability may be above one that is less than another.
+constexpr double near_the_least = 1.5;
+constexpr double near = 0.05;
+
+struct FaceToAsk {
+  std::size_t place = 0;
+  double rough_p = 0.0;  // 0 where only the whole fit tells
+};
+
+// The faces, those first that may be the least likely.
+std::vector<FaceToAsk> faces_to_ask(const DeletionFit& others,
+                                    const std::vector<FacePairs>& faces,
+                                    FaceContrasts& contrasts) {
+  std::vector<FaceToAsk> all(faces.size());
+  for (std::size_t f = 0; f < faces.size(); ++f) {
+    all[f].place = f;
+    if (others.tells_roughly()) {
+      contrasts.take(faces[f]);
+      all[f].rough_p = others.rough_p_value(contrasts.readings, contrasts.rows).value_or(0.0);
+    }
+  }
+  std::stable_sort(all.begin(), all.end(),
+                   [](const FaceToAsk& a, const FaceToAsk& b) { return a.rough_p < b.rough_p; });
+  return all;
+}
+
 }  // namespace
 
 void test_levelness(StateOfRun& run, Estimate& estimate) {
@@ -79,25 +106,31 @@ void test_levelness(StateOfRun& run, Estimate& estimate) {
   const std::vector<FacePairs> faces = sorted_faces(pairs->pairs);
   const DeletionFit others = paired ? DeletionFit(*paired, estimate.field, run.known_field())
                                     : DeletionFit(run, estimate.field);
-  double smallest = 2.0;
+  const auto count = static_cast<double>(faces.size());
+  double smallest = 1.0 / count;  // of which nothing is said
+  bool tell = false;
   const FacePairs* suspect = nullptr;
   FaceContrasts contrasts;
-  for (const FacePairs& face : faces) {
-    contrasts.take(face);
+  for (const FaceToAsk& face : faces_to_ask(others, faces, contrasts)) {
+    if (face.rough_p > near_the_least * smallest + near) {
+      tell = true;
+      break;
+    }
+    contrasts.take(faces[face.place]);
     const std::optional<double> p = others.p_value(contrasts.readings, contrasts.rows);
     if (!p) {
       return;  // the other faces do not tell
     }
+    tell = tell || !std::isnan(*p);
     if (*p < smallest) {
       smallest = *p;
-      suspect = &face;
+      suspect = &faces[face.place];
     }
   }
-  if (suspect == nullptr) {
+  if (!tell) {
     return;
   }
-  const auto count = static_cast<double>(faces.size());
-  if (count * smallest < unlevel_below) {
+  if (suspect != nullptr && count * smallest < unlevel_below) {
     contrasts.take(*suspect);
     smallest = std::max(
         smallest,

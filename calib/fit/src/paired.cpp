@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <cmath>
 #include <iterator>
+#include <memory>
 #include <optional>
 #include <tuple>
 #include <utility>
@@ -82,6 +83,7 @@ struct AxesData {
   Eigen::MatrixXd design;
   Eigen::MatrixXd responses;  // a column for each
   Eigen::VectorXd weights;
+  std::shared_ptr<const FactoredDesign> factored;
 };
 
 // The row of a pair: of each of its readings where they differ by more than their rotations, else
@@ -118,7 +120,8 @@ AxesData axes_data(const ReadingSet& set,
   AxesData data{.first = first,
                 .design = Eigen::MatrixXd::Zero(n, set.column_count()),
                 .responses = Eigen::MatrixXd::Zero(n, count),
-                .weights = Eigen::VectorXd::Zero(n)};
+                .weights = Eigen::VectorXd::Zero(n),
+                .factored = nullptr};
   for (Eigen::Index i = 0; i < n; ++i) {
     pooled.for_pairs(static_cast<std::size_t>(i), [&](const OppositePair& pair) {
       const double weight = pair.weights(first);
@@ -135,26 +138,23 @@ AxesData axes_data(const ReadingSet& set,
   return data;
 }
 
-// Of all axes.
+// Of all axes, factored.
 std::vector<AxesData> all_axes_data(const ReadingSet& set,
                                     const Pooled& pooled,
                                     const TableField& field) {
   std::vector<AxesData> all;
   for (Eigen::Index first = 0; first < set.axis_count(); first += all.back().responses.cols()) {
-    all.push_back(axes_data(set, pooled, first, field));
+    AxesData& data = all.emplace_back(axes_data(set, pooled, first, field));
+    data.factored = std::make_shared<const FactoredDesign>(
+        data.design, data.weights, [&] { return set.names_of_axis(data.first); });
   }
   return all;
 }
 
-FactoredDesign factored(const ReadingSet& set, const AxesData& data) {
-  return FactoredDesign(data.design, data.weights, [&] { return set.names_of_axis(data.first); });
-}
-
 std::vector<AxisRegression> regressions_of(const ReadingSet& set, const AxesData& data) {
-  const FactoredDesign design = factored(set, data);
   return regress({.set = set,
                   .first = data.first,
-                  .factored = design,
+                  .factored = *data.factored,
                   .design = data.design,
                   .weights = data.weights,
                   .responses = data.responses,
@@ -164,7 +164,7 @@ std::vector<AxisRegression> regressions_of(const ReadingSet& set, const AxesData
 // p x r.
 Eigen::MatrixXd estimates_of(const ReadingSet& set, const AxesData& data) {
   if (!set.robust) {
-    return factored(set, data).estimates(data.responses);
+    return data.factored->estimates(data.responses);
   }
   Eigen::MatrixXd estimates(data.design.cols(), data.responses.cols());
   const std::vector<AxisRegression> axes = regressions_of(set, data);

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <numbers>
 #include <utility>
 
 #include <Eigen/SVD>
@@ -24,7 +25,17 @@ constexpr double epsilon = std::numeric_limits<double>::epsilon();
 // must still pass, has 1e-10.
 constexpr double rank_tolerance = 1e-13;
 
-Eigen::VectorXd column_scales(const Eigen::MatrixXd& A) {
+// The power of two that is nearest to 1 / length, so that scaling loses no digits.
+double scale_of(double length) {
+  if (!(length > 0.0)) {
+    return 1.0;
+  }
+  int exponent = 0;
+  const double part = std::frexp(length, &exponent);  // in 1/2 .. 1
+  return std::ldexp(1.0, part < 0.5 * std::numbers::sqrt2 ? 1 - exponent : -exponent);
+}
+
+Eigen::VectorXd column_scales(const Eigen::Ref<const Eigen::MatrixXd>& A) {
   Eigen::VectorXd scale(A.cols());
   for (Eigen::Index j = 0; j < A.cols(); ++j) {
     constexpr double far_from_limits = 1e-200;  // squares in this .. its inverse lose no digits
@@ -32,9 +43,27 @@ Eigen::VectorXd column_scales(const Eigen::MatrixXd& A) {
     const double length = squares > far_from_limits && squares < 1.0 / far_from_limits
                               ? std::sqrt(squares)
                               : A.col(j).stableNorm();
-    scale(j) = length > 0.0 ? std::exp2(-std::round(std::log2(length))) : 1.0;
+    scale(j) = scale_of(length);
   }
   return scale;
+}
+
+using FewRows = Eigen::Matrix<double,
+                              Eigen::Dynamic,
+                              few_columns,
+                              Eigen::ColMajor,
+                              static_cast<int>(most_of_few_rows),
+                              few_columns>;
+
+template <typename Design>
+bool is_few(const Design& design) {
+  return design.cols() == few_columns && design.rows() >= few_columns &&
+         design.rows() <= most_of_few_rows;
+}
+
+// Whether the pivots are all clearly not 0.
+bool has_full_rank(const PivotedR<few_columns>& qr) {
+  return (qr.R.diagonal().array().abs() > rank_tolerance * std::abs(qr.R(0, 0))).all();
 }
 
 std::vector<Eigen::Index> open_columns(const Eigen::ColPivHouseholderQR<Eigen::MatrixXd>& qr) {
@@ -74,6 +103,9 @@ std::string name_of(Eigen::Index j, const std::vector<std::string>& names) {
 
 std::vector<Eigen::Index> undetermined_columns(const Eigen::Ref<const Eigen::MatrixXd>& design) {
   const Eigen::VectorXd scale = column_scales(design);
+  if (is_few(design) && has_full_rank(PivotedR<few_columns>(FewRows(design * scale.asDiagonal())))) {
+    return {};
+  }
   return open_columns(Eigen::ColPivHouseholderQR<Eigen::MatrixXd>(design * scale.asDiagonal()));
 }
 
@@ -111,7 +143,7 @@ std::vector<Eigen::Index> FactoredDesign::factor(const Eigen::Ref<const Eigen::M
   scaled_ = root_weights_.asDiagonal() * design;
   scale_ = column_scales(scaled_);
   scaled_ *= scale_.asDiagonal();
-  if (p == few_columns && n >= p && n <= most_of_few_rows && factor_few()) {
+  if (is_few(scaled_) && factor_few()) {
     return {};
   }
   const Eigen::ColPivHouseholderQR<Eigen::MatrixXd>& qr = qr_.emplace(scaled_);
@@ -135,13 +167,10 @@ std::vector<Eigen::Index> FactoredDesign::factor(const Eigen::Ref<const Eigen::M
 }
 
 bool FactoredDesign::factor_few() {
-  using Rows = Eigen::Matrix<double, Eigen::Dynamic, few_columns, Eigen::ColMajor,
-                             static_cast<int>(most_of_few_rows), few_columns>;
   using Square = Eigen::Matrix<double, few_columns, few_columns>;
-  const Rows A = scaled_;
+  const FewRows A = scaled_;
   const PivotedR<few_columns> qr(A);
-  const double least = rank_tolerance * std::abs(qr.R(0, 0));
-  if (!(qr.R.diagonal().array().abs() > least).all()) {
+  if (!has_full_rank(qr)) {
     return false;
   }
   const Square root = qr.root();

@@ -260,4 +260,31 @@ std::optional<DirectionFit> fit_shared(const std::array<DirectionSums, 3>& respo
   return fit_together<SharedDirection, DirectionFit>(responses, start, smallest);
 }
 
+std::optional<DirectionFit> fit_shared_roughly(const std::array<DirectionSums, 3>& responses,
+                                               const Eigen::Vector3d& start,
+                                               const Eigen::Vector3d& smallest) {
+  const std::vector<FixedSums<SharedDirection>> sums(responses.begin(), responses.end());
+  DirectionFit fit{.variance = start};
+  double change = 0.0;  // of a variance by the last step, as a part of it
+  constexpr int steps = 2;
+  for (int step = 0; step < steps; ++step) {
+    const AtVariances<SharedDirection> at(sums, fit.variance.array().log().matrix());
+    constexpr double fewest = 0.5;
+    if (!at.determined || !(at.degrees_of_freedom.minCoeff() > fewest)) {
+      return std::nullopt;
+    }
+    const Eigen::Array3d factor = at.squares.array() / at.degrees_of_freedom.array();
+    change = (factor - 1.0).abs().maxCoeff();
+    fit.variance.array() *= factor;
+    fit.degrees_of_freedom = at.degrees_of_freedom;
+    fit.estimate = at.estimate;
+    fit.covariance = at.covariance;
+    if (!(fit.variance.array() > smallest.array()).all()) {
+      return std::nullopt;
+    }
+  }
+  constexpr double nearly_still = 0.1;
+  return change < nearly_still ? std::optional(fit) : std::nullopt;
+}
+
 }  // namespace axiscal

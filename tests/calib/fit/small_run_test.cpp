@@ -12,6 +12,7 @@
 #include "axiscal/calib/deletion_fit.hpp"
 #include "axiscal/calib/experiment.hpp"
 #include "axiscal/calib/generalized_fit.hpp"
+#include "axiscal/calib/levelness_test.hpp"
 #include "axiscal/calib/linearised_run.hpp"
 #include "axiscal/calib/parameter_names.hpp"
 #include "axiscal/calib/scaled_qr.hpp"
@@ -110,6 +111,45 @@ TEST(SmallRun, JudgesItsReadingsByTheOthersAlike) {
       }
     }
   });
+}
+
+// What is roughly unlikely is so: a face that is passed over is none that would be the least likely.
+TEST(SmallRun, SaysRoughlyHowUnlikelyReadingsAre) {
+  int asked = 0;
+  for_some_runs([&](StateOfRun& small, StateOfRun&, const Estimate& estimate) {
+    const DeletionFit own(small, estimate.field);
+    const Eigen::MatrixXd contrast = Eigen::RowVector2d(0.5, -0.5);
+    for (std::size_t i = 0; i + 1 < static_cast<std::size_t>(small.set().size()); ++i) {
+      const std::vector<std::size_t> readings = {i, i + 1};
+      const std::optional<double> roughly = own.rough_p_value(readings, contrast);
+      EXPECT_FALSE(roughly && small.known_field());
+      if (roughly) {
+        const double p = own.p_value(readings, contrast).value();
+        EXPECT_LT(*roughly, 1.5 * p + 0.05);
+        EXPECT_GT(*roughly, p / 1.5 - 0.05);
+        ++asked;
+      }
+    }
+  });
+  EXPECT_GT(asked, 1000);
+}
+
+TEST(SmallRun, IsAsLevel) {
+  int unlevel = 0;
+  for_some_runs([&](StateOfRun& small, StateOfRun& any, const Estimate& estimate) {
+    Estimate own = estimate;
+    Estimate general = estimate;
+    test_levelness(small, own);
+    test_levelness(any, general);
+    EXPECT_NEAR(own.levelness->p_value, general.levelness->p_value,
+                1e-5 * general.levelness->p_value);
+    ASSERT_EQ(own.levelness->suspect.has_value(), general.levelness->suspect.has_value());
+    if (own.levelness->suspect) {
+      EXPECT_EQ(own.levelness->suspect->point, general.levelness->suspect->point);
+      ++unlevel;
+    }
+  });
+  EXPECT_GT(unlevel, 0);
 }
 
 TEST(SmallRun, BendsAlike) {

@@ -42,6 +42,17 @@ class DeletionFit {
   [[nodiscard]] std::optional<double> p_value(const std::vector<std::size_t>& readings,
                                               const Eigen::MatrixXd& contrasts) const;
 
+  /// @return whether rough_p_value() may tell: of small runs whose directions are fitted.
+  [[nodiscard]] bool tells_roughly() const {
+    return small_ != nullptr && small_->has_directions();
+  }
+
+  /// The same in a third of the time, mostly within a tenth of it: by two steps of that iteration
+  /// and an approximation of the tails.
+  /// @return nothing where only p_value() tells.
+  [[nodiscard]] std::optional<double> rough_p_value(const std::vector<std::size_t>& readings,
+                                                    const Eigen::MatrixXd& contrasts) const;
+
   /// How unlikely they are by the others' own tails (NoiseTails): contrasts and axes are put
   /// together by Fisher's method.
   [[nodiscard]] std::optional<double> p_value_by_tails(const std::vector<std::size_t>& readings,
@@ -93,7 +104,8 @@ class DeletionFit {
   // @tparam Count  of the readings, where that is known; and of the contrasts.
   template <int Count, int ContrastCount>
   [[nodiscard]] std::optional<double> p_value_of_small(const std::vector<std::size_t>& readings,
-                                                       const Eigen::MatrixXd& contrasts) const;
+                                                       const Eigen::MatrixXd& contrasts,
+                                                       bool roughly) const;
   void find_smallest();
 
   const ReadingSet& set_;

@@ -20,4 +20,14 @@ namespace axiscal {
   return 0.5 * std::erfc(z / std::numbers::sqrt2);
 }
 
+/// The two-sided tail of Student's t by its square, f_upper_p(square, 1, nu), within 0.01 for
+/// degrees of freedom of 2 and more, and 0.016 for 1.
+/// @par Source
+/// Wallace, Annals of Mathematical Statistics 30 (1959) 1124-1130, eq. 4.1.
+[[nodiscard]] inline double t_two_sided_p_roughly(double square, double degrees_of_freedom) {
+  const double nu = degrees_of_freedom;
+  const double z = (8.0 * nu + 1.0) / (8.0 * nu + 3.0) * std::sqrt(nu * std::log1p(square / nu));
+  return std::erfc(z / std::numbers::sqrt2);
+}
+
 }  // namespace axiscal
