@@ -123,16 +123,9 @@ Plot normal_plot(const Calibration& calibration) {
 }
 
 // How many parameters an axis's regression has: the sum of its leverages, the mean over the axes.
-double parameters_of_axis(const std::vector<RegressionRow>& rows) {
-  double sum = 0.0;
-  Eigen::Index axes = 0;
-  for (const RegressionRow& row : rows) {
-    axes = std::max(axes, row.leverage.size());
-    for (const double leverage : row.leverage) {
-      sum += std::isfinite(leverage) ? leverage : 0.0;
-    }
-  }
-  return axes > 0 ? sum / static_cast<double>(axes) : 0.0;
+double parameters_of_axis(const Eigen::MatrixXd& leverage) {
+  const double sum = leverage.array().isFinite().select(leverage.array(), 0.0).sum();
+  return leverage.cols() > 0 ? sum / static_cast<double>(leverage.cols()) : 0.0;
 }
 
 Plot leverage_plot(const Calibration& calibration) {
@@ -143,23 +136,25 @@ Plot leverage_plot(const Calibration& calibration) {
                 "row beyond the curves alone moves the result",
             .x_label = "leverage",
             .y_label = "studentised residual"};
-  const std::vector<RegressionRow>& rows = calibration.fit.statistics->rows;
+  const FitStatistics& statistics = *calibration.fit.statistics;
   double largest = 0.0;
   double in_sight = 0.0;  // of the curves: three times the largest residual
   for (Eigen::Index k = 0; k < calibration.sensor.instrument.axis_count(); ++k) {
     PlotSeries series{.name = axis_name(calibration, k)};
-    for (const RegressionRow& row : rows) {
-      if (k < row.leverage.size() && std::isfinite(row.studentized(k))) {
-        series.x.push_back(row.leverage(k));
-        series.y.push_back(row.studentized(k));
-        series.runs.push_back(row.runs.front());
-        largest = std::max(largest, row.leverage(k));
-        in_sight = std::max(in_sight, 3.0 * std::abs(row.studentized(k)));
+    for (Eigen::Index i = 0; i < statistics.studentized.rows(); ++i) {
+      const double residual = statistics.studentized(i, k);
+      if (std::isfinite(residual)) {
+        const double leverage = statistics.leverage(i, k);
+        series.x.push_back(leverage);
+        series.y.push_back(residual);
+        series.runs.push_back(statistics.rows[static_cast<std::size_t>(i)].runs.front());
+        largest = std::max(largest, leverage);
+        in_sight = std::max(in_sight, 3.0 * std::abs(residual));
       }
     }
     plot.series.push_back(std::move(series));
   }
-  const double parameters = parameters_of_axis(rows);
+  const double parameters = parameters_of_axis(statistics.leverage);
   const double nu = calibration.fit.statistics->degrees_of_freedom.minCoeff();
   for (const double distance : {0.5, 1.0}) {
     PlotSeries curve{.name = "Cook's distance " + number_text(distance), .line = true};

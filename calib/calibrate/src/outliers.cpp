@@ -33,8 +33,8 @@ std::vector<Outlier> find_outliers(const Calibration& calibration) {
   const auto by_its_company = [&](double t) {
     if (!tails) {
       tails.emplace();
-      for (const RegressionRow& row : statistics.rows) {
-        for (const double one : row.studentized) {
+      for (const auto& row : statistics.studentized.rowwise()) {
+        for (const double one : row) {
           if (std::isfinite(one)) {
             tails->add(one);
           }
@@ -46,9 +46,9 @@ std::vector<Outlier> find_outliers(const Calibration& calibration) {
     tails->add(t);
     return p;
   };
-  for (const RegressionRow& row : statistics.rows) {
-    for (Eigen::Index k = 0; k < row.studentized.size(); ++k) {
-      const double t = row.studentized(k);
+  for (Eigen::Index i = 0; i < statistics.studentized.rows(); ++i) {
+    for (Eigen::Index k = 0; k < statistics.studentized.cols(); ++k) {
+      const double t = statistics.studentized(i, k);
       if (!(std::abs(t) > 3.0)) {
         continue;  // never that unlikely
       }
@@ -56,10 +56,13 @@ std::vector<Outlier> find_outliers(const Calibration& calibration) {
       const double full_response = calibration.sensor.response.sensitivity.row(k).norm() *
                                    calibration.sensor.field.magnitude;
       const bool rounding = statistics.residual_sd(k) <= 1e-13 * full_response;
-      const bool has_no_weight = row.robust_weight.size() > 0 && row.robust_weight(k) == 0.0;
+      const bool has_no_weight =
+          statistics.robust_weight.size() > 0 && statistics.robust_weight(i, k) == 0.0;
       if (p * tests < false_outlier && !rounding && !has_no_weight &&
           by_its_company(t) * tests < false_by_its_company) {
-        outliers.push_back({.row = &row, .axis = k, .deviation = std::abs(t)});
+        outliers.push_back({.row = &statistics.rows[static_cast<std::size_t>(i)],
+                            .axis = k,
+                            .deviation = std::abs(t)});
         break;
       }
     }

@@ -39,16 +39,22 @@ void note_field_uncertainty(Calibration& calibration) {
 
 // Adds one note for each axis; of many readings it names the first and says how many there are.
 void note_readings_without_weight(Calibration& calibration) {
-  const std::vector<RegressionRow>& rows = calibration.fit.statistics->rows;
+  const FitStatistics& statistics = *calibration.fit.statistics;
+  if (statistics.robust_weight.size() == 0) {
+    return;
+  }
   for (std::size_t k = 0; k < calibration.sensor.instrument.axes.size(); ++k) {
     constexpr std::size_t most_named = 5;
     std::vector<int> named;
     std::size_t count = 0;
-    for (const RegressionRow& row : rows) {
-      if (row.robust_weight.size() > 0 && row.robust_weight(static_cast<Eigen::Index>(k)) == 0.0) {
+    for (std::size_t i = 0; i < statistics.rows.size(); ++i) {
+      const double weight =
+          statistics.robust_weight(static_cast<Eigen::Index>(i), static_cast<Eigen::Index>(k));
+      if (weight == 0.0) {
         ++count;
         if (count <= most_named) {
-          named.insert(named.end(), row.runs.begin(), row.runs.end());
+          const std::vector<int>& runs = statistics.rows[i].runs;
+          named.insert(named.end(), runs.begin(), runs.end());
         }
       }
     }

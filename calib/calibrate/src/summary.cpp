@@ -506,8 +506,8 @@ class Summary {
       // With next to no degrees of freedom these are huge by chance and tell nothing.
       constexpr double fewest_degrees_of_freedom = 4.0;
       double largest = std::nan("");
-      for (const RegressionRow& row_of_fit : statistics_.rows) {
-        largest = std::fmax(largest, std::abs(row_of_fit.studentized(k)));
+      for (Eigen::Index row = 0; row < statistics_.studentized.rows(); ++row) {
+        largest = std::fmax(largest, std::abs(statistics_.studentized(row, k)));
       }
       const bool tells = statistics_.degrees_of_freedom(k) >= fewest_degrees_of_freedom;
       studentized.push_back(tells && !std::isnan(largest) ? formatted("{:.2f}", largest) : "-");

@@ -174,13 +174,12 @@ FitStatistics blank_statistics(const ReadingSet& set, RegressionRows& rows) {
   }
   statistics.lack_of_fit.reserve(static_cast<std::size_t>(m));
   statistics.rows = std::move(rows.rows);
-  for (RegressionRow& row : statistics.rows) {
-    row.leverage.resize(m);
-    row.studentized.resize(m);
-    row.cooks_distance.resize(m);
-    if (set.robust) {
-      row.robust_weight.resize(m);
-    }
+  const auto r = static_cast<Eigen::Index>(statistics.rows.size());
+  statistics.leverage.resize(r, m);
+  statistics.studentized.resize(r, m);
+  statistics.cooks_distance.resize(r, m);
+  if (set.robust) {
+    statistics.robust_weight.resize(r, m);
   }
   return statistics;
 }
@@ -190,16 +189,13 @@ void put_diagnostics(FitStatistics& statistics,
                      const Eigen::VectorXd& leverage,
                      const ResidualDiagnostics& diagnostics,
                      const Eigen::VectorXd& robust_weights) {
-  for (std::size_t i = 0; i < statistics.rows.size(); ++i) {
-    const auto at = static_cast<Eigen::Index>(i);
-    RegressionRow& row = statistics.rows[i];
-    row.leverage(k) = leverage(at);
-    // A row that the axis leaves out has no part in its fit.
-    row.studentized(k) = leverage(at) > 0.0 ? diagnostics.studentized(at) : not_a_number;
-    row.cooks_distance(k) = leverage(at) > 0.0 ? diagnostics.cooks_distance(at) : not_a_number;
-    if (robust_weights.size() > 0) {
-      row.robust_weight(k) = robust_weights(at);
-    }
+  statistics.leverage.col(k) = leverage;
+  // A row that the axis leaves out has no part in its fit.
+  const auto has_part = leverage.array() > 0.0;
+  statistics.studentized.col(k) = has_part.select(diagnostics.studentized, not_a_number);
+  statistics.cooks_distance.col(k) = has_part.select(diagnostics.cooks_distance, not_a_number);
+  if (robust_weights.size() > 0) {
+    statistics.robust_weight.col(k) = robust_weights;
   }
 }
 

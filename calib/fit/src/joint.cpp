@@ -47,15 +47,6 @@ RobustRound robust_round(const ReadingSet& set,
   return round;
 }
 
-Eigen::MatrixXd leverage_of(const Estimate& estimate) {
-  const std::vector<RegressionRow>& rows = estimate.statistics.rows;
-  Eigen::MatrixXd leverage(static_cast<Eigen::Index>(rows.size()), estimate.response.bias.size());
-  for (std::size_t i = 0; i < rows.size(); ++i) {
-    leverage.row(static_cast<Eigen::Index>(i)) = rows[i].leverage;
-  }
-  return leverage;
-}
-
 // A run about a solution.
 LinearisedRun linearised(const ReadingSet& set, const JointSolution& solution) {
   return {set, solution.state, solution.sigma};
@@ -78,7 +69,8 @@ Estimate robust_estimate(const ReadingSet& set, const JointFit& given, const Joi
         "fit without robust weights");
   }
   const Eigen::MatrixXd leverage =
-      leverage_of(describe_joint(set, plain, Eigen::MatrixXd::Ones(set.size(), set.axis_count())));
+      describe_joint(set, plain, Eigen::MatrixXd::Ones(set.size(), set.axis_count()))
+          .statistics.leverage;
   std::shared_ptr<const JointState> state = plain.state;
   Eigen::VectorXd sigma = plain.sigma;
   const Eigen::MatrixXd robust = reweight_until_still(

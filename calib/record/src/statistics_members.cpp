@@ -1,6 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "statistics_members.hpp"
 
+#include <array>
+#include <cstddef>
+
 #include "axiscal/calib/parameter_names.hpp"
 #include "axiscal/core/not_a_number.hpp"
 #include "scatter_words.hpp"
@@ -8,15 +11,66 @@
 namespace axiscal {
 namespace {
 
-void members(JsonMembers& io, RegressionRow& row, Eigen::Index m) {
-  io.value("runs", row.runs);
-  point_members(io, row.point);
-  io.value("block", row.block);
-  io.vector("leverage", row.leverage, m);
-  io.vector("studentized", row.studentized, m);
-  io.vector("cooks_distance", row.cooks_distance, m);
-  if (io.has("robust_weight", row.robust_weight.size() > 0)) {
-    io.vector("robust_weight", row.robust_weight, m);
+// A matrix as files have it: a vector of m numbers in each row of a list.
+class RowVectors {
+ public:
+  RowVectors(const char* key, Eigen::MatrixXd& matrix, Eigen::Index m)
+      : key_(key), matrix_(matrix), m_(m) {}
+
+  [[nodiscard]] const char* key() const { return key_; }
+  [[nodiscard]] bool is_empty() const { return matrix_.size() == 0; }
+
+  void put_or_take(JsonMembers& io, Eigen::Index row) {
+    if (!io.reads()) {
+      of_row_.setConstant(m_, not_a_number);
+      if (row < matrix_.rows()) {
+        of_row_ = matrix_.row(row).transpose();
+      }
+    }
+    io.vector(key_, of_row_, m_);
+    if (io.reads()) {
+      taken_.insert(taken_.end(), of_row_.begin(), of_row_.end());
+    }
+  }
+
+  // What was taken becomes the matrix, if there was something in every row.
+  void finish(std::size_t rows) {
+    if (rows > 0 && taken_.size() == rows * static_cast<std::size_t>(m_)) {
+      using ByRow = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
+      matrix_ = Eigen::Map<const ByRow>(taken_.data(), static_cast<Eigen::Index>(rows), m_);
+    }
+  }
+
+ private:
+  const char* key_;
+  Eigen::MatrixXd& matrix_;
+  Eigen::Index m_;
+  Eigen::VectorXd of_row_;
+  std::vector<double> taken_;
+};
+
+void row_members(JsonMembers& io, FitStatistics& statistics, Eigen::Index m) {
+  std::array always = {RowVectors("leverage", statistics.leverage, m),
+                       RowVectors("studentized", statistics.studentized, m),
+                       RowVectors("cooks_distance", statistics.cooks_distance, m)};
+  RowVectors robust("robust_weight", statistics.robust_weight, m);
+  io.table("rows", statistics.rows, [&](JsonMembers& one, RegressionRow& row) {
+    const auto number = static_cast<Eigen::Index>(&row - statistics.rows.data());
+    one.value("runs", row.runs);
+    point_members(one, row.point);
+    one.value("block", row.block);
+    for (RowVectors& vectors : always) {
+      vectors.put_or_take(one, number);
+    }
+    if (one.has(robust.key(), !robust.is_empty())) {
+      robust.put_or_take(one, number);
+    }
+  });
+  if (io.reads()) {
+    for (RowVectors& vectors : always) {
+      vectors.finish(statistics.rows.size());
+    }
+    robust.finish(statistics.rows.size());
   }
 }
 
@@ -143,8 +197,7 @@ void members(JsonMembers& io, FitStatistics& statistics, Eigen::Index m) {
   io.list_if_any("lack_of_fit", statistics.lack_of_fit,
                  [](JsonMembers& one, LackOfFit& test) { members(one, test); });
   io.value_if_any("observations_per_axis", statistics.observations_per_axis);
-  io.table("rows", statistics.rows,
-           [m](JsonMembers& one, RegressionRow& row) { members(one, row, m); });
+  row_members(io, statistics, m);
 }
 
 }  // namespace axiscal

@@ -134,7 +134,9 @@ double found_freedom_of_factor(double factor, double coverage) {
     return student_t_two_sided_p(factor, 1.0 / inverse) - (1.0 - coverage);
   };
   const double guess = guessed_inverse(factor, coverage);
-  if (const std::optional<double> root = root_by_secants(beyond, guess, low, high)) {
+  constexpr double clearly_above = 1.001;  // as at the bound itself the answer is infinity
+  if (const std::optional<double> root =
+          root_by_secants(beyond, guess, clearly_above * low, high)) {
     return 1.0 / *root;
   }
   // Between the two values about the guess, where they are on either side.

@@ -13,15 +13,11 @@
 
 namespace axiscal {
 
-/// Diagnostics of one row of the regression: a reading, or (`paired`) the average of opposite ones.
+/// One row of the regression: a reading, or (`paired`) the average of opposite ones.
 struct RegressionRow {
   std::vector<int> runs;             ///< the readings in it
   std::optional<DesignPoint> point;  ///< the first reading's
   int block = 1;
-  Eigen::VectorXd leverage;     ///< m entries, one per axis; likewise the others
-  Eigen::VectorXd studentized;  ///< externally studentised residual
-  Eigen::VectorXd cooks_distance;
-  Eigen::VectorXd robust_weight;  ///< empty unless robust regression was asked for
 };
 
 /// Residual scatter of replicates against what the model leaves, for one axis.
@@ -77,7 +73,11 @@ struct FitStatistics {
   double condition_number = 1.0;             ///< the design's, its columns of length 1
   SensitivityMatrix variance_inflation;      ///< one for each sensitivity column and axis
   std::vector<LackOfFit> lack_of_fit;        ///< per axis; empty without replicates
-  std::vector<RegressionRow> rows;
+  std::vector<RegressionRow> rows;           ///< r of them
+  Eigen::MatrixXd leverage;                  ///< r x m, likewise the others
+  Eigen::MatrixXd studentized;               ///< externally studentised residuals
+  Eigen::MatrixXd cooks_distance;
+  Eigen::MatrixXd robust_weight;           ///< empty unless robust regression was asked for
   std::vector<int> observations_per_axis;  ///< where axes leave readings out; else empty
 
   /// @return what the readings' own scatter makes of the covariance: it less its components.
