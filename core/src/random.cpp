@@ -6,58 +6,60 @@
 #include <cmath>
 #include <limits>
 #include <numbers>
+#include <tuple>
 
 namespace axiscal {
 namespace {
 
+using Seeds = std::array<std::uint32_t, 3>;
+using StateWords = std::array<std::uint32_t, 2 * std::mt19937_64::state_size>;
+
 // What std::seed_seq of three numbers makes for an engine of many words, whose state is dearer to
 // fill than most streams are to draw from: the standard's algorithm ([rand.util.seedseq]) in
-// stretches in which no place goes round, instead of three remainders a word.
-class SeedSequence {
+// stretches in which no place goes round, instead of three remainders a word. Each word waits for
+// the one before it, so that several sequences at once take little longer than one.
+template <std::size_t count>
+class SeedSequences {
  public:
-  using result_type = std::uint_least32_t;
-
-  explicit SeedSequence(const std::array<std::uint32_t, 3>& seeds) : seeds_(seeds) {}
-
-  // @param begin, end  623 words or more, one after another in memory.
-  template <typename Iterator>
-  void generate(Iterator begin, Iterator end) const {
-    const auto n = static_cast<std::size_t>(end - begin);
-    std::fill(begin, end, 0x8b8b8b8bU);
-    std::uint32_t before = *(end - 1);
-    const auto mix = [&](const Places& at, std::uint32_t more) {
-      const std::uint32_t r = 1664525U * mixed(begin[at.here] ^ begin[at.near] ^ before);
-      begin[at.near] += r;
-      before = r + more;
-      begin[at.far] += before;
-      begin[at.here] = before;
-    };
-    const auto add = [&](std::size_t k) { return static_cast<std::uint32_t>(k); };
-    const std::size_t with_seeds = 1 + seeds_.size();
-    mix(Places(0, n), add(seeds_.size()));
-    for (std::size_t k = 1; k < with_seeds; ++k) {
-      mix(Places(k, n), add(k) + seeds_[k - 1]);
+  explicit SeedSequences(const std::array<Seeds, count>& seeds) {
+    for (std::size_t s = 0; s < count; ++s) {
+      words_[s].fill(0x8b8b8b8bU);
+      before_[s] = words_[s].back();
     }
-    for_stretches(with_seeds, n, [&](const Places& at) { mix(at, add(at.here)); });
-    for_stretches(0, n, [&](const Places& at) {
-      const std::uint32_t r = 1566083941U * mixed(begin[at.here] + begin[at.near] + before);
-      begin[at.near] ^= r;
-      before = r - add(at.here);
-      begin[at.far] ^= before;
-      begin[at.here] = before;
+    const auto add = [](const Places& at, std::uint32_t more) {
+      return static_cast<std::uint32_t>(at.here) + more;
+    };
+    mix(Places(0), [&](std::size_t s) { return static_cast<std::uint32_t>(seeds[s].size()); });
+    const std::size_t with_seeds = 1 + seeds.front().size();
+    for (std::size_t k = 1; k < with_seeds; ++k) {
+      mix(Places(k), [&](std::size_t s) { return add(Places(k), seeds[s][k - 1]); });
+    }
+    for_stretches(with_seeds, [&](const Places& at) {
+      mix(at, [&](std::size_t) { return add(at, 0); });
+    });
+    for_stretches(0, [&](const Places& at) {
+      for (std::size_t s = 0; s < count; ++s) {
+        auto& words = words_[s];
+        const std::uint32_t r =
+            1566083941U * mixed(words[at.here] + words[at.near] + before_[s]);
+        words[at.near] ^= r;
+        before_[s] = r - add(at, 0);
+        words[at.far] ^= before_[s];
+        words[at.here] = before_[s];
+      }
     });
   }
 
- private:
-  // The words that one step changes, of n.
-  struct Places {
-    Places(std::size_t k, std::size_t n) : here(k), near(k + first(n)), far(near + t) {
-      near -= near < n ? 0 : n;
-      far -= far < n ? 0 : n;
-    }
+  [[nodiscard]] const StateWords& words(std::size_t sequence) const { return words_[sequence]; }
 
-    static constexpr std::size_t t = 11;  // of 623 words and more
-    static std::size_t first(std::size_t n) { return (n - t) / 2; }
+ private:
+  static constexpr std::size_t n = std::tuple_size_v<StateWords>;
+  static constexpr std::size_t t = 11;  // of 623 words and more
+  static constexpr std::size_t first = (n - t) / 2;
+
+  // The words that one step changes.
+  struct Places {
+    explicit Places(std::size_t k) : here(k), near((k + first) % n), far((k + first + t) % n) {}
 
     std::size_t here;
     std::size_t near;
@@ -66,34 +68,70 @@ class SeedSequence {
 
   // Steps k to n - 1, between those at which a place goes round.
   template <typename Step>
-  static void for_stretches(std::size_t k, std::size_t n, const Step& step) {
-    const std::size_t first = Places::first(n);
-    for (const std::size_t end : {n - first - Places::t, n - first, n}) {
-      for (Places at(k, n); at.here < end; ++at.here, ++at.near, ++at.far) {
+  static void for_stretches(std::size_t k, const Step& step) {
+    for (const std::size_t end : {n - first - t, n - first, n}) {
+      for (Places at(k); at.here < end; ++at.here, ++at.near, ++at.far) {
         step(at);
       }
       k = end;
     }
   }
 
+  template <typename More>
+  void mix(const Places& at, const More& more) {
+    for (std::size_t s = 0; s < count; ++s) {
+      auto& words = words_[s];
+      const std::uint32_t r = 1664525U * mixed(words[at.here] ^ words[at.near] ^ before_[s]);
+      words[at.near] += r;
+      before_[s] = r + more(s);
+      words[at.far] += before_[s];
+      words[at.here] = before_[s];
+    }
+  }
+
   static std::uint32_t mixed(std::uint32_t word) { return word ^ (word >> 27U); }
 
-  std::array<std::uint32_t, 3> seeds_;
+  std::array<StateWords, count> words_;
+  std::array<std::uint32_t, count> before_{};
 };
 
-std::mt19937_64 seeded_engine(std::uint64_t seed, std::uint32_t stream) {
-  SeedSequence sequence(
-      {static_cast<std::uint32_t>(seed), static_cast<std::uint32_t>(seed >> 32U), stream});
-  return std::mt19937_64(sequence);
-}
+// Hands words to an engine.
+struct MadeSequence {
+  using result_type = std::uint_least32_t;
+
+  template <typename Iterator>
+  void generate(Iterator begin, Iterator /*end*/) const {
+    std::copy(words.begin(), words.end(), begin);
+  }
+
+  const StateWords& words;
+};
 
 }  // namespace
 
 std::uint64_t RandomStream::next() {
   if (!engine_) {
-    engine_ = seeded_engine(seed_, stream_);
+    seed_engines(std::array{this});
   }
   return (*engine_)();
+}
+
+void RandomStream::seed_together(const std::array<RandomStream*, 3>& streams) {
+  seed_engines(streams);
+}
+
+template <std::size_t count>
+void RandomStream::seed_engines(const std::array<RandomStream*, count>& streams) {
+  std::array<Seeds, count> seeds;
+  for (std::size_t s = 0; s < count; ++s) {
+    seeds[s] = {static_cast<std::uint32_t>(streams[s]->seed_),
+                static_cast<std::uint32_t>(streams[s]->seed_ >> 32U), streams[s]->stream_};
+  }
+  const SeedSequences<count> sequences(seeds);
+  for (std::size_t s = 0; s < count; ++s) {
+    MadeSequence made{sequences.words(s)};
+    streams[s]->engine_.emplace(made);
+  }
 }
 
 double RandomStream::uniform() {

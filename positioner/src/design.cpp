@@ -37,12 +37,20 @@ std::vector<RunSheetRow> make_run_sheet(const std::vector<DesignEntry>& design,
                                         int replicates,
                                         std::uint64_t seed,
                                         const std::vector<double>& temperatures) {
+  RandomStream random(seed);
+  return make_run_sheet(design, replicates, random, temperatures);
+}
+
+std::vector<RunSheetRow> make_run_sheet(const std::vector<DesignEntry>& design,
+                                        int replicates,
+                                        RandomStream& random,
+                                        const std::vector<double>& temperatures) {
   if (design.empty() || replicates < 1) {
     throw DomainError("make_run_sheet: at least one design point and one replicate are needed");
   }
-  RandomStream random(seed);
   std::vector<RunSheetRow> sheet;
   const int soaks = std::max(1, static_cast<int>(temperatures.size()));
+  sheet.reserve(design.size() * static_cast<std::size_t>(soaks * replicates));
   for (int block = 1; block <= soaks * replicates; ++block) {
     std::vector<DesignEntry> order = design;
     random.shuffle(std::span(order));

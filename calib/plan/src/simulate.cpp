@@ -72,6 +72,18 @@ SensorModel with_field_of_site(SensorModel truth) {
 SimulatedRun simulate_run(const SensorModel& truth,
                           const std::vector<RunSheetRow>& sheet,
                           const SimulationOptions& options) {
+  RandomStream random = stream_of_noise(options);
+  return simulate_run(truth, sheet, options, random);
+}
+
+RandomStream stream_of_noise(const SimulationOptions& options) {
+  return RandomStream(options.seed, 1 + options.stream);
+}
+
+SimulatedRun simulate_run(const SensorModel& truth,
+                          const std::vector<RunSheetRow>& sheet,
+                          const SimulationOptions& options,
+                          RandomStream& random) {
   check_simulation(truth, options);
   // Of a sum what is made on the table stays as it is when the table is tilted or turned. A field
   // alone is always turned: a lamp or coil that does not stand as the record says.
@@ -86,7 +98,6 @@ SimulatedRun simulate_run(const SensorModel& truth,
     vectors.emplace_back(stays ? value : Eigen::Vector3d(turned * value));
   }
   const TableField field = TableField(truth.field.as_parts()).with(std::move(vectors));
-  RandomStream random(options.seed, 1 + options.stream);
   const Eigen::VectorXd noise_sd = noise_of_axes(options, truth.response.bias.size());
   Troubles troubles(options.world, noise_sd, options.seed, options.stream, sheet.size());
   SimulatedRun run;

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <optional>
@@ -23,6 +24,9 @@ class RandomStream {
   /// @param stream  streams of one seed with different numbers are independent.
   explicit RandomStream(std::uint64_t seed, std::uint32_t stream = 0)
       : seed_(seed), stream_(stream) {}
+
+  /// Seeds streams of which nothing was drawn yet, in half of the time that each takes alone.
+  static void seed_together(const std::array<RandomStream*, 3>& streams);
 
   /// @return uniform in (0, 1), never 0 or 1.
   double uniform();
@@ -55,6 +59,9 @@ class RandomStream {
  private:
   // The engine's next number.
   std::uint64_t next();
+
+  template <std::size_t count>
+  static void seed_engines(const std::array<RandomStream*, count>& streams);
 
   std::uint64_t seed_;
   std::uint32_t stream_;

@@ -10,6 +10,8 @@
 
 namespace axiscal {
 
+class RandomStream;
+
 /// One point of an experiment: how the cube lies, and at which multiple of an induced field.
 struct DesignEntry {
   DesignPoint point;
@@ -47,5 +49,11 @@ struct RunSheetRow {
                                                       int replicates,
                                                       std::uint64_t seed,
                                                       const std::vector<double>& temperatures = {});
+
+/// The same by a stream, RandomStream(seed) for that seed's order.
+[[nodiscard]] std::vector<RunSheetRow> make_run_sheet(const std::vector<DesignEntry>& design,
+                                                      int replicates,
+                                                      RandomStream& random,
+                                                      const std::vector<double>& temperatures);
 
 }  // namespace axiscal

@@ -9,6 +9,7 @@
 #include "axiscal/calib/calibration.hpp"
 #include "axiscal/calib/observations.hpp"
 #include "axiscal/calib/world.hpp"
+#include "axiscal/core/random.hpp"
 #include "axiscal/positioner/design.hpp"
 #include "axiscal/positioner/positioner.hpp"
 
@@ -64,6 +65,14 @@ struct SimulatedRun {
 [[nodiscard]] SimulatedRun simulate_run(const SensorModel& truth,
                                         const std::vector<RunSheetRow>& sheet,
                                         const SimulationOptions& options = {});
+
+/// The same with the stream that its noise is drawn from, stream_of_noise() for the same numbers: a
+/// caller that draws from several seeds them together.
+[[nodiscard]] SimulatedRun simulate_run(const SensorModel& truth,
+                                        const std::vector<RunSheetRow>& sheet,
+                                        const SimulationOptions& options,
+                                        RandomStream& random);
+[[nodiscard]] RandomStream stream_of_noise(const SimulationOptions& options);
 
 /// The observations of such a run alone.
 [[nodiscard]] Observations simulate(const SensorModel& truth,
