@@ -26,24 +26,20 @@ class SeedSequences {
       words_[s].fill(0x8b8b8b8bU);
       before_[s] = words_[s].back();
     }
-    const auto add = [](const Places& at, std::uint32_t more) {
-      return static_cast<std::uint32_t>(at.here) + more;
-    };
-    mix(Places(0), [&](std::size_t s) { return static_cast<std::uint32_t>(seeds[s].size()); });
+    const auto number = [](std::size_t k) { return static_cast<std::uint32_t>(k); };
+    mix(Places(0), [&](std::size_t s) { return number(seeds[s].size()); });
     const std::size_t with_seeds = 1 + seeds.front().size();
     for (std::size_t k = 1; k < with_seeds; ++k) {
-      mix(Places(k), [&](std::size_t s) { return add(Places(k), seeds[s][k - 1]); });
+      mix(Places(k), [&](std::size_t s) { return number(k) + seeds[s][k - 1]; });
     }
-    for_stretches(with_seeds, [&](const Places& at) {
-      mix(at, [&](std::size_t) { return add(at, 0); });
-    });
+    for_stretches(with_seeds,
+                  [&](const Places& at) { mix(at, [&](std::size_t) { return number(at.here); }); });
     for_stretches(0, [&](const Places& at) {
       for (std::size_t s = 0; s < count; ++s) {
         auto& words = words_[s];
-        const std::uint32_t r =
-            1566083941U * mixed(words[at.here] + words[at.near] + before_[s]);
+        const std::uint32_t r = 1566083941U * mixed(words[at.here] + words[at.near] + before_[s]);
         words[at.near] ^= r;
-        before_[s] = r - add(at, 0);
+        before_[s] = r - number(at.here);
         words[at.far] ^= before_[s];
         words[at.here] = before_[s];
       }

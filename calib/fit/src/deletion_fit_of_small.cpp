@@ -102,9 +102,8 @@ std::optional<double> DeletionFit::p_value_of_small(const std::vector<std::size_
     if (!(left.array() > open_below * all.array()).all()) {
       return std::nullopt;
     }
-    const std::optional<DirectionFit> together = roughly
-                                                     ? fit_shared_roughly(sums, start, smallest_)
-                                                     : fit_shared(sums, start, smallest_);
+    const std::optional<DirectionFit> together =
+        roughly ? fit_shared_roughly(sums, start, smallest_) : fit_shared(sums, start, smallest_);
     if (!together) {
       return std::nullopt;
     }
@@ -116,7 +115,7 @@ std::optional<double> DeletionFit::p_value_of_small(const std::vector<std::size_
       fit.variance(k) = std::max(own.squares / own.degrees_of_freedom, smallest_(k));
     }
   }
-  constexpr double fewest = 0.5;
+  const double fewest = roughly ? 1.0 : 0.5;  // of which the rough tails are known
   if (!(fit.degrees_of_freedom.minCoeff() > fewest)) {
     return std::nullopt;
   }

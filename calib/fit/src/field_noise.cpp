@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "axiscal/calib/distributions.hpp"
+#include "axiscal/calib/product_of_size.hpp"
 #include "axiscal/calib/serial_correlation.hpp"
 #include "axiscal/core/formatted.hpp"
 #include "axiscal/core/number_text.hpp"
@@ -53,14 +54,13 @@ struct AxisHat {
 // K^T W K of an axis by its blocks, W the weights of its rows.
 struct WeightedHat {
   WeightedHat(const AxisHat& axis, const Eigen::ArrayXd& weights)
-      : own(axis.Q.cols(), axis.Q.cols()),
-        across(axis.Q.cols(), axis.P.cols()),
-        shared(axis.P.cols(), axis.P.cols()) {
-    own.noalias() = axis.Q.transpose() * (weights.matrix().asDiagonal() * axis.Q);
+      : across(axis.Q.cols(), axis.P.cols()), shared(axis.P.cols(), axis.P.cols()) {
+    const Eigen::MatrixXd WQ = weights.matrix().asDiagonal() * axis.Q;
+    own = thin_product(axis.Q.transpose(), WQ);
     if (axis.P.cols() > 0) {
       const Eigen::MatrixXd WP = weights.matrix().asDiagonal() * axis.P;
-      across.noalias() = axis.Q.transpose() * WP;
-      shared.noalias() = axis.P.transpose() * WP;
+      across = thin_product(axis.Q.transpose(), WP);
+      shared = thin_product(axis.P.transpose(), WP);
     }
   }
 
@@ -141,9 +141,9 @@ class Sandwiches {
       }
       // How the coefficient depends on the axis's readings.
       const AxisRows& axis = axes_[static_cast<std::size_t>(a)];
-      Eigen::VectorXd g = axis.hat.P * by_shared;
+      Eigen::VectorXd g = thin_product(axis.hat.P, by_shared);
       if (a == k) {
-        g.noalias() += axis.hat.Q * own;
+        g += axis.hat.Q.lazyProduct(own);
       }
       // What the fit passes through has no residual that says anything.
       constexpr double least_left = 1e-6;

@@ -154,8 +154,8 @@ LengthScatter scatter_of_lengths(const Run& run, const LengthSetup& setup) {
     const auto& Q = run.basis_of_axis(0);
     for (Eigen::Index i = 0; i < n; ++i) {
       for (Eigen::Index j = 0; j <= i; ++j) {
-        double of_pair = (i == j ? of_noise(i) : 0.0) -
-                         B.row(i).dot(B.row(j)) * Q.row(i).dot(Q.row(j));
+        double of_pair =
+            (i == j ? of_noise(i) : 0.0) - B.row(i).dot(B.row(j)) * Q.row(i).dot(Q.row(j));
         if (shares) {
           of_pair -= across.row(i).dot(in_shared.row(j)) + in_shared.row(i).dot(across.row(j));
         }

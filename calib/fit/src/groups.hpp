@@ -51,7 +51,8 @@ class Groups {
   }
 
   template <typename KeyOf>
-  Groups(std::size_t n, const KeyOf& key_of) : Groups(n, key_of, [](std::size_t) { return true; }) {}
+  Groups(std::size_t n, const KeyOf& key_of)
+      : Groups(n, key_of, [](std::size_t) { return true; }) {}
 
   [[nodiscard]] std::size_t size() const { return starts_.size() - 1; }
 

@@ -38,8 +38,8 @@ std::vector<FacePairs> sorted_faces(const std::vector<OppositePair>& pairs) {
   return faces;
 }
 
-// The readings of a face, and its half differences as contrasts of them; a row for each pair. Of all
-// faces in turn, so that they share memory.
+// The readings of a face, and its half differences as contrasts of them; a row for each pair. Of
+// all faces in turn, so that they share memory.
 struct FaceContrasts {
   void take(const FacePairs& face) {
     readings.clear();
@@ -64,7 +64,8 @@ struct FaceContrasts {
   Eigen::MatrixXd rows;
 };
 
-// How far a rough probability may be above one that is less than another.
+// A face whose rough probability is above this many times the least one known, and so much more, is
+// not less likely.
 constexpr double near_the_least = 1.5;
 constexpr double near = 0.05;
 
@@ -82,7 +83,8 @@ std::vector<FaceToAsk> faces_to_ask(const DeletionFit& others,
     all[f].place = f;
     if (others.tells_roughly()) {
       contrasts.take(faces[f]);
-      all[f].rough_p = others.rough_p_value(contrasts.readings, contrasts.rows).value_or(0.0);
+      const double p = others.rough_p_value(contrasts.readings, contrasts.rows).value_or(0.0);
+      all[f].rough_p = p > 0.0 ? p : 0.0;
     }
   }
   std::stable_sort(all.begin(), all.end(),
@@ -133,8 +135,7 @@ void test_levelness(StateOfRun& run, Estimate& estimate) {
   if (suspect != nullptr && count * smallest < unlevel_below) {
     contrasts.take(*suspect);
     smallest = std::max(
-        smallest,
-        others.p_value_by_tails(contrasts.readings, contrasts.rows).value_or(smallest));
+        smallest, others.p_value_by_tails(contrasts.readings, contrasts.rows).value_or(smallest));
   }
   levelness.p_value = std::min(1.0, count * smallest);
   levelness.consistent = !(levelness.p_value < unlevel_below);

@@ -23,9 +23,7 @@ struct WeightedMean {
   double weight = 0.0;  // their sum
 };
 
-WeightedMean mean_of(const ReadingSet& set,
-                     std::span<const std::size_t> rows,
-                     Eigen::Index axis) {
+WeightedMean mean_of(const ReadingSet& set, std::span<const std::size_t> rows, Eigen::Index axis) {
   WeightedMean mean;
   for (const std::size_t i : rows) {
     const auto row = static_cast<Eigen::Index>(i);
@@ -253,8 +251,7 @@ MeanSlope mean_slope(const Faces& faces, const PlaneFit& together, bool three_ax
 
 Groups pairs_by_face(const std::vector<OppositePair>& pairs) {
   return Groups(
-      pairs.size(),
-      [&](std::size_t q) { return std::pair(pairs[q].block, pairs[q].point.rest()); },
+      pairs.size(), [&](std::size_t q) { return std::pair(pairs[q].block, pairs[q].point.rest()); },
       [&](std::size_t q) { return pairs[q].level.of_all() != 0.0; });  // no field, no slope in it
 }
 

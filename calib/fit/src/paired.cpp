@@ -54,16 +54,16 @@ class Pooled {
 };
 
 RegressionRows rows_of(const Pooled& pooled, const ReadingSet& set) {
-  RegressionRows rows{.rows = {},
-                      .group = Groups(pooled.size(), [&](std::size_t q) {
-                                 const OppositePair& first = pooled.front(q);
-                                 return std::tuple(first.point.rest(), first.soak, first.level);
-                               }).numbers()};
+  RegressionRows rows{.rows = {}, .group = Groups(pooled.size(), [&](std::size_t q) {
+                                             const OppositePair& first = pooled.front(q);
+                                             return std::tuple(first.point.rest(), first.soak,
+                                                               first.level);
+                                           }).numbers()};
   rows.rows.reserve(pooled.size());
   for (std::size_t q = 0; q < pooled.size(); ++q) {
     const OppositePair& first = pooled.front(q);
-    RegressionRow& row =
-        rows.rows.emplace_back(RegressionRow{.runs = {}, .point = first.point, .block = first.block});
+    RegressionRow& row = rows.rows.emplace_back(
+        RegressionRow{.runs = {}, .point = first.point, .block = first.block});
     pooled.for_pairs(q, [&](const OppositePair& pair) {
       row.runs.reserve(row.runs.size() + pair.first.size() + pair.second.size());
       for (const auto& readings : {pair.first, pair.second}) {
@@ -127,8 +127,9 @@ AxesData axes_data(const ReadingSet& set,
       const double weight = pair.weights(first);
       data.weights(i) += weight;
       data.responses.row(i) += weight * pair.mean.segment(first, count).transpose();
-      data.design.row(i) += weight * row_of_pair(set, pair, first,
-                                                 pair.level.of_all() * field.vector(pair.levelness));
+      data.design.row(i) +=
+          weight *
+          row_of_pair(set, pair, first, pair.level.of_all() * field.vector(pair.levelness));
     });
     if (data.weights(i) > 0.0) {
       data.responses.row(i) /= data.weights(i);

@@ -74,13 +74,12 @@ class Trial {
     if (setup_.recording && setup_.recording->kind == RecordingKind::turns) {
       return calibrated_by_turns();
     }
-    SimulatedRun run =
-        setup_.recording
-            ? simulate_recording(truth_, *setup_.recording, simulation_)
-            : simulate_run(truth_,
-                           make_run_sheet(setup_.design, setup_.replicates, sheet_random_,
-                                          setup_.temperatures),
-                           simulation_, noise_random_);
+    SimulatedRun run = setup_.recording
+                           ? simulate_recording(truth_, *setup_.recording, simulation_)
+                           : simulate_run(truth_,
+                                          make_run_sheet(setup_.design, setup_.replicates,
+                                                         sheet_random_, setup_.temperatures),
+                                          simulation_, noise_random_);
     bias_of_run_ = std::move(run.bias_of_run);
     return setup_.alarms ? calibrate(setup_.experiment, run.observations)
                          : calibrated_coefficients(setup_.experiment, run.observations);

@@ -41,7 +41,8 @@ double parameter_value(const SensorModel& sensor, const std::string& name) {
     if (what == "bias") {
       return sensor.response.bias(row);
     }
-    const std::size_t component = what.empty() ? std::string::npos : std::string_view("xyz").find(what.back());
+    const std::size_t component =
+        what.empty() ? std::string::npos : std::string_view("xyz").find(what.back());
     if (what.starts_with("sensitivity.") && what.size() == 13 && component != std::string::npos) {
       return sensor.response.sensitivity(row, static_cast<Eigen::Index>(component));
     }

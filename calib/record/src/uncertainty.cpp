@@ -5,6 +5,7 @@
 #include <cmath>
 #include <limits>
 #include <memory>
+#include <numeric>
 
 #include "axiscal/calib/distributions.hpp"
 #include "axiscal/calib/inheritance.hpp"
@@ -123,8 +124,7 @@ double expanded_of(const VarianceShares& shares, const EffectiveFreedom& freedom
 }  // namespace
 
 Inheritance::Inheritance(const Calibration& calibration)
-    : calibration_(calibration),
-      of_readings_(statistics().covariance_of_readings()) {
+    : calibration_(calibration), of_readings_(statistics().covariance_of_readings()) {
   for (const std::string& axis : calibration.sensor.instrument.axes) {
     own_.push_back(places_of_axis(statistics(), axis));
   }
@@ -163,8 +163,13 @@ VarianceShares Inheritance::all(const Eigen::RowVectorXd& gradient,
                                 std::vector<double>& by_source) const {
   const std::vector<Eigen::Index> places = places_that_count(gradient);
   VarianceShares own = scatter(gradient, places);
-  const double of_fit =
-      std::sqrt(std::max(variance(gradient, statistics().covariance, places), 0.0));
+  // Without components the covariance is that of the readings, which the axes share.
+  const double variance_of_fit =
+      own.components.empty()
+          ? std::accumulate(own.axes.begin(), own.axes.end(), 0.0,
+                            [](double sum, const VarianceShare& s) { return sum + s.variance; })
+          : variance(gradient, statistics().covariance, places);
+  const double of_fit = std::sqrt(std::max(variance_of_fit, 0.0));
   if (!calibration_.fit.uncertainty) {
     by_source.push_back(of_fit);
     return own;
@@ -377,7 +382,7 @@ CombinedUncertainty uncertainty_of(const Inheritance& inheritance,
   uncertainty.coverage_factor = uncertainty.expanded / uncertainty.u;
   // With nothing beside the scatter the factor is t of its own degrees of freedom.
   constexpr double rounding = 1e-14;
-  const bool is_scatter_alone = shares.others == 0.0 && nu < as_good_as_infinite &&
+  const bool is_scatter_alone = scatter > 0.0 && shares.others == 0.0 && nu < as_good_as_infinite &&
                                 std::abs(uncertainty.u - scatter) <= rounding * scatter;
   uncertainty.degrees_of_freedom =
       is_scatter_alone ? nu : freedom_of_factor(uncertainty.coverage_factor, coverage);

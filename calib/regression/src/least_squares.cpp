@@ -103,7 +103,8 @@ std::string name_of(Eigen::Index j, const std::vector<std::string>& names) {
 
 std::vector<Eigen::Index> undetermined_columns(const Eigen::Ref<const Eigen::MatrixXd>& design) {
   const Eigen::VectorXd scale = column_scales(design);
-  if (is_few(design) && has_full_rank(PivotedR<few_columns>(FewRows(design * scale.asDiagonal())))) {
+  if (is_few(design) &&
+      has_full_rank(PivotedR<few_columns>(FewRows(design * scale.asDiagonal())))) {
     return {};
   }
   return open_columns(Eigen::ColPivHouseholderQR<Eigen::MatrixXd>(design * scale.asDiagonal()));

@@ -120,8 +120,8 @@ Whitened whiten_blocks(double gamma, const std::vector<int>& blocks, const Rows&
 }
 
 // By the Kalman filter of y_i = h_i . x_i + white noise, for all columns at once; d the components
-// of the state, c the columns. The root of V^-1 times x is summed row by row where the compiler knows
-// how many columns there are, else by so many rows that a cache holds them.
+// of the state, c the columns. The root of V^-1 times x is summed row by row where the compiler
+// knows how many columns there are, else by so many rows that a cache holds them.
 template <int d, int c>
 Whitened whiten_columns(const Model& model,
                         const Eigen::VectorXd& places,

@@ -179,10 +179,12 @@ SharedFit apart(const std::vector<ResponseSums>& responses, const Eigen::VectorX
   return fit;
 }
 
+// @param still_by_newton  a step of Newton's [ln sigma^2] below which no other follows.
 template <typename S>
 std::optional<AtVariances<S>> least_misfit(const std::vector<FixedSums<S>>& responses,
                                            const typename S::OfResponses& start,
-                                           const typename S::OfResponses& smallest) {
+                                           const typename S::OfResponses& smallest,
+                                           double still_by_newton) {
   const typename S::OfResponses lowest = smallest.array().log();
   AtVariances<S> best(responses, start.array().log().max(lowest.array()).matrix());
   if (!best.determined) {
@@ -209,7 +211,7 @@ std::optional<AtVariances<S>> least_misfit(const std::vector<FixedSums<S>>& resp
       }
     }
     // What is left after a step of Newton's is about its square.
-    const double still = is_newton ? 1e-8 : 1e-13;
+    const double still = is_newton ? still_by_newton : 1e-13;
     if (!better || step.cwiseAbs().maxCoeff() < still) {
       break;
     }
@@ -221,9 +223,10 @@ std::optional<AtVariances<S>> least_misfit(const std::vector<FixedSums<S>>& resp
 template <typename S, typename Fit, typename Responses>
 std::optional<Fit> fit_together(const Responses& given,
                                 const typename S::OfResponses& start,
-                                const typename S::OfResponses& smallest) {
-  const std::optional<AtVariances<S>> best =
-      least_misfit<S>(std::vector<FixedSums<S>>(given.begin(), given.end()), start, smallest);
+                                const typename S::OfResponses& smallest,
+                                double still_by_newton = 1e-8) {
+  const std::optional<AtVariances<S>> best = least_misfit<S>(
+      std::vector<FixedSums<S>>(given.begin(), given.end()), start, smallest, still_by_newton);
   if (!best) {
     return std::nullopt;
   }
@@ -263,28 +266,8 @@ std::optional<DirectionFit> fit_shared(const std::array<DirectionSums, 3>& respo
 std::optional<DirectionFit> fit_shared_roughly(const std::array<DirectionSums, 3>& responses,
                                                const Eigen::Vector3d& start,
                                                const Eigen::Vector3d& smallest) {
-  const std::vector<FixedSums<SharedDirection>> sums(responses.begin(), responses.end());
-  DirectionFit fit{.variance = start};
-  double change = 0.0;  // of a variance by the last step, as a part of it
-  constexpr int steps = 2;
-  for (int step = 0; step < steps; ++step) {
-    const AtVariances<SharedDirection> at(sums, fit.variance.array().log().matrix());
-    constexpr double fewest = 0.5;
-    if (!at.determined || !(at.degrees_of_freedom.minCoeff() > fewest)) {
-      return std::nullopt;
-    }
-    const Eigen::Array3d factor = at.squares.array() / at.degrees_of_freedom.array();
-    change = (factor - 1.0).abs().maxCoeff();
-    fit.variance.array() *= factor;
-    fit.degrees_of_freedom = at.degrees_of_freedom;
-    fit.estimate = at.estimate;
-    fit.covariance = at.covariance;
-    if (!(fit.variance.array() > smallest.array()).all()) {
-      return std::nullopt;
-    }
-  }
-  constexpr double nearly_still = 0.1;
-  return change < nearly_still ? std::optional(fit) : std::nullopt;
+  constexpr double nearly_still = 1e-2;
+  return fit_together<SharedDirection, DirectionFit>(responses, start, smallest, nearly_still);
 }
 
 }  // namespace axiscal

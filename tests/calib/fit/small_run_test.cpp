@@ -113,7 +113,8 @@ TEST(SmallRun, JudgesItsReadingsByTheOthersAlike) {
   });
 }
 
-// What is roughly unlikely is so: a face that is passed over is none that would be the least likely.
+// What is roughly unlikely is so: a face that is passed over is none that would be the least
+// likely.
 TEST(SmallRun, SaysRoughlyHowUnlikelyReadingsAre) {
   int asked = 0;
   for_some_runs([&](StateOfRun& small, StateOfRun&, const Estimate& estimate) {
@@ -125,13 +126,47 @@ TEST(SmallRun, SaysRoughlyHowUnlikelyReadingsAre) {
       EXPECT_FALSE(roughly && small.known_field());
       if (roughly) {
         const double p = own.p_value(readings, contrast).value();
-        EXPECT_LT(*roughly, 1.5 * p + 0.05);
-        EXPECT_GT(*roughly, p / 1.5 - 0.05);
+        EXPECT_LT(*roughly, 1.2 * p + 0.04);
+        EXPECT_GT(*roughly, p / 1.2 - 0.04);
         ++asked;
       }
     }
   });
   EXPECT_GT(asked, 1000);
+}
+
+// Axes of unlike noise, whose variances are found in many steps.
+TEST(SmallRun, SaysSoOfAxesThatScatterUnlike) {
+  const Eigen::MatrixXd contrast = Eigen::RowVector2d(0.5, -0.5);
+  int asked = 0;
+  for (std::uint64_t seed = 1; seed <= 400; ++seed) {
+    SCOPED_TRACE(seed);
+    RandomStream random(seed, 9);
+    ReadingSet set =
+        test::labelled_set(test::some_response(), test::gravity_in_table(test::sloping_gravity),
+                           standard_design(12), 1e-4, seed);
+    for (Eigen::Index k = 0; k < 3; ++k) {
+      const double sd = 1e-3 * std::pow(10.0, 2.0 * random.uniform() - 1.0);
+      for (Eigen::Index i = 0; i < set.size(); ++i) {
+        set.response(i, k) += sd * random.normal();
+      }
+    }
+    const Estimate estimate = estimate_joint(set);
+    StateOfRun run(set, false);
+    const DeletionFit own(run, estimate.field);
+    for (std::size_t i = 0; i + 1 < static_cast<std::size_t>(set.size()); i += 3) {
+      const std::vector<std::size_t> readings = {i, i + 1};
+      const std::optional<double> roughly = own.rough_p_value(readings, contrast);
+      const std::optional<double> p = own.p_value(readings, contrast);
+      EXPECT_FALSE(roughly && !p);
+      if (roughly && p) {
+        EXPECT_LT(*roughly, 1.2 * *p + 0.04);
+        EXPECT_GT(*roughly, *p / 1.2 - 0.04);
+        ++asked;
+      }
+    }
+  }
+  EXPECT_GT(asked, 1200);
 }
 
 TEST(SmallRun, IsAsLevel) {

@@ -20,11 +20,11 @@ TEST(RoughTails, AreWithinWhatTheySay) {
 }
 
 TEST(RoughTails, OfStudentsTToo) {
-  for (double nu = 2.0; nu < 300.0; nu *= 1.27) {
+  for (double nu = 1.0; nu < 300.0; nu *= 1.27) {
     for (double t = 0.05; t < 30.0; t *= 1.2) {
       const double p = student_t_two_sided_p(t, nu);
       const double roughly = t_two_sided_p_roughly(t * t, nu);
-      EXPECT_NEAR(roughly, p, 0.01) << t << " " << nu;
+      EXPECT_NEAR(roughly, p, nu < 2.0 ? 0.016 : 0.01) << t << " " << nu;
     }
   }
 }

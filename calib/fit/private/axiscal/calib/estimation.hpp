@@ -58,7 +58,7 @@ struct Estimate {
   std::vector<CalibrationNote> notes;       // remarks that ask for nothing
   std::string ambiguity;                    // joint: two solutions that fit alike, in words
   std::shared_ptr<const JointState> state;  // what the set comes to at the field, if kept
-  std::shared_ptr<const OppositePairs> pairs;      // of the set, if they were kept
+  std::shared_ptr<const OppositePairs> pairs;  // of the set, if they were kept
 };
 
 /// Averages of opposite positions, the measured tilt put back in (method.md, section 4).

@@ -7,8 +7,9 @@
 
 namespace axiscal {
 
-/// Cholesky's factor of a small symmetric matrix: A = L L^T. Written out, so that of a few rows whose
-/// number the compiler knows no loop is left; Eigen's own takes ten times the instructions for them.
+/// Cholesky's factor of a small symmetric matrix: A = L L^T. Written out, so that of a few rows
+/// whose number the compiler knows no loop is left; Eigen's own takes ten times the instructions
+/// for them.
 /// @tparam N  the number of rows, or Eigen::Dynamic for any up to `most`.
 template <int N>
 class FixedCholesky {

@@ -15,11 +15,12 @@ namespace axiscal {
 /// @return the Moore-Penrose inverse of A, by the same decomposition.
 [[nodiscard]] Eigen::MatrixXd pseudo_inverse(const Eigen::MatrixXd& A);
 
-/// The same, and how many columns of A are independent to working precision.
 struct RankedInverse {
   Eigen::MatrixXd inverse;
   Eigen::Index rank = 0;
 };
+
+/// The same, and how many columns of A are independent to working precision.
 [[nodiscard]] RankedInverse ranked_inverse(const Eigen::MatrixXd& A);
 
 }  // namespace axiscal

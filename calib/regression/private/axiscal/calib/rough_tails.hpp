@@ -21,7 +21,7 @@ namespace axiscal {
 }
 
 /// The two-sided tail of Student's t by its square, f_upper_p(square, 1, nu), within 0.01 for
-/// degrees of freedom of 2 and more, and 0.016 for 1.
+/// degrees of freedom of 2 and more, and 0.016 from 1 on.
 /// @par Source
 /// Wallace, Annals of Mathematical Statistics 30 (1959) 1124-1130, eq. 4.1.
 [[nodiscard]] inline double t_two_sided_p_roughly(double square, double degrees_of_freedom) {

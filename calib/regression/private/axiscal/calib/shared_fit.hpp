@@ -61,9 +61,7 @@ struct DirectionFit {
                                                      const Eigen::Vector3d& start,
                                                      const Eigen::Vector3d& smallest);
 
-/// Two steps of sigma_k^2 = RSS_k / nu_k towards it, for questions whose answer is far from a level.
-/// @return nothing where these do not come near it, the readings do not determine the directions, or
-///         a variance becomes as small as it may.
+/// The same to about 1e-4 of the variances, for questions whose answer is far from a level.
 [[nodiscard]] std::optional<DirectionFit> fit_shared_roughly(
     const std::array<DirectionSums, 3>& responses,
     const Eigen::Vector3d& start,
