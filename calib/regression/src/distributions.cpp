@@ -127,17 +127,19 @@ double found_freedom_of_factor(double factor, double coverage) {
   // In 1 / nu, in which t is nearly linear.
   constexpr double as_good_as_infinite = 1e6;
   constexpr double fewest = 0.05;
-  double low = 1.0 / as_good_as_infinite;
+  constexpr double rounding = 1e-6;  // what it makes of them where a factor is that of so many
+  double low = (1.0 + rounding) / as_good_as_infinite;
   double high = 1.0 / fewest;
   // The distribution function is much cheaper than its inverse.
   const auto beyond = [&](double inverse) {
     return student_t_two_sided_p(factor, 1.0 / inverse) - (1.0 - coverage);
   };
   const double guess = guessed_inverse(factor, coverage);
-  constexpr double clearly_above = 1.001;  // as at the bound itself the answer is infinity
-  if (const std::optional<double> root =
-          root_by_secants(beyond, guess, clearly_above * low, high)) {
-    return 1.0 / *root;
+  if (const std::optional<double> root = root_by_secants(beyond, guess, low, high)) {
+    const double nu = 1.0 / *root;
+    const double whole = std::round(nu);  // as those of one axis are
+    constexpr double last_digits = 1e-13;
+    return std::abs(nu - whole) <= last_digits * nu ? whole : nu;
   }
   // Between the two values about the guess, where they are on either side.
   const auto narrowed = [&](double& end, double to, double sign) {

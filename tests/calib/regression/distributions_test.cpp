@@ -69,8 +69,15 @@ TEST(Distributions, AreNanWhereTheyDoNotExist) {
 }
 
 TEST(FreedomOfFactor, TurnsStudentsFactorRound) {
-  for (const double nu : {0.7, 1.0, 2.0, 3.5, 10.0, 200.0}) {
-    EXPECT_NEAR(freedom_of_factor(student_t_factor(0.95, nu), 0.95), nu, 1e-6 * nu);
+  for (const double coverage : {0.5, 0.95, 0.999}) {
+    for (double nu = 0.1; nu < 1e4; nu *= 1.31) {
+      EXPECT_NEAR(freedom_of_factor(student_t_factor(coverage, nu), coverage), nu, 1e-8 * nu);
+    }
+    EXPECT_EQ(freedom_of_factor(student_t_factor(coverage, 4.0), coverage), 4.0);
+  }
+  for (const double as_good_as_infinite : {1e6, 1e7}) {
+    EXPECT_EQ(freedom_of_factor(student_t_factor(0.95, as_good_as_infinite), 0.95),
+              std::numeric_limits<double>::infinity());
   }
   EXPECT_EQ(freedom_of_factor(1.95, 0.95), std::numeric_limits<double>::infinity());
 }
