@@ -181,7 +181,8 @@ Whitened whiten(const Model& model,
                 const Eigen::VectorXd& places,
                 const Eigen::MatrixXd& along,
                 const Rows& x) {
-  if constexpr (d == 1) {  // as three axes of plain runs have them
+  // Three axes: four columns and three responses, or a run's 12 or 14 columns and one.
+  if constexpr (d == 1) {
     switch (x.cols()) {
       case 7:
         return whiten_columns<d, 7>(model, places, along, x);
