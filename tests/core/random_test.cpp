@@ -39,6 +39,21 @@ TEST(RandomStream, IsSeededAsTheStandardSays) {
   }
 }
 
+TEST(RandomStream, IsTheSameWhereSeveralAreSeededTogether) {
+  RandomStream a(5);
+  RandomStream b(5, 1);
+  RandomStream c(6, 7);
+  RandomStream::seed_together({&a, &b, &c});
+  RandomStream a_alone(5);
+  RandomStream b_alone(5, 1);
+  RandomStream c_alone(6, 7);
+  for (int i = 0; i < 1000; ++i) {  // more than once round the engine's state
+    EXPECT_EQ(a.uniform(), a_alone.uniform());
+    EXPECT_EQ(b.uniform(), b_alone.uniform());
+    EXPECT_EQ(c.uniform(), c_alone.uniform());
+  }
+}
+
 TEST(RandomStream, NormalsHaveTheirMoments) {
   RandomStream random(1);
   constexpr int count = 200000;
