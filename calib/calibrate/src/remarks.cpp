@@ -148,7 +148,7 @@ void add_notes(Calibration& calibration,
   note_few_averages(calibration);
   note_conditions(calibration);
   note_fixed_order(observations, calibration);
-  std::set<DesignPoint> rocking;
+  std::set<DesignPoint> rocking;  // mostly none: a tree of all points costs a small run its time
   for (const Reading& reading : observations.readings) {
     if (reading.point && positioner.seat(*reading.point).rocks) {
       rocking.insert(*reading.point);
@@ -162,9 +162,7 @@ void add_notes(Calibration& calibration,
   for (const Reading& reading : observations.readings) {
     runs.push_back(reading.run);
   }
-  if (!std::is_sorted(runs.begin(), runs.end())) {
-    std::sort(runs.begin(), runs.end());
-  }
+  std::sort(runs.begin(), runs.end());
   if (std::adjacent_find(runs.begin(), runs.end()) != runs.end()) {
     calibration.findings.notes.push_back(
         {NoteCode::input,

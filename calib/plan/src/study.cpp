@@ -45,9 +45,12 @@ double slope_sd_of(const StudySetup& setup) {
 class Trial {
  public:
   Trial(const StudySetup& setup, const Eigen::MatrixXd& normal_root, std::uint64_t seed)
-      : setup_(setup), truth_(setup.truth), random_(seed, 7), simulation_(setup.simulation) {
+      : setup_(setup),
+        truth_(setup.truth),
+        random_(seed, 7),
+        sheet_random_(seed),
+        simulation_(setup.simulation) {
     simulation_.seed = seed;
-    sheet_random_ = RandomStream(seed);
     noise_random_ = stream_of_noise(simulation_);
     if (!setup.recording) {
       RandomStream::seed_together({&random_, &sheet_random_, &noise_random_});
@@ -74,12 +77,8 @@ class Trial {
     if (setup_.recording && setup_.recording->kind == RecordingKind::turns) {
       return calibrated_by_turns();
     }
-    SimulatedRun run = setup_.recording
-                           ? simulate_recording(truth_, *setup_.recording, simulation_)
-                           : simulate_run(truth_,
-                                          make_run_sheet(setup_.design, setup_.replicates,
-                                                         sheet_random_, setup_.temperatures),
-                                          simulation_, noise_random_);
+    SimulatedRun run = setup_.recording ? simulate_recording(truth_, *setup_.recording, simulation_)
+                                        : simulate_run(truth_, sheet(), simulation_, noise_random_);
     bias_of_run_ = std::move(run.bias_of_run);
     return setup_.alarms ? calibrate(setup_.experiment, run.observations)
                          : calibrated_coefficients(setup_.experiment, run.observations);
@@ -154,6 +153,10 @@ class Trial {
     field = rotation_by(tangents_of(field) * turn) * field;
   }
 
+  [[nodiscard]] std::vector<RunSheetRow> sheet() {
+    return make_run_sheet(setup_.design, setup_.replicates, sheet_random_, setup_.temperatures);
+  }
+
   [[nodiscard]] Calibration calibrated_by_turns() {
     const std::optional<Site>& site = setup_.experiment.table.site;
     // The table stands at any heading; without a site the Earth's axis may be any.
@@ -164,8 +167,7 @@ class Trial {
     const Eigen::Vector3d earth =
         earth_rate_rad_per_s *
         Eigen::Vector3d(across * std::cos(heading), across * std::sin(heading), up);
-    const std::vector<RunSheetRow> rows =
-        make_run_sheet(setup_.design, setup_.replicates, sheet_random_, setup_.temperatures);
+    const std::vector<RunSheetRow> rows = sheet();
     SimulatedTurns turns = simulate_turns(truth_, rows, *setup_.recording, earth, simulation_);
     bias_of_run_ = std::move(turns.bias_of_run);
     return calibrate_turns(turns, rows, truth_.instrument, setup_.experiment.positioner,
@@ -189,7 +191,7 @@ class Trial {
   const StudySetup& setup_;
   SensorModel truth_;  // its field as drawn
   RandomStream random_;
-  RandomStream sheet_random_{0};  // of the order of the readings
+  RandomStream sheet_random_;  // of the order of the readings
   RandomStream noise_random_{0};
   SimulationOptions simulation_;
   Eigen::VectorXd bias_of_run_;

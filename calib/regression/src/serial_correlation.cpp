@@ -7,7 +7,6 @@
 #include <cstddef>
 #include <limits>
 #include <numeric>
-#include <optional>
 #include <span>
 #include <utility>
 
@@ -15,6 +14,7 @@
 #include <Eigen/QR>
 
 #include "axiscal/calib/fixed_cholesky.hpp"
+#include "axiscal/calib/product_of_size.hpp"
 #include "axiscal/core/parallel.hpp"
 
 namespace axiscal {
@@ -211,6 +211,32 @@ struct FirstCoefficient {
   double variance = 0.0;
 };
 
+// L^-1 of a matrix N = L L^T, and ln det N.
+struct InverseRoot {
+  Eigen::MatrixXd root;
+  double log_determinant = 0.0;
+};
+
+// @param N  positive definite; the lower triangle counts.
+InverseRoot inverse_root_of(const Eigen::MatrixXd& N) {
+  const auto log_determinant_of = [](const auto& factor) {
+    return 2.0 * factor.diagonal().array().log().sum();
+  };
+  using SmallCholesky = FixedCholesky<Eigen::Dynamic>;
+  if (N.rows() <= SmallCholesky::most) {
+    const SmallCholesky small(N);
+    if (small.is_positive()) {
+      return {.root = small.inverse_of_factor(),
+              .log_determinant = log_determinant_of(small.factor())};
+    }
+  }
+  const Eigen::LLT<Eigen::MatrixXd> cholesky(N);
+  InverseRoot inverse{.root = Eigen::MatrixXd::Identity(N.rows(), N.cols()),
+                      .log_determinant = log_determinant_of(cholesky.matrixLLT())};
+  cholesky.matrixL().solveInPlace(inverse.root);
+  return inverse;
+}
+
 // By its sums the fit of residuals y by p columns X: N = X^T V^-1 X, c = X^T V^-1 y, y^T V^-1 y.
 // @param N                of which the lower triangle counts.
 // @param log_determinant  of V.
@@ -219,29 +245,14 @@ ModelFit fit_by_sums(const Eigen::MatrixXd& N,
                      double degrees_of_freedom,
                      const Eigen::VectorXd& c,
                      double squares_of_y) {
-  ModelFit fit;
-  const auto put = [&](const auto& diagonal_of_factor) {
-    log_determinant += 2.0 * diagonal_of_factor.array().log().sum();
-    const double squares =
-        std::max(squares_of_y - c.dot(fit.estimate), std::numeric_limits<double>::min());
-    fit.log_likelihood = -0.5 * log_determinant - 0.5 * degrees_of_freedom * std::log(squares);
-    fit.covariance *= squares / degrees_of_freedom;
-  };
-  using SmallCholesky = FixedCholesky<Eigen::Dynamic>;
-  if (N.rows() <= SmallCholesky::most) {
-    const SmallCholesky small(N);
-    if (small.is_positive()) {
-      const SmallCholesky::Square root = small.inverse_of_factor();
-      fit.covariance = root.transpose().lazyProduct(root);
-      fit.estimate = fit.covariance.lazyProduct(c);
-      put(small.factor().diagonal());
-      return fit;
-    }
-  }
-  const Eigen::LLT<Eigen::MatrixXd> cholesky(N);
-  fit.covariance = cholesky.solve(Eigen::MatrixXd::Identity(N.rows(), N.cols()));
-  fit.estimate = cholesky.solve(c);
-  put(cholesky.matrixLLT().diagonal());
+  const InverseRoot inverse = inverse_root_of(N);
+  ModelFit fit{.covariance = thin_product(inverse.root.transpose(), inverse.root)};
+  fit.estimate = thin_product(fit.covariance, c);
+  const double squares =
+      std::max(squares_of_y - c.dot(fit.estimate), std::numeric_limits<double>::min());
+  fit.log_likelihood = -0.5 * (log_determinant + inverse.log_determinant) -
+                       0.5 * degrees_of_freedom * std::log(squares);
+  fit.covariance *= squares / degrees_of_freedom;
   return fit;
 }
 
@@ -277,19 +288,9 @@ class PlainFit {
     Eigen::MatrixXd forward(p_, 1 + r_);
     forward.col(0) = root_.row(0).transpose();
     forward.rightCols(r_) = sums.products.bottomLeftCorner(r_, p_).transpose();
-    double log_determinant = sums.log_determinant;
-    using SmallCholesky = FixedCholesky<Eigen::Dynamic>;
-    if (const auto small = p_ <= SmallCholesky::most
-                               ? std::optional<SmallCholesky>(sums.products.topLeftCorner(p_, p_))
-                               : std::nullopt;
-        small && small->is_positive()) {
-      forward = small->inverse_of_factor().lazyProduct(forward).eval();
-      log_determinant += 2.0 * small->factor().diagonal().array().log().sum();
-    } else {
-      const Eigen::LLT<Eigen::MatrixXd> cholesky(sums.products.topLeftCorner(p_, p_));
-      cholesky.matrixL().solveInPlace(forward);
-      log_determinant += 2.0 * cholesky.matrixLLT().diagonal().array().log().sum();
-    }
+    const InverseRoot inverse = inverse_root_of(sums.products.topLeftCorner(p_, p_));
+    forward = thin_product(inverse.root, forward);
+    const double log_determinant = sums.log_determinant + inverse.log_determinant;
     const auto degrees_of_freedom = static_cast<double>(both_.rows() - p_);
     for (Eigen::Index j = 0; j < r_; ++j) {
       const auto of_response = forward.col(1 + j);
