@@ -289,7 +289,7 @@ Outputs outputs_of(const AcquireCommand& command, const std::vector<SlotColumns>
   constexpr std::string_view ending = ".journal";
   if (!command.name && journal.ends_with(ending)) {
     name = journal.substr(0, journal.size() - ending.size());
-  } else if (command.resume) {
+  } else if (!command.name && command.resume) {
     name = journal;
   }
   return {.journal = journal,
@@ -532,7 +532,8 @@ void print_result(const AcquireCommand& command,
         formatted("\n{}\nreadings: {}\nrecord: {}\nreport: {}\njournal: {}\n"
                   "certificate: axiscal report {} --laboratory lab.json -o certificate.pdf\n"
                   "export: axiscal export {} --format c-header\n",
-                  summary(calibration), outputs.observations, outputs.record, outputs.report,
+                  summary(calibration, SummaryDetail::brief, SummaryEnd::fit), outputs.observations,
+                  outputs.record, outputs.report,
                   outputs.journal, typed_again({outputs.record}), typed_again({outputs.record})));
     // Files that were named are there now; the same names would be refused.
     if (!command.name && !command.journal && !command.output && !command.record &&
@@ -659,7 +660,8 @@ class Guided {
       shown.push_back(face.get());
     }
     try {
-      run_session(session, feed, shown, command_.unattended);
+      run_session(session, feed, shown, command_.unattended,
+                  [&] { store_at_review(setup, session, outputs); });
     } catch (const DomainError& error) {
       throw UsageError("acquire", error);
     }
@@ -676,6 +678,22 @@ class Guided {
       again = face->conclude(session.view(), written.files) || again;
     }
     return again;
+  }
+
+  // The results of a review, which whoever answers it may change: nobody may.
+  static void store_at_review(const SessionSetup& setup,
+                              const LiveSession& session,
+                              const Outputs& outputs) {
+    for (const std::string* path : {&outputs.observations, &outputs.record, &outputs.report}) {
+      if (*path == "-") {
+        return;  // what is written there stays
+      }
+    }
+    try {
+      static_cast<void>(write_files(setup, session, outputs));
+    } catch (const Error&) {
+      return;  // the end of the session says it
+    }
   }
 
   // The files of a further session: NAME-2.json.

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <cstdio>
 #include <optional>
+#include <vector>
 
 #include "axiscal/calib/body.hpp"
 #include "axiscal/calib/calibration_json.hpp"
@@ -11,6 +12,7 @@
 #include "axiscal/core/units.hpp"
 #include "axiscal/field/field_kind.hpp"
 #include "axiscal/field/gravity_field.hpp"
+#include "apply_records.hpp"
 #include "input.hpp"
 #include "subcommands.hpp"
 #include "summary.hpp"
@@ -22,6 +24,7 @@ namespace {
 struct ApplyCommand {
   std::string record;
   std::string readings;
+  std::vector<std::string> more;  // what follows: records, and the log at the end
   std::string output = "-";
   std::optional<std::string> field_magnitude, field_unit, yaw_above, pitch;
   std::optional<std::string> attitude, declination, latitude, longitude, height, gravity_model;
@@ -38,8 +41,11 @@ struct ApplyCommand {
 
 void add_options(OptionSet& options, ApplyCommand& command) {
   options.add("record", command.record, "RECORD", "calibration record (JSON)", Need::required);
-  options.add("readings", command.readings, "FILE", "raw readings (CSV); - is stdin",
-              Need::required);
+  options.add("readings", command.readings, "FILE",
+              "raw readings (CSV), or a log of any format; - is stdin", Need::required);
+  options.add("more", command.more, "FILE",
+              "of several RECORDs, one for each sensor of a log, the log comes last: its time and "
+              "its corrected columns");
   options.add_output(command.output,
                      "where to write; - is stdout; FILE.npy has the results alone, for NumPy");
   options.add("--field-magnitude", command.field_magnitude, "F",
@@ -88,7 +94,8 @@ void add_options(OptionSet& options, ApplyCommand& command) {
               "of every result, 0 to 15: faster; as many as read back to the same number");
   options.add_flag("--follow", command.follow, "write each row at once");
   options.add_flag("--strict", command.strict, "stop at a row that cannot be reduced");
-  options.add_flag("--force", command.force, "use a refused record");
+  options.add_flag("--force", command.force,
+                   "use a refused record, or a magnitude that the field cannot have");
 }
 
 // In what unit the results are, and what the field is where the readings were taken.
@@ -96,6 +103,14 @@ FieldConversion conversion_of(const ApplyCommand& command, const Calibration& ca
   FieldThere there;
   if (command.field_magnitude) {
     there.magnitude = positive_of("--field-magnitude", *command.field_magnitude);
+    const std::string unit = command.field_unit.value_or(calibration.sensor.field.unit);
+    const FieldKind& kind = field_kind(calibration.sensor.field.kind);
+    if (!command.force && !is_possible_magnitude(kind, *there.magnitude, unit)) {
+      throw UsageError(formatted(
+          "--field-magnitude: {} {} is not possible, the field {} is {} on the Earth; state the "
+          "unit of the number by --field-unit",
+          *command.field_magnitude, unit, kind.name, possible_magnitudes(kind, unit)));
+    }
   }
   if (command.field_magnitude_u) {
     there.magnitude_u = not_negative_of("--field-magnitude-u", *command.field_magnitude_u);
@@ -144,7 +159,7 @@ Reducer make_reducer(const std::string& record,
                      const Calibration& calibration,
                      const ReductionOptions& options) {
   try {
-    return Reducer(calibration, options);
+    return Reducer(calibration, options, Force::yes);
   } catch (const DomainError& error) {
     throw DataError(record, error.what(), error.settings());
   }
@@ -311,7 +326,23 @@ struct Joint {
   JointColumns columns;
 };
 
+// Several records and a log.
+int run_records(const ApplyCommand& command) {
+  if (command.follow || command.uncertainty || command.expanded || command.attitude ||
+      command.joint || command.body || command.output.ends_with(".npy")) {
+    throw UsageError("apply: several records correct the columns of a log, without angles and "
+                     "uncertainties; apply each RECORD alone for these");
+  }
+  std::vector<std::string> records = {command.record, command.readings};
+  records.insert(records.end(), command.more.begin(), command.more.end() - 1);
+  apply_records(records, command.more.back(), command.table, command.output, command.force);
+  return 0;
+}
+
 int run(const ApplyCommand& command) {
+  if (!command.more.empty()) {
+    return run_records(command);
+  }
   const Calibration calibration =
       in_wanted_frame(command, read_unrefused(command.record, command.force));
   const FieldConversion conversion = conversion_of(command, calibration);

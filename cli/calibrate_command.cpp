@@ -2,9 +2,11 @@
 #include "calibrate_command.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <cstdio>
 #include <filesystem>
 #include <functional>
+#include <map>
 #include <optional>
 #include <set>
 #include <utility>
@@ -13,6 +15,7 @@
 #include "axiscal/calib/companion.hpp"
 #include "axiscal/calib/history.hpp"
 #include "axiscal/calib/limits.hpp"
+#include "axiscal/calib/method_kind.hpp"
 #include "axiscal/calib/reduction_csv.hpp"
 #include "axiscal/calib/uncertainty.hpp"
 #include "axiscal/core/csv_reader.hpp"
@@ -27,8 +30,10 @@
 #include "log_input.hpp"
 #include "option_names.hpp"
 #include "run_input.hpp"
+#include "sample_rests.hpp"
 #include "subcommands.hpp"
 #include "summary.hpp"
+#include "typed_values.hpp"
 #include "usage_error.hpp"
 
 namespace axiscal::cli {
@@ -50,8 +55,11 @@ void add_options(OptionSet& options, CalibrateCommand& command) {
                    "print all that was found: sensing axes, levelness, quality of the fit");
   OptionSet log = options.group("Log");
   log.add("--imu", command.imu, "LOG",
-          "a raw log of rests and turns instead of observations: accelerometer, gyroscope and "
-          "magnetometer at once; -o holds {slot}, and of several sensors of a kind {instance}");
+          "a raw log of rests and turns instead of observations, or several logs, one recording "
+          "after another: accelerometer, gyroscope and magnetometer at once; -o holds {slot}, and "
+          "of several sensors of a kind {instance}");
+  log.add("--only", command.only, "SLOT,..",
+          "records of these sensors of the log alone: accelerometer, gyroscope, magnetometer");
   add_rest_options(options, command.rests);
   log.add_flag("--cube", command.cube,
                "it sat in a cube: the seats are recognised; else it was turned by hand");
@@ -59,8 +67,9 @@ void add_options(OptionSet& options, CalibrateCommand& command) {
           "of the accelerometer, where it is calibrated already");
   log.add_flag("--fit-gyroscope-bias", command.fit_gyroscope_bias,
                "by the turns, not by the rests: for a bias that wanders");
-  log.add("--gyroscope-unit", command.gyroscope_unit, "UNIT",
-          "of the gyroscope's readings; --unit is the accelerometer's");
+  log.add("--accelerometer-unit", command.accelerometer_unit, "UNIT",
+          "of the accelerometer's readings, as --unit");
+  log.add("--gyroscope-unit", command.gyroscope_unit, "UNIT", "of the gyroscope's readings");
   log.add("--magnetometer-unit", command.magnetometer_unit, "UNIT",
           "of the magnetometer's readings");
   log.add("--magnetic-magnitude", command.magnetic_magnitude, "F",
@@ -69,6 +78,11 @@ void add_options(OptionSet& options, CalibrateCommand& command) {
               "accept or reject by these limits; rejected: exit 1");
   options.add("--history", command.history, "FOLDER",
               "earlier records of the unit, or of its --model: how biases change between blocks");
+  options.add_flag("--each", command.each,
+                   "several files are of several units, each with its record: -o holds {file}, or "
+                   "{serial}; else they are blocks of one unit");
+  options.add("--calibrated", command.calibrated, "DATE",
+              "when the readings were taken, if no column 'time' or 'date' says it (ISO 8601)");
   options.add("--table", command.table, "FILE",
               "of many units (column 'serial'): one row each, with verdict and reason");
   options.add_flag("--accept-suggestion", command.accept_suggestion,
@@ -78,6 +92,7 @@ void add_options(OptionSet& options, CalibrateCommand& command) {
 
 constexpr std::string_view slot_place = "{slot}";
 constexpr std::string_view serial_place = "{serial}";
+constexpr std::string_view file_place = "{file}";
 constexpr std::string_view instance_place = "{instance}";
 
 // Puts a name in its place in a pattern, if that has one.
@@ -99,12 +114,14 @@ void put_name(std::string& path,
   path.replace(at, place.size(), name);
 }
 
-// The record's file: `{slot}`, `{serial}` and `{instance}` in the pattern are its names.
+// The record's file: `{slot}`, `{serial}`, `{file}` and `{instance}` in the pattern are its names.
 std::string output_for(const std::string& pattern,
                        const std::string& slot,
                        const std::string& serial,
-                       int instance = 0) {
+                       int instance = 0,
+                       const std::string& file = "") {
   std::string path = pattern;
+  put_name(path, pattern, file_place, file, "as several files make one record (--each: one each)");
   put_name(path, pattern, instance_place, std::to_string(instance), "");
   put_name(path, pattern, slot_place, slot, "neither by columns SLOT.axis nor by --slot");
   put_name(path, pattern, serial_place, serial, "neither by a column 'serial' nor by --serial");
@@ -211,12 +228,13 @@ Outcome store(const CalibrateCommand& command, const std::vector<Calibration>& c
           (outcome.refused_slots == "refused" ? ": slot " : ", ") + calibration.provenance.slot;
     }
     outcome.text += outcome.text.empty() ? "" : "\n";
-    outcome.text += summary(calibration, command.all ? SummaryDetail::full : SummaryDetail::brief);
+    outcome.text += summary(calibration, command.all ? SummaryDetail::full : SummaryDetail::brief,
+                            SummaryEnd::fit);
     if (command.output && *command.output != "-" && may_be_stored(command, refused)) {
       const std::string path =
           output_for(*command.output, calibration.provenance.slot,
                      calibration.sensor.instrument.serial, calibration.provenance.instance);
-      write(calibration, path);
+      write(calibration, path, Force::yes);
       outcome.stored_refused = outcome.stored_refused || refused;
       outcome.text += formatted("\nrecord: {}\n", path);
     }
@@ -290,18 +308,61 @@ void describe_unit(const CalibrateCommand& command,
   }
 }
 
+// The units of a batch.
+struct Batch {
+  UnitsOfRun units;  // by their names: serial numbers, or with --each names of files
+  std::map<std::string, std::string> serials;  // of units that are called by their files
+
+  [[nodiscard]] const std::string& serial(const std::string& name) const {
+    const auto found = serials.find(name);
+    return found == serials.end() ? name : found->second;
+  }
+
+  // The file of the record of a unit.
+  [[nodiscard]] std::string output(const std::string& pattern, const std::string& name) const {
+    return output_for(pattern, "", serial(name), 0, name);
+  }
+};
+
+// Gives the readings of each file the name of their unit: the serial number if the name of the
+// record's file wants it, or the file has several; else the file's own name.
+std::map<std::string, std::string> name_units_by_files(const std::string& output,
+                                                       std::vector<Run>& files) {
+  std::map<std::string, std::string> serials;
+  for (Run& file : files) {
+    if (has_several_units(file) || output.find(serial_place) != std::string::npos) {
+      if (file.serial.empty()) {
+        throw UsageError(formatted(
+            "--each: {} has no column 'serial'; let -o hold {{file}}, the name of the file",
+            file.inputs.front().path));
+      }
+      continue;
+    }
+    const std::string name = std::filesystem::path(file.inputs.front().path).stem().string();
+    if (!serials.emplace(name, file.serial).second) {
+      throw UsageError(formatted("--each: two files are called '{}'", name));
+    }
+    file.serials.assign(file.observations.readings.size(), name);
+    file.serial = name;
+  }
+  return serials;
+}
+
 Unit calibrate_unit(const CalibrateCommand& command,
                     const Experiment& experiment,
                     const Run& run,
+                    const std::string& serial,
                     const std::optional<Limits>& limits,
                     const std::vector<Calibration>& earlier,
                     std::vector<std::string>& parameters) {
   Unit unit{.serial = run.serial};
   try {
     Experiment own = experiment;
-    own.instrument.serial = run.serial;
+    own.instrument.serial = serial;
     own.process = process_of(command, earlier, own, run);
-    std::vector<Calibration> calibrations = calibrate_run(own, run, suggestions_of(command));
+    Run of_unit = run;
+    of_unit.serial = serial;
+    std::vector<Calibration> calibrations = calibrate_run(own, of_unit, suggestions_of(command));
     apply_limits(limits, calibrations);
     describe_unit(command, calibrations.front(), unit, parameters);
   } catch (const RefusedError& error) {
@@ -309,6 +370,17 @@ Unit calibrate_unit(const CalibrateCommand& command,
     unit.reason = with_options(error);
   }
   return unit;
+}
+
+// A unit with fewer readings than most is marked.
+void mark_short_unit(const Batch& batch, std::size_t usual, std::size_t place, Unit& unit) {
+  const std::size_t count = batch.units.readings(place);
+  if (count >= usual) {
+    return;
+  }
+  unit.result = unit.result == "ok" ? "warning" : unit.result;
+  unit.reason = formatted("{} readings, and most units have {}{}{}", count, usual,
+                          unit.reason.empty() ? "" : "; ", unit.reason);
 }
 
 // The batch as a table: a row for each unit.
@@ -328,14 +400,21 @@ std::string table_of(const std::vector<Unit>& units, const std::vector<std::stri
   return text;
 }
 
+// Whether each unit of a batch has a file of its own.
+bool has_place_of_unit(const CalibrateCommand& command) {
+  return command.output &&
+         (command.output->find(serial_place) != std::string::npos ||
+          (command.each && command.output->find(file_place) != std::string::npos));
+}
+
 // Each unit's record and the table need files of their own, none of them an input: seen before the
 // work.
-void check_outputs(const CalibrateCommand& command, const UnitsOfRun& units) {
-  if (command.output && units.size() > 1 &&
-      command.output->find(serial_place) == std::string::npos) {
+void check_outputs(const CalibrateCommand& command, const Batch& batch) {
+  const UnitsOfRun& units = batch.units;
+  if (command.output && units.size() > 1 && !has_place_of_unit(command)) {
     throw UsageError(formatted(
-        "-o: the readings are of {} units, one record each; the file's name must hold {{serial}}",
-        units.size()));
+        "-o: the readings are of {} units, one record each; the file's name must hold {}",
+        units.size(), command.each ? "{file} or {serial}" : "{serial}"));
   }
   std::set<std::filesystem::path> files;
   const auto add = [&](const std::string& path) {
@@ -349,7 +428,7 @@ void check_outputs(const CalibrateCommand& command, const UnitsOfRun& units) {
     add(*command.table);
   }
   for (std::size_t i = 0; i < units.size() && command.output; ++i) {
-    add(output_for(*command.output, "", units.serial(i)));
+    add(batch.output(*command.output, units.serial(i)));
   }
 }
 
@@ -357,38 +436,45 @@ void check_outputs(const CalibrateCommand& command, const UnitsOfRun& units) {
 int run_batch(const CalibrateCommand& command,
               const Experiment& experiment,
               Run run,
+              std::map<std::string, std::string> serials,
               const std::optional<Limits>& limits,
               const std::vector<Calibration>& earlier) {
-  if (!command.table &&
-      (!command.output || command.output->find(serial_place) == std::string::npos)) {
+  if (!command.table && !has_place_of_unit(command)) {
     throw UsageError(
-        "the readings are of several units (column 'serial'): one record each needs -o with "
-        "{serial}, or one row each --table FILE");
+        command.each
+            ? "--each: one record of each file needs -o with {file} or {serial}, or one row each "
+              "--table FILE"
+            : "the readings are of several units (column 'serial'): one record each needs -o with "
+              "{serial}, or one row each --table FILE");
   }
   if (command.output == "-" || command.align || command.json) {
     throw UsageError(
-        "several units go to files with {serial} or to --table, not with -o -, --json or --align");
+        "several units go to files with {serial} or {file}, or to --table, not with -o -, --json or --align");
   }
   std::vector<Unit> units;
   std::vector<std::string> parameters;
   std::string text;
   std::size_t good = 0;
-  std::optional<UnitsOfRun> all(std::in_place, std::move(run), experiment.instrument.serial);
+  std::optional<Batch> all(
+      Batch{.units = UnitsOfRun(std::move(run), experiment.instrument.serial),
+            .serials = std::move(serials)});
   check_outputs(command, *all);
+  const std::size_t usual = all->units.usual_readings();
   // Records are stored as they come, in their order: all of thousands would fill the memory.
   constexpr std::size_t at_once = 16;
   std::size_t begin = 0;
   const auto next = [&]() -> std::optional<std::function<UnitsAtOnce()>> {
-    if (begin == all->size()) {
+    if (begin == all->units.size()) {
       return std::nullopt;
     }
     const std::size_t first = begin;
-    begin = std::min(first + at_once, all->size());
+    begin = std::min(first + at_once, all->units.size());
     return [&, first, last = begin] {
       UnitsAtOnce piece;
       for (std::size_t i = first; i < last; ++i) {
-        piece.units.push_back(
-            calibrate_unit(command, experiment, (*all)[i], limits, earlier, piece.parameters));
+        piece.units.push_back(calibrate_unit(command, experiment, all->units[i],
+                                             all->serial(all->units.serial(i)), limits, earlier,
+                                             piece.parameters));
       }
       return piece;
     };
@@ -398,9 +484,10 @@ int run_batch(const CalibrateCommand& command,
       parameters = std::move(piece.parameters);
     }
     for (Unit& unit : piece.units) {
+      mark_short_unit(*all, usual, units.size(), unit);
       const std::string record = std::move(unit.record);  // whose memory is free at once
       if (!record.empty()) {
-        write_whole_file(output_for(*command.output, "", unit.serial), record);
+        write_whole_file(all->output(*command.output, unit.serial), record);
       }
       good += unit.result == "pass" || unit.result == "ok" || unit.result == "warning" ? 1U : 0U;
       text +=
@@ -452,33 +539,108 @@ int deliver_records(const CalibrateCommand& command,
 
 namespace {
 
-// What the options leave open, and the first table's columns say: the axes where they are not x, y,
-// z, by that the kind of instrument, and the unit.
-ExperimentOptions with_what_the_table_says(ExperimentOptions options, const TableOptions& table) {
-  const std::string path = options.files.front();
-  if (is_experiment_file(path) || !can_be_read_again(path) || states_slots(options) ||
-      (options.axes && options.instrument && options.unit)) {
-    return options;
-  }
-  const TableText text(path, format_of(table));
+// What is known of the readings of a table: the columns of the axes, and of which instrument in which
+// unit.
+struct AxesOfTable {
+  std::string axes;  // "ax,ay,az"; empty: x, y, z
+  std::optional<LogSensor> sensor;
+  std::string words;  // how that is known
+};
+
+AxesOfTable axes_of_table(const TableText& text, const ExperimentOptions& options) {
   const auto has = [&](const std::string& name) {
     return std::any_of(text.columns().begin(), text.columns().end(), [&](const NamedColumn& one) {
-      return one.name == name || one.name.ends_with("." + name);
+      return in_small_letters(one.name) == name || one.name.ends_with("." + name);
     });
   };
-  const std::optional<LogSensor> sensor =
-      options.axes ? std::nullopt : sensor_of_kind(text, options.instrument.value_or(""));
-  const bool has_usual = has("x") && has("y") && has("z");
-  if (sensor) {
-    if (!has_usual) {
-      options.axes = joined({sensor->columns.begin(), sensor->columns.end()}, ",");
+  AxesOfTable found;
+  found.sensor = sensor_of_kind(text, options.instrument.value_or(""));
+  if (has("x") && has("y") && has("z")) {
+    return found;
+  }
+  if (found.sensor) {
+    found.axes = joined({found.sensor->columns.begin(), found.sensor->columns.end()}, ",");
+    found.words = found.sensor->words;
+    return found;
+  }
+  // Beside labels every other column of numbers is an axis; without, three of no name are.
+  std::vector<std::string> header;
+  for (const NamedColumn& one : text.columns()) {
+    header.push_back(one.name);
+  }
+  const std::vector<std::string> others = columns_without_meaning(header);
+  const bool has_labels = others.size() < header.size() &&
+                          std::any_of(header.begin(), header.end(), [&](const std::string& name) {
+                            return is_label_of_pose(name);
+                          });
+  std::vector<std::string> axes;
+  for (std::size_t c = 0; c < header.size() && has_labels; ++c) {
+    const std::vector<double>& values = text.first_rows()[c];
+    const bool are_numbers = !values.empty() && std::all_of(values.begin(), values.end(), [](double v) {
+      return std::isfinite(v);
+    });
+    if (are_numbers && std::find(others.begin(), others.end(), header[c]) != others.end()) {
+      axes.push_back(header[c]);
     }
-    if (!has_usual || !options.instrument) {
-      print_remark("note", path + ": " + sensor->words);
+  }
+  constexpr std::size_t usual = 3;
+  if (!has_labels && text.unnamed_numbers().size() == usual) {
+    axes = text.unnamed_numbers();
+  }
+  if (!axes.empty() && axes.size() <= usual) {
+    found.axes = joined(axes, ",");
+    found.words = formatted("the axes are taken from the columns {}", joined(axes));
+  }
+  return found;
+}
+
+// A table that says how large a known field was says which field it is.
+void take_field_of_table(const TableText& text, ExperimentOptions& options) {
+  for (const NamedColumn& one : text.columns()) {
+    const std::string name = in_small_letters(one.name);
+    if (!options.field && options.instrument == "gyroscope" &&
+        (name.starts_with("rate") || name == "omega")) {
+      options.field = "induced_rotation";
+      const std::optional<KnownUnit> unit = known_unit(one.unit, SeriesKind::gyroscope);
+      if (unit && !options.field_unit) {
+        options.field_unit = std::string(unit->name);
+      }
     }
-    if (!options.instrument) {
-      options.instrument = name_of(sensor->kind);
+    if (!options.field && options.instrument == "optical" &&
+        (name == "lux" || name == "illuminance" || name == "irradiance")) {
+      options.field = "light";
     }
+  }
+}
+
+// What the options leave open, and the first table's columns say.
+ExperimentOptions with_columns_of_table(ExperimentOptions options, const TableOptions& table) {
+  const std::string path = options.files.front();
+  if (is_experiment_file(path) || !can_be_read_again(path) || states_slots(options)) {
+    return options;
+  }
+  LogFormat format = format_of(table);
+  format.kinds = kinds_of(options.instrument.value_or(""));
+  format.wanted = names_of(options.axes.value_or(""));
+  const TableText text(path, format);
+  if (text.columns().empty()) {
+    return options;
+  }
+  take_field_of_table(text, options);
+  const AxesOfTable found = options.axes ? AxesOfTable{} : axes_of_table(text, options);
+  const std::optional<LogSensor>& sensor = found.sensor;
+  if (!found.axes.empty()) {
+    options.axes = found.axes;
+  }
+  if (!found.words.empty() || (sensor && !options.instrument)) {
+    print_remark("note", path + ": " + (found.words.empty() ? sensor->words : found.words));
+  }
+  if (sensor && !options.instrument && !sensor->is_guess) {
+    options.instrument = name_of(sensor->kind);
+  } else if (sensor && !options.instrument) {
+    throw UsageError(formatted(
+        "the kind of instrument is missing: by its numbers it may be {}; say so by --instrument {}",
+        name_of(sensor->kind), name_of(sensor->kind)));
   }
   if (!options.unit) {
     const std::vector<std::string> axes =
@@ -513,8 +675,11 @@ int run(const CalibrateCommand& command) {
   if (command.body || command.tare) {
     throw UsageError("--body, --tare: go with --method attitude");
   }
-  if (command.experiment.files.empty() == !command.imu.has_value()) {
-    throw UsageError("calibrate: needs FILEs of observations, or --imu LOG, one of them");
+  if (command.calibrated) {
+    static_cast<void>(calibrated_of_option(*command.calibrated));
+  }
+  if (command.experiment.files.empty() && !command.imu) {
+    throw UsageError("calibrate: needs FILEs of observations, or --imu LOG");
   }
   if (command.imu) {
     return run_imu(command);
@@ -527,7 +692,7 @@ int run(const CalibrateCommand& command) {
         joined(of_logs), of_logs.size() == 1 ? "is" : "are"));
   }
   const TableOptions& table = command.rests.log.table;
-  ExperimentFile file = make_experiment_file(with_what_the_table_says(command.experiment, table));
+  ExperimentFile file = make_experiment_file(with_columns_of_table(command.experiment, table));
   Experiment& experiment = file.experiment;
   const std::string limits_path = command.limits.value_or(file.paths.limits);
   const std::optional<Limits> limits =
@@ -546,12 +711,32 @@ int run(const CalibrateCommand& command) {
               .range = companion->sensor.instrument.range};
   }
   Observations companions;
-  Run run = read_run(file, Units::several, {.options = table}, beside, &companions);
+  std::vector<Run> files =
+      read_files(file, Units::several,
+                 {.options = table,
+                  .faces_of = experiment.slots.empty() ? experiment.instrument.kind : ""},
+                 beside, &companions);
+  std::map<std::string, std::string> serials;
+  if (command.each) {
+    serials = name_units_by_files(command.output.value_or(""), files);
+  }
+  Run run = join_runs(std::move(files), Units::several);
+  run.measured = command.calibrated ? calibrated_of_option(*command.calibrated) : "";
   experiment.positioner =
       with_assembly(experiment.positioner, command.experiment.assembly, run.slots);
   experiment.slot = slot_of(experiment, run);
-  if (has_several_units(run) || command.table) {
-    return run_batch(command, experiment, std::move(run), limits, earlier);
+  if (has_several_units(run) || command.table || command.each) {
+    return run_batch(command, experiment, std::move(run), std::move(serials), limits, earlier);
+  }
+  read_with_sign(run);
+  const bool may_be_samples = experiment.slots.empty() &&
+                              (!experiment.method || method_kind(*experiment.method).by_magnitude);
+  if (may_be_samples && gather_rests(experiment.instrument.kind, run) && !experiment.method &&
+      experiment.instrument.kind == "accelerometer" && run.observations.response.cols() == 3) {
+    label_faces(run);
+  }
+  if (!command.force && run.serial.empty() && experiment.instrument.serial.empty()) {
+    require_one_instrument(experiment, run);
   }
   experiment.process = process_of(command, earlier, experiment, run);
   if (command.history && !experiment.process) {

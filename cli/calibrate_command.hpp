@@ -15,14 +15,16 @@ struct CalibrateCommand {
   ExperimentOptions experiment;
   std::optional<std::string> imu;  ///< a raw log instead of observations
   RestOptions rests;
-  std::optional<std::string> gyroscope_unit, magnetometer_unit, magnetic_magnitude,
-      known_accelerometer;
+  std::optional<std::string> accelerometer_unit, gyroscope_unit, magnetometer_unit,
+      magnetic_magnitude, known_accelerometer;
+  std::optional<std::string> only;  ///< slots of a log whose records are wanted
   bool cube = false;
   bool fit_gyroscope_bias = false;
   std::optional<std::string> output;
-  std::optional<std::string> limits, history, table;
+  std::optional<std::string> limits, history, table, calibrated;
   std::optional<std::string> align;       ///< record of an instrument that was recorded together
   std::optional<std::string> body, tare;  ///< method attitude: an earlier rotation, and its tare
+  bool each = false;                      ///< a record of each file, or of each serial
   bool json = false;
   bool force = false;
   bool accept_suggestion = false;

@@ -20,6 +20,7 @@
 #include "axiscal/core/units.hpp"
 #include "experiment_options.hpp"
 #include "run_input.hpp"
+#include "sample_rests.hpp"
 #include "subcommands.hpp"
 #include "summary.hpp"
 #include "typed_values.hpp"
@@ -178,14 +179,20 @@ int run_history(const CheckCommand& command) {
   const std::optional<Limits> limits =
       command.limits ? std::optional(read_limits(*command.limits)) : std::nullopt;
   std::vector<std::string> passed_over;
+  std::vector<std::string> not_held;
   std::vector<UnitHistory> units;
   try {
-    units = read_history(*command.history, limits, &passed_over);
+    units = read_history(*command.history, limits, &passed_over, &not_held);
   } catch (const DomainError& error) {
     throw DataError(command.limits.value_or(""), error.what(), error.settings());
   }
   for (const std::string& reason : passed_over) {
     std::fprintf(stderr, "note: passed over: %s\n", reason.c_str());
+  }
+  if (!not_held.empty()) {
+    print_remark("note", formatted("a history holds biases and sensitivities; not held against their "
+                                   "limits: {}",
+                                   joined(not_held)));
   }
   bool outside = false;
   for (const UnitHistory& unit : units) {
@@ -252,7 +259,13 @@ FreshReadings read_fresh(const CheckCommand& command, const Calibration& old) {
       read_run(without_method, Units::one,
                {.options = command.table,
                 .kind = old.sensor.instrument.differences.empty() ? old.sensor.instrument.kind : "",
-                .unit = old.sensor.instrument.unit});
+                .unit = old.sensor.instrument.unit,
+                .faces_of = old.sensor.instrument.kind});
+  read_with_sign(fresh.run);
+  if (!gather_rests(old.sensor.instrument.kind, fresh.run) &&
+      old.sensor.instrument.kind == "accelerometer") {
+    require_readings(fresh.run);
+  }
   if (old.sensor.temperature && !fresh.run.observations.readings.front().temperature) {
     std::fprintf(stderr,
                  "note: the readings have no column 'temperature' and count as taken at the "
@@ -286,7 +299,6 @@ Calibration calibration_of(const CheckCommand& command,
       return warning.code == WarningCode::field_in_bias;
     });
   }
-  print_remarks(calibrations);
   if (calibrations.size() != 1) {
     throw UsageError("check: takes one instrument, not several slots");
   }
@@ -295,6 +307,7 @@ Calibration calibration_of(const CheckCommand& command,
     throw RefusedError("the fresh readings give no calibration: " +
                        fresh.findings.warnings.front().message);
   }
+  print_remarks({fresh});
   if (old.sensor.temperature && method_kind(old.fit.method).fits_sensitivity) {
     fresh.sensor.temperature = old.sensor.temperature;  // it is compared at the reference of both
   }
@@ -334,12 +347,17 @@ void print_notes(const DriftCheck& check) {
   }
 }
 
-// Whether labelled readings are too few for a calibration of their own.
-bool is_few(const Run& run, const Calibration& old) {
-  constexpr Eigen::Index fewest_of_a_design = 6;
-  return run.slots.empty() && run.observations.size() < fewest_of_a_design &&
-         run.observations.readings.front().point && old.sensor.field.parts.empty() &&
+// Whether labelled readings can be held one by one against what a record predicts of them.
+bool can_be_predicted(const Run& run, const Calibration& old) {
+  return run.slots.empty() && run.observations.readings.front().point &&
+         run.observations.has_fence && old.sensor.field.parts.empty() &&
          method_kind(old.fit.method).fits_sensitivity && gives_field(old);
+}
+
+// Whether there are fewer labelled readings than a whole design has.
+bool is_few(const Run& run, const Calibration& old) {
+  constexpr Eigen::Index whole_design = 12;
+  return can_be_predicted(run, old) && run.observations.size() < whole_design;
 }
 
 DriftCheck check_few(const CheckCommand& command,
@@ -417,16 +435,29 @@ int run(const CheckCommand& command) {
         return report(command, in_situ_json(check, own),
                       own_text(own) + in_situ_text(check, old.sensor.field.unit), check.drifted);
       }
-      if (is_few(readings.run, old)) {
-        if (limits) {
-          throw UsageError("--limits: a few readings give no coefficients to hold against limits");
+      std::string why_predicted = "fewer readings than a whole design";
+      bool predicted = is_few(readings.run, old);
+      if (predicted && limits) {
+        throw UsageError("--limits: a few readings give no coefficients to hold against limits");
+      }
+      if (!predicted) {
+        try {
+          fresh = calibration_of(command, readings, old);
+        } catch (const RefusedError& error) {
+          if (limits || !can_be_predicted(readings.run, old)) {
+            throw;
+          }
+          predicted = true;
+          why_predicted = error.what();
         }
+      }
+      if (predicted) {
         const DriftCheck check = check_few(command, readings, old, alpha);
+        print_remark("note", "no calibration of the fresh readings: " + why_predicted);
         print_notes(check);
         return report(command, check_json(check, std::nullopt, own),
                       own_text(own) + check_text(check, old), check.drifted);
       }
-      fresh = calibration_of(command, std::move(readings), old);
     }
     const DriftCheck check = gives_field(old) && gives_field(fresh)
                                  ? check_drift(old, fresh, alpha)

@@ -196,7 +196,10 @@ void set_in_table(const std::string& value, FieldSetup& part) {
   part.in_table = Eigen::Vector3d(v[0], v[1], v[2]);
 }
 
-void set_field(const ExperimentOptions& options, FieldSetup& field) {
+void set_field(const ExperimentOptions& options,
+               const Instrument& instrument,
+               const TablePlace& place,
+               FieldSetup& field) {
   if (options.field) {
     set_kinds(*options.field, field);
   }
@@ -214,7 +217,12 @@ void set_field(const ExperimentOptions& options, FieldSetup& field) {
                     part.magnitude_u = not_negative_of("--field-magnitude-u", value);
                   });
   }
-  if (options.field_table) {
+  const bool by_file = options.field_table && options.field_table->ends_with(".csv");
+  if (options.field_table && !by_file) {
+    for_each_part("--field-table", *options.field_table, field, set_in_table);
+  }
+  take_usual_field(instrument, place, field);
+  if (by_file) {
     for_each_part("--field-table", *options.field_table, field, set_in_table);
   }
   if (options.source) {
@@ -324,6 +332,7 @@ void set_stated_uncertainties(const ExperimentOptions& options, StatedUncertaint
   set("--slope-u", options.slope_u, stated.slope_u);
   set("--direction-u", options.direction_u, stated.direction_u_rad);
   set("--temperature-u", options.temperature_u, stated.temperature_u);
+  set("--reference-u", options.reference_u, stated.reference_u);
 }
 
 }  // namespace
@@ -441,6 +450,11 @@ void add_experiment_options(OptionSet& options, ExperimentOptions& experiment) {
                   "known: standard uncertainty of the field's direction");
   uncertainty.add("--temperature-u", experiment.temperature_u, "U",
                   "standard uncertainty of the temperature output");
+  uncertainty.add("--reference-u", experiment.reference_u, "U",
+                  "relative standard uncertainty of the voltage or current reference of readings in "
+                  "an electrical unit");
+  uncertainty.add("--positioner-u", experiment.positioner_u, "RAD",
+                  "standard uncertainty of each face normal of the cube");
 }
 
 std::string take_unit_of_file(const std::string& unit, ExperimentOptions& options) {
@@ -567,10 +581,7 @@ void set_slots(const ExperimentOptions& options, Experiment& experiment) {
     }
     try {
       set_instrument(own, slot.instrument);
-      if (!own.field) {
-        take_usual_field(slot.instrument, slot.field);
-      }
-      set_field(own, slot.field);
+      set_field(own, slot.instrument, experiment.table, slot.field);
       Experiment alone = experiment;
       alone.instrument = slot.instrument;
       alone.field = slot.field;
@@ -611,10 +622,7 @@ ExperimentFile make_experiment_file(const ExperimentOptions& options, const Expe
   const bool of_slots = states_slots(options) || !experiment.slots.empty();
   if (!of_slots) {
     set_instrument(options, experiment.instrument);
-    if (!options.field) {
-      take_usual_field(experiment);
-    }
-    set_field(options, experiment.field);
+    set_field(options, experiment.instrument, experiment.table, experiment.field);
   }
   if (options.face_names) {
     try {
@@ -646,6 +654,10 @@ ExperimentFile make_experiment_file(const ExperimentOptions& options, const Expe
   if (options.positioner) {
     experiment.positioner = read_positioner(*options.positioner);
   }
+  if (options.positioner_u) {
+    experiment.positioner = experiment.positioner.with_normal_u(
+        not_negative_of("--positioner-u", *options.positioner_u));
+  }
   experiment.slot = options.slot.value_or(experiment.slot);
   set_method(options, experiment);
   set_temperature(options, experiment);
@@ -653,7 +665,11 @@ ExperimentFile make_experiment_file(const ExperimentOptions& options, const Expe
   if (of_slots) {
     set_slots(options, experiment);
   } else {
-    static_cast<void>(make_field_description(experiment));  // complains before any data are read
+    // Complains before any data are read; readings may bring their fields, and with them the size.
+    const bool may_bring = !file.paths.observations.empty() &&
+                           method_kind(experiment.method.value_or(Method::known)).directions_known;
+    static_cast<void>(make_field_description(
+        experiment, std::nullopt, may_bring ? std::optional(1.0) : std::nullopt));
   }
   return file;
 }

@@ -22,7 +22,8 @@ struct ExperimentOptions {
   std::optional<std::string> fence_azimuth, slope, positioner, slot, assembly, face_names;
   std::optional<std::string> method, shape, weights, leave_out, level_by, drift, seats, noise_ratio;
   std::optional<std::string> temperature_order, temperature_reference, from;
-  std::optional<std::string> resolution, slope_u, direction_u, temperature_u;
+  std::optional<std::string> resolution, slope_u, direction_u, temperature_u, reference_u,
+      positioner_u;
   std::optional<std::string> nominal_sensitivity;
   bool robust = false;
   bool squares = false;

@@ -9,6 +9,7 @@
 #include "axiscal/exchange/export.hpp"
 #include "axiscal/logs/noise_json.hpp"
 #include "input.hpp"
+#include "log_input.hpp"
 #include "subcommands.hpp"
 #include "summary.hpp"
 #include "typed_values.hpp"
@@ -20,6 +21,7 @@ struct ExportCommand {
   std::vector<std::string> records;
   std::optional<std::string> format, reading_factor, gravity, numbers, name, instance;
   std::optional<std::string> laboratory;
+  UnitOptions units;
   std::string output = "-";
   bool list = false;
   bool lossy = false;
@@ -44,6 +46,7 @@ void add_options(OptionSet& options, ExportCommand& command) {
   options.add("--instance", command.instance, "N", "number of the sensor, 0 to 9; 0");
   options.add("--laboratory", command.laboratory, "FILE",
               "of dcc: laboratory, customer, number, ... as report --laboratory");
+  add_unit_options(options, command.units);
   options.add_flag("--lossy", command.lossy, "write what the format holds, and say what is lost");
   options.add_flag("--force", command.force, "take a refused record too");
   options.add_output(command.output);
@@ -78,6 +81,24 @@ ExportOptions options_of(const ExportCommand& command) {
   return options;
 }
 
+// The unit of readings that a record does not state, as typed.
+void state_unit(const UnitOptions& units, const std::string& path, Instrument& instrument) {
+  const std::optional<std::string>& of_kind =
+      instrument.kind == "accelerometer" || instrument.kind == "inclinometer" ? units.accelerometer
+      : instrument.kind == "gyroscope"                                        ? units.gyroscope
+      : instrument.kind == "magnetometer"                                     ? units.magnetometer
+                                                                              : units.all;
+  const std::optional<std::string>& unit = of_kind ? of_kind : units.all;
+  if (!unit) {
+    return;
+  }
+  if (!instrument.unit.empty() && instrument.unit != "1" && instrument.unit != *unit) {
+    throw UsageError(formatted("export: {} is of readings in {}, and {} is stated", path,
+                               instrument.unit, *unit));
+  }
+  instrument.unit = *unit;
+}
+
 Exported exported(const ExportCommand& command) {
   const std::string& format = *command.format;
   try {
@@ -85,6 +106,7 @@ Exported exported(const ExportCommand& command) {
     std::vector<Calibration> records;
     for (const std::string& record : command.records) {
       records.push_back(read_unrefused(record, command.force));
+      state_unit(command.units, record, records.back().sensor.instrument);
     }
     if (records.size() == 1) {
       return export_calibration(records.front(), format, options);

@@ -77,7 +77,7 @@ constexpr std::array essentials = {
                {"axiscal characterize --reference a.json=a.csv --id cube-07 -o cube-07.json",
                 "axiscal characterize --reference a.json=a.csv --reference b.json=b.csv --id "
                 "cube-07 -o cube-07.json",
-                "axiscal characterize --reference a.json=a.csv --id cube-07 --drawing cube.html"}},
+                "axiscal characterize --reference a.json=a.csv --id cube-07 --json"}},
     Essentials{"check",
                "limits,history,alpha,output,json,field,positioner,names,map,serial",
                {"axiscal check cal.json today.csv", "axiscal check old.json new.json",
@@ -94,7 +94,7 @@ constexpr std::array essentials = {
     Essentials{"export",
                "",
                {"axiscal export cal.json --format c-header -o imu_accel.h",
-                "axiscal export cal.json --format px4 -o drone.params",
+                "axiscal export imu-accelerometer.json --format px4 --lossy -o drone.params",
                 "axiscal export cal.json --format xlsx -o cal.xlsx"}},
     Essentials{"import",
                "",
@@ -106,8 +106,8 @@ constexpr std::array essentials = {
                {"axiscal acquire --connect 'sim:?error=0.1' --web",
                 "axiscal acquire --connect 'serial:/dev/ttyUSB0?names=x,y,z' --instrument "
                 "accelerometer --unit V",
-                "axiscal acquire --free --connect serial:/dev/ttyACM0 --instrument magnetometer "
-                "--unit uT --web"}},
+                "axiscal acquire --free --connect 'serial:/dev/ttyACM0?names=x,y,z' --instrument "
+                "magnetometer --unit uT --web"}},
     Essentials{"report",
                "",
                {"axiscal report cal.json run.csv -o report.html",

@@ -1,13 +1,17 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
 #include <cstdio>
+#include <iterator>
+#include <utility>
 
 #include "axiscal/core/error.hpp"
 #include "axiscal/core/formatted.hpp"
 #include "axiscal/core/output_file.hpp"
+#include "axiscal/core/timestamp.hpp"
 #include "axiscal/core/units.hpp"
 #include "axiscal/logs/regions.hpp"
 #include "axiscal/logs/sensor_names.hpp"
+#include "axiscal/logs/time_column.hpp"
 #include "calibrate_command.hpp"
 #include "column_advice.hpp"
 #include "input.hpp"
@@ -33,6 +37,13 @@ std::string rests_text(const ImuCalibration& imu) {
 ImuOptions options_of(const CalibrateCommand& command) {
   ImuOptions options = imu_options_of(command.rests, {"ax", "ay", "az"});
   ExperimentOptions experiment = command.experiment;
+  experiment.files.clear();  // further logs
+  if (command.accelerometer_unit) {
+    if (experiment.unit && *experiment.unit != *command.accelerometer_unit) {
+      throw UsageError("--unit, --accelerometer-unit: are of the same readings; state one of them");
+    }
+    experiment.unit = command.accelerometer_unit;
+  }
   if (experiment.instrument && *experiment.instrument != "accelerometer") {
     throw UsageError(
         "--instrument: with --imu it is the accelerometer, gyroscope and magnetometer");
@@ -60,6 +71,24 @@ ImuOptions options_of(const CalibrateCommand& command) {
     options.seats = Seats::recognised;
   }
   return options;
+}
+
+// Whether the record of a slot is wanted.
+bool is_wanted(const CalibrateCommand& command, const std::string& slot) {
+  if (!command.only) {
+    return true;
+  }
+  const std::vector<std::string> wanted = names_of(*command.only);
+  return std::find(wanted.begin(), wanted.end(), slot) != wanted.end();
+}
+
+void check_only(const CalibrateCommand& command) {
+  for (const std::string& slot : names_of(command.only.value_or("accelerometer"))) {
+    if (slot != "accelerometer" && slot != "gyroscope" && slot != "magnetometer") {
+      throw UsageError(
+          formatted("--only: '{}' is none of accelerometer, gyroscope, magnetometer", slot));
+    }
+  }
 }
 
 const LogSensor* sensor_of(const LogInput& input, const Calibration& record) {
@@ -171,23 +200,101 @@ std::vector<Region> regions_of(const CalibrateCommand& command, const LogInput& 
   return {};
 }
 
+// When the last sample was taken, ISO 8601; empty if the times of the log are no dates.
+std::string end_of_log(const LogInput& input) {
+  const std::optional<std::size_t> column = find_column(input.log.columns, input.time);
+  if (!column || input.log.samples[*column].empty()) {
+    return "";
+  }
+  const double last_s = seconds_of_clock(input.log.samples[*column].back());
+  return is_utc(last_s) ? timestamp_of(last_s) : "";
+}
+
+// The unit in which three columns show gravity; empty if they do not.
+std::string unit_of_columns(const RecordedLog& log, const std::vector<std::string>& names) {
+  std::vector<const std::vector<double>*> columns;
+  for (const std::string& name : names) {
+    const std::optional<std::size_t> column = find_column(log.columns, name);
+    if (column) {
+      columns.push_back(&log.samples[*column]);
+    }
+  }
+  return columns.size() == 3 ? unit_of_gravity(*columns[0], *columns[1], *columns[2]) : "";
+}
+
+// The records of an instance, and what failed of it.
+struct InstanceRecords {
+  std::vector<Calibration> records;
+  std::vector<FailedSensor> failed;
+};
+
+// Files that are shorter than a rest has to be are rests of their own.
+void fit_rests_to_files(const LogInput& input, SegmentOptions& options) {
+  if (input.begins.empty()) {
+    return;
+  }
+  std::vector<std::size_t> ends = input.begins;
+  ends.push_back(input.log.samples.front().size());
+  std::size_t shortest = ends.back();
+  std::size_t first = 0;
+  for (const std::size_t end : ends) {
+    shortest = std::min(shortest, end - first);
+    first = end;
+  }
+  double rate_hz = options.rate_hz.value_or(0.0);
+  if (!options.rate_hz) {
+    const std::optional<TimeColumn> column =
+        find_time_column(input.log.name, input.log.columns, options.time);
+    if (!column) {
+      return;
+    }
+    const std::vector<double>& times = input.log.samples[column->position];
+    rate_hz = 1.0 / (usual_step(times) * settle_time_unit(input.log.name, *column, times).seconds);
+  }
+  const double span_s = static_cast<double>(shortest) / rate_hz;
+  constexpr double usual_part = 2.0;
+  if (span_s < usual_part * options.shortest_s) {
+    options.shortest_s = 0.4 * span_s;
+    options.window_s = std::min(options.window_s, 0.2 * span_s);
+    options.trim_s = std::min(options.trim_s, 0.05 * span_s);
+  }
+}
+
 // The records of one instance: of each kind the sensor of that number, where there is one.
-std::vector<Calibration> calibrate_instance(const CalibrateCommand& command,
-                                            const LogInput& input,
-                                            int instance,
-                                            const InputFileDigest& digest,
-                                            std::string& heading) {
+InstanceRecords calibrate_instance(const CalibrateCommand& command,
+                                   const LogInput& input,
+                                   int instance,
+                                   const std::vector<InputFileDigest>& digests,
+                                   std::string& heading) {
   CalibrateCommand own = command;
   const LogSensor* const accelerometer = input.sensor(SeriesKind::accelerometer);
-  if (!own.experiment.unit && !command.rests.accelerometer && accelerometer != nullptr &&
-      !accelerometer->unit.empty()) {
-    const std::string note = take_unit_of_file(accelerometer->unit, own.experiment);
+  if (!own.experiment.unit && !own.accelerometer_unit) {
+    // Columns that an option names show gravity by their length.
+    const std::string unit =
+        command.rests.accelerometer
+            ? unit_of_columns(input.log, names_of(*command.rests.accelerometer))
+        : accelerometer != nullptr ? accelerometer->unit
+                                   : std::string();
+    if (command.rests.accelerometer && !unit.empty()) {
+      print_remark("note", formatted("the accelerometer's readings are taken as {}, by the length of "
+                                     "gravity in them",
+                                     unit));
+    }
+    const std::string note = take_unit_of_file(unit, own.experiment);
     if (!note.empty()) {
       print_remark("note", note);
     }
   }
   ImuOptions options = options_of(own);
   take_sensors(command, input, options);
+  if (!is_wanted(command, "gyroscope")) {
+    options.gyroscope.clear();
+  }
+  if (!is_wanted(command, "magnetometer")) {
+    options.magnetometer.clear();
+  }
+  options.segment.begins = input.begins;
+  fit_rests_to_files(input, options.segment);
   if (command.known_accelerometer) {
     options.known_accelerometer = known_accelerometer_of(command, options);
   }
@@ -202,10 +309,14 @@ std::vector<Calibration> calibrate_instance(const CalibrateCommand& command,
   std::erase_if(records, [&](const Calibration& record) {
     const LogSensor* const sensor = sensor_of(input, record);
     // A sensor that serves several others is stored once.
-    return instance > 0 && sensor != nullptr && sensor->number != instance;
+    return (instance > 0 && sensor != nullptr && sensor->number != instance) ||
+           !is_wanted(command, record.provenance.slot);
   });
+  const std::string measured =
+      command.calibrated ? calibrated_of_option(*command.calibrated) : end_of_log(input);
   for (Calibration& record : records) {
-    record.provenance.inputs = {digest};
+    record.provenance.inputs = digests;
+    record.provenance.measured = measured;
     for (const std::string& note : imu.notes) {
       record.findings.notes.push_back({NoteCode::input, note});
     }
@@ -214,7 +325,25 @@ std::vector<Calibration> calibrate_instance(const CalibrateCommand& command,
       record.provenance.device = sensor->device;
     }
   }
-  return records;
+  return {.records = std::move(records), .failed = std::move(imu.failed)};
+}
+
+// Stores the records and names the sensors that have none.
+int deliver_of_log(const CalibrateCommand& command,
+                   const std::vector<Calibration>& records,
+                   const std::vector<FailedSensor>& failed,
+                   const std::string& heading) {
+  int status = 0;
+  if (!records.empty()) {
+    status = deliver_records(command, records, heading);
+  }
+  for (const FailedSensor& sensor : failed) {
+    std::fprintf(stderr, "axiscal: %s: refused: %s\n", sensor.slot.c_str(), sensor.message.c_str());
+  }
+  if (records.empty() && failed.empty()) {
+    throw RefusedError("--only: the log has none of these sensors");
+  }
+  return failed.empty() ? status : 1;
 }
 
 }  // namespace
@@ -226,21 +355,32 @@ int run_imu(const CalibrateCommand& command) {
         "--imu: goes without --align (the three are aligned), --limits, --table, --history and "
         "--accept-suggestion; check the records afterwards");
   }
+  check_only(command);
+  std::vector<std::string> paths = {*command.imu};
+  paths.insert(paths.end(), command.experiment.files.begin(), command.experiment.files.end());
+  if (paths.size() > 1 && command.rests.regions) {
+    throw UsageError("--regions: goes with one log");
+  }
   static_cast<void>(options_of(command));  // what is typed wrongly is said before the log is read
   LogFormat format = format_of(command.rests.log, columns_named_by(command.rests));
-  const InputFileDigest digest{
-      .path = *command.imu, .sha256 = sha256_of_file(*command.imu), .is_log = true};
+  std::vector<InputFileDigest> digests;
+  for (const std::string& path : paths) {
+    digests.push_back({.path = path, .sha256 = sha256_of_file(path), .is_log = true});
+  }
   const bool wants_all =
       command.output && command.output->find(place_of_instance) != std::string::npos;
-  LogInput input = record_log(*command.imu, format);
+  LogInput input = record_logs(paths, format);
   int instances = 1;
   for (const LogSensor& sensor : input.sensors) {
     instances = std::max(instances, sensor.of);
   }
-  if (command.output && *command.output != "-" && input.sensors.size() > 1 &&
+  const auto wanted = std::count_if(
+      input.sensors.begin(), input.sensors.end(),
+      [&](const LogSensor& sensor) { return is_wanted(command, std::string(name_of(sensor.kind))); });
+  if (command.output && *command.output != "-" && wanted > 1 &&
       command.output->find("{slot}") == std::string::npos) {
-    throw UsageError(formatted("-o: the log gives {} records; the file's name must hold {{slot}}",
-                               input.sensors.size()));
+    throw UsageError(
+        formatted("-o: the log gives {} records; the file's name must hold {{slot}}", wanted));
   }
   const bool has_usual =
       find_column(input.log.columns, "ax") && find_column(input.log.columns, "ay");
@@ -258,6 +398,7 @@ int run_imu(const CalibrateCommand& command) {
                   found));
   }
   std::vector<Calibration> records;
+  std::vector<FailedSensor> failed;
   std::string heading;
   const bool chosen = command.rests.log.instance.has_value();
   const int first = chosen ? format.instance : 0;
@@ -265,20 +406,21 @@ int run_imu(const CalibrateCommand& command) {
   for (int instance = first; instance <= last; ++instance) {
     if (instance != first) {
       format.instance = instance;
-      input = record_log(*command.imu, format);
+      input = record_logs(paths, format);
     }
-    const std::vector<Calibration> some =
-        calibrate_instance(command, input, chosen ? 0 : instance, digest, heading);
-    records.insert(records.end(), some.begin(), some.end());
+    InstanceRecords some =
+        calibrate_instance(command, input, chosen ? 0 : instance, digests, heading);
+    std::move(some.records.begin(), some.records.end(), std::back_inserter(records));
+    std::move(some.failed.begin(), some.failed.end(), std::back_inserter(failed));
   }
-  if (instances > 1 && last == first && !chosen) {
+  if (instances > 1 && last == first && !chosen && !records.empty()) {
     records.front().findings.notes.push_back(
         {NoteCode::input,
          formatted("the log has {} sensors of a kind; these records are of the first (another: "
                    "--instance N; all of them: {{instance}} in the name of -o)",
                    instances)});
   }
-  return deliver_records(command, records, heading);
+  return deliver_of_log(command, records, failed, heading);
 }
 
 }  // namespace axiscal::cli

@@ -48,6 +48,13 @@ std::vector<std::string> axes_of(const ObservationColumns& columns) {
   return axes;
 }
 
+WantedColumns wanted_of(const ObservationColumns& columns, const TableReading& reading) {
+  return {.axes = axes_of(columns),
+          .kind = reading.kind,
+          .unit = reading.unit,
+          .faces_of = columns.face_names.empty() ? reading.faces_of : ""};
+}
+
 // Two instruments in one file, which may be a pipe: it is read once and held.
 ObservationsFile read_two_instruments(const std::string& path,
                                       const ObservationColumns& columns,
@@ -55,7 +62,7 @@ ObservationsFile read_two_instruments(const std::string& path,
                                       const TableReading& reading) {
   const std::string text = read_whole_file(path);
   const OpenTable own = open_table(
-      path, reading.options, {.axes = axes_of(columns), .kind = reading.kind, .unit = reading.unit},
+      path, reading.options, wanted_of(columns, reading),
       CsvReader::Quotes::span_lines, reader_of(text));
   const OpenTable others = open_table(path, reading.options, {.axes = beside.axes},
                                       CsvReader::Quotes::span_lines, reader_of(text));
@@ -84,7 +91,7 @@ ObservationsFile read_observations_file(const std::string& path,
   if (can_be_read_again(path)) {
     const OpenTable table =
         open_table(path, reading.options,
-                   {.axes = axes_of(columns), .kind = reading.kind, .unit = reading.unit});
+                   wanted_of(columns, reading));
     // The digest of a large file takes longer than reading it.
     constexpr std::uintmax_t worth_a_thread = 1U << 20U;
     std::error_code none;
@@ -99,7 +106,7 @@ ObservationsFile read_observations_file(const std::string& path,
   SHA2_CTX digest;
   SHA256Init(&digest);
   const OpenTable table = open_table(
-      path, reading.options, {.axes = axes_of(columns), .kind = reading.kind, .unit = reading.unit},
+      path, reading.options, wanted_of(columns, reading),
       CsvReader::Quotes::span_lines, [&](char* buffer, std::size_t size) {
         const std::size_t count = file.read(buffer, size);
         SHA256Update(&digest, reinterpret_cast<const std::uint8_t*>(buffer), count);

@@ -23,6 +23,7 @@ struct TableReading {
   /// never.
   std::string kind;
   std::string unit;  ///< of the readings that is wanted, as WantedColumns; empty: any
+  std::string faces_of;  ///< as WantedColumns
 };
 
 /// @param beside  columns of another instrument in the same rows.

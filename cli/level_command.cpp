@@ -118,7 +118,7 @@ Measured measure(const LevelCommand& command, Surface& surface) {
   ExperimentFile file = make_experiment_file(options);
   Experiment& experiment = file.experiment;
   surface = experiment.positioner.surface();
-  const Run run = read_run(file);
+  const Run run = read_run(file, Units::one, {.faces_of = file.experiment.instrument.kind});
   experiment.positioner =
       with_assembly(experiment.positioner, command.experiment.assembly, run.slots);
   const std::vector<Calibration> calibrations = calibrate_run(experiment, run);

@@ -2,6 +2,8 @@
 #include <algorithm>
 #include <cctype>
 #include <cmath>
+#include <numeric>
+#include <optional>
 
 #include "axiscal/core/formatted.hpp"
 #include "axiscal/core/number_text.hpp"
@@ -10,6 +12,7 @@
 #include "axiscal/logs/recording_file.hpp"
 #include "subcommands.hpp"
 #include "summary.hpp"
+#include "table_options.hpp"
 
 namespace axiscal::cli {
 namespace {
@@ -17,12 +20,14 @@ namespace {
 struct LogCommand {
   std::string log;
   std::string output = "-";
+  std::optional<std::string> definitions;
   bool json = false;
 };
 
 void add_options(OptionSet& options, LogCommand& command) {
   options.add("log", command.log, "FILE", "of any format; - is stdin", Need::required);
   options.add_output(command.output);
+  add_definitions_option(options, command.definitions);
   options.add_flag("--json", command.json, "print JSON instead of a table");
 }
 
@@ -31,10 +36,11 @@ std::string full_name(const SeriesSummary& one) {
                                  : one.series.name;
 }
 
+// Columns of what is not known are all listed: their names have to be typed.
 std::string columns_text(const SeriesSummary& one) {
   constexpr std::size_t most = 4;
   std::vector<std::string> columns = one.series.columns;
-  if (columns.size() > most) {
+  if (columns.size() > most && one.series.kind != SeriesKind::other) {
     const std::size_t more = columns.size() - most + 1;
     columns.resize(most - 1);
     columns.push_back(formatted("and {} more", more));
@@ -52,6 +58,8 @@ std::string series_table(const RecordingSummary& summary) {
                                "kind", "samples", "rate [Hz]", "span [s]", "unit", "columns");
   for (const SeriesSummary& one : summary.series) {
     const bool has_times = std::isfinite(one.start_s) && std::isfinite(one.end_s);
+    const std::size_t missing =
+        std::accumulate(one.missing.begin(), one.missing.end(), std::size_t{0});
     text += formatted(
         "{:<{}}  {:<13}  {:>9}  {:>9}  {:>10}  {:<7} {}{}\n", full_name(one), width,
         name_of(one.series.kind), one.samples,
@@ -59,6 +67,7 @@ std::string series_table(const RecordingSummary& summary) {
         has_times ? number_text(one.end_s - one.start_s, 5) : "-",
         one.series.unit.empty() ? "-" : one.series.unit, columns_text(one),
         std::string(one.gaps > 0 ? formatted("; {} gaps", one.gaps) : "") +
+            (missing > 0 ? formatted("; {} numbers missing", missing) : "") +
             (one.series.kind != SeriesKind::other && is_constant(one) ? "; does not vary" : ""));
   }
   return text;
@@ -70,8 +79,92 @@ std::string quoted(const std::string& path) {
   return is_plain ? path : "'" + path + "'";
 }
 
+// "next: .." stands before commands alone that run as they are.
+std::string next_of(const std::string& command) {
+  return "next: axiscal " + command + "\n";
+}
+
+std::string columns_of(const RecordedSensor& sensor) {
+  return quoted(joined({sensor.columns.begin(), sensor.columns.end()}, ","));
+}
+
+std::string next_for_turned(const RecordedSensor& sensor,
+                            const std::string& kind,
+                            const std::string& file) {
+  return next_of(formatted("calibrate {} --instrument {} --method magnitude --axes {} -o {}.json",
+                           file, kind, columns_of(sensor), kind));
+}
+
+bool has_times(const SeriesSummary& one) {
+  return std::isfinite(one.end_s - one.start_s);
+}
+
+std::string next_for_accelerometer(const RecordingSummary& summary,
+                                   const RecordedSensor& accelerometer,
+                                   const std::vector<RecordedSensor>& sensors,
+                                   const std::string& file) {
+  const SeriesSummary& one = summary.series[accelerometer.series];
+  const double still_s = one.still_to_s - one.still_from_s;
+  const double span_s = one.end_s - one.start_s;
+  constexpr double nearly_all = 0.9;
+  constexpr double shortest_s = 1.0;
+  constexpr std::size_t most_readings = 500;
+  if (!has_times(one) && one.samples <= most_readings) {
+    return next_for_turned(accelerometer, "accelerometer", file);
+  }
+  const bool several = std::any_of(sensors.begin(), sensors.end(),
+                                   [](const RecordedSensor& sensor) { return sensor.number > 0; });
+  const std::string output = formatted("-o 'imu-{{slot}}{}.json'", several ? "-{instance}" : "");
+  if (!has_times(one)) {
+    return "the file has no times; 100 samples a second are taken here: type your rate\n" +
+           next_of(formatted("calibrate --imu {} --rate 100 {}", file, output));
+  }
+  if (still_s > nearly_all * span_s) {
+    return "the accelerometer is still all the time\n" +
+           next_of(formatted("noise {} -o noise.txt", file));
+  }
+  if (still_s < shortest_s) {
+    return "the accelerometer is never still for a second: to calibrate it, record it while it is "
+           "put\ndown in 12 or more different ways, some seconds each, and calibrate --imu that "
+           "log\n";
+  }
+  return formatted("the accelerometer's longest rest is from {} to {} s after its first sample\n",
+                   number_text(one.still_from_s, 4), number_text(one.still_to_s, 4)) +
+         next_of(formatted("calibrate --imu {} {}", file, output));
+}
+
+// For a file of which nothing is known: its first three columns that vary may be a sensor.
+std::string next_for_unknown(const RecordingSummary& summary, const std::string& file) {
+  for (const SeriesSummary& one : summary.series) {
+    std::vector<std::string> three;
+    for (std::size_t c = 0; c < one.series.columns.size() && three.size() < 3; ++c) {
+      const bool varies = c < one.sd.size() && one.sd[c] > 0.0;
+      const bool can_be_typed = one.series.columns[c].find(',') == std::string::npos;
+      if (varies && can_be_typed) {
+        three.push_back(one.series.columns[c]);
+      }
+    }
+    if (three.size() < 3) {
+      continue;
+    }
+    const std::string columns = quoted(joined(three, ","));
+    return formatted("no accelerometer, gyroscope or magnetometer is known in it by names, units or "
+                     "numbers;\nif {} are {}, and else with the columns that are:\n",
+                     joined(three),
+                     has_times(one) ? "an accelerometer" : "a compass that was turned") +
+           next_of(has_times(one)
+                       ? formatted("calibrate --imu {} --accelerometer {} -o 'imu-{{slot}}.json'",
+                                   file, columns)
+                       : formatted("calibrate {} --instrument magnetometer --method magnitude --axes "
+                                   "{} -o magnetometer.json",
+                                   file, columns));
+  }
+  return "no accelerometer, gyroscope or magnetometer is known in it by names, units or numbers\n";
+}
+
 // What to type next for what is in the file.
-std::string next_steps(const RecordingSummary& summary, const std::string& path) {
+// @param file  the log as it is typed, with the options that it needs.
+std::string next_steps(const RecordingSummary& summary, const std::string& file) {
   const std::vector<RecordedSensor> sensors = sensors_of(summary);
   const auto first_of = [&](SeriesKind kind) {
     return std::find_if(sensors.begin(), sensors.end(),
@@ -83,60 +176,32 @@ std::string next_steps(const RecordingSummary& summary, const std::string& path)
                  [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
   const bool is_labelled =
       words.find("rest") != std::string::npos && words.find("fence") != std::string::npos;
-  const std::string file = quoted(path);
   if (is_labelled) {
-    return formatted("next: axiscal calibrate {}{} -o calibration.json\n", file,
-                     sensors.empty() ? " --instrument accelerometer" : "");
+    return next_of(formatted("calibrate {}{} -o calibration.json", file,
+                             sensors.empty() ? " --instrument accelerometer" : ""));
   }
   const auto accelerometer = first_of(SeriesKind::accelerometer);
-  const auto magnetometer = first_of(SeriesKind::magnetometer);
   if (accelerometer != sensors.end()) {
-    const SeriesSummary& one = summary.series[accelerometer->series];
-    const double still_s = one.still_to_s - one.still_from_s;
-    const double span_s = one.end_s - one.start_s;
-    constexpr double nearly_all = 0.9;
-    constexpr double shortest_s = 1.0;
-    if (std::isfinite(span_s) && still_s > nearly_all * span_s) {
-      return formatted(
-          "the accelerometer is still all the time\n"
-          "next: axiscal noise {} -o noise.txt\n",
-          file);
-    }
-    if (std::isfinite(span_s) && still_s < shortest_s) {
-      return formatted(
-          "the accelerometer is never still for a second: to calibrate it, record it while it is "
-          "put\ndown in 12 or more different ways, some seconds each; then\n"
-          "next: axiscal calibrate --imu LOG -o 'imu-{{slot}}.json'\n");
-    }
-    return formatted(
-        "{}next: axiscal calibrate --imu {} -o 'imu-{{slot}}{}.json'\n",
-        std::isfinite(span_s)
-            ? formatted("the accelerometer's longest rest is from {} to {} s after its "
-                        "first sample\n",
-                        number_text(one.still_from_s, 4), number_text(one.still_to_s, 4))
-            : std::string("the file has no times: state the rate\n"),
-        std::isfinite(span_s) ? file : file + " --rate HZ",
-        std::any_of(sensors.begin(), sensors.end(),
-                    [](const RecordedSensor& sensor) { return sensor.number > 0; })
-            ? "-{instance}"
-            : "");
+    return next_for_accelerometer(summary, *accelerometer, sensors, file);
   }
+  const auto magnetometer = first_of(SeriesKind::magnetometer);
   if (magnetometer != sensors.end()) {
-    return formatted(
-        "next: axiscal calibrate {} --instrument magnetometer --method magnitude --axes \"{}\" -o "
-        "magnetometer.json\n",
-        file, joined({magnetometer->columns.begin(), magnetometer->columns.end()}, ","));
+    return "the field's size is not known: it is fitted to length 1; --field-magnitude 48 --field-unit "
+           "uT,\nor --latitude and --longitude, state it\n" +
+           next_for_turned(*magnetometer, "magnetometer", file);
   }
-  if (first_of(SeriesKind::gyroscope) != sensors.end()) {
-    return formatted("next, where it is at rest: axiscal noise {}\n", file);
+  const auto gyroscope = first_of(SeriesKind::gyroscope);
+  if (gyroscope != sensors.end()) {
+    const bool timed = has_times(summary.series[gyroscope->series]);
+    return std::string(timed ? "if it is at rest\n"
+                             : "if it is at rest, at 100 samples a second: type your rate\n") +
+           next_of(formatted("noise {}{}", file, timed ? "" : " --rate 100"));
   }
-  return summary.series.empty()
-             ? "there are no numbers in it\n"
-             : "no accelerometer, gyroscope or magnetometer is known in it by names, units or "
-               "numbers; say\nwhich columns are one: --accelerometer X,Y,Z\n";
+  return summary.series.empty() ? "there are no numbers in it\n" : next_for_unknown(summary, file);
 }
 
 int run(const LogCommand& command) {
+  take_definitions(command.definitions);
   const RecordingSummary summary = summarise(command.log);
   if (command.json) {
     write_whole_file(command.output, recording_json(summary));
@@ -148,7 +213,10 @@ int run(const LogCommand& command) {
   for (const RecordedSensor& sensor : sensors_of(summary)) {
     text += words_of(sensor) + '\n';
   }
-  text += next_steps(summary, command.log);
+  text += next_steps(summary, quoted(command.log) +
+                                   (command.definitions
+                                        ? " --definitions " + quoted(*command.definitions)
+                                        : ""));
   write_whole_file(command.output, text);
   for (const std::string& note : summary.notes) {
     print_remark("note", note);

@@ -3,11 +3,14 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <utility>
 
+#include "axiscal/core/error.hpp"
 #include "axiscal/core/formatted.hpp"
 #include "axiscal/core/number_text.hpp"
 #include "axiscal/logs/sensor_names.hpp"
+#include "axiscal/logs/time_column.hpp"
 #include "sheet_options.hpp"
 #include "summary.hpp"
 #include "typed_values.hpp"
@@ -32,6 +35,14 @@ void add_log_options(OptionSet& options, LogOptions& log) {
   log_options.add("--rate", log.rate, "HZ", "samples a second, instead of a column of times");
   log_options.add("--instance", log.instance, "N",
                   "of recordings with several sensors of a kind: which, counted from 0");
+}
+
+void add_unit_options(OptionSet& options, UnitOptions& units) {
+  OptionSet group = options.group("Units of readings that state none");
+  group.add("--unit", units.all, "UNIT", "of all");
+  group.add("--accelerometer-unit", units.accelerometer, "UNIT", "of the accelerometer: m/s^2, g, ..");
+  group.add("--gyroscope-unit", units.gyroscope, "UNIT", "of the gyroscope: deg/s, rad/s, ..");
+  group.add("--magnetometer-unit", units.magnetometer, "UNIT", "of the magnetometer: uT, gauss, ..");
 }
 
 void add_rest_options(OptionSet& options, RestOptions& rests) {
@@ -212,6 +223,41 @@ LogInput record_log(LogFile file) {
   input.log.samples = read_log(file);
   input.log.notes = file.notes();
   return input;
+}
+
+LogInput record_logs(const std::vector<std::string>& paths, const LogFormat& format) {
+  LogInput all = record_log(paths.front(), format);
+  const std::optional<std::size_t> time = find_column(all.log.columns, all.time);
+  for (std::size_t file = 1; file < paths.size(); ++file) {
+    LogInput next = record_log(paths[file], format);
+    if (next.log.columns != all.log.columns) {
+      throw DataError(paths[file], formatted("has other columns than {}: {}", paths.front(),
+                                             joined(next.log.columns)));
+    }
+    if (next.log.samples.front().empty()) {
+      continue;
+    }
+    all.begins.push_back(all.log.samples.front().size());
+    if (time && !all.log.samples[*time].empty()) {
+      std::vector<double>& times = next.log.samples[*time];
+      const double step = usual_step(all.log.samples[*time]);
+      const double shift =
+          all.log.samples[*time].back() + (std::isfinite(step) ? step : 1.0) - times.front();
+      for (double& t : times) {
+        t += shift;
+      }
+    }
+    for (std::size_t c = 0; c < all.log.samples.size(); ++c) {
+      all.log.samples[c].insert(all.log.samples[c].end(), next.log.samples[c].begin(),
+                                next.log.samples[c].end());
+    }
+    for (const std::string& note : next.log.notes) {
+      if (std::find(all.log.notes.begin(), all.log.notes.end(), note) == all.log.notes.end()) {
+        all.log.notes.push_back(note);
+      }
+    }
+  }
+  return all;
 }
 
 void print_remarks_of(const Segmentation& rests,

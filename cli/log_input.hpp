@@ -30,6 +30,13 @@ struct RestOptions {
 
 void add_log_options(OptionSet& options, LogOptions& log);
 
+/// Units of columns that state none, as typed.
+struct UnitOptions {
+  std::optional<std::string> all, accelerometer, gyroscope, magnetometer;
+};
+
+void add_unit_options(OptionSet& options, UnitOptions& units);
+
 /// Those of the log too.
 void add_rest_options(OptionSet& options, RestOptions& rests);
 
@@ -61,6 +68,7 @@ struct LogInput {
   std::optional<double> stated_rate_hz;  ///< where it has no times
   bool has_parts = false;                ///< whether a column of words is called `part`
   std::string time;                      ///< the column of times; empty: none is known
+  std::vector<std::size_t> begins;       ///< samples at which further files begin
 
   /// @return the sensor of a kind, or null.
   [[nodiscard]] const LogSensor* sensor(SeriesKind kind) const;
@@ -69,6 +77,10 @@ struct LogInput {
 /// Reads a whole log into memory.
 [[nodiscard]] LogInput record_log(const std::string& path, const LogFormat& format);
 [[nodiscard]] LogInput record_log(LogFile file);
+
+/// Reads several logs as one recording after another; their times go on from file to file.
+/// @throws DataError  for a file whose columns are not those of the first.
+[[nodiscard]] LogInput record_logs(const std::vector<std::string>& paths, const LogFormat& format);
 
 /// Prints notes, then warnings, to stderr.
 void print_remarks_of(const Segmentation& rests,

@@ -8,9 +8,11 @@
 #include "axiscal/core/number_text.hpp"
 #include "axiscal/core/output_file.hpp"
 #include "axiscal/core/wrapped_text.hpp"
+#include "axiscal/logs/longest_rest.hpp"
 #include "axiscal/logs/noise_json.hpp"
 #include "axiscal/logs/noise_summary.hpp"
 #include "axiscal/logs/segment.hpp"
+#include "axiscal/logs/sensor_names.hpp"
 #include "axiscal/logs/time_column.hpp"
 #include "axiscal/report/noise_report.hpp"
 #include "column_advice.hpp"
@@ -25,7 +27,8 @@ namespace {
 struct NoiseCommand {
   std::string log;
   LogOptions options;
-  std::optional<std::string> columns, tau, deviations, format;
+  std::optional<std::string> columns, tau, deviations, format, from, to;
+  UnitOptions units;
   std::string output = "-";
   bool all = false;
   bool all_taus = false;
@@ -39,6 +42,10 @@ void add_options(OptionSet& options, NoiseCommand& command) {
   options.add("--columns", command.columns, "A,B,..", "columns; all but the times");
   add_log_options(options, command.options);
   options.add_flag("--all-taus", command.all_taus, "the curve at ten averaging times a decade");
+  options.add("--from", command.from, "S",
+              "the part at rest, from S seconds after the first sample on; the longest rest");
+  options.add("--to", command.to, "S", "where that part ends, in seconds after the first sample");
+  add_unit_options(options, command.units);
   options.add("--tau", command.tau, "LO,HI",
               "fit the curve between these averaging times [s] alone");
   options.add_flag("--curve", command.is_curve,
@@ -352,20 +359,106 @@ std::vector<OtherDeviation> deviations_of(const NoiseCommand& command) {
   return all;
 }
 
-LogNoise noise_of_log(RecordedLog& log, const NoiseCommand& command) {
-  const std::size_t n = log.samples.front().size();
-  if (n < 9) {
-    throw RefusedError(formatted("{} samples are too few for an Allan deviation", n));
+// Columns in which rest and motion show: those of accelerometer and gyroscope, else those that are
+// analysed, temperatures left out.
+std::vector<RestColumn> rest_columns(const RecordedLog& log,
+                                     const std::vector<LogSensor>& sensors,
+                                     const std::vector<std::size_t>& analysed) {
+  std::vector<RestColumn> columns;
+  for (const LogSensor& sensor : sensors) {
+    if (sensor.kind != SeriesKind::accelerometer && sensor.kind != SeriesKind::gyroscope) {
+      continue;
+    }
+    const std::optional<KnownUnit> unit = known_unit(sensor.unit, sensor.kind);
+    for (const std::string& name : sensor.columns) {
+      if (const std::optional<std::size_t> column = find_column(log.columns, name)) {
+        columns.push_back({.samples = log.samples[*column],
+                           .kind = sensor.kind,
+                           .si = unit && unit->kind == sensor.kind ? unit->si : 0.0});
+      }
+    }
   }
+  if (!columns.empty()) {
+    return columns;
+  }
+  for (const std::size_t column : analysed) {
+    if (kind_of_words(log.columns[column]) != SeriesKind::temperature) {
+      columns.push_back({.samples = log.samples[column]});
+    }
+  }
+  return columns;
+}
+
+// Cuts a log to the part whose noise is asked for: as stated, else to its longest rest.
+void cut_to_rest(RecordedLog& log,
+                 const std::vector<LogSensor>& sensors,
+                 const std::vector<std::size_t>& analysed,
+                 const NoiseCommand& command,
+                 LogNoise& noise) {
+  const std::size_t n = log.samples.front().size();
+  const auto sample_at = [&](const char* option, const std::optional<std::string>& text,
+                             std::size_t otherwise) {
+    if (!text) {
+      return otherwise;
+    }
+    const double at = std::round(not_negative_of(option, *text) * noise.rate_hz);
+    return static_cast<std::size_t>(std::min(at, static_cast<double>(n)));
+  };
+  LongestRest part{.first = sample_at("--from", command.from, 0),
+                   .end = sample_at("--to", command.to, n)};
+  if (part.end <= part.first) {
+    throw UsageError("--from, --to: the log has no samples between them");
+  }
+  if (!command.from && !command.to) {
+    const std::vector<RestColumn> columns = rest_columns(log, sensors, analysed);
+    part = columns.empty() ? part : longest_rest(columns, noise.rate_hz);
+    const auto seconds = [&](std::size_t sample) {
+      return number_text(static_cast<double>(sample) / noise.rate_hz, 4);
+    };
+    if (part.moves) {
+      throw RefusedError(formatted(
+          "{}: the instrument moves all the time, and its longest quiet part is from {} to {} s; take "
+          "a log at rest, or name the part by --from and --to",
+          log.name, seconds(part.first), seconds(part.end)));
+    }
+    if (part.first > 0 || part.end < n) {
+      warn(noise, formatted("the log is not at rest all the time: the noise is of its longest rest, {} "
+                            "to {} s, and {} % of the samples are left out (--from, --to take another "
+                            "part)",
+                            seconds(part.first), seconds(part.end),
+                            number_text(100.0 * static_cast<double>(n - (part.end - part.first)) /
+                                            static_cast<double>(n),
+                                        2)));
+    }
+  }
+  for (std::vector<double>& column : log.samples) {
+    column.assign(column.begin() + static_cast<std::ptrdiff_t>(part.first),
+                  column.begin() + static_cast<std::ptrdiff_t>(part.end));
+  }
+  noise.samples = part.end - part.first;
+}
+
+LogNoise noise_of_log(LogInput& input, const NoiseCommand& command) {
+  RecordedLog& log = input.log;
+  constexpr std::size_t fewest = 9;
+  const auto require_enough = [&](std::size_t count) {
+    if (count < fewest) {
+      throw RefusedError(formatted("{} samples are too few for an Allan deviation", count));
+    }
+  };
+  require_enough(log.samples.front().size());
   const std::optional<TimeColumn> time =
       find_time_column(log.name, log.columns, command.options.table.time.value_or(""));
-  LogNoise noise{.samples = n};
+  LogNoise noise{.samples = log.samples.front().size()};
   noise.rate_hz = rate_of(log, command.options, time, noise);
+  const std::vector<std::string> of_time =
+      time ? std::vector{log.columns[time->position]} : std::vector<std::string>{};
+  cut_to_rest(log, input.sensors, other_columns(log, command, of_time), command, noise);
+  const std::size_t n = noise.samples;
+  require_enough(n);
   const std::vector<OtherDeviation> others = deviations_of(command);
   const std::vector<std::size_t> lengths = command.all_taus ? decade_lengths(n) : octave_lengths(n);
-  const std::vector<std::string> times =
-      time ? std::vector{log.columns[time->position]} : std::vector<std::string>{};
-  for (const std::size_t at : other_columns(log, command, times)) {
+  for (const std::size_t at : other_columns(log, command, of_time)) {
     const std::string& column = log.columns[at];
     std::vector<double>& samples = log.samples[at];
     fill_missing(column, samples, noise);
@@ -380,7 +473,9 @@ LogNoise noise_of_log(RecordedLog& log, const NoiseCommand& command) {
 }
 
 // Says of each column which sensor it is of.
-void name_sensors(const std::vector<LogSensor>& sensors, LogNoise& noise) {
+void name_sensors(const std::vector<LogSensor>& sensors,
+                  const UnitOptions& units,
+                  LogNoise& noise) {
   for (ColumnNoise& one : noise.columns) {
     one.rate_hz = noise.rate_hz;
     for (const LogSensor& sensor : sensors) {
@@ -389,6 +484,17 @@ void name_sensors(const std::vector<LogSensor>& sensors, LogNoise& noise) {
         one.kind = name_of(sensor.kind);
         one.unit = sensor.unit;
       }
+    }
+    const std::optional<std::string>& stated =
+        one.kind == name_of(SeriesKind::accelerometer)  ? units.accelerometer
+        : one.kind == name_of(SeriesKind::gyroscope)    ? units.gyroscope
+        : one.kind == name_of(SeriesKind::magnetometer) ? units.magnetometer
+                                                        : units.all;
+    const std::optional<std::string>& unit = stated ? stated : units.all;
+    if (one.unit.empty() && unit) {
+      const std::optional<KnownUnit> known = known_unit(*unit);
+      one.unit = known ? std::string(known->name) : *unit;
+      one.kind = one.kind.empty() && known ? std::string(name_of(known->kind)) : one.kind;
     }
   }
 }
@@ -401,9 +507,12 @@ LogNoise noise_of_input(LogInput& input, const NoiseCommand& command) {
     } else if (input.stated_rate_hz) {
       own.options.rate = number_text(*input.stated_rate_hz);
     }
-    return noise_of_log(input.log, own);
+    return noise_of_log(input, own);
   }
-  return command.is_curve ? noise_of_curve(input.log, command) : noise_of_log(input.log, command);
+  if (command.is_curve && (command.from || command.to)) {
+    throw UsageError("--from, --to: a curve has no samples to cut");
+  }
+  return command.is_curve ? noise_of_curve(input.log, command) : noise_of_log(input, command);
 }
 
 // A recording's sensors one by one, each at its own times.
@@ -418,7 +527,7 @@ LogNoise noise_of_sensors(const NoiseCommand& command,
     NoiseCommand own = command;
     own.columns = joined({sensor.columns.begin(), sensor.columns.end()}, ",");
     LogNoise one = noise_of_input(input, own);
-    name_sensors({sensor}, one);
+    name_sensors({sensor}, command.units, one);
     if (all.columns.empty()) {
       all.rate_hz = one.rate_hz;
       all.samples = one.samples;
@@ -446,14 +555,15 @@ int run(const NoiseCommand& command) {
       print_remark("note", note);
     }
     noise = advising_columns("--columns", "", [&] { return noise_of_input(input, command); });
-    name_sensors(input.sensors, noise);
+    name_sensors(input.sensors, command.units, noise);
   }
   if (noise.columns.empty()) {
     throw RefusedError("no column varies");
   }
   const bool page = command.output.ends_with(".html") || command.output.ends_with(".htm");
   write_whole_file(command.output, command.format ? kalibr_imu_yaml(noise)
-                                   : command.json ? noise_json(noise)
+                                   : command.json || command.output.ends_with(".json")
+                                       ? noise_json(noise)
                                    : page         ? noise_report(noise, command.log)
                                           : noise_text(noise, command.all || command.deviations));
   return 0;

@@ -13,6 +13,7 @@
 #include "axiscal/report/calibration_report.hpp"
 #include "axiscal/report/certificate.hpp"
 #include "input.hpp"
+#include "sample_rests.hpp"
 #include "subcommands.hpp"
 #include "summary.hpp"
 #include "usage_error.hpp"
@@ -24,6 +25,7 @@ struct ReportCommand {
   std::string record;
   std::optional<std::string> observations, history, noise, laboratory, positioner, adjusters,
       thread_pitch;
+  TableOptions table;
   std::string output;
 };
 
@@ -31,6 +33,7 @@ void add_options(OptionSet& options, ReportCommand& command) {
   options.add("record", command.record, "RECORD", "calibration record (JSON)", Need::required);
   options.add("observations", command.observations, "OBS",
               "its readings (CSV), for their values, times and directions");
+  add_table_options(options, command.table);
   options.add("--history", command.history, "FOLDER",
               "records of the same unit: its drift over the years");
   options.add("--adjusters", command.adjusters, "X,Y;X,Y;..",
@@ -64,17 +67,26 @@ bool is_own_log(const Calibration& calibration, const std::string& path) {
 }
 
 // The readings of the record's instrument; a remark where they are not those that it was made from.
-std::optional<Observations> readings_for(const Calibration& calibration, const std::string& path) {
+std::optional<Observations> readings_for(const Calibration& calibration,
+                                         const std::string& path,
+                                         const TableOptions& table) {
   if (path != "-" && is_own_log(calibration, path)) {
     print_remark("note", path +
                              " is the log that the record was made from: its readings are the "
                              "means of the rests, whose residuals the report shows");
     return std::nullopt;
   }
-  const ObservationsFile file =
+  ObservationsFile file =
       read_observations_file(path, {.axes = calibration.sensor.instrument.axes,
                                     .differences = calibration.sensor.instrument.differences,
-                                    .range = calibration.sensor.instrument.range});
+                                    .range = calibration.sensor.instrument.range},
+                             {},
+                             {.options = table,
+                              .kind = calibration.sensor.instrument.differences.empty()
+                                          ? calibration.sensor.instrument.kind
+                                          : "",
+                              .unit = calibration.sensor.instrument.unit,
+                              .faces_of = calibration.sensor.instrument.kind});
   const bool is_input =
       std::any_of(calibration.provenance.inputs.begin(), calibration.provenance.inputs.end(),
                   [&](const InputFileDigest& input) {
@@ -84,6 +96,9 @@ std::optional<Observations> readings_for(const Calibration& calibration, const s
     print_remark("note", path +
                              " is not a file that the record was made from (its SHA-256 "
                              "differs): readings are matched by their run");
+  }
+  if (file.run.observations.readings.size() > calibration.fit.residuals.size()) {
+    static_cast<void>(gather_rests(calibration.sensor.instrument.kind, file.run));
   }
   Observations observations = file.run.observations;
   const Eigen::Index m = calibration.sensor.instrument.axis_count();
@@ -128,7 +143,7 @@ int run(const ReportCommand& command) {
   ReportOptions options;
   std::optional<Observations> observations;
   if (command.observations) {
-    observations = readings_for(calibration, *command.observations);
+    observations = readings_for(calibration, *command.observations, command.table);
     options.observations = observations ? &*observations : nullptr;
   }
   if (command.history) {

@@ -14,11 +14,11 @@
 
 namespace axiscal::cli {
 
-Run read_run(const ExperimentFile& experiment,
-             Units units,
-             const TableReading& reading,
-             const std::optional<ObservationColumns>& beside,
-             Observations* observations_beside) {
+std::vector<Run> read_files(const ExperimentFile& experiment,
+                            Units units,
+                            const TableReading& reading,
+                            const std::optional<ObservationColumns>& beside,
+                            Observations* observations_beside) {
   if (experiment.paths.observations.empty()) {
     throw UsageError(
         "no observations are named, neither on the command line nor by the experiment");
@@ -43,7 +43,11 @@ Run read_run(const ExperimentFile& experiment,
   if (beside && observations_beside != nullptr) {
     *observations_beside = concatenate(parts_beside);
   }
-  return join_runs(std::move(files), units);
+  return files;
+}
+
+Run read_run(const ExperimentFile& experiment, Units units, const TableReading& reading) {
+  return join_runs(read_files(experiment, units, reading), units);
 }
 
 Positioner with_assembly(const Positioner& positioner,

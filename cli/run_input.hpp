@@ -12,16 +12,22 @@
 
 namespace axiscal::cli {
 
-/// Reads the experiment's observations, each file once; several files are blocks.
+/// Reads the experiment's observations, each file once.
+/// @return the files in their order.
 /// @param reading  how their tables are read.
 /// @param beside  columns of another instrument that was recorded together, read in the same pass.
 /// @param observations_beside  set to what these columns hold.
 /// @throws DataError  for their content.
+[[nodiscard]] std::vector<Run> read_files(const ExperimentFile& experiment,
+                                          Units units = Units::one,
+                                          const TableReading& reading = {},
+                                          const std::optional<ObservationColumns>& beside = {},
+                                          Observations* observations_beside = nullptr);
+
+/// The same joined into one run: several files are blocks.
 [[nodiscard]] Run read_run(const ExperimentFile& experiment,
                            Units units = Units::one,
-                           const TableReading& reading = {},
-                           const std::optional<ObservationColumns>& beside = {},
-                           Observations* observations_beside = nullptr);
+                           const TableReading& reading = {});
 
 /// @return the positioner with the mounts of --assembly, where that is given, instead of its own.
 /// @throws UsageError  as mounts_of_assembly().

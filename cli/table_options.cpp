@@ -2,12 +2,17 @@
 #include "table_options.hpp"
 
 #include <algorithm>
+#include <cmath>
+#include <initializer_list>
+#include <set>
 
+#include "axiscal/calib/face_names.hpp"
 #include "axiscal/core/error.hpp"
 #include "axiscal/core/formatted.hpp"
 #include "axiscal/core/number_text.hpp"
 #include "axiscal/field/field_unit.hpp"
 #include "axiscal/instruments/instrument_kind.hpp"
+#include "axiscal/logs/recording_file.hpp"
 #include "log_input.hpp"
 #include "summary.hpp"
 #include "usage_error.hpp"
@@ -87,11 +92,8 @@ void convert_units(const std::string& path,
     if (column == table.columns().end() || column->unit.empty()) {
       continue;
     }
-    SeriesKind kind = SeriesKind::other;
-    for (const SeriesKind one : {SeriesKind::accelerometer, SeriesKind::gyroscope,
-                                 SeriesKind::magnetometer, SeriesKind::temperature}) {
-      kind = name_of(one) == sensor_name(wanted.kind) ? one : kind;
-    }
+    const std::vector<SeriesKind> kinds = kinds_of(wanted.kind);
+    const SeriesKind kind = kinds.empty() ? SeriesKind::other : kinds.front();
     const std::optional<KnownUnit> known = known_unit(column->unit, kind);
     const std::string unit = known ? std::string(known->name) : column->unit;
     const std::optional<double> factor = reading_factor_between(unit, wanted.unit);
@@ -153,6 +155,191 @@ void rename_temperatures(const std::string& text,
   }
 }
 
+// The columns of three axes behind one of some words, as true_x, true_y, true_z; empty if there are
+// none.
+std::vector<std::string> three_of(const TableText& table,
+                                  std::initializer_list<std::string_view> words) {
+  for (const std::string_view word : words) {
+    for (const char* const parting : {"_", ".", " ", ""}) {
+      std::vector<std::string> three;
+      for (const char axis : {'x', 'y', 'z'}) {
+        const std::string name = std::string(word) + parting + axis;
+        for (const NamedColumn& column : table.columns()) {
+          if (in_small_letters(column.name) == name) {
+            three.push_back(column.name);
+          }
+        }
+      }
+      if (three.size() == 3) {
+        return three;
+      }
+    }
+  }
+  return {};
+}
+
+// Columns of the true field and of what was measured are fx, fy, fz and the axes.
+void name_truth_and_measured(const std::string& path,
+                             const WantedColumns& wanted,
+                             const TableText& table,
+                             std::vector<MappedColumn>& renamed) {
+  if (wanted.faces_of.empty() || wanted.axes.size() != 3 || has_column(table, "fx") ||
+      has_column(table, "rest") || has_column(table, wanted.axes.front())) {
+    return;
+  }
+  const std::vector<std::string> truth = three_of(
+      table, {"true", "truth", "ref", "reference", "expected", "nominal", "applied", "target"});
+  const std::vector<std::string> measured =
+      three_of(table, {"meas", "measured", "raw", "reading", "sensor", "output", "read"});
+  if (truth.empty() || measured.empty()) {
+    return;
+  }
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    renamed.push_back({.name = std::string("f") + "xyz"[axis], .column = truth[axis]});
+    renamed.push_back({.name = wanted.axes[axis], .column = measured[axis]});
+  }
+  print_remark("note", formatted("{}: the columns {} are taken as the field in the sensor (fx, fy, "
+                                 "fz), and {} as the axes",
+                                 path, joined(truth), joined(measured)));
+}
+
+// A column that names faces in words, as `rest` or `fence`.
+struct FaceColumn {
+  MappedColumn column;
+  std::string words;
+};
+
+// What the heading of a column says of the face that it names.
+enum class FaceHeading { down, up, at_fence, other };
+
+FaceHeading heading_of(const std::string& name) {
+  const std::string small = in_small_letters(name);
+  const auto has_one_of = [&](std::initializer_list<std::string_view> words) {
+    return std::any_of(words.begin(), words.end(),
+                       [&](std::string_view word) { return small.find(word) != std::string::npos; });
+  };
+  return has_one_of({"bottom", "down", "base", "table", "abajo", "unten"}) ? FaceHeading::down
+         : has_one_of({"side", "wall", "against", "fence", "lado"})        ? FaceHeading::at_fence
+         : small == "up" || has_one_of({"top", "upper", "face up", "face_up", "upward"})
+             ? FaceHeading::up
+             : FaceHeading::other;
+}
+
+// Whether the readings along an axis are higher where its positive face is named: then the face that
+// is named was up. Nothing if the readings do not tell.
+std::optional<bool> named_faces_are_up(const TableText& table,
+                                       const std::vector<std::string>& axes,
+                                       const std::vector<MappedColumn>& renamed,
+                                       const std::vector<std::optional<FaceInWords>>& faces) {
+  int votes = 0;
+  for (std::size_t axis = 0; axis < axes.size() && axis < 3; ++axis) {
+    const auto already = std::find_if(renamed.begin(), renamed.end(), [&](const MappedColumn& one) {
+      return one.name == axes[axis];
+    });
+    const std::string called = already != renamed.end() ? already->column : axes[axis];
+    const auto column =
+        std::find_if(table.columns().begin(), table.columns().end(), [&](const NamedColumn& one) {
+          return in_small_letters(one.name) == in_small_letters(called);
+        });
+    if (column == table.columns().end()) {
+      continue;
+    }
+    const std::vector<double>& values =
+        table.first_rows()[static_cast<std::size_t>(column - table.columns().begin())];
+    double plus = 0.0;
+    double minus = 0.0;
+    int of_plus = 0;
+    int of_minus = 0;
+    for (std::size_t row = 0; row < faces.size() && row < values.size(); ++row) {
+      if (!faces[row] || axis_of(faces[row]->face) != static_cast<int>(axis) ||
+          !std::isfinite(values[row])) {
+        continue;
+      }
+      (is_positive(faces[row]->face) ? plus : minus) += values[row];
+      ++(is_positive(faces[row]->face) ? of_plus : of_minus);
+    }
+    if (of_plus > 0 && of_minus > 0) {
+      votes += plus / of_plus > minus / of_minus ? 1 : -1;
+    }
+  }
+  return votes == 0 ? std::nullopt : std::optional(votes > 0);
+}
+
+// The columns that name faces under other headings than rest and fence.
+// @throws DataError  for a column of which most words are faces, and some are not.
+std::vector<FaceColumn> face_columns(const std::string& path,
+                                     const WantedColumns& wanted,
+                                     const TableText& table,
+                                     const std::vector<MappedColumn>& renamed) {
+  const auto is_label = [](std::string name) {
+    name = in_small_letters(name);
+    return name == "rest" || name == "fence" || name == "fx" || name == "pitch_deg" ||
+           name == "roll_deg" || name.starts_with("rest ") || name.starts_with("rest_") ||
+           name.ends_with(".rest");
+  };
+  if (wanted.faces_of.empty() || table.first_cells().empty() ||
+      std::any_of(table.columns().begin(), table.columns().end(),
+                  [&](const NamedColumn& one) { return is_label(one.name); })) {
+    return {};
+  }
+  std::vector<FaceColumn> found;
+  bool has_rest = false;
+  for (std::size_t c = 0; c < table.columns().size(); ++c) {
+    const std::string& name = table.columns()[c].name;
+    std::vector<std::optional<FaceInWords>> faces;
+    std::set<std::string> words;
+    std::string stranger;
+    std::size_t good = 0;
+    for (const std::vector<std::string>& row : table.first_cells()) {
+      faces.push_back(face_in_words(row[c]));
+      if (words.insert(row[c]).second) {
+        good += faces.back() ? 1U : 0U;
+        stranger = faces.back() ? stranger : row[c];
+      }
+    }
+    constexpr std::size_t most_words = 24;
+    if (words.size() < 2 || words.size() > most_words || 2 * good < words.size()) {
+      continue;
+    }
+    if (good < words.size()) {
+      throw DataError(path,
+                      formatted("column '{}': '{}' is no face, and the other words are; call the "
+                                "columns 'rest' and 'fence' and write +X, -Y, .., or say what its "
+                                "words mean by --face-names 'WORD=FACE,..'",
+                                name, stranger));
+    }
+    const FaceHeading heading = heading_of(name);
+    const bool is_fence = heading == FaceHeading::at_fence;
+    if (is_fence ? !has_rest : has_rest) {
+      continue;
+    }
+    const bool feels_gravity =
+        wanted.faces_of == "accelerometer" || wanted.faces_of == "inclinometer";
+    const std::optional<bool> by_readings =
+        feels_gravity ? named_faces_are_up(table, wanted.axes, renamed, faces) : std::nullopt;
+    FaceColumn column{.column = {.name = is_fence ? "fence" : "rest", .column = name}, .words = {}};
+    std::string example;
+    for (std::size_t row = 0; row < faces.size(); ++row) {
+      const FaceInWords& face = *faces[row];
+      const bool is_up = !is_fence && (heading == FaceHeading::down ? false
+                                       : heading == FaceHeading::up
+                                           ? true
+                                           : face.is_up.value_or(by_readings.value_or(false)));
+      const Face rest = is_up ? opposite(face.face) : face.face;
+      column.column.words[table.first_cells()[row][c]] = std::string(face_name(rest));
+      example = example.empty() ? formatted("'{}' is {}", table.first_cells()[row][c],
+                                            face_name(rest))
+                                : example;
+    }
+    column.words = formatted("{}: column '{}' names faces, and is taken as '{}', the face {}: {}",
+                             path, name, column.column.name,
+                             is_fence ? "at the fence" : "on the table", example);
+    has_rest = has_rest || !is_fence;
+    found.push_back(std::move(column));
+  }
+  return found;
+}
+
 }  // namespace
 
 void add_table_options(OptionSet& options, TableOptions& table) {
@@ -165,10 +352,23 @@ void add_table_options(OptionSet& options, TableOptions& table) {
   group.add("--temperature-column", table.temperature_column, "COLUMN",
             "of temperatures; temperature; A,B,C: of each axis's own sensor, in their order, or "
             "AXIS=A,.. and SLOT=A,..; else AXIS_temperature and SLOT.temperature");
+  add_definitions_option(group, table.definitions);
+}
+
+void add_definitions_option(OptionSet& options, std::optional<std::string>& definitions) {
+  options.add("--definitions", definitions, "DIR",
+              "of ROS message definitions (package/msg/Type.msg), for a bag that holds none");
+}
+
+void take_definitions(const std::optional<std::string>& definitions) {
+  if (definitions) {
+    static_cast<void>(add_message_definitions(*definitions));
+  }
 }
 
 LogFormat format_of(const TableOptions& options) {
   LogFormat format;
+  take_definitions(options.definitions);
   if (options.map) {
     format = read_log_format(*options.map);
   }
@@ -176,6 +376,17 @@ LogFormat format_of(const TableOptions& options) {
     format.names = names_of(*options.names);
   }
   return format;
+}
+
+std::vector<SeriesKind> kinds_of(const std::string& kind) {
+  std::vector<SeriesKind> kinds;
+  for (const SeriesKind one :
+       {SeriesKind::accelerometer, SeriesKind::gyroscope, SeriesKind::magnetometer}) {
+    if (name_of(one) == sensor_name(kind)) {
+      kinds.push_back(one);
+    }
+  }
+  return kinds;
 }
 
 std::optional<LogSensor> sensor_of_kind(const TableText& table, const std::string& kind) {
@@ -197,14 +408,18 @@ OpenTable open_table(const std::string& path,
                      const WantedColumns& wanted,
                      CsvReader::Quotes quotes,
                      const std::function<std::size_t(char* buffer, std::size_t size)>& read) {
-  const LogFormat format = format_of(options);
+  LogFormat format = format_of(options);
+  format.kinds = kinds_of(wanted.kind.empty() ? wanted.faces_of : wanted.kind);
+  format.wanted = wanted.axes;
   OpenTable table;
   table.text = read ? std::make_unique<TableText>(path, read, format)
                     : std::make_unique<TableText>(path, format);
   std::vector<std::string> known = {"run",      "rest",    "fence",       "block",   "mount",
                                     "level",    "serial",  "temperature", "time",    "samples",
                                     "fx",       "fy",      "fz",          "confirm", "pitch_deg",
-                                    "roll_deg", "yaw_deg", "heading_deg"};
+                                    "roll_deg", "yaw_deg", "heading_deg", "date", "operator",
+                                    "axis",     "angle",   "angle_deg",   "tilt_deg", "rate",
+                                    "rate_dps", "lux",     "irradiance"};
   for (const std::string& axis : wanted.axes) {
     known.push_back(axis);
     known.push_back(axis + "_sd");
@@ -229,7 +444,13 @@ OpenTable open_table(const std::string& path,
                                    joined(wanted.axes),
                                    joined({sensor->columns.begin(), sensor->columns.end()})));
   }
+  name_truth_and_measured(path, wanted, *table.text, renamed);
   convert_units(path, wanted, *table.text, renamed);
+  const std::vector<FaceColumn> faces = face_columns(path, wanted, *table.text, renamed);
+  for (const FaceColumn& column : faces) {
+    renamed.push_back(column.column);
+    print_remark("note", column.words);
+  }
   table.csv = std::make_unique<CsvReader>(table.text->reader(known, renamed, quotes));
   for (const std::string& note : table.text->notes()) {
     print_remark("note", path + ": " + note);

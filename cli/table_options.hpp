@@ -15,10 +15,17 @@ namespace axiscal::cli {
 
 /// How the columns of a table or a log are called, as typed.
 struct TableOptions {
-  std::optional<std::string> names, map, time, temperature_column;
+  std::optional<std::string> names, map, time, temperature_column, definitions;
 };
 
 void add_table_options(OptionSet& options, TableOptions& table);
+
+/// --definitions, which goes with the table's options too.
+void add_definitions_option(OptionSet& options, std::optional<std::string>& definitions);
+
+/// Makes the definitions known to all readers of bags.
+/// @throws DataError  as add_message_definitions().
+void take_definitions(const std::optional<std::string>& definitions);
 
 /// @return the options as the library takes them: --names, and --map with --time and
 ///         --temperature-column among its columns.
@@ -39,6 +46,9 @@ struct WantedColumns {
   /// Unit of the readings that is wanted: columns whose header states another one are converted,
   /// and refused where it is one of another quantity; empty or "1": any.
   std::string unit;
+  /// Kind of instrument, if a column of faces in words may be taken as `rest` or `fence`: what an
+  /// accelerometer reads then tells whether a face that is named was up or down. Empty: never.
+  std::string faces_of;
 };
 
 /// Opens a table of any look; says in notes how columns were taken.
@@ -50,6 +60,10 @@ struct WantedColumns {
     const WantedColumns& wanted,
     CsvReader::Quotes quotes = CsvReader::Quotes::span_lines,
     const std::function<std::size_t(char* buffer, std::size_t size)>& read = {});
+
+/// @return the kind of sensor that an instrument of a kind is, to be looked for in recordings; empty if
+///         it is none that they hold.
+[[nodiscard]] std::vector<SeriesKind> kinds_of(const std::string& kind);
 
 /// @return the sensor of a table that is of a kind of instrument, or its only one; else nothing.
 [[nodiscard]] std::optional<LogSensor> sensor_of_kind(const TableText& table,

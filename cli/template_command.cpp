@@ -22,23 +22,35 @@ struct TemplateCommand {
 
 void add_options(OptionSet& options, TemplateCommand& command) {
   options.add("name", command.name, "NAME",
-              "experiment, laboratory, limits, map, positioner or world", Need::required);
+              "experiment, laboratory, limits, map, positioner or world; without a name they are "
+              "listed",
+              Need::optional);
   options.add_output(command.output);
 }
 
 struct Template {
   std::string_view name;
   std::string_view (*text)();
+  std::string_view help;
 };
 
-constexpr std::array<Template, 6> templates = {{{"experiment", &experiment_template},
-                                                {"laboratory", &laboratory_template},
-                                                {"limits", &limits_template},
-                                                {"map", &map_template},
-                                                {"positioner", &positioner_template},
-                                                {"world", &world_template}}};
+constexpr std::array<Template, 6> templates = {
+    {{"experiment", &experiment_template, "all that is not a reading: calibrate EXPERIMENT.json"},
+     {"laboratory", &laboratory_template, "what a certificate says: report --laboratory"},
+     {"limits", &limits_template, "accept or reject: calibrate --limits"},
+     {"map", &map_template, "what a log's columns are: --map"},
+     {"positioner", &positioner_template, "a measured cube: --positioner"},
+     {"world", &world_template, "errors of a simulation: study --world"}}};
 
 int run(const TemplateCommand& command) {
+  if (command.name.empty()) {
+    std::string text;
+    for (const Template& one : templates) {
+      text += formatted("{:<12}{}\n", one.name, one.help);
+    }
+    write_whole_file(command.output, text + "\naxiscal template laboratory -o lab.json writes one\n");
+    return 0;
+  }
   const auto* const found =
       std::find_if(templates.begin(), templates.end(),
                    [&](const Template& one) { return one.name == command.name; });

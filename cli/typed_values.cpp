@@ -127,6 +127,17 @@ double date_of_option(const std::string& text) {
   return *time_s;
 }
 
+std::string calibrated_of_option(const std::string& text) {
+  const std::optional<double> time_s = parse_timestamp(text);
+  if (!time_s) {
+    throw UsageError(
+        formatted("--calibrated: '{}' is no date of the form 2026-11-20 or 2026-11-20T20:04:54Z",
+                  text));
+  }
+  constexpr std::size_t date_alone = 10;
+  return text.size() == date_alone ? text : timestamp_of(*time_s);
+}
+
 Eigen::Vector2d slope_of_option(const std::string& text) {
   const std::vector<double> numbers = numbers_of("--slope", text, 2);
   const Eigen::Vector2d slope(numbers[0], numbers[1]);

@@ -55,6 +55,11 @@ namespace axiscal::cli {
 /// The value of --date: seconds since 1970, UTC. @throws UsageError for one that is no date.
 [[nodiscard]] double date_of_option(const std::string& text);
 
+/// The value of --calibrated: a date, or date and time, of ISO 8601.
+/// @return it as records have it: 2026-11-20, or 2026-11-20T20:04:54Z.
+/// @throws UsageError for one that is no date.
+[[nodiscard]] std::string calibrated_of_option(const std::string& text);
+
 /// The value of --slope. @throws UsageError unless X^2 + Y^2 < 1.
 [[nodiscard]] Eigen::Vector2d slope_of_option(const std::string& text);
 

@@ -13,9 +13,6 @@ int main(int argc, char** argv) {
     const axiscal::Calibration result =
         axiscal::calibrate(run, axiscal::accelerometer("V"), axiscal::gravity());
     std::printf("%s\n", axiscal::summary(result).c_str());
-    for (const axiscal::CalibrationWarning& warning : result.findings.warnings) {
-      std::printf("warning: %s\n", warning.message.c_str());
-    }
     std::printf("the record has %zu bytes of JSON\n", axiscal::calibration_json(result).size());
   } catch (const axiscal::Error& error) {
     std::fprintf(stderr, "%s\n", error.what());

@@ -1,10 +1,18 @@
 #!/usr/bin/env bash
 # SPDX-License-Identifier: Apache-2.0
 # The long look before a change is handed in: format, clang, g++, address, undefined-behaviour and thread
-# sanitizers, libc++ where it is there, the gates (hostile clients, short fuzzing), each public header alone, Doxygen, and clang-tidy on what changed against origin/main (--all: on everything). Needs
-# clang, clang-format, clang-tidy and doxygen beside what dependencies.sh installs.
+# sanitizers, libc++ where it is there, the gates (hostile clients, short fuzzing), each public header alone, Doxygen,
+# the library for arm64 (scripts/arm64.sh), and clang-tidy on what changed against origin/main (--all: on everything).
+# Needs clang, clang-format, clang-tidy and doxygen beside what dependencies.sh installs.
+#
+# check.sh SUITE [COMPILER ...] runs the README's two commands on a fresh Debian instead: check.sh trixie
 set -euo pipefail
 cd "$(dirname "$0")/.."
+
+case "${1:-}" in
+  "" | --all) ;;
+  *) exec scripts/fresh_root.sh "$@" ;;
+esac
 
 . scripts/jobs.sh
 scripts/format.sh --check
@@ -20,6 +28,7 @@ fi
 scripts/gates.sh
 cmake --build --preset dev --target all_verify_interface_header_sets
 doxygen scripts/Doxyfile
+scripts/arm64.sh
 
 if [ "${1:-}" = --all ]; then
   files=$(git ls-files '*.cpp')

@@ -42,6 +42,17 @@ std::size_t need_channel(const std::vector<Channel>& channels, const std::string
 std::vector<AxisColumns> find_axes(const Instrument& instrument,
                                    const std::vector<Channel>& channels) {
   std::vector<AxisColumns> columns;
+  // Bare numbers, as many as there are axes, are the axes in their order.
+  bool are_bare = instrument.differences.empty() && channels.size() == instrument.axes.size();
+  for (std::size_t i = 0; i < channels.size(); ++i) {
+    are_bare = are_bare && channels[i].name == formatted("c{}", i + 1);
+  }
+  if (are_bare) {
+    for (std::size_t i = 0; i < channels.size(); ++i) {
+      columns.push_back({.plus = i, .minus = {}});
+    }
+    return columns;
+  }
   for (const std::string& axis : instrument.axes) {
     const auto difference =
         std::find_if(instrument.differences.begin(), instrument.differences.end(),

@@ -45,7 +45,7 @@ struct FreePoint {
 
 // Expanded uncertainty of the worst direction by what is known of the coefficients [deg].
 double worst_direction_u_deg(const Calibration& calibration) {
-  const Reducer reducer(calibration);
+  const Reducer reducer(calibration, {}, Force::yes);
   ReadingNoise none;
   none.sd = Eigen::VectorXd::Zero(3);
   const ReadingPropagation propagation(calibration, reducer, none);

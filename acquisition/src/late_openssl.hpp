@@ -109,6 +109,7 @@ AXISCAL_LATE_GLOBAL(axiscal_libcrypto, BIO_write)
 AXISCAL_LATE_GLOBAL(axiscal_libcrypto, DH_free)
 AXISCAL_LATE_GLOBAL(axiscal_libcrypto, ERR_clear_error)
 AXISCAL_LATE_GLOBAL(axiscal_libcrypto, ERR_get_error)
+AXISCAL_LATE_GLOBAL(axiscal_libcrypto, ERR_lib_error_string)
 AXISCAL_LATE_GLOBAL(axiscal_libcrypto, ERR_peek_error)
 AXISCAL_LATE_GLOBAL(axiscal_libcrypto, ERR_peek_last_error)
 AXISCAL_LATE_GLOBAL(axiscal_libcrypto, ERR_reason_error_string)
@@ -215,6 +216,7 @@ AXISCAL_LATE_GLOBAL(axiscal_libcrypto, d2i_RSAPrivateKey_bio)
 #define DH_free axiscal_late_DH_free
 #define ERR_clear_error axiscal_late_ERR_clear_error
 #define ERR_get_error axiscal_late_ERR_get_error
+#define ERR_lib_error_string axiscal_late_ERR_lib_error_string
 #define ERR_peek_error axiscal_late_ERR_peek_error
 #define ERR_peek_last_error axiscal_late_ERR_peek_last_error
 #define ERR_reason_error_string axiscal_late_ERR_reason_error_string

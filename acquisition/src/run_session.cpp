@@ -81,13 +81,15 @@ void end(LiveSession& session) {
 void run_session(LiveSession& session,
                  SampleFeed& feed,
                  const std::vector<SessionFace*>& faces,
-                 bool unattended) {
+                 bool unattended,
+                 const std::function<void()>& reviewed) {
   SampleBatch batch;
   Asking asking;
   Unanswered unanswered;
   std::vector<SessionEvent> unseen;
   bool has_channels = false;
   bool said_ended = false;
+  SessionPhase phase = SessionPhase::waiting;
   double shown_s = -show_every_s;
   while (!session.is_over()) {
     batch.clear();
@@ -129,6 +131,10 @@ void run_session(LiveSession& session,
       }
     }
     const SessionView& view = session.view();
+    if (view.phase == SessionPhase::review && phase != SessionPhase::review && reviewed) {
+      reviewed();
+    }
+    phase = view.phase;
     asking.tell(view, feed);
     for (SessionEvent& event : session.take_events()) {
       unseen.push_back(std::move(event));

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <deque>
 #include <numbers>
+#include <numeric>
 #include <thread>
 
 #include "axiscal/acquisition/session_face.hpp"
@@ -170,8 +171,71 @@ class TerminalFace final : public SessionFace {
       return;
     }
     ::attron(style);
-    ::mvaddnstr(line, column, text.c_str(), COLS - column);
+    ::mvaddnstr(line, column, text.c_str(), static_cast<int>(bytes_of(text, COLS - column)));
     ::attroff(style);
+  }
+
+  // Bytes of the first characters of a text in UTF-8.
+  static std::size_t bytes_of(const std::string& text, int characters) {
+    std::size_t bytes = 0;
+    for (; bytes < text.size(); ++bytes) {
+      const bool begins = (static_cast<unsigned char>(text[bytes]) & 0xC0U) != 0x80U;
+      if (begins && characters-- == 0) {
+        break;
+      }
+    }
+    return bytes;
+  }
+
+  static int width_of(const std::string& text) {
+    return static_cast<int>(std::count_if(text.begin(), text.end(), [](char c) {
+      return (static_cast<unsigned char>(c) & 0xC0U) != 0x80U;
+    }));
+  }
+
+  // A table whose columns are as wide as their cells. Where they do not fit side by side, what
+  // stands behind the sign of an uncertainty goes into a line of its own.
+  static int put_table(int line, std::vector<std::vector<std::string>> rows) {
+    const auto widths_of = [](const std::vector<std::vector<std::string>>& all) {
+      std::vector<int> widths;
+      for (const std::vector<std::string>& row : all) {
+        widths.resize(std::max(widths.size(), row.size()));
+        for (std::size_t i = 0; i < row.size(); ++i) {
+          widths[i] = std::max(widths[i], width_of(row[i]) + 2);
+        }
+      }
+      return widths;
+    };
+    std::vector<int> widths = widths_of(rows);
+    if (std::accumulate(widths.begin(), widths.end(), 0) > COLS - 1) {
+      std::vector<std::vector<std::string>> parted;
+      const std::string sign = " \u00b1";
+      for (const std::vector<std::string>& row : rows) {
+        std::vector<std::string> values;
+        std::vector<std::string> uncertainties;
+        for (const std::string& cell : row) {
+          const std::size_t at = cell.find(sign);
+          values.push_back(cell.substr(0, at));
+          uncertainties.push_back(at == std::string::npos ? "" : cell.substr(at + 1));
+        }
+        parted.push_back(values);
+        if (std::any_of(uncertainties.begin(), uncertainties.end(),
+                        [](const std::string& one) { return !one.empty(); })) {
+          parted.push_back(uncertainties);
+        }
+      }
+      rows = std::move(parted);
+      widths = widths_of(rows);
+    }
+    for (const std::vector<std::string>& row : rows) {
+      int column = 1;
+      for (std::size_t i = 0; i < row.size(); ++i) {
+        put(line, column, row[i]);
+        column += widths[i];
+      }
+      ++line;
+    }
+    return line;
   }
 
   // Broken at blanks into at most so many lines.
@@ -225,7 +289,6 @@ class TerminalFace final : public SessionFace {
 
   // Verdict and coefficients, one block a slot.
   static int draw_results(int line, const SessionView& view) {
-    constexpr int cell = 19;
     for (const SessionOutcome& outcome : view.outcomes) {
       const int style = static_cast<int>(COLOR_PAIR(outcome.status == "ok"        ? good
                                                     : outcome.status == "warning" ? warn
@@ -234,12 +297,7 @@ class TerminalFace final : public SessionFace {
           static_cast<int>(A_BOLD) | style);
       std::vector<std::vector<std::string>> rows = outcome.rows;
       rows.insert(rows.begin(), outcome.head);
-      for (const std::vector<std::string>& row : rows) {
-        for (std::size_t i = 0; i < row.size(); ++i) {
-          put(line, i == 0 ? 1 : 4 + static_cast<int>(i - 1) * cell, row[i]);
-        }
-        ++line;
-      }
+      line = put_table(line, std::move(rows));
     }
     return line;
   }

@@ -205,10 +205,7 @@ bool CsvReader::next_content_line() {
     }
     line_ = next_line_++;
     consumed_ = std::min(row_end_ + 1, filled_ - begin_);
-    text_ = std::string_view(buffer_.data() + begin_, row_end_);
-    if (!text_.empty() && text_.back() == '\r') {
-      text_.remove_suffix(1);
-    }
+    text_ = without_returns(std::string_view(buffer_.data() + begin_, row_end_));
     if (!text_.empty() && text_.front() != '#' && !is_blank(text_)) {
       return true;
     }
@@ -266,10 +263,7 @@ bool CsvReader::split_quoted() {
     consumed_ = first_consumed;
     next_line_ = first_next_line;
     defect_ = reason;
-    text_ = std::string_view(buffer_.data() + begin_, row_end_);
-    if (!text_.empty() && text_.back() == '\r') {
-      text_.remove_suffix(1);
-    }
+    text_ = without_returns(std::string_view(buffer_.data() + begin_, row_end_));
     split_plain();
     return false;
   };
@@ -298,8 +292,8 @@ bool CsvReader::split_quoted() {
         unquoted_ += at(i++);
       }
       std::string_view cell(unquoted_.data() + piece, unquoted_.size() - piece);
-      if (!cell.empty() && cell.back() == '\r' && i == row_end_) {
-        cell.remove_suffix(1);
+      if (i == row_end_) {
+        cell = without_returns(cell);
       }
       pieces_.emplace_back(piece, trimmed(cell).size());
     }
@@ -312,10 +306,7 @@ bool CsvReader::split_quoted() {
   for (const auto& [start, length] : pieces_) {
     cells_.emplace_back(unquoted_.data() + start, length);
   }
-  text_ = std::string_view(buffer_.data() + begin_, row_end_);
-  if (!text_.empty() && text_.back() == '\r') {
-    text_.remove_suffix(1);
-  }
+  text_ = without_returns(std::string_view(buffer_.data() + begin_, row_end_));
   return true;
 }
 

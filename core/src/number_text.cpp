@@ -105,6 +105,16 @@ std::string unit_per(const std::string& unit, const std::string& other) {
                    other.find('/') == std::string::npos ? other : formatted("({})", other));
 }
 
+std::string_view without_returns(std::string_view line) noexcept {
+  while (line.ends_with('\r')) {
+    line.remove_suffix(1);
+  }
+  while (line.starts_with('\r')) {
+    line.remove_prefix(1);
+  }
+  return line;
+}
+
 std::string_view trimmed(std::string_view text) noexcept {
   while (!text.empty() && (text.front() == ' ' || text.front() == '\t')) {
     text.remove_prefix(1);

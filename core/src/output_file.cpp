@@ -269,8 +269,8 @@ void OutputFile::write(std::string_view text) {
   // The disk starts on large files while we still compute, so that commit() waits less.
   constexpr std::size_t large = 8U << 20U;
   if (!target_.empty() && written_ - handed_to_disk_ >= large) {
-    ::sync_file_range(descriptor_, static_cast<off64_t>(handed_to_disk_),
-                      static_cast<off64_t>(written_ - handed_to_disk_), SYNC_FILE_RANGE_WRITE);
+    ::sync_file_range(descriptor_, static_cast<off_t>(handed_to_disk_),
+                      static_cast<off_t>(written_ - handed_to_disk_), SYNC_FILE_RANGE_WRITE);
     handed_to_disk_ = written_;
   }
 #endif

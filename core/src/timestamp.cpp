@@ -1,11 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "axiscal/core/timestamp.hpp"
 
+#include <algorithm>
 #include <array>
 #include <chrono>
 #include <cmath>
 #include <cstdio>
 #include <ctime>
+#include <utility>
+#include <vector>
 
 #include "axiscal/core/number_text.hpp"
 
@@ -139,10 +142,105 @@ std::optional<double> parse_timestamp(std::string_view text) {
   return seconds + sign * *offset;
 }
 
+namespace {
+
+// A day in three numbers: 2011-10-09, 2011/10/9, 9.10.2011, 9-10-2011, 10/9/2011.
+std::optional<double> parse_day(std::string_view text, UnclearDays unclear) {
+  for (const char sign : {'-', '/', '.'}) {
+    const std::vector<std::string_view> parts = split(text, sign);
+    if (parts.size() != 3) {
+      continue;
+    }
+    constexpr std::size_t digits_of_year = 4;
+    const bool year_first = parts[0].size() == digits_of_year;
+    if (!year_first && parts[2].size() != digits_of_year) {
+      return std::nullopt;
+    }
+    const std::optional<int> year = parse_integer(year_first ? parts[0] : parts[2]);
+    std::optional<int> month = parse_integer(parts[1]);
+    std::optional<int> day = parse_integer(year_first ? parts[2] : parts[0]);
+    if (!year || !month || !day || *year < 0 || *month < 1 || *day < 1) {
+      return std::nullopt;
+    }
+    constexpr int months = 12;
+    if (!year_first && sign == '/' && *day <= months) {
+      if (*month <= months && *month != *day && unclear == UnclearDays::refused) {
+        return std::nullopt;
+      }
+      std::swap(month, day);
+    }
+    const std::chrono::year_month_day date{std::chrono::year(*year),
+                                           std::chrono::month(static_cast<unsigned>(*month)),
+                                           std::chrono::day(static_cast<unsigned>(*day))};
+    if (!date.ok()) {
+      return std::nullopt;
+    }
+    return static_cast<double>(std::chrono::sys_days(date).time_since_epoch().count()) * 86400.0;
+  }
+  return std::nullopt;
+}
+
+// 14:08, 14:08:06.818, 14:08:06,818, 14:08:06:818, 1:05:00.5 PM
+std::optional<double> parse_clock(std::string_view text) {
+  double shift_h = 0.0;
+  bool is_half_day = false;
+  for (const auto& [word, hours] :
+       {std::pair("AM", 0.0), std::pair("PM", 12.0), std::pair("am", 0.0), std::pair("pm", 12.0)}) {
+    if (text.ends_with(word)) {
+      text = trimmed(text.substr(0, text.size() - 2));
+      shift_h = hours;
+      is_half_day = true;
+    }
+  }
+  const std::vector<std::string_view> parts = split(text, ':');
+  if (parts.size() < 2 || parts.size() > 4 || parts[0].size() > 2) {
+    return std::nullopt;
+  }
+  std::string seconds(parts.size() > 2 ? parts[2] : "0");
+  std::replace(seconds.begin(), seconds.end(), ',', '.');
+  const std::optional<int> hour = parse_integer(parts[0]);
+  const std::optional<int> minute = parse_integer(parts[1]);
+  const std::optional<double> second = parse_number(seconds);
+  const std::optional<int> more = parts.size() == 4 ? parse_integer(parts[3]) : std::optional(0);
+  constexpr int hours_of_day = 24;
+  if (!hour || !minute || !second || !more || *hour < 0 || *hour >= hours_of_day || *minute < 0 ||
+      *minute >= 60 || !(*second >= 0.0 && *second < 61.0) || *more < 0) {
+    return std::nullopt;
+  }
+  constexpr std::size_t digits_of_us = 6;
+  const double fraction = (parts.size() == 4 && parts[3].size() == digits_of_us ? 1e-6 : 1e-3) *
+                          *more;
+  const double hours = is_half_day ? *hour % 12 + shift_h : *hour;
+  return 3600.0 * hours + 60.0 * *minute + *second + fraction;
+}
+
+}  // namespace
+
+std::optional<double> parse_clock_time(std::string_view text, UnclearDays unclear) {
+  text = trimmed(text);
+  if (const std::optional<double> stamp = parse_timestamp(text)) {
+    return stamp;
+  }
+  const std::size_t end = text.find_first_of(" T,");
+  const std::optional<double> day = parse_day(text.substr(0, end), unclear);
+  if (!day) {
+    return parse_clock(text);
+  }
+  if (end == std::string_view::npos) {
+    return day;
+  }
+  const std::optional<double> time = parse_clock(trimmed(text.substr(end + 1)));
+  return time ? std::optional(*day + *time) : std::nullopt;
+}
+
 std::string timestamp_now() {
-  const std::time_t now = std::time(nullptr);
+  return timestamp_of(static_cast<double>(std::time(nullptr)));
+}
+
+std::string timestamp_of(double seconds) {
+  const auto whole = static_cast<std::time_t>(std::floor(seconds));
   std::tm utc{};
-  gmtime_r(&now, &utc);
+  gmtime_r(&whole, &utc);
   std::array<char, 32> text{};
   const std::size_t length = std::strftime(text.data(), text.size(), "%Y-%m-%dT%H:%M:%SZ", &utc);
   return {text.data(), length};

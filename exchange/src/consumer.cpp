@@ -152,7 +152,15 @@ Differences differences_of(const Calibration& calibration,
       const Eigen::Vector3d field = calibration.sensor.field.magnitude * direction;
       const Eigen::Vector3d reading =
           model.reading_factor * response_at(calibration.sensor, field, temperature);
-      const Eigen::Vector3d got = model.inverse * (reading - model.bias) / model.field_factor;
+      Eigen::Vector3d bias = model.bias;
+      if (model.has_bias_over_temperature && temperature) {
+        const TemperatureResponse& over = *calibration.sensor.temperature;
+        const double d = temperature->mean() - over.spans.front().reference;
+        for (Eigen::Index i = 0; i < over.bias.cols(); ++i) {
+          bias += model.reading_factor * std::pow(d, i + 1) * over.bias.col(i);
+        }
+      }
+      const Eigen::Vector3d got = model.inverse * (reading - bias) / model.field_factor;
       const double off = (got - field).norm();
       const double angle = std::atan2(field.cross(got).norm(), field.dot(got));
       result.worst = std::max(result.worst, off);
@@ -245,7 +253,11 @@ std::optional<ExportLoss> loss_of(const Calibration& calibration, const Consumer
   if (shift.norm() > rounding * F * model.field_factor) {
     loss.what.emplace_back("digits of the bias");
   }
-  if (calibration.sensor.temperature && !model.has_temperature) {
+  if (calibration.sensor.temperature && model.has_bias_over_temperature) {
+    if (calibration.sensor.temperature->scale.cwiseAbs().sum() > 0.0) {
+      loss.what.emplace_back("sensitivities over temperature");
+    }
+  } else if (calibration.sensor.temperature && !model.has_temperature) {
     loss.what.emplace_back("temperature");
   }
   if (!calibration.sensor.also.empty() && !model.has_also) {
@@ -323,8 +335,8 @@ std::string source_line(const Calibration& calibration) {
   if (!instrument.serial.empty()) {
     line += formatted(" '{}'", instrument.serial);
   }
-  if (!calibration.provenance.created.empty()) {
-    line += ", calibrated " + calibration.provenance.created;
+  if (!calibration.provenance.date().empty()) {
+    line += ", calibrated " + calibration.provenance.date();
   }
   if (!calibration.provenance.software.empty()) {
     line += " by " + calibration.provenance.software;

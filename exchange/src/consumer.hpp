@@ -40,6 +40,7 @@ struct ConsumerModel {
   double reading_factor = 1.0;                            ///< its reading per the record's
   double field_factor = 1.0;                              ///< its field per the record's
   bool has_temperature = false;
+  bool has_bias_over_temperature = false;  ///< a polynomial of the biases, and no scales
   bool has_also = false;  ///< whether second fields are taken out
 };
 

@@ -151,7 +151,7 @@ void add_administration(xml_node root,
        blank == std::string::npos ? "unknown" : calibration.provenance.software.substr(blank + 1));
   xml_node core = child(data, "dcc:coreData");
   const std::string performed = details.calibrated.empty()
-                                    ? calibration.provenance.created.substr(0, 10)
+                                    ? calibration.provenance.date().substr(0, 10)
                                     : details.calibrated;
   text(core, "dcc:countryCodeISO3166_1", details.country);
   text(core, "dcc:usedLangCodeISO639_1", "en");
@@ -268,7 +268,7 @@ void require_details(const Calibration& calibration, const CertificateDetails& d
   need(!plain(details.customer.name).empty(), "customer's name");
   need(!details.customer.address.empty(), "customer's address");
   need(!details.authorised.empty(), "authorised");
-  need(!details.calibrated.empty() || calibration.provenance.created.size() >= 10,
+  need(!details.calibrated.empty() || calibration.provenance.date().size() >= 10,
        "calibrated (date)");
   for (const auto& [name, date] :
        {std::pair("received", &details.received), std::pair("calibrated", &details.calibrated),

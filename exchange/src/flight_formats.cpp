@@ -6,6 +6,7 @@
 #include "axiscal/core/formatted.hpp"
 #include "axiscal/core/number_text.hpp"
 #include "axiscal/exchange/settings.hpp"
+#include "axiscal/field/field_unit.hpp"
 #include "consumer.hpp"
 #include "formats.hpp"
 
@@ -56,6 +57,86 @@ std::vector<std::string> in_flight(Sensor sensor,
   return {formula + (unit.empty() ? "" : ", in " + unit), frame};
 }
 
+// Flight controllers hold a polynomial of third order of the biases over the temperature of the
+// sensor itself; not of compasses.
+constexpr Eigen::Index thermal_order = 3;
+
+bool has_thermal_terms(const Calibration& calibration, Sensor sensor) {
+  const auto& over = calibration.sensor.temperature;
+  return sensor != Sensor::magnetometer && over && !over->has_own_sensors() &&
+         over->bias.cols() <= thermal_order;
+}
+
+// The coefficients of d, d^2, d^3 of each axis, in the consumer's readings; 3 x 3.
+Eigen::Matrix3d thermal_terms(const Calibration& calibration, const ConsumerModel& model) {
+  Eigen::Matrix3d terms = Eigen::Matrix3d::Zero();
+  const Eigen::MatrixXd& bias = calibration.sensor.temperature->bias;
+  terms.leftCols(bias.cols()) = model.reading_factor * bias;
+  return terms;
+}
+
+constexpr const char* thermal_remark =
+    "temperatures are those of the sensor's own thermometer, in degrees Celsius";
+
+// PX4's thermal offset: X1 d + X2 d^2 + X3 d^3, d = t - TREF, before OFF and SCALE.
+std::string px4_thermal_lines(const Calibration& calibration,
+                              const ConsumerModel& model,
+                              Sensor sensor,
+                              int instance) {
+  const char letter = sensor == Sensor::accelerometer ? 'A' : 'G';
+  const TemperatureSpan& span = calibration.sensor.temperature->spans.front();
+  const Eigen::Matrix3d terms = thermal_terms(calibration, model);
+  const std::string prefix = formatted("TC_{}{}_", letter, instance);
+  std::string text = formatted("1\t1\tTC_{}_ENABLE\t1\t6\n", letter);
+  const auto add = [&](const std::string& name, double value) {
+    text += formatted("1\t1\t{}\t{}\t9\n", prefix + name, number_text(value));
+  };
+  if (!calibration.provenance.device.empty() && parse_number(calibration.provenance.device)) {
+    text += formatted("1\t1\t{}ID\t{}\t6\n", prefix, calibration.provenance.device);
+  }
+  add("TREF", span.reference);
+  add("TMIN", span.low);
+  add("TMAX", span.high);
+  for (int power = 0; power <= thermal_order; ++power) {
+    for (int k = 0; k < 3; ++k) {
+      add(formatted("X{}_{}", power, k), power == 0 ? 0.0 : terms(k, power - 1));
+    }
+  }
+  return text;
+}
+
+// ArduPilot's: P(t - 35) - P(CALTEMP - 35), P of third order, its coefficients times 1e6.
+std::vector<Parameter> ardupilot_thermal_parameters(const Calibration& calibration,
+                                                    const ConsumerModel& model,
+                                                    Sensor sensor,
+                                                    int instance) {
+  constexpr double about = 35.0;
+  const TemperatureSpan& span = calibration.sensor.temperature->spans.front();
+  const double h = about - span.reference;
+  const Eigen::Matrix3d b = thermal_terms(calibration, model);
+  Eigen::Matrix3d about_35;
+  about_35.col(0) = b.col(0) + 2.0 * h * b.col(1) + 3.0 * h * h * b.col(2);
+  about_35.col(1) = b.col(1) + 3.0 * h * b.col(2);
+  about_35.col(2) = b.col(2);
+  const bool is_gyroscope = sensor == Sensor::gyroscope;
+  const std::string name = is_gyroscope ? "GYR" : "ACC";
+  const std::string number = std::to_string(instance + 1);
+  const std::string prefix =
+      instance < 3 ? formatted("INS_TCAL{}_", number) : formatted("INS{}_TCAL_", number);
+  std::vector<Parameter> all = {{prefix + "ENABLE", 1.0},
+                                {prefix + "TMIN", span.low},
+                                {prefix + "TMAX", span.high}};
+  constexpr double stored_as = 1e6;
+  for (int power = 1; power <= thermal_order; ++power) {
+    add_axes(all, formatted("{}{}{}_", prefix, name, power), "",
+             stored_as * about_35.col(power - 1));
+  }
+  all.push_back({instance < 3 ? formatted("INS_{}{}_CALTEMP", name, number)
+                              : formatted("INS{}_{}_CALTEMP", number, name),
+                 span.reference});
+  return all;
+}
+
 }  // namespace
 
 Exported export_px4(const Calibration& given, const ExportOptions& options) {
@@ -64,8 +145,9 @@ Exported export_px4(const Calibration& given, const ExportOptions& options) {
       sensor == Sensor::magnetometer ? with_measured_field(given) : given;
   require_instance(options, 4, "px4");
   const std::string unit = usual_unit(sensor, "G");
-  const ConsumerModel model =
+  ConsumerModel model =
       nearest_model(calibration, {unit, unit}, shape_in_flight(sensor), options);
+  model.has_bias_over_temperature = has_thermal_terms(calibration, sensor);
   const std::optional<ExportLoss> loss = accepted_loss(calibration, model, "px4", options);
   const int instance = options.instance > 0 ? options.instance : calibration.provenance.instance;
   const std::string number = formatted("{}_", instance);
@@ -95,6 +177,9 @@ Exported export_px4(const Calibration& given, const ExportOptions& options) {
                 "in the frame in which PX4 publishes the sensor, before the board's rotation");
   lines.push_back(formatted("PX4 takes them where {}ID is the sensor's device number", prefix));
   lines.push_back(worked_line(calibration, model));
+  if (model.has_bias_over_temperature) {
+    lines.emplace_back(thermal_remark);
+  }
   lines.emplace_back("vehicle, component, name, value, type (9: float)");
   std::string text = comment_lines(calibration, "# ", lines, loss);
   if (!calibration.provenance.device.empty() && parse_number(calibration.provenance.device)) {
@@ -103,6 +188,9 @@ Exported export_px4(const Calibration& given, const ExportOptions& options) {
   }
   for (const Parameter& parameter : all) {
     text += formatted("1\t1\t{}\t{}\t9\n", parameter.name, number_text(parameter.value));
+  }
+  if (model.has_bias_over_temperature) {
+    text += px4_thermal_lines(calibration, model, sensor, instance);
   }
   return {.content = text, .loss = loss};
 }
@@ -125,8 +213,9 @@ Exported export_ardupilot(const Calibration& given, const ExportOptions& options
   const Calibration calibration =
       sensor == Sensor::magnetometer ? with_measured_field(given) : given;
   const std::string unit = usual_unit(sensor, "mG");
-  const ConsumerModel model =
+  ConsumerModel model =
       nearest_model(calibration, {unit, unit}, shape_in_flight(sensor), options);
+  model.has_bias_over_temperature = has_thermal_terms(calibration, sensor);
   const std::optional<ExportLoss> loss = accepted_loss(calibration, model, "ardupilot", options);
   const bool is_compass = sensor == Sensor::magnetometer;
   const bool is_gyroscope = sensor == Sensor::gyroscope;
@@ -161,6 +250,12 @@ Exported export_ardupilot(const Calibration& given, const ExportOptions& options
   if (!calibration.provenance.device.empty() && parse_number(calibration.provenance.device)) {
     const std::string name = is_compass ? "COMPASS_DEV_ID" + number : ins + "_ID";
     all.push_back({name, *parse_number(calibration.provenance.device)});
+  }
+  if (model.has_bias_over_temperature) {
+    lines.emplace_back(thermal_remark);
+    for (Parameter& parameter : ardupilot_thermal_parameters(calibration, model, sensor, instance)) {
+      all.push_back(std::move(parameter));
+    }
   }
   std::string text = comment_lines(calibration, "# ", lines, loss);
   for (const Parameter& parameter : all) {
@@ -198,6 +293,17 @@ Exported export_betaflight(const Calibration& calibration, const ExportOptions& 
                   "driver, not set here)",
                   number_text(one_g)));
   } else {
+    // The Earth's field is 22 to 67 uT, and hundreds of counts.
+    const std::string& unit = calibration.sensor.instrument.unit;
+    const double size = std::cbrt(std::abs(calibration.sensor.response.sensitivity.determinant())) *
+                        calibration.sensor.field.magnitude;
+    constexpr double fewest_counts = 70.0;
+    if (!options.reading_factor && (is_reading_unit(unit) || size < fewest_counts)) {
+      throw RefusedError(formatted("Betaflight's numbers are counts, and the readings are in {}; give "
+                                   "the counts of 1 {}",
+                                   unit, unit),
+                         {settings::reading_factor});
+    }
     lines.emplace_back("field = v - mag_calibration, in counts, after the sensor's alignment");
   }
   model.inverse = Eigen::Matrix3d::Identity() / per_field;

@@ -1,9 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 // csv, matlab, numpy: all of the coefficients, for any instrument.
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstring>
 #include <filesystem>
+#include <limits>
 #include <memory>
 
 #include <Eigen/LU>
@@ -63,6 +65,13 @@ AXISCAL_LATE(libarchive, archive_write_set_bytes_in_last_block)
 AXISCAL_LATE(libarchive, archive_write_set_format_zip)
 AXISCAL_LATE(libarchive, archive_write_zip_set_compression_store)
 #endif
+
+CombinedUncertainty unknown_uncertainty() {
+  constexpr double unknown = std::numeric_limits<double>::quiet_NaN();
+  CombinedUncertainty uncertainty;
+  uncertainty.u = uncertainty.expanded = uncertainty.coverage_factor = unknown;
+  return uncertainty;
+}
 
 struct Coefficient {
   std::string name;
@@ -140,6 +149,18 @@ std::vector<NamedArray> arrays_of(const Calibration& calibration) {
     all.push_back({"covariance", calibration.fit.statistics->covariance});
     all.push_back({"residual_sd", calibration.fit.statistics->residual_sd});
     all.push_back({"degrees_of_freedom", calibration.fit.statistics->degrees_of_freedom});
+    // One for each of parameter_names.
+    const std::vector<ParameterUncertainty> uncertainties = parameter_uncertainties(calibration);
+    Eigen::MatrixXd columns(static_cast<Eigen::Index>(uncertainties.size()), 4);
+    for (std::size_t i = 0; i < uncertainties.size(); ++i) {
+      const CombinedUncertainty& one = uncertainties[i].uncertainty;
+      columns.row(static_cast<Eigen::Index>(i)) << uncertainties[i].value, one.u, one.expanded,
+          one.coverage_factor;
+    }
+    all.push_back({"parameter_value", columns.col(0)});
+    all.push_back({"standard_uncertainty", columns.col(1)});
+    all.push_back({"expanded_uncertainty", columns.col(2)});
+    all.push_back({"coverage_factor", columns.col(3)});
   }
   return all;
 }
@@ -153,6 +174,7 @@ std::vector<std::pair<std::string, std::string>> texts_of(const Calibration& cal
       {"field_unit", calibration.sensor.field.unit},
       {"status", std::string(status_name(calibration.findings.status))},
       {"created", calibration.provenance.created},
+      {"measured", calibration.provenance.measured},
       {"software", calibration.provenance.software},
       {"formula", "v = bias(t) + scale(t) S f, field f in the instrument's frame"},
       {"parameter_names",
@@ -218,10 +240,20 @@ Exported export_csv(const Calibration& calibration, const ExportOptions&) {
                   [](const TemperatureSpan& span) { return number_text(span.reference); })));
   }
   std::string text = comment_lines(calibration, "# ", lines, std::nullopt);
-  text += "parameter,value,standard_error,unit\n";
+  text += "parameter,value,standard_error,u,U,k,unit\n";
+  const std::vector<ParameterUncertainty> uncertainties = parameter_uncertainties(calibration);
+  const auto or_empty = [](double number) {
+    return std::isfinite(number) ? number_text(number) : std::string();
+  };
   for (const Coefficient& one : coefficients_of(calibration)) {
-    text += formatted("{},{},{},{}\n", csv_cell(one.name), number_text(one.value),
-                      std::isfinite(one.standard_error) ? number_text(one.standard_error) : "",
+    const auto known =
+        std::find_if(uncertainties.begin(), uncertainties.end(),
+                     [&](const ParameterUncertainty& other) { return other.name == one.name; });
+    const CombinedUncertainty all =
+        known != uncertainties.end() ? known->uncertainty : unknown_uncertainty();
+    text += formatted("{},{},{},{},{},{},{}\n", csv_cell(one.name), number_text(one.value),
+                      or_empty(one.standard_error), or_empty(all.u), or_empty(all.expanded),
+                      or_empty(all.coverage_factor),
                       csv_cell(parameter_unit(calibration, one.name)));
   }
   return {.content = text, .loss = std::nullopt};

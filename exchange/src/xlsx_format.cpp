@@ -103,7 +103,7 @@ class Workbook {
   Workbook(const Calibration& calibration, const std::string& path)
       : c_(calibration),
         m_(static_cast<int>(calibration.sensor.instrument.axis_count())),
-        reducer_(calibration),
+        reducer_(calibration, {}, Force::yes),
         book_(workbook_new(path.c_str())),
         heading_(workbook_add_format(book_)),
         input_(workbook_add_format(book_)) {
@@ -156,7 +156,7 @@ class Workbook {
     sheet.text(0, 0, formatted("{} {}", instrument.kind, instrument.serial), heading_);
     sheet.text(1, 0,
                formatted("calibrated {}, {}; readings in {}, field {} in {}",
-                         c_.provenance.created.substr(0, 10), c_.provenance.software,
+                         c_.provenance.date().substr(0, 10), c_.provenance.software,
                          instrument.unit, sensor().field.kind, sensor().field.unit));
     sheet.text(2, 0,
                order() > 0 ? "reading = bias(t) + scale(t) (sensitivity . field), bias(t) = bias + "
@@ -229,7 +229,7 @@ class Workbook {
     if (all.empty()) {
       return;
     }
-    const std::vector<std::string> titles = {"parameter", "value", "u", "U (95 %)", "unit"};
+    const std::vector<std::string> titles = {"parameter", "value", "u", "U (95 %)", "k", "unit"};
     for (std::size_t i = 0; i < titles.size(); ++i) {
       sheet.text(row, static_cast<int>(i), titles[i], heading_);
     }
@@ -239,7 +239,8 @@ class Workbook {
       sheet.number(row, 1, one.value);
       sheet.number(row, 2, one.uncertainty.u);
       sheet.number(row, 3, one.uncertainty.expanded);
-      sheet.text(row, 4, parameter_unit(c_, one.name));
+      sheet.number(row, 4, one.uncertainty.coverage_factor);
+      sheet.text(row, 5, parameter_unit(c_, one.name));
     }
   }
 

@@ -75,6 +75,8 @@ void CoilField::resolve(FieldResolver& of) const {
     });
   } else if (of.given_magnitude()) {
     of.set_magnitude(*of.given_magnitude());
+  } else if (of.largest_met()) {
+    of.set_magnitude(*of.largest_met());
   } else {
     of.leave_magnitude_open();  // what else is known must fix the scale
   }

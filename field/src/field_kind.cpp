@@ -2,11 +2,13 @@
 #include "axiscal/field/field_kind.hpp"
 
 #include <algorithm>
+#include <optional>
 
 #include "axiscal/core/error.hpp"
 #include "axiscal/core/formatted.hpp"
 #include "axiscal/core/nearest_name.hpp"
 #include "axiscal/core/number_text.hpp"
+#include "axiscal/field/field_unit.hpp"
 #include "field_entries.hpp"
 
 namespace axiscal {
@@ -54,6 +56,21 @@ std::string list_of_field_kinds() {
     names.emplace_back(kind.name);
   }
   return joined(names);
+}
+
+bool is_possible_magnitude(const FieldKind& kind, double magnitude, std::string_view unit) {
+  if (kind.greatest_magnitude == 0.0) {
+    return true;
+  }
+  const std::optional<double> factor = reading_factor_between(unit, kind.units.front());
+  return !factor || (magnitude * *factor >= kind.least_magnitude &&
+                     magnitude * *factor <= kind.greatest_magnitude);
+}
+
+std::string possible_magnitudes(const FieldKind& kind, std::string_view unit) {
+  const double factor = reading_factor_between(kind.units.front(), unit).value_or(1.0);
+  return formatted("{} to {} {}", number_text(kind.least_magnitude * factor, 4),
+                   number_text(kind.greatest_magnitude * factor, 4), unit);
 }
 
 void check_field_kind(std::string_view kind) {

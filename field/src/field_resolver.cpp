@@ -101,7 +101,8 @@ void FieldResolver::resolve_by_value(const ReferenceField& field) {
   }
 }
 
-// The kind's usual one; where no number is stated that would be in it, that of the readings.
+// If no number is stated, that of the readings; else the kind's usual one, or the first in which the
+// stated magnitude is possible: 9.81 is gravity in m/s^2, 48 the Earth's field in uT.
 std::string FieldResolver::unit_unless_stated(const FieldKind& kind) const {
   const std::string& of_readings = occasion_.reading_unit;
   const bool has_number = given_.magnitude || given_.in_table || given_.magnitude_u > 0.0;
@@ -109,6 +110,14 @@ std::string FieldResolver::unit_unless_stated(const FieldKind& kind) const {
       std::find(kind.units.begin(), kind.units.end(), of_readings) != kind.units.end() &&
       of_readings != "1") {
     return of_readings;
+  }
+  const std::optional<double> met = kind.vertical ? occasion_.largest : std::nullopt;
+  if (const std::optional<double> magnitude = given_magnitude() ? given_magnitude() : met) {
+    for (const std::string_view unit : kind.units) {
+      if (is_possible_magnitude(kind, *magnitude, unit)) {
+        return std::string(unit);
+      }
+    }
   }
   return kind.units.empty() ? "1" : std::string(kind.units.front());
 }
@@ -167,6 +176,8 @@ void FieldResolver::set_given_magnitude(const std::string& otherwise,
     set_magnitude(*given_magnitude());
   } else if (may_be_open()) {
     leave_magnitude_open();
+  } else if (occasion_.largest) {
+    set_magnitude(*occasion_.largest);
   } else {
     settings.push_back(settings::field_magnitude);
     throw SetupError(formatted("field {}{}", found_.kind, otherwise), std::move(settings));
@@ -175,7 +186,7 @@ void FieldResolver::set_given_magnitude(const std::string& otherwise,
 
 void FieldResolver::set_given_magnitude_or_1(const std::string& otherwise,
                                              std::vector<Setting> settings) {
-  if (given_magnitude() || may_be_open() || found_.unit != "1") {
+  if (given_magnitude() || may_be_open() || occasion_.largest || found_.unit != "1") {
     set_given_magnitude(otherwise, std::move(settings));
   } else {
     set_magnitude(1.0);

@@ -35,6 +35,22 @@ void convert(FieldDescription& part, const std::string& unit) {
   part.unit = unit;
 }
 
+// Numbers without a unit are in one unit: of a sum, that of the part whose magnitude tells it.
+std::string unit_told_by_magnitude(const FieldSetup& setup,
+                                   const TablePlace& place,
+                                   const FieldOccasion& occasion) {
+  for (const FieldSetup* const part : setup.parts()) {
+    const FieldKind& kind = field_kind(part->kind());
+    if (!setup.others.empty() && part->of && part->unit.empty() && kind.greatest_magnitude > 0.0 &&
+        (part->magnitude || part->in_table)) {
+      FieldSetup own = *part;
+      own.others.clear();
+      return FieldResolver(own, place, occasion, true).resolve().unit;
+    }
+  }
+  return "";
+}
+
 // Without names, readings cannot state a level of each of two parts alike.
 void check_names(const std::vector<FieldDescription>& parts) {
   for (std::size_t p = 0; p < parts.size(); ++p) {
@@ -178,9 +194,17 @@ std::vector<FieldDescription> resolve_field(const FieldSetup& setup,
         "them",
         {settings::slope, settings::field_table});
   }
+  const std::string told = unit_told_by_magnitude(setup, place, occasion);
   std::vector<FieldDescription> parts;
   for (const FieldSetup* const part : setup.parts()) {
-    parts.push_back(FieldResolver(*part, place, occasion, !setup.others.empty()).resolve());
+    FieldSetup own = *part;
+    own.others.clear();
+    const auto units = field_kind(own.kind()).units;
+    if (own.unit.empty() && own.of && own.of->unit().empty() &&
+        std::find(units.begin(), units.end(), told) != units.end()) {
+      own.unit = told;
+    }
+    parts.push_back(FieldResolver(own, place, occasion, !setup.others.empty()).resolve());
     convert(parts.back(), parts.front().unit);
   }
   if (parts.size() == 1 && parts.front().free_length) {

@@ -22,7 +22,7 @@ constexpr std::array units = {
     Unit{"nT", "magnetic flux density", 1e-9},  Unit{"G", "magnetic flux density", 1e-4},
     Unit{"mG", "magnetic flux density", 1e-7},  Unit{"rad/s", "angular rate", 1.0},
     Unit{"deg/s", "angular rate", rad_per_deg}, Unit{"deg/h", "angular rate", rad_per_deg / 3600.0},
-    Unit{"W/m^2", "irradiance", 1.0},
+    Unit{"W/m^2", "irradiance", 1.0},           Unit{"lux", "illuminance", 1.0},
 };
 
 // What instruments read besides, and how it is written too; `g` is the standard gravity.
@@ -30,6 +30,9 @@ constexpr std::array reading_units = {
     Unit{"g", "acceleration", standard_gravity},
     Unit{"mg", "acceleration", 1e-3 * standard_gravity},
     Unit{"gauss", "magnetic flux density", 1e-4},
+    Unit{"Gauss", "magnetic flux density", 1e-4},
+    Unit{"\u00b5T", "magnetic flux density", 1e-6},  // micro sign
+    Unit{"\u03bcT", "magnetic flux density", 1e-6},  // Greek mu
     Unit{"mgauss", "magnetic flux density", 1e-7},
     Unit{"mrad/s", "angular rate", 1e-3},
     Unit{"mdeg/s", "angular rate", 1e-3 * rad_per_deg},

@@ -59,6 +59,8 @@ void GravityField::resolve(FieldResolver& of) const {
   of.set_magnitude(1.0);
   if (const std::optional<double> magnitude = of.given_magnitude()) {
     of.set_magnitude(*magnitude);
+  } else if (found.unit != "g" && !site && of.largest_met()) {
+    of.set_magnitude(*of.largest_met());
   } else if (found.unit != "g") {
     if (!site) {
       throw SetupError(
@@ -93,6 +95,8 @@ FieldKind gravity_entry() {
           .local = true,
           .vertical = true,
           .along_normal = true,
+          .least_magnitude = 0.99,  // from 0.9956 at the equator on high mountains to 1.0026
+          .greatest_magnitude = 1.01,
           .members = members_with_site,
           .make = maker_of<GravityField>()};
 }

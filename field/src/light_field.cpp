@@ -116,7 +116,7 @@ void LightField::members(JsonMembers& io) {
 }
 
 FieldKind light_entry() {
-  static constexpr std::array<std::string_view, 2> units = {"1", "W/m^2"};
+  static constexpr std::array<std::string_view, 3> units = {"1", "W/m^2", "lux"};
   static constexpr std::array<std::string_view, 3> members = {"lamps", "source", "refraction"};
   return {.name = "light", .units = units, .members = members, .make = maker_of<LightField>()};
 }

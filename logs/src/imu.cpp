@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <functional>
 #include <limits>
 #include <numeric>
 #include <set>
@@ -17,6 +18,7 @@
 #include "axiscal/calib/settings.hpp"
 #include "axiscal/core/error.hpp"
 #include "axiscal/core/formatted.hpp"
+#include "axiscal/core/median.hpp"
 #include "axiscal/core/number_text.hpp"
 #include "axiscal/core/units.hpp"
 #include "axiscal/field/custom_field.hpp"
@@ -217,6 +219,39 @@ std::optional<DesignPoint> first_point(const ImuOptions& options,
   return DesignPoint(*faces.front(), *options.first);
 }
 
+// The gyroscope alone cannot be calibrated.
+class GyroscopeRefused : public RefusedError {
+ public:
+  using RefusedError::RefusedError;
+};
+
+// Runs of rows in which none of three columns changes.
+std::vector<std::pair<std::size_t, std::size_t>> frozen_spans(
+    const RecordedLog& log, const std::vector<std::string>& names, std::size_t fewest) {
+  std::vector<const std::vector<double>*> columns;
+  for (const std::string& name : names) {
+    const std::optional<std::size_t> column = find_column(log.columns, name);
+    if (column) {
+      columns.push_back(&log.samples[*column]);
+    }
+  }
+  std::vector<std::pair<std::size_t, std::size_t>> spans;
+  const std::size_t n = columns.empty() ? 0 : columns.front()->size();
+  std::size_t first = 0;
+  for (std::size_t i = 1; i <= n; ++i) {
+    const bool same = i < n && std::all_of(columns.begin(), columns.end(), [&](const auto* column) {
+      return (*column)[i] == (*column)[i - 1];
+    });
+    if (!same) {
+      if (i - first >= fewest) {
+        spans.emplace_back(first, i);
+      }
+      first = i;
+    }
+  }
+  return spans;
+}
+
 class ImuCalibrator {
  public:
   ImuCalibrator(const RecordedLog& log, const ImuOptions& options) : log_(log), options_(options) {
@@ -238,7 +273,11 @@ class ImuCalibrator {
     }
     calibrate_accelerometer();
     if (!options_.gyroscope.empty()) {
-      calibrate_gyroscope();
+      try {
+        calibrate_gyroscope();
+      } catch (const RefusedError& error) {
+        throw GyroscopeRefused(error.what());
+      }
     }
     if (!options_.magnetometer.empty()) {
       try {
@@ -247,6 +286,7 @@ class ImuCalibrator {
         // It has other needs; what the others are must not be lost for it.
         result_.rests.warnings.push_back(
             formatted("the magnetometer is left out: {}", error.what()));
+        result_.failed.push_back({.slot = "magnetometer", .message = error.what()});
       }
     }
     result_.notes.insert(result_.notes.end(), log_.notes.begin(), log_.notes.end());
@@ -284,16 +324,88 @@ class ImuCalibrator {
           options_.gyroscope.empty() ? options_.accelerometer : options_.gyroscope;
     }
     segment_options.attitude = options_.accelerometer;
-    LogFile file(log_.name, log_.columns, log_.samples);
-    result_.rests =
-        segment(file, segment_options,
-                [&](const std::vector<IntervalSet>& sets, const Segmentation& so_far) {
-                  return options_.seats != Seats::unknown  // six directions fit any magnitude
-                             ? most_persistent(sets)
-                             : best_by_scatter(log_, options_, sets, so_far, result_.notes,
-                                               gyroscope_inverse_);
-                });
+    const auto choose = [&](const std::vector<IntervalSet>& sets, const Segmentation& so_far) {
+      return options_.seats != Seats::unknown  // six directions fit any magnitude
+                 ? most_persistent(sets)
+                 : best_by_scatter(log_, options_, sets, so_far, result_.notes, gyroscope_inverse_);
+    };
+    const auto rests_by = [&](const SegmentOptions& options) {
+      LogFile file(log_.name, log_.columns, log_.samples);
+      return segment(file, options, choose);
+    };
+    result_.rests = rests_by(segment_options);
+    leave_frozen_out(segment_options, rests_by);
     accelerations_ = means_of(result_.rests, options_.accelerometer);
+  }
+
+  // Whether some axis scatters in the rests by about a step of its readings or more: then it does not
+  // repeat one value by itself.
+  [[nodiscard]] bool scatters_by_steps(const Segmentation& rests) const {
+    for (const std::vector<std::string>* names : {&options_.accelerometer, &options_.gyroscope}) {
+      for (const std::string& name : *names) {
+        const std::optional<std::size_t> column = find_column(log_.columns, name);
+        const std::optional<std::size_t> of_rests = find_column(rests.columns, name);
+        if (!column || !of_rests) {
+          continue;
+        }
+        double step = std::numeric_limits<double>::infinity();
+        const std::vector<double>& values = log_.samples[*column];
+        for (std::size_t i = 1; i < values.size(); ++i) {
+          const double change = std::abs(values[i] - values[i - 1]);
+          step = change > 0.0 ? std::min(step, change) : step;
+        }
+        std::vector<double> sds;
+        for (const StaticInterval& interval : rests.intervals) {
+          sds.push_back(interval.sd(static_cast<Eigen::Index>(*of_rests)));
+        }
+        constexpr double about_a_step = 0.7;
+        if (!sds.empty() && upper_median(sds) > about_a_step * step) {
+          return true;
+        }
+      }
+    }
+    return false;
+  }
+
+  // A sensor that sleeps repeats one value, which is no rest. Of a coarse and quiet one all rests are
+  // such; then they stay.
+  void leave_frozen_out(const SegmentOptions& options,
+                        const std::function<Segmentation(const SegmentOptions&)>& rests_by) {
+    SegmentOptions awake = options;
+    const auto fewest = static_cast<std::size_t>(std::max(30.0, result_.rests.rate_hz));
+    for (const std::vector<std::string>* columns : {&options_.accelerometer, &options_.gyroscope}) {
+      const auto spans = frozen_spans(log_, *columns, fewest);
+      awake.left_out.insert(awake.left_out.end(), spans.begin(), spans.end());
+    }
+    if (awake.left_out.empty()) {
+      return;
+    }
+    std::sort(awake.left_out.begin(), awake.left_out.end());
+    std::size_t samples = 0;
+    for (const auto& [first, end] : awake.left_out) {
+      samples += end - first;
+    }
+    const std::size_t before = result_.rests.intervals.size();
+    std::vector<std::string> notes = result_.notes;
+    try {
+      Segmentation rests = rests_by(awake);
+      constexpr std::size_t fewest_rests = 6;
+      if (rests.intervals.size() >= fewest_rests && 3 * rests.intervals.size() >= before &&
+          scatters_by_steps(rests)) {
+        result_.rests = std::move(rests);
+        result_.notes.push_back(formatted(
+            "{} samples ({} %) repeat one value for a second or longer while others scatter, as of a "
+            "sensor that sleeps: they are left out",
+            samples,
+            number_text(100.0 * static_cast<double>(samples) /
+                            static_cast<double>(result_.rests.samples),
+                        2)));
+        return;
+      }
+    } catch (const RefusedError&) {
+      // There is no rest without them.
+    }
+    result_.notes = std::move(notes);
   }
 
   void label() {
@@ -334,11 +446,7 @@ class ImuCalibrator {
           number_text(options_.segment.shortest_s, 2)));
     }
     take_as_level(make_field_description(experiment).magnitude, faces, observations);
-    experiment.method = Method::known;
-    result_.notes.emplace_back(
-        "it lay on its six faces: they are taken as level and square to the axes, so that what "
-        "they "
-        "are off goes into biases and cross-axis terms; the scatter shows how much");
+    result_.notes.emplace_back("it lay on its six faces, which gravity names");
   }
 
   void calibrate_accelerometer() {
@@ -429,13 +537,10 @@ class ImuCalibrator {
     experiment.instrument.unit = options_.magnetometer_unit;
     experiment.instrument.range.reset();
     experiment.field = options_.magnetic_field;
-    bool relative = false;
     // Gravity does without a longitude.
     const bool has_site = experiment.table.site && experiment.table.has_longitude;
     if (!experiment.field.magnitude && !has_site && !experiment.field.in_table) {
       experiment.field = CustomField();
-      experiment.field.magnitude = 1.0;
-      relative = true;
     } else if (!experiment.field.is_stated()) {
       experiment.field.of = std::make_shared<const GeomagneticField>();
     }
@@ -445,12 +550,6 @@ class ImuCalibrator {
     const Observations observations = observations_of(options_.magnetometer);
     Calibration record = calibrate(experiment, observations);
     record.provenance.slot = "magnetometer";
-    if (relative) {
-      record.findings.notes.push_back(
-          {NoteCode::field,
-           "neither the local field's magnitude nor the site was stated: "
-           "fields are in units of it"});
-    }
     if (!result_.seats) {
       align_with_companion(record, observations, result_.accelerometer,
                            observations_of(options_.accelerometer), "accelerometer");
@@ -554,7 +653,15 @@ void check_fences(const RecordedLog& log,
 }
 
 ImuCalibration calibrate_imu(const RecordedLog& log, const ImuOptions& options) {
-  return ImuCalibrator(log, options).run();
+  try {
+    return ImuCalibrator(log, options).run();
+  } catch (const GyroscopeRefused& refused) {
+    ImuOptions without = options;  // it tells the rests too
+    without.gyroscope.clear();
+    ImuCalibration imu = ImuCalibrator(log, without).run();
+    imu.failed.insert(imu.failed.begin(), {.slot = "gyroscope", .message = refused.what()});
+    return imu;
+  }
 }
 
 }  // namespace axiscal

@@ -194,7 +194,11 @@ class RegionCalibrator {
     describe_rests();
     calibrate_accelerometer();
     if (!options_.gyroscope.empty() && !turns_.empty()) {
-      calibrate_gyroscope();
+      try {
+        calibrate_gyroscope();
+      } catch (const RefusedError& error) {
+        result_.failed.push_back({.slot = "gyroscope", .message = error.what()});
+      }
     } else if (!options_.gyroscope.empty()) {
       result_.notes.emplace_back("the regions hold no turn, so that the gyroscope is left out");
     }
@@ -273,10 +277,7 @@ class RegionCalibrator {
         faces.push_back(rest.region->rest);
       }
       take_as_level(make_field_description(experiment).magnitude, faces, observations);
-      experiment.method = experiment.method.value_or(Method::known);
-      result_.notes.emplace_back(
-          "the regions name the face on the table alone: it is taken as level, and its slope is in "
-          "the biases");
+      result_.notes.emplace_back("the regions name the face on the table alone");
     }
     result_.accelerometer = calibrate(experiment, observations);
     result_.accelerometer.provenance.slot = "accelerometer";

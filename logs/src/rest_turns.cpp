@@ -7,7 +7,7 @@
 namespace axiscal {
 
 RestTurns::RestTurns(const RecordedLog& log, const ImuOptions& options, double rate_hz)
-    : rate_hz_(rate_hz) {
+    : rate_hz_(rate_hz), begins_(options.segment.begins) {
   const auto finite = [](double v) { return std::isfinite(v); };
   owned_.reserve(options.gyroscope.size());
   for (const std::string& name : options.gyroscope) {
@@ -32,6 +32,12 @@ std::vector<GyroscopeTurn> RestTurns::turns(const Segmentation& rests,
     const StaticInterval& b = rests.intervals[between[i + 1]];
     const std::size_t first = a.end - 1;
     const std::size_t count = b.first - first + 1;
+    const bool spans_recordings =
+        std::any_of(begins_.begin(), begins_.end(),
+                    [&](std::size_t begin) { return begin > first && begin < first + count; });
+    if (spans_recordings) {
+      continue;  // nobody recorded how it was turned
+    }
     if (!is_whole(first, count)) {
       ++left_out;
       continue;

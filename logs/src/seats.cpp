@@ -75,6 +75,7 @@ Eigen::MatrixX3d rough_ups(const Eigen::MatrixX3d& means) {
 void take_as_level(double magnitude,
                    const std::vector<std::optional<Face>>& faces,
                    Observations& observations) {
+  observations.has_fence = false;
   for (std::size_t i = 0; i < faces.size(); ++i) {
     if (faces[i]) {
       const bool is_plus = static_cast<int>(*faces[i]) % 2 == 0;

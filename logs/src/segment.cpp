@@ -381,6 +381,22 @@ class BlocksAhead {
   std::future<std::vector<Block>> reading_;  // which is waited for at the end
 };
 
+// Breaks rests at samples that are left out, and where another recording begins.
+// @param first  number of the first sample of the block.
+void break_samples(const SegmentOptions& options, std::size_t first, std::vector<char>& broken) {
+  const std::size_t end = first + broken.size();
+  for (const auto& [from, to] : options.left_out) {
+    for (std::size_t i = std::max(from, first); i < std::min(to, end); ++i) {
+      broken[i - first] = 1;
+    }
+  }
+  for (const std::size_t begin : options.begins) {
+    if (begin >= first && begin < end) {
+      broken[begin - first] = 1;
+    }
+  }
+}
+
 // Says which columns hold no numbers; no rest has a mean of them.
 void blank_empty_columns(const Repair& repair, Segmentation& result) {
   for (std::size_t c = 0; c < result.columns.size(); ++c) {
@@ -425,6 +441,7 @@ Segmentation segment(LogFile& log, const SegmentOptions& options, const Threshol
     }
     broken.assign(count, 0);
     clock.run(selected.has_times ? &times : nullptr, count, time_s, broken);
+    break_samples(options, result.samples, broken);
     repair.run(block, broken);
     result.broken_samples +=
         static_cast<std::size_t>(std::count(broken.begin(), broken.end(), char{1}));

@@ -252,6 +252,22 @@ Positioner Positioner::with_mounts(std::vector<Mount> mounts) const {
   return changed;
 }
 
+Positioner Positioner::with_normal_u(double u_rad) const {
+  if (!(u_rad >= 0.0)) {
+    throw DomainError("Positioner::with_normal_u: the uncertainty must not be negative");
+  }
+  Positioner changed = *this;
+  NormalCovariance C = description_.normal_covariance.value_or(NormalCovariance::Zero());
+  for (const Face face : all_faces) {
+    const Eigen::Vector3d& n = normal(face);
+    const Eigen::Index at = 3 * static_cast<Eigen::Index>(face);
+    C.block<3, 3>(at, at) +=
+        u_rad * u_rad * (Eigen::Matrix3d::Identity() - n * n.transpose());
+  }
+  changed.description_.normal_covariance = C;
+  return changed;
+}
+
 std::vector<std::string> rocking_remarks(const Positioner& positioner,
                                          const std::set<DesignPoint>& points) {
   std::vector<std::string> remarks;

@@ -44,7 +44,9 @@ std::string run_section(const Calibration& calibration) {
       {"Serial number", instrument.serial},
       {"Axes, readings in", formatted("{}; {}", joined(instrument.axes), instrument.unit)},
       {"Slot", calibration.provenance.slot},
-      {"Calibrated", calibration.provenance.created},
+      {"Calibrated", calibration.provenance.date()},
+      {"Operator", calibration.provenance.operated_by},
+      {"Computed", calibration.provenance.measured.empty() ? "" : calibration.provenance.created},
       {"By", calibration.provenance.software},
       {"Method",
        std::string(method_name(calibration.fit.method)) +
@@ -222,9 +224,9 @@ std::string calibration_report(const Calibration& calibration, const ReportOptio
   }
   const std::string subtitle =
       formatted("{}{}",
-                calibration.provenance.created.empty()
+                calibration.provenance.date().empty()
                     ? ""
-                    : formatted("calibrated {}, ", calibration.provenance.created),
+                    : formatted("calibrated {}, ", calibration.provenance.date()),
                 calibration.provenance.software);
   return html_page({.title = title_of(calibration),
                     .subtitle = subtitle,

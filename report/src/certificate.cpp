@@ -176,7 +176,7 @@ void write_facts(const Calibration& calibration,
        {"Customer", block_of(details.customer)},
        {"Place of calibration", details.place.empty() ? "the laboratory" : details.place},
        {"Item received", or_not_stated(details.received)},
-       {"Calibrated", details.calibrated.empty() ? or_not_stated(calibration.provenance.created)
+       {"Calibrated", details.calibrated.empty() ? or_not_stated(calibration.provenance.date())
                                                  : details.calibrated},
        {"Issued", or_not_stated(details.issued)}});
   pages.heading("Item");
@@ -324,6 +324,10 @@ std::vector<std::string> missing_details(const Calibration& calibration,
   need(!details.customer.name.empty(), "customer (name)");
   need(!calibration.sensor.instrument.serial.empty(), "the instrument's serial number");
   need(!details.condition.empty(), "condition");
+  const std::string& measured = calibration.provenance.measured;
+  need(measured.empty() || details.calibrated.empty() ||
+           measured.substr(0, 10) == details.calibrated.substr(0, 10),
+       "calibrated (it is not the date of the record's readings; leave it out)");
   need(!details.issued.empty(), "issued");
   need(!details.environment.empty(), "environment");
   need(!details.traceability.empty(), "traceability");

@@ -188,7 +188,7 @@ std::vector<HeatMap> maps_of(const Calibration& calibration) {
     }
     return maps;
   }
-  const Reducer reducer(calibration);
+  const Reducer reducer(calibration, {}, Force::yes);
   const ReadingPropagation propagation(calibration, reducer, stated_noise(calibration));
   HeatMap map =
       map_of("map-direction",
@@ -373,8 +373,8 @@ std::vector<Plot> history_plots(const UnitHistory& unit) {
                 "uncertainties of the change",
             .x_label = "record",
             .y_label = "change / standard uncertainty"};
-  for (const std::string& created : unit.created) {
-    plot.x_names.push_back(created.substr(0, 10));
+  for (const std::string& date : unit.dates) {
+    plot.x_names.push_back(date.substr(0, 10));
   }
   for (const ParameterTrend& trend : unit.trends) {
     PlotSeries series{.name = trend.parameter};

@@ -40,8 +40,7 @@ std::optional<Eigen::VectorXd> expected_at(const Calibration& calibration,
   }
   static const Positioner cube;
   const Eigen::Vector3d in_sensor =
-      cube.rotation_table_from_positioner(*residual.point).transpose() * *field.in_table *
-      field.magnitude;
+      cube.rotation_table_from_positioner(*residual.point).transpose() * *field.in_table;
   return calibration.sensor.response.bias + calibration.sensor.response.sensitivity * in_sensor;
 }
 
@@ -223,7 +222,7 @@ Cloud cloud_of(const Calibration& calibration, const Observations& observations)
   if (centre.norm() > in_sight * sensor.field.magnitude) {
     cloud.moved = centre;
   }
-  const Reducer reducer(calibration);
+  const Reducer reducer(calibration, {}, Force::yes);
   for (Eigen::Index i = 0; i < n; ++i) {
     const Eigen::Vector3d v = observations.response.row(i).transpose();
     cloud.before.row(i) = (v / scale - cloud.moved).transpose();

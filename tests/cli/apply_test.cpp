@@ -192,6 +192,9 @@ TEST_F(ApplyCommand, NeedsLittleMemoryWhateverTheSize) {
     table += "0.1,0.2,2.5\n0.3,-0.2,-2.5\n";
   }
   const std::string input = folder_.write("in.csv", table);
+  // How much the libraries take depends on how they are linked: a table of one row tells.
+  const std::string one_row = folder_.write("one.csv", "x,y,z\n0.1,0.2,2.5\n");
+  EXPECT_EQ(run_axiscal({"apply", record_, one_row, "-o", folder_.path("one_out.csv")}).status, 0);
   rusage before{};
   ::getrusage(RUSAGE_CHILDREN, &before);
   const ProgramResult result =
@@ -201,7 +204,7 @@ TEST_F(ApplyCommand, NeedsLittleMemoryWhateverTheSize) {
   EXPECT_EQ(std::count(output.begin(), output.end(), '\n'), 400001);
   rusage after{};
   ::getrusage(RUSAGE_CHILDREN, &after);
-  EXPECT_LT(after.ru_maxrss, 40 * 1024) << "KiB, the largest of all children so far";
+  EXPECT_LT(after.ru_maxrss - before.ru_maxrss, 24 * 1024) << "KiB, the largest of all children so far";
 }
 
 }  // namespace

@@ -87,7 +87,7 @@ TEST_F(LogCommands, SegmentGivesWhatCalibrateTakes) {
                    "--axes", "ax,ay,az", "-o", record});
   ASSERT_EQ(calibrated.status, 0) << calibrated.err;
   const json cal = read_json(record);
-  EXPECT_EQ(cal["method"], "paired");
+  EXPECT_EQ(cal["method"], "joint");
   EXPECT_NEAR(cal["coefficients"]["bias"][2].get<double>(), 0.03, 1e-3);
   EXPECT_NEAR(cal["levelness"]["mean"]["x"].get<double>(), 0.003, 3e-4);
 }
@@ -157,7 +157,7 @@ TEST_F(LogCommands, ImuGivesARecordForEachInstrument) {
   EXPECT_THAT(result.out, HasSubstr("11 turns, attitude error"));
   const json accelerometer = read_json(folder_.path("imu-accelerometer.json"));
   const json gyroscope = read_json(folder_.path("imu-gyroscope.json"));
-  EXPECT_EQ(accelerometer["method"], "paired");
+  EXPECT_EQ(accelerometer["method"], "joint");
   EXPECT_EQ(gyroscope["method"], "turns");
   EXPECT_EQ(gyroscope["instrument"]["unit"], "deg/s");
   EXPECT_NEAR(gyroscope["coefficients"]["sensitivity"][1][1].get<double>(), 57.3, 0.1);

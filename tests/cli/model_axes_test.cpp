@@ -178,7 +178,7 @@ TEST_F(ModelAxesTest, ThreeLabelledReadingsAreChecked) {
       run_axiscal({"check", record_, folder_.write("three.csv", three), "--json"});
   EXPECT_EQ(result.status, 0) << result.err << result.out;
   EXPECT_EQ(nlohmann::json::parse(result.out).at("changes").size(), 3U);
-  EXPECT_THAT(result.err, HasSubstr("too few for a calibration of their own"));
+  EXPECT_THAT(result.err, HasSubstr("held against the values that the record predicts"));
 }
 
 TEST_F(ModelAxesTest, SlotsOfSeveralKindsAreStatedOnTheLine) {

@@ -84,7 +84,7 @@ TEST(CalibrateImu, OfABareBoard) {
   relative.sensitivity *= F;
   expect_near_truth(*imu.magnetometer, relative, 5.0);
   EXPECT_THAT(imu.magnetometer->findings.notes,
-              test::HasNote(HasSubstr("fields are in units of it")));
+              test::HasNote(HasSubstr("magnitudes are in units of it")));
   ASSERT_EQ(imu.records().size(), 3U);
   EXPECT_EQ(imu.records()[2].provenance.slot, "magnetometer");
   for (const Calibration& record : imu.records()) {
@@ -147,7 +147,7 @@ TEST(CalibrateImu, OfACube) {
     ASSERT_EQ(imu.rests.intervals.size(), 24U);
     EXPECT_THAT(imu.seats->messages, IsEmpty());
     EXPECT_THAT(imu.rests.warnings, IsEmpty());
-    EXPECT_EQ(imu.accelerometer.fit.method, Method::paired);
+    EXPECT_EQ(imu.accelerometer.fit.method, Method::joint);
     expect_near_truth(imu.accelerometer, simulation.accelerometer, 4.5);
     ASSERT_TRUE(imu.gyroscope && imu.turns);
     EXPECT_TRUE(imu.turns->has_rotations);

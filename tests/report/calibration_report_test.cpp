@@ -131,8 +131,10 @@ TEST(QuantityCells, StandBelowEachOtherAtTheDecimalPoint) {
 
 TEST(CalibrationReport, LeavesALeverageWithoutMeaningOut) {
   const SensorModel truth = accelerometer_truth();
-  const Calibration few = calibrate(experiment_for(truth),
-                                    observe(truth, {.slope = {0.003, -0.002}, .noise_sd = 1e-4}));
+  Experiment experiment = experiment_for(truth);
+  experiment.method = Method::paired;
+  const Calibration few =
+      calibrate(experiment, observe(truth, {.slope = {0.003, -0.002}, .noise_sd = 1e-4}));
   ASSERT_NEAR(few.fit.statistics->degrees_of_freedom(0), 2.0, 1e-9);
   EXPECT_THAT(calibration_report(few), Not(HasSubstr("leverage")));
 }
@@ -310,7 +312,7 @@ TEST(CalibrationReport, TemperatureAndHistoryHaveTheirPlots) {
                           .scale = Eigen::MatrixXd::Constant(3, 1, 1e-4)};
   UnitHistory history{.serial = calibration.sensor.instrument.serial,
                       .paths = {"a.json", "b.json"},
-                      .created = {"2025-01-01T00:00:00Z", "2026-01-01T00:00:00Z"}};
+                      .dates = {"2025-01-01T00:00:00Z", "2026-01-01T00:00:00Z"}};
   history.trends.push_back({.parameter = "x.bias", .values = {0.1, 0.2}, .u = {0.01, 0.01}});
   const std::string page = calibration_report(calibration, {.history = {history}});
   EXPECT_THAT(page, HasSubstr("id=\"temperature-bias\""));

@@ -47,7 +47,7 @@ class AttitudeBudgetMaker {
                       const Eigen::Vector3d& field,
                       std::optional<SensorTemperature> temperature)
       : calibration_(calibration),
-        reducer_(calibration, one_pair_of_angles(calibration, options, field)),
+        reducer_(calibration, one_pair_of_angles(calibration, options, field), Force::yes),
         propagation_(calibration, reducer_, noise, options.factor),
         noise_(noise),
         field_(field),

@@ -42,7 +42,7 @@ struct Direction {
 class Directions {
  public:
   explicit Directions(const Calibration& calibration)
-      : calibration_(calibration), reducer_(calibration) {
+      : calibration_(calibration), reducer_(calibration, {}, Force::yes) {
     const SensorModel& sensor = calibration.sensor;
     if (!field_kind(sensor.field.kind).vertical || !reducer_.gives_components() ||
         !sensor.also.empty() || !gives_field(calibration)) {

@@ -220,9 +220,9 @@ Reducer::Reducer(const SensorModel& sensor, const ReductionOptions& options)
               Knowledge{.weights = Eigen::VectorXd::Ones(sensor.response.bias.size())},
               options) {}
 
-Reducer::Reducer(const Calibration& calibration, const ReductionOptions& options)
+Reducer::Reducer(const Calibration& calibration, const ReductionOptions& options, Force force)
     : Reducer(
-          calibration.sensor,
+          (require_unrefused(calibration, force), calibration.sensor),
           Knowledge{.weights = row_weights(calibration), .gives_field = gives_field(calibration)},
           options) {}
 

@@ -14,11 +14,13 @@
 #include "axiscal/calib/bias_fit.hpp"
 #include "axiscal/calib/calibrate_run.hpp"
 #include "axiscal/calib/calibrated_coefficients.hpp"
+#include "axiscal/calib/calibration_warning.hpp"
 #include "axiscal/calib/confirmation_fit.hpp"
 #include "axiscal/calib/culprit.hpp"
 #include "axiscal/calib/estimate_by_method.hpp"
 #include "axiscal/calib/estimation.hpp"
 #include "axiscal/calib/experiment.hpp"
+#include "axiscal/calib/face_lengths.hpp"
 #include "axiscal/calib/field_size.hpp"
 #include "axiscal/calib/generalized_fit.hpp"
 #include "axiscal/calib/lack_of_fit.hpp"
@@ -140,6 +142,32 @@ std::optional<Observations> without_left_out(const Experiment& experiment,
   return used;
 }
 
+// The lengths of the fields that readings bring, those of no field left out.
+struct MetFields {
+  double least = 0.0;
+  double largest = 0.0;
+
+  // Rounded vectors of one field, or small errors of their angles, are no fields of several sizes.
+  [[nodiscard]] bool vary() const {
+    constexpr double alike = 1.05;
+    return largest > alike * least;
+  }
+};
+
+MetFields fields_met_by(const Observations& observations) {
+  MetFields met;
+  for (const Reading& reading : observations.readings) {
+    const double length = reading.field_in_sensor ? reading.field_in_sensor->norm() : 0.0;
+    if (length > 0.0) {
+      met.least = met.least == 0.0 ? length : std::min(met.least, length);
+      met.largest = std::max(met.largest, length);
+    }
+  }
+  met.largest = met.largest == 0.0 ? 1.0 : met.largest;  // of none at all the fit says so
+  met.least = met.least == 0.0 ? met.largest : met.least;
+  return met;
+}
+
 // How much of a record is made.
 enum class RecordPart : std::uint8_t { all, coefficients };
 
@@ -158,7 +186,21 @@ class RunFit {
         by_field_(kind_.directions_known && brings_field(observations)),
         source_(checked(experiment, used(), method_), observations, weighting_, by_field_) {
     check_method(experiment, observations, used(), method_, by_field_);
-    parts_ = resolve_field(experiment, source_.mean_time_s());
+    const std::optional<MetFields> met =
+        by_field_ ? std::optional(fields_met_by(used())) : std::nullopt;
+    parts_ = resolve_field(experiment, source_.mean_time_s(),
+                           met ? std::optional(met->largest) : std::nullopt);
+    if (met && met->vary() && parts_.size() == 1) {
+      field_varies_ = true;
+      parts_.front().magnitude_u *= met->largest / parts_.front().magnitude;
+      parts_.front().magnitude = met->largest;
+      calibration_.findings.notes.push_back(
+          {NoteCode::field,
+           formatted("the fields of the readings are from {} to {}{} long; full response is that at "
+                     "the largest",
+                     number_text(met->least, 4), number_text(met->largest, 4),
+                     parts_.front().unit == "1" ? "" : " " + parts_.front().unit)});
+    }
     check_unit(experiment.instrument, parts_.front());
     if (field_moves(experiment) && !by_field_ && !parts_.front().in_table) {
       throw RefusedError(
@@ -189,7 +231,8 @@ class RunFit {
     calibration_.provenance.slot = experiment_.slot;
     calibration_.fit.level_by_block = experiment_.level_by == LevelBy::block;
     calibration_.fit.left_out = experiment_.leave_out;
-    note_choice_of_method(experiment_, used(), method_, calibration_);
+    note_choice_of_method(used(), method_, calibration_);
+    note_weights(experiment_, used(), calibration_);
     if (kind_.directions_known && !by_field_) {
       check_known_magnitude(calibration_.sensor.field);
     }
@@ -300,6 +343,17 @@ class RunFit {
           {NoteCode::conditions,
            "earlier calibrations say nothing of a recording without blocks by method magnitude"});
     }
+    if (kind_.by_length &&
+        !fit_face_lengths(fitted_, calibration_.sensor.field.magnitude, estimate_)) {
+      if (experiment_.method) {
+        throw RefusedError(
+            "method faces needs readings on all six faces, axes along them, and no terms beside "
+            "bias and sensitivity; take the method known on a level table",
+            {settings::method});
+      }
+      calibration_.fit.method = Method::known;
+      note_choice_of_method(used(), Method::known, calibration_);
+    }
     calibration_.sensor.response = std::move(estimate_.response);
     calibration_.fit.statistics = std::move(estimate_.statistics);
     put_temperature(estimate_, source_, std::move(trials_), calibration_);
@@ -341,17 +395,19 @@ class RunFit {
       calibration_.findings.confirmation = confirmed(judged_ ? *judged_ : fitted_, kept_out_,
                                                      estimate_.field, kind_.directions_known);
     }
-    calibration_.fit.field_size =
-        check_field_size(experiment_, *state_, method_, estimate_.field, calibration_);
+    if (!kind_.by_length) {
+      calibration_.fit.field_size =
+          check_field_size(experiment_, *state_, method_, estimate_.field, calibration_);
+    }
     state_.reset();
   }
 
   void look_at_residuals() {
     calibration_.fit.residuals = residuals_of(observations_, source_, estimate_.field,
                                               experiment_.positioner, calibration_, used_by_axes());
-    if (kind_.by_magnitude) {
+    if (kind_.by_magnitude && calibration_.sensor.instrument.axis_count() == 3) {
       calibration_.fit.orientations =
-          orientation_quality(fields_of_readings(calibration_.sensor.response, fitted_.response),
+          orientation_quality(fields_of_readings(calibration_.sensor.response, weighed_readings()),
                               calibration_.sensor.field.magnitude);
     }
   }
@@ -366,13 +422,30 @@ class RunFit {
     if (!mistakes_.remark.empty()) {
       calibration_.findings.notes.push_back({NoteCode::tails, mistakes_.remark});
     }
+    estimate_.field_varies = field_varies_;
     calibration_.findings.warnings =
         find_warnings(calibration_, estimate_, unpaired_runs(), searched_, mistakes_.culprit);
+    if (!field_varies_) {
+      remark_on_magnitude(experiment_, calibration_);
+    }
     say_what_length_means(experiment_, calibration_);
     warn_of_other_sensitivity(experiment_, calibration_);
     if (!looked_at_temperature_) {
       warn_of_ignored_temperature(experiment_, fitted_, estimate_.field, calibration_);
     }
+  }
+
+  // What a record of biases alone can be refused for.
+  void judge_magnitude() {
+    remark_on_magnitude(experiment_, calibration_);
+    const std::vector<CalibrationWarning>& warnings = calibration_.findings.warnings;
+    const bool refused =
+        std::any_of(warnings.begin(), warnings.end(), [](const CalibrationWarning& warning) {
+          return warning.code == WarningCode::impossible_field;
+        });
+    calibration_.findings.status = refused            ? CalibrationStatus::refused
+                                   : warnings.empty() ? CalibrationStatus::ok
+                                                      : CalibrationStatus::warning;
   }
 
   void judge() {
@@ -404,6 +477,21 @@ class RunFit {
                                    Method method) {
     check_temperature(experiment, used.readings, method);
     return experiment;
+  }
+
+  // The readings of the fit, without those that robust regression gives no weight.
+  [[nodiscard]] Eigen::MatrixXd weighed_readings() const {
+    const Eigen::MatrixXd& robust = calibration_.fit.statistics->robust_weight;
+    if (robust.rows() != fitted_.response.rows()) {
+      return fitted_.response;
+    }
+    std::vector<Eigen::Index> kept;
+    for (Eigen::Index i = 0; i < robust.rows(); ++i) {
+      if (robust.row(i).maxCoeff() > 0.0) {
+        kept.push_back(i);
+      }
+    }
+    return fitted_.response(kept, Eigen::all);
   }
 
   // With the effects of the run where the readings tell them from the coefficients.
@@ -510,8 +598,13 @@ class RunFit {
       }
     }
     const double F = calibration_.sensor.field.magnitude;
-    estimate_ = estimate_sessions(fitted_, F, experiment_.shape, noise_of(observations_),
-                                  experiment_.squares);
+    if (fitted_.axis_count() == 2) {
+      estimate_ = estimate_ellipse(fitted_, F);
+      fitted_.seen = Eigen::Matrix3d::Identity().leftCols(2);
+    } else {
+      estimate_ = estimate_sessions(fitted_, F, experiment_.shape, noise_of(observations_),
+                                    experiment_.squares);
+    }
     calibration_.fit.shape = experiment_.shape;
     if (!fitted_.rotation_sensor_from_table.empty()) {
       align_by_points(fitted_, F, estimate_);
@@ -551,6 +644,7 @@ class RunFit {
   const MethodKind& kind_;
   Weighting weighting_;
   bool by_field_;  // whether the readings bring their fields
+  bool field_varies_ = false;  // these are of different lengths, as on a rate table
   ReadingSource source_;
   std::vector<FieldDescription> parts_;
   std::vector<TemperatureOrderTrial> trials_;
@@ -581,9 +675,10 @@ Calibration finished(RunFit& run) {
   return run.result();
 }
 
-Calibration calibrated(const Experiment& experiment, const Observations& given, RecordPart part) {
-  const bool by_attitudes = has_attitudes(given) &&
-                            method_kind(experiment.method.value_or(Method::known)).directions_known;
+Calibration calibrated_once(const Experiment& experiment,
+                            const Observations& given,
+                            RecordPart part) {
+  const bool by_attitudes = takes_attitudes(experiment, given);
   const Observations with_fields =
       by_attitudes ? with_fields_of_attitudes(experiment, given) : Observations();
   const Observations& observations = by_attitudes ? with_fields : given;
@@ -607,6 +702,7 @@ Calibration calibrated(const Experiment& experiment, const Observations& given, 
       throw RefusedError("method bias predicts no readings to be confirmed (confirm)");
     }
     run.fit_biases();
+    run.judge_magnitude();
     return run.result();
   }
   run.choose_temperature_order();
@@ -614,6 +710,49 @@ Calibration calibrated(const Experiment& experiment, const Observations& given, 
     run.take_as_looked_at();
   }
   return finished(run);
+}
+
+// Says whether robust regression would mend a refusal, and which readings it gives no weight.
+void say_what_robust_would(const Experiment& experiment,
+                           const Observations& given,
+                           Calibration& refused) {
+  const Method method = *refused.fit.method;
+  if (experiment.robust || experiment.squares || !method_kind(method).fits_sensitivity) {
+    return;
+  }
+  Experiment robust = experiment;
+  robust.robust = true;
+  robust.search_for_mistakes = false;
+  robust.method = method_kind(method).averages_pairs ? Method::joint : method;
+  try {
+    const Calibration found = calibrated_once(robust, given, RecordPart::all);
+    const Eigen::MatrixXd& weights = found.fit.statistics->robust_weight;
+    std::vector<int> runs;
+    for (Eigen::Index i = 0; i < weights.rows(); ++i) {
+      if (weights.row(i).minCoeff() == 0.0) {
+        const std::vector<int>& own = found.fit.statistics->rows[static_cast<std::size_t>(i)].runs;
+        runs.insert(runs.end(), own.begin(), own.end());
+      }
+    }
+    constexpr std::size_t few = 5;
+    if (found.findings.status != CalibrationStatus::refused && !runs.empty() &&
+        runs.size() <= few) {
+      refused.findings.notes.push_back(
+          {NoteCode::weights,
+           formatted("robust regression gives {} no weight and fits the other readings",
+                     name_of_runs(runs))});
+    }
+  } catch (const Error&) {  // it would not mend it
+    return;
+  }
+}
+
+Calibration calibrated(const Experiment& experiment, const Observations& given, RecordPart part) {
+  Calibration calibration = calibrated_once(experiment, given, part);
+  if (part == RecordPart::all && calibration.findings.status == CalibrationStatus::refused) {
+    say_what_robust_would(experiment, given, calibration);
+  }
+  return calibration;
 }
 
 }  // namespace
@@ -633,7 +772,7 @@ Calibration calibrate(const Experiment& experiment,
   return calibrate(experiment, make_run(points, response).observations);
 }
 
-Calibration calibrate(const Run& run, Instrument instrument, FieldSetup field) {
+Calibration calibrate(const Run& run, Instrument instrument, FieldSetup field, Force force) {
   Experiment experiment;
   experiment.instrument = std::move(instrument);
   experiment.field = std::move(field);
@@ -645,7 +784,9 @@ Calibration calibrate(const Run& run, Instrument instrument, FieldSetup field) {
     throw SetupError(
         "the run is of several instruments: calibrate_run() and split_by_serial() take it apart");
   }
-  return calibrate_run(std::move(experiment), run).front();
+  Calibration calibration = calibrate_run(std::move(experiment), run).front();
+  require_unrefused(calibration, force);
+  return calibration;
 }
 
 }  // namespace axiscal

@@ -10,6 +10,7 @@
 #include "axiscal/core/error.hpp"
 #include "axiscal/core/formatted.hpp"
 #include "axiscal/core/number_text.hpp"
+#include "axiscal/field/settings.hpp"
 #include "axiscal/instruments/instrument_kind.hpp"
 #include "axiscal/instruments/settings.hpp"
 
@@ -102,6 +103,14 @@ std::vector<Calibration> calibrate_run(Experiment experiment,
     experiment.instrument.serial = run.serial;
   }
   std::vector<CalibrationNote> notes;
+  if (!run.field_unit.empty() && experiment.field.unit.empty()) {
+    experiment.field.unit = run.field_unit;
+  } else if (!run.field_unit.empty() && experiment.field.unit != run.field_unit) {
+    throw SetupError(formatted("the column of the readings' fields is in {}, and the field is stated "
+                               "in {}; state one of them",
+                               run.field_unit, experiment.field.unit),
+                     {settings::field});
+  }
   for (const std::string& note : run.notes) {
     notes.push_back({NoteCode::input, note});
   }
@@ -111,6 +120,8 @@ std::vector<Calibration> calibrate_run(Experiment experiment,
                         : calibrate_slots(experiment, run, suggestions, notes);
   for (Calibration& calibration : calibrations) {
     calibration.provenance.inputs = run.inputs;
+    calibration.provenance.measured = measured_at(run);
+    calibration.provenance.operated_by = operators_of(run);
     calibration.provenance.experiment = stated;
     calibration.findings.notes.insert(calibration.findings.notes.end(), notes.begin(), notes.end());
   }

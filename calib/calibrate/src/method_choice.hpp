@@ -11,11 +11,8 @@ namespace axiscal {
 /// @return whether each reading says at which point it was taken.
 [[nodiscard]] bool has_labels(const Observations& observations);
 
-/// Says in the record why the usual method was not taken, where nobody chose one.
+/// Says in the record what the method takes for granted of the readings.
 /// @param used  the readings that are not left out.
-void note_choice_of_method(const Experiment& experiment,
-                           const Observations& used,
-                           Method method,
-                           Calibration& calibration);
+void note_choice_of_method(const Observations& used, Method method, Calibration& calibration);
 
 }  // namespace axiscal

@@ -16,6 +16,7 @@
 #include "axiscal/core/number_text.hpp"
 #include "axiscal/core/units.hpp"
 #include "axiscal/field/field_kind.hpp"
+#include "axiscal/instruments/instrument_kind.hpp"
 #include "axiscal/positioner/design.hpp"
 
 namespace axiscal {
@@ -172,6 +173,69 @@ void add_notes(Calibration& calibration,
   note_field_uncertainty(calibration);
 }
 
+void note_weights(const Experiment& experiment,
+                  const Observations& observations,
+                  Calibration& calibration) {
+  const Weighting weights = calibration.fit.weights;
+  if (!experiment.weighting && weights == Weighting::samples && observations.samples &&
+      observations.samples->minCoeff() < observations.samples->maxCoeff()) {
+    calibration.findings.notes.push_back(
+        {NoteCode::weights,
+         "readings are weighted by how many samples they average: twice as many count twice; the "
+         "weighting none takes all alike"});
+  }
+  if (weights == Weighting::sd && observations.response_sd) {
+    std::vector<int> runs;
+    for (Eigen::Index i = 0; i < observations.size(); ++i) {
+      if ((observations.response_sd->row(i).array() == 0.0).any()) {
+        runs.push_back(observations.readings[static_cast<std::size_t>(i)].run);
+      }
+    }
+    if (!runs.empty()) {
+      calibration.findings.notes.push_back(
+          {NoteCode::weights,
+           formatted("{}: a standard deviation is 0; the middle one of its axis stands for it",
+                     name_of_runs(runs))});
+    }
+  }
+}
+
+void remark_on_magnitude(const Experiment& experiment, Calibration& calibration) {
+  const FieldDescription& found = calibration.sensor.field;
+  for (const FieldDescription& part : found.as_parts()) {
+    const FieldKind& kind = field_kind(part.kind);
+    if (!part.free_length && !is_possible_magnitude(kind, part.magnitude, part.unit)) {
+      calibration.findings.warnings.push_back(
+          {.code = WarningCode::impossible_field,
+           .runs = {},
+           .message = formatted(
+               "the field {} is stated as {} {}, but on the Earth it is {}; state its magnitude and "
+               "unit again, or take the field custom if it is no field of the Earth",
+               part.kind, number_text(part.magnitude, 6), part.unit,
+               possible_magnitudes(kind, part.unit))});
+    }
+  }
+  const FieldSetup& field = experiment.field;
+  if (field.others.empty() && field.unit.empty() && field.magnitude && field.of &&
+      field.of->unit().empty() && !field_kind(found.kind).units.empty() &&
+      found.unit != field_kind(found.kind).units.front()) {
+    calibration.findings.notes.push_back(
+        {NoteCode::field,
+         formatted("the field's magnitude, {}, is stated without a unit and taken in {}: in {} it "
+                   "would not be possible",
+                   number_text(*field.magnitude), found.unit,
+                   field_kind(found.kind).units.front())});
+  }
+  const bool is_relative = field.others.empty() && field.kind() == "custom" && !field.magnitude &&
+                           !field.in_table && found.unit == "1";
+  if (is_relative && find_instrument_kind(calibration.sensor.instrument.kind).relative_field_will_do) {
+    calibration.findings.notes.push_back(
+        {NoteCode::field,
+         "neither the magnitude of the field nor the site is stated: the field is taken as of length "
+         "1, so that directions are right and magnitudes are in units of it"});
+  }
+}
+
 void say_what_length_means(const Experiment& experiment, Calibration& calibration) {
   const FieldSetup& field = experiment.field;
   if (!field.in_table || field.magnitude || !field.others.empty()) {
@@ -206,7 +270,11 @@ void warn_of_other_sensitivity(const Experiment& experiment, Calibration& calibr
     const double ratio =
         calibration.sensor.response.sensitivity.row(k).norm() / std::abs(*expected);
     const double off = std::abs(ratio - 1.0);
-    if (off <= (by_unit ? off_its_unit : far_off)) {
+    // A partial design may not show the component that the axis is named for.
+    const std::optional<int> own = nominal_axis(calibration.sensor.instrument, k);
+    const bool is_seen = !own || !calibration.fit.statistics ||
+                         !std::isnan(calibration.fit.statistics->sensitivity_se(k, *own));
+    if (off <= (by_unit ? off_its_unit : far_off) || !is_seen) {
       continue;
     }
     std::string reason;

@@ -13,6 +13,16 @@ void add_notes(Calibration& calibration,
                const Observations& observations,
                const Positioner& positioner);
 
+/// Notes on weights that nobody stated, and on standard deviations of 0 that others stand for.
+void note_weights(const Experiment& experiment,
+                  const Observations& observations,
+                  Calibration& calibration);
+
+/// A magnitude that the field cannot have on the Earth refuses the record. Notes say that a number
+/// without a unit was taken in the unit in which it is possible, and that a compass without a stated
+/// field has one of length 1.
+void remark_on_magnitude(const Experiment& experiment, Calibration& calibration);
+
 /// A magnitude that nobody stated comes from the length of a vector that may be a direction only:
 /// a note, or where the field is 1 g a warning.
 void say_what_length_means(const Experiment& experiment, Calibration& calibration);

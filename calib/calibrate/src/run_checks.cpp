@@ -184,7 +184,7 @@ void check_temperature(const Experiment& experiment,
                        const std::vector<Reading>& readings,
                        Method method) {
   const TemperatureSetup& setup = experiment.temperature;
-  if (setup.order == 0 && !setup.automatic && method_kind(method).fits_sensitivity) {
+  if (setup.order == 0 && !setup.automatic) {
     return;
   }
   if (setup.order < 0 || (setup.order > 2 && method_kind(method).fits_sensitivity)) {
@@ -221,6 +221,9 @@ void check_method(const Experiment& experiment,
   if (has_one_slope && experiment.level_by == LevelBy::block) {
     throw SetupError(formatted(
         "method {} estimates no levelness; level by block goes with paired and joint", name));
+  }
+  if (experiment.robust && !method_kind(method).fits_sensitivity) {
+    throw SetupError("method bias has no robust regression; leave it out");
   }
   if (!experiment.field.others.empty() &&
       (method_kind(method).averages_pairs || method_kind(method).by_magnitude ||

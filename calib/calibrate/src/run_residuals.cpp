@@ -6,6 +6,7 @@
 #include <Eigen/QR>
 
 #include "axiscal/calib/lit_response.hpp"
+#include "axiscal/calib/method_kind.hpp"
 #include "axiscal/core/not_a_number.hpp"
 
 namespace axiscal {
@@ -84,9 +85,10 @@ std::vector<ReadingResidual> residuals_of(const Observations& observations,
                                           const Calibration& calibration,
                                           const AxisMask& used) {
   const LinearResponse& response = calibration.sensor.response;
-  const bool by_magnitude = !fitted.has_vectors() && !source.by_field();
   const FieldSolver solver(response.sensitivity);
   const bool has_magnitude = solver.rank() == 3;
+  const bool by_magnitude = (!fitted.has_vectors() && !source.by_field()) ||
+                            (method_kind(calibration.fit.method).by_length && has_magnitude);
   // Most responses are those of S and the field alone.
   const bool plain = !calibration.sensor.temperature && calibration.sensor.also.empty() &&
                      !calibration.sensor.instrument.one_sided;
@@ -94,6 +96,11 @@ std::vector<ReadingResidual> residuals_of(const Observations& observations,
   residuals.reserve(observations.readings.size());
   Eigen::VectorXd v;
   Eigen::VectorXd left;
+  // Of two axes that were turned in a plane: the field in it.
+  const Eigen::MatrixXd in_plane =
+      method_kind(calibration.fit.method).by_magnitude && !has_magnitude
+          ? Eigen::MatrixXd(Eigen::MatrixXd(response.sensitivity).completeOrthogonalDecomposition().pseudoInverse())
+          : Eigen::MatrixXd();
   for (std::size_t i = 0; i < observations.readings.size(); ++i) {
     const Reading& reading = observations.readings[i];
     const auto row = static_cast<Eigen::Index>(i);
@@ -113,7 +120,9 @@ std::vector<ReadingResidual> residuals_of(const Observations& observations,
     } else {
       left = reading_at_reference(calibration.sensor, v, reading.temperature) - response.bias;
     }
-    const Eigen::Vector3d measured = has_magnitude ? solver.solve(left) : Eigen::Vector3d::Zero();
+    const Eigen::Vector3d measured = has_magnitude         ? Eigen::Vector3d(solver.solve(left))
+                                     : in_plane.size() > 0 ? Eigen::Vector3d(in_plane * left)
+                                                           : Eigen::Vector3d::Zero();
     const Eigen::Vector3d field =
         by_magnitude ? Eigen::Vector3d(calibration.sensor.field.magnitude * measured.normalized())
                      : source.field_in_sensor(reading, fitted);

@@ -4,8 +4,10 @@
 #include <algorithm>
 #include <cmath>
 
+#include "axiscal/calib/method_kind.hpp"
 #include "axiscal/core/error.hpp"
 #include "axiscal/core/formatted.hpp"
+#include "axiscal/field/field_kind.hpp"
 #include "axiscal/field/settings.hpp"
 #include "axiscal/field/table_field.hpp"
 #include "axiscal/instruments/inclination.hpp"
@@ -17,6 +19,16 @@ bool has_attitudes(const Observations& observations) {
                      [](const Reading& reading) { return reading.attitude.has_value(); });
 }
 
+bool takes_attitudes(const Experiment& experiment, const Observations& observations) {
+  const MethodKind& method = method_kind(experiment.method.value_or(Method::known));
+  if (!has_attitudes(observations) || (method.fits_sensitivity && !method.directions_known)) {
+    return false;
+  }
+  const FieldSetup& field = experiment.field;
+  const bool is_known = experiment.table.site || field.in_table;
+  return method.fits_sensitivity || is_known || !field_kind(field.kind()).rotation;
+}
+
 Observations with_fields_of_attitudes(const Experiment& experiment, Observations observations) {
   if (field_moves(experiment)) {
     throw SetupError(experiment.field.moving_part()->of->moving_name() +
@@ -24,8 +36,11 @@ Observations with_fields_of_attitudes(const Experiment& experiment, Observations
                          "fx, fy, fz for each",
                      {settings::field});
   }
-  const std::vector<FieldDescription> parts = resolve_field(experiment);
-  for (const FieldDescription& part : parts) {
+  std::vector<FieldDescription> parts = resolve_field(experiment);
+  for (FieldDescription& part : parts) {
+    if (!part.in_table && !field_kind(part.kind).local && parts.size() == 1) {
+      part.in_table = part.magnitude * Eigen::Vector3d::UnitZ();  // a lamp above the table
+    }
     if (!part.in_table) {
       throw SetupError(
           "attitudes need to know how the field lies in the table: give the site, or the field "

@@ -660,9 +660,16 @@ std::string words_of_confirmation(const Calibration& calibration) {
           : formatted("; beyond the 95 % interval of an axis: {}", name_of_runs(outside)));
 }
 
-std::string summary(const Calibration& calibration, SummaryDetail detail) {
+std::string summary(const Calibration& calibration, SummaryDetail detail, SummaryEnd end) {
   Summary of(calibration);
-  return detail == SummaryDetail::brief ? of.brief() : of.text();
+  std::string text = detail == SummaryDetail::brief ? of.brief() : of.text();
+  if (end == SummaryEnd::findings) {
+    for (const CalibrationWarning& warning : calibration.findings.warnings) {
+      text += formatted("warning: {}\n", warning.message);
+    }
+    text += words_of_verdict(calibration) + "\n";
+  }
+  return text;
 }
 
 }  // namespace axiscal

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <set>
 
 #include "axiscal/calib/calibration_warning.hpp"
 #include "axiscal/calib/distributions.hpp"
@@ -52,6 +53,7 @@ class Finder {
     find_two_solutions();
     find_unsettled();
     find_gap();
+    find_unseen_axes();
     // What the culprit search explains needs no second word.
     if (culprit_) {
       warnings_.insert(warnings_.end(), culprit_->warnings.begin(), culprit_->warnings.end());
@@ -91,6 +93,28 @@ class Finder {
   }
 
   [[nodiscard]] const FitStatistics& statistics() const { return *calibration_.fit.statistics; }
+
+  // Whether the readings show what an axis answers to the component that it is named for.
+  [[nodiscard]] bool sees_own(Eigen::Index k) const {
+    const std::optional<int> nominal = nominal_axis(calibration_.sensor.instrument, k);
+    return estimate_.seen.cols() == 0 || !nominal || estimate_.seen.row(*nominal).norm() > 0.5;
+  }
+
+  // Axes of which a partial design shows cross-axis terms alone.
+  void find_unseen_axes() {
+    std::vector<std::string> names;
+    for (Eigen::Index k = 0; k < calibration_.sensor.response.bias.size(); ++k) {
+      if (!sees_own(k)) {
+        names.push_back(axis_name(k));
+      }
+    }
+    if (!names.empty()) {
+      add(WarningCode::coverage, {},
+          formatted("the fields of the readings have no part along {} {}, so its sensitivity is not "
+                    "determined; add readings that are turned about another axis",
+                    names.size() == 1 ? "axis" : "the axes", joined(names)));
+    }
+  }
 
   [[nodiscard]] double full_response(Eigen::Index k) const {
     return calibration_.sensor.response.sensitivity.row(k).norm() *
@@ -178,6 +202,18 @@ class Finder {
                   rounded(levelness->p_value, 2)));
   }
 
+  // The readings that robust regression gives no weight for an axis.
+  [[nodiscard]] std::set<int> runs_without_weight(Eigen::Index k) const {
+    std::set<int> runs;
+    for (Eigen::Index i = 0; i < statistics().robust_weight.rows(); ++i) {
+      if (statistics().robust_weight(i, k) == 0.0) {
+        const std::vector<int>& own = statistics().rows[static_cast<std::size_t>(i)].runs;
+        runs.insert(own.begin(), own.end());
+      }
+    }
+    return runs;
+  }
+
   // By `paired` a mistake can hide in the averages, so the readings' own residuals count too.
   void find_poor_fit() {
     if (by_magnitude()) {
@@ -185,24 +221,39 @@ class Finder {
       return;
     }
     for (Eigen::Index k = 0; k < calibration_.sensor.response.bias.size(); ++k) {
+      const std::set<int> rejected = runs_without_weight(k);
+      const auto counts = [&](const ReadingResidual& residual) {
+        return residual.used && !std::isnan(residual.response(k)) &&
+               !rejected.contains(residual.run);
+      };
       double squares = 0.0;
       double largest = 0.0;
+      std::size_t count = 0;
       for (const ReadingResidual& residual : calibration_.fit.residuals) {
-        if (residual.used && !std::isnan(residual.response(k))) {
+        if (counts(residual)) {
           squares += residual.response(k) * residual.response(k);
           largest = std::max(largest, std::abs(residual.response(k)));
+          ++count;
         }
       }
-      const std::vector<int>& own = statistics().observations_per_axis;
-      const int count = own.empty() ? statistics().observations : own[static_cast<std::size_t>(k)];
-      const double rms = std::sqrt(squares / count);
+      if (count < 2 * rejected.size()) {
+        add(WarningCode::no_fit, {rejected.begin(), rejected.end()},
+            formatted("axis {}: robust regression gives no weight to {} of {} readings; so many "
+                      "wrong ones cannot be told from right ones: look for wrong labels or units",
+                      axis_name(k), rejected.size(), count + rejected.size()));
+        continue;
+      }
+      if (!sees_own(k)) {
+        continue;  // a full response is not known
+      }
+      const double rms = std::sqrt(squares / static_cast<double>(count));
       const double share = std::fmax(statistics().residual_sd(k), rms) / full_response(k);
       if (!(share > largest_residual_share)) {
         continue;
       }
       std::vector<int> runs;
       for (const ReadingResidual& residual : calibration_.fit.residuals) {
-        if (residual.used && std::abs(residual.response(k)) > 0.5 * largest) {
+        if (counts(residual) && std::abs(residual.response(k)) > 0.5 * largest) {
           runs.push_back(residual.run);
         }
       }
@@ -224,7 +275,8 @@ class Finder {
         parts.empty() ? !kind.name.empty() && !kind.local
                       : std::any_of(parts.begin(), parts.end(),
                                     [](const FieldDescription& part) { return part.set_by_level; });
-    return can_be_set && !calibration_.fit.residuals.empty() &&
+    return can_be_set && calibration_.sensor.field.in_table &&
+           !calibration_.fit.residuals.empty() &&
            !calibration_.fit.residuals.front().level;
   }
 
@@ -281,7 +333,7 @@ class Finder {
     }
     for (Eigen::Index k = 0; k < calibration_.sensor.response.bias.size(); ++k) {
       const std::optional<int> nominal = nominal_axis(calibration_.sensor.instrument, k);
-      if (!nominal) {
+      if (!nominal || !sees_own(k)) {
         continue;
       }
       const Eigen::Vector3d row = calibration_.sensor.response.sensitivity.row(k);
@@ -434,6 +486,9 @@ class Finder {
       return;
     }
     constexpr double largest_deviation = 0.05;
+    if (estimate_.field_varies) {
+      return;
+    }
     const double ratio = estimate_.mean_field / calibration_.sensor.field.magnitude;
     if (!(std::abs(ratio - 1.0) <= largest_deviation)) {
       add(WarningCode::field_magnitude, {},

@@ -12,6 +12,7 @@
 #include "axiscal/calib/distributions.hpp"
 #include "axiscal/calib/reweighting.hpp"
 #include "axiscal/calib/robust.hpp"
+#include "axiscal/calib/settings.hpp"
 #include "axiscal/core/error.hpp"
 #include "axiscal/core/formatted.hpp"
 #include "axiscal/core/not_a_number.hpp"
@@ -30,11 +31,7 @@ void make_robust(AxisRegression& axis,
                  const DesignNames& names,
                  double rounding) {
   const auto p = static_cast<double>(design.cols());
-  if (axis.fit.degrees_of_freedom < 2.0) {
-    throw RefusedError(
-        "robust regression needs at least two readings (or, by `paired`, averages) more than "
-        "coefficients; add readings, or fit without robust weights");
-  }
+  require_robust_freedom(axis.fit.degrees_of_freedom);
   const Eigen::VectorXd root = axis.weights.cwiseSqrt();
   BisquareWeights bisquare;
   axis.robust_weights = reweight_until_still(
@@ -96,12 +93,34 @@ std::vector<AxisRegression> regress(const AxesAlike& axes) {
   return all;
 }
 
+void require_robust_freedom(double degrees_of_freedom) {
+  constexpr double fewest = 6.0;
+  if (!(degrees_of_freedom >= fewest)) {
+    throw RefusedError(
+        formatted("robust regression cannot tell a wrong reading from right ones with {} degrees of "
+                  "freedom, it needs {}: add readings, take the method joint instead of paired, or "
+                  "fit without robust weights",
+                  number_text(degrees_of_freedom, 2), number_text(fewest)),
+        {settings::method});
+  }
+}
+
 LackOfFit test_lack_of_fit(const std::vector<int>& group,
-                           const Eigen::VectorXd& weights,
-                           const Eigen::VectorXd& weighted_residuals,
+                           const Eigen::VectorXd& given_weights,
+                           const Eigen::VectorXd& all_residuals,
                            double degrees_of_freedom,
                            double rounding,
-                           Eigen::Index effects) {
+                           Eigen::Index effects,
+                           const Eigen::VectorXd& robust_weights) {
+  Eigen::VectorXd weights = given_weights;
+  Eigen::VectorXd weighted_residuals = all_residuals;
+  for (Eigen::Index i = 0; i < robust_weights.size(); ++i) {
+    if (robust_weights(i) == 0.0 && weights(i) > 0.0) {
+      weights(i) = 0.0;
+      weighted_residuals(i) = 0.0;
+      degrees_of_freedom -= 1.0;
+    }
+  }
   struct Sums {
     double weight = 0.0;
     double residual = 0.0;
@@ -239,7 +258,8 @@ Estimate summarize(const ReadingSet& set,
     const Eigen::VectorXd weighted = axis.weights.cwiseSqrt().cwiseProduct(fit.residuals);
     statistics.lack_of_fit.push_back(test_lack_of_fit(rows.group, axis.weights, weighted,
                                                       fit.degrees_of_freedom, set.rounding(k),
-                                                      set.effects.columns.cols()));
+                                                      set.effects.columns.cols(),
+                                                      axis.robust_weights));
   }
   return estimate;
 }

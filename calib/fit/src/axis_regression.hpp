@@ -41,6 +41,10 @@ struct AxesAlike {
 /// @return one for each axis.
 [[nodiscard]] std::vector<AxisRegression> regress(const AxesAlike& axes);
 
+/// @throws RefusedError  if so few degrees of freedom do not let robust regression tell a wrong
+///                       reading from right ones: one typing error of ten then often passes.
+void require_robust_freedom(double degrees_of_freedom);
+
 /// 1 - RSS / total sum of squares about the weighted mean.
 [[nodiscard]] double r_squared_about_mean(const Eigen::VectorXd& response,
                                           const Eigen::VectorXd& weights,
@@ -50,13 +54,15 @@ struct AxesAlike {
 /// @param weighted_residuals  sqrt(w_i) (y_i - fit_i).
 /// @param effects             columns of the run's effects, which differ between repeats and so
 ///                            take their degrees of freedom from the pure error.
+/// @param robust_weights      empty unless robust; a reading of weight 0 counts in neither part.
 /// @return F and p are NaN where there are no degrees of freedom for either part.
 [[nodiscard]] LackOfFit test_lack_of_fit(const std::vector<int>& group,
                                          const Eigen::VectorXd& weights,
                                          const Eigen::VectorXd& weighted_residuals,
                                          double degrees_of_freedom,
                                          double rounding,
-                                         Eigen::Index effects);
+                                         Eigen::Index effects,
+                                         const Eigen::VectorXd& robust_weights = {});
 
 /// Statistics with room for each axis, and no more in them than the rows.
 [[nodiscard]] FitStatistics blank_statistics(const ReadingSet& set, RegressionRows& rows);

@@ -4,9 +4,11 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <optional>
 
 #include "axiscal/calib/calibration_warning.hpp"
 #include "axiscal/calib/distributions.hpp"
+#include "axiscal/calib/experiment.hpp"
 #include "axiscal/calib/jackknife.hpp"
 #include "axiscal/calib/least_squares.hpp"
 #include "axiscal/calib/parameter_names.hpp"
@@ -72,6 +74,11 @@ std::vector<TemperatureOrderTrial> try_orders(const ReadingSet& set) {
   return trials;
 }
 
+std::optional<double> nominal_sensitivity(const Experiment& experiment,
+                                          const Calibration& calibration) {
+  return expected_sensitivity(experiment, calibration.sensor.field.unit);
+}
+
 void put_sensitivity(const Experiment& experiment, Calibration& calibration) {
   const Instrument& instrument = experiment.instrument;
   calibration.sensor.response.bias = Eigen::VectorXd::Zero(instrument.axis_count());
@@ -81,14 +88,17 @@ void put_sensitivity(const Experiment& experiment, Calibration& calibration) {
         experiment.from->sensor.rotation_sensor_from_assembly;
     return;
   }
+  // Readings in the field's own quantity have a sensitivity that their unit tells.
+  const double nominal = nominal_sensitivity(experiment, calibration).value_or(1.0);
   calibration.sensor.response.sensitivity = SensitivityMatrix::Zero(instrument.axis_count(), 3);
   for (Eigen::Index k = 0; k < instrument.axis_count(); ++k) {
     const int component = nominal_axis(instrument, k).value_or(static_cast<int>(k % 3));
-    calibration.sensor.response.sensitivity(k, component) = 1.0;
+    calibration.sensor.response.sensitivity(k, component) = nominal;
   }
   calibration.findings.notes.push_back(
       {NoteCode::pose,
-       "the sensitivity was not fitted and is nominal (1); give the record that has it"});
+       formatted("the sensitivity was not fitted and is nominal ({}); give the record that has it",
+                 number_text(nominal, 6))});
 }
 
 bool has_pose(const ReadingSet& set) {
@@ -100,7 +110,7 @@ bool has_pose(const ReadingSet& set) {
 Constant what_constant_is(const Experiment& experiment,
                           const ReadingSet& set,
                           Calibration& calibration) {
-  if (experiment.from && has_pose(set)) {
+  if (has_pose(set) && (experiment.from || nominal_sensitivity(experiment, calibration))) {
     return Constant::bias;
   }
   if (field_kind(calibration.sensor.field.kind).rotation) {
@@ -122,25 +132,38 @@ Constant what_constant_is(const Experiment& experiment,
        .runs = {},
        .message = "the biases hold the field's part in the pose in which the instrument lay (of an "
                   "accelerometer gravity), and are no biases yet; to take it out give the record "
-                  "that has the sensitivity, and the columns rest and fence"});
+                  "that has the sensitivity, and the columns rest and fence, or pitch_deg and roll_deg"});
   return Constant::as_read;
 }
 
-// Readings less what the field makes of them.
-Eigen::MatrixXd without_field(const ReadingSet& set, const Calibration& calibration) {
-  Eigen::MatrixXd response = set.response;
+// The field that each reading met, frame sensor; n x 3.
+Eigen::MatrixX3d fields_met(const ReadingSet& set, const Calibration& calibration) {
+  Eigen::MatrixX3d fields(set.size(), 3);
   for (Eigen::Index i = 0; i < set.size(); ++i) {
     const Reading& reading = set.readings[static_cast<std::size_t>(i)];
-    const Eigen::Vector3d field =
+    fields.row(i) =
         reading.field_in_sensor
             ? *reading.field_in_sensor
             : Eigen::Vector3d(reading.level.of_all() *
                               (set.met_of_field(static_cast<std::size_t>(i)) *
                                calibration.sensor.field.in_table.value_or(
                                    calibration.sensor.field.magnitude * Eigen::Vector3d::UnitZ())));
-    response.row(i) -= (calibration.sensor.response.sensitivity * field).transpose();
   }
-  return response;
+  return fields;
+}
+
+// A bias that the field's part was taken out of is as uncertain as the record's sensitivities make
+// that part.
+// @param mean_field  of the readings, frame sensor.
+void add_uncertainty_of_field(const Eigen::Vector3d& mean_field, FitStatistics& statistics) {
+  const Eigen::Index m = statistics.bias_se.size();
+  const Eigen::Index p = statistics.covariance.rows() / m;
+  for (Eigen::Index k = 0; k < m; ++k) {
+    const Eigen::Matrix3d C = statistics.covariance.block<3, 3>(p * k + 1, p * k + 1);
+    statistics.covariance(p * k, p * k) += mean_field.dot(C * mean_field);
+    statistics.covariance.block<3, 1>(p * k + 1, p * k) = -C * mean_field;
+    statistics.covariance.block<1, 3>(p * k, p * k + 1) = -(C * mean_field).transpose();
+  }
 }
 
 // Covariance of the record's biases and sensitivities, as far as it states them.
@@ -432,18 +455,34 @@ void fit_bias(const Experiment& experiment,
         {settings::from_record});
   }
   ReadingSource source = unordered;
-  source.set_temperature(1, experiment.temperature.reference);
+  const bool has_temperature = std::all_of(
+      source.rows().begin(), source.rows().end(), [&](std::size_t row) {
+        return observations.readings[row].temperature.has_value();
+      });
+  if (has_temperature) {
+    source.set_temperature(1, experiment.temperature.reference);
+  }
   ReadingSet set = source.set({}, {});
   const Eigen::Index m = set.axis_count();
+  if (!has_temperature) {
+    set.temperature.d.setZero(set.size(), m);
+  }
   put_sensitivity(experiment, calibration);
   const Constant constant = what_constant_is(experiment, set, calibration);
-  const bool known_pose = constant == Constant::bias && experiment.from && has_pose(set);
-  const Eigen::MatrixXd all = known_pose ? without_field(set, calibration) : set.response;
+  const bool known_pose =
+      constant == Constant::bias && has_pose(set) &&
+      (experiment.from || nominal_sensitivity(experiment, calibration).has_value());
+  const Eigen::MatrixX3d fields =
+      known_pose ? fields_met(set, calibration) : Eigen::MatrixX3d::Zero(set.size(), 3).eval();
+  const Eigen::MatrixXd all =
+      set.response - fields * calibration.sensor.response.sensitivity.transpose();
   set.response = all;
 
   TemperatureResponse& temperature = calibration.sensor.temperature.emplace();
-  temperature.spans = source.temperature_spans();
-  const int order = settled_order(experiment, set, temperature);
+  if (has_temperature) {
+    temperature.spans = source.temperature_spans();
+  }
+  const int order = has_temperature ? settled_order(experiment, set, temperature) : 0;
   FitStatistics& statistics = calibration.fit.statistics.emplace(unknown_statistics(set.size(), m));
   temperature.bias.resize(m, order);
   temperature.scale.setZero(m, order);
@@ -488,13 +527,14 @@ void fit_bias(const Experiment& experiment,
     add_sweep_scatter(set, places, all, fits, calibration);
   }
   add_noise_of_order(set, places, all, fits, calibration);
-  put_standard_errors(places, calibration);
   if (experiment.from) {
     put_covariance_of(*experiment.from, statistics.parameter_names, statistics.covariance);
+    add_uncertainty_of_field(fields.colwise().mean().transpose(), statistics);
     if (experiment.from->fit.statistics) {
       statistics.sensitivity_se = experiment.from->fit.statistics->sensitivity_se;
     }
   }
+  put_standard_errors(places, calibration);
   fill_intervals(statistics);
   if (experiment.from) {
     put_freedom_of(*experiment.from, statistics);
@@ -505,6 +545,9 @@ void fit_bias(const Experiment& experiment,
 
   put_residuals(observations, source, left, calibration);
   calibration.sensor.field.in_table.reset();
+  if (!has_temperature) {
+    calibration.sensor.temperature.reset();
+  }
 }
 
 }  // namespace axiscal

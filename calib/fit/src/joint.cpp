@@ -63,11 +63,7 @@ std::optional<double> condition_if_small(const ReadingSet& set, const JointSolut
 }
 
 Estimate robust_estimate(const ReadingSet& set, const JointFit& given, const JointSolution& plain) {
-  if (plain.shares.degrees_of_freedom.minCoeff() < 2.0) {
-    throw RefusedError(
-        "robust regression needs at least two readings more than coefficients; add readings or "
-        "fit without robust weights");
-  }
+  require_robust_freedom(plain.shares.degrees_of_freedom.minCoeff());
   const Eigen::MatrixXd leverage =
       describe_joint(set, plain, Eigen::MatrixXd::Ones(set.size(), set.axis_count()))
           .statistics.leverage;

@@ -157,6 +157,8 @@ std::vector<TableField> start_fields(const ReadingSet& set) {
   for (std::size_t p = 0; p < set.field.parts().size(); ++p) {
     const FieldDescription& part = set.field.parts()[p];
     const Eigen::Vector3d value = stated.vector(p);
+    // A stated vector is a direction to start from; its length counts only if no magnitude does.
+    const double length = part.free_length ? value.norm() : part.magnitude;
     const std::vector<Eigen::Vector3d> directions =
         part.in_table && part.start.has_heading ? std::vector<Eigen::Vector3d>{value.normalized()}
                                                 : directions_on_sphere(set.field.is_sum() ? 8 : 26);
@@ -164,7 +166,7 @@ std::vector<TableField> start_fields(const ReadingSet& set) {
     for (const std::vector<Eigen::Vector3d>& begun : all) {
       for (const Eigen::Vector3d& direction : directions) {
         longer.push_back(begun);
-        longer.back().emplace_back(value.norm() * direction);
+        longer.back().emplace_back(length * direction);
       }
     }
     all = std::move(longer);

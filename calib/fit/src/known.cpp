@@ -67,7 +67,7 @@ std::vector<AxisRegression> fitted_axes(const ReadingSet& set, const JointState&
 
 Estimate estimate_known(const ReadingSet& set, const TableField& field) {
   const Eigen::MatrixXd design = field_design(set, field);
-  const Eigen::Matrix3Xd seen = seen_directions(set, design);
+  const Eigen::Matrix3Xd seen = seen_directions(set, field, design);
   if (seen.cols() > 0) {
     Estimate estimate = estimate_transfer(set, design, seen);
     estimate.field = field;

@@ -95,7 +95,8 @@ std::vector<FaceToAsk> faces_to_ask(const DeletionFit& others,
 }  // namespace
 
 void test_levelness(StateOfRun& run, Estimate& estimate) {
-  if (!estimate.levelness) {
+  // The test is of all readings alike, and those of no weight would fail it.
+  if (!estimate.levelness || run.set().robust) {
     return;
   }
   Levelness& levelness = *estimate.levelness;

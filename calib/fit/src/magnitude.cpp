@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <vector>
 
 #include <Eigen/Cholesky>
 #include <Eigen/LU>
@@ -23,6 +24,7 @@
 #include "axiscal/core/not_a_number.hpp"
 #include "axiscal/core/number_text.hpp"
 #include "axiscal/core/random.hpp"
+#include "axiscal/core/units.hpp"
 #include "ellipsoid.hpp"
 #include "long_recording.hpp"
 #include "recording_noise.hpp"
@@ -37,6 +39,7 @@ struct Fit {
   Eigen::MatrixXd unscaled_covariance;  // 9 x 9
   Eigen::VectorXd leverage;             // n
   Eigen::VectorXd robust;               // n; empty unless robust
+  Eigen::MatrixXd further;              // n x q: columns that were fitted beside the nine; mostly none
   double condition_number = 1.0;
   double sd = 0.0;  // scatter of a reading of weight 1, in the cloud's units
   double dof = 0.0;
@@ -62,6 +65,56 @@ void require_open_nothing(const ReadingSet& set, const LinearisedEllipsoid& line
                   "orientations, or give the design points",
                   list),
         std::move(open));
+  }
+}
+
+// Many readings of few orientations are clouds of noise: the cross terms would be those of their shape.
+void require_enough_places(const EllipsoidCloud& cloud) {
+  constexpr double apart_rad = 10.0 * rad_per_deg;
+  constexpr double tight_rad = 3.0 * rad_per_deg;
+  const Eigen::RowVector3d least = cloud.v.colwise().minCoeff();
+  const Eigen::RowVector3d most = cloud.v.colwise().maxCoeff();
+  const Eigen::RowVector3d half = (0.5 * (most - least)).cwiseMax(1e-300);
+  const Eigen::MatrixX3d directions =
+      ((cloud.v.rowwise() - 0.5 * (least + most)).array().rowwise() / half.array())
+          .matrix()
+          .rowwise()
+          .normalized();
+  std::vector<Eigen::Vector3d> first;  // of each place
+  std::vector<Eigen::Vector3d> sums;
+  std::vector<std::size_t> place_of(static_cast<std::size_t>(cloud.size()));
+  for (Eigen::Index i = 0; i < cloud.size(); ++i) {
+    const Eigen::Vector3d direction = directions.row(i).transpose();
+    std::size_t place = 0;
+    while (place < first.size() && first[place].dot(direction) < std::cos(apart_rad)) {
+      ++place;
+    }
+    if (place == first.size()) {
+      if (place + 1 >= static_cast<std::size_t>(ellipsoid_parameters)) {
+        return;
+      }
+      first.push_back(direction);
+      sums.emplace_back(Eigen::Vector3d::Zero());
+    }
+    sums[place] += direction;
+    place_of[static_cast<std::size_t>(i)] = place;
+  }
+  constexpr Eigen::Index fewest_each = 3;
+  if (cloud.size() < fewest_each * static_cast<Eigen::Index>(first.size())) {
+    return;
+  }
+  Eigen::Index loose = 0;
+  for (Eigen::Index i = 0; i < cloud.size(); ++i) {
+    const Eigen::Vector3d middle = sums[place_of[static_cast<std::size_t>(i)]].normalized();
+    loose += middle.dot(directions.row(i).transpose()) < std::cos(tight_rad) ? 1 : 0;
+  }
+  if (20 * loose < cloud.size()) {
+    throw RankDeficientError(
+        formatted("the readings lie in {} orientations, which are too few for method magnitude; it "
+                  "needs nine or more: add oblique ones, or say which face each reading rests on "
+                  "(column rest)",
+                  first.size()),
+        {});
   }
 }
 
@@ -198,10 +251,28 @@ Eigen::MatrixXd change_of_response(const Ellipsoid& at, MagnitudeShape shape) {
   return T;
 }
 
+// All columns of the fit: the nine, then the further ones.
+Linearised all_columns(const Fit& fit) {
+  Linearised all = fit.linear;
+  if (fit.further.cols() > 0) {
+    all.jacobian.resize(fit.linear.jacobian.rows(), ellipsoid_parameters + fit.further.cols());
+    all.jacobian << fit.linear.jacobian, fit.further;
+  }
+  return all;
+}
+
+// @param T  of the nine.
+// @return the same of all columns of the fit: further ones change no parameter.
+Eigen::MatrixXd with_further(const Eigen::MatrixXd& T, const Fit& fit) {
+  Eigen::MatrixXd all = Eigen::MatrixXd::Zero(T.rows(), T.cols() + fit.further.cols());
+  all.leftCols(T.cols()) = T;
+  return all;
+}
+
 // What leaving out tenths of the readings changes of b and S, 12 x 10, in the cloud's units.
 // @param independent  set to as how many readings the recording counts.
 Eigen::MatrixXd changes_by_order(const Fit& fit, const Eigen::MatrixXd& T, double& independent) {
-  Linearised at_solution = fit.linear;
+  Linearised at_solution = all_columns(fit);
   if (fit.robust.size() > 0) {
     const Eigen::VectorXd root = fit.robust.cwiseSqrt();
     at_solution.residuals.array() *= root.array();
@@ -216,7 +287,7 @@ Eigen::MatrixXd changes_by_order(const Fit& fit, const Eigen::MatrixXd& T, doubl
         correlation_length(at_solution.residuals.cwiseProduct(at_solution.jacobian.col(k))));
   }
   independent = static_cast<double>(at_solution.residuals.size()) / longest;
-  return T * changes_without_parts(at_solution);
+  return with_further(T, fit) * changes_without_parts(at_solution);
 }
 
 // How |f| changes with what the squared field along each axis adds to its reading; n x 3.
@@ -224,8 +295,8 @@ Eigen::MatrixXd changes_with_squares(const EllipsoidCloud& cloud, const Fit& fit
   Eigen::MatrixXd columns(cloud.size(), 3);
   for (Eigen::Index i = 0; i < cloud.size(); ++i) {
     const Eigen::Vector3d f = (fit.at.A * (cloud.v.row(i).transpose() - fit.at.b)).normalized();
-    // A reading changes the deviation as the bias does, in the other direction.
-    columns.row(i) = -fit.linear.jacobian.row(i).head<3>().cwiseProduct(f.cwiseAbs2().transpose());
+    // A squared term is taken off the reading, and so changes the deviation as the bias does.
+    columns.row(i) = fit.linear.jacobian.row(i).head<3>().cwiseProduct(f.cwiseAbs2().transpose());
   }
   return columns;
 }
@@ -239,8 +310,10 @@ struct SquaredTerms {
 SquaredTerms fit_with_squares(const EllipsoidCloud& cloud, Fit& fit) {
   SquaredTerms terms{.k2 = Eigen::Vector3d::Zero(), .covariance = {}};
   EllipsoidCloud straight = cloud;
-  constexpr int rounds = 4;
-  for (int round = 0; round < rounds; ++round) {
+  constexpr int most_rounds = 30;
+  constexpr double still = 1e-12;
+  double step = 1.0;
+  for (int round = 0; round < most_rounds && step > still; ++round) {
     const std::optional<FurtherColumns> squares = fit_further_columns(
         fit.linear.jacobian, -fit.linear.residuals, changes_with_squares(straight, fit));
     if (!squares) {
@@ -250,6 +323,7 @@ SquaredTerms fit_with_squares(const EllipsoidCloud& cloud, Fit& fit) {
           {"x.k2", "y.k2", "z.k2"});
     }
     terms.k2 += squares->estimate;
+    step = squares->estimate.cwiseAbs().maxCoeff();
     fit.at = moved_ellipsoid(fit.at, squares->change, cloud.shape);
     for (Eigen::Index i = 0; i < cloud.size(); ++i) {
       const Eigen::Vector3d f =
@@ -262,6 +336,7 @@ SquaredTerms fit_with_squares(const EllipsoidCloud& cloud, Fit& fit) {
     fit.sd = squares->residual_sd;
     fit.dof = squares->degrees_of_freedom;
   }
+  fit.further = changes_with_squares(straight, fit);
   return terms;
 }
 
@@ -288,14 +363,15 @@ void test_squares(const ReadingSet& set,
 void add_noise_of_order(const Fit& fit, const Eigen::MatrixXd& to_parameters, Estimate& estimate) {
   const std::optional<CorrelatedFit> noise =
       fit.robust.size() > 0 ? std::nullopt
-                            : noise_of_recording(fit.linear, fit.linear.jacobian.leftCols<3>());
+                            : noise_of_recording(all_columns(fit), fit.linear.jacobian.leftCols<3>());
   constexpr double slight = 0.1;
   if (!noise || !(noise->correlation > slight)) {
     return;
   }
   // The estimate stays, and how far it is from that of the models counts.
   const Eigen::MatrixXd C = noise->covariance + noise->estimate * noise->estimate.transpose();
-  add_correlation((to_parameters * C * to_parameters.transpose()).diagonal().cwiseSqrt(),
+  const Eigen::MatrixXd to = with_further(to_parameters, fit);
+  add_correlation((to * C * to.transpose()).diagonal().cwiseSqrt(),
                   noise->degrees_of_freedom, estimate.statistics);
   estimate.notes.push_back(
       {NoteCode::correlation,
@@ -393,6 +469,7 @@ Estimate estimate_magnitude(const ReadingSet& set,
                        .noise = 3.0 / noise.trace() * noise,
                        .shape = shape,
                        .names = names_of(set)};
+  require_enough_places(cloud);
   require_open_nothing(set, linearise_ellipsoid(cloud, ellipsoid_start(cloud)));
   Fit fit = fit_cloud(cloud, set.robust);
   require_open_nothing(set, fit.linear);

@@ -343,7 +343,16 @@ void keep_pairs(const ReadingSet& set, OppositePairs pairs, Estimate& estimate) 
   }
 }
 
-void put_levelness(const ReadingSet& set, double F, Estimate& estimate) {
+void put_levelness(const ReadingSet& all, double F, Estimate& estimate) {
+  const Eigen::MatrixXd& robust = estimate.statistics.robust_weight;
+  if (robust.rows() == all.size()) {  // a reading of no weight says nothing of the slope
+    ReadingSet set = all;
+    set.weights = (robust.array() == 0.0).select(0.0, set.weights);
+    const OppositePairs pairs = find_opposite_pairs(set);
+    estimate.levelness = levelness_of(set, pairs.pairs, estimate, F);
+    return;
+  }
+  const ReadingSet& set = all;
   OppositePairs pairs = find_opposite_pairs(set);
   estimate.levelness = levelness_of(set, pairs.pairs, estimate, F);
   keep_pairs(set, std::move(pairs), estimate);

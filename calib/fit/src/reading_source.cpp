@@ -15,6 +15,26 @@
 namespace axiscal {
 namespace {
 
+// Standard deviations to weigh by. A few samples that are all alike have 0, which says no more than
+// that they are few: the axis's middle one stands for it.
+Eigen::MatrixXd positive_sd(Eigen::MatrixXd sd) {
+  if (!(sd.array() >= 0.0).all()) {
+    throw RefusedError("weights sd: a standard deviation in a column AXIS_sd is negative");
+  }
+  for (Eigen::Index k = 0; k < sd.cols(); ++k) {
+    std::vector<double> positive;
+    std::copy_if(sd.col(k).begin(), sd.col(k).end(), std::back_inserter(positive),
+                 [](double one) { return one > 0.0; });
+    if (positive.empty()) {
+      throw RefusedError("weights sd: all standard deviations of an axis are 0");
+    }
+    const auto middle = positive.begin() + static_cast<std::ptrdiff_t>(positive.size() / 2);
+    std::nth_element(positive.begin(), middle, positive.end());
+    sd.col(k) = (sd.col(k).array() > 0.0).select(sd.col(k), *middle).eval();
+  }
+  return sd;
+}
+
 Eigen::MatrixXd weights_of(const Observations& observations, Weighting weighting) {
   const Eigen::Index n = observations.size();
   const Eigen::Index m = observations.response.cols();
@@ -28,10 +48,7 @@ Eigen::MatrixXd weights_of(const Observations& observations, Weighting weighting
     if (!observations.response_sd) {
       throw RefusedError("weights sd: each axis needs a column AXIS_sd");
     }
-    if (!(observations.response_sd->array() > 0.0).all()) {
-      throw RefusedError("weights sd: a standard deviation in a column AXIS_sd is not positive");
-    }
-    return observations.response_sd->cwiseAbs2().cwiseInverse();
+    return positive_sd(*observations.response_sd).cwiseAbs2().cwiseInverse();
   }
   return Eigen::MatrixXd::Ones(n, m);
 }

@@ -80,8 +80,10 @@ struct RoundedFit {
   double degrees_of_freedom = 0.0;
 };
 
+// @param map  from the design's columns to the coefficients.
 std::optional<RoundedFit> fit_poses(const Poses& poses,
                                     const Eigen::MatrixXd& design,
+                                    const Eigen::MatrixXd& map,
                                     double step) {
   const Eigen::Index n = design.rows();
   const Eigen::Index c = design.cols();
@@ -92,12 +94,13 @@ std::optional<RoundedFit> fit_poses(const Poses& poses,
   if (qr.rank() < c) {
     return std::nullopt;
   }
-  const Eigen::MatrixXd G = qr.solve(Eigen::MatrixXd::Identity(n, n));
-  const Eigen::VectorXd residuals = poses.mean - design * (G * poses.mean);
+  const Eigen::MatrixXd inverse = qr.solve(Eigen::MatrixXd::Identity(n, n));
+  const Eigen::MatrixXd G = map * inverse;
+  const Eigen::VectorXd residuals = poses.mean - design * (inverse * poses.mean);
   const double of_step = step * step / 12.0;
-  RoundedFit fit{.variance = Eigen::VectorXd(c), .degrees_of_freedom = static_cast<double>(n - c)};
+  RoundedFit fit{.variance = Eigen::VectorXd(map.rows()), .degrees_of_freedom = static_cast<double>(n - c)};
   const double s2 = std::max(residuals.squaredNorm() / fit.degrees_of_freedom, of_step);
-  for (Eigen::Index j = 0; j < c; ++j) {
+  for (Eigen::Index j = 0; j < map.rows(); ++j) {
     double shared = 0.0;
     for (Eigen::Index a = 0; a < n; ++a) {
       for (Eigen::Index b = 0; b < n; ++b) {
@@ -157,12 +160,19 @@ void add_rounding_scatter(StateOfRun& of, double stated_step, Estimate& estimate
     if (!step || !(poses.scatter < wide * *step) || *step <= 4.0 * set.rounding(k)) {
       continue;
     }
-    // What the field's direction takes up is lost to the coefficients.
-    if (!run) {
+    // What the field's direction takes up is lost to the coefficients. Of a transfer it is known.
+    const bool is_transfer = set.seen.cols() > 0;
+    if (!is_transfer && !run) {
       run.emplace(of, estimate);
     }
-    const Eigen::MatrixXd design = run->own_columns(k)(poses.first, Eigen::all);
-    std::optional<RoundedFit> rounded = fit_poses(poses, design, *step);
+    const Eigen::MatrixXd columns =
+        is_transfer ? set.seen_columns(AxisDesigns(set, estimate.field).of(k), k)
+                    : Eigen::MatrixXd(run->own_columns(k));
+    const Eigen::MatrixXd map = is_transfer
+                                    ? set.map_of_seen()
+                                    : Eigen::MatrixXd::Identity(columns.cols(), columns.cols());
+    std::optional<RoundedFit> rounded =
+        fit_poses(poses, columns(poses.first, Eigen::all), map, *step);
     if (!rounded) {
       continue;
     }

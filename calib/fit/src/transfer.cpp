@@ -58,20 +58,38 @@ std::optional<CurvatureTest> curvature_along(const ReadingSet& set,
 
 }  // namespace
 
-Eigen::Matrix3Xd seen_directions(const ReadingSet& set, const Eigen::MatrixXd& design) {
-  if (set.axis_count() != 1 || !set.also_in_table.empty()) {
-    return Eigen::Matrix3Xd(3, 0);
+Eigen::Matrix3Xd seen_directions(const ReadingSet& set,
+                                 const TableField& field,
+                                 const Eigen::MatrixXd& design) {
+  const Eigen::Matrix3Xd all(3, 0);
+  if (!set.also_in_table.empty()) {
+    return all;
   }
-  const Eigen::MatrixXd fields =
-      set.weights.col(0).cwiseSqrt().asDiagonal() * design.middleCols<3>(1);
+  // About their mean: what does not change is in the biases, as on a cone about an axis.
+  const Eigen::ArrayXd used = (set.weights.array() > 0.0).rowwise().any().cast<double>();
+  Eigen::MatrixXd fields = design.middleCols<3>(1);
+  const double size = fields.norm();
+  const Eigen::RowVector3d mean =
+      (fields.array().colwise() * used).colwise().sum().matrix() / used.sum();
+  fields.rowwise() -= mean;
+  fields.array().colwise() *= used;
   const Eigen::JacobiSVD<Eigen::MatrixXd> svd(fields, Eigen::ComputeThinV);
   constexpr double none = 1e-6;  // of the largest
-  const Eigen::VectorXd& size = svd.singularValues();
-  const auto count = static_cast<Eigen::Index>((size.array() > none * size(0)).count());
-  if (count == 3 || !(size(0) > 0.0)) {
-    return Eigen::Matrix3Xd(3, 0);
+  const Eigen::VectorXd& values = svd.singularValues();
+  const auto count = static_cast<Eigen::Index>((values.array() > none * values(0)).count());
+  if (count == 3 || !(values(0) > 1e-9 * size)) {
+    return all;
   }
-  return along_axes(svd.matrixV().leftCols(count));
+  const Eigen::Matrix3Xd seen = along_axes(svd.matrixV().leftCols(count));
+  if (field.has_vectors() && set.axis_count() > 1) {
+    // A cube that lay on too few faces can lie on others: the refusal says on which.
+    for (const std::optional<int>& nominal : set.nominal) {
+      if (nominal && seen.row(*nominal).norm() < 1.0 - 1e-9) {
+        return all;
+      }
+    }
+  }
+  return seen;
 }
 
 Estimate estimate_transfer(const ReadingSet& given,
@@ -81,28 +99,42 @@ Estimate estimate_transfer(const ReadingSet& given,
   set.seen = seen;
   require_response(set);
   const Eigen::MatrixXd map = set.map_of_seen();
-  const Eigen::MatrixXd columns = set.seen_columns(design, 0);
-  const std::vector<std::string> all_names = set.names_of_axis(0);
-  std::vector<std::string> names(static_cast<std::size_t>(1 + seen.cols()),
-                                 set.axes.front() + ".sensitivity");
-  names.front() = all_names.front();
-  names.insert(names.end(), all_names.begin() + 4, all_names.end());
-  const FactoredDesign factored(columns, set.weights.col(0), [&] { return names; });
-  AxisRegression axis = std::move(regress({.set = set,
-                                           .factored = factored,
-                                           .design = columns,
-                                           .weights = set.weights.col(0),
-                                           .responses = set.response.leftCols(1),
-                                           .names = [&](Eigen::Index) { return names; }})
-                                      .front());
+  const Eigen::Index m = set.axis_count();
+  const auto names_of = [&](Eigen::Index axis) {
+    const std::vector<std::string> all_names = set.names_of_axis(axis);
+    std::vector<std::string> names(
+        static_cast<std::size_t>(1 + seen.cols()),
+        formatted("{}.sensitivity", set.axes[static_cast<std::size_t>(axis)]));
+    names.front() = all_names.front();
+    names.insert(names.end(), all_names.begin() + 4, all_names.end());
+    return names;
+  };
+  std::vector<AxisRegression> axes;
   std::optional<CurvatureTest> curvature;
-  if (seen.cols() == 1) {
-    curvature = curvature_along(set, columns, columns.col(1), axis.fit);
+  for (Eigen::Index first = 0; first < m;) {
+    const Eigen::Index count = set.end_of_alike(first, set.weights) - first;
+    const Eigen::MatrixXd columns = set.seen_columns(design, first);
+    const FactoredDesign factored(columns, set.weights.col(first), [&] { return names_of(first); });
+    std::vector<AxisRegression> alike =
+        regress({.set = set,
+                 .first = first,
+                 .factored = factored,
+                 .design = columns,
+                 .weights = set.weights.col(first),
+                 .responses = set.response.middleCols(first, count),
+                 .names = names_of});
+    if (seen.cols() == 1 && m == 1) {
+      curvature = curvature_along(set, columns, columns.col(1), alike.front().fit);
+    }
+    for (AxisRegression& axis : alike) {
+      axis.fit.estimate = map * axis.fit.estimate;
+      axis.fit.covariance = map * axis.fit.covariance * map.transpose();
+      axis.variance_inflation = Eigen::VectorXd::Constant(map.rows(), not_a_number);
+      axes.push_back(std::move(axis));
+    }
+    first += count;
   }
-  axis.fit.estimate = map * axis.fit.estimate;
-  axis.fit.covariance = map * axis.fit.covariance * map.transpose();
-  axis.variance_inflation = Eigen::VectorXd::Constant(map.rows(), not_a_number);
-  Estimate estimate = summarize(set, {axis}, rows_of_readings(set));
+  Estimate estimate = summarize(set, axes, rows_of_readings(set));
   estimate.mean_field = design.middleCols<3>(1).rowwise().norm().mean();
   estimate.curvature = std::move(curvature);
   estimate.seen = seen;
@@ -110,7 +142,7 @@ Estimate estimate_transfer(const ReadingSet& given,
 }
 
 void forget_unseen(const Eigen::Matrix3Xd& seen, Calibration& calibration) {
-  const std::string& axis = calibration.sensor.instrument.axes.front();
+  const std::vector<std::string>& axes = calibration.sensor.instrument.axes;
   FitStatistics& statistics = *calibration.fit.statistics;
   std::vector<Eigen::Index> kept;
   std::vector<std::string> names;
@@ -118,11 +150,14 @@ void forget_unseen(const Eigen::Matrix3Xd& seen, Calibration& calibration) {
   for (std::size_t p = 0; p < statistics.parameter_names.size(); ++p) {
     const std::string& name = statistics.parameter_names[p];
     const std::size_t component = std::string("xyz").find(name.back());
-    const bool is_sensitivity = name.starts_with(axis + ".sensitivity.");
+    const bool is_sensitivity =
+        std::any_of(axes.begin(), axes.end(), [&](const std::string& axis) {
+          return name.starts_with(axis + ".sensitivity.");
+        });
     constexpr double nothing = 1e-9;
     if (is_sensitivity && seen.row(static_cast<Eigen::Index>(component)).norm() < nothing) {
       lost.push_back(name);
-      statistics.sensitivity_se(0, static_cast<Eigen::Index>(component)) = not_a_number;
+      statistics.sensitivity_se.col(static_cast<Eigen::Index>(component)).setConstant(not_a_number);
     } else {
       kept.push_back(static_cast<Eigen::Index>(p));
       names.push_back(name);
@@ -147,9 +182,10 @@ void forget_unseen(const Eigen::Matrix3Xd& seen, Calibration& calibration) {
       {NoteCode::unseen,
        lost.empty()
            ? formatted(
-                 "the fields of the readings lie in one {}: what axis {} answers to across it "
-                 "is not seen, and taken as 0",
-                 seen.cols() == 1 ? "line" : "plane", axis)
+                 "the fields of the readings lie in one {}: the answer of {} {} to fields across it is "
+                 "not seen, and taken as 0",
+                 seen.cols() == 1 ? "line" : "plane", axes.size() == 1 ? "axis" : "axes",
+                 joined(axes))
            : formatted("the fields of the readings have no part along the directions of {}: these "
                        "are not seen, and taken as 0",
                        joined(lost))});

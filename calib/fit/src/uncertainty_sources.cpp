@@ -45,6 +45,7 @@ class BudgetMaker {
     const bool weighs = !weighed.empty();
     std::move(weighed.begin(), weighed.end(), std::back_inserter(budget_.sources));
     add_field_magnitude();
+    add_reference();
     if (method_kind(calibration_.fit.method).directions_known && field_.has_vectors() && !weighs &&
         set_.seen.cols() == 0) {
       add_given_directions();
@@ -100,6 +101,23 @@ class BudgetMaker {
                                    parameters_of(calibration_.sensor.response.sensitivity);
     add(field_magnitude_source, "normal", field.magnitude_u, field.unit,
         change * change.transpose());
+  }
+
+  // A reference that is off scales all readings, and with them biases and sensitivities; what is
+  // relative to these (the scale over temperature) stays.
+  void add_reference() {
+    const double u = experiment_.stated.reference_u;
+    if (!(u > 0.0)) {
+      return;
+    }
+    Eigen::VectorXd change = Eigen::VectorXd::Zero(parameters());
+    for (std::size_t i = 0; i < statistics_.parameter_names.size(); ++i) {
+      const std::string& name = statistics_.parameter_names[i];
+      if (name.find(".scale.") == std::string::npos) {
+        change(static_cast<Eigen::Index>(i)) = u * parameter_value(calibration_.sensor, name);
+      }
+    }
+    add(reference_source, "normal", u, "1", change * change.transpose());
   }
 
   // A part that is longer than it was taken to be. One whose length is fitted has none to doubt.

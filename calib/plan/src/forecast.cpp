@@ -144,26 +144,12 @@ LinearMap linear_map(const ForecastSetup& setup, const LinearisedRun& run) {
 // What an error that the readings share changes of them, in columns of standard deviation 1.
 using SharedErrors = Eigen::MatrixXd;  // n m x q
 
-// The cube with all that is said of its normals.
-Positioner with_uncertain_normals(const ForecastSetup& setup) {
-  PositionerDescription description = setup.positioner.description();
-  NormalCovariance C = description.normal_covariance.value_or(NormalCovariance::Zero());
-  for (const Face face : all_faces) {
-    const Eigen::Vector3d& n = setup.positioner.normal(face);
-    const Eigen::Index at = 3 * static_cast<Eigen::Index>(face);
-    C.block<3, 3>(at, at) +=
-        setup.normal_u_rad * setup.normal_u_rad * (Eigen::Matrix3d::Identity() - n * n.transpose());
-  }
-  description.normal_covariance = C;
-  return Positioner(std::move(description));
-}
-
 // What each input that is not exactly known changes of the readings, by its name.
 std::map<std::string, SharedErrors> errors_of_inputs(const ForecastSetup& setup,
                                                      const LinearisedRun& run,
                                                      const TableField& field) {
   Experiment experiment;
-  experiment.positioner = with_uncertain_normals(setup);
+  experiment.positioner = setup.positioner.with_normal_u(setup.normal_u_rad);
   experiment.rotation_sensor_from_positioner = setup.mount.rotation_sensor_from_positioner;
   experiment.stated.slope_u = setup.level_u_rad;
   std::vector<InputQuantity> inputs =

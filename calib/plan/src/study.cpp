@@ -104,7 +104,7 @@ class Trial {
           setup_.noise_sd.size() > 0 ? setup_.noise_sd(k) : setup_.simulation.noise_sd;
       v(k) += sd * random_.normal();
     }
-    const Reducer reducer(calibration);
+    const Reducer reducer(calibration, {}, Force::yes);
     const ReducedReading reduced = reducer.reduce({v.data(), static_cast<std::size_t>(v.size())},
                                                   {.temperature = reference()});
     const AttitudeBudget budget =

@@ -5,6 +5,7 @@
 
 #include "axiscal/calib/method_kind.hpp"
 #include "axiscal/calib/parameter_names.hpp"
+#include "axiscal/core/error.hpp"
 
 namespace axiscal {
 namespace {
@@ -28,6 +29,14 @@ Eigen::MatrixXd covariance_of(const Calibration& calibration) {
 }
 
 }  // namespace
+
+void require_unrefused(const Calibration& calibration, Force force) {
+  if (force == Force::no && calibration.findings.status == CalibrationStatus::refused) {
+    const std::vector<CalibrationWarning>& warnings = calibration.findings.warnings;
+    throw RefusedError("the calibration is refused" +
+                       (warnings.empty() ? std::string() : ": " + warnings.front().message));
+  }
+}
 
 bool gives_field(const Calibration& calibration) {
   // Sensitivities are among its parameters only where another record gave them.

@@ -490,6 +490,8 @@ void experiment_member(JsonMembers& io, std::string& experiment) {
 
 void members(JsonMembers& io, Calibration& calibration) {
   io.value("created", calibration.provenance.created);
+  io.value_if_any("measured", calibration.provenance.measured);
+  io.value_if_any("operator", calibration.provenance.operated_by);
   io.value("software", calibration.provenance.software);
   io.choice("status", calibration.findings.status, status_name, parse_status);
   io.list("inputs", calibration.provenance.inputs, [](JsonMembers& one, InputFileDigest& input) {
@@ -603,7 +605,8 @@ Calibration parse_calibration(std::string_view text, const std::string& path) {
   return calibration_from(parse_json(text, path));
 }
 
-void write(const Calibration& calibration, const std::string& path) {
+void write(const Calibration& calibration, const std::string& path, Force force) {
+  require_unrefused(calibration, force);
   OutputFile file(path);
   if (file.is_direct()) {
     file.write(calibration_json(calibration));
@@ -616,7 +619,15 @@ void write(const Calibration& calibration, const std::string& path) {
 }
 
 Calibration read_calibration(const std::string& path) {
-  return parse_calibration(read_whole_file(path), path);
+  const std::string text = read_whole_file(path);
+  const std::size_t first = text.find_first_not_of(" \t\r\n\xEF\xBB\xBF");
+  if (first != std::string::npos && text[first] != '{') {
+    const bool is_text = text.find('\0') == std::string::npos;
+    throw DataError(path, is_text ? "is a table and no calibration record (JSON): the record comes "
+                                    "first, then the readings"
+                                  : "is no calibration record (JSON)");
+  }
+  return parse_calibration(text, path);
 }
 
 }  // namespace axiscal

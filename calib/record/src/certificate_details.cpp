@@ -12,32 +12,47 @@
 namespace axiscal {
 namespace {
 
+// The template's places that are still to be filled in, as "<name>", state nothing.
+std::string stated(std::string text) {
+  return text.starts_with('<') && text.ends_with('>') ? std::string() : text;
+}
+
+std::vector<std::string> stated(const std::vector<std::string>& texts) {
+  std::vector<std::string> all;
+  for (const std::string& text : texts) {
+    if (!stated(text).empty()) {
+      all.push_back(text);
+    }
+  }
+  return all;
+}
+
 // @param folder  that pictures are named from.
 CertificateParty party_from(const JsonValue& json, const std::filesystem::path& folder) {
   constexpr std::array<std::string_view, 5> keys = {"name", "address", "accreditation", "logo",
                                                     "accreditation_mark"};
   json.allow_keys(keys);
   const auto picture = [&](std::string_view key) {
-    const std::string name = json.text_or(key);
+    const std::string name = stated(json.text_or(key));
     if (!name.empty() && !name.ends_with(".png")) {
       json.at(key).fail("must be a PNG file (.png)");
     }
     return name.empty() ? name : (folder / name).string();
   };
-  CertificateParty party{.name = json.text_or("name"),
+  CertificateParty party{.name = stated(json.text_or("name")),
                          .address = {},
-                         .accreditation = json.text_or("accreditation"),
+                         .accreditation = stated(json.text_or("accreditation")),
                          .logo = picture("logo"),
                          .mark = picture("accreditation_mark")};
   if (const auto address = json.find("address")) {
-    party.address = address->texts();
+    party.address = stated(address->texts());
   }
   return party;
 }
 
 std::vector<std::string> texts_of(const JsonValue& json, std::string_view key) {
   const auto value = json.find(key);
-  return value ? value->texts() : std::vector<std::string>();
+  return value ? stated(value->texts()) : std::vector<std::string>();
 }
 
 }  // namespace
@@ -51,21 +66,21 @@ CertificateDetails read_certificate_details(const std::string& path) {
       "calibrated",    "issued",       "environment", "procedure",  "traceability",
       "decision_rule", "country",      "remarks",     "authorised"};
   json.allow_keys(keys);
-  CertificateDetails details{.number = json.text_or("number"),
+  CertificateDetails details{.number = stated(json.text_or("number")),
                              .laboratory = {},
                              .customer = {},
-                             .country = json.text_or("country"),
-                             .place = json.text_or("place"),
-                             .manufacturer = json.text_or("manufacturer"),
-                             .model = json.text_or("model"),
-                             .condition = json.text_or("condition"),
-                             .received = json.text_or("received"),
-                             .calibrated = json.text_or("calibrated"),
-                             .issued = json.text_or("issued"),
-                             .environment = json.text_or("environment"),
-                             .procedure = json.text_or("procedure"),
+                             .country = stated(json.text_or("country")),
+                             .place = stated(json.text_or("place")),
+                             .manufacturer = stated(json.text_or("manufacturer")),
+                             .model = stated(json.text_or("model")),
+                             .condition = stated(json.text_or("condition")),
+                             .received = stated(json.text_or("received")),
+                             .calibrated = stated(json.text_or("calibrated")),
+                             .issued = stated(json.text_or("issued")),
+                             .environment = stated(json.text_or("environment")),
+                             .procedure = stated(json.text_or("procedure")),
                              .traceability = texts_of(json, "traceability"),
-                             .decision_rule = json.text_or("decision_rule"),
+                             .decision_rule = stated(json.text_or("decision_rule")),
                              .remarks = texts_of(json, "remarks")};
   if (const auto laboratory = json.find("laboratory")) {
     details.laboratory = party_from(*laboratory, std::filesystem::path(path).parent_path());
@@ -77,7 +92,10 @@ CertificateDetails read_certificate_details(const std::string& path) {
     for (const JsonValue& person : people->elements()) {
       constexpr std::array<std::string_view, 2> of_person = {"name", "function"};
       person.allow_keys(of_person);
-      details.authorised.emplace_back(person.at("name").text(), person.text_or("function"));
+      const std::string name = stated(person.at("name").text());
+      if (!name.empty()) {
+        details.authorised.emplace_back(name, stated(person.text_or("function")));
+      }
     }
   }
   return details;

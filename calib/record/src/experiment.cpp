@@ -7,16 +7,20 @@
 
 namespace axiscal {
 
-void take_usual_field(const Instrument& instrument, FieldSetup& field) {
-  if (!field.is_stated() && !instrument.kind.empty()) {
-    field.of = make_field(find_instrument_kind(instrument.kind).usual_field);
+void take_usual_field(const Instrument& instrument, const TablePlace& place, FieldSetup& field) {
+  if (field.is_stated() || instrument.kind.empty()) {
+    return;
   }
+  const InstrumentKind& kind = find_instrument_kind(instrument.kind);
+  const bool has_size = field.magnitude || !field.unit.empty() || field.in_table ||
+                        (place.site && place.has_longitude);
+  field.of = make_field(kind.relative_field_will_do && !has_size ? "custom" : kind.usual_field);
 }
 
 void take_usual_field(Experiment& experiment) {
-  take_usual_field(experiment.instrument, experiment.field);
+  take_usual_field(experiment.instrument, experiment.table, experiment.field);
   for (SlotSetup& slot : experiment.slots) {
-    take_usual_field(slot.instrument, slot.field);
+    take_usual_field(slot.instrument, experiment.table, slot.field);
   }
 }
 
@@ -33,14 +37,17 @@ std::optional<double> expected_sensitivity(const Experiment& experiment,
 }
 
 std::vector<FieldDescription> resolve_field(const Experiment& experiment,
-                                            std::optional<double> time_s) {
-  return resolve_field(experiment.field, experiment.table,
-                       {.time_s = time_s, .reading_unit = experiment.instrument.unit});
+                                            std::optional<double> time_s,
+                                            std::optional<double> largest) {
+  return resolve_field(
+      experiment.field, experiment.table,
+      {.time_s = time_s, .reading_unit = experiment.instrument.unit, .largest = largest});
 }
 
 FieldDescription make_field_description(const Experiment& experiment,
-                                        std::optional<double> time_s) {
-  return describe_field(experiment.table, resolve_field(experiment, time_s));
+                                        std::optional<double> time_s,
+                                        std::optional<double> largest) {
+  return describe_field(experiment.table, resolve_field(experiment, time_s, largest));
 }
 
 bool field_moves(const Experiment& experiment) {

@@ -217,7 +217,7 @@ class ExperimentMembers {
   void positioner() {
     if (!io_.reads()) {
       if (!e_.positioner.is_nominal() || !e_.positioner.id().empty() ||
-          !e_.positioner.mounts().empty()) {
+          !e_.positioner.mounts().empty() || e_.positioner.description().normal_covariance) {
         io_.to()["positioner"] = Json::parse(positioner_json(e_.positioner));
       }
     } else if (const auto value = io_.from().find("positioner")) {
@@ -306,18 +306,19 @@ class ExperimentMembers {
 
   void uncertainty() {
     StatedUncertainties& stated = e_.stated;
-    const std::array<std::pair<const char*, double*>, 4> all = {
+    const std::array<std::pair<const char*, double*>, 5> all = {
         {{"resolution", &stated.resolution},
          {"slope_rad", &stated.slope_u},
          {"direction_rad", &stated.direction_u_rad},
-         {"temperature", &stated.temperature_u}}};
+         {"temperature", &stated.temperature_u},
+         {"reference", &stated.reference_u}}};
     bool any = false;
     for (const auto& [key, value] : all) {
       any = any || *value > 0.0;
     }
     io_.object("uncertainty", any, [&](JsonMembers& one) {
-      static constexpr std::array<std::string_view, 4> keys = {"resolution", "slope_rad",
-                                                               "direction_rad", "temperature"};
+      static constexpr std::array<std::string_view, 5> keys = {
+          "resolution", "slope_rad", "direction_rad", "temperature", "reference"};
       one.allow_keys(keys);
       for (const auto& [key, value] : all) {
         one.value_if_any(key, *value);

@@ -46,7 +46,7 @@ Eigen::VectorXd in_order(const Eigen::VectorXd& bias, const Eigen::MatrixXd& sen
 FittedParameters fitted_parameters(const Calibration& calibration) {
   const Instrument& instrument = calibration.sensor.instrument;
   const LinearResponse& response = calibration.sensor.response;
-  return {.created = calibration.provenance.created,
+  return {.date = calibration.provenance.date(),
           .serial = instrument.serial,
           .axes = instrument.axes,
           .values = in_order(response.bias, response.sensitivity),
@@ -97,9 +97,10 @@ std::optional<Eigen::VectorXd> variances_of_sources(std::string_view sources, Ei
 
 // Of a record as this program writes it; nothing where the reader of all records must look.
 std::optional<FittedParameters> quickly_read(std::string_view text) {
-  static constexpr std::array<std::string_view, 10> members = {"/format",
+  static constexpr std::array<std::string_view, 11> members = {"/format",
                                                                "/version",
                                                                "/created",
+                                                               "/measured",
                                                                "/instrument/serial",
                                                                "/instrument/axes",
                                                                "/coefficients/bias",
@@ -111,16 +112,16 @@ std::optional<FittedParameters> quickly_read(std::string_view text) {
   if (!pieces) {
     return std::nullopt;
   }
-  const auto& [format, version, when, whose, which, bias, sensitivity, names, covariance, sources] =
-      *pieces;
+  const auto& [format, version, created, measured, whose, which, bias, sensitivity, names,
+               covariance, sources] = *pieces;
   if (format != "\"axiscal-calibration\"" || (version != "1" && version != "2")) {
     return std::nullopt;
   }
-  auto created = text_of_piece(when);
+  auto date = text_of_piece(measured.empty() ? created : measured);
   auto serial = whose.empty() ? std::optional<std::string>("") : text_of_piece(whose);
   auto axes = texts_of_piece(which);
   const auto parameters = texts_of_piece(names);
-  if (!created || !serial || !axes || !are_good(*axes) || !parameters) {
+  if (!date || !serial || !axes || !are_good(*axes) || !parameters) {
     return std::nullopt;
   }
   const auto m = static_cast<Eigen::Index>(axes->size());
@@ -134,7 +135,7 @@ std::optional<FittedParameters> quickly_read(std::string_view text) {
   }
   Eigen::VectorXd u =
       uncertainties(*parameters, of_fit->diagonal() + *of_sources, parameter_names(*axes));
-  return FittedParameters{.created = *std::move(created),
+  return FittedParameters{.date = *std::move(date),
                           .serial = *std::move(serial),
                           .axes = *std::move(axes),
                           .values = in_order(*b, *S),

@@ -32,7 +32,13 @@ constexpr std::array kinds = {
                .name = "turns",
                .by_turns = true,
                .is_chosen = false,
-               .words = "the attitudes after turns from rest to rest, by integration"}};
+               .words = "the attitudes after turns from rest to rest, by integration"},
+    MethodKind{.method = Method::faces,
+               .name = "faces",
+               .by_pose = true,
+               .directions_known = true,
+               .by_length = true,
+               .words = "six faces that may lean, bias and scale by the field's length"}};
 
 constexpr MethodKind no_method{.name = ""};
 

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <iterator>
 #include <map>
 #include <optional>
@@ -89,6 +90,14 @@ class Table {
     return value;
   }
 
+  [[nodiscard]] double not_negative(std::size_t column) const {
+    const double value = number(column);
+    if (!(value >= 0.0)) {
+      fail(column, quoted(column) + " must not be negative");
+    }
+    return value;
+  }
+
   [[nodiscard]] int integer(std::size_t column) const {
     const std::optional<int> number = parse_integer(text(column));
     if (!number) {
@@ -133,9 +142,9 @@ class Table {
 
   [[nodiscard]] double time(std::size_t column) const {
     const std::optional<double> seconds = parse_number(text(column));
-    const std::optional<double> stamp = seconds ? seconds : parse_timestamp(text(column));
+    const std::optional<double> stamp = seconds ? seconds : parse_clock_time(text(column));
     if (!stamp) {
-      fail(column, quoted(column) + " is neither a number of seconds nor an ISO 8601 time");
+      fail(column, quoted(column) + " is neither a number of seconds nor a time as ISO 8601 writes it");
     }
     return seconds ? seconds_of_clock(*seconds) : *stamp;
   }
@@ -296,10 +305,38 @@ class TemperatureColumns {
   std::optional<bool> is_blank_;  // by the first row
 };
 
+// A column that says how large a known field was, as rate tables, coils and lamps have it.
+struct SizeColumn {
+  std::string_view name;
+  std::string_view unit;  // empty: the field's
+};
+constexpr std::array size_columns = {
+    SizeColumn{"rate", ""},           SizeColumn{"rate_dps", "deg/s"},
+    SizeColumn{"rate_deg_s", "deg/s"}, SizeColumn{"rate_rad_s", "rad/s"},
+    SizeColumn{"omega", ""},          SizeColumn{"lux", "lux"},
+    SizeColumn{"illuminance", "lux"}, SizeColumn{"irradiance", "W/m^2"},
+    SizeColumn{"field", ""},          SizeColumn{"field_nT", "nT"},
+    SizeColumn{"field_uT", "uT"}};
+
+// A column of the one angle that an instrument was tilted by.
+struct AngleColumn {
+  std::string_view name;
+  double in_rad;
+};
+constexpr std::array angle_columns = {
+    AngleColumn{"angle", rad_per_deg},     AngleColumn{"angle_deg", rad_per_deg},
+    AngleColumn{"angle_rad", 1.0},         AngleColumn{"tilt", rad_per_deg},
+    AngleColumn{"tilt_deg", rad_per_deg},  AngleColumn{"tilt_rad", 1.0},
+    AngleColumn{"theta_deg", rad_per_deg}, AngleColumn{"theta_rad", 1.0}};
+
 // Where the columns of observations are.
 struct Columns {
-  std::optional<std::size_t> rest, fence, run, block, mount, time, samples, serial, confirm;
+  std::optional<std::size_t> rest, fence, run, block, mount, time, samples, serial, confirm, date,
+      operated_by;
   std::optional<std::size_t> pitch, roll, heading;
+  double angle_in_rad = rad_per_deg;     // of pitch and roll
+  std::optional<std::size_t> size, along;  // of a known field: how large, along which axis
+  Eigen::Vector3d along_all = Eigen::Vector3d::Zero();  // its direction if no column says it
   TemperatureColumns temperature;
   LevelColumns level;
   std::vector<std::size_t> axes;
@@ -318,12 +355,19 @@ void find_attitude(Table& table, const std::vector<std::string>& axes, Columns& 
   }
   columns.pitch = table.find("pitch_deg");
   columns.roll = table.find("roll_deg");
+  const bool has_labels = columns.rest || !columns.field.empty();
+  for (const AngleColumn& angle : angle_columns) {
+    const bool is_own = std::find(axes.begin(), axes.end(), angle.name) != axes.end();
+    if (columns.pitch || columns.roll || has_labels || is_own) {
+      continue;
+    }
+    // One angle is the pitch; of an instrument that senses y alone it is the roll.
+    const bool rolls = axes.size() == 1 && (axes.front() == "y" || axes.front() == "Y");
+    (rolls ? columns.roll : columns.pitch) = table.find(angle.name);
+    columns.angle_in_rad = angle.in_rad;
+  }
   if (!columns.pitch && !columns.roll) {
     return;
-  }
-  if (!columns.pitch || !columns.roll) {
-    table.fail(columns.pitch ? "roll_deg" : "pitch_deg",
-               "is missing; an attitude needs both 'pitch_deg' and 'roll_deg'");
   }
   columns.heading = table.find("heading_deg");
   if (!columns.heading) {
@@ -336,6 +380,51 @@ void find_attitude(Table& table, const std::vector<std::string>& axes, Columns& 
   }
 }
 
+// "x", "-Z", or the name of an axis: a direction of the sensor's frame.
+std::optional<Eigen::Vector3d> direction_of(std::string_view word,
+                                            const std::vector<std::string>& axes) {
+  double sign = 1.0;
+  if (word.starts_with('+') || word.starts_with('-')) {
+    sign = word.front() == '-' ? -1.0 : 1.0;
+    word.remove_prefix(1);
+  }
+  const std::size_t letter = std::string_view("xyzXYZ").find(word);
+  if (word.size() == 1 && letter != std::string_view::npos) {
+    return sign * Eigen::Vector3d::Unit(static_cast<Eigen::Index>(letter % 3));
+  }
+  const auto axis = std::find(axes.begin(), axes.end(), word);
+  if (axis == axes.end() || axes.size() > 3) {
+    return std::nullopt;
+  }
+  return sign * Eigen::Vector3d::Unit(axis - axes.begin());
+}
+
+// Where the size of a known field stands, and along which axis it was.
+void find_size(Table& table, const std::vector<std::string>& axes, Columns& columns, Run& run) {
+  if (columns.rest || !columns.field.empty() || columns.pitch || columns.roll) {
+    return;
+  }
+  for (const SizeColumn& size : size_columns) {
+    if (std::find(axes.begin(), axes.end(), size.name) != axes.end()) {
+      continue;
+    }
+    columns.size = table.find(size.name);
+    if (!columns.size) {
+      continue;
+    }
+    run.field_unit = size.unit;
+    columns.along = table.find("axis");
+    if (!columns.along && axes.size() > 1) {
+      table.fail(size.name,
+                 "says how large the field was, and nothing says along which axis; add the column "
+                 "'axis' (x, y or z), or give the field in the sensor by 'fx', 'fy', 'fz'");
+    }
+    columns.along_all =
+        direction_of(axes.front(), {}).value_or(Eigen::Vector3d::UnitZ());
+    return;
+  }
+}
+
 // The slot of each axis; empty where there are none.
 std::vector<std::string> slot_of_axes(const ObservationColumns& wanted) {
   std::vector<std::string> slots;
@@ -345,7 +434,7 @@ std::vector<std::string> slot_of_axes(const ObservationColumns& wanted) {
   return slots;
 }
 
-Columns find_columns(Table& table, const ObservationColumns& wanted) {
+Columns find_columns(Table& table, const ObservationColumns& wanted, Run& run) {
   const std::vector<std::string>& axes = wanted.axes;
   Columns columns;
   for (const std::string& axis : axes) {
@@ -389,6 +478,7 @@ Columns find_columns(Table& table, const ObservationColumns& wanted) {
     }
   }
   find_attitude(table, axes, columns);
+  find_size(table, axes, columns, run);
   if (!columns.rest && wanted.needs_labels) {
     table.fail("rest", "is missing; this method needs the design point of each reading");
   }
@@ -402,6 +492,8 @@ Columns find_columns(Table& table, const ObservationColumns& wanted) {
   columns.time = table.find("time");
   columns.samples = wanted.needs_samples ? table.need("samples") : table.find("samples");
   columns.serial = table.find("serial");
+  columns.date = table.find("date");
+  columns.operated_by = table.find("operator");
   return columns;
 }
 
@@ -410,7 +502,10 @@ DesignPoint any_point_on(Face rest) {
   return {rest, face_of((axis_of(rest) + 1) % 3, true)};
 }
 
-Reading read_reading(const Table& table, Columns& columns, int row) {
+Reading read_reading(const Table& table,
+                     Columns& columns,
+                     const std::vector<std::string>& axes,
+                     int row) {
   Reading reading;
   reading.run = columns.run ? table.integer(*columns.run) : row;
   if (columns.block) {
@@ -423,9 +518,12 @@ Reading read_reading(const Table& table, Columns& columns, int row) {
     reading.point = columns.fence ? table.point(*columns.rest, *columns.fence)
                                   : any_point_on(table.face(*columns.rest));
   }
-  if (columns.pitch) {
-    reading.attitude = StatedAttitude{.pitch_rad = table.number(*columns.pitch) * rad_per_deg,
-                                      .roll_rad = table.number(*columns.roll) * rad_per_deg};
+  if (columns.pitch || columns.roll) {
+    const auto angle_of = [&](const std::optional<std::size_t>& column) {
+      return column ? table.number(*column) * columns.angle_in_rad : 0.0;
+    };
+    reading.attitude =
+        StatedAttitude{.pitch_rad = angle_of(columns.pitch), .roll_rad = angle_of(columns.roll)};
     if (columns.heading) {
       reading.attitude->heading_rad = table.number(*columns.heading) * rad_per_deg;
     }
@@ -440,6 +538,16 @@ Reading read_reading(const Table& table, Columns& columns, int row) {
     reading.field_in_sensor =
         Eigen::Vector3d(table.number(columns.field[0]), table.number(columns.field[1]),
                         table.number(columns.field[2]));
+  }
+  if (columns.size) {
+    const std::optional<Eigen::Vector3d> along =
+        columns.along ? direction_of(table.text(*columns.along), axes) : columns.along_all;
+    if (!along) {
+      table.fail("axis", formatted("'{}' is no axis; write x, y or z, with a minus sign for the "
+                                   "other way",
+                                   table.text(*columns.along)));
+    }
+    reading.field_in_sensor = table.number(*columns.size) * *along;
   }
   return reading;
 }
@@ -459,13 +567,20 @@ void append_cells(std::string& text, const std::vector<std::string>& cells) {
 }  // namespace
 
 std::vector<std::string> columns_without_meaning(const std::vector<std::string>& header) {
-  constexpr std::array<std::string_view, 18> names = {
+  constexpr std::array<std::string_view, 20> names = {
       "rest",        "fence",   "run",       "block",    "mount",   "level",
       "temperature", "time",    "samples",   "serial",   "fx",      "fy",
-      "fz",          "confirm", "pitch_deg", "roll_deg", "yaw_deg", "heading_deg"};
+      "fz",          "confirm", "pitch_deg", "roll_deg", "yaw_deg", "heading_deg",
+      "date",        "operator"};
+  const auto is_one_of = [](const auto& columns, const std::string& name) {
+    return std::any_of(columns.begin(), columns.end(),
+                       [&](const auto& column) { return column.name == name; });
+  };
   std::vector<std::string> own;
   for (const std::string& name : header) {
     const bool has_meaning = std::find(names.begin(), names.end(), name) != names.end() ||
+                             is_one_of(size_columns, name) || is_one_of(angle_columns, name) ||
+                             name == "axis" ||
                              name.starts_with(level_column_prefix) || name.ends_with("_sd") ||
                              name.ends_with("_temperature") || name.starts_with("temperature_");
     if (!has_meaning) {
@@ -473,6 +588,16 @@ std::vector<std::string> columns_without_meaning(const std::vector<std::string>&
     }
   }
   return own;
+}
+
+bool is_label_of_pose(std::string_view name) {
+  constexpr std::array<std::string_view, 6> labels = {"rest", "fence",     "fx",
+                                                      "fy",   "pitch_deg", "roll_deg"};
+  return std::find(labels.begin(), labels.end(), name) != labels.end() ||
+         std::any_of(size_columns.begin(), size_columns.end(),
+                     [&](const SizeColumn& column) { return column.name == name; }) ||
+         std::any_of(angle_columns.begin(), angle_columns.end(),
+                     [&](const AngleColumn& column) { return column.name == name; });
 }
 
 Run read_observations(CsvReader& csv, const ObservationColumns& asked_for) {
@@ -501,7 +626,7 @@ Run read_observations(CsvReader& csv, const ObservationColumns& asked_for) {
       result.axes_of_slots.push_back(slot.axes);
     }
   }
-  Columns columns = find_columns(table, wanted);
+  Columns columns = find_columns(table, wanted, result);
   Observations& observations = result.observations;
   observations.has_block = columns.block.has_value();
   observations.has_level = columns.level.any();
@@ -512,7 +637,7 @@ Run read_observations(CsvReader& csv, const ObservationColumns& asked_for) {
   std::vector<double> saturated;
   while (table.next()) {
     const int row = static_cast<int>(observations.readings.size()) + 1;
-    observations.readings.push_back(read_reading(table, columns, row));
+    observations.readings.push_back(read_reading(table, columns, wanted.axes, row));
     for (std::size_t k = 0; k < columns.axes.size(); ++k) {
       const double plus = table.number(columns.axes[k]);
       const double minus = columns.minus[k] ? table.number(*columns.minus[k]) : 0.0;
@@ -526,7 +651,7 @@ Run read_observations(CsvReader& csv, const ObservationColumns& asked_for) {
       }
     }
     for (const std::size_t column : columns.axes_sd) {
-      response_sd.push_back(wanted.needs_sd ? table.positive(column) : table.number(column));
+      response_sd.push_back(wanted.needs_sd ? table.not_negative(column) : table.number(column));
     }
     if (columns.samples) {
       samples.push_back(table.positive(*columns.samples));
@@ -549,6 +674,12 @@ Run read_observations(CsvReader& csv, const ObservationColumns& asked_for) {
       result.serials.emplace_back(serial);
       result.serial = result.serials.front();
     }
+    if (columns.date) {
+      result.dates.emplace_back(table.text(*columns.date));
+    }
+    if (columns.operated_by) {
+      result.operators.emplace_back(table.text(*columns.operated_by));
+    }
   }
   if (observations.readings.empty()) {
     table.fail_without_rows();
@@ -564,6 +695,23 @@ Run read_observations(CsvReader& csv, const ObservationColumns& asked_for) {
     observations.samples = rows_of(samples, 1).col(0);
   }
   result.ignored_columns = table.ignored();
+  for (std::string& date : result.dates) {
+    const std::optional<double> time_s = parse_clock_time(date, UnclearDays::refused);
+    if (!date.empty() && (!time_s || !is_utc(*time_s))) {
+      result.notes.push_back(
+          formatted("{}: column 'date': '{}' may be no date; the dates are not taken: write them as "
+                    "2026-11-20",
+                    csv.path(), date));
+      result.dates.clear();
+      break;
+    }
+    constexpr std::size_t day_alone = 10;
+    constexpr double day_s = 86400.0;
+    if (!date.empty()) {
+      date = timestamp_of(*time_s).substr(
+          0, std::fmod(*time_s, day_s) == 0.0 ? day_alone : std::string::npos);
+    }
+  }
   return result;
 }
 

@@ -3,6 +3,8 @@
 
 #include <algorithm>
 #include <cstddef>
+#include <iterator>
+#include <map>
 #include <numeric>
 #include <string_view>
 #include <unordered_map>
@@ -15,6 +17,7 @@
 #include "axiscal/core/formatted.hpp"
 #include "axiscal/core/input_file.hpp"
 #include "axiscal/core/number_text.hpp"
+#include "axiscal/core/timestamp.hpp"
 
 namespace axiscal {
 namespace {
@@ -38,7 +41,51 @@ void note_ignored_columns(const Run& file, std::vector<std::string>& notes) {
   }
 }
 
+// What a file says of every reading joins what the earlier ones say; an empty text stands for the
+// readings of a file without the column.
+void join_texts(std::vector<std::string> texts,
+                std::size_t size,
+                std::size_t size_before,
+                std::vector<std::string>& joined_texts) {
+  if (texts.empty() && joined_texts.empty()) {
+    return;
+  }
+  joined_texts.resize(size_before);
+  texts.resize(size);
+  joined_texts.insert(joined_texts.end(), std::make_move_iterator(texts.begin()),
+                      std::make_move_iterator(texts.end()));
+}
+
 }  // namespace
+
+std::string measured_at(const Run& run) {
+  if (!run.measured.empty()) {
+    return run.measured;
+  }
+  const std::vector<Reading>& readings = run.observations.readings;
+  double last_s = 0.0;
+  for (const Reading& reading : readings) {
+    last_s = std::max(last_s, reading.time_s.value_or(0.0));
+  }
+  if (is_utc(last_s)) {
+    return timestamp_of(last_s);
+  }
+  std::string last;
+  for (const std::string& date : run.dates) {
+    last = std::max(last, date);
+  }
+  return last;
+}
+
+std::string operators_of(const Run& run) {
+  std::vector<std::string> names;
+  for (const std::string& name : run.operators) {
+    if (!name.empty() && std::find(names.begin(), names.end(), name) == names.end()) {
+      names.push_back(name);
+    }
+  }
+  return joined(names);
+}
 
 Run read_run(const std::string& path, const ObservationColumns& columns) {
   InputFile file(path);
@@ -84,8 +131,7 @@ ObservationColumns observation_columns(const Experiment& experiment, Units units
           .needs_labels = method_kind(method).by_pose && !method_kind(method).directions_known,
           .needs_samples = experiment.weighting == Weighting::samples,
           .needs_temperature = experiment.temperature.order > 0 ||
-                               experiment.temperature.automatic ||
-                               !method_kind(method).fits_sensitivity,
+                               experiment.temperature.automatic,
           .takes_several_units = units == Units::several,
           .needs_sd = experiment.weighting == Weighting::sd};
 }
@@ -94,6 +140,7 @@ Run join_runs(std::vector<Run> files, Units units) {
   Run run;
   std::vector<Observations> parts;
   std::string without_serial;  // a file without that column
+  std::size_t size = 0;        // readings of the files so far
   for (Run& file : files) {
     if (units == Units::one) {
       check_same_unit(run, file);
@@ -109,11 +156,19 @@ Run join_runs(std::vector<Run> files, Units units) {
     note_ignored_columns(file, run.notes);
     run.inputs.insert(run.inputs.end(), file.inputs.begin(), file.inputs.end());
     run.axes = file.axes;
+    run.field_unit = file.field_unit;
     if (run.serials.empty()) {
       run.serials = std::move(file.serials);
     } else {
       run.serials.insert(run.serials.end(), file.serials.begin(), file.serials.end());
     }
+    run.measured = std::max(run.measured, file.measured);
+    const std::size_t own_size = file.observations.readings.size();
+    run.rows_of_inputs.push_back(own_size);
+    join_texts(std::move(file.dates), own_size, size, run.dates);
+    join_texts(std::move(file.operators), own_size, size, run.operators);
+    size += own_size;
+    run.notes.insert(run.notes.end(), file.notes.begin(), file.notes.end());
     parts.push_back(std::move(file.observations));
   }
   if (!without_serial.empty()) {
@@ -161,6 +216,22 @@ UnitsOfRun::UnitsOfRun(Run run, const std::string& stated_serial) : run_(std::mo
   }
 }
 
+std::size_t UnitsOfRun::readings(std::size_t unit) const {
+  return rows_.empty() ? run_.observations.readings.size() : begins_[unit + 1] - begins_[unit];
+}
+
+std::size_t UnitsOfRun::usual_readings() const {
+  std::map<std::size_t, std::size_t> counts;
+  for (std::size_t unit = 0; unit < size(); ++unit) {
+    ++counts[readings(unit)];
+  }
+  std::size_t usual = 0;
+  for (const auto& [count, units] : counts) {
+    usual = usual == 0 || units >= counts[usual] ? count : usual;
+  }
+  return usual;
+}
+
 Run UnitsOfRun::operator[](std::size_t unit) const {
   const std::string& serial = serials_[unit];
   if (rows_.empty()) {
@@ -170,12 +241,23 @@ Run UnitsOfRun::operator[](std::size_t unit) const {
   }
   const auto row = [&](std::size_t at) { return rows_.begin() + static_cast<std::ptrdiff_t>(at); };
   const std::vector<std::size_t> rows(row(begins_[unit]), row(begins_[unit + 1]));
+  const auto texts_of = [&](const std::vector<std::string>& of_rows) {
+    std::vector<std::string> texts;
+    for (std::size_t i = 0; i < rows.size() && !of_rows.empty(); ++i) {
+      texts.push_back(of_rows[rows[i]]);
+    }
+    return texts;
+  };
   return {.observations = select_rows(run_.observations, rows),
           .inputs = run_.inputs,
           .notes = run_.notes,
           .axes = run_.axes,
+          .field_unit = run_.field_unit,
           .serial = serial,
           .serials = std::vector<std::string>(rows.size(), serial),
+          .dates = texts_of(run_.dates),
+          .operators = texts_of(run_.operators),
+          .measured = run_.measured,
           .slots = run_.slots,
           .axes_of_slots = run_.axes_of_slots};
 }

@@ -110,8 +110,14 @@ void interval_members(JsonMembers& io, FitStatistics& statistics, Eigen::Index m
     return;
   }
   // Biases alone, as method `bias` fits them, have no sensitivities beside them.
-  const bool has_sensitivity =
-      p >= 4 && statistics.parameter_names[1].find(".sensitivity.") != std::string::npos;
+  // A transfer has fewer than three.
+  Eigen::Index sensitivities = 0;
+  while (1 + sensitivities < p &&
+         statistics.parameter_names[static_cast<std::size_t>(1 + sensitivities)].find(
+             ".sensitivity.") != std::string::npos) {
+    ++sensitivities;
+  }
+  const bool has_sensitivity = sensitivities == 3;
   auto by_axis = statistics.interval_95.reshaped(p, m);
   Eigen::VectorXd bias = by_axis.row(0).transpose();
   Eigen::MatrixXd sensitivity = Eigen::MatrixXd::Constant(m, 3, not_a_number);

@@ -288,6 +288,27 @@ bool counts_magnitude(const Calibration& calibration) {
          has_source(calibration, "magnitude of ");
 }
 
+namespace {
+
+// The reference that readings in an electrical unit rest on, as "the voltage reference" of mV and
+// mV/V; empty for another unit.
+std::string reference_of_unit(std::string_view unit) {
+  unit = unit.substr(0, unit.find('/'));
+  for (const std::string_view prefix : {"n", "u", "\u00b5", "\u03bc", "m", "k", "M"}) {
+    if (unit.starts_with(prefix) && unit.size() > prefix.size()) {
+      unit.remove_prefix(prefix.size());
+      break;
+    }
+  }
+  return unit == "V"                                     ? "the voltage reference"
+         : unit == "A"                                   ? "the current reference"
+         : unit == "Ohm" || unit == "ohm" || unit == "\u03a9" ? "the resistance reference"
+         : unit == "Hz"                                  ? "the frequency reference"
+                                                         : "";
+}
+
+}  // namespace
+
 std::vector<std::string> not_counted(const Calibration& calibration) {
   std::vector<std::string> all;
   if (!calibration.fit.statistics) {
@@ -304,9 +325,9 @@ std::vector<std::string> not_counted(const Calibration& calibration) {
                       ? "local gravity"
                       : "the magnitude of the reference field");
   }
-  const std::string& unit = calibration.sensor.instrument.unit;
-  if (unit.size() <= 2 && !unit.empty() && (unit.back() == 'V' || unit.back() == 'A')) {
-    all.emplace_back(unit.back() == 'V' ? "the voltage reference" : "the current reference");
+  const std::string reference = reference_of_unit(calibration.sensor.instrument.unit);
+  if (!reference.empty() && !has_source(calibration, reference_source)) {
+    all.push_back(reference);
   }
   return all;
 }

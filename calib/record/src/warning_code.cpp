@@ -43,6 +43,7 @@ constexpr std::array warning_kinds = {
     WarningKind{.name = "slope"},
     WarningKind{.name = "field_magnitude"},
     WarningKind{.name = "field_length"},
+    WarningKind{.name = "impossible_field", .refuses = true},
     WarningKind{.name = "field_in_bias"},
     WarningKind{.name = "log"},
     WarningKind{.name = "seat"},

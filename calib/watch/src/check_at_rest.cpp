@@ -199,7 +199,7 @@ double p_value_of(const Calibration& calibration, const std::vector<Pose>& poses
 InSituCheck check_in_situ(const Calibration& calibration,
                           const Observations& observations,
                           double alpha) {
-  const Reducer reducer(calibration);
+  const Reducer reducer(calibration, {}, Force::yes);
   if (!reducer.gives_components()) {
     throw DomainError("fewer than three axes leave no residual to check");
   }

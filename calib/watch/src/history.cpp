@@ -145,7 +145,7 @@ UnitHistory history_of(const std::string& serial,
   std::vector<double> years;
   for (const Entry& entry : entries) {
     unit.paths.push_back(entry.path);
-    unit.created.push_back(entry.fitted.created);
+    unit.dates.push_back(entry.fitted.date);
     years.push_back(entry.time_s / seconds_per_year);
   }
   Eigen::Index position = 0;
@@ -211,9 +211,9 @@ Entry entry_of(const std::string& path) {
     entry.failure = failure.what();
     return entry;
   }
-  const std::optional<double> time = parse_timestamp(entry.fitted.created);
+  const std::optional<double> time = parse_date(entry.fitted.date);
   if (!time) {
-    throw DataError(path, "/created", "the history needs the date at which a record was made");
+    throw DataError(path, "/created", "the history needs the date of a calibration: 'measured' or 'created'");
   }
   entry.time_s = *time;
   return entry;
@@ -223,7 +223,8 @@ Entry entry_of(const std::string& path) {
 
 std::vector<UnitHistory> read_history(const std::string& folder,
                                       const std::optional<Limits>& limits,
-                                      std::vector<std::string>* passed_over) {
+                                      std::vector<std::string>* passed_over,
+                                      std::vector<std::string>* not_held) {
   const std::vector<std::string> paths = records_in(folder);
   std::vector<Entry> all(paths.size());
   for_each_in_parallel(paths.size(), [&](std::size_t i) { all[i] = entry_of(paths[i]); });
@@ -250,7 +251,14 @@ std::vector<UnitHistory> read_history(const std::string& folder,
               unit.trends.begin(), unit.trends.end(),
               [&](const ParameterTrend& trend) { return trend.parameter == limit.parameter; });
         });
-    if (!known && !histories.empty()) {
+    const bool may_be = std::any_of(units.begin(), units.end(), [&](const auto& unit) {
+      return is_limit_parameter(limit.parameter, unit.first.second);
+    });
+    if (!known && may_be) {
+      if (not_held != nullptr) {
+        not_held->push_back(limit.parameter);
+      }
+    } else if (!known && !histories.empty()) {
       throw DomainError(formatted(
           "limit '{}': a history knows biases and sensitivities only, as x.bias or x.sensitivity.y",
           limit.parameter));
@@ -262,7 +270,7 @@ std::vector<UnitHistory> read_history(const std::string& folder,
 std::string history_text(const UnitHistory& unit) {
   std::string text = formatted("{}: {} records from {} to {}\n",
                                unit.serial.empty() ? std::string("(no serial)") : unit.serial,
-                               unit.paths.size(), unit.created.front(), unit.created.back());
+                               unit.paths.size(), unit.dates.front(), unit.dates.back());
   for (const ParameterTrend& trend : unit.trends) {
     text += formatted("  {}: {}", trend.parameter, number_text(trend.values.back(), 7));
     if (!std::isnan(trend.slope_per_year)) {
@@ -292,7 +300,7 @@ std::string history_json(const std::vector<UnitHistory>& units) {
   for (const UnitHistory& unit : units) {
     Json one = {{"serial", unit.serial},
                 {"records", unit.paths},
-                {"created", unit.created},
+                {"dates", unit.dates},
                 {"trends", Json::array()}};
     for (const ParameterTrend& trend : unit.trends) {
       Json of = {{"parameter", trend.parameter},

@@ -74,6 +74,17 @@ double freedom_with_blocks(const Eigen::MatrixXd& V,
   return 1.0 / (share * share / nu + (1.0 - share) * (1.0 - share) / of_blocks);
 }
 
+// By how much the cube turns each time it is laid, about each axis, as far as the record tells it
+// from other scatter [rad]; 0 if it does not.
+double seat_scatter_rad(const Calibration& record) {
+  for (const ScatterComponent& component : record.fit.statistics->components) {
+    if (component.name == "seats" && component.sd.size() > 0) {
+      return component.sd(0);
+    }
+  }
+  return 0.0;
+}
+
 // That what is left is by chance: each axis has its own scatter, known from the calibration by its
 // own degrees of freedom; Fisher's method puts them together.
 double p_of(const WeighedFit& fit, const Eigen::VectorXd& degrees_of_freedom) {
@@ -142,6 +153,7 @@ DriftCheck check_labelled(const Calibration& record,
   Eigen::MatrixXd A(n * m, 2);
   Eigen::MatrixXd V;
   Eigen::VectorXd freedom = record.fit.statistics->degrees_of_freedom;
+  const double seat_rad = seat_scatter_rad(record);
   WeighedFit fit;
   constexpr int most_rounds = 20;
   bool still = false;
@@ -157,6 +169,12 @@ DriftCheck check_labelled(const Calibration& record,
     V = J * C * J.transpose();
     for (Eigen::Index i = 0; i < n * m; ++i) {
       V(i, i) += std::max(sd(i % m) * sd(i % m), 1e-300);
+    }
+    // A record that knows how the cube turns each time it is laid has a residual sd without that.
+    for (Eigen::Index i = 0; i < n && seat_rad > 0.0; ++i) {
+      const Eigen::MatrixXd turned = seat_rad * sensor.response.sensitivity *
+                                     R[static_cast<std::size_t>(i)] * cross_matrix(field);
+      V.block(m * i, m * i, m, m) += turned * turned.transpose();
     }
     const Eigen::MatrixXd within = V;
     // They are of another block than the record's: each axis may be off by as much as blocks are.
@@ -205,9 +223,9 @@ DriftCheck check_labelled(const Calibration& record,
          .e_n = not_a_number});
   }
   check.notes.push_back(
-      formatted("{} readings are too few for a calibration of their own: they are held against "
-                "what the record predicts of them, the field's direction in the table fitted; the "
-                "changes are those of the biases, with the sensitivities as they were",
+      formatted("the {} readings are held against the values that the record predicts for them, with "
+                "the field's direction in the table fitted; the changes are those of the biases, "
+                "with the sensitivities as they were",
                 n));
   return check;
 }

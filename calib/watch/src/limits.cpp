@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <set>
 
 #include "axiscal/calib/distributions.hpp"
 #include "axiscal/calib/drift_check.hpp"
@@ -123,6 +124,19 @@ std::vector<Measured> measured_of(const Calibration& calibration, const DriftChe
            .is_scatter = true});
     }
   }
+  if (calibration.fit.statistics) {
+    std::set<DesignPoint> points;
+    for (const ReadingResidual& residual : calibration.fit.residuals) {
+      if (residual.used && residual.point) {
+        points.insert(*residual.point);
+      }
+    }
+    const auto count = [&](const char* name, double value) {
+      all.push_back({.name = name, .value = value, .u = 0.0, .expanded = 0.0});
+    };
+    count("readings", calibration.fit.statistics->observations);
+    count("design_points", static_cast<double>(points.size()));
+  }
   if (calibration.fit.levelness) {
     const Levelness& level = *calibration.fit.levelness;
     all.push_back({.name = "levelness.x",
@@ -151,6 +165,21 @@ std::vector<Measured> measured_of(const Calibration& calibration, const DriftChe
 }
 
 }  // namespace
+
+bool is_limit_parameter(std::string_view name, const std::vector<std::string>& axes) {
+  constexpr std::array<std::string_view, 6> of_all = {
+      "readings", "design_points", "levelness.x", "levelness.y", "pitch_error_deg",
+      "drift_p_value"};
+  if (std::find(of_all.begin(), of_all.end(), name) != of_all.end()) {
+    return true;
+  }
+  const bool is_angle = name.starts_with("angle.");
+  return std::any_of(axes.begin(), axes.end(), [&](const std::string& axis) {
+    return is_angle || name == axis + ".residual_sd" || name == axis + ".sensitivity" ||
+           name.starts_with(axis + ".bias") || name.starts_with(axis + ".sensitivity.") ||
+           name.starts_with(axis + ".scale.");
+  });
+}
 
 Limits parse_limits(std::string_view text, const std::string& path) {
   const JsonValue json = parse_json(text, path);

@@ -62,6 +62,8 @@ InstrumentKind magnetometer_kind() {
           .derived_names = names,
           .derive = derive,
           .derives_with_attitude = true,
+          .usual_field = "geomagnetic",
+          .relative_field_will_do = true,
           .sensor = VehicleSensor::magnetometer,
           .columns = {.letters = "mhb", .word = "mag"},
           .describe = describe};

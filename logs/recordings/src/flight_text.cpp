@@ -1,9 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 // Flight logs as text: ArduPilot's .log, whose lines are `NAME, value, value` and whose FMT lines
-// name the columns, and what mavlogdump prints, `date time: NAME {field : value, ...}`.
+// name the columns, and what mavlogdump prints, `date time: NAME {field : value, ...}`, or one
+// {"meta": {"type": NAME, "timestamp": s}, "data": {field: value, ...}} a line.
 #include <algorithm>
 
 #include "axiscal/core/formatted.hpp"
+#include "axiscal/core/json_document.hpp"
 #include "axiscal/core/not_a_number.hpp"
 #include "axiscal/core/number_text.hpp"
 #include "axiscal/core/timestamp.hpp"
@@ -120,6 +122,64 @@ std::optional<DumpedLine> dumped_line(std::string_view line) {
   return is_name ? std::optional(parts) : std::nullopt;
 }
 
+// A message of a line.
+struct DumpedMessage {
+  std::string name;
+  std::vector<std::string> fields;
+  std::vector<double> values;
+  std::optional<double> time_s;
+};
+
+std::optional<DumpedMessage> message_of_text(std::string_view line) {
+  const std::optional<DumpedLine> parts = dumped_line(line);
+  if (!parts) {
+    return std::nullopt;
+  }
+  DumpedMessage message{.name = std::string(parts->name), .time_s = parse_timestamp(parts->time)};
+  for (const std::string_view field : split(parts->fields, ',')) {
+    const std::size_t colon = field.find(" : ");
+    if (colon == std::string_view::npos) {
+      continue;
+    }
+    const std::string_view cell = trimmed(field.substr(colon + 3));
+    const std::optional<double> value = parse_number(cell);
+    if (value || cell == "nan") {
+      message.fields.emplace_back(trimmed(field.substr(0, colon)));
+      message.values.push_back(value.value_or(not_a_number));
+    }
+  }
+  return message;
+}
+
+std::optional<DumpedMessage> message_of_json(std::string_view line) {
+  const Json json = Json::parse(line, nullptr, false);
+  const auto is_object = [](const Json& value, const char* name) {
+    return value.is_object() && value.contains(name) && value[name].is_object();
+  };
+  if (!is_object(json, "meta") || !is_object(json, "data")) {
+    return std::nullopt;
+  }
+  const Json& meta = json["meta"];
+  if (!meta.contains("type") || !meta["type"].is_string()) {
+    return std::nullopt;
+  }
+  DumpedMessage message{.name = meta["type"].get<std::string>()};
+  if (meta.contains("timestamp") && meta["timestamp"].is_number()) {
+    message.time_s = meta["timestamp"].get<double>();
+  }
+  for (const auto& [field, value] : json["data"].items()) {
+    if (value.is_number() || value.is_null()) {  // null: no number
+      message.fields.push_back(field);
+      message.values.push_back(value.is_null() ? not_a_number : value.get<double>());
+    }
+  }
+  return message;
+}
+
+std::optional<DumpedMessage> dumped_message(std::string_view line) {
+  return trimmed(line).starts_with('{') ? message_of_json(line) : message_of_text(line);
+}
+
 class MavlinkText final : public RecordingFile::Decoder {
  public:
   explicit MavlinkText(ByteSource bytes) : lines_(std::move(bytes)) { format = "mavlink-text"; }
@@ -129,38 +189,24 @@ class MavlinkText final : public RecordingFile::Decoder {
     if (!lines_.next(line)) {
       return false;
     }
-    const std::optional<DumpedLine> parts = dumped_line(line);
-    if (!parts) {
+    const std::optional<DumpedMessage> message = dumped_message(line);
+    if (!message) {
       other_ += trimmed(line).empty() ? 0U : 1U;
       return true;
     }
-    names_.clear();
-    values_.clear();
-    for (const std::string_view field : split(parts->fields, ',')) {
-      const std::size_t colon = field.find(" : ");
-      const std::optional<double> value = colon == std::string_view::npos
-                                              ? std::nullopt
-                                              : parse_number(trimmed(field.substr(colon + 3)));
-      const bool is_nan =
-          colon != std::string_view::npos && trimmed(field.substr(colon + 3)) == "nan";
-      if (value || is_nan) {
-        names_.emplace_back(trimmed(field.substr(0, colon)));
-        values_.push_back(value.value_or(not_a_number));
-      }
-    }
-    const std::string name(parts->name);
-    auto known = messages_.find(name);
+    auto known = messages_.find(message->name);
     if (known == messages_.end()) {
-      if (names_.empty() || messages_.size() >= most_messages) {
+      if (message->fields.empty() || messages_.size() >= most_messages) {
         return true;
       }
-      known = messages_.emplace(name, FlightMessage(name, names_)).first;
+      known =
+          messages_.emplace(message->name, FlightMessage(message->name, message->fields)).first;
     }
-    if (known->second.fields() != names_) {
+    if (known->second.fields() != message->fields) {
       ++other_;
       return true;
     }
-    known->second.put(sink, values_, count_, parse_timestamp(parts->time));
+    known->second.put(sink, message->values, count_, message->time_s);
     return true;
   }
 
@@ -172,8 +218,6 @@ class MavlinkText final : public RecordingFile::Decoder {
  private:
   LineStream lines_;
   std::map<std::string, FlightMessage> messages_;
-  std::vector<std::string> names_;
-  std::vector<double> values_;
   std::size_t count_ = 0, other_ = 0;
 };
 
@@ -190,8 +234,8 @@ bool is_mavlink_text(std::string_view start) {
   constexpr std::size_t looked_at = 5;
   const std::vector<std::string_view> lines = first_lines(start, true, looked_at);
   return std::any_of(lines.begin(), lines.end(), [](std::string_view line) {
-    const std::optional<DumpedLine> parts = dumped_line(line);
-    return parts && parts->fields.find(" : ") != std::string_view::npos;
+    const std::optional<DumpedMessage> message = dumped_message(line);
+    return message && (!message->fields.empty() || trimmed(line).starts_with('{'));
   });
 }
 

@@ -46,6 +46,13 @@ AXISCAL_LATE(libhdf5, H5open)
 AXISCAL_LATE_VARIABLE(libhdf5, H5T_NATIVE_DOUBLE_g)
 #endif
 
+// The first version's description of an object, under the name that the installed headers give it.
+#if H5_VERSION_GE(1, 12, 0)
+using ObjectInfo = H5O_info1_t;
+#else
+using ObjectInfo = H5O_info_t;
+#endif
+
 constexpr std::size_t most_numbers = std::size_t{1} << 30U;
 
 // Closes what the library opened.
@@ -135,7 +142,7 @@ void add_dataset(hid_t dataset, const std::string& name, SeriesTables& tables) {
   }
 }
 
-herr_t visit(hid_t place, const char* name, const H5O_info_t* info, void* to) {
+herr_t visit(hid_t place, const char* name, const ObjectInfo* info, void* to) {
   if (info->type == H5O_TYPE_DATASET) {
     const Handle dataset(H5Dopen2(place, name, H5P_DEFAULT), H5Dclose);
     if (dataset >= 0) {

@@ -8,6 +8,7 @@
 
 #include "axiscal/core/error.hpp"
 #include "axiscal/core/input_file.hpp"
+#include "axiscal/core/number_text.hpp"
 
 namespace axiscal {
 
@@ -20,10 +21,7 @@ bool LineStream::next(std::string_view& line) {
   };
   const auto hand_on = [&](std::size_t end) {
     check_length(end - begin_);
-    line = std::string_view(buffer_.data() + begin_, end - begin_);
-    if (line.ends_with('\r')) {
-      line.remove_suffix(1);
-    }
+    line = without_returns(std::string_view(buffer_.data() + begin_, end - begin_));
     ++line_;
   };
   for (;;) {
@@ -66,10 +64,8 @@ std::vector<std::string_view> first_lines(std::string_view start, bool is_whole,
     if (end == std::string_view::npos && !is_whole && !lines.empty()) {
       break;
     }
-    lines.push_back(start.substr(at, end == std::string_view::npos ? end : end - at));
-    if (lines.back().ends_with('\r')) {
-      lines.back().remove_suffix(1);
-    }
+    lines.push_back(
+        without_returns(start.substr(at, end == std::string_view::npos ? end : end - at)));
     at = end == std::string_view::npos ? start.size() : end + 1;
   }
   return lines;

@@ -13,6 +13,7 @@
 #include "axiscal/core/not_a_number.hpp"
 #include "axiscal/core/number_text.hpp"
 #include "axiscal/logs/sensor_names.hpp"
+#include "axiscal/logs/signed_counts.hpp"
 #include "axiscal/logs/time_column.hpp"
 #include "opened.hpp"
 #include "sensor_data.hpp"
@@ -208,6 +209,14 @@ void LogFile::look_ahead() {
   if (ahead_.empty()) {
     const std::size_t rows = std::min(rows_looked_at, rows_at_once(columns_.size()));
     static_cast<void>(source_->read(ahead_, rows));
+    const SignedCounts counts = find_signed_counts(ahead_);
+    if (counts.bits > 0) {
+      signed_bits_.assign(columns_.size(), 0);
+      for (const std::size_t column : counts.columns) {
+        signed_bits_[column] = counts.bits;
+      }
+      source_->notes.push_back(words_of(counts, columns_));
+    }
     scale(ahead_);
   }
 }
@@ -286,6 +295,11 @@ void LogFile::select(std::vector<std::size_t> columns) {
 
 void LogFile::scale(LogBlock& block) const {
   for (std::size_t c = 0; c < block.size(); ++c) {
+    if (!signed_bits_.empty() && signed_bits_[selected_[c]] > 0) {
+      for (double& value : block[c]) {
+        value = with_sign(value, signed_bits_[selected_[c]]);
+      }
+    }
     const double factor = factors_[selected_[c]];
     if (factor != 1.0) {
       for (double& value : block[c]) {

@@ -2,8 +2,10 @@
 #include <algorithm>
 #include <cctype>
 #include <cmath>
-#include <memory>
 #include <optional>
+#include <string>
+#include <utility>
+#include <vector>
 
 #include "axiscal/core/number_text.hpp"
 #include "line_stream.hpp"
@@ -13,12 +15,19 @@
 namespace axiscal {
 namespace {
 
-// "X: 1.5 Y: -2 Z: 3": names and numbers in turn.
-bool read_pairs(std::string_view line,
-                std::vector<std::string>& names,
-                std::vector<double>& values) {
+// Names and numbers in turn, and the unit at the end: "X: 1.5 Y: -2 Z: 3 mg".
+struct Pairs {
+  std::vector<std::string> names;
+  std::vector<double> values;
+  std::string unit;
+};
+
+bool read_pairs(std::string_view line, Pairs& pairs) {
+  std::vector<std::string>& names = pairs.names;
+  std::vector<double>& values = pairs.values;
   names.clear();
   values.clear();
+  pairs.unit.clear();
   std::size_t at = 0;
   constexpr std::string_view blanks = " \t,;|";
   for (;;) {
@@ -29,6 +38,7 @@ bool read_pairs(std::string_view line,
     const std::size_t mark = line.find_first_of(":=", at);
     if (mark == std::string_view::npos) {
       // What follows a number may be its unit: "X: 1.5 uT".
+      pairs.unit = std::string(trimmed(line.substr(at)));
       return names.size() >= 2 &&
              std::none_of(line.begin() + static_cast<std::ptrdiff_t>(at), line.end(),
                           [](unsigned char c) { return std::isdigit(c) != 0; });
@@ -78,29 +88,113 @@ std::string_view behind_arrow(std::string_view line) {
   return at == std::string_view::npos ? line : line.substr(at + arrow.size());
 }
 
-ByteSource pairs_as_table(ByteSource bytes) {
-  return converted_lines(
-      std::move(bytes),
-      [header = std::vector<std::string>(), has_header = false, names = std::vector<std::string>(),
-       values = std::vector<double>()](std::string_view line, std::string& text) mutable {
-        const std::size_t at = line.find(arrow);
-        const bool has_stamp = at != std::string_view::npos;
-        const bool are_pairs = read_pairs(behind_arrow(line), names, values);
-        if (are_pairs && !has_header && names.size() >= 2) {
-          header = names;
-          has_header = true;
-          text = (has_stamp ? "time," : "") + joined(header, ",") + '\n';
-        }
-        if (are_pairs && names == header) {
-          if (has_stamp) {
-            text += std::string(trimmed(line.substr(0, at))) + ',';
-          }
-          for (std::size_t i = 0; i < values.size(); ++i) {
-            text += (i > 0 ? "," : "") + number_text(values[i]);
-          }
-        }
-        text += '\n';
-      });
+// A line that a sketch prints again and again: "gx = 0.06 gy = -1.69 gz = 0.39 deg/s".
+struct PrintedLine {
+  std::vector<std::string> names;
+  std::string unit;
+  std::size_t count = 0;
+};
+
+// The lines of pairs in a text, in the order in which they first come; those that come once are no
+// samples.
+// @param others  set to how many lines are none of them.
+std::vector<PrintedLine> printed_lines(std::string_view start, bool is_whole, std::size_t& others) {
+  std::vector<PrintedLine> lines;
+  others = 0;
+  Pairs pairs;
+  while (!start.empty()) {
+    const std::size_t end = std::min(start.find('\n'), start.size());
+    const std::string_view line = trimmed(start.substr(0, end));
+    start.remove_prefix(std::min(end + 1, start.size()));
+    if (line.empty() || (start.empty() && !is_whole)) {
+      continue;  // the last one may be cut off
+    }
+    if (!read_pairs(behind_arrow(line), pairs) || pairs.names.size() < 2) {
+      ++others;
+      continue;
+    }
+    const auto known = std::find_if(lines.begin(), lines.end(), [&](const PrintedLine& one) {
+      return one.names == pairs.names;
+    });
+    if (known == lines.end()) {
+      lines.push_back({.names = pairs.names, .unit = pairs.unit, .count = 1});
+    } else {
+      ++known->count;
+    }
+  }
+  const auto once = std::stable_partition(lines.begin(), lines.end(), [&](const PrintedLine& one) {
+    return one.count > 1 || lines.size() == 1;
+  });
+  for (auto it = once; it != lines.end(); ++it) {
+    others += it->count;
+  }
+  lines.erase(once, lines.end());
+  return lines;
+}
+
+// The lines of a sample as one row, which stands in the last one's place.
+class RowOfLines {
+ public:
+  explicit RowOfLines(std::vector<PrintedLine> lines) : lines_(std::move(lines)), cells_(lines_.size()) {}
+
+  void convert(std::string_view line, std::string& text) {
+    const std::size_t at = line.find(arrow);
+    const bool has_stamp = at != std::string_view::npos;
+    if (!read_pairs(behind_arrow(line), pairs_)) {
+      text += '\n';
+      return;
+    }
+    const auto own = std::find_if(lines_.begin(), lines_.end(), [&](const PrintedLine& one) {
+      return one.names == pairs_.names;
+    });
+    if (own == lines_.end()) {
+      text += '\n';
+      return;
+    }
+    if (!has_header_) {
+      has_header_ = true;
+      text = (has_stamp ? "time," : "") + header() + '\n';
+    }
+    const auto place = static_cast<std::size_t>(own - lines_.begin());
+    if (place == 0) {
+      std::fill(cells_.begin(), cells_.end(), "");
+      stamp_ = has_stamp ? std::string(trimmed(line.substr(0, at))) + ',' : "";
+    }
+    cells_[place].clear();
+    for (const double value : pairs_.values) {
+      cells_[place] += (cells_[place].empty() ? "" : ",") + number_text(value);
+    }
+    // A sample of which a line is missing is none.
+    if (place + 1 == lines_.size() &&
+        std::none_of(cells_.begin(), cells_.end(), [](const std::string& cell) { return cell.empty(); })) {
+      text += stamp_ + joined(cells_, ",");
+    }
+    text += '\n';
+  }
+
+ private:
+  [[nodiscard]] std::string header() const {
+    std::vector<std::string> names;
+    for (const PrintedLine& line : lines_) {
+      for (const std::string& name : line.names) {
+        names.push_back(line.unit.empty() ? name : name + " (" + line.unit + ")");
+      }
+    }
+    return joined(names, ",");
+  }
+
+  std::vector<PrintedLine> lines_;
+  std::vector<std::string> cells_;  // of each line
+  std::string stamp_;
+  bool has_header_ = false;
+  Pairs pairs_;
+};
+
+ByteSource pairs_as_table(ByteSource bytes, std::vector<PrintedLine> lines) {
+  return converted_lines(std::move(bytes), [row = RowOfLines(std::move(lines))](
+                                               std::string_view line, std::string& text) mutable {
+    row.convert(line, text);
+  });
 }
 
 }  // namespace
@@ -108,13 +202,15 @@ ByteSource pairs_as_table(ByteSource bytes) {
 ByteSource printed_lines_as_table(ByteSource bytes) {
   constexpr std::size_t looked_at = 8192;
   const std::string_view start = bytes.peek(looked_at);
-  const bool are_pairs = are_most_lines(start, [](std::string_view line) {
-    std::vector<std::string> names;
-    std::vector<double> values;
-    return read_pairs(behind_arrow(line), names, values) && names.size() >= 2;
-  });
-  if (are_pairs) {
-    return pairs_as_table(std::move(bytes));
+  std::size_t others = 0;
+  std::vector<PrintedLine> lines = printed_lines(start, start.size() < looked_at, others);
+  std::size_t own = 0;
+  for (const PrintedLine& line : lines) {
+    own += line.count;
+  }
+  // Sketches print other lines in between.
+  if (own > 0 && (lines.size() > 1 ? 3 * own >= others : own > others)) {
+    return pairs_as_table(std::move(bytes), std::move(lines));
   }
   const bool are_stamped = are_most_lines(start, [](std::string_view line) {
     const std::size_t at = line.find(arrow);

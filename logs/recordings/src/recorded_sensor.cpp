@@ -52,13 +52,13 @@ std::string full_name(const RecordingSummary& summary, const Series& series) {
 std::string_view words_of(KnownBy by) {
   switch (by) {
     case KnownBy::format:
-      return "by the file's format";
+      return "known by the file's format";
     case KnownBy::names:
-      return "by the columns' names";
+      return "known by the columns' names";
     case KnownBy::units:
-      return "by the columns' units";
+      return "known by the columns' units";
     case KnownBy::data:
-      return "by the numbers alone";
+      return "a guess by the numbers alone";
     case KnownBy::nothing:
       break;
   }
@@ -162,7 +162,7 @@ std::string words_of(const RecordedSensor& sensor) {
   if (std::isfinite(sensor.rate_hz) && sensor.rate_hz > 0.0) {
     text += formatted(", {} Hz", number_text(sensor.rate_hz, 4));
   }
-  text += formatted("; known {}", words_of(sensor.known_by));
+  text += formatted("; {}", words_of(sensor.known_by));
   return sensor.is_corrected ? text + "; corrected by the log's own parameters" : text;
 }
 

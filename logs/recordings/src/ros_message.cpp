@@ -3,9 +3,12 @@
 
 #include <algorithm>
 #include <array>
+#include <filesystem>
 #include <utility>
 
+#include "axiscal/core/error.hpp"
 #include "axiscal/core/formatted.hpp"
+#include "axiscal/core/input_file.hpp"
 #include "axiscal/core/not_a_number.hpp"
 #include "axiscal/core/number_text.hpp"
 #include "axiscal/logs/sensor_names.hpp"
@@ -135,13 +138,49 @@ std::string_view package_of(std::string_view name) {
   return name.substr(0, name.find('/'));
 }
 
+// Of add_message_definitions(), by "package/Type".
+std::map<std::string, std::string>& added_definitions() {
+  static std::map<std::string, std::string> definitions;
+  return definitions;
+}
+
 }  // namespace
+
+std::size_t add_message_definitions(const std::string& folder) {
+  namespace fs = std::filesystem;
+  std::error_code none;
+  if (!fs::is_directory(folder, none)) {
+    throw DataError(folder, "is no directory of message definitions (package/msg/Type.msg)");
+  }
+  std::size_t count = 0;
+  constexpr std::size_t most = 100000;
+  for (auto entry = fs::recursive_directory_iterator(
+           folder, fs::directory_options::skip_permission_denied, none);
+       entry != fs::recursive_directory_iterator() && count < most; entry.increment(none)) {
+    const fs::path& path = entry->path();
+    if (path.extension() != ".msg") {
+      continue;
+    }
+    // package/msg/Type.msg, or package/Type.msg
+    const fs::path above = path.parent_path();
+    const std::string package =
+        (above.filename() == "msg" ? above.parent_path() : above).filename().string();
+    added_definitions()[package + "/" + path.stem().string()] = read_whole_file(path.string());
+    ++count;
+  }
+  if (count == 0) {
+    throw DataError(folder, "holds no message definitions (package/msg/Type.msg)");
+  }
+  return count;
+}
 
 std::optional<RosMessageType> RosMessageType::parse(const std::string& name,
                                                     std::string_view definition) {
   RosMessageType type;
   type.name_ = plain_name(name);
-  if (!type.add_type(type.name_, texts_of(type.name_, definition), 0)) {
+  std::map<std::string, std::string> texts = texts_of(type.name_, definition);
+  texts.insert(added_definitions().begin(), added_definitions().end());  // the file's own come first
+  if (!type.add_type(type.name_, texts, 0)) {
     return std::nullopt;
   }
   type.name_columns(0, "", 0);
@@ -416,6 +455,17 @@ RosTopic::RosTopic(std::string topic, const std::string& type, std::string_view 
     if (message == "geometry_msgs/Vector3Stamped" && column.starts_with("vector.")) {
       return Series{.kind = kind_of_words(topic_), .known_by = KnownBy::names};
     }
+    // Usual messages within others: "imu.linear_acceleration.x".
+    const auto holds = [&](std::string_view name) { return column.find(name) != std::string::npos; };
+    if (holds(".linear_acceleration.")) {
+      return is(SeriesKind::accelerometer, "m/s^2");
+    }
+    if (holds(".angular_velocity.")) {
+      return is(SeriesKind::gyroscope, "rad/s");
+    }
+    if (holds(".magnetic_field.")) {
+      return is(SeriesKind::magnetometer, "T");
+    }
     return Series{};
   });
 }
@@ -445,7 +495,9 @@ std::vector<std::string> notes_of(const std::vector<const RosTopic*>& topics) {
     damaged += topic->damaged();
   }
   if (!without.empty()) {
-    notes.push_back("topics without numbers that can be read: " + joined(without));
+    notes.push_back("topics without numbers that can be read, or whose message definitions are neither in "
+                    "the file nor stated: " +
+                    joined(without));
   }
   if (damaged > 0) {
     notes.push_back(formatted("{} messages are not as their type says, and are left out", damaged));

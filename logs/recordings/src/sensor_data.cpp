@@ -5,6 +5,8 @@
 #include <array>
 #include <cctype>
 #include <cmath>
+#include <functional>
+#include <optional>
 
 #include "axiscal/core/median.hpp"
 #include "axiscal/core/not_a_number.hpp"
@@ -51,14 +53,31 @@ double length_of(const LogBlock& block, std::size_t first, std::size_t row) {
 struct Lengths {
   double middle = 0.0;
   double spread = 1.0;
+  bool has_turned = false;  // the three pointed in several directions; a steady length in one
+                            // direction says nothing of what they are
+  // Unit vectors, as a filter or a sun sensor gives.
+  [[nodiscard]] bool are_normalised() const {
+    constexpr double exactly = 1e-3;
+    return std::abs(middle - 1.0) < exactly && spread < exactly;
+  }
 };
 
 Lengths lengths_of(const LogBlock& block, std::size_t first) {
   std::vector<double> lengths;
+  std::array<std::array<double, 3>, 3> directions{};  // sum of u u^T
+  double turned = 0.0;
   for (std::size_t row = 0; row < block[first].size(); ++row) {
     const double length = length_of(block, first, row);
     if (std::isfinite(length)) {
       lengths.push_back(length);
+    }
+    if (std::isfinite(length) && length > 0.0) {
+      turned += 1.0;
+      for (std::size_t i = 0; i < 3; ++i) {
+        for (std::size_t j = 0; j < 3; ++j) {
+          directions[i][j] += block[first + i][row] * block[first + j][row] / (length * length);
+        }
+      }
     }
   }
   if (lengths.size() < fewest_rows) {
@@ -69,7 +88,17 @@ Lengths lengths_of(const LogBlock& block, std::size_t first) {
   for (const double length : lengths) {
     off.push_back(std::abs(length - middle) / middle);
   }
-  return {.middle = middle, .spread = middle > 0.0 ? upper_median(off) : 1.0};
+  // Of u u^T the mean's squared norm is 1 along a line, 1/2 in a plane, 1/3 everywhere.
+  double concentration = 0.0;
+  for (const std::array<double, 3>& row : directions) {
+    for (const double entry : row) {
+      concentration += entry * entry / (turned * turned);
+    }
+  }
+  constexpr double about_one_line = 0.8;
+  return {.middle = middle,
+          .spread = middle > 0.0 ? upper_median(off) : 1.0,
+          .has_turned = concentration < about_one_line};
 }
 
 // The unit in which a length is gravity's; empty for none.
@@ -154,27 +183,31 @@ std::string_view stem_of_part(std::string_view name) {
   return name.substr(0, end);
 }
 
-// Whether a column's name tells nothing of what is in it: c4, x, ch2, data_3. Of others (a
-// quaternion, say) numbers alone are no proof.
-bool says_nothing(std::string_view name) {
-  const NamedColumn parts = named_column(name);
-  std::string small;
-  for (const char c : parts.name) {
-    if (c != '_' && c != '[' && c != ']' && c != ' ' &&
-        std::isdigit(static_cast<unsigned char>(c)) == 0) {
-      small += static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
-    }
-  }
-  constexpr std::array<std::string_view, 14> plain = {
-      "", "c", "x", "y", "z", "v", "a", "ch", "col", "column", "data", "value", "axis", "val"};
-  return std::find(plain.begin(), plain.end(), small) != plain.end() ||
-         !stem_of_part(parts.name).empty();
-}
-
 void set(TableColumns& columns, std::size_t first, const Series& what) {
   for (std::size_t c = first; c < first + 3; ++c) {
     columns.series[c] = what;
   }
+}
+
+// Whether three columns and a neighbour are the four numbers of a rotation.
+bool is_quaternion_at(const LogBlock& block, std::size_t first) {
+  for (const std::size_t begin : {first, first == 0 ? first : first - 1}) {
+    if (begin + 3 >= block.size()) {
+      continue;
+    }
+    std::size_t rows = 0;
+    std::size_t of_length_1 = 0;
+    for (std::size_t row = 0; row < block[begin].size(); ++row) {
+      const double length = std::hypot(length_of(block, begin, row), block[begin + 3][row]);
+      constexpr double rounded = 5e-3;
+      rows += std::isfinite(length) ? 1U : 0U;
+      of_length_1 += std::abs(length - 1.0) < rounded ? 1U : 0U;
+    }
+    if (rows >= fewest_rows && 10 * of_length_1 >= 9 * rows) {
+      return true;
+    }
+  }
+  return false;
 }
 
 // Matrices: "accelBuffer_1 .. _4" is a time and three axes, "gyro_1 .. _3" are three axes.
@@ -206,6 +239,27 @@ void recognise_matrices(const std::vector<std::string>& names,
 }
 
 }  // namespace
+
+std::string unit_of_gravity(const std::vector<double>& first,
+                            const std::vector<double>& second,
+                            const std::vector<double>& third) {
+  return gravity_unit(lengths_of({first, second, third}, 0));
+}
+
+bool says_nothing(std::string_view name) {
+  const NamedColumn parts = named_column(name);
+  std::string small;
+  for (const char c : parts.name) {
+    if (c != '_' && c != '[' && c != ']' && c != ' ' &&
+        std::isdigit(static_cast<unsigned char>(c)) == 0) {
+      small += static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+    }
+  }
+  constexpr std::array<std::string_view, 14> plain = {
+      "", "c", "x", "y", "z", "v", "a", "ch", "col", "column", "data", "value", "axis", "val"};
+  return std::find(plain.begin(), plain.end(), small) != plain.end() ||
+         !stem_of_part(parts.name).empty();
+}
 
 TableColumns recognise_columns(const std::vector<std::string>& names,
                                std::string_view table,
@@ -274,33 +328,54 @@ TableColumns recognise_columns(const std::vector<std::string>& names,
   const auto three_free = [&](std::size_t c) {
     return c + 2 < names.size() && is_free(c) && is_free(c + 1) && is_free(c + 2);
   };
-  for (std::size_t c = 0; c < names.size() && !gravity; ++c) {
-    if (three_free(c)) {
-      const std::string unit = gravity_unit(lengths_of(block, c));
-      if (!unit.empty()) {
-        gravity = c;
-        set(columns, c,
-            {.kind = SeriesKind::accelerometer, .unit = unit, .known_by = KnownBy::data});
+  // Of several triples that may be one the steadiest is, not the first: a triple that lies across
+  // two sensors is less steady.
+  struct Candidate {
+    std::size_t first = 0;
+    std::string unit;
+    double spread = 1.0;
+  };
+  const auto steadiest = [&](const std::function<std::string(const Lengths&)>& unit_of) {
+    std::optional<Candidate> best;
+    for (std::size_t c = 0; c + 2 < names.size(); ++c) {
+      if (!three_free(c)) {
+        continue;
+      }
+      const Lengths lengths = lengths_of(block, c);
+      const std::string unit =
+          lengths.has_turned && !lengths.are_normalised() && !is_quaternion_at(block, c)
+              ? unit_of(lengths)
+              : "";
+      if (!unit.empty() && (!best || lengths.spread < best->spread)) {
+        best = {.first = c, .unit = unit, .spread = lengths.spread};
+      }
+    }
+    return best;
+  };
+  if (const std::optional<Candidate> found = steadiest(gravity_unit)) {
+    gravity = found->first;
+    set(columns, found->first,
+        {.kind = SeriesKind::accelerometer, .unit = found->unit, .known_by = KnownBy::data});
+  }
+  constexpr double clearly = 0.3;
+  std::optional<std::size_t> rates;
+  double best_turning = clearly;
+  for (std::size_t c = 0; gravity && c < names.size(); ++c) {
+    for (const std::size_t step : {4U, 16U, 64U}) {
+      const double turning = three_free(c) ? turning_of(block, *gravity, c, step) : 0.0;
+      if (turning > best_turning) {
+        rates = c;
+        best_turning = turning;
       }
     }
   }
-  constexpr double clearly = 0.3;
-  for (std::size_t c = 0; gravity && c < names.size(); ++c) {
-    const auto turns = [&](std::size_t step) {
-      return turning_of(block, *gravity, c, step) > clearly;
-    };
-    if (three_free(c) && (turns(4) || turns(16) || turns(64))) {
-      set(columns, c, {.kind = SeriesKind::gyroscope, .known_by = KnownBy::data});
-      break;
-    }
+  if (rates) {
+    set(columns, *rates, {.kind = SeriesKind::gyroscope, .known_by = KnownBy::data});
   }
   // A compass turned about: its length stays, and is that of the Earth's field in a usual unit.
-  for (std::size_t c = 0; !gravity && c + 2 < names.size(); ++c) {
-    const std::string unit = three_free(c) ? magnetic_unit(lengths_of(block, c)) : "";
-    if (!unit.empty()) {
-      set(columns, c, {.kind = SeriesKind::magnetometer, .unit = unit, .known_by = KnownBy::data});
-      break;
-    }
+  if (const std::optional<Candidate> found = gravity ? std::nullopt : steadiest(magnetic_unit)) {
+    set(columns, found->first,
+        {.kind = SeriesKind::magnetometer, .unit = found->unit, .known_by = KnownBy::data});
   }
   return columns;
 }

@@ -18,6 +18,10 @@ struct TableColumns {
   double seconds = 0.0;             ///< per unit of the times; 0 where nothing states it
 };
 
+/// Whether the name of a column tells nothing of what is in it: c4, x, ch2, data_3. Of others (a
+/// quaternion, say) numbers alone are no proof.
+[[nodiscard]] bool says_nothing(std::string_view name);
+
 /// By names and units (SensorColumns), and where they say nothing by the first numbers: a column
 /// that ascends evenly is the time; three neighbours whose length is that of gravity are an
 /// accelerometer; three that turn it are a gyroscope.

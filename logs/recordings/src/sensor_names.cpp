@@ -33,7 +33,7 @@ constexpr KnownUnit gauss = {"gauss", SeriesKind::magnetometer, 1e-4};
 constexpr KnownUnit milligauss = {"mgauss", SeriesKind::magnetometer, 1e-7};
 constexpr KnownUnit celsius = {"degC", SeriesKind::temperature, 1.0};
 
-constexpr std::array<UnitName, 46> unit_names = {{{"m/s^2", metres},
+constexpr std::array<UnitName, 67> unit_names = {{{"m/s^2", metres},
                                                   {"m/s2", metres},
                                                   {"m/s²", metres},
                                                   {"m/s/s", metres},
@@ -78,7 +78,28 @@ constexpr std::array<UnitName, 46> unit_names = {{{"m/s^2", metres},
                                                   {"degc", celsius},
                                                   {"°c", celsius},
                                                   {"℃", celsius},
-                                                  {"celsius", celsius}}};
+                                                  {"celsius", celsius},
+                                                  {"metres/s^2", metres},
+                                                  {"meters/s^2", metres},
+                                                  {"meterspersecondsquared", metres},
+                                                  {"metrespersecondsquared", metres},
+                                                  {"gravity", gs},
+                                                  {"degreespersecond", degrees},
+                                                  {"degs/s", degrees},
+                                                  {"radianspersecond", radians},
+                                                  {"milliradianspersecond", milliradians},
+                                                  {"teslas", teslas},
+                                                  {"milliteslas", milliteslas},
+                                                  {"millitesla", milliteslas},
+                                                  {"microteslas", microteslas},
+                                                  {"nanotesla", nanoteslas},
+                                                  {"nanoteslas", nanoteslas},
+                                                  {"milligauss", milligauss},
+                                                  {"millig", milli_gs},
+                                                  {"degreescelsius", celsius},
+                                                  {"degreesc", celsius},
+                                                  {"degcelsius", celsius},
+                                                  {"deg.c", celsius}}};
 
 bool contains(std::string_view text, std::string_view part) {
   return text.find(part) != std::string_view::npos;
@@ -195,9 +216,12 @@ std::string in_small_letters(std::string_view text) {
 std::optional<KnownUnit> known_unit(std::string_view text, SeriesKind of) {
   std::string small;
   for (const char c : in_small_letters(text)) {
-    if (c != ' ') {
+    if (c != ' ' && c != '(' && c != ')') {  // m/(s^2)
       small += c;
     }
+  }
+  if (of == SeriesKind::other && trimmed(text) == "mG") {
+    return milligauss;
   }
   if (of == SeriesKind::magnetometer) {
     if (small == "g") {
@@ -219,17 +243,42 @@ std::optional<KnownUnit> known_unit(std::string_view text, SeriesKind of) {
   return found == unit_names.end() ? std::nullopt : std::optional(found->unit);
 }
 
+namespace {
+
+// Where the bracket opens that the last character closes; npos if none does.
+std::size_t opening_bracket(std::string_view text, char open, char close) {
+  int depth = 0;
+  for (std::size_t at = text.size(); at-- > 0;) {
+    depth += text[at] == close ? 1 : text[at] == open ? -1 : 0;
+    if (depth == 0) {
+      return at;
+    }
+  }
+  return std::string_view::npos;
+}
+
+bool is_unit_of_time(std::string_view text) {
+  constexpr std::array<std::string_view, 9> units = {"s",  "ms", "us",      "ns",          "sec",
+                                                     "µs", "μs", "seconds", "milliseconds"};
+  return std::find(units.begin(), units.end(), text) != units.end();
+}
+
+}  // namespace
+
 NamedColumn named_column(std::string_view header) {
   header = trimmed(header);
   for (const auto& [open, close] : {std::pair{'(', ')'}, std::pair{'[', ']'}}) {
     if (!header.ends_with(close)) {
       continue;
     }
-    const std::size_t at = header.rfind(open);
+    const std::size_t at = opening_bracket(header, open, close);
     if (at == std::string_view::npos || at == 0) {
       continue;
     }
-    const std::string_view inside = trimmed(header.substr(at + 1, header.size() - at - 2));
+    std::string_view inside = trimmed(header.substr(at + 1, header.size() - at - 2));
+    if (inside.starts_with("in ")) {
+      inside = trimmed(inside.substr(3));
+    }
     if (inside.empty() || is_digits(inside)) {
       continue;
     }
@@ -239,32 +288,79 @@ NamedColumn named_column(std::string_view header) {
     return {.name = std::string(trimmed(header.substr(0, slash))),
             .unit = std::string(trimmed(header.substr(slash + 3)))};
   }
+  if (const std::size_t in = header.rfind(" in "); in != std::string_view::npos) {
+    const std::string_view unit = trimmed(header.substr(in + 4));
+    if (is_unit_of_time(unit) || known_unit(unit)) {
+      return {.name = std::string(trimmed(header.substr(0, in))), .unit = std::string(unit)};
+    }
+  }
   return {.name = std::string(header)};
 }
+
+namespace {
+
+// What one part of a name is about: the word that stands last decides, so that "gyro_mag_x" is of a
+// magnetometer and "acc_temp" a temperature.
+SeriesKind kind_of_part(std::string_view small) {
+  struct Word {
+    std::string_view text;
+    SeriesKind kind;
+  };
+  constexpr std::array<Word, 22> words = {{{"acc", SeriesKind::accelerometer},
+                                           {"acel", SeriesKind::accelerometer},
+                                           {"beschl", SeriesKind::accelerometer},
+                                           {"specific_force", SeriesKind::accelerometer},
+                                           {"linear_acceleration", SeriesKind::accelerometer},
+                                           {"gforce", SeriesKind::accelerometer},
+                                           {"g-force", SeriesKind::accelerometer},
+                                           {"g force", SeriesKind::accelerometer},
+                                           {"gyr", SeriesKind::gyroscope},
+                                           {"giro", SeriesKind::gyroscope},
+                                           {"drehrate", SeriesKind::gyroscope},
+                                           {"angular_velocity", SeriesKind::gyroscope},
+                                           {"angular velocity", SeriesKind::gyroscope},
+                                           {"rotationrate", SeriesKind::gyroscope},
+                                           {"rotation_rate", SeriesKind::gyroscope},
+                                           {"angularrate", SeriesKind::gyroscope},
+                                           {"angular_rate", SeriesKind::gyroscope},
+                                           {"omega", SeriesKind::gyroscope},
+                                           {"mag", SeriesKind::magnetometer},
+                                           {"compass", SeriesKind::magnetometer},
+                                           {"temp", SeriesKind::temperature},
+                                           {"brujula", SeriesKind::magnetometer}}};
+  SeriesKind kind = SeriesKind::other;
+  std::size_t last = 0;
+  for (const Word& word : words) {
+    const std::size_t at = small.rfind(word.text);
+    const bool is_other_word =
+        word.text == "mag" && (contains(small, "magnitude") || contains(small, "image"));
+    if (at != std::string_view::npos && !is_other_word &&
+        (kind == SeriesKind::other || at > last)) {
+      kind = word.kind;
+      last = at;
+    }
+  }
+  return kind;
+}
+
+}  // namespace
 
 SeriesKind kind_of_words(std::string_view words) {
   const std::string small = in_small_letters(words);
   if (is_without_gravity(small) || contains(small, "accuracy")) {
     return SeriesKind::other;
   }
-  if (contains(small, "acc") || contains(small, "specific_force") ||
-      contains(small, "linear_acceleration")) {
-    return SeriesKind::accelerometer;
+  // Of "Gyro.mag_x" and "/imu/gyro/acc" the last part that says something decides.
+  std::string_view rest = small;
+  for (;;) {
+    const std::size_t at = rest.find_last_of("./");
+    const SeriesKind kind =
+        kind_of_part(at == std::string_view::npos ? rest : rest.substr(at + 1));
+    if (kind != SeriesKind::other || at == std::string_view::npos) {
+      return kind;
+    }
+    rest = rest.substr(0, at);
   }
-  if (contains(small, "gyr") || contains(small, "angular_velocity") ||
-      contains(small, "angular velocity") || contains(small, "rotationrate") ||
-      contains(small, "rotation_rate") || contains(small, "angularrate") ||
-      contains(small, "angular_rate") || contains(small, "omega")) {
-    return SeriesKind::gyroscope;
-  }
-  if ((contains(small, "mag") && !contains(small, "magnitude") && !contains(small, "image")) ||
-      contains(small, "compass")) {
-    return SeriesKind::magnetometer;
-  }
-  if (contains(small, "temp")) {
-    return SeriesKind::temperature;
-  }
-  return SeriesKind::other;
 }
 
 std::optional<std::size_t> axis_of_name(std::string_view name) {
@@ -307,6 +403,11 @@ SensorColumns::SensorColumns(const std::vector<std::string>& columns, std::strin
     time_ = found->position;
     seconds_ = found->unit_is_stated ? found->seconds : 0.0;
   }
+  const auto has_letters = [&](std::string_view letters) {
+    return std::any_of(names.begin(), names.end(), [&](const NamedColumn& one) {
+      return letters_of_axis(in_small_letters(one.name)) == letters;
+    });
+  };
   const SeriesKind kind_of_table = kind_of_words(table);
   // Sensor Logger's Accelerometer.csv is without gravity; TotalAcceleration.csv has it.
   const bool is_sensor_logger =
@@ -324,6 +425,15 @@ SensorColumns::SensorColumns(const std::vector<std::string>& columns, std::strin
     KnownBy by = KnownBy::names;
     // A name of two letters: ax, a_x, gx or wx, mx, bx; one of a letter: x, x-axis.
     const std::string letters = letters_of_axis(small);
+    // Physics Toolbox: gFx, gFy, gFz.
+    if (kind == SeriesKind::other && is_axis && letters.size() == 3 && letters.starts_with("gf")) {
+      kind = SeriesKind::accelerometer;
+    }
+    // tx, ty, tz beside wx, wy, wz; a trajectory's tx stands beside qx.
+    if (kind == SeriesKind::other && is_axis && letters.size() == 2 && letters[0] == 't' &&
+        has_letters("wx") && !has_letters("qx")) {
+      kind = SeriesKind::accelerometer;
+    }
     if (kind == SeriesKind::other && is_axis && letters.size() == 2) {
       kind = letters[0] == 'a'                        ? SeriesKind::accelerometer
              : letters[0] == 'g' || letters[0] == 'w' ? SeriesKind::gyroscope
@@ -342,6 +452,9 @@ SensorColumns::SensorColumns(const std::vector<std::string>& columns, std::strin
     std::optional<KnownUnit> unit = known_unit(names[c].unit, kind);
     if (!unit) {
       unit = unit_within(small, kind);
+    }
+    if (!unit && letters.size() == 3 && letters.starts_with("gf")) {
+      unit = gs;
     }
     if (kind == SeriesKind::other && unit && is_axis && !table_without_gravity &&
         letters.size() <= 2) {

@@ -106,7 +106,11 @@ class TableDecoder final : public RecordingFile::Decoder {
                               .unit_is_stated = columns.seconds > 0.0,
                               .name = columns_[*time_]};
       try {
-        seconds_ = settle_time_unit(name_, column, block_[*time_]).seconds;
+        const TimeUnit unit = settle_time_unit(name_, column, block_[*time_]);
+        seconds_ = unit.seconds;
+        if (!unit.remark.empty()) {
+          notes_.push_back(unit.remark);
+        }
       } catch (const DataError& error) {
         notes_.emplace_back(error.what());
         seconds_ = not_a_number;

@@ -38,7 +38,7 @@ std::optional<MergedColumn> column_called(const RecordingSummary& summary,
 }  // namespace
 
 std::string what_it_holds(const RecordingSummary& summary) {
-  constexpr std::size_t most = 12;
+  constexpr std::size_t most = 500;  // names that may have to be typed
   std::vector<std::string> names;
   for (const SeriesSummary& one : summary.series) {
     const std::string text = formatted("{}{}", one.series.name,

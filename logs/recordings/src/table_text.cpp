@@ -5,6 +5,7 @@
 #include <array>
 #include <cctype>
 #include <cmath>
+#include <map>
 #include <optional>
 
 #include "axiscal/core/error.hpp"
@@ -78,14 +79,20 @@ class NumbersAsText {
 
   void scale(std::vector<double> factors) { factors_ = std::move(factors); }
 
+  // The first rows, which are read once more as text.
+  const LogBlock& look_ahead() {
+    is_ahead_ = source_->read(block_, rows_at_once) > 0;
+    return block_;
+  }
+
   std::size_t read(char* buffer, std::size_t size) {
-    constexpr std::size_t rows = 4096;
     while (given_ == text_.size()) {
       text_.clear();
       given_ = 0;
-      if (source_->read(block_, rows) == 0) {
+      if (!is_ahead_ && source_->read(block_, rows_at_once) == 0) {
         return 0;
       }
+      is_ahead_ = false;
       for (std::size_t row = 0; row < block_.front().size(); ++row) {
         for (std::size_t c = 0; c < block_.size(); ++c) {
           const double value = (c < factors_.size() ? factors_[c] : 1.0) * block_[c][row];
@@ -101,8 +108,10 @@ class NumbersAsText {
   }
 
  private:
+  static constexpr std::size_t rows_at_once = 4096;
   std::unique_ptr<LogFile::Source> source_;
   LogBlock block_;
+  bool is_ahead_ = false;  // whether the block was read and not yet given
   std::vector<double> factors_;
   std::string text_;
   std::size_t given_ = 0;
@@ -119,7 +128,11 @@ struct TableText::State {
   std::vector<NamedColumn> columns;
   std::vector<std::string> header;  // as the reader will have it; empty: as it is in the file
   std::vector<double> factors;      // of each column
+  std::map<std::size_t, std::map<std::string, std::string>> words;  // of columns: for which others
+  LogBlock first_rows;
+  std::vector<std::vector<std::string>> first_cells;
   std::string table_name;
+  std::vector<LogSensor> sensors;  // of a recording
   std::vector<std::string> notes;
   std::optional<ByteSource> bytes;
   std::unique_ptr<NumbersAsText> numbers;
@@ -129,9 +142,12 @@ struct TableText::State {
   std::size_t given = 0;
 
   void open(OpenedFile opened);
+  void open_series(OpenedFile opened, ReopenableFile& file);
   void look_at_text();
+  void look_at_first_rows(std::string_view start, bool is_whole);
   void look_at_numbers(std::unique_ptr<LogFile::Source> source);
   void map_columns();
+  TableColumns known_columns() const;
   std::size_t read(char* buffer, std::size_t size);
   bool next_line();
 };
@@ -142,7 +158,8 @@ void TableText::State::open(OpenedFile opened) {
     constexpr std::size_t looked_at = 100000;
     throw DataError(
         path,
-        formatted("is a recording ({}), not a table of readings in known orientations; {}",
+        formatted("is a recording ({}), not a table of readings in known orientations; {}; if it was "
+                  "turned by hand, name the kind of instrument, and method magnitude fits it",
                   opened.format, what_it_holds(summarise(*opened.decoder, looked_at))),
         {settings::log});
   }
@@ -151,6 +168,25 @@ void TableText::State::open(OpenedFile opened) {
     look_at_text();
   } else {
     look_at_numbers(std::move(opened.table));
+  }
+  map_columns();
+}
+
+// The sensors of a recording that are wanted, as a table.
+void TableText::State::open_series(OpenedFile opened, ReopenableFile& file) {
+  constexpr std::size_t looked_at = 400000;
+  OpenedTable table = table_of_series(path, summarise(*opened.decoder, looked_at),
+                                      file.open().decoder, format);
+  notes = table.source->notes;
+  sensors = std::move(table.sensors);
+  look_at_numbers(std::move(table.source));
+  for (const LogSensor& sensor : sensors) {
+    for (NamedColumn& column : columns) {
+      if (std::find(sensor.columns.begin(), sensor.columns.end(), column.name) !=
+          sensor.columns.end()) {
+        column.unit = sensor.unit;
+      }
+    }
   }
   map_columns();
 }
@@ -192,6 +228,7 @@ void TableText::State::look_at_text() {
   for (const std::string& name : layout.columns) {
     columns.push_back(named_column(name));
   }
+  look_at_first_rows(start, is_whole);
   // The first line that says something is the header, and commas part its cells.
   std::size_t first = 1;
   for (const std::string_view one : first_lines(start, is_whole)) {
@@ -212,19 +249,43 @@ void TableText::State::look_at_text() {
       }
     }
   }
-  const bool plain_header = layout.has_header && layout.header_line == first;
+  const bool plain_header =
+      layout.has_header && layout.header_line == first && !layout.header_is_odd;
+  const bool any_dressed = std::find(layout.is_dressed.begin(), layout.is_dressed.end(), true) !=
+                           layout.is_dressed.end();
   is_plain = layout.delimiter == ',' && !layout.decimal_comma && plain_header && gap_is_blank &&
              !layout.first_is_empty && !layout.last_is_empty &&
-             start.find('\'') == std::string_view::npos && format.names.empty() &&
+             start.find('\'') == std::string_view::npos && format.names.empty() && !any_dressed &&
              is_utf8(start.substr(0, start.rfind('\n') + 1));
   if (!layout.has_header && !has_names && format.names.empty() && layout.delimiter == ',' &&
-      first == 1 && !layout.decimal_comma) {
-    // Without a header nothing is known of the columns: the reader says what is needed.
+      first == 1 && !layout.decimal_comma && layout.first_row_line != first) {
+    // Something stands above the first row that is no header: the reader says what is wrong there.
     is_plain = true;
     columns.clear();
   }
   if (!is_plain) {
     notes.insert(notes.end(), layout.notes.begin(), layout.notes.end());
+  }
+}
+
+void TableText::State::look_at_first_rows(std::string_view start, bool is_whole) {
+  first_rows.assign(layout.columns.size(), {});
+  std::size_t number = 0;
+  for (const std::string_view line_of_row : first_lines(start, is_whole)) {
+    const std::vector<std::string_view> cells =
+        layout.cells_of_row(without_checksum(line_of_row));
+    if (++number < layout.first_row_line || is_comment_line(line_of_row) ||
+        cells.size() != layout.columns.size()) {
+      continue;
+    }
+    std::vector<std::string>& row = first_cells.emplace_back();
+    for (std::size_t c = 0; c < cells.size(); ++c) {
+      row.emplace_back(cell_name(cells[c]));
+      first_rows[c].push_back(
+          layout.is_clock[c]     ? clock_seconds(cells[c])
+          : layout.is_dressed[c] ? dressed_number(cells[c], layout.decimal_comma).value
+                                 : cell_number(cells[c], layout.decimal_comma));
+    }
   }
 }
 
@@ -238,6 +299,7 @@ void TableText::State::look_at_numbers(std::unique_ptr<LogFile::Source> source) 
   header = source->columns;
   is_plain = true;
   numbers = std::make_unique<NumbersAsText>(std::move(source));
+  first_rows = numbers->look_ahead();
 }
 
 // --map: columns renamed, scaled, turned round.
@@ -289,6 +351,17 @@ bool TableText::State::next_line() {
         cell.erase(at, 1);
       }
     }
+    if (c < layout.is_dressed.size() && layout.is_dressed[c]) {
+      const double undressed = dressed_number(cell, layout.decimal_comma).value;
+      if (std::isfinite(undressed)) {
+        cell = number_text(undressed);
+        std::replace(cell.begin(), cell.end(), '.', layout.decimal_comma ? ',' : '.');
+      }
+    }
+    if (const auto of_column = words.find(c); of_column != words.end()) {
+      const auto word = of_column->second.find(cell);
+      cell = word != of_column->second.end() ? word->second : cell;
+    }
     const double value = layout.decimal_comma || (c < factors.size() && factors[c] != 1.0)
                              ? cell_number(cell, layout.decimal_comma)
                              : std::nan("");
@@ -323,11 +396,28 @@ std::size_t TableText::State::read(char* buffer, std::size_t size) {
   return count;
 }
 
+TableColumns TableText::State::known_columns() const {
+  std::vector<std::string> names;
+  for (const NamedColumn& column : columns) {
+    names.push_back(column.unit.empty() ? column.name : column.name + " (" + column.unit + ")");
+  }
+  LogBlock start = first_rows;
+  start.resize(names.size());
+  return recognise_columns(names, table_name, start);
+}
+
 TableText::TableText(const std::string& path, const LogFormat& format)
     : state_(std::make_unique<State>()) {
   state_->path = path;
   state_->format = format;
-  state_->open(open_recording(path));
+  ReopenableFile file(path);
+  OpenedFile opened = file.open();
+  if (!opened.is_table() && !format.kinds.empty()) {
+    state_->open_series(std::move(opened), file);
+    return;
+  }
+  file.read_once();
+  state_->open(std::move(opened));
 }
 
 TableText::TableText(std::string path,
@@ -351,21 +441,52 @@ const std::vector<std::string>& TableText::notes() const {
   return state_->notes;
 }
 
+const LogBlock& TableText::first_rows() const {
+  return state_->first_rows;
+}
+
+const std::vector<std::vector<std::string>>& TableText::first_cells() const {
+  return state_->first_cells;
+}
+
+std::vector<std::string> TableText::unnamed_numbers() const {
+  std::vector<std::string> names;
+  const std::optional<std::size_t> time = state_->known_columns().time;
+  for (std::size_t c = 0; c < state_->first_rows.size() && c < state_->columns.size(); ++c) {
+    const std::vector<double>& values = state_->first_rows[c];
+    const bool are_numbers = std::any_of(values.begin(), values.end(),
+                                         [](double value) { return std::isfinite(value); });
+    const bool is_text = c < state_->layout.is_text.size() && state_->layout.is_text[c];
+    if (c != time && are_numbers && !is_text && says_nothing(state_->columns[c].name)) {
+      names.push_back(state_->columns[c].name);
+    }
+  }
+  return names;
+}
+
 std::vector<LogSensor> TableText::sensors() const {
+  if (!state_->sensors.empty()) {
+    return state_->sensors;
+  }
   std::vector<std::string> names;
   for (const NamedColumn& column : state_->columns) {
     names.push_back(column.unit.empty() ? column.name : column.name + " (" + column.unit + ")");
   }
-  const SensorColumns sensors(names, state_->table_name);
+  const TableColumns known = state_->known_columns();
   RecordingSummary summary{.format = "table"};
-  MessageSeries series("", 0, names,
-                       [&](const std::string& name) { return sensors.series_of(name); });
+  MessageSeries series("", 0, names, [&](const std::string& name) {
+    const auto at = std::find(names.begin(), names.end(), name) - names.begin();
+    return known.series[static_cast<std::size_t>(at)];
+  });
   for (const MessageSeries::Part& part : series.parts()) {
     summary.series.push_back({.series = part.series, .samples = 2, .rate_hz = std::nan("")});
   }
   std::vector<LogSensor> all;
   for (const RecordedSensor& sensor : sensors_of(summary)) {
-    LogSensor one{.kind = sensor.kind, .unit = sensor.unit, .words = words_of(sensor)};
+    LogSensor one{.kind = sensor.kind,
+                  .unit = sensor.unit,
+                  .words = words_of(sensor),
+                  .is_guess = sensor.known_by == KnownBy::data};
     for (std::size_t axis = 0; axis < 3; ++axis) {
       one.columns[axis] = named_column(sensor.columns[axis]).name;
     }
@@ -394,8 +515,9 @@ CsvReader TableText::reader(const std::vector<std::string>& known,
                                ? static_cast<std::size_t>(column - state.columns.begin())
                                : need_column(state.path, header, one.column);
     header[at] = one.name;
-    if (one.factor != 1.0 && at < state.factors.size()) {
+    if ((one.factor != 1.0 || !one.words.empty()) && at < state.factors.size()) {
       state.factors[at] *= one.factor;
+      state.words[at] = one.words;
       state.is_plain = false;
       if (state.layout.first_row_line <= state.layout.header_line) {
         state.layout.first_row_line = state.layout.header_line + 1;
@@ -413,7 +535,10 @@ CsvReader TableText::reader(const std::vector<std::string>& known,
     for (const auto& is_same : {is_called, is_called_in_other_letters, is_called_with_more}) {
       std::vector<std::size_t> places;
       for (std::size_t c = 0; c < state.columns.size(); ++c) {
-        if (is_same(state.columns[c].name, name)) {
+        const bool is_renamed =
+            std::any_of(renamed.begin(), renamed.end(),
+                        [&](const MappedColumn& one) { return one.name == header[c]; });
+        if (!is_renamed && is_same(state.columns[c].name, name)) {
           places.push_back(c);
         }
       }

@@ -94,11 +94,18 @@ class Utf16Reader {
   std::size_t given_ = 0;
 };
 
-// Lines that end with carriage returns alone.
+// Lines that end with carriage returns alone, but perhaps for the last.
 ByteSource with_line_feeds(ByteSource bytes) {
   const std::string_view start = bytes.peek(layout_bytes);
-  if (start.find('\r') == std::string_view::npos || start.find('\n') != std::string_view::npos ||
-      start.find('\0') != std::string_view::npos) {
+  std::size_t alone = 0;  // returns without a line feed beside them
+  for (std::size_t at = start.find('\r'); at != std::string_view::npos;
+       at = start.find('\r', at + 1)) {
+    const bool follows = at > 0 && (start[at - 1] == '\n' || start[at - 1] == '\r');
+    const bool leads = at + 1 < start.size() && (start[at + 1] == '\n' || start[at + 1] == '\r');
+    alone += follows || leads ? 0U : 1U;
+  }
+  const auto feeds = static_cast<std::size_t>(std::count(start.begin(), start.end(), '\n'));
+  if (alone == 0 || alone <= 2 * feeds || start.find('\0') != std::string_view::npos) {
     return bytes;
   }
   const std::string path = bytes.path();

@@ -29,11 +29,28 @@ struct Dialect {
   bool decimal_comma = false;
 };
 
+// A unit behind numbers in cells, and no other word.
+bool is_unit_in_cell(std::string_view unit) {
+  constexpr std::array<std::string_view, 12> others = {"s",  "ms", "us",  "V",      "mV", "counts",
+                                                       "Hz", "LSB", "deg", "rad", "A",  "mA"};
+  return known_unit(unit).has_value() ||
+         std::find(others.begin(), others.end(), unit) != others.end();
+}
+
+// Whether a cell is a number with a unit behind it, or with parted thousands.
+bool is_dressed_number(std::string_view cell, bool decimal_comma) {
+  const DressedNumber number = dressed_number(cell, decimal_comma);
+  return std::isfinite(number.value) &&
+         (number.unit.empty() ? number.is_grouped : is_unit_in_cell(number.unit));
+}
+
 // How many cells of a line are numbers.
 std::size_t count_numbers(const Cells& cells, bool decimal_comma) {
-  return static_cast<std::size_t>(std::count_if(
-      cells.begin(), cells.end(),
-      [&](std::string_view cell) { return std::isfinite(cell_number(cell, decimal_comma)); }));
+  return static_cast<std::size_t>(
+      std::count_if(cells.begin(), cells.end(), [&](std::string_view cell) {
+        return std::isfinite(cell_number(cell, decimal_comma)) ||
+               is_dressed_number(cell, decimal_comma);
+      }));
 }
 
 std::size_t count_filled(const Cells& cells) {
@@ -76,20 +93,32 @@ bool is_a_unit(std::string_view cell) {
          std::find(others.begin(), others.end(), cell) != others.end();
 }
 
+// Whether a filled cell is there twice: names never are, units are.
+bool repeats(const Cells& cells) {
+  for (std::size_t i = 0; i < cells.size(); ++i) {
+    for (std::size_t j = 0; j < i && !cells[i].empty(); ++j) {
+      if (cells[i] == cells[j]) {
+        return true;
+      }
+    }
+  }
+  return false;
+}
+
 // Whether a row of names is one of units, which stands beneath the names.
 bool are_units(const Cells& cells) {
   const auto units = static_cast<std::size_t>(std::count_if(cells.begin(), cells.end(), is_a_unit));
-  return units > 0 && 2 * units >= count_filled(cells) &&
-         std::all_of(cells.begin(), cells.end(), [](std::string_view cell) {
-           constexpr std::size_t longest = 12;
-           return cell.size() <= longest;
-         });
+  return units > 0 && (2 * units >= count_filled(cells) || repeats(cells));
+}
+
+bool is_nothing(const Cells& cells) {
+  return std::all_of(cells.begin(), cells.end(), is_missing);
 }
 
 // A line of a comment without what makes it one.
 std::string_view uncommented(std::string_view line) {
   line = trimmed(line);
-  const std::size_t at = line.find_first_not_of("#%/ \t");
+  const std::size_t at = line.find_first_not_of("#%/; \t");
   return at == std::string_view::npos ? std::string_view() : line.substr(at);
 }
 
@@ -118,7 +147,7 @@ class LayoutFinder {
     layout_.delimiter = dialect.delimiter;
     layout_.decimal_comma = dialect.decimal_comma;
     for (const std::string_view line : lines_) {
-      rows_.push_back(is_comment_line(line) || is_separator_line(line) || is_rule(line)
+      rows_.push_back(is_remark(line) || is_separator_line(line) || is_rule(line)
                           ? Cells{}
                           : cells_of(line, layout_.delimiter));
       numbers_.push_back(count_numbers(rows_.back(), layout_.decimal_comma));
@@ -129,12 +158,18 @@ class LayoutFinder {
     find_header(names);
     look_at_columns();
     find_rate();
+    find_empatica();
     say();
   }
 
   TextLayout take() && { return std::move(layout_); }
 
  private:
+  // A comment; GCDC's loggers begin one with a semicolon.
+  [[nodiscard]] bool is_remark(std::string_view line) const {
+    return is_comment_line(line) || (layout_.delimiter != ';' && trimmed(line).starts_with(';'));
+  }
+
   // "sep=;", as spreadsheets begin.
   static bool is_separator_line(std::string_view line) {
     return line.starts_with("sep=") && line.size() <= 5;
@@ -199,31 +234,102 @@ class LayoutFinder {
       ++first_;
     }
     first_ = std::min(first_, lines_.size());
+    while (first_ > 0 && has_gaps_alone(first_ - 1)) {
+      --first_;  // "0,,,": a row of which not all was measured yet
+    }
     layout_.first_row_line = first_ + 1;
+  }
+
+  // Whether all cells of a row are numbers or say that there is none.
+  [[nodiscard]] bool has_gaps_alone(std::size_t i) const {
+    return rows_[i].size() == usual_ && numbers_[i] > 0 &&
+           std::all_of(rows_[i].begin(), rows_[i].end(), [&](std::string_view cell) {
+             return is_missing(cell) || std::isfinite(cell_number(cell, layout_.decimal_comma));
+           });
+  }
+
+  // A header of another number of cells than the rows: the nearest line of names above them.
+  [[nodiscard]] std::optional<std::size_t> odd_header() const {
+    for (std::size_t i = first_; i-- > 0;) {
+      const Cells& row = rows_[i];
+      if (row.empty() || is_nothing(row)) {
+        continue;
+      }
+      const bool fits = layout_.delimiter != ' ' || row.size() + 1 == usual_;
+      const bool are_names = numbers_[i] == 0 && has_letter(row) && !repeats(row);
+      return are_names && fits && row.size() > 1 && 2 * row.size() >= usual_ ? std::optional(i)
+                                                                            : std::nullopt;
+    }
+    return std::nullopt;
+  }
+
+  // Whether the first cells of the rows count 1, 2, 3, as R writes the names of rows.
+  [[nodiscard]] bool rows_are_named() const {
+    double expected = 1.0;
+    for (std::size_t i = first_; i < rows_.size(); ++i) {
+      if (rows_[i].size() == usual_ &&
+          cell_number(rows_[i].front(), layout_.decimal_comma) != expected++) {
+        return false;
+      }
+    }
+    return expected > 2.0;
+  }
+
+  // The cells of a header of another width, as many as the rows have.
+  Cells fitted(Cells cells) {
+    layout_.header_is_odd = true;
+    while (cells.size() > 1 && cells.back().empty()) {
+      cells.pop_back();
+    }
+    const std::size_t named = cells.size();
+    if (named + 1 == usual_ && rows_are_named()) {
+      cells.insert(cells.begin(), std::string_view());
+    }
+    cells.resize(usual_);
+    if (named < usual_) {
+      layout_.notes.push_back(
+          formatted("the header names {} of {} columns; the others are called by their number, as c{}",
+                    named, usual_, usual_));
+    } else if (named > usual_) {
+      layout_.notes.push_back(
+          formatted("the header names {} columns, and the rows have {}", named, usual_));
+    }
+    return cells;
   }
 
   void find_header(const std::vector<std::string>& names) {
     std::optional<std::size_t> header, units;
     for (std::size_t i = 0; i < first_; ++i) {
-      if (rows_[i].size() == usual_) {
+      if (rows_[i].size() != usual_ || is_nothing(rows_[i])) {
+        continue;
+      }
+      if (header && numbers_[i] == 0 && are_units(rows_[i])) {
+        units = i;
+      } else if (!header || (!(repeats(rows_[i]) && !repeats(rows_[*header])) &&
+                             !(numbers_[i] > 0 && numbers_[*header] == 0))) {
         units.reset();
-        if (header && numbers_[i] == 0 && are_units(rows_[i])) {
-          units = i;
-        } else {
-          header = i;
-        }
+        header = i;
       }
     }
     Cells cells = header ? rows_[*header] : Cells{};
     if (!header) {  // it may stand in a comment
       for (std::size_t i = 0; i < first_; ++i) {
-        const Cells words = cells_of(uncommented(lines_[i]), layout_.delimiter);
-        if (is_comment_line(lines_[i]) && words.size() == usual_ && has_letter(words) &&
+        Cells words = cells_of(uncommented(lines_[i]), layout_.delimiter);
+        constexpr std::array<std::string_view, 4> heads = {"Headers", "Header", "Columns", "Fields"};
+        if (words.size() == usual_ + 1 &&
+            std::find(heads.begin(), heads.end(), words.front()) != heads.end()) {
+          words.erase(words.begin());
+        }
+        if (is_remark(lines_[i]) && words.size() == usual_ && has_letter(words) &&
             count_numbers(words, layout_.decimal_comma) == 0) {
           header = i;
           cells = words;
         }
       }
+    }
+    if (!header && names.empty()) {
+      header = odd_header();
+      cells = header ? fitted(rows_[*header]) : Cells{};
     }
     before_ = header.value_or(first_);
     if (header && names.empty()) {
@@ -231,9 +337,10 @@ class LayoutFinder {
       layout_.header_line = *header + 1;
       for (std::size_t c = 0; c < cells.size(); ++c) {
         std::string name = utf8_of_latin1(cell_name(cells[c]));
-        if (units && !rows_[*units][c].empty()) {
+        if (units && c < rows_[*units].size() && !rows_[*units][c].empty()) {
           std::string_view unit = cell_name(rows_[*units][c]);
-          if (unit.find_first_of("[(") == 0) {
+          if (unit.size() > 2 && ((unit.front() == '[' && unit.back() == ']') ||
+                                  (unit.front() == '(' && unit.back() == ')'))) {
             unit = unit.substr(1, unit.size() - 2);
           }
           name += " (" + utf8_of_latin1(unit) + ")";
@@ -266,8 +373,13 @@ class LayoutFinder {
   void look_at_columns() {
     layout_.is_text.assign(usual_, false);
     layout_.is_clock.assign(usual_, false);
+    layout_.is_dressed.assign(usual_, false);
     for (std::size_t c = 0; c < usual_; ++c) {
       std::size_t numbers = 0;
+      std::size_t plain = 0;
+      std::size_t dressed = 0;
+      std::optional<std::string> unit;  // of all dressed numbers
+      bool one_unit = true;
       std::size_t texts = 0;
       std::size_t clocks = 0;
       for (std::size_t i = first_; i < rows_.size(); ++i) {
@@ -277,8 +389,18 @@ class LayoutFinder {
         const std::string_view cell = cell_name(rows_[i][c]);
         const bool is_nan =
             cell == "nan" || cell == "NaN" || cell == "NAN" || cell == "inf" || cell == "-inf";
-        if (std::isfinite(cell_number(cell, layout_.decimal_comma)) || is_nan) {
+        if (std::isfinite(cell_number(cell, layout_.decimal_comma))) {
           ++numbers;
+          ++plain;
+        } else if (is_nan) {
+          ++numbers;
+        } else if (is_missing(cell)) {
+          continue;
+        } else if (is_dressed_number(cell, layout_.decimal_comma)) {
+          const std::string own(dressed_number(cell, layout_.decimal_comma).unit);
+          one_unit = one_unit && (!unit || *unit == own);
+          unit = own;
+          ++dressed;
         } else if (std::isfinite(clock_seconds(cell))) {
           ++clocks;
         } else {
@@ -286,17 +408,53 @@ class LayoutFinder {
         }
       }
       layout_.is_clock[c] = clocks > 0 && numbers == 0 && texts == 0;
-      layout_.is_text[c] = texts > 0 && numbers == 0;
+      layout_.is_text[c] = texts > 0 && numbers == 0 && dressed == 0;
+      // A unit in some cells alone is a typing error; thousands are parted from 1,000 on.
+      layout_.is_dressed[c] = dressed > 0 && one_unit && texts == 0 && clocks == 0 &&
+                              (unit->empty() || plain == 0);
+      if (layout_.is_dressed[c] && !unit->empty() && c < layout_.columns.size() &&
+          named_column(layout_.columns[c]).unit.empty()) {
+        layout_.columns[c] += " (" + *unit + ")";
+      }
     }
+  }
+
+  // Empatica's files: the first row is the time of the start, the second the rate, in every column.
+  void find_empatica() {
+    if (layout_.has_header || first_ + 2 >= rows_.size()) {
+      return;
+    }
+    const auto all_are = [&](std::size_t row, double low, double high) {
+      const double first = rows_[row].size() == usual_
+                               ? cell_number(rows_[row].front(), layout_.decimal_comma)
+                               : not_a_number;
+      return first > low && first < high &&
+             std::all_of(rows_[row].begin(), rows_[row].end(), [&](std::string_view cell) {
+               return cell_number(cell, layout_.decimal_comma) == first;
+             });
+    };
+    constexpr double first_s = 1e9;  // since 1970
+    constexpr double last_s = 2.2e9;
+    if (!all_are(first_, first_s, last_s) || !all_are(first_ + 1, 0.5, 1e4) ||
+        !(cell_number(rows_[first_ + 2].front(), layout_.decimal_comma) < 1e6)) {
+      return;
+    }
+    layout_.rate_hz = cell_number(rows_[first_ + 1].front(), layout_.decimal_comma);
+    layout_.notes.push_back(formatted(
+        "the first two rows are the time of the start and the rate, {} Hz, as Empatica writes them",
+        number_text(layout_.rate_hz)));
+    layout_.first_row_line += 2;
   }
 
   // "// Update Rate: 100.0Hz", "OutputRate:,60Hz", "# sample rate = 50 Hz"
   void find_rate() {
     for (std::size_t i = 0; i < before_; ++i) {
       const std::string_view line = lines_[i];
-      const std::size_t rate = std::min(line.find("Rate"), line.find("rate"));
+      const std::size_t at = line.find(" at ");  // ActiGraph: "date format M/d/yyyy at 30 Hz"
+      const std::size_t rate =
+          std::min({line.find("Rate"), line.find("rate"), at});
       const std::size_t hz = std::min(line.find("Hz"), line.find("hz"));
-      if (rate == std::string_view::npos || hz == std::string_view::npos || hz < rate) {
+      if (rate == std::string_view::npos || hz == std::string_view::npos || hz < rate + 4) {
         continue;
       }
       const std::string_view between = line.substr(rate + 4, hz - rate - 4);
@@ -311,7 +469,7 @@ class LayoutFinder {
   void say() {
     const auto preamble = static_cast<std::size_t>(
         std::count_if(lines_.begin(), lines_.begin() + static_cast<std::ptrdiff_t>(before_),
-                      [](std::string_view line) { return !is_comment_line(line); }));
+                      [&](std::string_view line) { return !is_remark(line); }));
     if (preamble > 0) {
       layout_.notes.push_back(formatted("{} lines before the table were skipped", preamble));
     }
@@ -359,33 +517,7 @@ std::vector<std::string_view> TextLayout::cells_of_row(std::string_view line) co
 }
 
 double clock_seconds(std::string_view cell) {
-  cell = cell_name(cell);
-  // 27.03.2026 14:08:06,818
-  const std::size_t blank = cell.find(' ');
-  const std::vector<std::string_view> day = split(cell.substr(0, blank), '.');
-  if (day.size() == 3 && day[2].size() == 4) {
-    std::string text = formatted("{}-{:0>2}-{:0>2}", day[2], day[1], day[0]);
-    if (blank != std::string_view::npos) {
-      text += "T" + std::string(trimmed(cell.substr(blank)));
-      std::replace(text.begin(), text.end(), ',', '.');
-    }
-    return parse_timestamp(text).value_or(not_a_number);
-  }
-  // 14:08:06.818, 14:08:06:818
-  const std::vector<std::string_view> parts = split(cell, ':');
-  if (parts.size() >= 3 && parts.size() <= 4 && parts[0].size() <= 2) {
-    const std::optional<int> hours = parse_integer(parts[0]);
-    const std::optional<int> minutes = parse_integer(parts[1]);
-    const std::optional<double> seconds = parse_number(parts[2]);
-    const std::optional<double> more = parts.size() == 4 ? parse_number(parts[3]) : 0.0;
-    constexpr double day_hours = 24.0;
-    if (hours && minutes && seconds && more && *hours >= 0 && *hours < day_hours && *minutes >= 0 &&
-        *minutes < 60 && *seconds >= 0.0 && *seconds < 61.0) {
-      return 3600.0 * *hours + 60.0 * *minutes + *seconds + 1e-3 * *more;
-    }
-    return not_a_number;
-  }
-  return parse_timestamp(cell).value_or(not_a_number);
+  return parse_clock_time(cell_name(cell)).value_or(not_a_number);
 }
 
 }  // namespace axiscal

@@ -23,6 +23,9 @@ struct TextLayout {
   bool last_is_empty = false;      ///< each row ends with one
   std::vector<bool> is_text;       ///< columns in which no number stands
   std::vector<bool> is_clock;      ///< columns of dates or times of day
+  /// Columns whose numbers have a unit behind them or parted thousands: dressed_number().
+  std::vector<bool> is_dressed;
+  bool header_is_odd = false;      ///< it has another number of cells than the rows
   double rate_hz = 0.0;            ///< as a line before the table states it: "Update Rate: 100.0Hz"
   std::vector<std::string> notes;  ///< what a reader may want to know
 

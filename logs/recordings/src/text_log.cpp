@@ -101,6 +101,11 @@ class TextLog : public LogFile::Source {
       throw DataError(lines_.path(), lines_.line(),
                       "no row of numbers follows; are the cells parted as in the first rows?");
     }
+    if (rows == 0 && erased_rows_ > 0) {
+      notes.push_back(formatted("{} rows from line {} on are erased memory, and are left out",
+                                erased_rows_, first_erased_line_));
+      erased_rows_ = 0;
+    }
     rows_ += rows;
     return rows;
   }
@@ -136,7 +141,9 @@ class TextLog : public LogFile::Source {
     is_plain_ = layout_.delimiter != ' ' && !layout_.decimal_comma && !layout_.first_is_empty &&
                 !layout_.last_is_empty &&
                 std::none_of(layout_.is_clock.begin(), layout_.is_clock.end(),
-                             [](bool is_clock) { return is_clock; });
+                             [](bool is_clock) { return is_clock; }) &&
+                std::none_of(layout_.is_dressed.begin(), layout_.is_dressed.end(),
+                             [](bool is_dressed) { return is_dressed; });
   }
 
   bool is_row(std::string_view line) const {
@@ -151,6 +158,10 @@ class TextLog : public LogFile::Source {
     if (layout_.has_header && line == header_) {
       return false;  // a logger that was started again
     }
+    if (is_erased(line)) {
+      first_erased_line_ = erased_rows_++ == 0 ? lines_.line() : first_erased_line_;
+      return false;
+    }
     const bool good = is_plain_ && line.find('"') == std::string_view::npos
                           ? parse_quickly(line, block, row)
                           : parse_slowly(line, block, row);
@@ -160,6 +171,23 @@ class TextLog : public LogFile::Source {
       }
     }
     return good;
+  }
+
+  // Whether every cell is that of erased memory, all bits 1.
+  [[nodiscard]] bool is_erased(std::string_view line) const {
+    constexpr std::array<std::string_view, 3> begins = {"4294967", "65535", "255"};
+    if (columns.size() < 2 ||
+        std::none_of(begins.begin(), begins.end(),
+                     [&](std::string_view begin) { return line.starts_with(begin); })) {
+      return false;
+    }
+    constexpr std::array<double, 5> erased = {4294967295.0, 4294967.295, 4294967.0, 65535.0, 255.0};
+    const std::vector<std::string_view> cells = layout_.cells_of_row(line);
+    const double first = cells.empty() ? 0.0 : cell_number(cells.front(), layout_.decimal_comma);
+    return std::find(erased.begin(), erased.end(), first) != erased.end() &&
+           std::all_of(cells.begin(), cells.end(), [&](std::string_view cell) {
+             return cell_number(cell, layout_.decimal_comma) == first;
+           });
   }
 
   void put(LogBlock& block, std::size_t column, std::size_t row, double value) {
@@ -232,7 +260,9 @@ class TextLog : public LogFile::Source {
       if (place_[column] >= 0) {
         put(block, column, row,
             layout_.is_clock[column] ? past_midnight(clock_seconds(cells[column]))
-                                     : cell_number(cells[column], layout_.decimal_comma));
+            : layout_.is_dressed[column]
+                ? dressed_number(cells[column], layout_.decimal_comma).value
+                : cell_number(cells[column], layout_.decimal_comma));
       }
     }
     return true;
@@ -244,6 +274,7 @@ class TextLog : public LogFile::Source {
   double days_s_ = 0.0, last_of_day_s_ = 0.0;
   bool is_plain_ = true;  // numbers parted by a character, with decimal points
   std::size_t rows_ = 0;
+  std::size_t erased_rows_ = 0, first_erased_line_ = 0;
   std::vector<int> place_;  // where each column stands in a block; -1: not wanted
   std::size_t selected_ = 0;
 };

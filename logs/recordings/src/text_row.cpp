@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <array>
 #include <cctype>
+#include <optional>
+#include <string>
 
 #include "axiscal/core/not_a_number.hpp"
 #include "axiscal/core/number_text.hpp"
@@ -80,6 +82,58 @@ double cell_number(std::string_view cell, bool decimal_comma) {
     cell = std::string_view(copy.data(), cell.size());
   }
   return parse_number(without_quotes(cell)).value_or(not_a_number);
+}
+
+bool is_missing(std::string_view cell) {
+  constexpr std::array<std::string_view, 14> words = {
+      "", "nan", "inf", "-inf", "null", "none", "nil", "na", "n/a", "#n/a", "-", "--", "?", "-nan"};
+  std::string small(trimmed(without_quotes(cell)));
+  std::transform(small.begin(), small.end(), small.begin(),
+                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  return std::find(words.begin(), words.end(), small) != words.end();
+}
+
+DressedNumber dressed_number(std::string_view cell, bool decimal_comma) {
+  const DressedNumber none{.value = not_a_number, .unit = {}, .is_grouped = false};
+  cell = trimmed(without_quotes(trimmed(cell)));
+  const std::size_t end = std::min(cell.find_first_not_of("+-0123456789.,'eE"), cell.size());
+  std::string_view number = trimmed(cell.substr(0, end));
+  std::string_view unit = trimmed(cell.substr(end));
+  if (!number.empty() && (number.back() == 'e' || number.back() == 'E')) {
+    return none;
+  }
+  const char point = decimal_comma ? ',' : '.';
+  const std::string_view groups = decimal_comma ? ".'" : ",'";
+  const std::size_t whole_end = std::min(number.find(point), number.size());
+  std::string plain;
+  bool is_grouped = false;
+  std::size_t digits = 0;  // since the last parting sign
+  for (std::size_t i = 0; i < whole_end; ++i) {
+    const char c = number[i];
+    if (groups.find(c) != std::string_view::npos) {
+      constexpr std::size_t digits_of_group = 3;
+      const bool is_first = !is_grouped;
+      if (digits == 0 || digits > digits_of_group || (!is_first && digits != digits_of_group) ||
+          (is_first && plain.back() == '0' && digits == 1)) {
+        return none;
+      }
+      is_grouped = true;
+      digits = 0;
+    } else {
+      plain += c;
+      digits += c >= '0' && c <= '9' ? 1U : 0U;
+    }
+  }
+  constexpr std::size_t digits_of_group = 3;
+  if (is_grouped && digits != digits_of_group) {
+    return none;
+  }
+  if (whole_end < number.size()) {
+    plain += '.';
+    plain += number.substr(whole_end + 1);
+  }
+  const std::optional<double> value = parse_number(plain);
+  return value ? DressedNumber{.value = *value, .unit = unit, .is_grouped = is_grouped} : none;
 }
 
 std::string_view cell_name(std::string_view cell) {

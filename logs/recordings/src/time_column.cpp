@@ -31,7 +31,7 @@ constexpr std::array<Unit, 4> units = {{{"s", "seconds", 1.0},
 constexpr double lowest_rate_hz = 0.5;
 constexpr double highest_rate_hz = 1e6;
 // What is taken for granted of a unit that nobody stated.
-constexpr double highest_usual_rate_hz = 32768.0;
+constexpr double highest_usual_rate_hz = 2000.0;
 
 // Whether a time is of our days, counted from 1970: the years 2001 to 2039.
 bool is_since_1970(double time_s) {
@@ -51,7 +51,8 @@ Named named(const std::string& column) {
     const std::string name = in_small_letters(parts.name);
     const std::string unit = in_small_letters(parts.unit);
     const bool is_called_time = name == "t" || name.ends_with("time") ||
-                                name.find("timestamp") != std::string::npos || name == "elapsed";
+                                name.find("timestamp") != std::string::npos ||
+                                name.starts_with("time ") || name == "elapsed";
     for (const Unit& known : units) {
       const bool is_unit = unit == known.suffix || unit == known.words ||
                            (known.seconds == 1.0 && (unit == "sec" || unit == "second")) ||
@@ -80,6 +81,8 @@ Named named(const std::string& column) {
       point != std::string::npos && name != "field.header.stamp") {
     name.erase(0, point + 1);  // "imu.time"
   }
+  std::replace(name.begin(), name.end(), ' ', '_');
+  std::replace(name.begin(), name.end(), '-', '_');
   // What some programs call their times.
   struct Known {
     const char* name;

@@ -43,26 +43,21 @@
     return { steps, filled };
   }
 
-  // @return the CSV; empty where a reading is missing.
+  // @return the CSV of the readings that are whole, and how many these are; half a run is worth keeping.
   function csv() {
-    const withTemperature = [...form.querySelectorAll("input[data-temperature]")].some((input) => input.value.trim() !== "");
+    const readings = (step) => [...step.querySelectorAll("input[data-axis]")].map((input) => number(input.value));
+    const steps = [...form.querySelectorAll("li")].filter((step) => readings(step).every(isNumber));
+    const temperature = (step) => number(step.querySelector("input[data-temperature]")?.value ?? "");
+    const withTemperature = steps.length > 0 && steps.every((step) => isNumber(temperature(step)));
     // Whose readings they are goes with each of them; the record takes its serial number from there.
     const about = ["serial", "operator", "date"].filter((name) => form.elements[name].value.trim() !== "");
     const head = [form.dataset.header, ...form.dataset.axes.split("\t").map(cell), ...(withTemperature ? ["temperature"] : []), ...about];
     const lines = [head.join(",")];
-    for (const step of form.querySelectorAll("li")) {
-      const cells = [...step.querySelectorAll("input[data-axis]")].map((input) => number(input.value));
-      if (withTemperature) {
-        cells.push(number(step.querySelector("input[data-temperature]").value));
-      }
-      if (!cells.every(isNumber)) {
-        tell(`${step.querySelector(".run").textContent}: a number is missing, or is none`);
-        step.scrollIntoView({ block: "center" });
-        return "";
-      }
+    for (const step of steps) {
+      const cells = [...readings(step), ...(withTemperature ? [temperature(step)] : [])];
       lines.push([step.dataset.cells, ...cells, ...about.map((name) => cell(form.elements[name].value.trim()))].join(","));
     }
-    return `${lines.join("\n")}\n`;
+    return { text: `${lines.join("\n")}\n`, kept: steps.length, all: form.querySelectorAll("li").length };
   }
   const cell = (text) => (/[",\n]/.test(text) ? `"${text.replaceAll('"', '""')}"` : text);
 
@@ -78,8 +73,9 @@
   }
   form.addEventListener("submit", (event) => event.preventDefault());
   document.getElementById("save").addEventListener("click", () => {
-    const text = csv();
-    if (text === "") {
+    const { text, kept, all } = csv();
+    if (kept === 0) {
+      tell("no reading is whole yet: a number is missing, or is none");
       return;
     }
     const serial = form.elements.serial.value.trim().replace(/[^\w.-]+/g, "_");
@@ -87,7 +83,8 @@
     link.href = `data:text/csv;charset=utf-8,${encodeURIComponent(text)}`;
     link.download = `${serial || "run"}.csv`;
     link.click();
-    tell(`saved as ${link.download}: axiscal calibrate ${link.download}`);
+    const some = kept < all ? `${kept} of ${all} readings ` : "";
+    tell(`${some}saved as ${link.download}: axiscal calibrate ${link.download}`);
   });
   document.getElementById("clear").addEventListener("click", () => {
     if (confirm("Forget all that was typed?")) {

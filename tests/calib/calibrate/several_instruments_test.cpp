@@ -203,22 +203,20 @@ std::string six_faces(const SensorModel& truth, const FaceNames& words = {}) {
   return text;
 }
 
-TEST(SixFaces, WithoutFenceAreTakenAsLevel) {
+TEST(SixFaces, WithoutFenceGiveBiasAndScaleByLength) {
   const SensorModel truth = accelerometer_truth();
   Experiment experiment = experiment_for(truth);
   const Calibration found =
       calibrate(experiment, run_of(six_faces(truth), experiment).observations);
-  EXPECT_EQ(found.fit.method, Method::known);
-  EXPECT_MATRIX_NEAR(found.sensor.response.sensitivity, truth.response.sensitivity, 1e-5);
-  EXPECT_TRUE(std::any_of(found.findings.notes.begin(), found.findings.notes.end(),
-                          [](const CalibrationNote& note) {
-                            return note.message.find("taken as level") != std::string::npos;
-                          }));
-  experiment.table.slope = {0.01, 0.0};
-  EXPECT_THROW(
-      static_cast<void>(calibrate(experiment, run_of(six_faces(truth), experiment).observations)),
-      SetupError);
-  experiment.table.slope.setZero();
+  EXPECT_EQ(found.fit.method, Method::faces);
+  EXPECT_MATRIX_NEAR(found.sensor.response.bias, truth.response.bias, 2e-3);
+  for (Eigen::Index k = 0; k < 3; ++k) {
+    EXPECT_NEAR(found.sensor.response.sensitivity(k, k), truth.response.sensitivity(k, k), 2e-3);
+  }
+  experiment.method = Method::known;  // the sides taken as upright
+  EXPECT_MATRIX_NEAR(
+      calibrate(experiment, run_of(six_faces(truth), experiment).observations).sensor.response.sensitivity,
+      truth.response.sensitivity, 1e-5);
   experiment.method = Method::joint;
   EXPECT_THROW(static_cast<void>(run_of(six_faces(truth), experiment)), DataError);
 }

@@ -64,6 +64,29 @@ TEST(BlockSensitivities, ScatterAsTheBlocksDo) {
   EXPECT_LT(found.fit.statistics->interval_95(6), 0.01 * expected);
 }
 
+// Eight readings of the last block: the sensitivities to y are then its noise over the slope.
+TEST(BlockSensitivities, OfABlockThatLacksTwoFacesCountByTheirInformation) {
+  const SensorModel truth = test::accelerometer_truth();
+  Experiment experiment = test::experiment_for(truth);
+  experiment.method = Method::joint;
+  constexpr double noise = 1e-4;
+  for (std::uint64_t seed = 1; seed <= 10; ++seed) {
+    Observations run = simulate(truth, make_run_sheet(standard_design(12), 4, seed),
+                                {.noise_sd = noise, .slope = {0.004, -0.003}, .seed = seed});
+    std::vector<std::size_t> rows;
+    for (std::size_t i = 0; i < run.readings.size(); ++i) {
+      if (run.readings[i].block < 4 || axis_of(run.readings[i].point->rest()) != 1) {
+        rows.push_back(i);
+      }
+    }
+    run = select_rows(run, rows);
+    const Calibration found = calibrate(experiment, run);
+    const double off =
+        (found.sensor.response.sensitivity - truth.response.sensitivity).cwiseAbs().maxCoeff();
+    EXPECT_LT(off, 4.0 * noise) << seed;
+  }
+}
+
 TEST(BlockSensitivities, AskForAMountWhereTheAxesPointOtherwise) {
   const SensorModel truth = test::accelerometer_truth();
   Experiment experiment = test::experiment_for(truth);
@@ -206,7 +229,13 @@ TEST(BentResponse, IsToldByMagnitudeAndFittedOnWish) {
   const Calibration bent = calibrate(experiment, run);
   EXPECT_TRUE(bent.findings.warnings.empty());
   EXPECT_NEAR(bent.sensor.response.bias(0), 0.0, bent.fit.statistics->interval_95(0));
-  EXPECT_THAT(notes_of(bent), HasSubstr("squared terms were fitted"));
+  const std::string notes = notes_of(bent);
+  EXPECT_THAT(notes, HasSubstr("squared terms were fitted"));
+  // The reading goes as S f + k2 (S f)^2: at full field it holds so much more.
+  const std::size_t at = notes.find("they add ");
+  ASSERT_NE(at, std::string::npos) << notes;
+  const double S = bent.sensor.response.sensitivity(0, 0);
+  EXPECT_NEAR(std::stod(notes.substr(at + 9)), k2 * S * S, 0.1 * k2 * S * S);
   experiment.robust = true;  // their fit has no weights, and would leave the record's to chance
   EXPECT_THROW(static_cast<void>(calibrate(experiment, run)), SetupError);
 }

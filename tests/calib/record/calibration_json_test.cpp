@@ -101,8 +101,10 @@ TEST(CalibrationJson, WritesManyReadingsAsATable) {
 
 TEST(CalibrationJson, HasTheKeysOfTheContract) {
   const SensorModel truth = accelerometer_truth();
+  Experiment experiment = experiment_for(truth);
+  experiment.method = Method::paired;
   const json record = json::parse(calibration_json(
-      calibrate(experiment_for(truth), observe(truth, {.slope = {0.003, 0.0}, .noise_sd = 1e-4}))));
+      calibrate(experiment, observe(truth, {.slope = {0.003, 0.0}, .noise_sd = 1e-4}))));
   EXPECT_EQ(record["format"], "axiscal-calibration");
   EXPECT_EQ(record["version"], 1);
   EXPECT_EQ(record["status"], "ok");

@@ -236,10 +236,8 @@ TEST(ChooseMethod, FollowsTheContract) {
   const SensorModel truth = test::accelerometer_truth();
   Experiment experiment = test::experiment_for(truth);
   const Observations twelve = test::observe(truth, {});
-  EXPECT_EQ(choose_method(experiment, twelve), Method::paired);
+  EXPECT_EQ(choose_method(experiment, twelve), Method::joint);
   EXPECT_EQ(choose_method(experiment, test::observe(truth, {.points = 6})), Method::joint);
-  experiment.field.in_table = Eigen::Vector3d(0.0, 0.0, 1.0);
-  EXPECT_EQ(choose_method(experiment, twelve), Method::paired);
   experiment.field.in_table = Eigen::Vector3d(0.0, 0.1, 1.0);
   EXPECT_EQ(choose_method(experiment, twelve), Method::joint);
   experiment.method = Method::known;

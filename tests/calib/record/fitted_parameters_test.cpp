@@ -38,7 +38,7 @@ class FittedParametersOfFile : public ::testing::Test {
 };
 
 void expect_same(const FittedParameters& a, const FittedParameters& b) {
-  EXPECT_EQ(a.created, b.created);
+  EXPECT_EQ(a.date, b.date);
   EXPECT_EQ(a.serial, b.serial);
   EXPECT_EQ(a.axes, b.axes);
   EXPECT_EQ(a.values, b.values);
@@ -48,7 +48,7 @@ void expect_same(const FittedParameters& a, const FittedParameters& b) {
 TEST_F(FittedParametersOfFile, AreThoseOfTheRecord) {
   const Calibration record = calibration();
   const FittedParameters read = this->read(calibration_json(record));
-  EXPECT_EQ(read.created, record.provenance.created);
+  EXPECT_EQ(read.date, record.provenance.created);
   EXPECT_EQ(read.serial, "QA-113");
   EXPECT_EQ(read.axes, record.sensor.instrument.axes);
   ASSERT_EQ(read.values.size(), 12);

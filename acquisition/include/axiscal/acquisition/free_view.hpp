@@ -9,6 +9,8 @@
 
 #include <Eigen/Core>
 
+#include "axiscal/core/eigen_alignment.hpp"
+
 namespace axiscal {
 
 /// What is seen of a calibration by turning the instrument in the hand: the sphere so far.

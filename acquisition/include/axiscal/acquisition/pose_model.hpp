@@ -7,6 +7,7 @@
 #include <Eigen/Core>
 
 #include "axiscal/calib/calibration.hpp"
+#include "axiscal/core/eigen_alignment.hpp"
 #include "axiscal/instruments/instrument.hpp"
 #include "axiscal/positioner/design.hpp"
 #include "axiscal/positioner/positioner.hpp"

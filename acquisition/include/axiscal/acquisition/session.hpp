@@ -20,6 +20,7 @@
 #include "axiscal/calib/calibration.hpp"
 #include "axiscal/calib/experiment.hpp"
 #include "axiscal/calib/observations.hpp"
+#include "axiscal/core/eigen_alignment.hpp"
 #include "axiscal/positioner/design.hpp"
 
 namespace axiscal {

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <functional>
 #include <memory>
 #include <string>
 #include <vector>
@@ -57,10 +58,13 @@ class SessionFace {
 /// it is finished with what there is. A question that nobody can answer, as standard input is
 /// closed, ends it after some seconds: a review is finished, all else can be resumed.
 /// @param unattended  nobody answers.
+/// @param reviewed    is called each time a review begins, so that results can be stored before
+///                    anybody answers it; may be empty.
 /// @throws Error  as Session::set_channels(), Session::add(), SampleFeed::read().
 void run_session(LiveSession& session,
                  SampleFeed& feed,
                  const std::vector<SessionFace*>& faces,
-                 bool unattended);
+                 bool unattended,
+                 const std::function<void()>& reviewed = {});
 
 }  // namespace axiscal

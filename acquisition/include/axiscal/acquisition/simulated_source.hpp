@@ -11,6 +11,7 @@
 
 #include "axiscal/acquisition/source.hpp"
 #include "axiscal/calib/experiment.hpp"
+#include "axiscal/core/eigen_alignment.hpp"
 #include "axiscal/core/random.hpp"
 #include "axiscal/field/table_field.hpp"
 #include "axiscal/instruments/instrument.hpp"

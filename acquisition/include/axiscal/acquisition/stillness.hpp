@@ -9,6 +9,8 @@
 
 #include <Eigen/Core>
 
+#include "axiscal/core/eigen_alignment.hpp"
+
 namespace axiscal {
 
 struct StillnessOptions {

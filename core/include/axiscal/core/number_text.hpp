@@ -58,6 +58,10 @@ char* write_decimals(char* first, double value, int decimals) noexcept;
 /// @return `text` without blanks and tabs at both ends.
 [[nodiscard]] std::string_view trimmed(std::string_view text) noexcept;
 
+/// @return `line` without the carriage returns at both ends: programs write "\r\n", "\r\r\n" and
+///         "\n\r".
+[[nodiscard]] std::string_view without_returns(std::string_view line) noexcept;
+
 /// @return the parts of `text` between the separators, trimmed; one part where there is none.
 [[nodiscard]] std::vector<std::string_view> split(std::string_view text, char separator);
 

@@ -11,6 +11,8 @@
 
 #include <Eigen/Core>
 
+#include "axiscal/core/eigen_alignment.hpp"
+
 namespace axiscal {
 
 /// Random numbers that are the same with every compiler for the same seed.

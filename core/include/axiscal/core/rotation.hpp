@@ -5,6 +5,8 @@
 
 #include <Eigen/Core>
 
+#include "axiscal/core/eigen_alignment.hpp"
+
 namespace axiscal {
 
 /// @return whether `R` is orthogonal to `tolerance` (largest entry of R^T R - 1) and det R > 0.

@@ -13,6 +13,25 @@ namespace axiscal {
 ///         offset the time is UTC; the separator may be a blank.
 [[nodiscard]] std::optional<double> parse_timestamp(std::string_view text);
 
+/// Whether 10/9/2011 may be read at all: the month comes first in America, the day elsewhere.
+enum class UnclearDays {
+  month_first,  ///< as 9 October, as American instruments write
+  refused,
+};
+
+/// Reads a time as instruments and spreadsheets write it: ISO 8601, and 2011/10/09 10:25:00:500,
+/// 27.03.2026 14:08:06,818, 10/9/2011 1:05:00.5 PM, 14:08:06.
+///
+/// @param unclear  what becomes of a day parted by slashes whose month and day may be exchanged.
+/// @return seconds since 1970-01-01T00:00:00 UTC, of a time without a day since midnight; nothing if
+///         it is no such text.
+[[nodiscard]] std::optional<double> parse_clock_time(
+    std::string_view text, UnclearDays unclear = UnclearDays::month_first);
+
+/// @param seconds  since 1970-01-01T00:00:00 UTC.
+/// @return that time in UTC and whole seconds: 2026-11-20T20:04:54Z.
+[[nodiscard]] std::string timestamp_of(double seconds);
+
 /// @return now, in UTC and whole seconds: 2026-11-20T20:04:54Z.
 [[nodiscard]] std::string timestamp_now();
 

@@ -22,6 +22,10 @@ struct FieldKind {
   bool along_normal = false;  ///< lies along the normal of a level table
   bool rotation = false;      ///< an angular rate: what does not turn reads none of it
   bool dated = false;         ///< changes over the years, as its model says
+  /// The least and the greatest magnitude that the field has on the Earth [its first unit]; both 0
+  /// if it may have any.
+  double least_magnitude = 0.0;
+  double greatest_magnitude = 0.0;
   std::span<const std::string_view> members;  ///< that files have for it alone, as "model"
   /// A field of this kind of which nothing is stated yet; null for a kind that is not in files.
   std::shared_ptr<ReferenceField> (*make)() = nullptr;
@@ -43,6 +47,17 @@ void add_field_kind(const FieldKind& kind);
 
 /// @return the kind of that name; of a user's own, or of a sum, one that nothing is known of.
 [[nodiscard]] const FieldKind& field_kind(std::string_view name);
+
+/// Whether a field of a kind can have a magnitude: gravity lies between 0.99 and 1.01 g, the
+/// Earth's magnetic field between 20 and 70 uT. A kind without such limits can have any.
+/// @param magnitude  [unit].
+/// @param unit       one of the kind's units.
+[[nodiscard]] bool is_possible_magnitude(const FieldKind& kind,
+                                         double magnitude,
+                                         std::string_view unit);
+
+/// @return the limits of is_possible_magnitude() in words, as "20 to 70 uT".
+[[nodiscard]] std::string possible_magnitudes(const FieldKind& kind, std::string_view unit);
 
 /// @throws SetupError  for a kind of field that is not known; the message lists the kinds.
 void check_field_kind(std::string_view kind);

@@ -66,6 +66,10 @@ class FieldResolver {
   /// Whether this is a local part of which no number is stated, beside others.
   [[nodiscard]] bool may_be_open() const;
 
+  /// @return length of the largest field that readings bring; nothing if they bring none.
+  [[nodiscard]] const std::optional<double>& largest_met() const { return occasion_.largest; }
+
+
   /// A model's own uncertainty, unless the user states another.
   void set_model_u(double magnitude_u);
 

@@ -12,6 +12,7 @@
 
 #include <Eigen/Core>
 
+#include "axiscal/core/eigen_alignment.hpp"
 #include "axiscal/field/field_description.hpp"
 #include "axiscal/field/field_role.hpp"
 #include "axiscal/field/reference_field.hpp"
@@ -95,6 +96,8 @@ struct FieldOccasion {
   std::optional<double> time_s;  ///< of the readings, where they tell; else the place's date
   std::string reading_unit;      ///< what readings are in; a field of which no number is stated
                                  ///< takes it
+  std::optional<double> largest;  ///< length of the largest field that readings bring [unit]; it is
+                                  ///< the magnitude of a field of which none is stated or computed
 };
 
 /// The field before anything is measured, part by part, in the unit of the first.

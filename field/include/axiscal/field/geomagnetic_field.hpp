@@ -7,6 +7,7 @@
 
 #include <Eigen/Core>
 
+#include "axiscal/core/eigen_alignment.hpp"
 #include "axiscal/field/reference_field.hpp"
 #include "axiscal/field/site.hpp"
 

@@ -6,6 +6,7 @@
 
 #include <Eigen/Core>
 
+#include "axiscal/core/eigen_alignment.hpp"
 #include "axiscal/field/table_place.hpp"
 
 namespace axiscal {

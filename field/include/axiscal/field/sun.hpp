@@ -3,6 +3,7 @@
 
 #include <Eigen/Core>
 
+#include "axiscal/core/eigen_alignment.hpp"
 #include "axiscal/field/site.hpp"
 
 namespace axiscal {

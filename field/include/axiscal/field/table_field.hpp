@@ -8,6 +8,7 @@
 
 #include <Eigen/Core>
 
+#include "axiscal/core/eigen_alignment.hpp"
 #include "axiscal/field/field_description.hpp"
 #include "axiscal/field/field_level.hpp"
 

@@ -8,6 +8,8 @@
 
 #include <Eigen/Core>
 
+#include "axiscal/core/eigen_alignment.hpp"
+
 namespace axiscal {
 
 /// How the sensor's axes lie in the vehicle; it matters to angles only.

@@ -12,6 +12,7 @@
 
 #include <Eigen/Core>
 
+#include "axiscal/core/eigen_alignment.hpp"
 #include "axiscal/instruments/inclination.hpp"
 #include "axiscal/instruments/instrument.hpp"
 
@@ -82,6 +83,8 @@ struct InstrumentKind {
   bool has_axis_elevation = false;     ///< with fewer than three axes: angle above the horizontal
 
   std::string_view usual_field;  ///< kind of field where none is stated; empty: one must be
+  /// If neither a magnitude, a unit nor a site tells the usual field's size, its length is 1.
+  bool relative_field_will_do = false;
   VehicleSensor sensor = VehicleSensor::none;
   ColumnNames columns;              ///< empty: they tell nothing of the kind
   bool sees_one_side = false;       ///< its axes may see only what comes from in front of them

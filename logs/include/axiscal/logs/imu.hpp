@@ -49,6 +49,12 @@ struct ImuOptions {
   TurnFitOptions turns;
 };
 
+/// A sensor of a log that could not be calibrated.
+struct FailedSensor {
+  std::string slot;     ///< "gyroscope", ...
+  std::string message;  ///< why
+};
+
 /// A magnetometer, an accelerometer and a gyroscope in one frame, the accelerometer's.
 struct ImuCalibration {
   Segmentation rests;
@@ -60,6 +66,7 @@ struct ImuCalibration {
   std::optional<TurnFit> turns;
   /// How the gyroscope's rests change with gravity, 3 x 3 [unit per g], and its standard errors.
   std::optional<Eigen::Matrix3d> g_sensitivity, g_sensitivity_se;
+  std::vector<FailedSensor> failed;  ///< the others are calibrated without them
   std::vector<std::string> notes;
 
   /// @return the records that were made: slots accelerometer, gyroscope, magnetometer.
@@ -91,9 +98,11 @@ void check_fences(const RecordedLog& log,
 /// turns between rests (fit_turns); the magnetometer like the accelerometer, its frame turned to
 /// the accelerometer's.
 ///
+/// A gyroscope or a magnetometer that cannot be calibrated is named in `failed`, and the others are
+/// calibrated as if it were not there.
+///
 /// @throws DataError     for columns that are not there.
-/// @throws RefusedError  as segment(), calibrate(), fit_turns() and label_by_sheet(), with what to
-/// do.
+/// @throws RefusedError  as segment(), calibrate() and label_by_sheet(), with what to do.
 [[nodiscard]] ImuCalibration calibrate_imu(const RecordedLog& log, const ImuOptions& options);
 
 }  // namespace axiscal

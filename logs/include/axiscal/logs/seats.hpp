@@ -8,6 +8,7 @@
 #include <Eigen/Core>
 
 #include "axiscal/calib/observations.hpp"
+#include "axiscal/core/eigen_alignment.hpp"
 #include "axiscal/positioner/design.hpp"
 #include "axiscal/positioner/design_point.hpp"
 

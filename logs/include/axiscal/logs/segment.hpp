@@ -29,6 +29,9 @@ struct SegmentOptions {
       threshold;  ///< rest is where the joined variance is below it [unit^2]; default: chosen
   std::optional<ReadingRange> range;  ///< samples of `columns` at or beyond it are saturated
   bool join = true;                   ///< whether rests that a knock split are joined
+  /// Samples that no rest may hold, as first and end; ascending.
+  std::vector<std::pair<std::size_t, std::size_t>> left_out;
+  std::vector<std::size_t> begins;  ///< samples at which another recording begins; ascending
 };
 
 /// The rests of a log.

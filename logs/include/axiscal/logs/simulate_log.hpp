@@ -7,6 +7,7 @@
 
 #include <Eigen/Core>
 
+#include "axiscal/core/eigen_alignment.hpp"
 #include "axiscal/instruments/instrument.hpp"
 #include "axiscal/logs/imu.hpp"
 #include "axiscal/positioner/design.hpp"

@@ -9,6 +9,7 @@
 
 #include <Eigen/Core>
 
+#include "axiscal/core/eigen_alignment.hpp"
 #include "axiscal/logs/log_file.hpp"
 
 namespace axiscal {

@@ -10,6 +10,7 @@
 
 #include <Eigen/Core>
 
+#include "axiscal/core/eigen_alignment.hpp"
 #include "axiscal/core/version.hpp"
 
 namespace axiscal {

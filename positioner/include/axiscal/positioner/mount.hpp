@@ -6,6 +6,8 @@
 
 #include <Eigen/Core>
 
+#include "axiscal/core/eigen_alignment.hpp"
+
 namespace axiscal {
 
 /// How an instrument sits in the positioner: one slot of an assembly.

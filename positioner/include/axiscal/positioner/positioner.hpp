@@ -10,6 +10,7 @@
 
 #include <Eigen/Core>
 
+#include "axiscal/core/eigen_alignment.hpp"
 #include "axiscal/positioner/design_point.hpp"
 #include "axiscal/positioner/feet.hpp"
 #include "axiscal/positioner/mount.hpp"
@@ -126,6 +127,12 @@ class Positioner {
 
   /// @return the same cube with other mounts.
   [[nodiscard]] Positioner with_mounts(std::vector<Mount> mounts) const;
+
+  /// @param u_rad  standard uncertainty of each face's normal about any axis in the face [rad]; it
+  ///               adds to the stated normal_covariance.
+  /// @return the same cube with faces that are less well known.
+  /// @throws DomainError  if `u_rad` is negative.
+  [[nodiscard]] Positioner with_normal_u(double u_rad) const;
 
   [[nodiscard]] bool is_nominal() const { return nominal_; }
   [[nodiscard]] const std::string& id() const { return description_.id; }

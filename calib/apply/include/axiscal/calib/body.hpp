@@ -11,6 +11,7 @@
 #include "axiscal/calib/calibration.hpp"
 #include "axiscal/calib/observations.hpp"
 #include "axiscal/core/csv_reader.hpp"
+#include "axiscal/core/eigen_alignment.hpp"
 
 namespace axiscal {
 

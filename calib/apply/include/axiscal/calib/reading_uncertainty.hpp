@@ -13,6 +13,7 @@
 
 #include "axiscal/calib/reduction.hpp"
 #include "axiscal/calib/uncertainty.hpp"
+#include "axiscal/core/eigen_alignment.hpp"
 
 namespace axiscal {
 

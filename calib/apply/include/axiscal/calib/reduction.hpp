@@ -10,6 +10,7 @@
 #include <Eigen/Core>
 
 #include "axiscal/calib/calibration.hpp"
+#include "axiscal/core/eigen_alignment.hpp"
 #include "axiscal/instruments/instrument_kind.hpp"
 #include "axiscal/kernels/reduce_columns.hpp"
 
@@ -130,7 +131,10 @@ class Reducer {
 
   /// As by its sensor; of more than three axes each counts as it scatters, and biases that hold the
   /// field (gives_field()) are known as such.
-  explicit Reducer(const Calibration& calibration, const ReductionOptions& options = {});
+  /// @throws RefusedError  if the calibration was refused and `force` is `no`.
+  explicit Reducer(const Calibration& calibration,
+                   const ReductionOptions& options = {},
+                   Force force = Force::no);
 
   /// @return m, the number of readings that reduce() takes.
   [[nodiscard]] std::size_t axis_count() const { return bias_.size(); }

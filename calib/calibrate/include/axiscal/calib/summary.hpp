@@ -12,10 +12,17 @@ enum class SummaryDetail {
   full,   ///< sensing axes, levelness by block, quality of the fit, all of it
 };
 
+/// How a summary ends.
+enum class SummaryEnd {
+  findings,  ///< with the warnings and the verdict
+  fit,       ///< without them: they are printed elsewhere
+};
+
 /// A calibration for people: what was done, coefficients with their expanded uncertainties,
-/// levelness, quality; plain text of 80 columns, as the command prints it.
+/// levelness, quality, warnings and verdict; plain text, its tables of 80 columns.
 [[nodiscard]] std::string summary(const Calibration& calibration,
-                                  SummaryDetail detail = SummaryDetail::brief);
+                                  SummaryDetail detail = SummaryDetail::brief,
+                                  SummaryEnd end = SummaryEnd::findings);
 
 /// @return whether it holds, in a sentence: "Calibrated. Nothing in the readings speaks against
 /// it."

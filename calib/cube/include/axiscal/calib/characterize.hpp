@@ -10,6 +10,7 @@
 #include "axiscal/calib/calibration.hpp"
 #include "axiscal/calib/experiment.hpp"
 #include "axiscal/calib/observations.hpp"
+#include "axiscal/core/eigen_alignment.hpp"
 #include "axiscal/positioner/positioner.hpp"
 
 namespace axiscal {

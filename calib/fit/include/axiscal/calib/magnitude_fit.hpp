@@ -5,6 +5,7 @@
 
 #include "axiscal/calib/calibration.hpp"
 #include "axiscal/calib/experiment.hpp"
+#include "axiscal/core/eigen_alignment.hpp"
 
 namespace axiscal {
 

@@ -6,6 +6,7 @@
 #include <Eigen/Core>
 
 #include "axiscal/calib/calibration.hpp"
+#include "axiscal/core/eigen_alignment.hpp"
 #include "axiscal/core/units.hpp"
 
 namespace axiscal {

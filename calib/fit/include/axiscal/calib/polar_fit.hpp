@@ -4,6 +4,7 @@
 #include <Eigen/Core>
 
 #include "axiscal/calib/calibration.hpp"
+#include "axiscal/core/eigen_alignment.hpp"
 #include "axiscal/instruments/instrument.hpp"
 #include "axiscal/instruments/polar_form.hpp"
 

@@ -10,6 +10,7 @@
 #include <Eigen/Core>
 
 #include "axiscal/calib/calibration.hpp"
+#include "axiscal/core/eigen_alignment.hpp"
 #include "axiscal/field/site.hpp"
 #include "axiscal/positioner/positioner.hpp"
 

@@ -45,6 +45,7 @@ struct Estimate {
   Eigen::Matrix3Xd seen = Eigen::Matrix3Xd(3, 0);  // of a transfer, as seen_directions()
   std::vector<AxisMask> visible;  // of one-sided axes under several lights, as ReadingSet has it
   double mean_field = 0.0;        // known by fx,fy,fz: mean length of the fields given
+  bool field_varies = false;      // known by fx,fy,fz: they are of different lengths
   double direction_se_rad = 0.0;  // joint: the larger standard error of the field's direction
   std::vector<std::size_t> unpaired;  // paired: readings without their opposite, left out
   bool unsettled = false;             // one-sided axes: which readings they see does not settle

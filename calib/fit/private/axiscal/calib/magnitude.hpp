@@ -24,6 +24,13 @@ namespace axiscal {
                                           const Eigen::Matrix3d& noise,
                                           bool squares = false);
 
+/// The same of two axes that were turned about the direction square to both: an ellipse in their plane.
+///
+/// A = S^-1 is symmetric; what the axes answer to a field across the plane is not seen, and 0.
+/// @param F  length of the field in the plane.
+/// @throws RefusedError  for fewer than eight readings, or readings on no ellipse.
+[[nodiscard]] Estimate estimate_ellipse(const ReadingSet& set, double F);
+
 /// Several sessions of one instrument, each a block of the set: each is fitted alone, and each
 /// coefficient is their mean, weighted by what a session's own noise and the scatter between
 /// sessions leave of it.

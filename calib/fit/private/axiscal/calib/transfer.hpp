@@ -7,17 +7,20 @@
 
 namespace axiscal {
 
-/// The directions of the fields that an instrument of one axis met, where they are fewer than
-/// three: its transfer along them can be known, and nothing across.
+/// The directions in which the fields of the readings differ, if they are fewer than three: the
+/// response along them can be known, and none across.
 ///
+/// @param field   without vectors if the readings bring their fields.
 /// @param design  [1, f, ..] of the readings.
-/// @return orthonormal columns, frame sensor; the sensor's own axes where these span them. None for
-///         other instruments, and for fields of all directions.
+/// @return orthonormal columns, frame sensor; the sensor's own axes if these span them. None for
+///         fields of all directions, and for a cube on which several axes lack faces of their own:
+///         there the refusal names the faces to add.
 [[nodiscard]] Eigen::Matrix3Xd seen_directions(const ReadingSet& set,
+                                               const TableField& field,
                                                const Eigen::MatrixXd& design);
 
-/// The transfer: the regression of the axis on the field along the directions that it met. Its
-/// sensitivity across them is 0 in the estimate, and not known.
+/// The transfer: the regression of each axis on the field along the directions that it met. The
+/// sensitivities across them are 0 in the estimate, and not known.
 /// @param seen  as seen_directions(); at least one.
 [[nodiscard]] Estimate estimate_transfer(const ReadingSet& set,
                                          const Eigen::MatrixXd& design,

@@ -9,6 +9,7 @@
 #include "axiscal/calib/calibration.hpp"
 #include "axiscal/calib/experiment.hpp"
 #include "axiscal/calib/world.hpp"
+#include "axiscal/core/eigen_alignment.hpp"
 #include "axiscal/instruments/inclination.hpp"
 #include "axiscal/positioner/design.hpp"
 #include "axiscal/positioner/positioner.hpp"

@@ -11,6 +11,7 @@
 
 #include "axiscal/calib/simulate.hpp"
 #include "axiscal/calib/turns.hpp"
+#include "axiscal/core/eigen_alignment.hpp"
 
 namespace axiscal {
 

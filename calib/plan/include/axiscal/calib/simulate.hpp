@@ -9,6 +9,7 @@
 #include "axiscal/calib/calibration.hpp"
 #include "axiscal/calib/observations.hpp"
 #include "axiscal/calib/world.hpp"
+#include "axiscal/core/eigen_alignment.hpp"
 #include "axiscal/core/random.hpp"
 #include "axiscal/positioner/design.hpp"
 #include "axiscal/positioner/positioner.hpp"

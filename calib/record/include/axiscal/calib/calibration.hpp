@@ -43,8 +43,10 @@ struct InputFileDigest {
 
 /// Where a calibration comes from.
 struct Provenance {
-  std::string created;   ///< ISO 8601, UTC
+  std::string created;   ///< when it was computed; ISO 8601, UTC
+  std::string measured;  ///< when the last reading was taken; ISO 8601, UTC; empty if not stated
   std::string software;  ///< e.g. "axiscal 0.1.0"
+  std::string operated_by;  ///< who took the readings; empty if not stated
   std::vector<InputFileDigest> inputs;
   /// What was calibrated, and how, as experiment_json() writes it; empty where that is not known.
   std::string experiment;
@@ -52,6 +54,10 @@ struct Provenance {
   std::string slot;        ///< where in an assembly the instrument sat; may be empty
   int instance = 0;        ///< number of the sensor among those of its kind in a log
   std::string device;      ///< by which the vehicle's software knows the sensor; may be empty
+
+  /// @return the date of the calibration: that of its readings, or if none is stated that of its
+  ///         computation.
+  [[nodiscard]] const std::string& date() const { return measured.empty() ? created : measured; }
 };
 
 /// One number of a result with its uncertainty.
@@ -71,11 +77,21 @@ struct Calibration {
   Findings findings;
   Provenance provenance;
 
+  /// @return whether it holds: ok, warning or refused.
+  [[nodiscard]] CalibrationStatus status() const { return findings.status; }
+
   /// @param name  "x.bias", "x.sensitivity.y", "z.scale.d2", ...
   /// @return that parameter with its uncertainty, scatter and stated inputs together.
   /// @throws DomainError  for a name that is none of the record's; the message suggests one.
   [[nodiscard]] Quantity parameter(const std::string& name) const;
 };
+
+/// Whether a refused calibration is used all the same.
+enum class Force { no, yes };
+
+/// @throws RefusedError  if a calibration was refused and `force` is `no`; the message is the first
+///                       of its warnings.
+void require_unrefused(const Calibration& calibration, Force force = Force::no);
 
 /// @return whether reduced readings are the field: not where a record of method bias, made without
 ///         another one's sensitivities, has in its biases what the instrument met of the field.

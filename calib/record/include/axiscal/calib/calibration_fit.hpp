@@ -12,6 +12,7 @@
 #include "axiscal/calib/levelness.hpp"
 #include "axiscal/calib/sensor_temperature.hpp"
 #include "axiscal/calib/uncertainty_budget.hpp"
+#include "axiscal/core/eigen_alignment.hpp"
 #include "axiscal/field/field_level.hpp"
 #include "axiscal/instruments/polar_form.hpp"
 #include "axiscal/positioner/design_point.hpp"

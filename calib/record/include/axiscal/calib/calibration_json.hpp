@@ -27,8 +27,9 @@ namespace axiscal {
 [[nodiscard]] Calibration parse_calibration(std::string_view text, const std::string& path);
 
 /// Writes a record's file; one that is there is replaced at once or not at all.
-/// @throws OutputError  if it cannot be written; DomainError as calibration_json().
-void write(const Calibration& calibration, const std::string& path);
+/// @throws RefusedError  if the calibration was refused and `force` is `no`.
+/// @throws OutputError   if it cannot be written; DomainError as calibration_json().
+void write(const Calibration& calibration, const std::string& path, Force force = Force::no);
 
 /// As parse_calibration(), from a file; `-` is standard input.
 [[nodiscard]] Calibration read_calibration(const std::string& path);

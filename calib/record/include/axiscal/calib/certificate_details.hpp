@@ -29,7 +29,7 @@ struct CertificateDetails {
   std::string model;
   std::string condition;   ///< how the instrument was as received
   std::string received;    ///< dates, ISO 8601
-  std::string calibrated;  ///< default: the record's
+  std::string calibrated;  ///< default: the record's, Provenance::date()
   std::string issued;
   std::string environment;                ///< temperature, humidity, ...
   std::string procedure;                  ///< the laboratory's, besides the method
@@ -44,7 +44,8 @@ struct CertificateDetails {
 /// "mark.png"} (files named from the folder of this one), "customer": {..}, "country", "place",
 /// "manufacturer", "model", "condition", "received", "calibrated", "issued", "environment",
 /// "procedure", "traceability": [..], "decision_rule", "remarks": [..], "authorised": [{"name",
-/// "function"}]}`.
+/// "function"}]}`. A text in angle brackets, as the template has it ("<name>"), is still to be filled
+/// in and states nothing.
 /// @throws DataError  for another file, an unknown key, a value of the wrong kind.
 [[nodiscard]] CertificateDetails read_certificate_details(const std::string& path);
 

@@ -16,9 +16,10 @@ enum class Method {
   magnitude,
   bias,
   turns,  ///< a gyroscope's between rests, by calibrate_imu(); an experiment cannot choose it
+  faces,  ///< six faces that may lean: bias and scale by the length of the field
 };
 
-/// @return "paired", "joint", "known", "magnitude", "bias", "turns"; empty for nothing.
+/// @return "paired", "joint", "known", "magnitude", "bias", "turns", "faces"; empty for nothing.
 [[nodiscard]] std::string_view method_name(std::optional<Method> method);
 
 /// @return the method of that name, or nothing.

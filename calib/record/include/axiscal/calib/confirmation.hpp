@@ -5,6 +5,8 @@
 
 #include <Eigen/Core>
 
+#include "axiscal/core/eigen_alignment.hpp"
+
 namespace axiscal {
 
 /// A reading that was kept out of a fit, and what the fit predicts of it.

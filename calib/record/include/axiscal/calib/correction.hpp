@@ -9,6 +9,7 @@
 
 #include "axiscal/calib/observations.hpp"
 #include "axiscal/calib/warning_code.hpp"
+#include "axiscal/core/eigen_alignment.hpp"
 #include "axiscal/positioner/design_point.hpp"
 
 namespace axiscal {

@@ -12,6 +12,7 @@
 #include "axiscal/calib/calibration.hpp"
 #include "axiscal/calib/face_names.hpp"
 #include "axiscal/calib/process_scatter.hpp"
+#include "axiscal/core/eigen_alignment.hpp"
 #include "axiscal/core/error.hpp"
 #include "axiscal/field/field_setup.hpp"
 #include "axiscal/field/table_place.hpp"
@@ -38,6 +39,9 @@ struct StatedUncertainties {
   double direction_u_rad =
       0.0;  ///< how well the known field's direction is known, any way; method known
   double temperature_u = 0.0;  ///< how well the temperature output is known [its unit]
+  /// How well the reference of the readings' unit is known (a voltmeter's), relative: it scales
+  /// biases and sensitivities together.
+  double reference_u = 0.0;
 };
 
 /// What is one instrument's own where instruments of several kinds share a run.
@@ -92,20 +96,24 @@ struct Experiment {
 [[nodiscard]] std::optional<double> expected_sensitivity(const Experiment& experiment,
                                                          const std::string& field_unit);
 
-/// States the field that the kind of instrument is usually calibrated in, where none is stated:
-/// gravity for accelerometers and inclinometers.
+/// States the field that the kind of instrument is usually calibrated in, if none is stated: gravity
+/// for accelerometers and inclinometers; for magnetometers the Earth's field if its magnitude, its
+/// unit or the site is stated, else a field of length 1.
 void take_usual_field(Experiment& experiment);
-void take_usual_field(const Instrument& instrument, FieldSetup& field);
+void take_usual_field(const Instrument& instrument, const TablePlace& place, FieldSetup& field);
 
 /// The field of an experiment before anything is measured, part by part: resolve_field() at its
 /// table.
-/// @param time_s  for a field that moves, where the readings tell it; else the table's date.
+/// @param time_s   for a field that moves, where the readings tell it; else the table's date.
+/// @param largest  length of the largest field that the readings bring, if they bring them.
 [[nodiscard]] std::vector<FieldDescription> resolve_field(const Experiment& experiment,
-                                                          std::optional<double> time_s = {});
+                                                          std::optional<double> time_s = {},
+                                                          std::optional<double> largest = {});
 
 /// The same in one, its parts together.
 [[nodiscard]] FieldDescription make_field_description(const Experiment& experiment,
-                                                      std::optional<double> time_s = {});
+                                                      std::optional<double> time_s = {},
+                                                      std::optional<double> largest = {});
 
 /// @return whether the field turns in the table while readings are taken, as the sun does, or one
 ///         of the user's own that says so.

@@ -22,4 +22,14 @@ using FaceNames = std::map<std::string, Face, std::less<>>;
 /// @return the face of a word, or of a face's own name; nothing where it is neither.
 [[nodiscard]] std::optional<Face> find_face(const FaceNames& names, std::string_view word);
 
+/// A face as people call it.
+struct FaceInWords {
+  Face face;
+  std::optional<bool> is_up;  ///< whether the words say that it is up or down; nothing: neither
+};
+
+/// Reads a face in words: "X up", "x_down", "-Z up", "X+", "+x", "xpos", "neg_y", "face Z arriba".
+/// @return nothing for words that are no face.
+[[nodiscard]] std::optional<FaceInWords> face_in_words(std::string_view words);
+
 }  // namespace axiscal

@@ -8,6 +8,7 @@
 
 #include <Eigen/Core>
 
+#include "axiscal/core/eigen_alignment.hpp"
 #include "axiscal/instruments/instrument.hpp"
 #include "axiscal/positioner/design_point.hpp"
 

@@ -6,11 +6,13 @@
 
 #include <Eigen/Core>
 
+#include "axiscal/core/eigen_alignment.hpp"
+
 namespace axiscal {
 
 /// The biases and sensitivities of a record, and whose they are.
 struct FittedParameters {
-  std::string created;  ///< as the record has it
+  std::string date;  ///< of the calibration, as Provenance::date()
   std::string serial;
   std::vector<std::string> axes;  ///< m
   /// Of each axis its bias [reading unit] and its sensitivity along x, y, z [reading unit / field

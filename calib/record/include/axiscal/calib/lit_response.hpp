@@ -6,6 +6,7 @@
 #include <Eigen/Core>
 
 #include "axiscal/calib/sensor_model.hpp"
+#include "axiscal/core/eigen_alignment.hpp"
 #include "axiscal/field/table_field.hpp"
 
 namespace axiscal {

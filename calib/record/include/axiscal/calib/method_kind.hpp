@@ -17,6 +17,7 @@ struct MethodKind {
   bool directions_known = false;  ///< the field's directions are given; else they are fitted
   bool averages_pairs = false;    ///< regresses on averages of opposite readings
   bool by_magnitude = false;      ///< only the field's magnitude is known
+  bool by_length = false;         ///< of faces that may lean, whose directions find mistakes alone
   bool by_turns = false;          ///< a gyroscope's attitudes from rest to rest
   bool fits_sensitivity = true;   ///< else biases alone
   bool is_chosen = true;          ///< an experiment can choose it

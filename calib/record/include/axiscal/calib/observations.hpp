@@ -8,6 +8,7 @@
 #include <Eigen/Core>
 
 #include "axiscal/calib/sensor_temperature.hpp"
+#include "axiscal/core/eigen_alignment.hpp"
 #include "axiscal/core/rare.hpp"
 #include "axiscal/field/field_level.hpp"
 #include "axiscal/positioner/design_point.hpp"

@@ -21,6 +21,10 @@ namespace axiscal {
 ///                    cell that is no finite number, a ragged row and the like.
 [[nodiscard]] Run read_observations(CsvReader& csv, const ObservationColumns& wanted);
 
+/// @return whether a column says how a reading was taken, or which field it met: rest, fx,
+///         pitch_deg, angle, rate, ...
+[[nodiscard]] bool is_label_of_pose(std::string_view name);
+
 /// @return the columns of a table that say nothing of how a reading was taken: its axes, or another
 ///         program's.
 [[nodiscard]] std::vector<std::string> columns_without_meaning(

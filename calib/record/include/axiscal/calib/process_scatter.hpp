@@ -3,6 +3,8 @@
 
 #include <Eigen/Core>
 
+#include "axiscal/core/eigen_alignment.hpp"
+
 namespace axiscal {
 
 /// How the biases of a unit, or of units of its model, changed from block to block in earlier

@@ -12,6 +12,7 @@
 #include "axiscal/calib/experiment.hpp"
 #include "axiscal/calib/face_names.hpp"
 #include "axiscal/calib/observations.hpp"
+#include "axiscal/core/eigen_alignment.hpp"
 
 namespace axiscal {
 
@@ -20,10 +21,17 @@ namespace axiscal {
 struct Run {
   Observations observations;
   std::vector<InputFileDigest> inputs;  ///< the files; empty for arrays
+  /// How many readings came from each of the files, one file after another; empty if that is not
+  /// known.
+  std::vector<std::size_t> rows_of_inputs;
   std::vector<std::string> notes;
   std::vector<std::string> axes;     ///< the response columns' names; of an assembly one slot's
+  std::string field_unit;            ///< of the known fields, if a column's name states it
   std::string serial;                ///< the unit under test, of the first reading that states it
   std::vector<std::string> serials;  ///< every reading's; empty without such a column
+  std::vector<std::string> dates;      ///< column `date` of every reading; empty without one
+  std::vector<std::string> operators;  ///< column `operator` of every reading; empty without one
+  std::string measured;                ///< stated date of the readings; else see measured_at()
   /// Where the columns are SLOT.axis: the slots in the columns' order; the responses are those of
   /// the first slot's axes, then the second's, ...
   std::vector<std::string> slots;
@@ -37,6 +45,14 @@ struct SlotColumns {
   std::string slot;
   std::vector<std::string> axes;
 };
+
+/// When a run was measured: as stated; else the last time in the column `time` if its times are
+/// dates, or the last date in the column `date`.
+/// @return ISO 8601, UTC; empty if nothing tells it.
+[[nodiscard]] std::string measured_at(const Run& run);
+
+/// @return the names in the column `operator`, each once: "A. Smith, B. Jones"; empty without one.
+[[nodiscard]] std::string operators_of(const Run& run);
 
 /// Which columns a table of observations must have.
 struct ObservationColumns {
@@ -94,6 +110,12 @@ class UnitsOfRun {
   [[nodiscard]] std::size_t size() const { return serials_.size(); }
   [[nodiscard]] const std::string& serial(std::size_t unit) const { return serials_[unit]; }
   [[nodiscard]] Run operator[](std::size_t unit) const;
+
+  /// @return how many readings a unit has.
+  [[nodiscard]] std::size_t readings(std::size_t unit) const;
+
+  /// @return how many readings most units have; the larger of two that are as frequent.
+  [[nodiscard]] std::size_t usual_readings() const;
 
  private:
   Run run_;  // its readings' serials are in what follows

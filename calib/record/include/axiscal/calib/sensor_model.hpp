@@ -8,6 +8,7 @@
 #include <Eigen/Core>
 
 #include "axiscal/calib/temperature.hpp"
+#include "axiscal/core/eigen_alignment.hpp"
 #include "axiscal/field/field_description.hpp"
 #include "axiscal/instruments/instrument.hpp"
 #include "axiscal/instruments/instrument_kind.hpp"

@@ -5,6 +5,7 @@
 
 #include <Eigen/Core>
 
+#include "axiscal/core/eigen_alignment.hpp"
 #include "axiscal/core/rare.hpp"
 
 namespace axiscal {

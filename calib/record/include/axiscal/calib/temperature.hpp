@@ -9,6 +9,7 @@
 #include <Eigen/Core>
 
 #include "axiscal/calib/sensor_temperature.hpp"
+#include "axiscal/core/eigen_alignment.hpp"
 
 namespace axiscal {
 

@@ -6,10 +6,13 @@
 
 #include <Eigen/Core>
 
+#include "axiscal/core/eigen_alignment.hpp"
+
 namespace axiscal {
 
 /// The name of the source that is the error of the field's magnitude.
 inline constexpr const char* field_magnitude_source = "field magnitude";
+inline constexpr const char* reference_source = "reference of the readings";
 
 /// One source of a calibration's uncertainty, and what it does to every parameter.
 struct UncertaintySource {

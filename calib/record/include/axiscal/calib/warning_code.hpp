@@ -40,6 +40,7 @@ enum class WarningCode {
   slope,
   field_magnitude,
   field_length,
+  impossible_field,
   field_in_bias,
   log,
   seat,

@@ -9,6 +9,8 @@
 #include <Eigen/Core>
 #include <Eigen/QR>
 
+#include "axiscal/core/eigen_alignment.hpp"
+
 namespace axiscal {
 
 /// What a linear regression of one response gives; n observations, p parameters.

@@ -4,6 +4,7 @@
 #include <Eigen/Core>
 
 #include "axiscal/calib/least_squares.hpp"
+#include "axiscal/core/eigen_alignment.hpp"
 
 namespace axiscal {
 

@@ -32,19 +32,22 @@ struct ParameterTrend {
 struct UnitHistory {
   std::string serial;
   std::vector<std::string> paths;
-  std::vector<std::string> created;
+  std::vector<std::string> dates;  ///< of the calibrations: when the readings were taken
   std::vector<ParameterTrend> trends;
 };
 
 /// Reads the calibration records of a folder (*.json; others are passed over) by serial number.
 /// @param limits  for the dates at which tolerances will be met.
 /// @param passed_over  takes why files are no records; null: not needed.
+/// @param not_held     takes the parameters of limits that a history does not hold, as the residual
+///                     sd; null: not needed.
 /// @throws DataError    for a folder that cannot be read.
-/// @throws DomainError  for a limit of something else than a bias or a sensitivity.
+/// @throws DomainError  for a limit of a parameter that no record has.
 [[nodiscard]] std::vector<UnitHistory> read_history(
     const std::string& folder,
     const std::optional<Limits>& limits = {},
-    std::vector<std::string>* passed_over = nullptr);
+    std::vector<std::string>* passed_over = nullptr,
+    std::vector<std::string>* not_held = nullptr);
 
 /// The records of a folder, for process_scatter(); files that are none are passed over.
 /// @throws DataError  for a folder that cannot be read.

@@ -7,6 +7,7 @@
 #include <Eigen/Core>
 
 #include "axiscal/calib/uncertainty.hpp"
+#include "axiscal/core/eigen_alignment.hpp"
 
 namespace axiscal {
 

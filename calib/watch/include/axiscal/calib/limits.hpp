@@ -28,6 +28,11 @@ struct Limits {
   std::vector<Limit> limits;
 };
 
+/// @return whether a limit may be stated of a parameter of that name: a coefficient, the angle between
+///         two axes, `AXIS.residual_sd`, `levelness.x`, `pitch_error_deg`, `drift_p_value`, or how
+///         many `readings` and `design_points` a calibration rests on.
+[[nodiscard]] bool is_limit_parameter(std::string_view name, const std::vector<std::string>& axes);
+
 /// Reads limits from JSON.
 /// @throws DataError  `PATH: /json/pointer: ...`.
 [[nodiscard]] Limits parse_limits(std::string_view text, const std::string& path);

@@ -3,6 +3,7 @@
 
 #include <array>
 #include <cstddef>
+#include <map>
 #include <memory>
 #include <optional>
 #include <string>
@@ -18,6 +19,8 @@ struct MappedColumn {
   std::string name;     ///< as the calibration calls it
   std::string column;   ///< as the log calls it
   double factor = 1.0;  ///< also the sign: -1 turns an axis round
+  /// TableText: cells that are words, and the cells that stand for them: "X up" is "-X".
+  std::map<std::string, std::string> words = {};
 };
 
 /// How a log is to be read; all can be left to be found out.
@@ -44,6 +47,7 @@ struct LogSensor {
   int of = 1;                          ///< how many of its kind the recording has
   std::string device;                  ///< by which the vehicle's software knows it; may be empty
   std::string words;                   ///< what it is, and how that is known
+  bool is_guess = false;               ///< known by the numbers alone
 };
 
 /// Reads a mapping of columns: {"format": "axiscal-log", "version": 1, "names": [..],
@@ -53,6 +57,13 @@ struct LogSensor {
 
 /// Samples, a column for each quantity, all of one length.
 using LogBlock = std::vector<std::vector<double>>;
+
+/// @param first, second, third  columns of samples.
+/// @return the unit in which the length of three columns is gravity's: m/s^2, g or mg; empty if it is
+///         none.
+[[nodiscard]] std::string unit_of_gravity(const std::vector<double>& first,
+                                          const std::vector<double>& second,
+                                          const std::vector<double>& third);
 
 /// @return the position of a column among others, or nothing.
 [[nodiscard]] std::optional<std::size_t> find_column(const std::vector<std::string>& columns,
@@ -155,6 +166,7 @@ class LogFile {
   std::unique_ptr<Source> source_;
   std::vector<std::string> columns_;
   std::vector<double> factors_;      // what every column is multiplied with
+  std::vector<int> signed_bits_;     // of columns of signed counts that were printed unsigned; else 0
   std::vector<std::size_t> places_;  // of every column in the source
   std::vector<std::size_t> selected_;
   LogBlock ahead_;  // rows that were read to see what the columns are

@@ -28,7 +28,7 @@ struct KnownUnit {
 [[nodiscard]] std::optional<KnownUnit> known_unit(std::string_view text,
                                                   SeriesKind of = SeriesKind::other);
 
-/// A column's name and the unit behind it: "ax (m/s^2)", "x [V]", "Temperature / degC".
+/// A column's name and the unit behind it: "ax (m/s^2)", "x [V]", "Temperature / degC", "time in ms".
 struct NamedColumn {
   std::string name;
   std::string unit;  ///< as it stands there; empty where there is none
@@ -57,14 +57,14 @@ class SensorColumns {
   /// @return the column of times, where there is one.
   [[nodiscard]] std::optional<std::size_t> time() const { return time_; }
 
-  /// @return seconds per unit of the times, as the name states it; 1 where it does not.
+  /// @return seconds per unit of the times, as the name states it; 0 if it does not.
   [[nodiscard]] double seconds() const { return seconds_; }
 
  private:
   std::vector<std::string> columns_;
   std::vector<Series> series_;
   std::optional<std::size_t> time_;
-  double seconds_ = 1.0;
+  double seconds_ = 0.0;
 };
 
 }  // namespace axiscal

@@ -21,9 +21,10 @@ namespace axiscal {
 /// line. A plain table passes unchanged.
 class TableText {
  public:
-  /// @param format  names of columns without a header; columns renamed, scaled, turned round.
+  /// @param format  names of columns without a header; columns renamed, scaled, turned round. Kinds of
+  ///                sensors: a recording is a table of theirs, as LogFile makes it.
   /// @throws DataError  if there is no such file, or it is no table: of a flight log or a bag the
-  ///                    message says what it holds.
+  ///                    message says what it holds, if no kinds are named.
   explicit TableText(const std::string& path, const LogFormat& format = {});
 
   /// Bytes that come from elsewhere.
@@ -50,8 +51,19 @@ class TableText {
   ///         could not be looked at.
   [[nodiscard]] const std::vector<NamedColumn>& columns() const;
 
-  /// @return the sensors among the columns, by names and units.
+  /// @return the sensors among the columns: by names and units, else by the numbers of the first
+  ///         rows.
   [[nodiscard]] std::vector<LogSensor> sensors() const;
+
+  /// @return the first rows as numbers, a vector for each column, NaN for words; empty if the table
+  ///         could not be looked at.
+  [[nodiscard]] const LogBlock& first_rows() const;
+
+  /// @return the cells of the first rows, row by row; empty for a table of numbers alone.
+  [[nodiscard]] const std::vector<std::vector<std::string>>& first_cells() const;
+
+  /// @return the columns of numbers whose names say nothing, as c1 or data_2, and no times.
+  [[nodiscard]] std::vector<std::string> unnamed_numbers() const;
 
   /// @return how it was read, in words.
   [[nodiscard]] const std::vector<std::string>& notes() const;

@@ -21,6 +21,22 @@ namespace axiscal {
 /// @return the number; NaN where it is no finite one.
 [[nodiscard]] double cell_number(std::string_view cell, bool decimal_comma);
 
+/// @return whether a cell says that there is no number: empty, nan, null, none, n/a, -, ? and the
+///         like.
+[[nodiscard]] bool is_missing(std::string_view cell);
+
+/// A number with what people write about it.
+struct DressedNumber {
+  double value;           ///< NaN if the cell is no such number
+  std::string_view unit;  ///< behind it, as "g" of "0.34 g"; may be empty
+  bool is_grouped;        ///< its thousands are parted, as in "15,267"
+};
+
+/// Reads "0.34 g", "15,267", "15'267.5 m/s^2": a number with a unit behind it or parted thousands.
+/// @param cell           may stand in quotes.
+/// @param decimal_comma  whether a comma is the decimal point; points then part thousands.
+[[nodiscard]] DressedNumber dressed_number(std::string_view cell, bool decimal_comma);
+
 /// @return a column's name, without quotes and blanks around it.
 [[nodiscard]] std::string_view cell_name(std::string_view cell);
 

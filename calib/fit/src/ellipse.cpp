@@ -1,0 +1,181 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <array>
+#include <cmath>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include <Eigen/Cholesky>
+#include <Eigen/Eigenvalues>
+#include <Eigen/LU>
+#include <Eigen/SVD>
+
+#include "axis_regression.hpp"
+#include "axiscal/calib/least_squares.hpp"
+#include "axiscal/calib/magnitude.hpp"
+#include "axiscal/core/error.hpp"
+#include "axiscal/core/formatted.hpp"
+#include "axiscal/core/not_a_number.hpp"
+#include "axiscal/core/number_text.hpp"
+
+namespace axiscal {
+namespace {
+
+constexpr Eigen::Index parameters = 5;  // b, A
+
+// |A (v - b)| = 1, A symmetric.
+struct Ellipse {
+  Eigen::Vector2d b = Eigen::Vector2d::Zero();
+  Eigen::Matrix2d A = Eigen::Matrix2d::Identity();
+};
+
+[[noreturn]] void refuse_shape() {
+  throw RefusedError(
+      "the readings of the two axes do not lie on an ellipse: turn the instrument once about the axis "
+      "square to both, in one place, and take readings all the way round");
+}
+
+// The conic of least algebraic residuals.
+Ellipse conic_through(const Eigen::MatrixX2d& v) {
+  Eigen::MatrixXd D(v.rows(), 6);
+  for (Eigen::Index i = 0; i < v.rows(); ++i) {
+    const double x = v(i, 0);
+    const double y = v(i, 1);
+    D.row(i) << x * x, 2.0 * x * y, y * y, 2.0 * x, 2.0 * y, 1.0;
+  }
+  const Eigen::VectorXd q =
+      Eigen::JacobiSVD<Eigen::MatrixXd>(D, Eigen::ComputeThinU | Eigen::ComputeThinV).matrixV().col(5);
+  Eigen::Matrix2d Q;
+  Q << q(0), q(1), q(1), q(2);
+  const double sign = Q.trace() < 0.0 ? -1.0 : 1.0;
+  Q *= sign;
+  const Eigen::Vector2d d = sign * q.segment<2>(3);
+  if (!(Q.determinant() > 1e-9 * Q.squaredNorm())) {
+    refuse_shape();
+  }
+  Ellipse at{.b = -Q.inverse() * d};
+  const double size = at.b.dot(Q * at.b) - sign * q(5);
+  if (!(size > 0.0)) {
+    refuse_shape();
+  }
+  at.A = Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d>(Q / size).operatorSqrt();
+  return at;
+}
+
+// Deviations of the length and their change with b, A11, A12, A22, in noise of sd 1.
+struct Linear {
+  Eigen::VectorXd r;
+  Eigen::MatrixXd J;
+};
+
+Linear linearised(const Eigen::MatrixX2d& v, const Eigen::VectorXd& root_weights, const Ellipse& at) {
+  Linear linear{.r = Eigen::VectorXd(v.rows()), .J = Eigen::MatrixXd(v.rows(), parameters)};
+  for (Eigen::Index i = 0; i < v.rows(); ++i) {
+    const Eigen::Vector2d e = v.row(i).transpose() - at.b;
+    const Eigen::Vector2d f = at.A * e;
+    const Eigen::Vector2d u = f.normalized();
+    const Eigen::Vector2d along = at.A * u;  // how |f| changes with the reading
+    const double w = root_weights(i) / along.norm();
+    linear.r(i) = w * (f.norm() - 1.0);
+    linear.J.row(i) << -w * along.x(), -w * along.y(), w * u.x() * e.x(),
+        w * (u.x() * e.y() + u.y() * e.x()), w * u.y() * e.y();
+  }
+  return linear;
+}
+
+Ellipse moved(Ellipse at, const Eigen::VectorXd& step) {
+  at.b += step.head<2>();
+  at.A(0, 0) += step(2);
+  at.A(0, 1) += step(3);
+  at.A(1, 0) += step(3);
+  at.A(1, 1) += step(4);
+  return at;
+}
+
+}  // namespace
+
+Estimate estimate_ellipse(const ReadingSet& set, double F) {
+  constexpr Eigen::Index fewest = parameters + 3;
+  if (set.size() < fewest) {
+    throw RefusedError(formatted("method magnitude needs {} readings or more of two axes, not {}", fewest,
+                                 set.size()));
+  }
+  require_response(set);
+  const Eigen::Vector2d lowest = set.response.colwise().minCoeff();
+  const Eigen::Vector2d highest = set.response.colwise().maxCoeff();
+  const Eigen::Vector2d middle = 0.5 * (lowest + highest);
+  const double size = 0.5 * (highest - lowest).maxCoeff();
+  const Eigen::MatrixX2d v = (set.response.rowwise() - middle.transpose()) / size;
+  const Eigen::VectorXd root_weights = set.weights.col(0).cwiseSqrt();
+  Ellipse at = conic_through(v);
+  constexpr int most_rounds = 50;
+  for (int round = 0; round < most_rounds; ++round) {
+    const Linear linear = linearised(v, root_weights, at);
+    const Eigen::VectorXd step =
+        linear.J.colPivHouseholderQr().solve(Eigen::VectorXd(-linear.r));
+    at = moved(at, step);
+    if (!(at.A.determinant() > 0.0)) {
+      refuse_shape();
+    }
+    if (step.norm() < 1e-13) {
+      break;
+    }
+  }
+  const Linear linear = linearised(v, root_weights, at);
+  const std::vector<std::string> names = {set.axes[0] + ".bias", set.axes[1] + ".bias",
+                                          set.axes[0] + ".sensitivity.x", set.axes[0] + ".sensitivity.y",
+                                          set.axes[1] + ".sensitivity.y"};
+  const LeastSquaresDesign design(linear.J, Eigen::VectorXd(), names);
+  const auto dof = static_cast<double>(set.size() - parameters);
+  const double sd = std::sqrt(linear.r.squaredNorm() / dof);
+  const Eigen::MatrixXd& C = design.unscaled_covariance();
+  constexpr double largest_relative_se = 0.1;
+  const double worst = sd * std::sqrt(C.diagonal().maxCoeff());
+  if (!(worst < largest_relative_se)) {
+    throw RefusedError(formatted(
+        "method magnitude: bias and sensitivity are not told apart (standard errors of {} % of the field): "
+        "turn the instrument all the way round, and keep it level",
+        number_text(std::round(100.0 * worst))));
+  }
+
+  Estimate estimate;
+  const Eigen::Matrix2d S = at.A.inverse();
+  estimate.response.bias = middle + size * at.b;
+  estimate.response.sensitivity = SensitivityMatrix::Zero(2, 3);
+  estimate.response.sensitivity.leftCols(2) = size / F * S;
+  RegressionRows rows = rows_of_readings(set);
+  estimate.statistics = blank_statistics(set, rows);
+  FitStatistics& statistics = estimate.statistics;
+  Eigen::MatrixXd T = Eigen::MatrixXd::Zero(8, parameters);
+  T(0, 0) = size;
+  T(4, 1) = size;
+  const std::array<std::pair<int, int>, 3> entries = {{{0, 0}, {0, 1}, {1, 1}}};
+  for (std::size_t e = 0; e < entries.size(); ++e) {
+    Eigen::Matrix2d dA = Eigen::Matrix2d::Zero();
+    dA(entries[e].first, entries[e].second) = 1.0;
+    dA(entries[e].second, entries[e].first) = 1.0;
+    const Eigen::Matrix2d dS = -size / F * (S * dA * S);
+    for (Eigen::Index k = 0; k < 2; ++k) {
+      T.block<2, 1>(4 * k + 1, 2 + static_cast<Eigen::Index>(e)) = dS.row(k).transpose();
+    }
+  }
+  statistics.covariance = sd * sd * T * C * T.transpose();
+  statistics.degrees_of_freedom.setConstant(dof);
+  statistics.residual_sd.setConstant(size * sd);
+  statistics.r_squared.setConstant(not_a_number);
+  statistics.variance_inflation.setConstant(not_a_number);
+  statistics.condition_number = design.condition_number();
+  const ResidualDiagnostics diagnostics =
+      diagnose_residuals(linear.r, design.leverage(), dof, static_cast<double>(parameters));
+  for (Eigen::Index k = 0; k < 2; ++k) {
+    put_diagnostics(statistics, k, design.leverage(), diagnostics, Eigen::VectorXd());
+  }
+  estimate.notes.push_back(
+      {NoteCode::method,
+       formatted("the two axes were turned in a plane: the length of the field in it is taken as {}; if "
+                 "the field is steeper, state its length in the plane",
+                 number_text(F, 6))});
+  return estimate;
+}
+
+}  // namespace axiscal

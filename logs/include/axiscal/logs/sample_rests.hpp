@@ -1,0 +1,37 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstddef>
+#include <optional>
+#include <vector>
+
+#include "axiscal/calib/observations.hpp"
+#include "axiscal/positioner/design_point.hpp"
+
+namespace axiscal {
+
+/// Raw samples as readings: each rest's mean is one reading.
+struct SampleRests {
+  Observations readings;    ///< with `samples` and `response_sd`; the time is the rest's middle
+  std::vector<std::size_t> rows;  ///< the sample in the middle of each rest
+  std::size_t samples = 0;        ///< how many samples the rests hold
+  /// Whether each block is one rest: one file for each face, say. The readings are then one block.
+  bool one_each_block = false;
+};
+
+/// Looks for rests among readings that may be raw samples: no readings of their own, but many of each
+/// orientation. The rests are segment()'s; none spans two blocks.
+///
+/// @param samples  without poses, in the order in which they were taken.
+/// @return nothing if they are no raw samples: there are fewer than 30, or rests hold less than
+///         30 % of them, or have fewer than 3 samples on the average.
+[[nodiscard]] std::optional<SampleRests> rests_of_samples(const Observations& samples);
+
+/// The faces on which a cube rested, by the gravity that its readings show.
+/// @param readings  of three axes, an accelerometer's.
+/// @return as resting_faces(); none at all if the readings are in more than 8 places, 10 degrees
+///         apart, which are not the faces of a cube.
+/// @throws RefusedError  as resting_faces().
+[[nodiscard]] std::vector<std::optional<Face>> faces_by_gravity(const Observations& readings);
+
+}  // namespace axiscal

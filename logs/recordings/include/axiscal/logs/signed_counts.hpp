@@ -1,0 +1,31 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstddef>
+#include <string>
+#include <vector>
+
+#include "axiscal/logs/log_file.hpp"
+
+namespace axiscal {
+
+/// Columns of signed counts that were printed unsigned: 65404 for -132.
+struct SignedCounts {
+  int bits = 0;                      ///< 16, 24 or 32; 0: there are none
+  std::vector<std::size_t> columns;  ///< whose values are signed; in some of them none is negative
+};
+
+/// Looks for signed counts that were printed unsigned: whole numbers of 0 to 2^bits - 1, small and
+/// large ones, and hardly any in between, in two columns or more.
+/// @param samples  columns of one length.
+[[nodiscard]] SignedCounts find_signed_counts(const LogBlock& samples);
+
+/// @return the count with its sign: 65404 of 16 bits is -132.
+[[nodiscard]] double with_sign(double count, int bits);
+
+/// @param names  of all columns.
+/// @return the note that says it.
+[[nodiscard]] std::string words_of(const SignedCounts& counts,
+                                   const std::vector<std::string>& names);
+
+}  // namespace axiscal

@@ -1,0 +1,173 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "axiscal/logs/longest_rest.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "axiscal/core/units.hpp"
+
+namespace axiscal {
+namespace {
+
+// Mean and variance of the windows of a column.
+struct Windows {
+  std::vector<double> mean, variance;
+};
+
+// The variance is taken without the sample farthest from the mean: one glitch is no motion.
+Windows windows_of(std::span<const double> samples, std::size_t length) {
+  Windows windows;
+  for (std::size_t first = 0; first + length <= samples.size(); first += length) {
+    const std::span<const double> own = samples.subspan(first, length);
+    double sum = 0.0;
+    double count = 0.0;
+    for (const double value : own) {
+      sum += std::isfinite(value) ? value : 0.0;
+      count += std::isfinite(value) ? 1.0 : 0.0;
+    }
+    const double mean = sum / std::max(count, 1.0);
+    double squares = 0.0;
+    double farthest = 0.0;
+    for (const double value : own) {
+      const double square = std::isfinite(value) ? (value - mean) * (value - mean) : 0.0;
+      squares += square;
+      farthest = std::max(farthest, square);
+    }
+    windows.mean.push_back(mean);
+    windows.variance.push_back((squares - farthest) / std::max(count - 2.0, 1.0));
+  }
+  return windows;
+}
+
+double quantile_of(std::vector<double> values, double share) {
+  const auto at = values.begin() + static_cast<std::ptrdiff_t>(
+                                       share * static_cast<double>(values.size() - 1));
+  std::nth_element(values.begin(), at, values.end());
+  return *at;
+}
+
+// The smallest change between neighbours: a step of the readings.
+double step_of(std::span<const double> samples) {
+  double step = std::numeric_limits<double>::infinity();
+  for (std::size_t i = 1; i < samples.size(); ++i) {
+    const double change = std::abs(samples[i] - samples[i - 1]);
+    step = change > 0.0 ? std::min(step, change) : step;
+  }
+  return std::isfinite(step) ? step : 0.0;
+}
+
+// Which windows are loud in some column, compared with the quietest share of them.
+std::vector<char> loud_windows(const std::vector<RestColumn>& columns,
+                               const std::vector<Windows>& windows,
+                               double quietest) {
+  const std::size_t n = windows.front().variance.size();
+  std::vector<char> loud(n, 0);
+  std::vector<char> frozen(n, 1);
+  bool any = false;
+  for (std::size_t c = 0; c < columns.size(); ++c) {
+    const std::vector<double>& variance = windows[c].variance;
+    const double step = step_of(columns[c].samples);
+    const double base = std::max(quantile_of(variance, quietest), 0.25 * step * step);
+    if (!(base > 0.0)) {
+      continue;  // the column does not vary
+    }
+    any = true;
+    // Noise whose variance wanders has loud windows by itself.
+    constexpr double least = 8.0;
+    constexpr double most = 40.0;
+    const double factor = std::clamp(std::pow(quantile_of(variance, 0.5) / base, 4.0), least, most);
+    for (std::size_t i = 0; i < n; ++i) {
+      loud[i] = static_cast<char>(loud[i] != 0 || variance[i] > factor * base);
+      frozen[i] = static_cast<char>(frozen[i] != 0 && variance[i] == 0.0);
+    }
+  }
+  for (std::size_t i = 0; i < n && any; ++i) {
+    loud[i] = static_cast<char>(loud[i] != 0 || frozen[i] != 0);  // a sensor that sleeps
+  }
+  return loud;
+}
+
+// The longest run of windows that are not loud, first and end.
+std::pair<std::size_t, std::size_t> longest_quiet(const std::vector<char>& loud) {
+  std::pair<std::size_t, std::size_t> longest = {0, 0};
+  std::size_t first = 0;
+  for (std::size_t i = 0; i <= loud.size(); ++i) {
+    if (i == loud.size() || loud[i] != 0) {
+      if (i - first > longest.second - longest.first) {
+        longest = {first, i};
+      }
+      first = i + 1;
+    }
+  }
+  return longest;
+}
+
+// Whether the means of neighbouring windows differ as those of no sensor at rest do.
+bool wanders(const std::vector<RestColumn>& columns,
+             const std::vector<Windows>& windows,
+             const std::pair<std::size_t, std::size_t>& run) {
+  for (std::size_t c = 0; c < columns.size(); ++c) {
+    const double limit = columns[c].kind == SeriesKind::accelerometer ? 0.05
+                         : columns[c].kind == SeriesKind::gyroscope   ? 0.3 * rad_per_deg
+                                                                      : 0.0;
+    double squares = 0.0;
+    double count = 0.0;
+    for (std::size_t i = run.first + 1; i < run.second; ++i) {
+      const double change = windows[c].mean[i] - windows[c].mean[i - 1];
+      squares += change * change;
+      count += 1.0;
+    }
+    if (limit > 0.0 && columns[c].si > 0.0 && count > 0.0 &&
+        columns[c].si * std::sqrt(0.5 * squares / count) > limit) {
+      return true;
+    }
+  }
+  return false;
+}
+
+}  // namespace
+
+LongestRest longest_rest(const std::vector<RestColumn>& columns, double rate_hz) {
+  const std::size_t n = columns.empty() ? 0 : columns.front().samples.size();
+  constexpr double window_s = 0.5;
+  constexpr std::size_t fewest_samples = 32;
+  constexpr std::size_t fewest_windows = 8;
+  std::size_t length =
+      std::max<std::size_t>(static_cast<std::size_t>(std::lround(window_s * rate_hz)),
+                            fewest_samples);
+  length = std::min(length, std::max<std::size_t>(n / fewest_windows, fewest_windows));
+  if (n < fewest_windows * fewest_windows) {
+    return {.first = 0, .end = n};  // too short to be told apart
+  }
+  std::vector<Windows> windows;
+  for (const RestColumn& column : columns) {
+    windows.push_back(windows_of(column.samples, length));
+  }
+  LongestRest rest;
+  // A rest of less than a tenth of the log shows by its quietest fiftieth.
+  for (const double quietest : {0.1, 0.02}) {
+    const std::pair<std::size_t, std::size_t> run =
+        longest_quiet(loud_windows(columns, windows, quietest));
+    const std::size_t count = windows.front().mean.size();
+    // The hand that comes or goes reaches into the windows at the ends.
+    const std::size_t first = run.first > 0 ? run.first + 1 : 0;
+    const std::size_t end = run.second < count ? run.second - std::min<std::size_t>(run.second, 1)
+                                               : count;
+    rest.first = first * length;
+    rest.end = end == count ? n : end * length;
+    if (rest.end <= rest.first) {
+      rest = {.first = run.first * length, .end = run.second * length};
+    }
+    const double span_s = static_cast<double>(rest.end - rest.first) / rate_hz;
+    constexpr double shortest_s = 10.0;
+    const bool is_short = span_s < shortest_s && 2 * (rest.end - rest.first) < n;
+    rest.moves = is_short || wanders(columns, windows, run);
+    if (!rest.moves) {
+      break;
+    }
+  }
+  return rest;
+}
+
+}  // namespace axiscal
