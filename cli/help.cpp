@@ -54,7 +54,7 @@ constexpr std::array essentials = {
                "strict,names",
                {"axiscal apply cal.json log.csv -o angles.csv",
                 "axiscal apply cal.json log.csv --uncertainty",
-                "tail -f log.csv | axiscal apply cal.json - --follow"}},
+                "tail -n +1 -f log.csv | axiscal apply cal.json - --follow"}},
     Essentials{"plan",
                "design,replicates,seed,noise,want-angle-deg,positioner,output,page,temperatures,"
                "json",
@@ -77,7 +77,7 @@ constexpr std::array essentials = {
                {"axiscal characterize --reference a.json=a.csv --id cube-07 -o cube-07.json",
                 "axiscal characterize --reference a.json=a.csv --reference b.json=b.csv --id "
                 "cube-07 -o cube-07.json",
-                "axiscal characterize --reference a.json=a.csv --id cube-07 --json"}},
+                "axiscal characterize --reference a.json=a.csv --id cube-07 -o cube-07.json --json"}},
     Essentials{"check",
                "limits,history,alpha,output,json,field,positioner,names,map,serial",
                {"axiscal check cal.json today.csv", "axiscal check old.json new.json",

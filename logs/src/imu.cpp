@@ -23,6 +23,7 @@
 #include "axiscal/core/units.hpp"
 #include "axiscal/field/custom_field.hpp"
 #include "axiscal/field/geomagnetic_field.hpp"
+#include "axiscal/logs/sample_rests.hpp"
 #include "axiscal/positioner/positioner.hpp"
 #include "rest_turns.hpp"
 
@@ -422,21 +423,22 @@ class ImuCalibrator {
     return result_.seats ? labelled(all, *result_.seats, options_.sheet) : all;
   }
 
-  // Laid on its six faces and in no other way: too few rests for method magnitude, but each face is
-  // known. That they were level is taken for granted.
+  // Laid on its six faces and in no other way: too few attitudes for method magnitude, but each face
+  // is known.
   void take_six_faces(Experiment& experiment, Observations& observations) {
-    constexpr Eigen::Index enough = 10;  // for method magnitude
-    if (observations.size() >= enough) {
-      return;
-    }
     std::vector<std::optional<Face>> faces;
     try {
-      faces = resting_faces(accelerations_);
+      faces = faces_by_gravity(observations);
     } catch (const RefusedError&) {
       faces.clear();  // not all of them
     }
     const std::set<std::optional<Face>> all(faces.begin(), faces.end());
-    if (all.size() != all_faces.size() || all.contains(std::nullopt)) {
+    const bool are_faces = all.size() == all_faces.size() && !all.contains(std::nullopt);
+    constexpr Eigen::Index enough = 10;  // for method magnitude
+    if (!are_faces && observations.size() >= enough) {
+      return;
+    }
+    if (!are_faces) {
       throw RefusedError(formatted(
           "the log has {} rest{} of {} s or more, and a calibration needs it at rest in many "
           "attitudes: "

@@ -74,10 +74,12 @@ Sheet read_sheet(const std::string& xml, const std::vector<std::string>& strings
       ++line;
     }
     std::size_t column = 0;
+    std::size_t next = 0;  // of a cell that does not say its column
     std::string text;
     for (const pugi::xml_node cell : row.children("c")) {
       const std::string_view reference = cell.attribute("r").as_string();
-      const std::size_t place = reference.empty() ? column : column_of(reference);
+      const std::size_t place = reference.empty() ? next : column_of(reference);
+      next = place + 1;
       if (place > most_columns) {
         break;
       }
