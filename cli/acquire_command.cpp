@@ -692,7 +692,10 @@ class Guided {
     try {
       static_cast<void>(write_files(setup, session, outputs));
     } catch (const Error&) {
-      return;  // the end of the session says it
+      // The end of the session says it.
+    }
+    for (const std::string* path : {&outputs.observations, &outputs.record, &outputs.report}) {
+      allow_rewriting(*path);
     }
   }
 

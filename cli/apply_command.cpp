@@ -371,7 +371,8 @@ int run(const ApplyCommand& command) {
                         .kind = calibration.sensor.instrument.differences.empty()
                                     ? calibration.sensor.instrument.kind
                                     : "",
-                        .unit = calibration.sensor.instrument.unit});
+                        .unit = calibration.sensor.instrument.unit,
+                        .of_recording = calibration.sensor.instrument.kind});
   }
   CsvReader& csv = *table.csv;
   ReductionCsvOptions options;

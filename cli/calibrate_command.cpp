@@ -574,7 +574,9 @@ AxesOfTable axes_of_table(const TableText& text, const ExperimentOptions& option
                             return is_label_of_pose(name);
                           });
   std::vector<std::string> axes;
-  for (std::size_t c = 0; c < header.size() && has_labels; ++c) {
+  // Of x, y and z some are there: the others are missing, and the reader says so.
+  const bool has_some = has("x") || has("y") || has("z");
+  for (std::size_t c = 0; c < header.size() && has_labels && !has_some; ++c) {
     const std::vector<double>& values = text.first_rows()[c];
     const bool are_numbers = !values.empty() && std::all_of(values.begin(), values.end(), [](double v) {
       return std::isfinite(v);
@@ -584,7 +586,7 @@ AxesOfTable axes_of_table(const TableText& text, const ExperimentOptions& option
     }
   }
   constexpr std::size_t usual = 3;
-  if (!has_labels && text.unnamed_numbers().size() == usual) {
+  if (!has_labels && !has_some && text.unnamed_numbers().size() == usual) {
     axes = text.unnamed_numbers();
   }
   if (!axes.empty() && axes.size() <= usual) {
@@ -613,6 +615,15 @@ void take_field_of_table(const TableText& text, ExperimentOptions& options) {
   }
 }
 
+// A recording of an instrument that was turned by hand has no labels: only its magnitude tells.
+bool by_magnitude(const ExperimentOptions& options) {
+  return options.method == "magnitude";
+}
+
+std::vector<SeriesKind> recording_for(const ExperimentOptions& options) {
+  return by_magnitude(options) ? kinds_of(options.instrument.value_or("")) : std::vector<SeriesKind>();
+}
+
 // What the options leave open, and the first table's columns say.
 ExperimentOptions with_columns_of_table(ExperimentOptions options, const TableOptions& table) {
   const std::string path = options.files.front();
@@ -620,7 +631,7 @@ ExperimentOptions with_columns_of_table(ExperimentOptions options, const TableOp
     return options;
   }
   LogFormat format = format_of(table);
-  format.kinds = kinds_of(options.instrument.value_or(""));
+  format.kinds = recording_for(options);
   format.wanted = names_of(options.axes.value_or(""));
   const TableText text(path, format);
   if (text.columns().empty()) {
@@ -714,7 +725,10 @@ int run(const CalibrateCommand& command) {
   std::vector<Run> files =
       read_files(file, Units::several,
                  {.options = table,
-                  .faces_of = experiment.slots.empty() ? experiment.instrument.kind : ""},
+                  .faces_of = experiment.slots.empty() ? experiment.instrument.kind : "",
+                  .of_recording = by_magnitude(command.experiment) && experiment.slots.empty()
+                                      ? experiment.instrument.kind
+                                      : ""},
                  beside, &companions);
   std::map<std::string, std::string> serials;
   if (command.each) {
@@ -731,8 +745,12 @@ int run(const CalibrateCommand& command) {
   read_with_sign(run);
   const bool may_be_samples = experiment.slots.empty() &&
                               (!experiment.method || method_kind(*experiment.method).by_magnitude);
-  if (may_be_samples && gather_rests(experiment.instrument.kind, run) && !experiment.method &&
-      experiment.instrument.kind == "accelerometer" && run.observations.response.cols() == 3) {
+  const bool is_of_rests = may_be_samples && gather_rests(experiment.instrument.kind, run);
+  if (is_of_rests) {
+    // Of rests in many attitudes the model errs more than the mean of a second.
+    experiment.weighting = experiment.weighting.value_or(Weighting::none);
+  }
+  if (is_of_rests && !experiment.method && experiment.instrument.kind == "accelerometer" && run.observations.response.cols() == 3) {
     label_faces(run);
   }
   if (!command.force && run.serial.empty() && experiment.instrument.serial.empty()) {

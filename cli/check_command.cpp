@@ -260,7 +260,8 @@ FreshReadings read_fresh(const CheckCommand& command, const Calibration& old) {
                {.options = command.table,
                 .kind = old.sensor.instrument.differences.empty() ? old.sensor.instrument.kind : "",
                 .unit = old.sensor.instrument.unit,
-                .faces_of = old.sensor.instrument.kind});
+                .faces_of = old.sensor.instrument.kind,
+                .of_recording = old.sensor.instrument.kind});
   read_with_sign(fresh.run);
   if (!gather_rests(old.sensor.instrument.kind, fresh.run) &&
       old.sensor.instrument.kind == "accelerometer") {

@@ -52,6 +52,7 @@ WantedColumns wanted_of(const ObservationColumns& columns, const TableReading& r
   return {.axes = axes_of(columns),
           .kind = reading.kind,
           .unit = reading.unit,
+          .of_recording = reading.of_recording,
           .faces_of = columns.face_names.empty() ? reading.faces_of : ""};
 }
 

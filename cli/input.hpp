@@ -23,7 +23,8 @@ struct TableReading {
   /// never.
   std::string kind;
   std::string unit;  ///< of the readings that is wanted, as WantedColumns; empty: any
-  std::string faces_of;  ///< as WantedColumns
+  std::string faces_of;      ///< as WantedColumns
+  std::string of_recording;  ///< likewise
 };
 
 /// @param beside  columns of another instrument in the same rows.

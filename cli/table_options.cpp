@@ -409,7 +409,7 @@ OpenTable open_table(const std::string& path,
                      CsvReader::Quotes quotes,
                      const std::function<std::size_t(char* buffer, std::size_t size)>& read) {
   LogFormat format = format_of(options);
-  format.kinds = kinds_of(wanted.kind.empty() ? wanted.faces_of : wanted.kind);
+  format.kinds = kinds_of(wanted.of_recording);
   format.wanted = wanted.axes;
   OpenTable table;
   table.text = read ? std::make_unique<TableText>(path, read, format)

@@ -46,6 +46,9 @@ struct WantedColumns {
   /// Unit of the readings that is wanted: columns whose header states another one are converted,
   /// and refused where it is one of another quantity; empty or "1": any.
   std::string unit;
+  /// Kind of instrument whose sensor is read of a recording, a flight log or a bag. Empty: a
+  /// recording is refused.
+  std::string of_recording;
   /// Kind of instrument, if a column of faces in words may be taken as `rest` or `fence`: what an
   /// accelerometer reads then tells whether a face that is named was up or down. Empty: never.
   std::string faces_of;

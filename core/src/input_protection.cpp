@@ -83,6 +83,19 @@ void protect_output(int descriptor) {
   remember(descriptor, Use::written);
 }
 
+void allow_rewriting(const std::string& path) {
+  struct stat status {};
+  if (::stat(path.c_str(), &status) != 0) {
+    return;
+  }
+  Registry& all = registry();
+  const std::lock_guard lock(all.mutex);
+  const auto found = all.files.find({status.st_dev, status.st_ino});
+  if (found != all.files.end() && found->second == Use::written) {
+    all.files.erase(found);
+  }
+}
+
 void forbid_replacing_input(const std::string& path) {
   struct stat status {};
   if (path != "-" && ::stat(path.c_str(), &status) == 0) {

@@ -64,6 +64,9 @@ void FieldResolver::prepare() {
   const FieldKind& kind = field_kind(given_.kind());
   found_.kind = given_.kind();
   if (found_.unit.empty()) {
+    found_.unit = unit_told_by_number(kind);
+  }
+  if (found_.unit.empty()) {
     found_.unit = given_.of->unit();
   }
   if (found_.unit.empty()) {
@@ -101,8 +104,20 @@ void FieldResolver::resolve_by_value(const ReferenceField& field) {
   }
 }
 
-// If no number is stated, that of the readings; else the kind's usual one, or the first in which the
-// stated magnitude is possible: 9.81 is gravity in m/s^2, 48 the Earth's field in uT.
+// The first unit in which the stated magnitude is possible: 9.81 is gravity in m/s^2, 48 the Earth's
+// field in uT. Empty if that tells nothing.
+std::string FieldResolver::unit_told_by_number(const FieldKind& kind) const {
+  const std::optional<double> met = kind.vertical ? occasion_.largest : std::nullopt;
+  const std::optional<double> magnitude = given_magnitude() ? given_magnitude() : met;
+  for (const std::string_view unit : kind.units) {
+    if (magnitude && kind.greatest_magnitude > 0.0 && is_possible_magnitude(kind, *magnitude, unit)) {
+      return std::string(unit);
+    }
+  }
+  return "";
+}
+
+// If no number is stated, that of the readings; else the kind's usual one.
 std::string FieldResolver::unit_unless_stated(const FieldKind& kind) const {
   const std::string& of_readings = occasion_.reading_unit;
   const bool has_number = given_.magnitude || given_.in_table || given_.magnitude_u > 0.0;
@@ -110,14 +125,6 @@ std::string FieldResolver::unit_unless_stated(const FieldKind& kind) const {
       std::find(kind.units.begin(), kind.units.end(), of_readings) != kind.units.end() &&
       of_readings != "1") {
     return of_readings;
-  }
-  const std::optional<double> met = kind.vertical ? occasion_.largest : std::nullopt;
-  if (const std::optional<double> magnitude = given_magnitude() ? given_magnitude() : met) {
-    for (const std::string_view unit : kind.units) {
-      if (is_possible_magnitude(kind, *magnitude, unit)) {
-        return std::string(unit);
-      }
-    }
   }
   return kind.units.empty() ? "1" : std::string(kind.units.front());
 }

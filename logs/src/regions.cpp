@@ -277,7 +277,10 @@ class RegionCalibrator {
         faces.push_back(rest.region->rest);
       }
       take_as_level(make_field_description(experiment).magnitude, faces, observations);
-      result_.notes.emplace_back("the regions name the face on the table alone");
+      experiment.method = experiment.method.value_or(Method::known);
+      result_.notes.emplace_back(
+          "the regions name the face on the table alone: it is taken as level, and its slope is in "
+          "the biases");
     }
     result_.accelerometer = calibrate(experiment, observations);
     result_.accelerometer.provenance.slot = "accelerometer";

@@ -600,7 +600,7 @@ class RunFit {
     const double F = calibration_.sensor.field.magnitude;
     if (fitted_.axis_count() == 2) {
       estimate_ = estimate_ellipse(fitted_, F);
-      fitted_.seen = Eigen::Matrix3d::Identity().leftCols(2);
+      estimate_.seen = Eigen::Matrix3d::Identity().leftCols(2);
     } else {
       estimate_ = estimate_sessions(fitted_, F, experiment_.shape, noise_of(observations_),
                                     experiment_.squares);

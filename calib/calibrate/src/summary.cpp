@@ -254,12 +254,18 @@ class Summary {
         const PolarForm polar =
             polar_from_sensitivity(c_.sensor.response.sensitivity.row(k).transpose(), nominal,
                                    c_.sensor.instrument.convention);
-        off.push_back(formatted("{:.3g}", polar.coning_angle_rad * deg_per_rad));
+        // An axis that no field met along its nominal direction is anywhere.
+        const bool is_seen = statistics_.sensitivity_se.rows() <= k ||
+                             std::isfinite(statistics_.sensitivity_se(k, nominal));
+        off.push_back(is_seen ? formatted("{:.3g}", polar.coning_angle_rad * deg_per_rad)
+                              : "not seen");
       }
       const std::string& unit = c_.sensor.instrument.unit;
       text_ += formatted("noise of a reading (sd): {}{}\n", joined(noise),
                          unit == "1" ? "" : " " + unit);
-      text_ += formatted("axes off their nominal ones: {} degrees\n", joined(off));
+      if (!method_kind(c_.fit.method).by_length) {  // six faces do not tell it
+        text_ += formatted("axes off their nominal ones: {} degrees\n", joined(off));
+      }
     }
     if (c_.fit.levelness) {
       const Levelness& level = *c_.fit.levelness;

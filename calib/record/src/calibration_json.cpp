@@ -621,11 +621,15 @@ void write(const Calibration& calibration, const std::string& path, Force force)
 Calibration read_calibration(const std::string& path) {
   const std::string text = read_whole_file(path);
   const std::size_t first = text.find_first_not_of(" \t\r\n\xEF\xBB\xBF");
-  if (first != std::string::npos && text[first] != '{') {
-    const bool is_text = text.find('\0') == std::string::npos;
-    throw DataError(path, is_text ? "is a table and no calibration record (JSON): the record comes "
-                                    "first, then the readings"
-                                  : "is no calibration record (JSON)");
+  const std::size_t end = std::min(text.find('\n'), text.size());
+  const std::string_view line = std::string_view(text).substr(0, end);
+  // A first line of cells, as no JSON begins.
+  if (first != std::string::npos && text[first] != '{' && text[first] != '[' &&
+      line.find_first_of(",;\t") != std::string_view::npos &&
+      line.find('\0') == std::string_view::npos) {
+    throw DataError(path,
+                    "is a table and no calibration record (JSON): the record comes first, then the "
+                    "readings");
   }
   return parse_calibration(text, path);
 }

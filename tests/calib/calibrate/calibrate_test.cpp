@@ -569,9 +569,14 @@ TEST(Calibrate, SaysWhatItTookForTheMagnitude) {
   experiment.field.magnitude.reset();
   experiment.field.in_table = Eigen::Vector3d(0.0, 0.1, 0.93);
   const Calibration doubtful = calibrate(experiment, observations);
-  EXPECT_EQ(doubtful.findings.warnings.front().code, WarningCode::field_length);
-  EXPECT_THAT(doubtful.findings.warnings.front().message,
-              testing::HasSubstr("state a magnitude of 1"));
+  const auto of_length =
+      std::find_if(doubtful.findings.warnings.begin(), doubtful.findings.warnings.end(),
+                   [](const CalibrationWarning& warning) {
+                     return warning.code == WarningCode::field_length;
+                   });
+  ASSERT_NE(of_length, doubtful.findings.warnings.end());
+  EXPECT_THAT(of_length->message, testing::HasSubstr("state a magnitude of 1"));
+  EXPECT_EQ(doubtful.status(), CalibrationStatus::refused);  // no gravity of the Earth
   experiment.field.magnitude = 1.0;
   EXPECT_TRUE(calibrate(experiment, observations).findings.warnings.empty());
 }

@@ -41,7 +41,8 @@ TEST(ReadObservations, TakesColumnsInAnyOrder) {
   const axiscal::Run table = read(
       "operator,z,fence,y,REST,x,rest,temperature,time,block,run,level\n"
       "A,3,Y-,2,?,1,+x,21.5,2026-11-20T00:00:10Z,2,7,-1\n");
-  EXPECT_THAT(table.ignored_columns, ElementsAre("operator", "REST"));
+  EXPECT_THAT(table.operators, ElementsAre("A"));
+  EXPECT_THAT(table.ignored_columns, ElementsAre("REST"));
   const Reading& reading = table.observations.readings.at(0);
   EXPECT_EQ(reading.run, 7);
   EXPECT_EQ(reading.block, 2);
@@ -114,8 +115,8 @@ TEST(ReadObservations, NeedsTheColumnsThatAreAskedFor) {
               HasSubstr("column 'rest': is missing"));
   EXPECT_THAT(csv_complaint(fields, {.needs_samples = true}), HasSubstr("column 'samples'"));
   EXPECT_THAT(csv_complaint(fields, {.needs_sd = true}), HasSubstr("column 'x_sd'"));
-  EXPECT_THAT(csv_complaint("fx,fy,fz,x,x_sd\n0,0,1,1,0\n", {.axes = {"x"}, .needs_sd = true}),
-              HasSubstr("column 'x_sd': '0' must be greater than 0"));
+  EXPECT_THAT(csv_complaint("fx,fy,fz,x,x_sd\n0,0,1,1,-1\n", {.axes = {"x"}, .needs_sd = true}),
+              HasSubstr("column 'x_sd': '-1'"));
 }
 
 TEST(ObservationsCsv, ComesBack) {

@@ -35,6 +35,10 @@ void forbid_replacing_input(const std::string& path);
 /// @param name  for the message.
 void forbid_replacing_input(int descriptor, const std::string& name);
 
+/// Forgets a file that this run has written: it may be written anew, as a session's results at its
+/// end. A file that was read stays an input.
+void allow_rewriting(const std::string& path);
+
 /// Remembers a file that was put into its place: the next output of that name would replace it.
 void protect_output(int descriptor);
 

@@ -87,6 +87,7 @@ class FieldResolver {
  private:
   void check_given() const;
   void prepare();
+  [[nodiscard]] std::string unit_told_by_number(const FieldKind& kind) const;
   [[nodiscard]] std::string unit_unless_stated(const FieldKind& kind) const;
 
   const FieldSetup& given_;
