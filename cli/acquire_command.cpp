@@ -533,8 +533,8 @@ void print_result(const AcquireCommand& command,
                   "certificate: axiscal report {} --laboratory lab.json -o certificate.pdf\n"
                   "export: axiscal export {} --format c-header\n",
                   summary(calibration, SummaryDetail::brief, SummaryEnd::fit), outputs.observations,
-                  outputs.record, outputs.report,
-                  outputs.journal, typed_again({outputs.record}), typed_again({outputs.record})));
+                  outputs.record, outputs.report, outputs.journal, typed_again({outputs.record}),
+                  typed_again({outputs.record})));
     // Files that were named are there now; the same names would be refused.
     if (!command.name && !command.journal && !command.output && !command.record &&
         !command.report && !command.resume) {

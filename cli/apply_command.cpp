@@ -3,6 +3,7 @@
 #include <optional>
 #include <vector>
 
+#include "apply_records.hpp"
 #include "axiscal/calib/body.hpp"
 #include "axiscal/calib/calibration_json.hpp"
 #include "axiscal/calib/reduction_csv.hpp"
@@ -12,7 +13,6 @@
 #include "axiscal/core/units.hpp"
 #include "axiscal/field/field_kind.hpp"
 #include "axiscal/field/gravity_field.hpp"
-#include "apply_records.hpp"
 #include "input.hpp"
 #include "subcommands.hpp"
 #include "summary.hpp"
@@ -330,8 +330,9 @@ struct Joint {
 int run_records(const ApplyCommand& command) {
   if (command.follow || command.uncertainty || command.expanded || command.attitude ||
       command.joint || command.body || command.output.ends_with(".npy")) {
-    throw UsageError("apply: several records correct the columns of a log, without angles and "
-                     "uncertainties; apply each RECORD alone for these");
+    throw UsageError(
+        "apply: several records correct the columns of a log, without angles and "
+        "uncertainties; apply each RECORD alone for these");
   }
   std::vector<std::string> records = {command.record, command.readings};
   records.insert(records.end(), command.more.begin(), command.more.end() - 1);

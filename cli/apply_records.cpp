@@ -39,15 +39,16 @@ Corrected of_record(const std::string& path,
   Calibration calibration = in_assembly_frame(read_unrefused(path, force));
   const Instrument& instrument = calibration.sensor.instrument;
   if (instrument.axis_count() != 3 || !instrument.differences.empty()) {
-    throw UsageError(path + ": several records correct sensors of three axes each; apply this one alone");
+    throw UsageError(path +
+                     ": several records correct sensors of three axes each; apply this one alone");
   }
   const std::vector<SeriesKind> kinds = kinds_of(instrument.kind);
   const auto sensor = std::find_if(sensors.begin(), sensors.end(), [&](const LogSensor& one) {
     return !kinds.empty() && one.kind == kinds.front();
   });
   if (sensor == sensors.end()) {
-    throw DataError(log, formatted("holds no sensor of the kind {}, which {} is of", instrument.kind,
-                                   path));
+    throw DataError(
+        log, formatted("holds no sensor of the kind {}, which {} is of", instrument.kind, path));
   }
   std::optional<double> factor;
   if (!sensor->unit.empty() && !instrument.unit.empty() && instrument.unit != "1") {
@@ -81,8 +82,9 @@ void apply_records(const std::vector<std::string>& records,
   for (const std::string& record : records) {
     all.push_back(of_record(record, log, sensors, force));
     if (!kinds.insert(all.back().calibration.sensor.instrument.kind).second) {
-      throw UsageError(formatted("{}: a second record of the kind {}; one of each kind corrects a log",
-                                 record, all.back().calibration.sensor.instrument.kind));
+      throw UsageError(
+          formatted("{}: a second record of the kind {}; one of each kind corrects a log", record,
+                    all.back().calibration.sensor.instrument.kind));
     }
   }
   std::vector<std::size_t> selected;
@@ -113,9 +115,10 @@ void apply_records(const std::vector<std::string>& records,
   }
   for (const Corrected& one : all) {
     if (one.reducer.needs_temperature() && !temperature) {
-      print_remark("note", formatted("the log has no column 'temperature': the {} is corrected as at the "
-                                     "record's reference temperature",
-                                     one.calibration.sensor.instrument.kind));
+      print_remark("note",
+                   formatted("the log has no column 'temperature': the {} is corrected as at the "
+                             "record's reference temperature",
+                             one.calibration.sensor.instrument.kind));
     }
   }
   file.select(selected);

@@ -8,8 +8,8 @@
 
 namespace axiscal::cli {
 
-/// Corrects all sensors of a log by their records, one each: a table of the time and, under the log's
-/// own names of the columns, each sensor's field in the unit of its record.
+/// Corrects all sensors of a log by their records, one each: a table of the time and, under the
+/// log's own names of the columns, each sensor's field in the unit of its record.
 ///
 /// @param records  of three axes or more; no two of one kind of instrument.
 /// @param log      of any format; - is standard input.

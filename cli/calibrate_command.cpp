@@ -412,9 +412,9 @@ bool has_place_of_unit(const CalibrateCommand& command) {
 void check_outputs(const CalibrateCommand& command, const Batch& batch) {
   const UnitsOfRun& units = batch.units;
   if (command.output && units.size() > 1 && !has_place_of_unit(command)) {
-    throw UsageError(formatted(
-        "-o: the readings are of {} units, one record each; the file's name must hold {}",
-        units.size(), command.each ? "{file} or {serial}" : "{serial}"));
+    throw UsageError(
+        formatted("-o: the readings are of {} units, one record each; the file's name must hold {}",
+                  units.size(), command.each ? "{file} or {serial}" : "{serial}"));
   }
   std::set<std::filesystem::path> files;
   const auto add = [&](const std::string& path) {
@@ -449,15 +449,15 @@ int run_batch(const CalibrateCommand& command,
   }
   if (command.output == "-" || command.align || command.json) {
     throw UsageError(
-        "several units go to files with {serial} or {file}, or to --table, not with -o -, --json or --align");
+        "several units go to files with {serial} or {file}, or to --table, not with -o -, --json "
+        "or --align");
   }
   std::vector<Unit> units;
   std::vector<std::string> parameters;
   std::string text;
   std::size_t good = 0;
-  std::optional<Batch> all(
-      Batch{.units = UnitsOfRun(std::move(run), experiment.instrument.serial),
-            .serials = std::move(serials)});
+  std::optional<Batch> all(Batch{.units = UnitsOfRun(std::move(run), experiment.instrument.serial),
+                                 .serials = std::move(serials)});
   check_outputs(command, *all);
   const std::size_t usual = all->units.usual_readings();
   // Records are stored as they come, in their order: all of thousands would fill the memory.
@@ -539,8 +539,8 @@ int deliver_records(const CalibrateCommand& command,
 
 namespace {
 
-// What is known of the readings of a table: the columns of the axes, and of which instrument in which
-// unit.
+// What is known of the readings of a table: the columns of the axes, and of which instrument in
+// which unit.
 struct AxesOfTable {
   std::string axes;  // "ax,ay,az"; empty: x, y, z
   std::optional<LogSensor> sensor;
@@ -578,9 +578,9 @@ AxesOfTable axes_of_table(const TableText& text, const ExperimentOptions& option
   const bool has_some = has("x") || has("y") || has("z");
   for (std::size_t c = 0; c < header.size() && has_labels && !has_some; ++c) {
     const std::vector<double>& values = text.first_rows()[c];
-    const bool are_numbers = !values.empty() && std::all_of(values.begin(), values.end(), [](double v) {
-      return std::isfinite(v);
-    });
+    const bool are_numbers =
+        !values.empty() &&
+        std::all_of(values.begin(), values.end(), [](double v) { return std::isfinite(v); });
     if (are_numbers && std::find(others.begin(), others.end(), header[c]) != others.end()) {
       axes.push_back(header[c]);
     }
@@ -621,7 +621,8 @@ bool by_magnitude(const ExperimentOptions& options) {
 }
 
 std::vector<SeriesKind> recording_for(const ExperimentOptions& options) {
-  return by_magnitude(options) ? kinds_of(options.instrument.value_or("")) : std::vector<SeriesKind>();
+  return by_magnitude(options) ? kinds_of(options.instrument.value_or(""))
+                               : std::vector<SeriesKind>();
 }
 
 // What the options leave open, and the first table's columns say.
@@ -750,7 +751,8 @@ int run(const CalibrateCommand& command) {
     // Of rests in many attitudes the model errs more than the mean of a second.
     experiment.weighting = experiment.weighting.value_or(Weighting::none);
   }
-  if (is_of_rests && !experiment.method && experiment.instrument.kind == "accelerometer" && run.observations.response.cols() == 3) {
+  if (is_of_rests && !experiment.method && experiment.instrument.kind == "accelerometer" &&
+      run.observations.response.cols() == 3) {
     label_faces(run);
   }
   if (!command.force && run.serial.empty() && experiment.instrument.serial.empty()) {

@@ -190,9 +190,10 @@ int run_history(const CheckCommand& command) {
     std::fprintf(stderr, "note: passed over: %s\n", reason.c_str());
   }
   if (!not_held.empty()) {
-    print_remark("note", formatted("a history holds biases and sensitivities; not held against their "
-                                   "limits: {}",
-                                   joined(not_held)));
+    print_remark("note",
+                 formatted("a history holds biases and sensitivities; not held against their "
+                           "limits: {}",
+                           joined(not_held)));
   }
   bool outside = false;
   for (const UnitHistory& unit : units) {

@@ -450,9 +450,10 @@ void add_experiment_options(OptionSet& options, ExperimentOptions& experiment) {
                   "known: standard uncertainty of the field's direction");
   uncertainty.add("--temperature-u", experiment.temperature_u, "U",
                   "standard uncertainty of the temperature output");
-  uncertainty.add("--reference-u", experiment.reference_u, "U",
-                  "relative standard uncertainty of the voltage or current reference of readings in "
-                  "an electrical unit");
+  uncertainty.add(
+      "--reference-u", experiment.reference_u, "U",
+      "relative standard uncertainty of the voltage or current reference of readings in "
+      "an electrical unit");
   uncertainty.add("--positioner-u", experiment.positioner_u, "RAD",
                   "standard uncertainty of each face normal of the cube");
 }
@@ -668,8 +669,8 @@ ExperimentFile make_experiment_file(const ExperimentOptions& options, const Expe
     // Complains before any data are read; readings may bring their fields, and with them the size.
     const bool may_bring = !file.paths.observations.empty() &&
                            method_kind(experiment.method.value_or(Method::known)).directions_known;
-    static_cast<void>(make_field_description(
-        experiment, std::nullopt, may_bring ? std::optional(1.0) : std::nullopt));
+    static_cast<void>(make_field_description(experiment, std::nullopt,
+                                             may_bring ? std::optional(1.0) : std::nullopt));
   }
   return file;
 }

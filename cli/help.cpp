@@ -72,12 +72,13 @@ constexpr std::array essentials = {
                 "axiscal level run.csv --instrument accelerometer --adjusters "
                 "'0.1,0;-0.1,0.08;-0.1,-0.08' --thread-pitch 0.0005",
                 "axiscal level cal.json --positioner table.json --json"}},
-    Essentials{"characterize",
-               "",
-               {"axiscal characterize --reference a.json=a.csv --id cube-07 -o cube-07.json",
-                "axiscal characterize --reference a.json=a.csv --reference b.json=b.csv --id "
-                "cube-07 -o cube-07.json",
-                "axiscal characterize --reference a.json=a.csv --id cube-07 -o cube-07.json --json"}},
+    Essentials{
+        "characterize",
+        "",
+        {"axiscal characterize --reference a.json=a.csv --id cube-07 -o cube-07.json",
+         "axiscal characterize --reference a.json=a.csv --reference b.json=b.csv --id "
+         "cube-07 -o cube-07.json",
+         "axiscal characterize --reference a.json=a.csv --id cube-07 -o cube-07.json --json"}},
     Essentials{"check",
                "limits,history,alpha,output,json,field,positioner,names,map,serial",
                {"axiscal check cal.json today.csv", "axiscal check old.json new.json",

@@ -276,9 +276,10 @@ InstanceRecords calibrate_instance(const CalibrateCommand& command,
         : accelerometer != nullptr ? accelerometer->unit
                                    : std::string();
     if (command.rests.accelerometer && !unit.empty()) {
-      print_remark("note", formatted("the accelerometer's readings are taken as {}, by the length of "
-                                     "gravity in them",
-                                     unit));
+      print_remark("note",
+                   formatted("the accelerometer's readings are taken as {}, by the length of "
+                             "gravity in them",
+                             unit));
     }
     const std::string note = take_unit_of_file(unit, own.experiment);
     if (!note.empty()) {
@@ -374,9 +375,10 @@ int run_imu(const CalibrateCommand& command) {
   for (const LogSensor& sensor : input.sensors) {
     instances = std::max(instances, sensor.of);
   }
-  const auto wanted = std::count_if(
-      input.sensors.begin(), input.sensors.end(),
-      [&](const LogSensor& sensor) { return is_wanted(command, std::string(name_of(sensor.kind))); });
+  const auto wanted =
+      std::count_if(input.sensors.begin(), input.sensors.end(), [&](const LogSensor& sensor) {
+        return is_wanted(command, std::string(name_of(sensor.kind)));
+      });
   if (command.output && *command.output != "-" && wanted > 1 &&
       command.output->find("{slot}") == std::string::npos) {
     throw UsageError(

@@ -62,9 +62,8 @@ ObservationsFile read_two_instruments(const std::string& path,
                                       const ObservationColumns& beside,
                                       const TableReading& reading) {
   const std::string text = read_whole_file(path);
-  const OpenTable own = open_table(
-      path, reading.options, wanted_of(columns, reading),
-      CsvReader::Quotes::span_lines, reader_of(text));
+  const OpenTable own = open_table(path, reading.options, wanted_of(columns, reading),
+                                   CsvReader::Quotes::span_lines, reader_of(text));
   const OpenTable others = open_table(path, reading.options, {.axes = beside.axes},
                                       CsvReader::Quotes::span_lines, reader_of(text));
   ObservationsFile result{.run = read_observations(*own.csv, columns),
@@ -90,9 +89,7 @@ ObservationsFile read_observations_file(const std::string& path,
     return read_two_instruments(path, columns, *beside, reading);
   }
   if (can_be_read_again(path)) {
-    const OpenTable table =
-        open_table(path, reading.options,
-                   wanted_of(columns, reading));
+    const OpenTable table = open_table(path, reading.options, wanted_of(columns, reading));
     // The digest of a large file takes longer than reading it.
     constexpr std::uintmax_t worth_a_thread = 1U << 20U;
     std::error_code none;
@@ -106,13 +103,13 @@ ObservationsFile read_observations_file(const std::string& path,
   InputFile file(path);
   SHA2_CTX digest;
   SHA256Init(&digest);
-  const OpenTable table = open_table(
-      path, reading.options, wanted_of(columns, reading),
-      CsvReader::Quotes::span_lines, [&](char* buffer, std::size_t size) {
-        const std::size_t count = file.read(buffer, size);
-        SHA256Update(&digest, reinterpret_cast<const std::uint8_t*>(buffer), count);
-        return count;
-      });
+  const OpenTable table =
+      open_table(path, reading.options, wanted_of(columns, reading), CsvReader::Quotes::span_lines,
+                 [&](char* buffer, std::size_t size) {
+                   const std::size_t count = file.read(buffer, size);
+                   SHA256Update(&digest, reinterpret_cast<const std::uint8_t*>(buffer), count);
+                   return count;
+                 });
   ObservationsFile result{.run = read_observations(*table.csv, columns), .beside = {}};
   std::array<char, SHA256_DIGEST_STRING_LENGTH> text{};
   result.run.inputs = {{.path = path, .sha256 = SHA256End(&digest, text.data())}};

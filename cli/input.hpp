@@ -22,7 +22,7 @@ struct TableReading {
   /// Kind of the instrument: other columns may stand in for its axes, as open_table(); empty:
   /// never.
   std::string kind;
-  std::string unit;  ///< of the readings that is wanted, as WantedColumns; empty: any
+  std::string unit;          ///< of the readings that is wanted, as WantedColumns; empty: any
   std::string faces_of;      ///< as WantedColumns
   std::string of_recording;  ///< likewise
 };

@@ -148,16 +148,17 @@ std::string next_for_unknown(const RecordingSummary& summary, const std::string&
       continue;
     }
     const std::string columns = quoted(joined(three, ","));
-    return formatted("no accelerometer, gyroscope or magnetometer is known in it by names, units or "
-                     "numbers;\nif {} are {}, and else with the columns that are:\n",
-                     joined(three),
-                     has_times(one) ? "an accelerometer" : "a compass that was turned") +
-           next_of(has_times(one)
-                       ? formatted("calibrate --imu {} --accelerometer {} -o 'imu-{{slot}}.json'",
-                                   file, columns)
-                       : formatted("calibrate {} --instrument magnetometer --method magnitude --axes "
-                                   "{} -o magnetometer.json",
-                                   file, columns));
+    return formatted(
+               "no accelerometer, gyroscope or magnetometer is known in it by names, units or "
+               "numbers;\nif {} are {}, and else with the columns that are:\n",
+               joined(three), has_times(one) ? "an accelerometer" : "a compass that was turned") +
+           next_of(
+               has_times(one)
+                   ? formatted("calibrate --imu {} --accelerometer {} -o 'imu-{{slot}}.json'", file,
+                               columns)
+                   : formatted("calibrate {} --instrument magnetometer --method magnitude --axes "
+                               "{} -o magnetometer.json",
+                               file, columns));
   }
   return "no accelerometer, gyroscope or magnetometer is known in it by names, units or numbers\n";
 }
@@ -186,7 +187,8 @@ std::string next_steps(const RecordingSummary& summary, const std::string& file)
   }
   const auto magnetometer = first_of(SeriesKind::magnetometer);
   if (magnetometer != sensors.end()) {
-    return "the field's size is not known: it is fitted to length 1; --field-magnitude 48 --field-unit "
+    return "the field's size is not known: it is fitted to length 1; --field-magnitude 48 "
+           "--field-unit "
            "uT,\nor --latitude and --longitude, state it\n" +
            next_for_turned(*magnetometer, "magnetometer", file);
   }
@@ -213,10 +215,9 @@ int run(const LogCommand& command) {
   for (const RecordedSensor& sensor : sensors_of(summary)) {
     text += words_of(sensor) + '\n';
   }
-  text += next_steps(summary, quoted(command.log) +
-                                   (command.definitions
-                                        ? " --definitions " + quoted(*command.definitions)
-                                        : ""));
+  text += next_steps(
+      summary, quoted(command.log) +
+                   (command.definitions ? " --definitions " + quoted(*command.definitions) : ""));
   write_whole_file(command.output, text);
   for (const std::string& note : summary.notes) {
     print_remark("note", note);

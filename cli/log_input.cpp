@@ -40,9 +40,11 @@ void add_log_options(OptionSet& options, LogOptions& log) {
 void add_unit_options(OptionSet& options, UnitOptions& units) {
   OptionSet group = options.group("Units of readings that state none");
   group.add("--unit", units.all, "UNIT", "of all");
-  group.add("--accelerometer-unit", units.accelerometer, "UNIT", "of the accelerometer: m/s^2, g, ..");
+  group.add("--accelerometer-unit", units.accelerometer, "UNIT",
+            "of the accelerometer: m/s^2, g, ..");
   group.add("--gyroscope-unit", units.gyroscope, "UNIT", "of the gyroscope: deg/s, rad/s, ..");
-  group.add("--magnetometer-unit", units.magnetometer, "UNIT", "of the magnetometer: uT, gauss, ..");
+  group.add("--magnetometer-unit", units.magnetometer, "UNIT",
+            "of the magnetometer: uT, gauss, ..");
 }
 
 void add_rest_options(OptionSet& options, RestOptions& rests) {

@@ -416,19 +416,21 @@ void cut_to_rest(RecordedLog& log,
       return number_text(static_cast<double>(sample) / noise.rate_hz, 4);
     };
     if (part.moves) {
-      throw RefusedError(formatted(
-          "{}: the instrument moves all the time, and its longest quiet part is from {} to {} s; take "
-          "a log at rest, or name the part by --from and --to",
-          log.name, seconds(part.first), seconds(part.end)));
+      throw RefusedError(
+          formatted("{}: the instrument moves all the time, and its longest quiet part is from {} "
+                    "to {} s; take "
+                    "a log at rest, or name the part by --from and --to",
+                    log.name, seconds(part.first), seconds(part.end)));
     }
     if (part.first > 0 || part.end < n) {
-      warn(noise, formatted("the log is not at rest all the time: the noise is of its longest rest, {} "
-                            "to {} s, and {} % of the samples are left out (--from, --to take another "
-                            "part)",
-                            seconds(part.first), seconds(part.end),
-                            number_text(100.0 * static_cast<double>(n - (part.end - part.first)) /
-                                            static_cast<double>(n),
-                                        2)));
+      warn(noise,
+           formatted("the log is not at rest all the time: the noise is of its longest rest, {} "
+                     "to {} s, and {} % of the samples are left out (--from, --to take another "
+                     "part)",
+                     seconds(part.first), seconds(part.end),
+                     number_text(100.0 * static_cast<double>(n - (part.end - part.first)) /
+                                     static_cast<double>(n),
+                                 2)));
     }
   }
   for (std::vector<double>& column : log.samples) {
@@ -564,7 +566,7 @@ int run(const NoiseCommand& command) {
   write_whole_file(command.output, command.format ? kalibr_imu_yaml(noise)
                                    : command.json || command.output.ends_with(".json")
                                        ? noise_json(noise)
-                                   : page         ? noise_report(noise, command.log)
+                                   : page ? noise_report(noise, command.log)
                                           : noise_text(noise, command.all || command.deviations));
   return 0;
 }

@@ -77,9 +77,10 @@ std::optional<Observations> readings_for(const Calibration& calibration,
     return std::nullopt;
   }
   ObservationsFile file =
-      read_observations_file(path, {.axes = calibration.sensor.instrument.axes,
-                                    .differences = calibration.sensor.instrument.differences,
-                                    .range = calibration.sensor.instrument.range},
+      read_observations_file(path,
+                             {.axes = calibration.sensor.instrument.axes,
+                              .differences = calibration.sensor.instrument.differences,
+                              .range = calibration.sensor.instrument.range},
                              {},
                              {.options = table,
                               .kind = calibration.sensor.instrument.differences.empty()

@@ -69,16 +69,18 @@ void require_agreement(const Run& run,
   for (std::size_t i = 0; i < named.size() && !is_turned; ++i) {
     if (seen[i] != named[i]) {
       throw RefusedError(formatted(
-          "{}: by its name the face {} lies on the table, by its readings {}: name the file after its "
+          "{}: by its name the face {} lies on the table, by its readings {}: name the file after "
+          "its "
           "face",
           run.inputs[i].path, face_name(*named[i]),
           seen[i] ? "the face " + std::string(face_name(*seen[i])) : "no face, but an edge"));
     }
   }
   if (is_turned) {
-    print_remark("note",
-                 "each axis reads less where its file says that it points up: the sensitivities are "
-                 "negative, as of an instrument that measures the acceleration of falling");
+    print_remark(
+        "note",
+        "each axis reads less where its file says that it points up: the sensitivities are "
+        "negative, as of an instrument that measures the acceleration of falling");
   }
 }
 
@@ -154,9 +156,10 @@ void label_faces(Run& run) {
     seen = faces_by_gravity(readings);
   } catch (const RefusedError& error) {
     if (faces.empty()) {
-      throw RefusedError(formatted("{} orientations are too few for method magnitude, and the faces "
-                                   "are not told by gravity ({}); {}",
-                                   readings.readings.size(), error.what(), say_the_faces));
+      throw RefusedError(
+          formatted("{} orientations are too few for method magnitude, and the faces "
+                    "are not told by gravity ({}); {}",
+                    readings.readings.size(), error.what(), say_the_faces));
     }
     seen = faces;  // too few of them to tell
   }
@@ -210,7 +213,8 @@ void require_readings(const Run& run) {
   constexpr double alike = 0.1;
   if (upper_median(std::move(steps)) < alike * range.maxCoeff()) {
     throw RefusedError(
-        "these are samples of an instrument that moves, and no rests are among them; let it rest for "
+        "these are samples of an instrument that moves, and no rests are among them; let it rest "
+        "for "
         "a second or more in each orientation, and find the rests by: axiscal segment LOG -o "
         "readings.csv");
   }

@@ -215,8 +215,9 @@ enum class FaceHeading { down, up, at_fence, other };
 FaceHeading heading_of(const std::string& name) {
   const std::string small = in_small_letters(name);
   const auto has_one_of = [&](std::initializer_list<std::string_view> words) {
-    return std::any_of(words.begin(), words.end(),
-                       [&](std::string_view word) { return small.find(word) != std::string::npos; });
+    return std::any_of(words.begin(), words.end(), [&](std::string_view word) {
+      return small.find(word) != std::string::npos;
+    });
   };
   return has_one_of({"bottom", "down", "base", "table", "abajo", "unten"}) ? FaceHeading::down
          : has_one_of({"side", "wall", "against", "fence", "lado"})        ? FaceHeading::at_fence
@@ -225,8 +226,8 @@ FaceHeading heading_of(const std::string& name) {
              : FaceHeading::other;
 }
 
-// Whether the readings along an axis are higher where its positive face is named: then the face that
-// is named was up. Nothing if the readings do not tell.
+// Whether the readings along an axis are higher where its positive face is named: then the face
+// that is named was up. Nothing if the readings do not tell.
 std::optional<bool> named_faces_are_up(const TableText& table,
                                        const std::vector<std::string>& axes,
                                        const std::vector<MappedColumn>& renamed,
@@ -327,13 +328,13 @@ std::vector<FaceColumn> face_columns(const std::string& path,
                                            : face.is_up.value_or(by_readings.value_or(false)));
       const Face rest = is_up ? opposite(face.face) : face.face;
       column.column.words[table.first_cells()[row][c]] = std::string(face_name(rest));
-      example = example.empty() ? formatted("'{}' is {}", table.first_cells()[row][c],
-                                            face_name(rest))
-                                : example;
+      example = example.empty()
+                    ? formatted("'{}' is {}", table.first_cells()[row][c], face_name(rest))
+                    : example;
     }
-    column.words = formatted("{}: column '{}' names faces, and is taken as '{}', the face {}: {}",
-                             path, name, column.column.name,
-                             is_fence ? "at the fence" : "on the table", example);
+    column.words =
+        formatted("{}: column '{}' names faces, and is taken as '{}', the face {}: {}", path, name,
+                  column.column.name, is_fence ? "at the fence" : "on the table", example);
     has_rest = has_rest || !is_fence;
     found.push_back(std::move(column));
   }
@@ -414,12 +415,11 @@ OpenTable open_table(const std::string& path,
   OpenTable table;
   table.text = read ? std::make_unique<TableText>(path, read, format)
                     : std::make_unique<TableText>(path, format);
-  std::vector<std::string> known = {"run",      "rest",    "fence",       "block",   "mount",
-                                    "level",    "serial",  "temperature", "time",    "samples",
-                                    "fx",       "fy",      "fz",          "confirm", "pitch_deg",
-                                    "roll_deg", "yaw_deg", "heading_deg", "date", "operator",
-                                    "axis",     "angle",   "angle_deg",   "tilt_deg", "rate",
-                                    "rate_dps", "lux",     "irradiance"};
+  std::vector<std::string> known = {
+      "run",         "rest",      "fence",    "block",       "mount",    "level",    "serial",
+      "temperature", "time",      "samples",  "fx",          "fy",       "fz",       "confirm",
+      "pitch_deg",   "roll_deg",  "yaw_deg",  "heading_deg", "date",     "operator", "axis",
+      "angle",       "angle_deg", "tilt_deg", "rate",        "rate_dps", "lux",      "irradiance"};
   for (const std::string& axis : wanted.axes) {
     known.push_back(axis);
     known.push_back(axis + "_sd");

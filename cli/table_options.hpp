@@ -64,7 +64,8 @@ struct WantedColumns {
     CsvReader::Quotes quotes = CsvReader::Quotes::span_lines,
     const std::function<std::size_t(char* buffer, std::size_t size)>& read = {});
 
-/// @return the kind of sensor that an instrument of a kind is, to be looked for in recordings; empty if
+/// @return the kind of sensor that an instrument of a kind is, to be looked for in recordings;
+/// empty if
 ///         it is none that they hold.
 [[nodiscard]] std::vector<SeriesKind> kinds_of(const std::string& kind);
 

@@ -48,7 +48,8 @@ int run(const TemplateCommand& command) {
     for (const Template& one : templates) {
       text += formatted("{:<12}{}\n", one.name, one.help);
     }
-    write_whole_file(command.output, text + "\naxiscal template laboratory -o lab.json writes one\n");
+    write_whole_file(command.output,
+                     text + "\naxiscal template laboratory -o lab.json writes one\n");
     return 0;
   }
   const auto* const found =

@@ -208,8 +208,8 @@ std::optional<double> parse_clock(std::string_view text) {
     return std::nullopt;
   }
   constexpr std::size_t digits_of_us = 6;
-  const double fraction = (parts.size() == 4 && parts[3].size() == digits_of_us ? 1e-6 : 1e-3) *
-                          *more;
+  const double fraction =
+      (parts.size() == 4 && parts[3].size() == digits_of_us ? 1e-6 : 1e-3) * *more;
   const double hours = is_half_day ? *hour % 12 + shift_h : *hour;
   return 3600.0 * hours + 60.0 * *minute + *second + fraction;
 }

@@ -41,7 +41,7 @@ struct ConsumerModel {
   double field_factor = 1.0;                              ///< its field per the record's
   bool has_temperature = false;
   bool has_bias_over_temperature = false;  ///< a polynomial of the biases, and no scales
-  bool has_also = false;  ///< whether second fields are taken out
+  bool has_also = false;                   ///< whether second fields are taken out
 };
 
 /// The units that a consumer works in; empty: those of the record.

@@ -150,9 +150,8 @@ void add_administration(xml_node root,
   text(software, "dcc:release",
        blank == std::string::npos ? "unknown" : calibration.provenance.software.substr(blank + 1));
   xml_node core = child(data, "dcc:coreData");
-  const std::string performed = details.calibrated.empty()
-                                    ? calibration.provenance.date().substr(0, 10)
-                                    : details.calibrated;
+  const std::string performed =
+      details.calibrated.empty() ? calibration.provenance.date().substr(0, 10) : details.calibrated;
   text(core, "dcc:countryCodeISO3166_1", details.country);
   text(core, "dcc:usedLangCodeISO639_1", "en");
   text(core, "dcc:mandatoryLangCodeISO639_1", "en");

@@ -123,9 +123,8 @@ std::vector<Parameter> ardupilot_thermal_parameters(const Calibration& calibrati
   const std::string number = std::to_string(instance + 1);
   const std::string prefix =
       instance < 3 ? formatted("INS_TCAL{}_", number) : formatted("INS{}_TCAL_", number);
-  std::vector<Parameter> all = {{prefix + "ENABLE", 1.0},
-                                {prefix + "TMIN", span.low},
-                                {prefix + "TMAX", span.high}};
+  std::vector<Parameter> all = {
+      {prefix + "ENABLE", 1.0}, {prefix + "TMIN", span.low}, {prefix + "TMAX", span.high}};
   constexpr double stored_as = 1e6;
   for (int power = 1; power <= thermal_order; ++power) {
     add_axes(all, formatted("{}{}{}_", prefix, name, power), "",
@@ -145,8 +144,7 @@ Exported export_px4(const Calibration& given, const ExportOptions& options) {
       sensor == Sensor::magnetometer ? with_measured_field(given) : given;
   require_instance(options, 4, "px4");
   const std::string unit = usual_unit(sensor, "G");
-  ConsumerModel model =
-      nearest_model(calibration, {unit, unit}, shape_in_flight(sensor), options);
+  ConsumerModel model = nearest_model(calibration, {unit, unit}, shape_in_flight(sensor), options);
   model.has_bias_over_temperature = has_thermal_terms(calibration, sensor);
   const std::optional<ExportLoss> loss = accepted_loss(calibration, model, "px4", options);
   const int instance = options.instance > 0 ? options.instance : calibration.provenance.instance;
@@ -213,8 +211,7 @@ Exported export_ardupilot(const Calibration& given, const ExportOptions& options
   const Calibration calibration =
       sensor == Sensor::magnetometer ? with_measured_field(given) : given;
   const std::string unit = usual_unit(sensor, "mG");
-  ConsumerModel model =
-      nearest_model(calibration, {unit, unit}, shape_in_flight(sensor), options);
+  ConsumerModel model = nearest_model(calibration, {unit, unit}, shape_in_flight(sensor), options);
   model.has_bias_over_temperature = has_thermal_terms(calibration, sensor);
   const std::optional<ExportLoss> loss = accepted_loss(calibration, model, "ardupilot", options);
   const bool is_compass = sensor == Sensor::magnetometer;
@@ -253,7 +250,8 @@ Exported export_ardupilot(const Calibration& given, const ExportOptions& options
   }
   if (model.has_bias_over_temperature) {
     lines.emplace_back(thermal_remark);
-    for (Parameter& parameter : ardupilot_thermal_parameters(calibration, model, sensor, instance)) {
+    for (Parameter& parameter :
+         ardupilot_thermal_parameters(calibration, model, sensor, instance)) {
       all.push_back(std::move(parameter));
     }
   }
@@ -299,10 +297,11 @@ Exported export_betaflight(const Calibration& calibration, const ExportOptions& 
                         calibration.sensor.field.magnitude;
     constexpr double fewest_counts = 70.0;
     if (!options.reading_factor && (is_reading_unit(unit) || size < fewest_counts)) {
-      throw RefusedError(formatted("Betaflight's numbers are counts, and the readings are in {}; give "
-                                   "the counts of 1 {}",
-                                   unit, unit),
-                         {settings::reading_factor});
+      throw RefusedError(
+          formatted("Betaflight's numbers are counts, and the readings are in {}; give "
+                    "the counts of 1 {}",
+                    unit, unit),
+          {settings::reading_factor});
     }
     lines.emplace_back("field = v - mag_calibration, in counts, after the sensor's alignment");
   }

@@ -251,10 +251,10 @@ Exported export_csv(const Calibration& calibration, const ExportOptions&) {
                      [&](const ParameterUncertainty& other) { return other.name == one.name; });
     const CombinedUncertainty all =
         known != uncertainties.end() ? known->uncertainty : unknown_uncertainty();
-    text += formatted("{},{},{},{},{},{},{}\n", csv_cell(one.name), number_text(one.value),
-                      or_empty(one.standard_error), or_empty(all.u), or_empty(all.expanded),
-                      or_empty(all.coverage_factor),
-                      csv_cell(parameter_unit(calibration, one.name)));
+    text +=
+        formatted("{},{},{},{},{},{},{}\n", csv_cell(one.name), number_text(one.value),
+                  or_empty(one.standard_error), or_empty(all.u), or_empty(all.expanded),
+                  or_empty(all.coverage_factor), csv_cell(parameter_unit(calibration, one.name)));
   }
   return {.content = text, .loss = std::nullopt};
 }

@@ -104,13 +104,14 @@ void FieldResolver::resolve_by_value(const ReferenceField& field) {
   }
 }
 
-// The first unit in which the stated magnitude is possible: 9.81 is gravity in m/s^2, 48 the Earth's
-// field in uT. Empty if that tells nothing.
+// The first unit in which the stated magnitude is possible: 9.81 is gravity in m/s^2, 48 the
+// Earth's field in uT. Empty if that tells nothing.
 std::string FieldResolver::unit_told_by_number(const FieldKind& kind) const {
   const std::optional<double> met = kind.vertical ? occasion_.largest : std::nullopt;
   const std::optional<double> magnitude = given_magnitude() ? given_magnitude() : met;
   for (const std::string_view unit : kind.units) {
-    if (magnitude && kind.greatest_magnitude > 0.0 && is_possible_magnitude(kind, *magnitude, unit)) {
+    if (magnitude && kind.greatest_magnitude > 0.0 &&
+        is_possible_magnitude(kind, *magnitude, unit)) {
       return std::string(unit);
     }
   }

@@ -106,14 +106,15 @@ void GeomagneticField::members(JsonMembers& io) {
 }
 
 FieldKind geomagnetic_entry() {
-  return {.name = "geomagnetic",
-          .units = magnetic_units,
-          .local = true,
-          .dated = true,
-          .least_magnitude = 20e3,  // 22,000 nT in the South Atlantic anomaly to 67,000 near the poles
-          .greatest_magnitude = 70e3,
-          .members = members_with_date,
-          .make = maker_of<GeomagneticField>()};
+  return {
+      .name = "geomagnetic",
+      .units = magnetic_units,
+      .local = true,
+      .dated = true,
+      .least_magnitude = 20e3,  // 22,000 nT in the South Atlantic anomaly to 67,000 near the poles
+      .greatest_magnitude = 70e3,
+      .members = members_with_date,
+      .make = maker_of<GeomagneticField>()};
 }
 
 }  // namespace axiscal

@@ -227,8 +227,9 @@ class GyroscopeRefused : public RefusedError {
 };
 
 // Runs of rows in which none of three columns changes.
-std::vector<std::pair<std::size_t, std::size_t>> frozen_spans(
-    const RecordedLog& log, const std::vector<std::string>& names, std::size_t fewest) {
+std::vector<std::pair<std::size_t, std::size_t>> frozen_spans(const RecordedLog& log,
+                                                              const std::vector<std::string>& names,
+                                                              std::size_t fewest) {
   std::vector<const std::vector<double>*> columns;
   for (const std::string& name : names) {
     const std::optional<std::size_t> column = find_column(log.columns, name);
@@ -241,8 +242,8 @@ std::vector<std::pair<std::size_t, std::size_t>> frozen_spans(
   std::size_t first = 0;
   for (std::size_t i = 1; i <= n; ++i) {
     const bool same = i < n && std::all_of(columns.begin(), columns.end(), [&](const auto* column) {
-      return (*column)[i] == (*column)[i - 1];
-    });
+                        return (*column)[i] == (*column)[i - 1];
+                      });
     if (!same) {
       if (i - first >= fewest) {
         spans.emplace_back(first, i);
@@ -339,8 +340,8 @@ class ImuCalibrator {
     accelerations_ = means_of(result_.rests, options_.accelerometer);
   }
 
-  // Whether some axis scatters in the rests by about a step of its readings or more: then it does not
-  // repeat one value by itself.
+  // Whether some axis scatters in the rests by about a step of its readings or more: then it does
+  // not repeat one value by itself.
   [[nodiscard]] bool scatters_by_steps(const Segmentation& rests) const {
     for (const std::vector<std::string>* names : {&options_.accelerometer, &options_.gyroscope}) {
       for (const std::string& name : *names) {
@@ -368,8 +369,8 @@ class ImuCalibrator {
     return false;
   }
 
-  // A sensor that sleeps repeats one value, which is no rest. Of a coarse and quiet one all rests are
-  // such; then they stay.
+  // A sensor that sleeps repeats one value, which is no rest. Of a coarse and quiet one all rests
+  // are such; then they stay.
   void leave_frozen_out(const SegmentOptions& options,
                         const std::function<Segmentation(const SegmentOptions&)>& rests_by) {
     SegmentOptions awake = options;
@@ -395,12 +396,13 @@ class ImuCalibrator {
           scatters_by_steps(rests)) {
         result_.rests = std::move(rests);
         result_.notes.push_back(formatted(
-            "{} samples ({} %) repeat one value for a second or longer while others scatter, as of a "
+            "{} samples ({} %) repeat one value for a second or longer while others scatter, as of "
+            "a "
             "sensor that sleeps: they are left out",
             samples,
-            number_text(100.0 * static_cast<double>(samples) /
-                            static_cast<double>(result_.rests.samples),
-                        2)));
+            number_text(
+                100.0 * static_cast<double>(samples) / static_cast<double>(result_.rests.samples),
+                2)));
         return;
       }
     } catch (const RefusedError&) {
@@ -423,8 +425,8 @@ class ImuCalibrator {
     return result_.seats ? labelled(all, *result_.seats, options_.sheet) : all;
   }
 
-  // Laid on its six faces and in no other way: too few attitudes for method magnitude, but each face
-  // is known.
+  // Laid on its six faces and in no other way: too few attitudes for method magnitude, but each
+  // face is known.
   void take_six_faces(Experiment& experiment, Observations& observations) {
     std::vector<std::optional<Face>> faces;
     try {

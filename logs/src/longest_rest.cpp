@@ -41,8 +41,8 @@ Windows windows_of(std::span<const double> samples, std::size_t length) {
 }
 
 double quantile_of(std::vector<double> values, double share) {
-  const auto at = values.begin() + static_cast<std::ptrdiff_t>(
-                                       share * static_cast<double>(values.size() - 1));
+  const auto at =
+      values.begin() + static_cast<std::ptrdiff_t>(share * static_cast<double>(values.size() - 1));
   std::nth_element(values.begin(), at, values.end());
   return *at;
 }
@@ -133,9 +133,8 @@ LongestRest longest_rest(const std::vector<RestColumn>& columns, double rate_hz)
   constexpr double window_s = 0.5;
   constexpr std::size_t fewest_samples = 32;
   constexpr std::size_t fewest_windows = 8;
-  std::size_t length =
-      std::max<std::size_t>(static_cast<std::size_t>(std::lround(window_s * rate_hz)),
-                            fewest_samples);
+  std::size_t length = std::max<std::size_t>(
+      static_cast<std::size_t>(std::lround(window_s * rate_hz)), fewest_samples);
   length = std::min(length, std::max<std::size_t>(n / fewest_windows, fewest_windows));
   if (n < fewest_windows * fewest_windows) {
     return {.first = 0, .end = n};  // too short to be told apart
@@ -152,8 +151,8 @@ LongestRest longest_rest(const std::vector<RestColumn>& columns, double rate_hz)
     const std::size_t count = windows.front().mean.size();
     // The hand that comes or goes reaches into the windows at the ends.
     const std::size_t first = run.first > 0 ? run.first + 1 : 0;
-    const std::size_t end = run.second < count ? run.second - std::min<std::size_t>(run.second, 1)
-                                               : count;
+    const std::size_t end =
+        run.second < count ? run.second - std::min<std::size_t>(run.second, 1) : count;
     rest.first = first * length;
     rest.end = end == count ? n : end * length;
     if (rest.end <= rest.first) {

@@ -37,7 +37,7 @@ class RestTurns {
   [[nodiscard]] bool is_whole(std::size_t first, std::size_t count) const;
 
   double rate_hz_;
-  std::vector<std::size_t> begins_;  // samples at which another recording begins
+  std::vector<std::size_t> begins_;                 // samples at which another recording begins
   std::vector<std::span<const double>> gyroscope_;  // the log's columns, where nothing is missing
   std::span<const double> time_s_;
   std::vector<std::vector<double>> owned_;

@@ -56,8 +56,8 @@ std::size_t window_of(const Observations& samples,
   constexpr std::size_t most_without_times = 25;
   const std::size_t n = samples.readings.size();
   std::size_t window =
-      rate_hz ? std::clamp(static_cast<std::size_t>(std::lround(std::min(0.5 * *rate_hz, 1e6))), least,
-                           most)
+      rate_hz ? std::clamp(static_cast<std::size_t>(std::lround(std::min(0.5 * *rate_hz, 1e6))),
+                           least, most)
               : std::clamp(n / 100, least, most_without_times);
   window = std::min(window, std::max(least, n / (begins.size() + 1) / 3));
   return window | 1U;
@@ -125,11 +125,11 @@ std::optional<SampleRests> rests_of_samples(const Observations& samples) {
     return std::nullopt;  // no rest
   }
   // What moves slowly is no rest: its samples scatter by more than 5 % of what the column reaches.
-  const Eigen::VectorXd range = samples.response.colwise().maxCoeff() - samples.response.colwise().minCoeff();
+  const Eigen::VectorXd range =
+      samples.response.colwise().maxCoeff() - samples.response.colwise().minCoeff();
   const double largest = 0.05 * 0.5 * range.maxCoeff();
-  std::erase_if(found.intervals, [&](const StaticInterval& rest) {
-    return !(rest.sd.maxCoeff() <= largest);
-  });
+  std::erase_if(found.intervals,
+                [&](const StaticInterval& rest) { return !(rest.sd.maxCoeff() <= largest); });
   SampleRests rests;
   for (const StaticInterval& rest : found.intervals) {
     rests.rows.push_back(middle_of(rest));

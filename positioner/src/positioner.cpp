@@ -261,8 +261,7 @@ Positioner Positioner::with_normal_u(double u_rad) const {
   for (const Face face : all_faces) {
     const Eigen::Vector3d& n = normal(face);
     const Eigen::Index at = 3 * static_cast<Eigen::Index>(face);
-    C.block<3, 3>(at, at) +=
-        u_rad * u_rad * (Eigen::Matrix3d::Identity() - n * n.transpose());
+    C.block<3, 3>(at, at) += u_rad * u_rad * (Eigen::Matrix3d::Identity() - n * n.transpose());
   }
   changed.description_.normal_covariance = C;
   return changed;

@@ -69,7 +69,8 @@ press f
 # The result stays until it was seen.
 await "q leave"
 shows "Calibrated" || fail "no verdict"
-shows "^ x  +-?[0-9.]+ ± [0-9.]+" || fail "no coefficients"
+shows "^ x  +-?[0-9.]+" || fail "no coefficients"
+shows "± [0-9.]+( .*± [0-9.]+){3}" || fail "no U of all four"
 press q
 await "status 0"
 [ -s keys.json ] && [ -s keys.csv ] && [ -s keys.html ] || fail "no files"

@@ -204,7 +204,8 @@ TEST_F(ApplyCommand, NeedsLittleMemoryWhateverTheSize) {
   EXPECT_EQ(std::count(output.begin(), output.end(), '\n'), 400001);
   rusage after{};
   ::getrusage(RUSAGE_CHILDREN, &after);
-  EXPECT_LT(after.ru_maxrss - before.ru_maxrss, 24 * 1024) << "KiB, the largest of all children so far";
+  EXPECT_LT(after.ru_maxrss - before.ru_maxrss, 24 * 1024)
+      << "KiB, the largest of all children so far";
 }
 
 }  // namespace

@@ -27,25 +27,24 @@ class OpenDoors : public testing::Test {
     std::string text = header;
     const auto rates = [&](double turning) {
       std::normal_distribution<double> noise(0.0, 0.02);
-      const Eigen::Vector3d w = Eigen::Vector3d(0.31, -0.22, 0.14) +
-                                turning * Eigen::Vector3d(31.0, -14.5, 8.1) +
-                                Eigen::Vector3d(noise(magnetometer.random), noise(magnetometer.random),
-                                                noise(magnetometer.random));
+      const Eigen::Vector3d w =
+          Eigen::Vector3d(0.31, -0.22, 0.14) + turning * Eigen::Vector3d(31.0, -14.5, 8.1) +
+          Eigen::Vector3d(noise(magnetometer.random), noise(magnetometer.random),
+                          noise(magnetometer.random));
       return row_text(w);
     };
     int sample = 0;
     const auto put = [&](const Eigen::Vector3d& up, const Eigen::Vector3d& north, double turning) {
-      const Eigen::Vector3d a = instrument_.read(standard_gravity * up) +
-                                turning * Eigen::Vector3d(shake(instrument_.random),
-                                                          shake(instrument_.random),
-                                                          shake(instrument_.random));
+      const Eigen::Vector3d a =
+          instrument_.read(standard_gravity * up) +
+          turning * Eigen::Vector3d(shake(instrument_.random), shake(instrument_.random),
+                                    shake(instrument_.random));
       const Eigen::Vector3d m =
           magnetometer.read(48.0 * (0.4 * north - std::sqrt(1.0 - 0.16) * up));
       std::array<char, 256> row{};
       std::snprintf(row.data(), row.size(), "%.2f,%.5f,%.5f,%.5f,%s,%.4f,%.4f,%.4f\n",
                     0.02 * sample++, a.x(), a.y(), a.z(),
-                    gyroscope_is_dead ? "0,0,0" : rates(turning).c_str(),
-                    m.x(), m.y(), m.z());
+                    gyroscope_is_dead ? "0,0,0" : rates(turning).c_str(), m.x(), m.y(), m.z());
       text += row.data();
     };
     Eigen::Vector3d up = instrument_.direction();
@@ -76,9 +75,9 @@ TEST_F(OpenDoors, ACompassWithoutAStatedFieldIsFittedToLength1) {
   for (int i = 0; i < 40; ++i) {
     text += row_text(instrument_.read(48.0 * instrument_.direction())) + "\n";
   }
-  const ProgramResult result = run_axiscal({"calibrate", folder_.write("compass.csv", text),
-                                            "--instrument", "magnetometer", "--method", "magnitude",
-                                            "-o", cal_});
+  const ProgramResult result =
+      run_axiscal({"calibrate", folder_.write("compass.csv", text), "--instrument", "magnetometer",
+                   "--method", "magnitude", "-o", cal_});
   ASSERT_EQ(result.status, 0) << result.err;
   EXPECT_THAT(result.err + result.out, HasSubstr("length"));
   EXPECT_DOUBLE_EQ(read_json(cal_)["field"]["magnitude"].get<double>(), 1.0);
@@ -92,7 +91,8 @@ TEST_F(OpenDoors, TemplateWithoutANameListsThem) {
 
 TEST_F(OpenDoors, SwappedArgumentsAreNamed) {
   const std::string run = folder_.write("run.csv", twelve_readings(instrument_));
-  ASSERT_EQ(run_axiscal({"calibrate", run, "--instrument", "accelerometer", "--unit", "m/s^2", "-o", cal_})
+  ASSERT_EQ(run_axiscal(
+                {"calibrate", run, "--instrument", "accelerometer", "--unit", "m/s^2", "-o", cal_})
                 .status,
             0);
   const ProgramResult result = run_axiscal({"apply", run, cal_});
@@ -132,9 +132,8 @@ TEST_F(OpenDoors, OneSensorThatFailsLosesNoOther) {
 
 TEST_F(OpenDoors, OnlyOneSensorOfALogIsCalibrated) {
   const std::string log = folder_.write("log.csv", imu_log(plain_header));
-  const ProgramResult result =
-      run_axiscal({"calibrate", "--imu", log, "--only", "accelerometer", "--unit", "m/s^2", "-o",
-                   folder_.path("{slot}.json")});
+  const ProgramResult result = run_axiscal({"calibrate", "--imu", log, "--only", "accelerometer",
+                                            "--unit", "m/s^2", "-o", folder_.path("{slot}.json")});
   ASSERT_EQ(result.status, 0) << result.err;
   EXPECT_TRUE(std::filesystem::exists(folder_.path("accelerometer.json")));
   EXPECT_FALSE(std::filesystem::exists(folder_.path("magnetometer.json")));
@@ -146,8 +145,8 @@ TEST_F(OpenDoors, SeveralLogsAreOneRecording) {
   const std::string first = folder_.write("first.csv", all.substr(0, half));
   const std::string second = folder_.write("second.csv", plain_header + all.substr(half));
   const ProgramResult result =
-      run_axiscal({"calibrate", "--imu", first, second, "--only", "accelerometer", "--unit", "m/s^2",
-                   "-o", folder_.path("{slot}.json")});
+      run_axiscal({"calibrate", "--imu", first, second, "--only", "accelerometer", "--unit",
+                   "m/s^2", "-o", folder_.path("{slot}.json")});
   ASSERT_EQ(result.status, 0) << result.err;
   const json record = read_json(folder_.path("accelerometer.json"));
   EXPECT_EQ(record["inputs"].size(), 2U);
@@ -165,8 +164,9 @@ TEST_F(OpenDoors, ARestThatRepeatsOneValueIsLeftOut) {
       run_axiscal({"calibrate", "--imu", folder_.write("log.csv", text), "--only", "accelerometer",
                    "--unit", "m/s^2", "-o", folder_.path("{slot}.json")});
   ASSERT_EQ(result.status, 0) << result.err;
-  EXPECT_NEAR(read_json(folder_.path("accelerometer.json"))["coefficients"]["bias"][2].get<double>(),
-              0.31, 0.01);
+  EXPECT_NEAR(
+      read_json(folder_.path("accelerometer.json"))["coefficients"]["bias"][2].get<double>(), 0.31,
+      0.01);
 }
 
 TEST_F(OpenDoors, ClockTimesDatesAndMillisecondsAreTimes) {
@@ -180,12 +180,14 @@ TEST_F(OpenDoors, ClockTimesDatesAndMillisecondsAreTimes) {
   const std::vector<std::function<std::string(int)>> clocks = {
       [](int i) {
         std::array<char, 64> text{};
-        std::snprintf(text.data(), text.size(), "2024-03-05 14:08:%02d:%03d", i / 50 % 60, i % 50 * 20);
+        std::snprintf(text.data(), text.size(), "2024-03-05 14:08:%02d:%03d", i / 50 % 60,
+                      i % 50 * 20);
         return std::string(text.data());
       },
       [](int i) {
         std::array<char, 64> text{};
-        std::snprintf(text.data(), text.size(), "3/25/2024 14:08:%02d.%03d", i / 50 % 60, i % 50 * 20);
+        std::snprintf(text.data(), text.size(), "3/25/2024 14:08:%02d.%03d", i / 50 % 60,
+                      i % 50 * 20);
         return std::string(text.data());
       }};
   for (const auto& clock : clocks) {
@@ -195,7 +197,8 @@ TEST_F(OpenDoors, ClockTimesDatesAndMillisecondsAreTimes) {
     const json series = json::parse(result.out)["series"];
     bool found = false;
     for (const json& one : series) {
-      found = found || (one["rate_hz"].is_number() && std::abs(one["rate_hz"].get<double>() - 50.0) < 1.0);
+      found = found ||
+              (one["rate_hz"].is_number() && std::abs(one["rate_hz"].get<double>() - 50.0) < 1.0);
     }
     EXPECT_TRUE(found) << clock(1) << result.out;
   }
@@ -212,7 +215,8 @@ TEST_F(OpenDoors, JsonLinesOfMavlogdumpAreSeriesByType) {
         "\n"
         R"({"meta": {"type": "ATT", "timestamp": %.4f}, "data": {"TimeUS": %d, "Roll": 0.1}})"
         "\n",
-        1700000000.0 + 0.02 * i, 20000 * i, a.x(), a.y(), a.z(), 1700000000.0 + 0.02 * i, 20000 * i);
+        1700000000.0 + 0.02 * i, 20000 * i, a.x(), a.y(), a.z(), 1700000000.0 + 0.02 * i,
+        20000 * i);
     text += lines.data();
   }
   const ProgramResult result = run_axiscal({"log", folder_.write("flight.json", text)});
@@ -225,8 +229,8 @@ TEST_F(OpenDoors, JsonLinesOfMavlogdumpAreSeriesByType) {
 TEST_F(OpenDoors, TheReferenceOfTheReadingsAndOneNumberForTheFaces) {
   const std::string run = folder_.write("run.csv", twelve_readings(instrument_));
   const auto u_of = [&](const std::vector<std::string>& more) {
-    std::vector<std::string> arguments = {"calibrate",  run, "--instrument", "accelerometer", "--unit",
-                                          "V", "-o", cal_, "--force"};
+    std::vector<std::string> arguments = {
+        "calibrate", run, "--instrument", "accelerometer", "--unit", "V", "-o", cal_, "--force"};
     arguments.insert(arguments.end(), more.begin(), more.end());
     const ProgramResult result = run_axiscal(arguments);
     EXPECT_EQ(result.status, 0) << result.err;
@@ -270,8 +274,8 @@ TEST_F(OpenDoors, ATurnAboutOneAxisGivesWhatItDetermines) {
     text += row_text(field) + "," + row_text(instrument_.read(field)) + "\n";
   }
   const ProgramResult result =
-      run_axiscal({"calibrate", folder_.write("turn.csv", text), "--instrument", "generic", "--field",
-                   "custom", "--field-magnitude", "1", "-o", cal_});
+      run_axiscal({"calibrate", folder_.write("turn.csv", text), "--instrument", "generic",
+                   "--field", "custom", "--field-magnitude", "1", "-o", cal_});
   ASSERT_EQ(result.status, 0) << result.err;
   EXPECT_NEAR(read_json(cal_)["coefficients"]["sensitivity"][1][1].get<double>(), 0.998, 0.005);
   EXPECT_THAT(result.err + result.out, HasSubstr("not seen"));
@@ -285,13 +289,16 @@ TEST_F(OpenDoors, ACompassOfTwoAxesIsTurnedInAPlane) {
     const double angle = 2.0 * M_PI * i / 36.0;
     std::array<char, 64> row{};
     std::snprintf(row.data(), row.size(), "%.5f,%.5f\n",
-                  12.0 + 1.2 * 20.0 * std::cos(angle) + 0.1 * 20.0 * std::sin(angle) + noise(instrument_.random),
-                  -7.0 + 0.1 * 20.0 * std::cos(angle) + 0.9 * 20.0 * std::sin(angle) + noise(instrument_.random));
+                  12.0 + 1.2 * 20.0 * std::cos(angle) + 0.1 * 20.0 * std::sin(angle) +
+                      noise(instrument_.random),
+                  -7.0 + 0.1 * 20.0 * std::cos(angle) + 0.9 * 20.0 * std::sin(angle) +
+                      noise(instrument_.random));
     text += row.data();
   }
-  const ProgramResult result = run_axiscal(
-      {"calibrate", folder_.write("compass.csv", text), "--axes", "x,y", "--instrument", "magnetometer",
-       "--unit", "uT", "--field", "custom", "--field-magnitude", "20", "--field-unit", "uT", "-o", cal_});
+  const ProgramResult result =
+      run_axiscal({"calibrate", folder_.write("compass.csv", text), "--axes", "x,y", "--instrument",
+                   "magnetometer", "--unit", "uT", "--field", "custom", "--field-magnitude", "20",
+                   "--field-unit", "uT", "-o", cal_});
   ASSERT_EQ(result.status, 0) << result.err;
   const json record = read_json(cal_);
   EXPECT_NEAR(record["coefficients"]["bias"][0].get<double>(), 12.0, 0.05);
@@ -310,14 +317,16 @@ TEST_F(OpenDoors, OneColumnOfAnglesIsEnough) {
                   0.02 + 2.5 * std::sin(angle * M_PI / 180.0));
     text += row.data();
   }
-  const ProgramResult result = run_axiscal({"calibrate", folder_.write("angle.csv", text),
-                                            "--instrument", "inclinometer", "--axes", "V", "-o", cal_});
+  const ProgramResult result =
+      run_axiscal({"calibrate", folder_.write("angle.csv", text), "--instrument", "inclinometer",
+                   "--axes", "V", "-o", cal_});
   ASSERT_EQ(result.status, 0) << result.err;
 }
 
 TEST_F(OpenDoors, TheDefaultIsJoint) {
   const std::string run = folder_.write("run.csv", twelve_readings(instrument_));
-  ASSERT_EQ(run_axiscal({"calibrate", run, "--instrument", "accelerometer", "--unit", "m/s^2", "-o", cal_})
+  ASSERT_EQ(run_axiscal(
+                {"calibrate", run, "--instrument", "accelerometer", "--unit", "m/s^2", "-o", cal_})
                 .status,
             0);
   EXPECT_EQ(read_json(cal_)["method"], "joint");
@@ -330,7 +339,8 @@ TEST_F(OpenDoors, DefinitionsThatABagLacksComeFromAFolder) {
   EXPECT_NE(none.status, 0);
   std::filesystem::create_directories(folder_.path("my_robot/msg"));
   folder_.write("my_robot/msg/Six.msg", "float64 ax\nfloat64 ay\n");
-  EXPECT_EQ(run_axiscal({"log", folder_.path("log.csv"), "--definitions", folder_.path("")}).status, 0);
+  EXPECT_EQ(run_axiscal({"log", folder_.path("log.csv"), "--definitions", folder_.path("")}).status,
+            0);
 }
 
 }  // namespace

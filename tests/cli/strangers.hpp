@@ -15,9 +15,15 @@ namespace axiscal::test {
 /// An instrument of three axes as its files would have it: v = b + S f + noise.
 struct StrangeInstrument {
   Eigen::Vector3d bias = {0.12, -0.2, 0.31};
-  Eigen::Matrix3d sensitivity = (Eigen::Matrix3d() << 1.002, 0.004, -0.003,  //
-                                 0.002, 0.998, 0.005,                        //
-                                 -0.004, 0.003, 1.001)
+  Eigen::Matrix3d sensitivity = (Eigen::Matrix3d() << 1.002,
+                                 0.004,
+                                 -0.003,  //
+                                 0.002,
+                                 0.998,
+                                 0.005,  //
+                                 -0.004,
+                                 0.003,
+                                 1.001)
                                     .finished();
   double noise = 0.002;
   std::mt19937_64 random{7};
@@ -49,9 +55,9 @@ struct StrangeSeat {
   const Eigen::Vector3d x = Eigen::Vector3d::UnitX();
   const Eigen::Vector3d y = Eigen::Vector3d::UnitY();
   const Eigen::Vector3d z = Eigen::Vector3d::UnitZ();
-  return {{"-Z", "+X", z},  {"-Z", "-X", z},  {"+Z", "+X", -z}, {"+Z", "-X", -z},
-          {"-X", "+Y", x},  {"-X", "-Y", x},  {"+X", "+Y", -x}, {"+X", "-Y", -x},
-          {"-Y", "+Z", y},  {"-Y", "-Z", y},  {"+Y", "+Z", -y}, {"+Y", "-Z", -y}};
+  return {{"-Z", "+X", z}, {"-Z", "-X", z}, {"+Z", "+X", -z}, {"+Z", "-X", -z},
+          {"-X", "+Y", x}, {"-X", "-Y", x}, {"+X", "+Y", -x}, {"+X", "-Y", -x},
+          {"-Y", "+Z", y}, {"-Y", "-Z", y}, {"+Y", "+Z", -y}, {"+Y", "-Z", -y}};
 }
 
 [[nodiscard]] inline std::string row_text(const Eigen::Vector3d& v) {

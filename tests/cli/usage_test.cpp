@@ -94,9 +94,8 @@ TEST(Usage, MistakesHaveStatusTwoAndAHint) {
 TEST(Usage, WhatLaterVersionsBringIsRefusedNotPassedOver) {
   const ScratchFolder folder;
   const std::string run = folder.write("run.csv", observations_text(accelerometer_truth(), {}));
-  for (const std::vector<std::string>& later :
-       std::vector<std::vector<std::string>>{{"--imu", "log.csv", "--method", "attitude"},
-                                             {"-o", "cal-{slot}.json"}}) {
+  for (const std::vector<std::string>& later : std::vector<std::vector<std::string>>{
+           {"--imu", "log.csv", "--method", "attitude"}, {"-o", "cal-{slot}.json"}}) {
     std::vector<std::string> arguments = {"calibrate",     run,       "--instrument",
                                           "accelerometer", "--field", "gravity"};
     arguments.insert(arguments.end(), later.begin(), later.end());

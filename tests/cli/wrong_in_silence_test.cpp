@@ -17,7 +17,8 @@ using testing::Not;
 
 const std::vector<std::string> accelerometer = {"--instrument", "accelerometer", "--unit", "m/s^2"};
 
-ProgramResult calibrate(const std::vector<std::string>& files, const std::vector<std::string>& more) {
+ProgramResult calibrate(const std::vector<std::string>& files,
+                        const std::vector<std::string>& more) {
   std::vector<std::string> arguments = {"calibrate"};
   arguments.insert(arguments.end(), files.begin(), files.end());
   arguments.insert(arguments.end(), accelerometer.begin(), accelerometer.end());
@@ -91,8 +92,7 @@ TEST_F(WrongInSilence, FilesOfOneInstrumentAreStillItsBlocks) {
 
 TEST_F(WrongInSilence, TheDateIsThatOfTheReadings) {
   const std::string run = folder_.write(
-      "run.csv",
-      twelve_readings(instrument_, ",serial,operator,date", ",SN7,A. Smith,2024-03-05"));
+      "run.csv", twelve_readings(instrument_, ",serial,operator,date", ",SN7,A. Smith,2024-03-05"));
   ASSERT_EQ(calibrate({run}, {"-o", cal_}).status, 0);
   const json record = read_json(cal_);
   EXPECT_THAT(record["measured"].get<std::string>(), testing::StartsWith("2024-03-05"));
@@ -107,15 +107,13 @@ TEST_F(WrongInSilence, TheDateIsThatOfTheReadings) {
 
 TEST_F(WrongInSilence, AHistoryRunsOverTheDatesOfTheReadings) {
   for (const char* const year : {"2021", "2022", "2023", "2024"}) {
-    const std::string run =
-        folder_.write(std::string(year) + ".csv",
-                      twelve_readings(instrument_, ",serial,date",
-                                      ",SN7," + std::string(year) + "-06-01"));
+    const std::string run = folder_.write(
+        std::string(year) + ".csv",
+        twelve_readings(instrument_, ",serial,date", ",SN7," + std::string(year) + "-06-01"));
     ASSERT_EQ(
         calibrate({run}, {"-o", folder_.path("records-" + std::string(year) + ".json")}).status, 0);
   }
-  const ProgramResult history =
-      run_axiscal({"check", "--history", folder_.path(""), "--json"});
+  const ProgramResult history = run_axiscal({"check", "--history", folder_.path(""), "--json"});
   EXPECT_NO_THROW(static_cast<void>(json::parse(history.out)));
   EXPECT_THAT(history.out, HasSubstr("2021-06-01"));
   EXPECT_THAT(history.out, HasSubstr("2024-06-01"));
@@ -145,17 +143,19 @@ TEST_F(WrongInSilence, SixFacesWithoutAFenceKeepTheLeanOutOfTheBias) {
       const Eigen::Vector3d side = seat.up.unitOrthogonal();
       const double at = turn(instrument_.random);
       const double lean = M_PI / 180.0;
-      const Eigen::Vector3d up = std::cos(lean) * seat.up +
-                                 std::sin(lean) * (std::cos(at) * side +
-                                                   std::sin(at) * seat.up.cross(side));
-      text += std::string(seat.rest) + "," + row_text(instrument_.read(standard_gravity * up)) + "\n";
+      const Eigen::Vector3d up =
+          std::cos(lean) * seat.up +
+          std::sin(lean) * (std::cos(at) * side + std::sin(at) * seat.up.cross(side));
+      text +=
+          std::string(seat.rest) + "," + row_text(instrument_.read(standard_gravity * up)) + "\n";
     }
     const std::string run = folder_.write("six.csv", text);
     ASSERT_EQ(calibrate({run}, {"-o", cal_}).status, 0);
     const json record = read_json(cal_);
     for (int axis = 0; axis < 3; ++axis) {
-      const double off = record["coefficients"]["bias"][static_cast<std::size_t>(axis)].get<double>() -
-                         instrument_.bias(axis);
+      const double off =
+          record["coefficients"]["bias"][static_cast<std::size_t>(axis)].get<double>() -
+          instrument_.bias(axis);
       squares += off * off / (3.0 * trials);
     }
   }
@@ -197,7 +197,8 @@ TEST_F(WrongInSilence, RawSamplesOfSixFacesAreSixReadings) {
                   instrument_.bias(static_cast<Eigen::Index>(axis)), 0.01);
     }
   }
-  const ProgramResult cross = calibrate(files, {"--axes", "ax,ay,az", "--method", "magnitude", "-o", cal_});
+  const ProgramResult cross =
+      calibrate(files, {"--axes", "ax,ay,az", "--method", "magnitude", "-o", cal_});
   EXPECT_EQ(cross.status, 1);
   EXPECT_THAT(cross.err, HasSubstr("magnitude needs"));
 }
@@ -238,9 +239,9 @@ std::string log_of(StrangeInstrument& instrument, int rests) {
     const Eigen::Vector3d next = instrument.direction();
     for (int i = 0; i < 50 && rest + 1 < rests; ++i) {
       const Eigen::Vector3d between = (up + (next - up) * i / 50.0).normalized();
-      put(instrument.read(standard_gravity * between) +
-          Eigen::Vector3d(shake(instrument.random), shake(instrument.random),
-                          shake(instrument.random)));
+      put(instrument.read(standard_gravity * between) + Eigen::Vector3d(shake(instrument.random),
+                                                                        shake(instrument.random),
+                                                                        shake(instrument.random)));
     }
     up = next;
   }
@@ -266,8 +267,8 @@ TEST_F(WrongInSilence, CheckRefusesALogOfMotion) {
   std::string text = "time,ax,ay,az\n";
   for (int i = 0; i < 2000; ++i) {
     const double t = 0.02 * i;
-    const Eigen::Vector3d up(std::sin(0.9 * t) * std::cos(0.37 * t), std::sin(0.9 * t) * std::sin(0.37 * t),
-                             std::cos(0.9 * t));
+    const Eigen::Vector3d up(std::sin(0.9 * t) * std::cos(0.37 * t),
+                             std::sin(0.9 * t) * std::sin(0.37 * t), std::cos(0.9 * t));
     text += std::to_string(t) + "," + row_text(instrument_.read(standard_gravity * up)) + "\n";
   }
   const ProgramResult result = run_axiscal({"check", cal_, folder_.write("motion.csv", text)});
@@ -291,7 +292,7 @@ TEST_F(WrongInSilence, NoiseIsOfTheLongestRest) {
   ASSERT_EQ(result.status, 0) << result.err;
   EXPECT_THAT(result.err, HasSubstr("left out"));
   const ProgramResult part =
-      run_axiscal({"noise", log, "--unit", "m/s^2", "--from", "10", "--format", "50"});
+      run_axiscal({"noise", log, "--unit", "m/s^2", "--from", "10", "--to", "50"});
   EXPECT_EQ(part.status, 0) << part.err;
 }
 
@@ -325,8 +326,8 @@ TEST_F(WrongInSilence, ReturnsBeforeTheEndOfALineAreNoCells) {
   }
   const ProgramResult result = calibrate({folder_.write("returns.csv", text)}, {"-o", cal_});
   ASSERT_EQ(result.status, 0) << result.err;
-  EXPECT_NEAR(read_json(cal_)["coefficients"]["sensitivity"][2][2].get<double>(),
-              9.80665 * 1.001, 0.02);
+  EXPECT_NEAR(read_json(cal_)["coefficients"]["sensitivity"][2][2].get<double>(), 9.80665 * 1.001,
+              0.02);
 }
 
 TEST_F(WrongInSilence, SignedCountsThatWerePrintedUnsignedGetTheirSign) {
@@ -344,7 +345,8 @@ TEST_F(WrongInSilence, SignedCountsThatWerePrintedUnsignedGetTheirSign) {
       text += "\n";
     }
   }
-  const std::vector<std::string> counts = {"calibrate", "", "--instrument", "accelerometer", "-o", cal_};
+  const std::vector<std::string> counts = {"calibrate",     "",   "--instrument",
+                                           "accelerometer", "-o", cal_};
   std::vector<std::string> arguments = counts;
   arguments[1] = folder_.write("good.csv", good);
   ASSERT_EQ(run_axiscal(arguments).status, 0);
@@ -361,9 +363,8 @@ TEST_F(WrongInSilence, ErasedMemoryAtTheEndOfALogIsLeftOut) {
   for (int i = 0; i < 300; ++i) {
     text += "4294967.295,4294967.295,4294967.295,4294967.295\n";
   }
-  const ProgramResult result =
-      run_axiscal({"calibrate", "--imu", folder_.write("log.csv", text), "--unit", "m/s^2", "-o",
-                   folder_.path("{slot}.json")});
+  const ProgramResult result = run_axiscal({"calibrate", "--imu", folder_.write("log.csv", text),
+                                            "--unit", "m/s^2", "-o", folder_.path("{slot}.json")});
   ASSERT_EQ(result.status, 0) << result.err;
   EXPECT_THAT(result.err, HasSubstr("300 rows from line"));
 }
@@ -395,14 +396,17 @@ TEST_F(WrongInSilence, ACompassInMicroteslaAsksBetaflightsFactor) {
     text += row_text(instrument_.read(48.0 * instrument_.direction())) + "\n";
   }
   const std::string run = folder_.write("compass.csv", text);
-  ASSERT_EQ(run_axiscal({"calibrate", run, "--instrument", "magnetometer", "--unit", "uT", "--method",
-                         "magnitude", "--field-magnitude", "48", "-o", cal_})
+  ASSERT_EQ(run_axiscal({"calibrate", run, "--instrument", "magnetometer", "--unit", "uT",
+                         "--method", "magnitude", "--field-magnitude", "48", "-o", cal_})
                 .status,
             0);
   const ProgramResult without = run_axiscal({"export", cal_, "--format", "betaflight"});
   EXPECT_NE(without.status, 0);
   EXPECT_THAT(without.err, HasSubstr("--reading-factor"));
-  EXPECT_EQ(run_axiscal({"export", cal_, "--format", "betaflight", "--reading-factor", "10"}).status, 0);
+  EXPECT_EQ(
+      run_axiscal({"export", cal_, "--format", "betaflight", "--reading-factor", "10", "--lossy"})
+          .status,
+      0);
 }
 
 TEST_F(WrongInSilence, AnExportedTableHoldsTheExpandedUncertainty) {
@@ -411,10 +415,15 @@ TEST_F(WrongInSilence, AnExportedTableHoldsTheExpandedUncertainty) {
   const ProgramResult csv = run_axiscal({"export", cal_, "--format", "csv"});
   ASSERT_EQ(csv.status, 0) << csv.err;
   EXPECT_THAT(csv.out, HasSubstr("parameter,value,standard_error,u,U,k,unit"));
-  const std::vector<std::vector<std::string>> cells = csv_cells(csv.out);
-  const json record = read_json(cal_);
-  EXPECT_GT(std::stod(cells[1][4]), std::stod(cells[1][3]));
-  EXPECT_NEAR(std::stod(cells[1][4]), std::stod(cells[1][3]) * std::stod(cells[1][5]), 1e-6);
+  bool found = false;
+  for (const std::vector<std::string>& row : csv_cells(csv.out)) {
+    if (row.front() == "x.bias") {
+      found = true;
+      EXPECT_GT(std::stod(row[4]), std::stod(row[3]));
+      EXPECT_NEAR(std::stod(row[4]), std::stod(row[3]) * std::stod(row[5]), 1e-6);
+    }
+  }
+  EXPECT_TRUE(found) << csv.out;
 }
 
 struct OtherHeading {
@@ -447,7 +456,8 @@ TEST_F(WrongInSilence, FacesAreReadUnderOtherHeadings) {
   for (const OtherHeading& heading : headings) {
     std::string text = std::string(heading.heading) + ",x,y,z\n";
     for (const StrangeSeat& seat : twelve_seats()) {
-      text += heading.word(seat) + "," + row_text(instrument_.read(standard_gravity * seat.up)) + "\n";
+      text +=
+          heading.word(seat) + "," + row_text(instrument_.read(standard_gravity * seat.up)) + "\n";
     }
     const ProgramResult result = calibrate({folder_.write("faces.csv", text)}, {"-o", cal_});
     ASSERT_EQ(result.status, 0) << heading.heading << ": " << result.err;
@@ -462,7 +472,8 @@ TEST_F(WrongInSilence, WordsThatAreNoFacesAreAnError) {
   std::string text = "position,x,y,z\n";
   int i = 0;
   for (const StrangeSeat& seat : twelve_seats()) {
-    text += (i++ == 3 ? std::string("somehow") : axis_of(seat) + (seat.up.sum() > 0.0 ? " up" : " down")) +
+    text += (i++ == 3 ? std::string("somehow")
+                      : axis_of(seat) + (seat.up.sum() > 0.0 ? " up" : " down")) +
             "," + row_text(instrument_.read(standard_gravity * seat.up)) + "\n";
   }
   const ProgramResult result = calibrate({folder_.write("faces.csv", text)}, {"-o", cal_});
@@ -481,8 +492,8 @@ TEST_F(WrongInSilence, AUnitShortOfReadingsIsMarked) {
       }
     }
   }
-  const ProgramResult result = calibrate({folder_.write("batch.csv", text)},
-                                         {"-o", folder_.path("{serial}.json")});
+  const ProgramResult result =
+      calibrate({folder_.write("batch.csv", text)}, {"-o", folder_.path("{serial}.json")});
   EXPECT_THAT(result.out, HasSubstr("9 readings, and most units have 12"));
 }
 
@@ -495,9 +506,9 @@ TEST_F(WrongInSilence, KnownFieldsOfVaryingSizeNeedNoMagnitude) {
       text += row_text(field) + "," + row_text(instrument_.read(field)) + "\n";
     }
   }
-  const ProgramResult result = run_axiscal({"calibrate", folder_.write("rates.csv", text),
-                                            "--instrument", "gyroscope", "--unit", "deg/s", "--field",
-                                            "induced_rotation", "--field-unit", "deg/s", "-o", cal_});
+  const ProgramResult result = run_axiscal(
+      {"calibrate", folder_.write("rates.csv", text), "--instrument", "gyroscope", "--unit",
+       "deg/s", "--field", "induced_rotation", "--field-unit", "deg/s", "-o", cal_});
   ASSERT_EQ(result.status, 0) << result.err;
   EXPECT_NEAR(read_json(cal_)["coefficients"]["sensitivity"][0][0].get<double>(), 1.002, 1e-3);
 }
@@ -551,7 +562,8 @@ TEST_F(WrongInSilence, ABiasByKnownAttitudesUsesThem) {
   for (const double pitch_deg : {0.0, 20.0, -20.0, 45.0, -45.0, 10.0}) {
     const double pitch = pitch_deg * M_PI / 180.0;
     const Eigen::Vector3d up(std::sin(pitch), 0.0, std::cos(pitch));
-    text += std::to_string(pitch_deg) + ",0," + row_text(instrument_.read(standard_gravity * up)) + "\n";
+    text += std::to_string(pitch_deg) + ",0," + row_text(instrument_.read(standard_gravity * up)) +
+            "\n";
   }
   const ProgramResult result =
       calibrate({folder_.write("attitudes.csv", text)}, {"--method", "bias", "-o", cal_});

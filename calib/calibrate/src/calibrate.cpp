@@ -196,10 +196,11 @@ class RunFit {
       parts_.front().magnitude = met->largest;
       calibration_.findings.notes.push_back(
           {NoteCode::field,
-           formatted("the fields of the readings are from {} to {}{} long; full response is that at "
-                     "the largest",
-                     number_text(met->least, 4), number_text(met->largest, 4),
-                     parts_.front().unit == "1" ? "" : " " + parts_.front().unit)});
+           formatted(
+               "the fields of the readings are from {} to {}{} long; full response is that at "
+               "the largest",
+               number_text(met->least, 4), number_text(met->largest, 4),
+               parts_.front().unit == "1" ? "" : " " + parts_.front().unit)});
     }
     check_unit(experiment.instrument, parts_.front());
     if (field_moves(experiment) && !by_field_ && !parts_.front().in_table) {
@@ -643,7 +644,7 @@ class RunFit {
   Method method_;
   const MethodKind& kind_;
   Weighting weighting_;
-  bool by_field_;  // whether the readings bring their fields
+  bool by_field_;              // whether the readings bring their fields
   bool field_varies_ = false;  // these are of different lengths, as on a rate table
   ReadingSource source_;
   std::vector<FieldDescription> parts_;

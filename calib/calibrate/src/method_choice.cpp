@@ -62,8 +62,8 @@ Method choose_method(const Experiment& experiment, const Observations& observati
 }
 
 void note_choice_of_method(const Observations& used, Method method, Calibration& calibration) {
-  if (method_kind(method).directions_known && !method_kind(method).by_length &&
-      has_labels(used) && !used.has_fence) {
+  if (method_kind(method).directions_known && !method_kind(method).by_length && has_labels(used) &&
+      !used.has_fence) {
     calibration.findings.notes.push_back(
         {NoteCode::method,
          "six faces without fence faces: the table is taken as level; its slope is in the biases "

@@ -15,7 +15,8 @@
 namespace axiscal {
 namespace {
 
-// One instrument stays within these from day to day and from mount to mount; two of a batch seldom do.
+// One instrument stays within these from day to day and from mount to mount; two of a batch seldom
+// do.
 constexpr double largest_size_change = 2e-3;   // of |S_k|, relative
 constexpr double largest_angle_change = 5e-3;  // between two axes [rad]
 constexpr double largest_bias_change = 1e-2;   // in parts of the full response
@@ -57,8 +58,7 @@ std::string difference_between(const Calibration& first, const Calibration& othe
       return formatted("the sensitivity of axis {} differs by {} %", axis,
                        number_text(100.0 * std::abs(change) / size, 2));
     }
-    const double shift =
-        std::abs(other.sensor.response.bias(k) - first.sensor.response.bias(k));
+    const double shift = std::abs(other.sensor.response.bias(k) - first.sensor.response.bias(k));
     const double full = size * first.sensor.field.magnitude;
     const double bias_se = std::hypot(of_first.bias_se(k), of_other.bias_se(k));
     if (shift > largest_bias_change * full && !(shift <= clear * bias_se)) {

@@ -208,17 +208,17 @@ void remark_on_magnitude(const Experiment& experiment, Calibration& calibration)
       calibration.findings.warnings.push_back(
           {.code = WarningCode::impossible_field,
            .runs = {},
-           .message = formatted(
-               "the field {} is stated as {} {}, but on the Earth it is {}; state its magnitude and "
-               "unit again, or take the field custom if it is no field of the Earth",
-               part.kind, number_text(part.magnitude, 6), part.unit,
-               possible_magnitudes(kind, part.unit))});
+           .message =
+               formatted("the field {} is stated as {} {}, but on the Earth it is {}; state its "
+                         "magnitude and "
+                         "unit again, or take the field custom if it is no field of the Earth",
+                         part.kind, number_text(part.magnitude, 6), part.unit,
+                         possible_magnitudes(kind, part.unit))});
     }
   }
   const FieldSetup& field = experiment.field;
   if (field.others.empty() && field.unit.empty() && field.magnitude && field.of &&
-      field.of->unit().empty() && !field_kind(found.kind).units.empty() &&
-      found.unit != field_kind(found.kind).units.front()) {
+      !field_kind(found.kind).units.empty() && found.unit != field_kind(found.kind).units.front()) {
     calibration.findings.notes.push_back(
         {NoteCode::field,
          formatted("the field's magnitude, {}, is stated without a unit and taken in {}: in {} it "
@@ -228,10 +228,12 @@ void remark_on_magnitude(const Experiment& experiment, Calibration& calibration)
   }
   const bool is_relative = field.others.empty() && field.kind() == "custom" && !field.magnitude &&
                            !field.in_table && found.unit == "1";
-  if (is_relative && find_instrument_kind(calibration.sensor.instrument.kind).relative_field_will_do) {
+  if (is_relative &&
+      find_instrument_kind(calibration.sensor.instrument.kind).relative_field_will_do) {
     calibration.findings.notes.push_back(
         {NoteCode::field,
-         "neither the magnitude of the field nor the site is stated: the field is taken as of length "
+         "neither the magnitude of the field nor the site is stated: the field is taken as of "
+         "length "
          "1, so that directions are right and magnitudes are in units of it"});
   }
 }

@@ -19,8 +19,8 @@ void note_weights(const Experiment& experiment,
                   Calibration& calibration);
 
 /// A magnitude that the field cannot have on the Earth refuses the record. Notes say that a number
-/// without a unit was taken in the unit in which it is possible, and that a compass without a stated
-/// field has one of length 1.
+/// without a unit was taken in the unit in which it is possible, and that a compass without a
+/// stated field has one of length 1.
 void remark_on_magnitude(const Experiment& experiment, Calibration& calibration);
 
 /// A magnitude that nobody stated comes from the length of a vector that may be a direction only:

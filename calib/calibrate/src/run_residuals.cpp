@@ -99,7 +99,9 @@ std::vector<ReadingResidual> residuals_of(const Observations& observations,
   // Of two axes that were turned in a plane: the field in it.
   const Eigen::MatrixXd in_plane =
       method_kind(calibration.fit.method).by_magnitude && !has_magnitude
-          ? Eigen::MatrixXd(Eigen::MatrixXd(response.sensitivity).completeOrthogonalDecomposition().pseudoInverse())
+          ? Eigen::MatrixXd(Eigen::MatrixXd(response.sensitivity)
+                                .completeOrthogonalDecomposition()
+                                .pseudoInverse())
           : Eigen::MatrixXd();
   for (std::size_t i = 0; i < observations.readings.size(); ++i) {
     const Reading& reading = observations.readings[i];

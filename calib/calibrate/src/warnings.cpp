@@ -110,9 +110,10 @@ class Finder {
     }
     if (!names.empty()) {
       add(WarningCode::coverage, {},
-          formatted("the fields of the readings have no part along {} {}, so its sensitivity is not "
-                    "determined; add readings that are turned about another axis",
-                    names.size() == 1 ? "axis" : "the axes", joined(names)));
+          formatted(
+              "the fields of the readings have no part along {} {}, so its sensitivity is not "
+              "determined; add readings that are turned about another axis",
+              names.size() == 1 ? "axis" : "the axes", joined(names)));
     }
   }
 
@@ -276,8 +277,7 @@ class Finder {
                       : std::any_of(parts.begin(), parts.end(),
                                     [](const FieldDescription& part) { return part.set_by_level; });
     return can_be_set && calibration_.sensor.field.in_table &&
-           !calibration_.fit.residuals.empty() &&
-           !calibration_.fit.residuals.front().level;
+           !calibration_.fit.residuals.empty() && !calibration_.fit.residuals.front().level;
   }
 
   // What else leaves large residuals, by the kind of field and instrument.

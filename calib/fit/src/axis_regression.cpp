@@ -97,10 +97,11 @@ void require_robust_freedom(double degrees_of_freedom) {
   constexpr double fewest = 6.0;
   if (!(degrees_of_freedom >= fewest)) {
     throw RefusedError(
-        formatted("robust regression cannot tell a wrong reading from right ones with {} degrees of "
-                  "freedom, it needs {}: add readings, take the method joint instead of paired, or "
-                  "fit without robust weights",
-                  number_text(degrees_of_freedom, 2), number_text(fewest)),
+        formatted(
+            "robust regression cannot tell a wrong reading from right ones with {} degrees of "
+            "freedom, it needs {}: add readings, take the method joint instead of paired, or "
+            "fit without robust weights",
+            number_text(degrees_of_freedom, 2), number_text(fewest)),
         {settings::method});
   }
 }
@@ -256,10 +257,9 @@ Estimate summarize(const ReadingSet& set,
                     {.studentized = fit.studentized, .cooks_distance = fit.cooks_distance},
                     axis.robust_weights);
     const Eigen::VectorXd weighted = axis.weights.cwiseSqrt().cwiseProduct(fit.residuals);
-    statistics.lack_of_fit.push_back(test_lack_of_fit(rows.group, axis.weights, weighted,
-                                                      fit.degrees_of_freedom, set.rounding(k),
-                                                      set.effects.columns.cols(),
-                                                      axis.robust_weights));
+    statistics.lack_of_fit.push_back(
+        test_lack_of_fit(rows.group, axis.weights, weighted, fit.degrees_of_freedom,
+                         set.rounding(k), set.effects.columns.cols(), axis.robust_weights));
   }
   return estimate;
 }

@@ -130,9 +130,10 @@ Constant what_constant_is(const Experiment& experiment,
       calibration,
       {.code = WarningCode::field_in_bias,
        .runs = {},
-       .message = "the biases hold the field's part in the pose in which the instrument lay (of an "
-                  "accelerometer gravity), and are no biases yet; to take it out give the record "
-                  "that has the sensitivity, and the columns rest and fence, or pitch_deg and roll_deg"});
+       .message =
+           "the biases hold the field's part in the pose in which the instrument lay (of an "
+           "accelerometer gravity), and are no biases yet; to take it out give the record "
+           "that has the sensitivity, and the columns rest and fence, or pitch_deg and roll_deg"});
   return Constant::as_read;
 }
 
@@ -456,9 +457,8 @@ void fit_bias(const Experiment& experiment,
   }
   ReadingSource source = unordered;
   const bool has_temperature = std::all_of(
-      source.rows().begin(), source.rows().end(), [&](std::size_t row) {
-        return observations.readings[row].temperature.has_value();
-      });
+      source.rows().begin(), source.rows().end(),
+      [&](std::size_t row) { return observations.readings[row].temperature.has_value(); });
   if (has_temperature) {
     source.set_temperature(1, experiment.temperature.reference);
   }

@@ -48,14 +48,17 @@ struct BlockFits {
 // alike have the plain mean and its usual variance.
 struct EntryMean {
   double mean = 0.0;
-  double variance = 0.0;     // of the mean, by how the blocks scatter
-  double within = 0.0;       // of the mean, by the readings' noise alone
-  double chi_square = 0.0;   // of the blocks about their mean, by the readings' noise
-  double blocks = 0.0;       // how many
+  double variance = 0.0;    // of the mean, by how the blocks scatter
+  double within = 0.0;      // of the mean, by the readings' noise alone
+  double chi_square = 0.0;  // of the blocks about their mean, by the readings' noise
+  double blocks = 0.0;      // how many
   [[nodiscard]] double mean_square() const { return blocks * variance; }
 };
 
-EntryMean mean_of_entry(const BlockFits& fits, Eigen::Index component, Eigen::Index axis, double s2) {
+EntryMean mean_of_entry(const BlockFits& fits,
+                        Eigen::Index component,
+                        Eigen::Index axis,
+                        double s2) {
   const std::vector<std::size_t> blocks = fits.blocks_that_determine(component, axis);
   const auto B = static_cast<double>(blocks.size());
   Eigen::ArrayXd x(static_cast<Eigen::Index>(blocks.size()));
@@ -72,8 +75,8 @@ EntryMean mean_of_entry(const BlockFits& fits, Eigen::Index component, Eigen::In
     return entry;
   }
   entry.chi_square = (w * (x - entry.mean).square()).sum();
-  const double between = std::max(
-      (entry.chi_square - (B - 1.0)) / (w.sum() - w.square().sum() / w.sum()), 0.0);
+  const double between =
+      std::max((entry.chi_square - (B - 1.0)) / (w.sum() - w.square().sum() / w.sum()), 0.0);
   w = (v + between).inverse();
   entry.mean = mean_by(w);
   entry.variance = (w * (x - entry.mean).square()).sum() / (B - 1.0) / w.sum();
@@ -281,8 +284,7 @@ bool add_block_sensitivities(const LinearisedRun& run, bool mounts_known, Estima
     Eigen::Index main = 0;
     const double size = mean.col(k).cwiseAbs().maxCoeff(&main);
     const EntryMean& one = entry(main, k);
-    component.sd(k) =
-        std::sqrt(std::max(one.mean_square() - one.blocks * one.within, 0.0)) / size;
+    component.sd(k) = std::sqrt(std::max(one.mean_square() - one.blocks * one.within, 0.0)) / size;
   }
   const double largest = component.sd.maxCoeff();
   wider.put();

@@ -31,7 +31,8 @@ struct Ellipse {
 
 [[noreturn]] void refuse_shape() {
   throw RefusedError(
-      "the readings of the two axes do not lie on an ellipse: turn the instrument once about the axis "
+      "the readings of the two axes do not lie on an ellipse: turn the instrument once about the "
+      "axis "
       "square to both, in one place, and take readings all the way round");
 }
 
@@ -44,7 +45,9 @@ Ellipse conic_through(const Eigen::MatrixX2d& v) {
     D.row(i) << x * x, 2.0 * x * y, y * y, 2.0 * x, 2.0 * y, 1.0;
   }
   const Eigen::VectorXd q =
-      Eigen::JacobiSVD<Eigen::MatrixXd>(D, Eigen::ComputeThinU | Eigen::ComputeThinV).matrixV().col(5);
+      Eigen::JacobiSVD<Eigen::MatrixXd>(D, Eigen::ComputeThinU | Eigen::ComputeThinV)
+          .matrixV()
+          .col(5);
   Eigen::Matrix2d Q;
   Q << q(0), q(1), q(1), q(2);
   const double sign = Q.trace() < 0.0 ? -1.0 : 1.0;
@@ -68,7 +71,9 @@ struct Linear {
   Eigen::MatrixXd J;
 };
 
-Linear linearised(const Eigen::MatrixX2d& v, const Eigen::VectorXd& root_weights, const Ellipse& at) {
+Linear linearised(const Eigen::MatrixX2d& v,
+                  const Eigen::VectorXd& root_weights,
+                  const Ellipse& at) {
   Linear linear{.r = Eigen::VectorXd(v.rows()), .J = Eigen::MatrixXd(v.rows(), parameters)};
   for (Eigen::Index i = 0; i < v.rows(); ++i) {
     const Eigen::Vector2d e = v.row(i).transpose() - at.b;
@@ -97,8 +102,8 @@ Ellipse moved(Ellipse at, const Eigen::VectorXd& step) {
 Estimate estimate_ellipse(const ReadingSet& set, double F) {
   constexpr Eigen::Index fewest = parameters + 3;
   if (set.size() < fewest) {
-    throw RefusedError(formatted("method magnitude needs {} readings or more of two axes, not {}", fewest,
-                                 set.size()));
+    throw RefusedError(formatted("method magnitude needs {} readings or more of two axes, not {}",
+                                 fewest, set.size()));
   }
   require_response(set);
   const Eigen::Vector2d lowest = set.response.colwise().minCoeff();
@@ -111,8 +116,7 @@ Estimate estimate_ellipse(const ReadingSet& set, double F) {
   constexpr int most_rounds = 50;
   for (int round = 0; round < most_rounds; ++round) {
     const Linear linear = linearised(v, root_weights, at);
-    const Eigen::VectorXd step =
-        linear.J.colPivHouseholderQr().solve(Eigen::VectorXd(-linear.r));
+    const Eigen::VectorXd step = linear.J.colPivHouseholderQr().solve(Eigen::VectorXd(-linear.r));
     at = moved(at, step);
     if (!(at.A.determinant() > 0.0)) {
       refuse_shape();
@@ -122,9 +126,9 @@ Estimate estimate_ellipse(const ReadingSet& set, double F) {
     }
   }
   const Linear linear = linearised(v, root_weights, at);
-  const std::vector<std::string> names = {set.axes[0] + ".bias", set.axes[1] + ".bias",
-                                          set.axes[0] + ".sensitivity.x", set.axes[0] + ".sensitivity.y",
-                                          set.axes[1] + ".sensitivity.y"};
+  const std::vector<std::string> names = {
+      set.axes[0] + ".bias", set.axes[1] + ".bias", set.axes[0] + ".sensitivity.x",
+      set.axes[0] + ".sensitivity.y", set.axes[1] + ".sensitivity.y"};
   const LeastSquaresDesign design(linear.J, Eigen::VectorXd(), names);
   const auto dof = static_cast<double>(set.size() - parameters);
   const double sd = std::sqrt(linear.r.squaredNorm() / dof);
@@ -132,10 +136,11 @@ Estimate estimate_ellipse(const ReadingSet& set, double F) {
   constexpr double largest_relative_se = 0.1;
   const double worst = sd * std::sqrt(C.diagonal().maxCoeff());
   if (!(worst < largest_relative_se)) {
-    throw RefusedError(formatted(
-        "method magnitude: bias and sensitivity are not told apart (standard errors of {} % of the field): "
-        "turn the instrument all the way round, and keep it level",
-        number_text(std::round(100.0 * worst))));
+    throw RefusedError(
+        formatted("method magnitude: bias and sensitivity are not told apart (standard errors of "
+                  "{} % of the field): "
+                  "turn the instrument all the way round, and keep it level",
+                  number_text(std::round(100.0 * worst))));
   }
 
   Estimate estimate;
@@ -172,9 +177,10 @@ Estimate estimate_ellipse(const ReadingSet& set, double F) {
   }
   estimate.notes.push_back(
       {NoteCode::method,
-       formatted("the two axes were turned in a plane: the length of the field in it is taken as {}; if "
-                 "the field is steeper, state its length in the plane",
-                 number_text(F, 6))});
+       formatted(
+           "the two axes were turned in a plane: the length of the field in it is taken as {}; if "
+           "the field is steeper, state its length in the plane",
+           number_text(F, 6))});
   return estimate;
 }
 

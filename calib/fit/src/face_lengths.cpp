@@ -18,7 +18,9 @@ namespace axiscal {
 namespace {
 
 // Which component of the field a reading met, and which way; 2 * component, + 1 if negative.
-std::optional<std::vector<int>> faces_met(const ReadingSet& set, const TableField& field, double F) {
+std::optional<std::vector<int>> faces_met(const ReadingSet& set,
+                                          const TableField& field,
+                                          double F) {
   const Eigen::MatrixXd met = field_design(set, field).middleCols<3>(1) / F;
   std::vector<int> faces;
   std::array<bool, 6> seen{};

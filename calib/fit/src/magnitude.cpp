@@ -39,7 +39,7 @@ struct Fit {
   Eigen::MatrixXd unscaled_covariance;  // 9 x 9
   Eigen::VectorXd leverage;             // n
   Eigen::VectorXd robust;               // n; empty unless robust
-  Eigen::MatrixXd further;              // n x q: columns that were fitted beside the nine; mostly none
+  Eigen::MatrixXd further;  // n x q: columns that were fitted beside the nine; mostly none
   double condition_number = 1.0;
   double sd = 0.0;  // scatter of a reading of weight 1, in the cloud's units
   double dof = 0.0;
@@ -68,7 +68,8 @@ void require_open_nothing(const ReadingSet& set, const LinearisedEllipsoid& line
   }
 }
 
-// Many readings of few orientations are clouds of noise: the cross terms would be those of their shape.
+// Many readings of few orientations are clouds of noise: the cross terms would be those of their
+// shape.
 void require_enough_places(const EllipsoidCloud& cloud) {
   constexpr double apart_rad = 10.0 * rad_per_deg;
   constexpr double tight_rad = 3.0 * rad_per_deg;
@@ -362,8 +363,9 @@ void test_squares(const ReadingSet& set,
 // @param to_parameters  of the nine unknowns, 12 x 9.
 void add_noise_of_order(const Fit& fit, const Eigen::MatrixXd& to_parameters, Estimate& estimate) {
   const std::optional<CorrelatedFit> noise =
-      fit.robust.size() > 0 ? std::nullopt
-                            : noise_of_recording(all_columns(fit), fit.linear.jacobian.leftCols<3>());
+      fit.robust.size() > 0
+          ? std::nullopt
+          : noise_of_recording(all_columns(fit), fit.linear.jacobian.leftCols<3>());
   constexpr double slight = 0.1;
   if (!noise || !(noise->correlation > slight)) {
     return;
@@ -371,8 +373,8 @@ void add_noise_of_order(const Fit& fit, const Eigen::MatrixXd& to_parameters, Es
   // The estimate stays, and how far it is from that of the models counts.
   const Eigen::MatrixXd C = noise->covariance + noise->estimate * noise->estimate.transpose();
   const Eigen::MatrixXd to = with_further(to_parameters, fit);
-  add_correlation((to * C * to.transpose()).diagonal().cwiseSqrt(),
-                  noise->degrees_of_freedom, estimate.statistics);
+  add_correlation((to * C * to.transpose()).diagonal().cwiseSqrt(), noise->degrees_of_freedom,
+                  estimate.statistics);
   estimate.notes.push_back(
       {NoteCode::correlation,
        formatted("consecutive readings are alike (correlation about {}); the intervals count it{}",

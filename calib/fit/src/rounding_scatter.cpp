@@ -98,7 +98,8 @@ std::optional<RoundedFit> fit_poses(const Poses& poses,
   const Eigen::MatrixXd G = map * inverse;
   const Eigen::VectorXd residuals = poses.mean - design * (inverse * poses.mean);
   const double of_step = step * step / 12.0;
-  RoundedFit fit{.variance = Eigen::VectorXd(map.rows()), .degrees_of_freedom = static_cast<double>(n - c)};
+  RoundedFit fit{.variance = Eigen::VectorXd(map.rows()),
+                 .degrees_of_freedom = static_cast<double>(n - c)};
   const double s2 = std::max(residuals.squaredNorm() / fit.degrees_of_freedom, of_step);
   for (Eigen::Index j = 0; j < map.rows(); ++j) {
     double shared = 0.0;
@@ -168,9 +169,8 @@ void add_rounding_scatter(StateOfRun& of, double stated_step, Estimate& estimate
     const Eigen::MatrixXd columns =
         is_transfer ? set.seen_columns(AxisDesigns(set, estimate.field).of(k), k)
                     : Eigen::MatrixXd(run->own_columns(k));
-    const Eigen::MatrixXd map = is_transfer
-                                    ? set.map_of_seen()
-                                    : Eigen::MatrixXd::Identity(columns.cols(), columns.cols());
+    const Eigen::MatrixXd map =
+        is_transfer ? set.map_of_seen() : Eigen::MatrixXd::Identity(columns.cols(), columns.cols());
     std::optional<RoundedFit> rounded =
         fit_poses(poses, columns(poses.first, Eigen::all), map, *step);
     if (!rounded) {

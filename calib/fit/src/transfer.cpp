@@ -115,14 +115,13 @@ Estimate estimate_transfer(const ReadingSet& given,
     const Eigen::Index count = set.end_of_alike(first, set.weights) - first;
     const Eigen::MatrixXd columns = set.seen_columns(design, first);
     const FactoredDesign factored(columns, set.weights.col(first), [&] { return names_of(first); });
-    std::vector<AxisRegression> alike =
-        regress({.set = set,
-                 .first = first,
-                 .factored = factored,
-                 .design = columns,
-                 .weights = set.weights.col(first),
-                 .responses = set.response.middleCols(first, count),
-                 .names = names_of});
+    std::vector<AxisRegression> alike = regress({.set = set,
+                                                 .first = first,
+                                                 .factored = factored,
+                                                 .design = columns,
+                                                 .weights = set.weights.col(first),
+                                                 .responses = set.response.middleCols(first, count),
+                                                 .names = names_of});
     if (seen.cols() == 1 && m == 1) {
       curvature = curvature_along(set, columns, columns.col(1), alike.front().fit);
     }
@@ -150,10 +149,9 @@ void forget_unseen(const Eigen::Matrix3Xd& seen, Calibration& calibration) {
   for (std::size_t p = 0; p < statistics.parameter_names.size(); ++p) {
     const std::string& name = statistics.parameter_names[p];
     const std::size_t component = std::string("xyz").find(name.back());
-    const bool is_sensitivity =
-        std::any_of(axes.begin(), axes.end(), [&](const std::string& axis) {
-          return name.starts_with(axis + ".sensitivity.");
-        });
+    const bool is_sensitivity = std::any_of(axes.begin(), axes.end(), [&](const std::string& axis) {
+      return name.starts_with(axis + ".sensitivity.");
+    });
     constexpr double nothing = 1e-9;
     if (is_sensitivity && seen.row(static_cast<Eigen::Index>(component)).norm() < nothing) {
       lost.push_back(name);
@@ -181,11 +179,11 @@ void forget_unseen(const Eigen::Matrix3Xd& seen, Calibration& calibration) {
   calibration.findings.notes.push_back(
       {NoteCode::unseen,
        lost.empty()
-           ? formatted(
-                 "the fields of the readings lie in one {}: the answer of {} {} to fields across it is "
-                 "not seen, and taken as 0",
-                 seen.cols() == 1 ? "line" : "plane", axes.size() == 1 ? "axis" : "axes",
-                 joined(axes))
+           ? formatted("the fields of the readings lie in one {}: the answer of {} {} to fields "
+                       "across it is "
+                       "not seen, and taken as 0",
+                       seen.cols() == 1 ? "line" : "plane", axes.size() == 1 ? "axis" : "axes",
+                       joined(axes))
            : formatted("the fields of the readings have no part along the directions of {}: these "
                        "are not seen, and taken as 0",
                        joined(lost))});

@@ -93,7 +93,8 @@ FaceWord word_of(const std::string& token) {
   if (token == "x" || token == "y" || token == "z") {
     return FaceWord::axis;
   }
-  if (is_one_of({"up", "upward", "upwards", "top", "sky", "arriba", "oben", "haut", "su", "alto"})) {
+  if (is_one_of(
+          {"up", "upward", "upwards", "top", "sky", "arriba", "oben", "haut", "su", "alto"})) {
     return FaceWord::up;
   }
   if (is_one_of({"down", "downward", "downwards", "dn", "bottom", "ground", "abajo", "unten", "bas",

@@ -99,11 +99,16 @@ class Table {
   }
 
   [[nodiscard]] int integer(std::size_t column) const {
-    const std::optional<int> number = parse_integer(text(column));
-    if (!number) {
+    if (const std::optional<int> number = parse_integer(text(column))) {
+      return *number;
+    }
+    // Spreadsheets and data frames write 1 as 1.0.
+    const std::optional<double> number = parse_number(text(column));
+    constexpr double largest = 2147483647.0;
+    if (!number || *number != std::floor(*number) || std::abs(*number) > largest) {
       fail(column, quoted(column) + " is not a whole number");
     }
-    return *number;
+    return static_cast<int>(*number);
   }
 
   // 1 or 0; empty is 0.
@@ -144,7 +149,8 @@ class Table {
     const std::optional<double> seconds = parse_number(text(column));
     const std::optional<double> stamp = seconds ? seconds : parse_clock_time(text(column));
     if (!stamp) {
-      fail(column, quoted(column) + " is neither a number of seconds nor a time as ISO 8601 writes it");
+      fail(column,
+           quoted(column) + " is neither a number of seconds nor a time as ISO 8601 writes it");
     }
     return seconds ? seconds_of_clock(*seconds) : *stamp;
   }
@@ -310,13 +316,17 @@ struct SizeColumn {
   std::string_view name;
   std::string_view unit;  // empty: the field's
 };
-constexpr std::array size_columns = {
-    SizeColumn{"rate", ""},           SizeColumn{"rate_dps", "deg/s"},
-    SizeColumn{"rate_deg_s", "deg/s"}, SizeColumn{"rate_rad_s", "rad/s"},
-    SizeColumn{"omega", ""},          SizeColumn{"lux", "lux"},
-    SizeColumn{"illuminance", "lux"}, SizeColumn{"irradiance", "W/m^2"},
-    SizeColumn{"field", ""},          SizeColumn{"field_nT", "nT"},
-    SizeColumn{"field_uT", "uT"}};
+constexpr std::array size_columns = {SizeColumn{"rate", ""},
+                                     SizeColumn{"rate_dps", "deg/s"},
+                                     SizeColumn{"rate_deg_s", "deg/s"},
+                                     SizeColumn{"rate_rad_s", "rad/s"},
+                                     SizeColumn{"omega", ""},
+                                     SizeColumn{"lux", "lux"},
+                                     SizeColumn{"illuminance", "lux"},
+                                     SizeColumn{"irradiance", "W/m^2"},
+                                     SizeColumn{"field", ""},
+                                     SizeColumn{"field_nT", "nT"},
+                                     SizeColumn{"field_uT", "uT"}};
 
 // A column of the one angle that an instrument was tilted by.
 struct AngleColumn {
@@ -334,7 +344,7 @@ struct Columns {
   std::optional<std::size_t> rest, fence, run, block, mount, time, samples, serial, confirm, date,
       operated_by;
   std::optional<std::size_t> pitch, roll, heading;
-  double angle_in_rad = rad_per_deg;     // of pitch and roll
+  double angle_in_rad = rad_per_deg;       // of pitch and roll
   std::optional<std::size_t> size, along;  // of a known field: how large, along which axis
   Eigen::Vector3d along_all = Eigen::Vector3d::Zero();  // its direction if no column says it
   TemperatureColumns temperature;
@@ -419,8 +429,7 @@ void find_size(Table& table, const std::vector<std::string>& axes, Columns& colu
                  "says how large the field was, and nothing says along which axis; add the column "
                  "'axis' (x, y or z), or give the field in the sensor by 'fx', 'fy', 'fz'");
     }
-    columns.along_all =
-        direction_of(axes.front(), {}).value_or(Eigen::Vector3d::UnitZ());
+    columns.along_all = direction_of(axes.front(), {}).value_or(Eigen::Vector3d::UnitZ());
     return;
   }
 }
@@ -568,10 +577,9 @@ void append_cells(std::string& text, const std::vector<std::string>& cells) {
 
 std::vector<std::string> columns_without_meaning(const std::vector<std::string>& header) {
   constexpr std::array<std::string_view, 20> names = {
-      "rest",        "fence",   "run",       "block",    "mount",   "level",
-      "temperature", "time",    "samples",   "serial",   "fx",      "fy",
-      "fz",          "confirm", "pitch_deg", "roll_deg", "yaw_deg", "heading_deg",
-      "date",        "operator"};
+      "rest",      "fence",    "run",     "block",       "mount", "level",   "temperature",
+      "time",      "samples",  "serial",  "fx",          "fy",    "fz",      "confirm",
+      "pitch_deg", "roll_deg", "yaw_deg", "heading_deg", "date",  "operator"};
   const auto is_one_of = [](const auto& columns, const std::string& name) {
     return std::any_of(columns.begin(), columns.end(),
                        [&](const auto& column) { return column.name == name; });
@@ -580,9 +588,9 @@ std::vector<std::string> columns_without_meaning(const std::vector<std::string>&
   for (const std::string& name : header) {
     const bool has_meaning = std::find(names.begin(), names.end(), name) != names.end() ||
                              is_one_of(size_columns, name) || is_one_of(angle_columns, name) ||
-                             name == "axis" ||
-                             name.starts_with(level_column_prefix) || name.ends_with("_sd") ||
-                             name.ends_with("_temperature") || name.starts_with("temperature_");
+                             name == "axis" || name.starts_with(level_column_prefix) ||
+                             name.ends_with("_sd") || name.ends_with("_temperature") ||
+                             name.starts_with("temperature_");
     if (!has_meaning) {
       own.push_back(name);
     }
@@ -698,10 +706,10 @@ Run read_observations(CsvReader& csv, const ObservationColumns& asked_for) {
   for (std::string& date : result.dates) {
     const std::optional<double> time_s = parse_clock_time(date, UnclearDays::refused);
     if (!date.empty() && (!time_s || !is_utc(*time_s))) {
-      result.notes.push_back(
-          formatted("{}: column 'date': '{}' may be no date; the dates are not taken: write them as "
-                    "2026-11-20",
-                    csv.path(), date));
+      result.notes.push_back(formatted(
+          "{}: column 'date': '{}' may be no date; the dates are not taken: write them as "
+          "2026-11-20",
+          csv.path(), date));
       result.dates.clear();
       break;
     }

@@ -130,8 +130,7 @@ ObservationColumns observation_columns(const Experiment& experiment, Units units
           .range = experiment.instrument.range,
           .needs_labels = method_kind(method).by_pose && !method_kind(method).directions_known,
           .needs_samples = experiment.weighting == Weighting::samples,
-          .needs_temperature = experiment.temperature.order > 0 ||
-                               experiment.temperature.automatic,
+          .needs_temperature = experiment.temperature.order > 0 || experiment.temperature.automatic,
           .takes_several_units = units == Units::several,
           .needs_sd = experiment.weighting == Weighting::sd};
 }

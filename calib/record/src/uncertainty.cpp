@@ -300,11 +300,11 @@ std::string reference_of_unit(std::string_view unit) {
       break;
     }
   }
-  return unit == "V"                                     ? "the voltage reference"
-         : unit == "A"                                   ? "the current reference"
+  return unit == "V"                                          ? "the voltage reference"
+         : unit == "A"                                        ? "the current reference"
          : unit == "Ohm" || unit == "ohm" || unit == "\u03a9" ? "the resistance reference"
-         : unit == "Hz"                                  ? "the frequency reference"
-                                                         : "";
+         : unit == "Hz"                                       ? "the frequency reference"
+                                                              : "";
 }
 
 }  // namespace

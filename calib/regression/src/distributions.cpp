@@ -68,7 +68,8 @@ double student_t_factor(double coverage, double degrees_of_freedom) {
     const StudentT distribution(degrees_of_freedom);
     const double factor =
         boost::math::quantile(boost::math::complement(distribution, 0.5 * (1.0 - coverage)));
-    // Its square overflows beyond: Boost 1.83 then ends at the root of the largest number, 1.74 at infinity.
+    // Its square overflows beyond: Boost 1.83 then ends at the root of the largest number, 1.74 at
+    // infinity.
     constexpr double largest = 1e150;
     return factor < largest ? factor : std::numeric_limits<double>::infinity();
   });

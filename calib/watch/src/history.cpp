@@ -213,7 +213,8 @@ Entry entry_of(const std::string& path) {
   }
   const std::optional<double> time = parse_date(entry.fitted.date);
   if (!time) {
-    throw DataError(path, "/created", "the history needs the date of a calibration: 'measured' or 'created'");
+    throw DataError(path, "/created",
+                    "the history needs the date of a calibration: 'measured' or 'created'");
   }
   entry.time_s = *time;
   return entry;

@@ -222,11 +222,11 @@ DriftCheck check_labelled(const Calibration& record,
          .z = change / u,
          .e_n = not_a_number});
   }
-  check.notes.push_back(
-      formatted("the {} readings are held against the values that the record predicts for them, with "
-                "the field's direction in the table fitted; the changes are those of the biases, "
-                "with the sensitivities as they were",
-                n));
+  check.notes.push_back(formatted(
+      "the {} readings are held against the values that the record predicts for them, with "
+      "the field's direction in the table fitted; the changes are those of the biases, "
+      "with the sensitivities as they were",
+      n));
   return check;
 }
 

@@ -167,9 +167,9 @@ std::vector<Measured> measured_of(const Calibration& calibration, const DriftChe
 }  // namespace
 
 bool is_limit_parameter(std::string_view name, const std::vector<std::string>& axes) {
-  constexpr std::array<std::string_view, 6> of_all = {
-      "readings", "design_points", "levelness.x", "levelness.y", "pitch_error_deg",
-      "drift_p_value"};
+  constexpr std::array<std::string_view, 6> of_all = {"readings",        "design_points",
+                                                      "levelness.x",     "levelness.y",
+                                                      "pitch_error_deg", "drift_p_value"};
   if (std::find(of_all.begin(), of_all.end(), name) != of_all.end()) {
     return true;
   }

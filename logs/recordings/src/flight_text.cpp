@@ -199,8 +199,7 @@ class MavlinkText final : public RecordingFile::Decoder {
       if (message->fields.empty() || messages_.size() >= most_messages) {
         return true;
       }
-      known =
-          messages_.emplace(message->name, FlightMessage(message->name, message->fields)).first;
+      known = messages_.emplace(message->name, FlightMessage(message->name, message->fields)).first;
     }
     if (known->second.fields() != message->fields) {
       ++other_;

@@ -135,7 +135,8 @@ std::vector<PrintedLine> printed_lines(std::string_view start, bool is_whole, st
 // The lines of a sample as one row, which stands in the last one's place.
 class RowOfLines {
  public:
-  explicit RowOfLines(std::vector<PrintedLine> lines) : lines_(std::move(lines)), cells_(lines_.size()) {}
+  explicit RowOfLines(std::vector<PrintedLine> lines)
+      : lines_(std::move(lines)), cells_(lines_.size()) {}
 
   void convert(std::string_view line, std::string& text) {
     const std::size_t at = line.find(arrow);
@@ -166,7 +167,8 @@ class RowOfLines {
     }
     // A sample of which a line is missing is none.
     if (place + 1 == lines_.size() &&
-        std::none_of(cells_.begin(), cells_.end(), [](const std::string& cell) { return cell.empty(); })) {
+        std::none_of(cells_.begin(), cells_.end(),
+                     [](const std::string& cell) { return cell.empty(); })) {
       text += stamp_ + joined(cells_, ",");
     }
     text += '\n';

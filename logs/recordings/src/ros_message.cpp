@@ -179,7 +179,8 @@ std::optional<RosMessageType> RosMessageType::parse(const std::string& name,
   RosMessageType type;
   type.name_ = plain_name(name);
   std::map<std::string, std::string> texts = texts_of(type.name_, definition);
-  texts.insert(added_definitions().begin(), added_definitions().end());  // the file's own come first
+  texts.insert(added_definitions().begin(),
+               added_definitions().end());  // the file's own come first
   if (!type.add_type(type.name_, texts, 0)) {
     return std::nullopt;
   }
@@ -456,7 +457,9 @@ RosTopic::RosTopic(std::string topic, const std::string& type, std::string_view 
       return Series{.kind = kind_of_words(topic_), .known_by = KnownBy::names};
     }
     // Usual messages within others: "imu.linear_acceleration.x".
-    const auto holds = [&](std::string_view name) { return column.find(name) != std::string::npos; };
+    const auto holds = [&](std::string_view name) {
+      return column.find(name) != std::string::npos;
+    };
     if (holds(".linear_acceleration.")) {
       return is(SeriesKind::accelerometer, "m/s^2");
     }
@@ -495,9 +498,10 @@ std::vector<std::string> notes_of(const std::vector<const RosTopic*>& topics) {
     damaged += topic->damaged();
   }
   if (!without.empty()) {
-    notes.push_back("topics without numbers that can be read, or whose message definitions are neither in "
-                    "the file nor stated: " +
-                    joined(without));
+    notes.push_back(
+        "topics without numbers that can be read, or whose message definitions are neither in "
+        "the file nor stated: " +
+        joined(without));
   }
   if (damaged > 0) {
     notes.push_back(formatted("{} messages are not as their type says, and are left out", damaged));

@@ -354,8 +354,7 @@ SeriesKind kind_of_words(std::string_view words) {
   std::string_view rest = small;
   for (;;) {
     const std::size_t at = rest.find_last_of("./");
-    const SeriesKind kind =
-        kind_of_part(at == std::string_view::npos ? rest : rest.substr(at + 1));
+    const SeriesKind kind = kind_of_part(at == std::string_view::npos ? rest : rest.substr(at + 1));
     if (kind != SeriesKind::other || at == std::string_view::npos) {
       return kind;
     }

@@ -42,7 +42,7 @@ Shares shares_of(const std::vector<double>& values, double modulus) {
   Shares shares;
   for (const double value : values) {
     const double part = value / modulus;
-    (part < positive_below      ? shares.positive
+    (part < positive_below   ? shares.positive
      : part >= negative_from ? shares.negative
                              : shares.between) += 1.0 / static_cast<double>(values.size());
   }
@@ -101,9 +101,10 @@ std::string words_of(const SignedCounts& counts, const std::vector<std::string>&
     own.push_back(names[column]);
   }
   const double largest = std::ldexp(1.0, counts.bits) - 1.0;
-  return formatted("{}: signed counts of {} bits that were printed unsigned ({} for -1); they are read "
-                   "with their sign",
-                   joined(own), counts.bits, number_text(largest));
+  return formatted(
+      "{}: signed counts of {} bits that were printed unsigned ({} for -1); they are read "
+      "with their sign",
+      joined(own), counts.bits, number_text(largest));
 }
 
 }  // namespace axiscal

@@ -158,9 +158,10 @@ void TableText::State::open(OpenedFile opened) {
     constexpr std::size_t looked_at = 100000;
     throw DataError(
         path,
-        formatted("is a recording ({}), not a table of readings in known orientations; {}; if it was "
-                  "turned by hand, name the kind of instrument, and method magnitude fits it",
-                  opened.format, what_it_holds(summarise(*opened.decoder, looked_at))),
+        formatted(
+            "is a recording ({}), not a table of readings in known orientations; {}; if it was "
+            "turned by hand, name the kind of instrument, and method magnitude fits it",
+            opened.format, what_it_holds(summarise(*opened.decoder, looked_at))),
         {settings::log});
   }
   if (opened.text) {
@@ -175,8 +176,8 @@ void TableText::State::open(OpenedFile opened) {
 // The sensors of a recording that are wanted, as a table.
 void TableText::State::open_series(OpenedFile opened, ReopenableFile& file) {
   constexpr std::size_t looked_at = 400000;
-  OpenedTable table = table_of_series(path, summarise(*opened.decoder, looked_at),
-                                      file.open().decoder, format);
+  OpenedTable table =
+      table_of_series(path, summarise(*opened.decoder, looked_at), file.open().decoder, format);
   notes = table.source->notes;
   sensors = std::move(table.sensors);
   look_at_numbers(std::move(table.source));
@@ -272,8 +273,7 @@ void TableText::State::look_at_first_rows(std::string_view start, bool is_whole)
   first_rows.assign(layout.columns.size(), {});
   std::size_t number = 0;
   for (const std::string_view line_of_row : first_lines(start, is_whole)) {
-    const std::vector<std::string_view> cells =
-        layout.cells_of_row(without_checksum(line_of_row));
+    const std::vector<std::string_view> cells = layout.cells_of_row(without_checksum(line_of_row));
     if (++number < layout.first_row_line || is_comment_line(line_of_row) ||
         cells.size() != layout.columns.size()) {
       continue;
@@ -281,10 +281,10 @@ void TableText::State::look_at_first_rows(std::string_view start, bool is_whole)
     std::vector<std::string>& row = first_cells.emplace_back();
     for (std::size_t c = 0; c < cells.size(); ++c) {
       row.emplace_back(cell_name(cells[c]));
-      first_rows[c].push_back(
-          layout.is_clock[c]     ? clock_seconds(cells[c])
-          : layout.is_dressed[c] ? dressed_number(cells[c], layout.decimal_comma).value
-                                 : cell_number(cells[c], layout.decimal_comma));
+      first_rows[c].push_back(layout.is_clock[c] ? clock_seconds(cells[c])
+                              : layout.is_dressed[c]
+                                  ? dressed_number(cells[c], layout.decimal_comma).value
+                                  : cell_number(cells[c], layout.decimal_comma));
     }
   }
 }

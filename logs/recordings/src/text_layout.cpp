@@ -31,7 +31,7 @@ struct Dialect {
 
 // A unit behind numbers in cells, and no other word.
 bool is_unit_in_cell(std::string_view unit) {
-  constexpr std::array<std::string_view, 12> others = {"s",  "ms", "us",  "V",      "mV", "counts",
+  constexpr std::array<std::string_view, 12> others = {"s",  "ms",  "us",  "V",   "mV", "counts",
                                                        "Hz", "LSB", "deg", "rad", "A",  "mA"};
   return known_unit(unit).has_value() ||
          std::find(others.begin(), others.end(), unit) != others.end();
@@ -258,7 +258,7 @@ class LayoutFinder {
       const bool fits = layout_.delimiter != ' ' || row.size() + 1 == usual_;
       const bool are_names = numbers_[i] == 0 && has_letter(row) && !repeats(row);
       return are_names && fits && row.size() > 1 && 2 * row.size() >= usual_ ? std::optional(i)
-                                                                            : std::nullopt;
+                                                                             : std::nullopt;
     }
     return std::nullopt;
   }
@@ -287,9 +287,9 @@ class LayoutFinder {
     }
     cells.resize(usual_);
     if (named < usual_) {
-      layout_.notes.push_back(
-          formatted("the header names {} of {} columns; the others are called by their number, as c{}",
-                    named, usual_, usual_));
+      layout_.notes.push_back(formatted(
+          "the header names {} of {} columns; the others are called by their number, as c{}", named,
+          usual_, usual_));
     } else if (named > usual_) {
       layout_.notes.push_back(
           formatted("the header names {} columns, and the rows have {}", named, usual_));
@@ -315,7 +315,8 @@ class LayoutFinder {
     if (!header) {  // it may stand in a comment
       for (std::size_t i = 0; i < first_; ++i) {
         Cells words = cells_of(uncommented(lines_[i]), layout_.delimiter);
-        constexpr std::array<std::string_view, 4> heads = {"Headers", "Header", "Columns", "Fields"};
+        constexpr std::array<std::string_view, 4> heads = {"Headers", "Header", "Columns",
+                                                           "Fields"};
         if (words.size() == usual_ + 1 &&
             std::find(heads.begin(), heads.end(), words.front()) != heads.end()) {
           words.erase(words.begin());
@@ -410,8 +411,8 @@ class LayoutFinder {
       layout_.is_clock[c] = clocks > 0 && numbers == 0 && texts == 0;
       layout_.is_text[c] = texts > 0 && numbers == 0 && dressed == 0;
       // A unit in some cells alone is a typing error; thousands are parted from 1,000 on.
-      layout_.is_dressed[c] = dressed > 0 && one_unit && texts == 0 && clocks == 0 &&
-                              (unit->empty() || plain == 0);
+      layout_.is_dressed[c] =
+          dressed > 0 && one_unit && texts == 0 && clocks == 0 && (unit->empty() || plain == 0);
       if (layout_.is_dressed[c] && !unit->empty() && c < layout_.columns.size() &&
           named_column(layout_.columns[c]).unit.empty()) {
         layout_.columns[c] += " (" + *unit + ")";
@@ -451,8 +452,7 @@ class LayoutFinder {
     for (std::size_t i = 0; i < before_; ++i) {
       const std::string_view line = lines_[i];
       const std::size_t at = line.find(" at ");  // ActiGraph: "date format M/d/yyyy at 30 Hz"
-      const std::size_t rate =
-          std::min({line.find("Rate"), line.find("rate"), at});
+      const std::size_t rate = std::min({line.find("Rate"), line.find("rate"), at});
       const std::size_t hz = std::min(line.find("Hz"), line.find("hz"));
       if (rate == std::string_view::npos || hz == std::string_view::npos || hz < rate + 4) {
         continue;

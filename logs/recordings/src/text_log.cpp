@@ -175,13 +175,14 @@ class TextLog : public LogFile::Source {
 
   // Whether every cell is that of erased memory, all bits 1.
   [[nodiscard]] bool is_erased(std::string_view line) const {
-    constexpr std::array<std::string_view, 3> begins = {"4294967", "65535", "255"};
-    if (columns.size() < 2 ||
+    constexpr std::array<std::string_view, 2> begins = {"4294967", "65535"};
+    constexpr std::size_t fewest = 3;  // two counters may be alike by chance
+    if (columns.size() < fewest ||
         std::none_of(begins.begin(), begins.end(),
                      [&](std::string_view begin) { return line.starts_with(begin); })) {
       return false;
     }
-    constexpr std::array<double, 5> erased = {4294967295.0, 4294967.295, 4294967.0, 65535.0, 255.0};
+    constexpr std::array<double, 4> erased = {4294967295.0, 4294967.295, 4294967.0, 65535.0};
     const std::vector<std::string_view> cells = layout_.cells_of_row(line);
     const double first = cells.empty() ? 0.0 : cell_number(cells.front(), layout_.decimal_comma);
     return std::find(erased.begin(), erased.end(), first) != erased.end() &&

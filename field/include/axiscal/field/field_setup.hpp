@@ -93,9 +93,9 @@ void check_field_unit(std::string_view kind, const std::string& unit);
 
 /// What is known beside the table's place when a field is looked at.
 struct FieldOccasion {
-  std::optional<double> time_s;  ///< of the readings, where they tell; else the place's date
-  std::string reading_unit;      ///< what readings are in; a field of which no number is stated
-                                 ///< takes it
+  std::optional<double> time_s;   ///< of the readings, where they tell; else the place's date
+  std::string reading_unit;       ///< what readings are in; a field of which no number is stated
+                                  ///< takes it
   std::optional<double> largest;  ///< length of the largest field that readings bring [unit]; it is
                                   ///< the magnitude of a field of which none is stated or computed
 };

@@ -23,8 +23,9 @@ struct LongestRest {
   bool moves = false;   ///< whether even this part is no rest: the instrument moves all the time
 };
 
-/// Finds the longest part of a log at rest: windows of half a second whose variance is not many times
-/// that of the quietest tenth, in every column. Ends that a hand moved are left out by one window more.
+/// Finds the longest part of a log at rest: windows of half a second whose variance is not many
+/// times that of the quietest tenth, in every column. Ends that a hand moved are left out by one
+/// window more.
 ///
 /// A walk or a ride has no quiet windows to compare with; there the means of neighbouring windows
 /// differ by more than those of any sensor at rest (0.05 m/s^2, 0.3 deg/s).

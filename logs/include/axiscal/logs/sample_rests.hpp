@@ -12,15 +12,15 @@ namespace axiscal {
 
 /// Raw samples as readings: each rest's mean is one reading.
 struct SampleRests {
-  Observations readings;    ///< with `samples` and `response_sd`; the time is the rest's middle
+  Observations readings;  ///< with `samples` and `response_sd`; the time is the rest's middle
   std::vector<std::size_t> rows;  ///< the sample in the middle of each rest
   std::size_t samples = 0;        ///< how many samples the rests hold
   /// Whether each block is one rest: one file for each face, say. The readings are then one block.
   bool one_each_block = false;
 };
 
-/// Looks for rests among readings that may be raw samples: no readings of their own, but many of each
-/// orientation. The rests are segment()'s; none spans two blocks.
+/// Looks for rests among readings that may be raw samples: no readings of their own, but many of
+/// each orientation. The rests are segment()'s; none spans two blocks.
 ///
 /// @param samples  without poses, in the order in which they were taken.
 /// @return nothing if they are no raw samples: there are fewer than 30, or rests hold less than

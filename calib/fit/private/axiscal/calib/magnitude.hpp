@@ -24,7 +24,8 @@ namespace axiscal {
                                           const Eigen::Matrix3d& noise,
                                           bool squares = false);
 
-/// The same of two axes that were turned about the direction square to both: an ellipse in their plane.
+/// The same of two axes that were turned about the direction square to both: an ellipse in their
+/// plane.
 ///
 /// A = S^-1 is symmetric; what the axes answer to a field across the plane is not seen, and 0.
 /// @param F  length of the field in the plane.

@@ -43,9 +43,9 @@ struct InputFileDigest {
 
 /// Where a calibration comes from.
 struct Provenance {
-  std::string created;   ///< when it was computed; ISO 8601, UTC
-  std::string measured;  ///< when the last reading was taken; ISO 8601, UTC; empty if not stated
-  std::string software;  ///< e.g. "axiscal 0.1.0"
+  std::string created;      ///< when it was computed; ISO 8601, UTC
+  std::string measured;     ///< when the last reading was taken; ISO 8601, UTC; empty if not stated
+  std::string software;     ///< e.g. "axiscal 0.1.0"
   std::string operated_by;  ///< who took the readings; empty if not stated
   std::vector<InputFileDigest> inputs;
   /// What was calibrated, and how, as experiment_json() writes it; empty where that is not known.

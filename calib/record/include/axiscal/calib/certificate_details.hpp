@@ -44,8 +44,8 @@ struct CertificateDetails {
 /// "mark.png"} (files named from the folder of this one), "customer": {..}, "country", "place",
 /// "manufacturer", "model", "condition", "received", "calibrated", "issued", "environment",
 /// "procedure", "traceability": [..], "decision_rule", "remarks": [..], "authorised": [{"name",
-/// "function"}]}`. A text in angle brackets, as the template has it ("<name>"), is still to be filled
-/// in and states nothing.
+/// "function"}]}`. A text in angle brackets, as the template has it ("<name>"), is still to be
+/// filled in and states nothing.
 /// @throws DataError  for another file, an unknown key, a value of the wrong kind.
 [[nodiscard]] CertificateDetails read_certificate_details(const std::string& path);
 

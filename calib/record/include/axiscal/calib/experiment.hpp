@@ -96,9 +96,9 @@ struct Experiment {
 [[nodiscard]] std::optional<double> expected_sensitivity(const Experiment& experiment,
                                                          const std::string& field_unit);
 
-/// States the field that the kind of instrument is usually calibrated in, if none is stated: gravity
-/// for accelerometers and inclinometers; for magnetometers the Earth's field if its magnitude, its
-/// unit or the site is stated, else a field of length 1.
+/// States the field that the kind of instrument is usually calibrated in, if none is stated:
+/// gravity for accelerometers and inclinometers; for magnetometers the Earth's field if its
+/// magnitude, its unit or the site is stated, else a field of length 1.
 void take_usual_field(Experiment& experiment);
 void take_usual_field(const Instrument& instrument, const TablePlace& place, FieldSetup& field);
 

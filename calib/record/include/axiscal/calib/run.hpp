@@ -25,10 +25,10 @@ struct Run {
   /// known.
   std::vector<std::size_t> rows_of_inputs;
   std::vector<std::string> notes;
-  std::vector<std::string> axes;     ///< the response columns' names; of an assembly one slot's
-  std::string field_unit;            ///< of the known fields, if a column's name states it
-  std::string serial;                ///< the unit under test, of the first reading that states it
-  std::vector<std::string> serials;  ///< every reading's; empty without such a column
+  std::vector<std::string> axes;       ///< the response columns' names; of an assembly one slot's
+  std::string field_unit;              ///< of the known fields, if a column's name states it
+  std::string serial;                  ///< the unit under test, of the first reading that states it
+  std::vector<std::string> serials;    ///< every reading's; empty without such a column
   std::vector<std::string> dates;      ///< column `date` of every reading; empty without one
   std::vector<std::string> operators;  ///< column `operator` of every reading; empty without one
   std::string measured;                ///< stated date of the readings; else see measured_at()

@@ -43,11 +43,10 @@ struct UnitHistory {
 ///                     sd; null: not needed.
 /// @throws DataError    for a folder that cannot be read.
 /// @throws DomainError  for a limit of a parameter that no record has.
-[[nodiscard]] std::vector<UnitHistory> read_history(
-    const std::string& folder,
-    const std::optional<Limits>& limits = {},
-    std::vector<std::string>* passed_over = nullptr,
-    std::vector<std::string>* not_held = nullptr);
+[[nodiscard]] std::vector<UnitHistory> read_history(const std::string& folder,
+                                                    const std::optional<Limits>& limits = {},
+                                                    std::vector<std::string>* passed_over = nullptr,
+                                                    std::vector<std::string>* not_held = nullptr);
 
 /// The records of a folder, for process_scatter(); files that are none are passed over.
 /// @throws DataError  for a folder that cannot be read.

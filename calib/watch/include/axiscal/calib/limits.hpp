@@ -28,7 +28,8 @@ struct Limits {
   std::vector<Limit> limits;
 };
 
-/// @return whether a limit may be stated of a parameter of that name: a coefficient, the angle between
+/// @return whether a limit may be stated of a parameter of that name: a coefficient, the angle
+/// between
 ///         two axes, `AXIS.residual_sd`, `levelness.x`, `pitch_error_deg`, `drift_p_value`, or how
 ///         many `readings` and `design_points` a calibration rests on.
 [[nodiscard]] bool is_limit_parameter(std::string_view name, const std::vector<std::string>& axes);

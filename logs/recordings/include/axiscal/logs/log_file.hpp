@@ -59,7 +59,8 @@ struct LogSensor {
 using LogBlock = std::vector<std::vector<double>>;
 
 /// @param first, second, third  columns of samples.
-/// @return the unit in which the length of three columns is gravity's: m/s^2, g or mg; empty if it is
+/// @return the unit in which the length of three columns is gravity's: m/s^2, g or mg; empty if it
+/// is
 ///         none.
 [[nodiscard]] std::string unit_of_gravity(const std::vector<double>& first,
                                           const std::vector<double>& second,
@@ -165,8 +166,8 @@ class LogFile {
 
   std::unique_ptr<Source> source_;
   std::vector<std::string> columns_;
-  std::vector<double> factors_;      // what every column is multiplied with
-  std::vector<int> signed_bits_;     // of columns of signed counts that were printed unsigned; else 0
+  std::vector<double> factors_;   // what every column is multiplied with
+  std::vector<int> signed_bits_;  // of columns of signed counts that were printed unsigned; else 0
   std::vector<std::size_t> places_;  // of every column in the source
   std::vector<std::size_t> selected_;
   LogBlock ahead_;  // rows that were read to see what the columns are

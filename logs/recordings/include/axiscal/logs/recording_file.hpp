@@ -95,9 +95,10 @@ class RecordingFile {
   std::unique_ptr<Decoder> decoder_;
 };
 
-/// Takes ROS message definitions from a folder, for bags that hold none of their own (a .db3 of ROS 2
-/// before Iron): package/msg/Type.msg, as in a workspace's source or share folder. They hold for all
-/// recordings that this program opens from then on; not to be called beside readers in other threads.
+/// Takes ROS message definitions from a folder, for bags that hold none of their own (a .db3 of ROS
+/// 2 before Iron): package/msg/Type.msg, as in a workspace's source or share folder. They hold for
+/// all recordings that this program opens from then on; not to be called beside readers in other
+/// threads.
 /// @return how many definitions the folder holds.
 /// @throws DataError  if there is no such folder, or none is in it.
 std::size_t add_message_definitions(const std::string& folder);

@@ -28,7 +28,8 @@ struct KnownUnit {
 [[nodiscard]] std::optional<KnownUnit> known_unit(std::string_view text,
                                                   SeriesKind of = SeriesKind::other);
 
-/// A column's name and the unit behind it: "ax (m/s^2)", "x [V]", "Temperature / degC", "time in ms".
+/// A column's name and the unit behind it: "ax (m/s^2)", "x [V]", "Temperature / degC", "time in
+/// ms".
 struct NamedColumn {
   std::string name;
   std::string unit;  ///< as it stands there; empty where there is none

@@ -21,7 +21,8 @@ namespace axiscal {
 /// line. A plain table passes unchanged.
 class TableText {
  public:
-  /// @param format  names of columns without a header; columns renamed, scaled, turned round. Kinds of
+  /// @param format  names of columns without a header; columns renamed, scaled, turned round. Kinds
+  /// of
   ///                sensors: a recording is a table of theirs, as LogFile makes it.
   /// @throws DataError  if there is no such file, or it is no table: of a flight log or a bag the
   ///                    message says what it holds, if no kinds are named.
