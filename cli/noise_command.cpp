@@ -1,10 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "axiscal/core/error.hpp"
 #include "axiscal/core/formatted.hpp"
 #include "axiscal/core/input_file.hpp"
+#include "axiscal/core/median.hpp"
 #include "axiscal/core/number_text.hpp"
 #include "axiscal/core/output_file.hpp"
 #include "axiscal/core/wrapped_text.hpp"
@@ -359,6 +361,35 @@ std::vector<OtherDeviation> deviations_of(const NoiseCommand& command) {
   return all;
 }
 
+// The unit of an accelerometer that states none, by the median length of its readings; empty if
+// that is not gravity's.
+std::string unit_by_gravity(const RecordedLog& log, const LogSensor& sensor) {
+  std::vector<double> squares;
+  for (const std::string& name : sensor.columns) {
+    const std::optional<std::size_t> column = find_column(log.columns, name);
+    if (!column || sensor.kind != SeriesKind::accelerometer) {
+      return "";
+    }
+    const std::vector<double>& samples = log.samples[*column];
+    squares.resize(samples.size());
+    for (std::size_t i = 0; i < samples.size(); ++i) {
+      squares[i] += samples[i] * samples[i];
+    }
+  }
+  std::erase_if(squares, [](double square) { return !std::isfinite(square); });
+  if (squares.empty()) {
+    return "";
+  }
+  const double length = std::sqrt(upper_median(std::move(squares)));
+  constexpr double tolerance = 0.2;
+  for (const auto& [unit, gravity] : {std::pair("m/s^2", 9.80665), {"g", 1.0}, {"mg", 1000.0}}) {
+    if (std::abs(length - gravity) < tolerance * gravity) {
+      return unit;
+    }
+  }
+  return "";
+}
+
 // Columns in which rest and motion show: those of accelerometer and gyroscope, else those that are
 // analysed, temperatures left out.
 std::vector<RestColumn> rest_columns(const RecordedLog& log,
@@ -369,7 +400,8 @@ std::vector<RestColumn> rest_columns(const RecordedLog& log,
     if (sensor.kind != SeriesKind::accelerometer && sensor.kind != SeriesKind::gyroscope) {
       continue;
     }
-    const std::optional<KnownUnit> unit = known_unit(sensor.unit, sensor.kind);
+    const std::optional<KnownUnit> unit =
+        known_unit(sensor.unit.empty() ? unit_by_gravity(log, sensor) : sensor.unit, sensor.kind);
     for (const std::string& name : sensor.columns) {
       if (const std::optional<std::size_t> column = find_column(log.columns, name)) {
         columns.push_back({.samples = log.samples[*column],

@@ -2,11 +2,13 @@
 #include "run_input.hpp"
 
 #include <algorithm>
+#include <iterator>
 #include <set>
 
 #include "axiscal/calib/assembly.hpp"
 #include "axiscal/core/error.hpp"
 #include "axiscal/core/formatted.hpp"
+#include "axiscal/core/number_text.hpp"
 #include "column_advice.hpp"
 #include "input.hpp"
 #include "summary.hpp"
@@ -33,7 +35,16 @@ std::vector<Run> read_files(const ExperimentFile& experiment,
     } catch (const MissingColumnError& error) {
       const bool is_axis =
           std::find(columns.axes.begin(), columns.axes.end(), error.column()) != columns.axes.end();
-      throw error.with(is_axis ? column_advice(error, "--axes", "") : "");
+      std::vector<std::string> there;
+      std::copy_if(columns.axes.begin(), columns.axes.end(), std::back_inserter(there),
+                   [&](const std::string& axis) {
+                     return std::find(error.columns().begin(), error.columns().end(), axis) !=
+                            error.columns().end();
+                   });
+      const std::string advice = is_axis ? column_advice(error, "--axes", "") : "";
+      throw error.with(advice.empty() && is_axis && !there.empty()
+                           ? formatted("; if it has no more axes: --axes {}", joined(there, ","))
+                           : advice);
     }
     files.push_back(std::move(file.run));
     if (beside) {

@@ -86,7 +86,38 @@ void require_agreement(const Run& run,
 
 }  // namespace
 
+namespace {
+
+// Leaves out readings whose every cell is that of erased memory.
+void leave_erased_out(Run& run) {
+  const Eigen::MatrixXd& response = run.observations.response;
+  constexpr Eigen::Index fewest_axes = 3;
+  std::vector<std::size_t> rows;
+  for (Eigen::Index i = 0; i < response.rows(); ++i) {
+    const double first = response(i, 0);
+    const bool is_erased = response.cols() >= fewest_axes &&
+                           (first == 65535.0 || first == 4294967295.0 || first == 4294967.295) &&
+                           (response.row(i).array() == first).all();
+    if (!is_erased) {
+      rows.push_back(static_cast<std::size_t>(i));
+    }
+  }
+  const std::size_t erased = run.observations.readings.size() - rows.size();
+  if (erased == 0 || rows.empty() || !run.serials.empty() || run.inputs.size() > 1) {
+    return;
+  }
+  print_remark("note",
+               formatted("{} readings are erased memory (all bits 1), and are left out", erased));
+  run.observations = select_rows(run.observations, rows);
+  run.rows_of_inputs.clear();
+  run.dates.clear();
+  run.operators.clear();
+}
+
+}  // namespace
+
 void read_with_sign(Run& run) {
+  leave_erased_out(run);
   Eigen::MatrixXd& response = run.observations.response;
   LogBlock columns;
   std::vector<std::string> names;

@@ -164,8 +164,10 @@ std::vector<std::string> three_of(const TableText& table,
       std::vector<std::string> three;
       for (const char axis : {'x', 'y', 'z'}) {
         const std::string name = std::string(word) + parting + axis;
+        const std::string turned = std::string(1, axis) + parting + std::string(word);
         for (const NamedColumn& column : table.columns()) {
-          if (in_small_letters(column.name) == name) {
+          const std::string small = in_small_letters(column.name);
+          if (small == name || small == turned) {
             three.push_back(column.name);
           }
         }
@@ -184,19 +186,34 @@ void name_truth_and_measured(const std::string& path,
                              const TableText& table,
                              std::vector<MappedColumn>& renamed) {
   if (wanted.faces_of.empty() || wanted.axes.size() != 3 || has_column(table, "fx") ||
-      has_column(table, "rest") || has_column(table, wanted.axes.front())) {
+      has_column(table, "rest")) {
     return;
   }
   const std::vector<std::string> truth = three_of(
       table, {"true", "truth", "ref", "reference", "expected", "nominal", "applied", "target"});
+  const bool has_axes = has_column(table, wanted.axes.front());
   const std::vector<std::string> measured =
-      three_of(table, {"meas", "measured", "raw", "reading", "sensor", "output", "read"});
+      has_axes
+          ? wanted.axes
+          : three_of(table, {"meas", "measured", "raw", "reading", "sensor", "output", "read"});
   if (truth.empty() || measured.empty()) {
+    // What may be the field in the sensor is not passed over in silence.
+    const std::vector<std::string> fields =
+        three_of(table, {"b", "h", "coil", "i", "current", "field"});
+    if (has_axes && !fields.empty() &&
+        std::find(wanted.axes.begin(), wanted.axes.end(), fields.front()) == wanted.axes.end()) {
+      print_remark("warning",
+                   formatted("{}: the columns {} are not used; if they are the field in the "
+                             "sensor's frame at each reading, call them fx, fy, fz",
+                             path, joined(fields)));
+    }
     return;
   }
   for (std::size_t axis = 0; axis < 3; ++axis) {
     renamed.push_back({.name = std::string("f") + "xyz"[axis], .column = truth[axis]});
-    renamed.push_back({.name = wanted.axes[axis], .column = measured[axis]});
+    if (!has_axes) {
+      renamed.push_back({.name = wanted.axes[axis], .column = measured[axis]});
+    }
   }
   print_remark("note", formatted("{}: the columns {} are taken as the field in the sensor (fx, fy, "
                                  "fz), and {} as the axes",
@@ -261,13 +278,70 @@ std::optional<bool> named_faces_are_up(const TableText& table,
     }
     if (of_plus > 0 && of_minus > 0) {
       votes += plus / of_plus > minus / of_minus ? 1 : -1;
+    } else if (of_plus + of_minus >
+               0) {  // the first rows of a long table: 1 g is far from any bias
+      votes += of_plus > 0 ? (plus > 0.0 ? 1 : -1) : (minus < 0.0 ? 1 : -1);
     }
   }
   return votes == 0 ? std::nullopt : std::optional(votes > 0);
 }
 
-// The columns that name faces under other headings than rest and fence.
+// A column whose words are faces, as far as the first rows show.
+struct WordsOfFaces {
+  std::string name;
+  std::vector<std::optional<FaceInWords>> faces;  // of the first rows
+  std::string first;                              // cell
+  FaceHeading heading = FaceHeading::other;
+};
+
 // @throws DataError  for a column of which most words are faces, and some are not.
+std::vector<WordsOfFaces> columns_of_faces(const std::string& path, const TableText& table) {
+  const bool has_size = has_column(table, "rate") || has_column(table, "rate_dps") ||
+                        has_column(table, "lux") || has_column(table, "irradiance");
+  std::vector<WordsOfFaces> found;
+  for (std::size_t c = 0; c < table.columns().size(); ++c) {
+    WordsOfFaces column{.name = table.columns()[c].name, .heading = {}};
+    std::set<std::string> words;
+    std::string stranger;
+    std::size_t good = 0;
+    for (const std::vector<std::string>& row : table.first_cells()) {
+      column.faces.push_back(face_in_words(row[c]));
+      column.first = column.first.empty() ? row[c] : column.first;
+      if (words.insert(row[c]).second) {
+        good += column.faces.back() ? 1U : 0U;
+        stranger = column.faces.back() ? stranger : row[c];
+      }
+    }
+    constexpr std::size_t most_words = 24;
+    const bool is_axis_of_size = has_size && in_small_letters(column.name) == "axis";
+    if (good == 0 || words.size() > most_words || 2 * good < words.size() || is_axis_of_size) {
+      continue;
+    }
+    if (good < words.size()) {
+      throw DataError(path,
+                      formatted("column '{}': '{}' is no face, and the other words are; call the "
+                                "columns 'rest' and 'fence' and write +X, -Y, .., or say what its "
+                                "words mean by --face-names 'WORD=FACE,..'",
+                                column.name, stranger));
+    }
+    column.heading = heading_of(column.name);
+    found.push_back(std::move(column));
+  }
+  // "side" alone is no fence: it is the side that is up or down.
+  const bool has_rest = std::any_of(found.begin(), found.end(), [](const WordsOfFaces& one) {
+    return one.heading != FaceHeading::at_fence;
+  });
+  for (WordsOfFaces& column : found) {
+    if (!has_rest) {
+      column.heading = in_small_letters(column.name).find("up") != std::string::npos
+                           ? FaceHeading::up
+                           : FaceHeading::other;
+    }
+  }
+  return found;
+}
+
+// The columns that name faces under other headings than rest and fence.
 std::vector<FaceColumn> face_columns(const std::string& path,
                                      const WantedColumns& wanted,
                                      const TableText& table,
@@ -283,60 +357,35 @@ std::vector<FaceColumn> face_columns(const std::string& path,
                   [&](const NamedColumn& one) { return is_label(one.name); })) {
     return {};
   }
+  const bool feels_gravity =
+      wanted.faces_of == "accelerometer" || wanted.faces_of == "inclinometer";
   std::vector<FaceColumn> found;
-  bool has_rest = false;
-  for (std::size_t c = 0; c < table.columns().size(); ++c) {
-    const std::string& name = table.columns()[c].name;
-    std::vector<std::optional<FaceInWords>> faces;
-    std::set<std::string> words;
-    std::string stranger;
-    std::size_t good = 0;
-    for (const std::vector<std::string>& row : table.first_cells()) {
-      faces.push_back(face_in_words(row[c]));
-      if (words.insert(row[c]).second) {
-        good += faces.back() ? 1U : 0U;
-        stranger = faces.back() ? stranger : row[c];
-      }
-    }
-    constexpr std::size_t most_words = 24;
-    if (words.size() < 2 || words.size() > most_words || 2 * good < words.size()) {
+  std::set<std::string> taken;
+  for (const WordsOfFaces& words : columns_of_faces(path, table)) {
+    const bool is_fence = words.heading == FaceHeading::at_fence;
+    const std::string name = is_fence ? "fence" : "rest";
+    if (!taken.insert(name).second) {
       continue;
     }
-    if (good < words.size()) {
-      throw DataError(path,
-                      formatted("column '{}': '{}' is no face, and the other words are; call the "
-                                "columns 'rest' and 'fence' and write +X, -Y, .., or say what its "
-                                "words mean by --face-names 'WORD=FACE,..'",
-                                name, stranger));
-    }
-    const FaceHeading heading = heading_of(name);
-    const bool is_fence = heading == FaceHeading::at_fence;
-    if (is_fence ? !has_rest : has_rest) {
-      continue;
-    }
-    const bool feels_gravity =
-        wanted.faces_of == "accelerometer" || wanted.faces_of == "inclinometer";
     const std::optional<bool> by_readings =
-        feels_gravity ? named_faces_are_up(table, wanted.axes, renamed, faces) : std::nullopt;
-    FaceColumn column{.column = {.name = is_fence ? "fence" : "rest", .column = name}, .words = {}};
-    std::string example;
-    for (std::size_t row = 0; row < faces.size(); ++row) {
-      const FaceInWords& face = *faces[row];
-      const bool is_up = !is_fence && (heading == FaceHeading::down ? false
-                                       : heading == FaceHeading::up
-                                           ? true
-                                           : face.is_up.value_or(by_readings.value_or(false)));
-      const Face rest = is_up ? opposite(face.face) : face.face;
-      column.column.words[table.first_cells()[row][c]] = std::string(face_name(rest));
-      example = example.empty()
-                    ? formatted("'{}' is {}", table.first_cells()[row][c], face_name(rest))
-                    : example;
-    }
-    column.words =
-        formatted("{}: column '{}' names faces, and is taken as '{}', the face {}: {}", path, name,
-                  column.column.name, is_fence ? "at the fence" : "on the table", example);
-    has_rest = has_rest || !is_fence;
-    found.push_back(std::move(column));
+        feels_gravity ? named_faces_are_up(table, wanted.axes, renamed, words.faces) : std::nullopt;
+    // The word itself says it before the heading, and that before the readings.
+    const auto of_cell = [is_fence, heading = words.heading, by_readings](const std::string& cell) {
+      const std::optional<FaceInWords> face = face_in_words(cell);
+      if (!face) {
+        return cell;
+      }
+      const bool otherwise = heading == FaceHeading::up ||
+                             (heading != FaceHeading::down && by_readings.value_or(false));
+      const bool is_up = !is_fence && face->is_up.value_or(otherwise);
+      return std::string(face_name(is_up ? opposite(face->face) : face->face));
+    };
+    found.push_back(
+        {.column = {.name = name, .column = words.name, .of_cell = of_cell},
+         .words =
+             formatted("{}: column '{}' names faces, and is taken as '{}', the face {}: '{}' is {}",
+                       path, words.name, name, is_fence ? "at the fence" : "on the table",
+                       words.first, of_cell(words.first))});
   }
   return found;
 }

@@ -273,8 +273,19 @@ class ImuCalibrator {
     if (options_.seats != Seats::unknown) {
       label();
     }
-    calibrate_accelerometer();
-    if (!options_.gyroscope.empty()) {
+    try {
+      calibrate_accelerometer();
+    } catch (const RefusedError& error) {
+      if (options_.magnetometer.empty()) {
+        throw;
+      }
+      result_.accelerometer_failed = true;
+      result_.failed.push_back({.slot = "accelerometer", .message = error.what()});
+    }
+    if (!options_.gyroscope.empty() && result_.accelerometer_failed) {
+      result_.failed.push_back(
+          {.slot = "gyroscope", .message = "its turns need the accelerometer, which is refused"});
+    } else if (!options_.gyroscope.empty()) {
       try {
         calibrate_gyroscope();
       } catch (const RefusedError& error) {
@@ -294,7 +305,9 @@ class ImuCalibrator {
     result_.notes.insert(result_.notes.end(), log_.notes.begin(), log_.notes.end());
     result_.notes.insert(result_.notes.end(), result_.rests.notes.begin(),
                          result_.rests.notes.end());
-    warn(result_.accelerometer);
+    if (!result_.accelerometer_failed) {
+      warn(result_.accelerometer);
+    }
     for (std::optional<Calibration>* one : {&result_.gyroscope, &result_.magnetometer}) {
       if (*one) {
         warn(**one);
@@ -554,7 +567,7 @@ class ImuCalibrator {
     const Observations observations = observations_of(options_.magnetometer);
     Calibration record = calibrate(experiment, observations);
     record.provenance.slot = "magnetometer";
-    if (!result_.seats) {
+    if (!result_.seats && !result_.accelerometer_failed) {
       align_with_companion(record, observations, result_.accelerometer,
                            observations_of(options_.accelerometer), "accelerometer");
     }
@@ -572,7 +585,7 @@ class ImuCalibrator {
 
 std::vector<Calibration> ImuCalibration::records() const {
   std::vector<Calibration> all;
-  if (!accelerometer_was_known) {
+  if (!accelerometer_was_known && !accelerometer_failed) {
     all.push_back(accelerometer);
   }
   for (const std::optional<Calibration>* one : {&gyroscope, &magnetometer}) {

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <limits>
 
 #include "axiscal/core/units.hpp"
@@ -68,15 +69,19 @@ std::vector<char> loud_windows(const std::vector<RestColumn>& columns,
   for (std::size_t c = 0; c < columns.size(); ++c) {
     const std::vector<double>& variance = windows[c].variance;
     const double step = step_of(columns[c].samples);
-    const double base = std::max(quantile_of(variance, quietest), 0.25 * step * step);
-    if (!(base > 0.0)) {
+    // A sensor that sleeps is quieter than any that is at rest.
+    std::vector<double> awake;
+    std::copy_if(variance.begin(), variance.end(), std::back_inserter(awake),
+                 [](double one) { return one > 0.0; });
+    if (awake.empty()) {
       continue;  // the column does not vary
     }
+    const double base = std::max(quantile_of(awake, quietest), 0.25 * step * step);
     any = true;
     // Noise whose variance wanders has loud windows by itself.
     constexpr double least = 8.0;
     constexpr double most = 40.0;
-    const double factor = std::clamp(std::pow(quantile_of(variance, 0.5) / base, 4.0), least, most);
+    const double factor = std::clamp(std::pow(quantile_of(awake, 0.5) / base, 4.0), least, most);
     for (std::size_t i = 0; i < n; ++i) {
       loud[i] = static_cast<char>(loud[i] != 0 || variance[i] > factor * base);
       frozen[i] = static_cast<char>(frozen[i] != 0 && variance[i] == 0.0);

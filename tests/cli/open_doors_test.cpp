@@ -130,6 +130,16 @@ TEST_F(OpenDoors, OneSensorThatFailsLosesNoOther) {
   EXPECT_TRUE(std::filesystem::exists(folder_.path("magnetometer.json"))) << result.err;
 }
 
+TEST_F(OpenDoors, AnAccelerometerThatFailsLosesNoMagnetometer) {
+  instrument_.sensitivity.row(0).setZero();  // dead
+  const std::string log = folder_.write("log.csv", imu_log(plain_header));
+  const ProgramResult result = run_axiscal(
+      {"calibrate", "--imu", log, "--unit", "m/s^2", "-o", folder_.path("{slot}.json")});
+  EXPECT_EQ(result.status, 1);
+  EXPECT_TRUE(std::filesystem::exists(folder_.path("magnetometer.json"))) << result.err;
+  EXPECT_THAT(result.err, HasSubstr("accelerometer"));
+}
+
 TEST_F(OpenDoors, OnlyOneSensorOfALogIsCalibrated) {
   const std::string log = folder_.write("log.csv", imu_log(plain_header));
   const ProgramResult result = run_axiscal({"calibrate", "--imu", log, "--only", "accelerometer",

@@ -296,6 +296,23 @@ TEST_F(WrongInSilence, NoiseIsOfTheLongestRest) {
   EXPECT_EQ(part.status, 0) << part.err;
 }
 
+TEST_F(WrongInSilence, NoiseIsNotThatOfASensorThatSleeps) {
+  std::string text = "time,ax,ay,az\n";
+  std::string last;
+  for (int i = 0; i < 9000; ++i) {
+    if (i < 3000 || i >= 6000) {
+      last = row_text(instrument_.read(Eigen::Vector3d(0.0, 0.0, standard_gravity)));
+    }
+    text += std::to_string(0.01 * i) + "," + last + "\n";
+  }
+  const ProgramResult result =
+      run_axiscal({"noise", folder_.write("sleeps.csv", text), "--unit", "m/s^2", "--json"});
+  ASSERT_EQ(result.status, 0) << result.err;
+  EXPECT_THAT(result.err, HasSubstr("left out"));
+  const json noise = json::parse(result.out);
+  EXPECT_THAT(result.out, Not(HasSubstr("e-2")));  // white noise is 2e-4 m/s^2/sqrt(Hz)
+}
+
 TEST_F(WrongInSilence, NoiseRefusesALogThatMovesAllTheTime) {
   std::string text = "time,ax,ay,az\n";
   for (int i = 0; i < 6000; ++i) {
@@ -389,6 +406,58 @@ TEST_F(WrongInSilence, LinesOfASketchAreOneSample) {
   EXPECT_THAT(result.out, HasSubstr(" 40 "));
 }
 
+// As Adafruit's examples print: the word before the first axis is that of all.
+TEST_F(WrongInSilence, AWordBeforeTheFirstAxisNamesAll) {
+  std::string text;
+  for (int i = 0; i < 40; ++i) {
+    text += "\t\tAccel X: 0.20 \tY: -0.1" + std::to_string(i % 10) +
+            " \tZ: 10.21 m/s^2 \n\t\tGyro X: 0.0" + std::to_string(i % 9) +
+            " \tY: -0.02 \tZ: 0.02 rad/s \n\n";
+  }
+  const ProgramResult result = run_axiscal({"log", folder_.write("serial.txt", text)});
+  ASSERT_EQ(result.status, 0) << result.err;
+  EXPECT_THAT(result.out, HasSubstr("Accel X"));
+  EXPECT_THAT(result.out, HasSubstr("Accel Z"));
+  EXPECT_THAT(result.out, HasSubstr("Gyro Y"));
+}
+
+TEST_F(WrongInSilence, ErasedRowsOfATableAreNoReadings) {
+  std::string text = "mx,my,mz\n";
+  for (int i = 0; i < 60; ++i) {
+    const Eigen::Vector3d v = 480.0 * instrument_.read(instrument_.direction());
+    text += std::to_string(std::lround(v.x())) + "," + std::to_string(std::lround(v.y())) + "," +
+            std::to_string(std::lround(v.z())) + "\n";
+  }
+  for (int i = 0; i < 20; ++i) {
+    text += "65535,65535,65535\n";
+  }
+  const ProgramResult result =
+      run_axiscal({"calibrate", folder_.write("flash.csv", text), "--instrument", "magnetometer",
+                   "--method", "magnitude", "--axes", "mx,my,mz", "-o", cal_});
+  ASSERT_EQ(result.status, 0) << result.err;
+  EXPECT_THAT(result.err, HasSubstr("20 readings are erased memory"));
+}
+
+TEST_F(WrongInSilence, ARowWithoutNumbersAtTheEndChangesNothing) {
+  const ProgramResult result =
+      run_axiscal({"log", folder_.write("log.csv", log_of(instrument_, 4) + "nan,nan,nan,nan\n")});
+  ASSERT_EQ(result.status, 0) << result.err;
+  EXPECT_THAT(result.out, HasSubstr("50 Hz"));
+  EXPECT_THAT(result.out, Not(HasSubstr("does not vary")));
+}
+
+TEST_F(WrongInSilence, TwoLettersBehindThePointSayWhichSensor) {
+  std::string text =
+      "t,Mag_Accel.ax,Mag_Accel.ay,Mag_Accel.az,Mag_Accel.mx,Mag_Accel.my,Mag_Accel.mz\n";
+  for (int i = 0; i < 100; ++i) {
+    text += std::to_string(0.02 * i) + "," + row_text(9.8 * instrument_.direction()) + "," +
+            row_text(48.0 * instrument_.direction()) + "\n";
+  }
+  const ProgramResult result = run_axiscal({"log", folder_.write("log.csv", text)});
+  EXPECT_THAT(result.out, HasSubstr("magnetometer 0"));
+  EXPECT_THAT(result.out, Not(HasSubstr("accelerometer 1")));
+}
+
 // What Betaflight takes a compass's readings in is counts.
 TEST_F(WrongInSilence, ACompassInMicroteslaAsksBetaflightsFactor) {
   std::string text = "x,y,z\n";
@@ -468,6 +537,40 @@ TEST_F(WrongInSilence, FacesAreReadUnderOtherHeadings) {
   }
 }
 
+TEST_F(WrongInSilence, FacesOfALongTableAreReadToItsEnd) {
+  for (const int samples : {30, 100, 300}) {
+    std::string text = "position,x,y,z\n";
+    for (std::size_t i = 0; i < 12; i += 2) {
+      const StrangeSeat seat = twelve_seats()[i];
+      for (int k = 0; k < samples; ++k) {
+        text += (seat.up.sum() > 0.0 ? "+" : "-") + axis_of(seat) + "," +
+                row_text(instrument_.read(standard_gravity * seat.up)) + "\n";
+      }
+    }
+    const ProgramResult result = calibrate({folder_.write("long.csv", text)}, {"-o", cal_});
+    ASSERT_EQ(result.status, 0) << samples << result.err;
+    const json record = read_json(cal_);
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      EXPECT_NEAR(record["coefficients"]["sensitivity"][axis][axis].get<double>(), 9.81, 0.05)
+          << samples;
+    }
+  }
+}
+
+TEST_F(WrongInSilence, AWordThatSaysUpOrDownCountsBeforeItsHeading) {
+  for (const char* const heading : {"up", "Face up", "side", "bottom"}) {
+    std::string text = std::string(heading) + ",x,y,z\n";
+    for (std::size_t i = 0; i < 12; i += 2) {
+      const StrangeSeat seat = twelve_seats()[i];
+      text += axis_of(seat) + (seat.up.sum() > 0.0 ? " up," : " down,") +
+              row_text(instrument_.read(standard_gravity * seat.up)) + "\n";
+    }
+    const ProgramResult result = calibrate({folder_.write("faces.csv", text)}, {"-o", cal_});
+    ASSERT_EQ(result.status, 0) << heading << result.err;
+    EXPECT_NEAR(read_json(cal_)["coefficients"]["bias"][2].get<double>(), 0.31, 0.02) << heading;
+  }
+}
+
 TEST_F(WrongInSilence, WordsThatAreNoFacesAreAnError) {
   std::string text = "position,x,y,z\n";
   int i = 0;
@@ -511,6 +614,36 @@ TEST_F(WrongInSilence, KnownFieldsOfVaryingSizeNeedNoMagnitude) {
        "deg/s", "--field", "induced_rotation", "--field-unit", "deg/s", "-o", cal_});
   ASSERT_EQ(result.status, 0) << result.err;
   EXPECT_NEAR(read_json(cal_)["coefficients"]["sensitivity"][0][0].get<double>(), 1.002, 1e-3);
+}
+
+TEST_F(WrongInSilence, ARateTableOfSignedAxesIsUnderstood) {
+  std::string text = "axis,rate_dps,x,y,z\n";
+  for (int axis = 0; axis < 3; ++axis) {
+    for (const double rate : {-100.0, 0.0, 100.0}) {
+      text += std::string("+") + "XYZ"[axis] + "," + std::to_string(rate) + "," +
+              row_text(instrument_.read(rate * Eigen::Vector3d::Unit(axis))) + "\n";
+    }
+  }
+  const ProgramResult result =
+      run_axiscal({"calibrate", folder_.write("rates.csv", text), "--instrument", "gyroscope",
+                   "--unit", "deg/s", "-o", cal_});
+  ASSERT_EQ(result.status, 0) << result.err;
+  EXPECT_NEAR(read_json(cal_)["coefficients"]["sensitivity"][1][1].get<double>(), 0.998, 1e-3);
+  EXPECT_THAT(result.err, Not(HasSubstr("on average")));
+}
+
+TEST_F(WrongInSilence, ReferenceColumnsAreTheKnownField) {
+  std::string text = "x_ref,y_ref,z_ref,x,y,z\n";
+  for (int i = 0; i < 40; ++i) {
+    const Eigen::Vector3d field = (50.0 + 0.1 * i) * instrument_.direction();
+    text += row_text(field) + "," + row_text(instrument_.read(field)) + "\n";
+  }
+  const ProgramResult result =
+      run_axiscal({"calibrate", folder_.write("coil.csv", text), "--instrument", "magnetometer",
+                   "--unit", "uT", "-o", cal_});
+  ASSERT_EQ(result.status, 0) << result.err;
+  EXPECT_EQ(read_json(cal_)["method"], "known");
+  EXPECT_NEAR(read_json(cal_)["coefficients"]["bias"][0].get<double>(), 0.12, 0.01);
 }
 
 TEST_F(WrongInSilence, AWrongReadingDoesNotRefuseARobustRun) {

@@ -599,6 +599,13 @@ class RunFit {
       }
     }
     const double F = calibration_.sensor.field.magnitude;
+    const bool is_stated = experiment_.field.magnitude || experiment_.field.kind() == "custom";
+    if (fitted_.axis_count() == 2 && !is_stated) {
+      throw SetupError(
+          "two axes that were turned in a plane meet the part of the field in it alone, and a site "
+          "tells the whole: state the length in the plane as the field's magnitude",
+          {settings::field_magnitude});
+    }
     if (fitted_.axis_count() == 2) {
       estimate_ = estimate_ellipse(fitted_, F);
       estimate_.seen = Eigen::Matrix3d::Identity().leftCols(2);

@@ -19,7 +19,7 @@ namespace {
 // do.
 constexpr double largest_size_change = 2e-3;   // of |S_k|, relative
 constexpr double largest_angle_change = 5e-3;  // between two axes [rad]
-constexpr double largest_bias_change = 1e-2;   // in parts of the full response
+constexpr double largest_bias_change = 5e-2;   // in parts of the full response
 // Below so many standard errors of the difference a change may be noise.
 constexpr double clear = 6.0;
 

@@ -204,7 +204,11 @@ void remark_on_magnitude(const Experiment& experiment, Calibration& calibration)
   const FieldDescription& found = calibration.sensor.field;
   for (const FieldDescription& part : found.as_parts()) {
     const FieldKind& kind = field_kind(part.kind);
-    if (!part.free_length && !is_possible_magnitude(kind, part.magnitude, part.unit)) {
+    // Two axes that were turned in a plane meet the part of the field in it alone.
+    const bool is_in_plane = method_kind(calibration.fit.method).by_magnitude &&
+                             calibration.sensor.instrument.axis_count() == 2;
+    if (!part.free_length && !is_in_plane &&
+        !is_possible_magnitude(kind, part.magnitude, part.unit)) {
       calibration.findings.warnings.push_back(
           {.code = WarningCode::impossible_field,
            .runs = {},

@@ -134,7 +134,9 @@ Estimate estimate_transfer(const ReadingSet& given,
     first += count;
   }
   Estimate estimate = summarize(set, axes, rows_of_readings(set));
-  estimate.mean_field = design.middleCols<3>(1).rowwise().norm().mean();
+  const Eigen::VectorXd lengths = design.middleCols<3>(1).rowwise().norm();
+  const double met = static_cast<double>((lengths.array() > 0.0).count());  // at rest there is none
+  estimate.mean_field = lengths.sum() / std::max(met, 1.0);
   estimate.curvature = std::move(curvature);
   estimate.seen = seen;
   return estimate;

@@ -2,6 +2,8 @@
 #include "axiscal/logs/log_file.hpp"
 
 #include <algorithm>
+#include <cmath>
+#include <limits>
 #include <numeric>
 #include <utility>
 
@@ -209,7 +211,8 @@ void LogFile::look_ahead() {
   if (ahead_.empty()) {
     const std::size_t rows = std::min(rows_looked_at, rows_at_once(columns_.size()));
     static_cast<void>(source_->read(ahead_, rows));
-    const SignedCounts counts = find_signed_counts(ahead_);
+    constexpr int fewest_bits = 12;
+    const SignedCounts counts = find_signed_counts(ahead_, fewest_bits);
     if (counts.bits > 0) {
       signed_bits_.assign(columns_.size(), 0);
       for (const std::size_t column : counts.columns) {
@@ -255,8 +258,13 @@ std::vector<LogSensor> LogFile::sensors() {
                       .samples = std::max<std::size_t>(ahead_.front().size(), 2),
                       .rate_hz = not_a_number});
     for (const std::size_t column : part.places) {
-      const auto [low, high] = std::minmax_element(ahead_[column].begin(), ahead_[column].end());
-      one.sd.push_back(low == ahead_[column].end() ? 0.0 : *high - *low);  // whether it varies
+      double low = std::numeric_limits<double>::infinity();
+      double high = -low;
+      for (const double value : ahead_[column]) {
+        low = std::isfinite(value) ? std::min(low, value) : low;
+        high = std::isfinite(value) ? std::max(high, value) : high;
+      }
+      one.sd.push_back(high > low ? high - low : 0.0);  // whether it varies
     }
   }
   const std::vector<RecordedSensor> all = sensors_of(summary);

@@ -22,6 +22,22 @@ struct Pairs {
   std::string unit;
 };
 
+// "Accel X: 1 Y: 2 Z: 3": the word before the first axis is that of all.
+void name_by_first(std::vector<std::string>& names) {
+  if (names.size() < 2 || names.front().size() < 3) {
+    return;
+  }
+  const std::size_t blank = names.front().rfind(' ');
+  const bool are_letters = std::all_of(names.begin() + 1, names.end(),
+                                       [](const std::string& name) { return name.size() == 1; });
+  if (blank != std::string::npos && blank + 2 == names.front().size() && are_letters) {
+    const std::string word = names.front().substr(0, blank + 1);
+    for (auto name = names.begin() + 1; name != names.end(); ++name) {
+      name->insert(0, word);
+    }
+  }
+}
+
 bool read_pairs(std::string_view line, Pairs& pairs) {
   std::vector<std::string>& names = pairs.names;
   std::vector<double>& values = pairs.values;
@@ -33,12 +49,14 @@ bool read_pairs(std::string_view line, Pairs& pairs) {
   for (;;) {
     at = line.find_first_not_of(blanks, at);
     if (at == std::string_view::npos) {
+      name_by_first(names);
       return !names.empty();
     }
     const std::size_t mark = line.find_first_of(":=", at);
     if (mark == std::string_view::npos) {
       // What follows a number may be its unit: "X: 1.5 uT".
       pairs.unit = std::string(trimmed(line.substr(at)));
+      name_by_first(names);
       return names.size() >= 2 &&
              std::none_of(line.begin() + static_cast<std::ptrdiff_t>(at), line.end(),
                           [](unsigned char c) { return std::isdigit(c) != 0; });

@@ -420,7 +420,14 @@ SensorColumns::SensorColumns(const std::vector<std::string>& columns, std::strin
       continue;
     }
     const bool is_axis = axis_of_name(small).has_value();
-    SeriesKind kind = kind_of_words(small);
+    // "Mag_Accel.mx": two letters behind the point say more than the words before it.
+    const std::string last = small.substr(small.find_last_of("./") + 1);
+    const std::string behind_point =
+        last.size() < small.size() && last.size() == 2 ? letters_of_axis(last) : "";
+    SeriesKind kind = behind_point.starts_with('a')   ? SeriesKind::accelerometer
+                      : behind_point.starts_with('g') ? SeriesKind::gyroscope
+                      : behind_point.starts_with('m') ? SeriesKind::magnetometer
+                                                      : kind_of_words(small);
     KnownBy by = KnownBy::names;
     // A name of two letters: ax, a_x, gx or wx, mx, bx; one of a letter: x, x-axis.
     const std::string letters = letters_of_axis(small);

@@ -51,7 +51,7 @@ Shares shares_of(const std::vector<double>& values, double modulus) {
 
 }  // namespace
 
-SignedCounts find_signed_counts(const LogBlock& samples) {
+SignedCounts find_signed_counts(const LogBlock& samples, int fewest_bits) {
   constexpr double little = 0.02;
   constexpr std::size_t fewest = 12;
   std::vector<Counts> counts;
@@ -64,9 +64,9 @@ SignedCounts find_signed_counts(const LogBlock& samples) {
     }
   }
   SignedCounts found;
-  for (const int bits : {16, 24, 32}) {
+  for (const int bits : {12, 14, 16, 24, 32}) {
     const double modulus = std::ldexp(1.0, bits);
-    if (largest >= modulus || largest < negative_from * modulus) {
+    if (bits < fewest_bits || largest >= modulus || largest < negative_from * modulus) {
       continue;
     }
     std::size_t of_both_signs = 0;

@@ -128,7 +128,7 @@ struct TableText::State {
   std::vector<NamedColumn> columns;
   std::vector<std::string> header;  // as the reader will have it; empty: as it is in the file
   std::vector<double> factors;      // of each column
-  std::map<std::size_t, std::map<std::string, std::string>> words;  // of columns: for which others
+  std::map<std::size_t, std::function<std::string(const std::string&)>> of_cell;  // of columns
   LogBlock first_rows;
   std::vector<std::vector<std::string>> first_cells;
   std::string table_name;
@@ -358,9 +358,8 @@ bool TableText::State::next_line() {
         std::replace(cell.begin(), cell.end(), '.', layout.decimal_comma ? ',' : '.');
       }
     }
-    if (const auto of_column = words.find(c); of_column != words.end()) {
-      const auto word = of_column->second.find(cell);
-      cell = word != of_column->second.end() ? word->second : cell;
+    if (const auto of_column = of_cell.find(c); of_column != of_cell.end()) {
+      cell = of_column->second(cell);
     }
     const double value = layout.decimal_comma || (c < factors.size() && factors[c] != 1.0)
                              ? cell_number(cell, layout.decimal_comma)
@@ -515,9 +514,11 @@ CsvReader TableText::reader(const std::vector<std::string>& known,
                                ? static_cast<std::size_t>(column - state.columns.begin())
                                : need_column(state.path, header, one.column);
     header[at] = one.name;
-    if ((one.factor != 1.0 || !one.words.empty()) && at < state.factors.size()) {
+    if ((one.factor != 1.0 || one.of_cell) && at < state.factors.size()) {
       state.factors[at] *= one.factor;
-      state.words[at] = one.words;
+      if (one.of_cell) {
+        state.of_cell[at] = one.of_cell;
+      }
       state.is_plain = false;
       if (state.layout.first_row_line <= state.layout.header_line) {
         state.layout.first_row_line = state.layout.header_line + 1;

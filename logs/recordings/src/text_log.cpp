@@ -102,8 +102,10 @@ class TextLog : public LogFile::Source {
                       "no row of numbers follows; are the cells parted as in the first rows?");
     }
     if (rows == 0 && erased_rows_ > 0) {
-      notes.push_back(formatted("{} rows from line {} on are erased memory, and are left out",
-                                erased_rows_, first_erased_line_));
+      notes.push_back(
+          formatted("{} rows from line {} on hold no readings (erased memory, or no number), and "
+                    "are left out",
+                    erased_rows_, first_erased_line_));
       erased_rows_ = 0;
     }
     rows_ += rows;
@@ -165,6 +167,7 @@ class TextLog : public LogFile::Source {
     const bool good = is_plain_ && line.find('"') == std::string_view::npos
                           ? parse_quickly(line, block, row)
                           : parse_slowly(line, block, row);
+    has_readings_ = has_readings_ || good;
     if (!good) {
       if (defects.ragged_rows++ == 0) {
         defects.first_ragged_line = lines_.line();
@@ -173,21 +176,29 @@ class TextLog : public LogFile::Source {
     return good;
   }
 
-  // Whether every cell is that of erased memory, all bits 1.
+  // Whether a row holds no reading: every cell is that of erased memory, all bits 1 (signed: -1),
+  // or 0 behind other rows, or no number.
   [[nodiscard]] bool is_erased(std::string_view line) const {
-    constexpr std::array<std::string_view, 2> begins = {"4294967", "65535"};
-    constexpr std::size_t fewest = 3;  // two counters may be alike by chance
-    if (columns.size() < fewest ||
-        std::none_of(begins.begin(), begins.end(),
-                     [&](std::string_view begin) { return line.starts_with(begin); })) {
+    constexpr std::size_t fewest = 4;  // two or three counters may be alike by chance
+    const auto has_one_of = [&](std::string_view digits) {
+      return line.find_first_of(digits) != std::string_view::npos;
+    };
+    const bool may_be = line.starts_with("4294967") || line.starts_with("65535") ||
+                        (line.starts_with("-1") && !has_one_of("23456789")) ||
+                        !has_one_of("123456789");
+    if (columns.size() < fewest || !may_be) {
       return false;
     }
-    constexpr std::array<double, 4> erased = {4294967295.0, 4294967.295, 4294967.0, 65535.0};
+    constexpr std::array<double, 6> erased = {4294967295.0, 4294967.295, 4294967.0,
+                                              65535.0,      -1.0,        0.0};
     const std::vector<std::string_view> cells = layout_.cells_of_row(line);
     const double first = cells.empty() ? 0.0 : cell_number(cells.front(), layout_.decimal_comma);
-    return std::find(erased.begin(), erased.end(), first) != erased.end() &&
+    const bool is_known = std::find(erased.begin(), erased.end(), first) != erased.end() &&
+                          (first != 0.0 || has_readings_);
+    return (is_known || std::isnan(first)) &&
            std::all_of(cells.begin(), cells.end(), [&](std::string_view cell) {
-             return cell_number(cell, layout_.decimal_comma) == first;
+             const double value = cell_number(cell, layout_.decimal_comma);
+             return value == first || (std::isnan(first) && std::isnan(value));
            });
   }
 
@@ -276,6 +287,7 @@ class TextLog : public LogFile::Source {
   bool is_plain_ = true;  // numbers parted by a character, with decimal points
   std::size_t rows_ = 0;
   std::size_t erased_rows_ = 0, first_erased_line_ = 0;
+  bool has_readings_ = false;
   std::vector<int> place_;  // where each column stands in a block; -1: not wanted
   std::size_t selected_ = 0;
 };

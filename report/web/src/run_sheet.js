@@ -84,7 +84,9 @@
     link.download = `${serial || "run"}.csv`;
     link.click();
     const some = kept < all ? `${kept} of ${all} readings ` : "";
-    tell(`${some}saved as ${link.download}: axiscal calibrate ${link.download}`);
+    const options = form.dataset.instrument || "--instrument accelerometer";
+    const record = link.download.replace(/csv$/, "json");
+    tell(`${some}saved as ${link.download}: axiscal calibrate ${link.download} ${options} -o ${record}`);
   });
   document.getElementById("clear").addEventListener("click", () => {
     if (confirm("Forget all that was typed?")) {

@@ -61,6 +61,7 @@ struct ImuCalibration {
   std::optional<SeatLabels> seats;
   Calibration accelerometer;
   bool accelerometer_was_known = false;  ///< then records() leaves it out
+  bool accelerometer_failed = false;     ///< likewise; `failed` says why
   std::optional<Calibration> gyroscope;
   std::optional<Calibration> magnetometer;
   std::optional<TurnFit> turns;

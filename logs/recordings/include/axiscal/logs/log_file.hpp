@@ -3,6 +3,7 @@
 
 #include <array>
 #include <cstddef>
+#include <functional>
 #include <map>
 #include <memory>
 #include <optional>
@@ -19,8 +20,8 @@ struct MappedColumn {
   std::string name;     ///< as the calibration calls it
   std::string column;   ///< as the log calls it
   double factor = 1.0;  ///< also the sign: -1 turns an axis round
-  /// TableText: cells that are words, and the cells that stand for them: "X up" is "-X".
-  std::map<std::string, std::string> words = {};
+  /// TableText: the cell that stands for one: "-X" for "X up". None: the cells stay as they are.
+  std::function<std::string(const std::string& cell)> of_cell = {};
 };
 
 /// How a log is to be read; all can be left to be found out.
