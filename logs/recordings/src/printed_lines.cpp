@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "axiscal/core/number_text.hpp"
+#include "axiscal/logs/sensor_names.hpp"
 #include "line_stream.hpp"
 #include "opened.hpp"
 #include "text_layout.hpp"
@@ -58,8 +59,8 @@ bool read_pairs(std::string_view line, Pairs& pairs) {
       pairs.unit = std::string(trimmed(line.substr(at)));
       name_by_first(names);
       return names.size() >= 2 &&
-             std::none_of(line.begin() + static_cast<std::ptrdiff_t>(at), line.end(),
-                          [](unsigned char c) { return std::isdigit(c) != 0; });
+             (known_unit(pairs.unit).has_value() ||
+              pairs.unit.find_first_of("0123456789") == std::string::npos);
     }
     std::string_view name = trimmed(line.substr(at, mark - at));
     if (!names.empty() && name.find(' ') != std::string_view::npos) {
