@@ -302,6 +302,9 @@ class ImuCalibrator {
         result_.failed.push_back({.slot = "magnetometer", .message = error.what()});
       }
     }
+    if (result_.accelerometer_failed && !result_.magnetometer) {
+      throw RefusedError(result_.failed.front().message);
+    }
     result_.notes.insert(result_.notes.end(), log_.notes.begin(), log_.notes.end());
     result_.notes.insert(result_.notes.end(), result_.rests.notes.begin(),
                          result_.rests.notes.end());

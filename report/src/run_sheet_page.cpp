@@ -149,14 +149,12 @@ std::string run_sheet_page(const std::vector<RunSheetRow>& sheet,
       "and fence; push at the middle; let go; wait until it is still; note the reading{}; tick the "
       "box. Take the steps in this order.</p>\n"
       "<form id=\"sheet\" data-header=\"{}\" data-axes=\"{}\" data-seed=\"{:x}\" "
-      "data-instrument=\"{}\">\n"
+      "data-instrument=\"{}\" data-unit=\"{}\">\n"
       "<div class=\"fields about\">{}{}{}</div>\n",
       escaped(title), run_sheet_style(), seat_style(), escaped(title),
       instrument.unit == "1" ? "" : escaped(" in " + instrument.unit),
       escaped(joined(cells.header, ",")), escaped(joined(instrument.axes, "\t")), order,
-      escaped(instrument.kind.empty() ? ""
-                                      : "--instrument " + instrument.kind +
-                                            (instrument.unit == "1" ? "" : " --unit " + instrument.unit)),
+      escaped(instrument.kind), escaped(instrument.unit),
       field("serial", "Serial number", instrument.serial, ""),
       field("operator", "Operator", "", ""), field("date", "Date", "", ""));
   int block = 0;

@@ -235,7 +235,7 @@ TEST_F(SourceTest, LinuxIioOnTheNetwork) {
   const std::vector<std::vector<double>> found =
       readings_from("iio:ip:127.0.0.1:" + server.port() +
                         "?device=adxl355&channels=accel_x,accel_y,accel_z&names=x,y,z&rate=50",
-                    {"--unit", "m/s^2", "--field", "custom", "--field-magnitude", "1"});
+                    {"--unit", "g"});
   expect_same(found, from_file_by_rate(), scale);
 }
 

@@ -58,9 +58,8 @@ bool read_pairs(std::string_view line, Pairs& pairs) {
       // What follows a number may be its unit: "X: 1.5 uT".
       pairs.unit = std::string(trimmed(line.substr(at)));
       name_by_first(names);
-      return names.size() >= 2 &&
-             (known_unit(pairs.unit).has_value() ||
-              pairs.unit.find_first_of("0123456789") == std::string::npos);
+      return names.size() >= 2 && (known_unit(pairs.unit).has_value() ||
+                                   pairs.unit.find_first_of("0123456789") == std::string::npos);
     }
     std::string_view name = trimmed(line.substr(at, mark - at));
     if (!names.empty() && name.find(' ') != std::string_view::npos) {

@@ -84,7 +84,8 @@
     link.download = `${serial || "run"}.csv`;
     link.click();
     const some = kept < all ? `${kept} of ${all} readings ` : "";
-    const options = form.dataset.instrument || "--instrument accelerometer";
+    const { instrument, unit } = form.dataset;
+    const options = `--instrument ${instrument || "accelerometer"}${unit === "1" ? "" : ` --unit ${unit}`}`;
     const record = link.download.replace(/csv$/, "json");
     tell(`${some}saved as ${link.download}: axiscal calibrate ${link.download} ${options} -o ${record}`);
   });

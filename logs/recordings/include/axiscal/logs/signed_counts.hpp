@@ -18,7 +18,8 @@ struct SignedCounts {
 /// Looks for signed counts that were printed unsigned: whole numbers of 0 to 2^bits - 1, small and
 /// large ones, and hardly any in between, in two columns or more.
 /// @param samples  columns of one length.
-/// @param fewest_bits  16 unless they are known to be an accelerometer's, gyroscope's or magnetometer's:
+/// @param fewest_bits  16 unless they are known to be an accelerometer's, gyroscope's or
+/// magnetometer's:
 ///                     light that is on or off looks the same in 12 bits.
 [[nodiscard]] SignedCounts find_signed_counts(const LogBlock& samples, int fewest_bits = 16);
 
