@@ -215,8 +215,10 @@ std::vector<SessionAction> possible_actions(const SessionView& view) {
     actions.push_back(Action::undo);
     actions.push_back(Action::retake);
   }
-  actions.insert(actions.end(), {Action::skip, Action::pause, Action::toggle_automatic,
-                                 Action::replicate, Action::finish, Action::quit});
+  for (const Action action : {Action::skip, Action::pause, Action::toggle_automatic,
+                              Action::replicate, Action::finish, Action::quit}) {
+    actions.push_back(action);
+  }
   return actions;
 }
 
