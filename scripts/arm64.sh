@@ -14,11 +14,12 @@ for program in aarch64-linux-gnu-g++ qemu-aarch64; do
   }
 done
 # The preset names the compiler.
-env -u CXX cmake --preset arm64
+env -u CXX cmake --preset arm64 "-Dfmt_DIR=/usr/lib/$(uname -m)-linux-gnu/cmake/fmt"
 cmake --build --preset arm64
 
 googletest=/usr/src/googletest
 aarch64-linux-gnu-g++ -std=c++20 -O1 -pthread -I kernels/private -I kernels/include -I core/include \
+  -I build/arm64/core/include -isystem /usr/include/eigen3 \
   -I "$googletest/googletest" -I "$googletest/googletest/include" -I "$googletest/googlemock" \
   -I "$googletest/googlemock/include" tests/kernels/kernels_test.cpp "$googletest/googletest/src/gtest-all.cc" \
   "$googletest/googlemock/src/gmock-all.cc" "$googletest/googlemock/src/gmock_main.cc" \
