@@ -193,8 +193,8 @@ class TerminalFace final : public SessionFace {
     }));
   }
 
-  // A table whose columns are as wide as their cells. Where they do not fit side by side, what
-  // stands behind the sign of an uncertainty goes into a line of its own.
+  // Draws a table with each column as wide as its widest cell. If the row is wider than the screen,
+  // the uncertainties are drawn on the next line.
   static int put_table(int line, std::vector<std::vector<std::string>> rows) {
     const auto widths_of = [](const std::vector<std::vector<std::string>>& all) {
       std::vector<int> widths;

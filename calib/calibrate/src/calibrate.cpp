@@ -147,7 +147,7 @@ struct MetFields {
   double least = 0.0;
   double largest = 0.0;
 
-  // Rounded vectors of one field, or small errors of their angles, are no fields of several sizes.
+  // Lengths within 5 % are one size: rounding and small errors of the angles change them so much.
   [[nodiscard]] bool vary() const {
     constexpr double alike = 1.05;
     return largest > alike * least;
@@ -436,7 +436,7 @@ class RunFit {
     }
   }
 
-  // What a record of biases alone can be refused for.
+  // Refuses a record of biases if the field is impossible.
   void judge_magnitude() {
     remark_on_magnitude(experiment_, calibration_);
     const std::vector<CalibrationWarning>& warnings = calibration_.findings.warnings;
@@ -651,7 +651,7 @@ class RunFit {
   Method method_;
   const MethodKind& kind_;
   Weighting weighting_;
-  bool by_field_;              // whether the readings bring their fields
+  bool by_field_;              // true if the readings bring their fields
   bool field_varies_ = false;  // these are of different lengths, as on a rate table
   ReadingSource source_;
   std::vector<FieldDescription> parts_;

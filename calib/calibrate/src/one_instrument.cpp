@@ -41,7 +41,8 @@ std::optional<Calibration> calibration_of(Experiment experiment, const Observati
   return std::nullopt;
 }
 
-// What two calibrations differ by that one instrument's do not; empty if nothing.
+// @return the first difference that is too large for one instrument, in words; empty if there is
+// none.
 std::string difference_between(const Calibration& first, const Calibration& other) {
   const SensitivityMatrix& S = first.sensor.response.sensitivity;
   const SensitivityMatrix& T = other.sensor.response.sensitivity;

@@ -9,8 +9,9 @@ namespace axiscal {
 /// @return whether the readings say how they were taken by attitudes.
 [[nodiscard]] bool has_attitudes(const Observations& observations);
 
-/// @return whether the fields that the readings met follow from their attitudes: for the methods
-///         known and bias; not for a field of rotation of which no site and no vector is stated.
+/// @return true if the attitudes give the field of each reading. The methods known and bias use
+/// them.
+///         A field of rotation also needs a site or a vector.
 [[nodiscard]] bool takes_attitudes(const Experiment& experiment, const Observations& observations);
 
 /// The readings with the fields that their attitudes make of the experiment's: a dividing head or a

@@ -263,7 +263,7 @@ class Summary {
       const std::string& unit = c_.sensor.instrument.unit;
       text_ += formatted("noise of a reading (sd): {}{}\n", joined(noise),
                          unit == "1" ? "" : " " + unit);
-      if (!method_kind(c_.fit.method).by_length) {  // six faces do not tell it
+      if (!method_kind(c_.fit.method).by_length) {  // not determined by six faces
         text_ += formatted("axes off their nominal ones: {} degrees\n", joined(off));
       }
     }

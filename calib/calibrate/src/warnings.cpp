@@ -94,7 +94,7 @@ class Finder {
 
   [[nodiscard]] const FitStatistics& statistics() const { return *calibration_.fit.statistics; }
 
-  // Whether the readings show what an axis answers to the component that it is named for.
+  // @return true if the readings determine the sensitivity of an axis to its nominal component.
   [[nodiscard]] bool sees_own(Eigen::Index k) const {
     const std::optional<int> nominal = nominal_axis(calibration_.sensor.instrument, k);
     return estimate_.seen.cols() == 0 || !nominal || estimate_.seen.row(*nominal).norm() > 0.5;

@@ -20,11 +20,11 @@ enum class Suggestions {
 ///         (not of a reference instrument); empty where there is none, or columns state slots.
 [[nodiscard]] std::string slot_of(const Experiment& experiment, const Run& run);
 
-/// Looks at each file of a run alone: blocks of one instrument agree in the sizes of the axes'
-/// sensitivities (0.2 %), the angles between the axes (5 mrad) and the biases (1 % of the full
-/// response), or differ by less than their noise explains. How the instrument sits and how the
-/// table slopes may change from file to file. A file that determines no calibration alone is passed
-/// over.
+/// Calibrates each file of a run alone and compares the results. Blocks of one instrument agree in
+/// the sizes of the axes' sensitivities (0.2 %), the angles between the axes (5 mrad) and the
+/// biases (5 % of the full response), or differ by at most six standard errors. The mount and the
+/// table's slope may change from file to file. A file that determines no calibration alone is
+/// skipped.
 /// @throws RefusedError  if two files do not agree; the message names them and the difference.
 void require_one_instrument(const Experiment& experiment, const Run& run);
 

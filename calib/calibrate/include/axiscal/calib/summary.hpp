@@ -12,7 +12,7 @@ enum class SummaryDetail {
   full,   ///< sensing axes, levelness by block, quality of the fit, all of it
 };
 
-/// How a summary ends.
+/// The end of a summary.
 enum class SummaryEnd {
   findings,  ///< with the warnings and the verdict
   fit,       ///< without them: they are printed elsewhere
