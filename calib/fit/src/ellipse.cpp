@@ -1,16 +1,17 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <array>
 #include <cmath>
+#include <limits>
 #include <string>
 #include <utility>
 #include <vector>
 
-#include <Eigen/Cholesky>
 #include <Eigen/Eigenvalues>
 #include <Eigen/LU>
 #include <Eigen/SVD>
 
 #include "axis_regression.hpp"
+#include "axiscal/calib/gauss_newton.hpp"
 #include "axiscal/calib/least_squares.hpp"
 #include "axiscal/calib/magnitude.hpp"
 #include "axiscal/core/error.hpp"
@@ -32,8 +33,7 @@ struct Ellipse {
 [[noreturn]] void refuse_shape() {
   throw RefusedError(
       "the readings of the two axes do not lie on an ellipse: turn the instrument once about the "
-      "axis "
-      "square to both, in one place, and take readings all the way round");
+      "axis square to both, in one place, and take readings all the way round");
 }
 
 // The conic of least algebraic residuals.
@@ -65,37 +65,66 @@ Ellipse conic_through(const Eigen::MatrixX2d& v) {
   return at;
 }
 
-// Deviations of the length and their change with b, A11, A12, A22, in noise of sd 1.
-struct Linear {
-  Eigen::VectorXd r;
-  Eigen::MatrixXd J;
-};
+// The ellipse through a cloud of readings, for gauss_newton().
+class EllipseProblem {
+ public:
+  using State = Ellipse;
+  struct Linear : Linearised {
+    Eigen::VectorXd root_weights;  // n, of a deviation of the length
+  };
 
-Linear linearised(const Eigen::MatrixX2d& v,
-                  const Eigen::VectorXd& root_weights,
-                  const Ellipse& at) {
-  Linear linear{.r = Eigen::VectorXd(v.rows()), .J = Eigen::MatrixXd(v.rows(), parameters)};
-  for (Eigen::Index i = 0; i < v.rows(); ++i) {
-    const Eigen::Vector2d e = v.row(i).transpose() - at.b;
-    const Eigen::Vector2d f = at.A * e;
-    const Eigen::Vector2d u = f.normalized();
-    const Eigen::Vector2d along = at.A * u;  // how |f| changes with the reading
-    const double w = root_weights(i) / along.norm();
-    linear.r(i) = w * (f.norm() - 1.0);
-    linear.J.row(i) << -w * along.x(), -w * along.y(), w * u.x() * e.x(),
-        w * (u.x() * e.y() + u.y() * e.x()), w * u.y() * e.y();
+  EllipseProblem(const Eigen::MatrixX2d& v, const Eigen::VectorXd& root_weights)
+      : v_(v), root_weights_(root_weights) {}
+
+  // Deviations of the length and their change with b, A11, A12, A22, in noise of sd 1.
+  void linearise(const Ellipse& at, Linear& linear) const {
+    linear.residuals.resize(v_.rows());
+    linear.jacobian.resize(v_.rows(), parameters);
+    linear.root_weights.resize(v_.rows());
+    for (Eigen::Index i = 0; i < v_.rows(); ++i) {
+      const Eigen::Vector2d e = v_.row(i).transpose() - at.b;
+      const Eigen::Vector2d f = at.A * e;
+      const Eigen::Vector2d u = f.normalized();
+      const Eigen::Vector2d along = at.A * u;  // how |f| changes with the reading
+      const double w = root_weights_(i) / along.norm();
+      linear.root_weights(i) = w;
+      linear.residuals(i) = w * (f.norm() - 1.0);
+      linear.jacobian.row(i) << -w * along.x(), -w * along.y(), w * u.x() * e.x(),
+          w * (u.x() * e.y() + u.y() * e.x()), w * u.y() * e.y();
+    }
   }
-  return linear;
-}
 
-Ellipse moved(Ellipse at, const Eigen::VectorXd& step) {
-  at.b += step.head<2>();
-  at.A(0, 0) += step(2);
-  at.A(0, 1) += step(3);
-  at.A(1, 0) += step(3);
-  at.A(1, 1) += step(4);
-  return at;
-}
+  [[nodiscard]] Ellipse moved(Ellipse at, const Eigen::VectorXd& step) const {
+    at.b += step.head<2>();
+    at.A(0, 0) += step(2);
+    at.A(0, 1) += step(3);
+    at.A(1, 0) += step(3);
+    at.A(1, 1) += step(4);
+    return at;
+  }
+
+  [[nodiscard]] double cost(const Ellipse& at, const Linear& linear) const {
+    if (!(at.A.determinant() > 0.0)) {
+      return std::numeric_limits<double>::infinity();
+    }
+    const Eigen::MatrixX2d f = (v_.rowwise() - at.b.transpose()) * at.A;
+    return (f.rowwise().norm().array() - 1.0)
+        .matrix()
+        .cwiseProduct(linear.root_weights)
+        .squaredNorm();
+  }
+
+  // The cloud's size is 1.
+  [[nodiscard]] double length(const Ellipse& /*at*/,
+                              const Eigen::VectorXd& step,
+                              const Linear& /*linear*/) const {
+    return step.norm();
+  }
+
+ private:
+  const Eigen::MatrixX2d& v_;
+  const Eigen::VectorXd& root_weights_;
+};
 
 }  // namespace
 
@@ -112,34 +141,23 @@ Estimate estimate_ellipse(const ReadingSet& set, double F) {
   const double size = 0.5 * (highest - lowest).maxCoeff();
   const Eigen::MatrixX2d v = (set.response.rowwise() - middle.transpose()) / size;
   const Eigen::VectorXd root_weights = set.weights.col(0).cwiseSqrt();
-  Ellipse at = conic_through(v);
-  constexpr int most_rounds = 50;
-  for (int round = 0; round < most_rounds; ++round) {
-    const Linear linear = linearised(v, root_weights, at);
-    const Eigen::VectorXd step = linear.J.colPivHouseholderQr().solve(Eigen::VectorXd(-linear.r));
-    at = moved(at, step);
-    if (!(at.A.determinant() > 0.0)) {
-      refuse_shape();
-    }
-    if (step.norm() < 1e-13) {
-      break;
-    }
-  }
-  const Linear linear = linearised(v, root_weights, at);
+  const EllipseProblem problem(v, root_weights);
+  const Ellipse at = gauss_newton(problem, conic_through(v)).state;
+  EllipseProblem::Linear linear;
+  problem.linearise(at, linear);
   const std::vector<std::string> names = {
       set.axes[0] + ".bias", set.axes[1] + ".bias", set.axes[0] + ".sensitivity.x",
       set.axes[0] + ".sensitivity.y", set.axes[1] + ".sensitivity.y"};
-  const LeastSquaresDesign design(linear.J, Eigen::VectorXd(), names);
+  const LeastSquaresDesign design(linear.jacobian, Eigen::VectorXd(), names);
   const auto dof = static_cast<double>(set.size() - parameters);
-  const double sd = std::sqrt(linear.r.squaredNorm() / dof);
+  const double sd = std::sqrt(linear.residuals.squaredNorm() / dof);
   const Eigen::MatrixXd& C = design.unscaled_covariance();
   constexpr double largest_relative_se = 0.1;
   const double worst = sd * std::sqrt(C.diagonal().maxCoeff());
   if (!(worst < largest_relative_se)) {
     throw RefusedError(
         formatted("method magnitude: bias and sensitivity are not told apart (standard errors of "
-                  "{} % of the field): "
-                  "turn the instrument all the way round, and keep it level",
+                  "{} % of the field): turn the instrument all the way round, and keep it level",
                   number_text(std::round(100.0 * worst))));
   }
 
@@ -171,7 +189,7 @@ Estimate estimate_ellipse(const ReadingSet& set, double F) {
   statistics.variance_inflation.setConstant(not_a_number);
   statistics.condition_number = design.condition_number();
   const ResidualDiagnostics diagnostics =
-      diagnose_residuals(linear.r, design.leverage(), dof, static_cast<double>(parameters));
+      diagnose_residuals(linear.residuals, design.leverage(), dof, static_cast<double>(parameters));
   for (Eigen::Index k = 0; k < 2; ++k) {
     put_diagnostics(statistics, k, design.leverage(), diagnostics, Eigen::VectorXd());
   }

@@ -7,8 +7,8 @@
 #include <optional>
 #include <vector>
 
-#include <Eigen/Cholesky>
-
+#include "axiscal/calib/gauss_newton.hpp"
+#include "axiscal/calib/least_squares.hpp"
 #include "axiscal/core/formatted.hpp"
 #include "axiscal/core/not_a_number.hpp"
 #include "axiscal/core/number_text.hpp"
@@ -100,34 +100,63 @@ struct Solution {
   double squares = 0.0;  // weighted, of the deviations |f| - F [field unit^2]
 };
 
-Solution solved_by_length(const ReadingSet& set, Diagonal at, double F) {
-  const Eigen::Index n = set.size();
-  Eigen::VectorXd r(n);
-  Eigen::MatrixXd J(n, 6);
-  Eigen::LDLT<Eigen::MatrixXd> normal;
-  constexpr int most_rounds = 20;
-  for (int round = 0; round < most_rounds; ++round) {
+// Bias and scale of three axes by |f_i| = F, for gauss_newton().
+class LengthProblem {
+ public:
+  using State = Diagonal;
+  using Linear = Linearised;
+
+  LengthProblem(const ReadingSet& set, double F) : set_(set), F_(F) {}
+
+  void linearise(const Diagonal& at, Linearised& linear) const {
+    const Eigen::Index n = set_.size();
+    linear.residuals.resize(n);
+    linear.jacobian.resize(n, 6);
     for (Eigen::Index i = 0; i < n; ++i) {
-      const Eigen::Vector3d f = at.field(set.response, i);
+      const Eigen::Vector3d f = at.field(set_.response, i);
       const Eigen::Vector3d u = f.normalized();
-      const double root = std::sqrt(weight_of(set, i));
-      r(i) = root * (f.norm() - F);
-      J.block<1, 3>(i, 0) = -root * u.cwiseQuotient(at.s.head<3>()).transpose();
-      J.block<1, 3>(i, 3) = -root * u.cwiseProduct(f).cwiseQuotient(at.s.head<3>()).transpose();
-    }
-    normal.compute(J.transpose() * J);
-    const Eigen::VectorXd step = -normal.solve(J.transpose() * r);
-    at.b += step.head<3>();
-    at.s += step.tail<3>();
-    constexpr double still = 1e-14;
-    if (step.tail<3>().norm() < still * at.s.norm() &&
-        step.head<3>().norm() < still * F * at.s.norm()) {
-      break;
+      const double root = std::sqrt(weight_of(set_, i));
+      linear.residuals(i) = root * (f.norm() - F_);
+      linear.jacobian.block<1, 3>(i, 0) = -root * u.cwiseQuotient(at.s.head<3>()).transpose();
+      linear.jacobian.block<1, 3>(i, 3) =
+          -root * u.cwiseProduct(f).cwiseQuotient(at.s.head<3>()).transpose();
     }
   }
+
+  [[nodiscard]] Diagonal moved(Diagonal at, const Eigen::VectorXd& step) const {
+    at.b += step.head<3>();
+    at.s += step.tail<3>();
+    return at;
+  }
+
+  [[nodiscard]] double cost(const Diagonal& at, const Linearised& /*linear*/) const {
+    double squares = 0.0;
+    for (Eigen::Index i = 0; i < set_.size(); ++i) {
+      squares += weight_of(set_, i) * std::pow(at.field(set_.response, i).norm() - F_, 2);
+    }
+    return squares;
+  }
+
+  // In parts of the full response.
+  [[nodiscard]] double length(const Diagonal& at,
+                              const Eigen::VectorXd& step,
+                              const Linearised& /*linear*/) const {
+    return std::hypot(step.head<3>().norm() / F_, step.tail<3>().norm()) / at.s.norm();
+  }
+
+ private:
+  const ReadingSet& set_;
+  double F_;
+};
+
+Solution solved_by_length(const ReadingSet& set, Diagonal start, double F) {
+  const LengthProblem problem(set, F);
+  Diagonal at = gauss_newton(problem, std::move(start)).state;
+  Linearised linear;
+  problem.linearise(at, linear);
   return {.at = std::move(at),
-          .unscaled_covariance = normal.solve(Eigen::MatrixXd::Identity(6, 6)),
-          .squares = r.squaredNorm()};
+          .unscaled_covariance = LeastSquaresDesign(linear.jacobian).unscaled_covariance(),
+          .squares = linear.residuals.squaredNorm()};
 }
 
 Solution solved_by_faces(const ReadingSet& set,

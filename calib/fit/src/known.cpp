@@ -81,9 +81,7 @@ Estimate estimate_known(const ReadingSet& set, const TableField& field) {
     state.reset();
   }
   Estimate estimate = summarize(set, axes, rows_of_readings(set));
-  const Eigen::VectorXd lengths = design.middleCols<3>(1).rowwise().norm();
-  const double met = static_cast<double>((lengths.array() > 0.0).count());  // at rest there is none
-  estimate.mean_field = lengths.sum() / std::max(met, 1.0);
+  estimate.mean_field = mean_length_of_fields(design);
   estimate.field = field;
   estimate.state = std::move(state);
   if (field.has_vectors() && !set.field.is_sum() && !set.leaves_out()) {

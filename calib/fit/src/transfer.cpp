@@ -92,6 +92,12 @@ Eigen::Matrix3Xd seen_directions(const ReadingSet& set,
   return seen;
 }
 
+double mean_length_of_fields(const Eigen::MatrixXd& design) {
+  const Eigen::VectorXd lengths = design.middleCols<3>(1).rowwise().norm();
+  const auto met = static_cast<double>((lengths.array() > 0.0).count());
+  return lengths.sum() / std::max(met, 1.0);
+}
+
 Estimate estimate_transfer(const ReadingSet& given,
                            const Eigen::MatrixXd& design,
                            const Eigen::Matrix3Xd& seen) {
@@ -134,9 +140,7 @@ Estimate estimate_transfer(const ReadingSet& given,
     first += count;
   }
   Estimate estimate = summarize(set, axes, rows_of_readings(set));
-  const Eigen::VectorXd lengths = design.middleCols<3>(1).rowwise().norm();
-  const double met = static_cast<double>((lengths.array() > 0.0).count());  // at rest there is none
-  estimate.mean_field = lengths.sum() / std::max(met, 1.0);
+  estimate.mean_field = mean_length_of_fields(design);
   estimate.curvature = std::move(curvature);
   estimate.seen = seen;
   return estimate;

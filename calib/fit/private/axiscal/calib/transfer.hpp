@@ -19,6 +19,11 @@ namespace axiscal {
                                                const TableField& field,
                                                const Eigen::MatrixXd& design);
 
+/// @param design  [1, f, ..] of the readings.
+/// @return the mean length of the fields that readings met; those at rest, of length 0, do not
+/// count.
+[[nodiscard]] double mean_length_of_fields(const Eigen::MatrixXd& design);
+
 /// The transfer: the regression of each axis on the field along the directions that it met. The
 /// sensitivities across them are 0 in the estimate, and not known.
 /// @param seen  as seen_directions(); at least one.
