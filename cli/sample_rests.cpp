@@ -5,6 +5,7 @@
 #include <cmath>
 #include <filesystem>
 #include <optional>
+#include <span>
 #include <string>
 #include <utility>
 #include <vector>
@@ -119,10 +120,10 @@ void leave_erased_out(Run& run) {
 void read_with_sign(Run& run) {
   leave_erased_out(run);
   Eigen::MatrixXd& response = run.observations.response;
-  LogBlock columns;
+  std::vector<std::span<const double>> columns;
   std::vector<std::string> names;
   for (Eigen::Index c = 0; c < response.cols(); ++c) {
-    columns.emplace_back(response.col(c).begin(), response.col(c).end());
+    columns.emplace_back(response.col(c).data(), static_cast<std::size_t>(response.rows()));
     names.push_back(c < static_cast<Eigen::Index>(run.axes.size())
                         ? run.axes[static_cast<std::size_t>(c)]
                         : formatted("axis {}", c + 1));

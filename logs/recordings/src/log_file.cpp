@@ -212,7 +212,7 @@ void LogFile::look_ahead() {
     const std::size_t rows = std::min(rows_looked_at, rows_at_once(columns_.size()));
     static_cast<void>(source_->read(ahead_, rows));
     constexpr int fewest_bits = 12;
-    const SignedCounts counts = find_signed_counts(ahead_, fewest_bits);
+    const SignedCounts counts = find_signed_counts({ahead_.begin(), ahead_.end()}, fewest_bits);
     if (counts.bits > 0) {
       signed_bits_.assign(columns_.size(), 0);
       for (const std::size_t column : counts.columns) {

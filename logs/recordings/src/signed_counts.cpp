@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "axiscal/logs/signed_counts.hpp"
 
+#include <algorithm>
 #include <cmath>
 
 #include "axiscal/core/formatted.hpp"
@@ -19,7 +20,7 @@ struct Counts {
   bool rises = false, falls = false;
 };
 
-Counts counts_of(const std::vector<double>& values) {
+Counts counts_of(std::span<const double> values) {
   Counts counts;
   for (std::size_t i = 0; i < values.size() && counts.are_counts; ++i) {
     if (!std::isfinite(values[i])) {
@@ -38,7 +39,7 @@ struct Shares {
   double positive = 0.0, negative = 0.0, between = 0.0;
 };
 
-Shares shares_of(const std::vector<double>& values, double modulus) {
+Shares shares_of(std::span<const double> values, double modulus) {
   Shares shares;
   for (const double value : values) {
     const double part = value / modulus;
@@ -51,12 +52,13 @@ Shares shares_of(const std::vector<double>& values, double modulus) {
 
 }  // namespace
 
-SignedCounts find_signed_counts(const LogBlock& samples, int fewest_bits) {
+SignedCounts find_signed_counts(const std::vector<std::span<const double>>& samples,
+                                int fewest_bits) {
   constexpr double little = 0.02;
   constexpr std::size_t fewest = 12;
   std::vector<Counts> counts;
   double largest = 0.0;
-  for (const std::vector<double>& values : samples) {
+  for (const std::span<const double> values : samples) {
     counts.push_back(counts_of(values));
     const Counts& own = counts.back();
     if (own.are_counts && own.rises && own.falls && values.size() >= fewest) {

@@ -2,10 +2,9 @@
 #pragma once
 
 #include <cstddef>
+#include <span>
 #include <string>
 #include <vector>
-
-#include "axiscal/logs/log_file.hpp"
 
 namespace axiscal {
 
@@ -21,7 +20,8 @@ struct SignedCounts {
 /// @param fewest_bits  16 unless they are known to be an accelerometer's, gyroscope's or
 /// magnetometer's:
 ///                     light that is on or off looks the same in 12 bits.
-[[nodiscard]] SignedCounts find_signed_counts(const LogBlock& samples, int fewest_bits = 16);
+[[nodiscard]] SignedCounts find_signed_counts(const std::vector<std::span<const double>>& samples,
+                                              int fewest_bits = 16);
 
 /// @return the count with its sign: 65404 of 16 bits is -132.
 [[nodiscard]] double with_sign(double count, int bits);
