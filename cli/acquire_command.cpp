@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "acquire_command.hpp"
 
+#include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstdio>
 #include <exception>
@@ -27,6 +29,7 @@
 #include "axiscal/core/json_document.hpp"
 #include "axiscal/core/number_text.hpp"
 #include "axiscal/core/output_file.hpp"
+#include "axiscal/core/shown_text.hpp"
 #include "axiscal/core/timestamp.hpp"
 #include "axiscal/core/units.hpp"
 #include "axiscal/exchange/export.hpp"
@@ -314,6 +317,60 @@ Journal start_journal(const AcquireCommand& command,
   return journal;
 }
 
+// Arguments as a shell takes them.
+std::string typed_again(const std::vector<std::string>& arguments) {
+  std::vector<std::string> quoted;
+  for (const std::string& one : arguments) {
+    const bool plain = !one.empty() && one.find_first_not_of(
+                                           "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ"
+                                           "0123456789-_./:,=+@%") == std::string::npos;
+    std::string safe = one;
+    for (std::size_t at = safe.find('\''); at != std::string::npos; at = safe.find('\'', at + 4)) {
+      safe.replace(at, 1, "'\\''");
+    }
+    quoted.push_back(plain ? one : formatted("'{}'", safe));
+  }
+  return joined(quoted, " ");
+}
+
+// A journal may be somebody else's, and an address may drive an instrument.
+bool is_harmless(const std::string& source) {
+  return source == "-" || source.starts_with("-?") || source.starts_with("stdin:") ||
+         source.starts_with("sim:");
+}
+
+std::string typed_connections(const std::vector<std::string>& sources) {
+  std::string text;
+  for (const std::string& source : sources) {
+    text += " --connect " + typed_again({source});
+  }
+  return text;
+}
+
+// Asks whether the addresses in a journal may be opened.
+// @throws UsageError  if nobody is asked, or the answer is no.
+void require_trust(const std::vector<std::string>& sources, const std::string& journal) {
+  if (std::all_of(sources.begin(), sources.end(), is_harmless)) {
+    return;
+  }
+  std::fprintf(stderr, "%s names these sources:\n", shown_name(journal).c_str());
+  for (const std::string& source : sources) {
+    std::fprintf(stderr, "  %s\n", shown_name(source).c_str());
+  }
+  if (::isatty(STDIN_FILENO) == 1) {
+    std::fputs("Open them? [y/N] ", stderr);
+    std::array<char, 64> answer{};
+    if (std::fgets(answer.data(), answer.size(), stdin) != nullptr &&
+        (answer[0] == 'y' || answer[0] == 'Y')) {
+      return;
+    }
+  }
+  throw UsageError(formatted(
+      "--resume: the sources that a journal names are opened if you name them: axiscal acquire "
+      "--resume {}{}",
+      typed_again({journal}), typed_connections(sources)));
+}
+
 // The command that a journal was begun with; what is said anew wins. Files are written beside the
 // journal, or where this call says.
 AcquireCommand resumed_command(const AcquireCommand& now, const SessionHeader& header) {
@@ -321,6 +378,8 @@ AcquireCommand resumed_command(const AcquireCommand& now, const SessionHeader& h
   command.resume = now.resume;
   if (!now.sources.empty()) {
     command.sources = now.sources;
+  } else {
+    require_trust(command.sources, *now.resume);
   }
   // Where files are written is never taken from a journal, which may be somebody else's.
   command.name = now.name;
@@ -493,22 +552,6 @@ Written write_files(const SessionSetup& setup, const LiveSession& session, const
   return written;
 }
 
-// Arguments as a shell takes them.
-std::string typed_again(const std::vector<std::string>& arguments) {
-  std::vector<std::string> quoted;
-  for (const std::string& one : arguments) {
-    const bool plain = !one.empty() && one.find_first_not_of(
-                                           "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ"
-                                           "0123456789-_./:,=+@%") == std::string::npos;
-    std::string safe = one;
-    for (std::size_t at = safe.find('\''); at != std::string::npos; at = safe.find('\'', at + 4)) {
-      safe.replace(at, 1, "'\\''");
-    }
-    quoted.push_back(plain ? one : formatted("'{}'", safe));
-  }
-  return joined(quoted, " ");
-}
-
 void print_result(const AcquireCommand& command,
                   const Calibration& calibration,
                   const Outputs& all) {
@@ -666,8 +709,10 @@ class Guided {
       throw UsageError("acquire", error);
     }
     if (session.has_quit()) {
-      stopped_ = formatted("stopped with {} readings; go on with: axiscal acquire --resume {}",
-                           session.view().done, outputs.journal);
+      const bool asks = !std::all_of(command_.sources.begin(), command_.sources.end(), is_harmless);
+      stopped_ = formatted("stopped with {} readings; go on with: axiscal acquire --resume {}{}",
+                           session.view().done, typed_again({outputs.journal}),
+                           asks ? typed_connections(command_.sources) : "");
       return false;
     }
     // Before the faces go: a page may wait for its slowest browser.

@@ -308,7 +308,7 @@ int run(const BudgetCommand& command) {
   if (const std::string missing = words_of_not_counted(calibration); !missing.empty()) {
     shown.text += "\n" + wrapped(missing, 80) + "\n";
   }
-  write_whole_file(command.output, command.json ? json_text(shown.json) : shown.text);
+  write_text(command.output, command.json ? json_text(shown.json) : shown.text);
   return 0;
 }
 

@@ -25,6 +25,7 @@
 #include "axiscal/core/number_text.hpp"
 #include "axiscal/core/output_file.hpp"
 #include "axiscal/core/parallel.hpp"
+#include "axiscal/core/shown_text.hpp"
 #include "axiscal/logs/sensor_names.hpp"
 #include "experiment_options.hpp"
 #include "log_input.hpp"
@@ -387,11 +388,12 @@ void mark_short_unit(const Batch& batch, std::size_t usual, std::size_t place, U
 std::string table_of(const std::vector<Unit>& units, const std::vector<std::string>& parameters) {
   std::string text = "serial,result,reason";
   for (const std::string& parameter : parameters) {
-    text += formatted(",{},{}", csv_cell(parameter), csv_cell("u_" + parameter));
+    text += formatted(",{},{}", harmless_cell(parameter), harmless_cell("u_" + parameter));
   }
   text += "\n";
   for (const Unit& unit : units) {
-    text += formatted("{},{},{}", csv_cell(unit.serial), unit.result, csv_cell(unit.reason));
+    text +=
+        formatted("{},{},{}", harmless_cell(unit.serial), unit.result, harmless_cell(unit.reason));
     for (std::size_t cell = 0; cell < 2 * parameters.size(); ++cell) {
       text += "," + (cell < unit.cells.size() ? number_text(unit.cells[cell]) : "");
     }

@@ -281,9 +281,9 @@ int run(const CharacterizeCommand& command) {
   const CharacterizeOptions options = options_of(command);
   const std::vector<Reference> references = read_references(files);
   const Characterization result = characterize(references, options);
-  write_whole_file(command.output, positioner_text(result, references, files));
+  write_text(command.output, positioner_text(result, references, files));
   if (command.output != "-") {
-    write_whole_file("-", command.json ? json_of(result) : text_of(result));
+    write_text("-", command.json ? json_of(result) : text_of(result));
   }
   for (const std::string& warning : result.warnings) {
     print_remark("warning", warning);

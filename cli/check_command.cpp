@@ -168,7 +168,7 @@ int report(const CheckCommand& command,
            const std::string& json,
            const std::string& text,
            bool failed) {
-  write_whole_file(command.output, command.json ? json : text);
+  write_text(command.output, command.json ? json : text);
   return failed ? 1 : 0;
 }
 

@@ -16,6 +16,7 @@
 #include "axiscal/field/gravity_field.hpp"
 #include "axiscal/field/sun.hpp"
 #include "subcommands.hpp"
+#include "summary.hpp"
 #include "typed_values.hpp"
 
 namespace axiscal::cli {
@@ -183,7 +184,7 @@ int run(const FieldCommand& command) {
   const Site site = site_of(command, wanted);
   const double time_s = command.date ? date_of_option(*command.date) : seconds_now();
   const Json json = fields_json(command, wanted, site, time_s);
-  write_whole_file(command.output, command.json ? json.dump(2) + "\n" : table(json, site, time_s));
+  write_text(command.output, command.json ? json.dump(2) + "\n" : table(json, site, time_s));
   return 0;
 }
 

@@ -259,10 +259,9 @@ int run(const LevelCommand& command) {
   require_trust(measured);
   const Eigen::Matrix2d covariance = slope.standard_error.cwiseAbs2().asDiagonal();
   const std::vector<AdjusterMove> moves = level_table(slope.value, covariance, surface);
-  write_whole_file(command.output,
-                   command.json
-                       ? level_json(slope, moves, fence_lean_when_level(surface, slope.value))
-                       : text_of(slope, moves, surface));
+  write_text(command.output,
+             command.json ? level_json(slope, moves, fence_lean_when_level(surface, slope.value))
+                          : text_of(slope, moves, surface));
   return 0;
 }
 

@@ -20,7 +20,7 @@ namespace {
 struct LogCommand {
   std::string log;
   std::string output = "-";
-  std::optional<std::string> definitions;
+  std::optional<std::string> definitions, limits;
   bool json = false;
 };
 
@@ -28,6 +28,7 @@ void add_options(OptionSet& options, LogCommand& command) {
   options.add("log", command.log, "FILE", "of any format; - is stdin", Need::required);
   options.add_output(command.output);
   add_definitions_option(options, command.definitions);
+  add_limit_option(options, command.limits);
   options.add_flag("--json", command.json, "print JSON instead of a table");
 }
 
@@ -206,9 +207,9 @@ std::string next_steps(const RecordingSummary& summary, const std::string& file)
 
 int run(const LogCommand& command) {
   take_definitions(command.definitions);
-  const RecordingSummary summary = summarise(command.log);
+  const RecordingSummary summary = summarise(command.log, {}, limits_of(command.limits));
   if (command.json) {
-    write_whole_file(command.output, recording_json(summary));
+    write_text(command.output, recording_json(summary));
     return 0;
   }
   std::string text =
@@ -220,7 +221,7 @@ int run(const LogCommand& command) {
   text += next_steps(
       summary, quoted(command.log) +
                    (command.definitions ? " --definitions " + quoted(*command.definitions) : ""));
-  write_whole_file(command.output, text);
+  write_text(command.output, text);
   for (const std::string& note : summary.notes) {
     print_remark("note", note);
   }

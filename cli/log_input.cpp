@@ -204,7 +204,7 @@ LogInput record_log(const std::string& path, const LogFormat& format) {
 }
 
 LogInput record_log(LogFile file) {
-  LogInput input{.log = {.name = file.path(), .columns = file.columns()},
+  LogInput input{.log = RecordedLog{.name = file.path(), .columns = file.columns()},
                  .sensors = file.sensors(),
                  .stated_rate_hz = file.stated_rate_hz(),
                  .has_parts = file.has_text_column("part"),

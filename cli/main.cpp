@@ -13,6 +13,7 @@
 #include "axiscal/core/input_protection.hpp"
 #include "axiscal/core/kept_memory.hpp"
 #include "axiscal/core/output_file.hpp"
+#include "axiscal/core/shown_text.hpp"
 #include "axiscal/formulas/formula_field.hpp"
 #include "column_advice.hpp"
 #include "command_line.hpp"
@@ -30,11 +31,12 @@ extern "C" void remove_output_and_die(int signal) {
   std::raise(signal);
 }
 
-// Without standard output a file that we open would take its number, and be printed into.
+// Without standard output a file that we open would take its number, and be printed into. What is
+// opened instead cannot be written to, so that a result which is lost there is an error.
 void open_missing_standard_files() {
-  int descriptor = ::open("/dev/null", O_RDWR);
+  int descriptor = ::open("/dev/null", O_RDONLY);
   while (descriptor >= 0 && descriptor <= STDERR_FILENO) {
-    descriptor = ::open("/dev/null", O_RDWR);
+    descriptor = ::open("/dev/null", O_RDONLY);
   }
   ::close(descriptor);
 }
@@ -51,7 +53,7 @@ void set_signals() {
 }
 
 int fail(ExitStatus status, const std::string& message) {
-  std::fprintf(stderr, "%s\n", message.c_str());
+  std::fprintf(stderr, "%s\n", axiscal::shown_text(message).c_str());
   return status;
 }
 
@@ -86,7 +88,7 @@ int main(int argc, char** argv) {
     return fail(wrong_usage, "axiscal: " + axiscal::cli::with_options(error));
   } catch (const axiscal::DataError& error) {
     return fail(bad_input, axiscal::cli::with_marked_cell(axiscal::cli::with_options(error)));
-  } catch (const axiscal::ClosedPipe&) {
+  } catch (const axiscal::ClosedPipe&) {  // of a stream of results, which has no verdict
     return done;
   } catch (const axiscal::OutputError& error) {
     return fail(output_not_written, "axiscal: " + axiscal::cli::with_options(error));

@@ -595,11 +595,10 @@ int run(const NoiseCommand& command) {
     throw RefusedError("no column varies");
   }
   const bool page = command.output.ends_with(".html") || command.output.ends_with(".htm");
-  write_whole_file(command.output, command.format ? kalibr_imu_yaml(noise)
-                                   : command.json || command.output.ends_with(".json")
-                                       ? noise_json(noise)
-                                   : page ? noise_report(noise, command.log)
-                                          : noise_text(noise, command.all || command.deviations));
+  write_text(command.output, command.format ? kalibr_imu_yaml(noise)
+                             : command.json || command.output.ends_with(".json") ? noise_json(noise)
+                             : page ? noise_report(noise, command.log)
+                                    : noise_text(noise, command.all || command.deviations));
   return 0;
 }
 

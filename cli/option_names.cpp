@@ -56,6 +56,7 @@ constexpr std::array options_of_settings = {
     OptionName{settings::polar_fit, "--polar-fit"},
     OptionName{settings::range, "--range"},
     OptionName{settings::rate, "--rate"},
+    OptionName{settings::read_limit, "--limit NAME=VALUE"},
     OptionName{settings::reading_factor, "--reading-factor"},
     OptionName{settings::run_sheet, "--plan"},
     OptionName{settings::serial, "--serial"},

@@ -288,7 +288,7 @@ int tell_soak(const PlanCommand& command) {
       text += formatted("about {:.0f} s more\n", state.remaining_s);
     }
   }
-  write_whole_file(command.output.value_or("-"), text);
+  write_text(command.output.value_or("-"), text);
   return state.steady ? 0 : 1;
 }
 
@@ -332,8 +332,7 @@ int run(const PlanCommand& command) {
   // Standard output holds the sheet or the forecast: the one that was asked for.
   const bool forecast_to_stdout = command.output.value_or("-") != "-" || command.json;
   if (command.output || !command.json) {
-    write_whole_file(command.output.value_or("-"),
-                     run_sheet_csv(sheet, experiment.instrument.axes));
+    write_text(command.output.value_or("-"), run_sheet_csv(sheet, experiment.instrument.axes));
   }
   if (command.page) {
     const std::string& serial = experiment.instrument.serial;
@@ -343,7 +342,7 @@ int run(const PlanCommand& command) {
   }
   const std::string text = command.json ? plan_json(plan) : plan_text(plan);
   if (forecast_to_stdout) {
-    write_whole_file("-", text);
+    write_text("-", text);
   } else {
     std::fputs(text.c_str(), stderr);
   }

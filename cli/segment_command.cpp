@@ -151,8 +151,8 @@ int run(const SegmentCommand& command) {
     labels = recognise_seats(*recorded, rests, options, notes);
   }
   const SeatLabels* const seats = labels ? &*labels : nullptr;
-  write_whole_file(command.output, command.json ? segmentation_json(rests, seats)
-                                                : segmentation_csv(rests, seats, options.sheet));
+  write_text(command.output, command.json ? segmentation_json(rests, seats)
+                                          : segmentation_csv(rests, seats, options.sheet));
   print_remarks_of(rests, notes, seats);
   std::fprintf(stderr, "%s\n",
                formatted("{} rest{} in {:.1f} s ({} samples, {:.5g} Hz), threshold {:.4g}",

@@ -15,6 +15,7 @@
 #include "experiment_options.hpp"
 #include "sheet_options.hpp"
 #include "subcommands.hpp"
+#include "summary.hpp"
 #include "typed_values.hpp"
 
 namespace axiscal::cli {
@@ -118,7 +119,7 @@ int merge_shards(const StudyCommand& command) {
     std::fprintf(stderr, "warning: %zu of %lld blocks of trials are there; some shard is missing\n",
                  all.blocks.size(), static_cast<long long>(blocks));
   }
-  write_whole_file(command.output, command.json ? study_json(all, false) : study_text(all));
+  write_text(command.output, command.json ? study_json(all, false) : study_text(all));
   return static_cast<std::int64_t>(all.blocks.size()) < blocks ? 1 : 0;
 }
 
@@ -235,8 +236,8 @@ int run(const StudyCommand& command) {
     std::fputs("\r\x1b[K", stderr);
   }
   const bool machine = command.json || command.shard;
-  write_whole_file(command.output,
-                   machine ? study_json(study, command.shard.has_value()) : study_text(study));
+  write_text(command.output,
+             machine ? study_json(study, command.shard.has_value()) : study_text(study));
   return 0;
 }
 

@@ -10,6 +10,7 @@
 #include "axiscal/core/error.hpp"
 #include "axiscal/core/formatted.hpp"
 #include "axiscal/core/output_file.hpp"
+#include "axiscal/core/shown_text.hpp"
 
 namespace axiscal::cli {
 namespace {
@@ -32,12 +33,12 @@ std::string coloured(const std::string& text, const char* colour, int descriptor
 
 }  // namespace
 
+void write_text(const std::string& path, const std::string& text) {
+  write_whole_file(path, path == "-" ? shown_text(text) : text);
+}
+
 void print_result_text(const std::string& text) {
-  try {
-    write_whole_file("-", text);
-  } catch (const ClosedPipe&) {
-    return;
-  }
+  write_text("-", text);
 }
 
 void print_verdict(const Calibration& calibration) {
@@ -47,16 +48,16 @@ void print_verdict(const Calibration& calibration) {
       (calibration.findings.verdict && !calibration.findings.verdict->passed) ||
       (calibration.findings.confirmation && !calibration.findings.confirmation->passed);
   const std::string& slot = calibration.provenance.slot;
-  print_result_text(formatted("{}{}\n", slot.empty() ? "" : formatted("slot {}: ", slot),
-                              coloured(words_of_verdict(calibration),
-                                       failed                                 ? red
-                                       : status == CalibrationStatus::warning ? yellow
-                                                                              : green,
-                                       STDOUT_FILENO)));
+  write_whole_file("-", formatted("{}{}\n", slot.empty() ? "" : formatted("slot {}: ", slot),
+                                  coloured(words_of_verdict(calibration),
+                                           failed                                 ? red
+                                           : status == CalibrationStatus::warning ? yellow
+                                                                                  : green,
+                                           STDOUT_FILENO)));
 }
 
 void print_remark(const char* what, const std::string& text) {
-  std::string shown = wrapped(formatted("{}: {}", what, text), 80);
+  std::string shown = wrapped(formatted("{}: {}", what, shown_text(text)), 80);
   const std::string_view name(what);
   if (name == "warning") {
     shown.replace(0, name.size(), coloured(what, yellow, STDERR_FILENO));

@@ -381,7 +381,7 @@ std::vector<FaceColumn> face_columns(const std::string& path,
       return std::string(face_name(is_up ? opposite(face->face) : face->face));
     };
     found.push_back(
-        {.column = {.name = name, .column = words.name, .of_cell = of_cell},
+        {.column = MappedColumn{.name = name, .column = words.name, .of_cell = of_cell},
          .words =
              formatted("{}: column '{}' names faces, and is taken as '{}', the face {}: '{}' is {}",
                        path, words.name, name, is_fence ? "at the fence" : "on the table",
@@ -403,6 +403,31 @@ void add_table_options(OptionSet& options, TableOptions& table) {
             "of temperatures; temperature; A,B,C: of each axis's own sensor, in their order, or "
             "AXIS=A,.. and SLOT=A,..; else AXIS_temperature and SLOT.temperature");
   add_definitions_option(group, table.definitions);
+  add_limit_option(group, table.limits);
+}
+
+void add_limit_option(OptionSet& options, std::optional<std::string>& limits) {
+  options.add("--limit", limits, "NAME=VALUE,..",
+              "the most that reading a file may cost, for a file that you trust: nesting, members, "
+              "unpacked, cells, steps, memory, disk");
+}
+
+ReadLimits limits_of(const std::optional<std::string>& limits) {
+  ReadLimits all;
+  for (const std::string& item : limits ? names_of(*limits) : std::vector<std::string>{}) {
+    const std::size_t equals = item.find('=');
+    const std::string name = item.substr(0, equals);
+    const auto known = std::find(read_limit_names().begin(), read_limit_names().end(), name);
+    const std::optional<double> value =
+        equals == std::string::npos ? std::nullopt : parse_number(item.substr(equals + 1));
+    if (known == read_limit_names().end() || !value || *value < 0.0) {
+      throw UsageError(
+          formatted("--limit: '{}' must be NAME=VALUE; the names are {}, and the value is a number",
+                    item, joined({read_limit_names().begin(), read_limit_names().end()})));
+    }
+    all.set(static_cast<ReadCost>(known - read_limit_names().begin()), *value);
+  }
+  return all;
 }
 
 void add_definitions_option(OptionSet& options, std::optional<std::string>& definitions) {
@@ -425,6 +450,7 @@ LogFormat format_of(const TableOptions& options) {
   if (options.names) {
     format.names = names_of(*options.names);
   }
+  format.limits = limits_of(options.limits);
   return format;
 }
 

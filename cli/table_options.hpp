@@ -15,7 +15,7 @@ namespace axiscal::cli {
 
 /// How the columns of a table or a log are called, as typed.
 struct TableOptions {
-  std::optional<std::string> names, map, time, temperature_column, definitions;
+  std::optional<std::string> names, map, time, temperature_column, definitions, limits;
 };
 
 void add_table_options(OptionSet& options, TableOptions& table);
@@ -26,6 +26,13 @@ void add_definitions_option(OptionSet& options, std::optional<std::string>& defi
 /// Makes the definitions known to all readers of bags.
 /// @throws DataError  as add_message_definitions().
 void take_definitions(const std::optional<std::string>& definitions);
+
+/// --limit, which goes with the table's options too.
+void add_limit_option(OptionSet& options, std::optional<std::string>& limits);
+
+/// @return the limits as typed: NAME=VALUE,..
+/// @throws UsageError  if a name is not known, or a value is no number.
+[[nodiscard]] ReadLimits limits_of(const std::optional<std::string>& limits);
 
 /// @return the options as the library takes them: --names, and --map with --time and
 ///         --temperature-column among its columns.

@@ -160,6 +160,20 @@ function(axiscal_load_late target library path definition)
   set_property(GLOBAL APPEND PROPERTY AXISCAL_LATE_PACKAGES ${${definition}_PACKAGE})
 endfunction()
 
+# axiscal_find_own_files(TARGET)
+#
+# TARGET looks for modules and programs of ours at run time: late_module.hpp.
+function(axiscal_find_own_files target)
+  include(GNUInstallDirs)
+  file(RELATIVE_PATH from_program "${CMAKE_INSTALL_FULL_BINDIR}" "${CMAKE_INSTALL_FULL_LIBDIR}/axiscal")
+  target_compile_definitions(
+    ${target} PRIVATE AXISCAL_BUILD_TREE="${CMAKE_BINARY_DIR}"
+                      AXISCAL_OWN_FILES_BUILT="${PROJECT_BINARY_DIR}/modules"
+                      AXISCAL_OWN_FILES_FROM_PROGRAM="${from_program}"
+                      AXISCAL_OWN_FILES_INSTALLED="${CMAKE_INSTALL_FULL_LIBDIR}/axiscal")
+  target_link_libraries(${target} PRIVATE ${CMAKE_DL_LIBS})
+endfunction()
+
 # axiscal_add_late_module(TARGET MODULE DEFINITION SOURCE... )
 #
 # Compiles sources of TARGET that need a library of C++ again, as a MODULE that is loaded when it is first
@@ -171,13 +185,8 @@ function(axiscal_add_late_module target module definition)
                          LIBRARY_OUTPUT_DIRECTORY "${PROJECT_BINARY_DIR}/modules")
   target_compile_options(${module} PRIVATE ${AXISCAL_WARNINGS})
   axiscal_harden(${module})
-  include(GNUInstallDirs)
-  file(RELATIVE_PATH from_program "${CMAKE_INSTALL_FULL_BINDIR}" "${CMAKE_INSTALL_FULL_LIBDIR}/axiscal")
-  target_compile_definitions(
-    ${target} PRIVATE ${definition}="${module}.so"
-                      AXISCAL_MODULES_FROM_PROGRAM="${from_program}"
-                      AXISCAL_MODULES_INSTALLED="${CMAKE_INSTALL_FULL_LIBDIR}/axiscal")
-  target_link_libraries(${target} PRIVATE ${CMAKE_DL_LIBS})
+  target_compile_definitions(${target} PRIVATE ${definition}="${module}.so")
+  axiscal_find_own_files(${target})
   add_dependencies(${target} ${module})
   if(AXISCAL_INSTALL)
     install(TARGETS ${module} LIBRARY DESTINATION ${CMAKE_INSTALL_LIBDIR}/axiscal)

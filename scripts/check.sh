@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
 # SPDX-License-Identifier: Apache-2.0
-# The long look before a change is handed in: format, clang, g++, address, undefined-behaviour and thread
-# sanitizers, libc++ where it is there, the gates (hostile clients, short fuzzing), each public header alone, Doxygen,
+# The long look before a change is handed in: format, clang, g++, address and undefined-behaviour sanitizers of both,
+# the thread sanitizer, libc++ where it is there, the gates (hostile clients, short fuzzing), each public header alone, Doxygen,
 # the library for arm64 (scripts/arm64.sh), and clang-tidy on what changed against origin/main (--all: on everything).
 # Needs clang, clang-format, clang-tidy and doxygen beside what dependencies.sh installs.
 #
@@ -16,7 +16,8 @@ esac
 
 . scripts/jobs.sh
 scripts/format.sh --check
-for preset in dev gcc sanitize thread; do
+scripts/nested_initialisers.py
+for preset in dev gcc sanitize sanitize-gcc thread; do
   cmake --workflow --preset "$preset"
 done
 # The objects of the library proper; programs need a GeographicLib of the same standard library.

@@ -66,7 +66,7 @@ Journal::~Journal() {
 
 Journal Journal::create(const std::string& path) {
   const int descriptor =
-      ::open(path.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_APPEND | O_CLOEXEC, 0644);
+      ::open(path.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_APPEND | O_CLOEXEC, 0600);
   if (descriptor < 0) {
     if (errno == EEXIST) {
       throw OutputError(path + ": is there already; resume it, or choose another name",

@@ -9,9 +9,13 @@
 #include "sample_clock.hpp"
 
 #ifdef AXISCAL_MQTT
+#include <cstdlib>
 #include <mosquitto.h>
 
+#include <sys/stat.h>
+
 #include "axiscal/core/formatted.hpp"
+#include "axiscal/core/input_file.hpp"
 #include "axiscal/core/late_library.hpp"
 #endif
 
@@ -32,6 +36,7 @@ AXISCAL_LATE(libmosquitto, mosquitto_message_callback_set)
 AXISCAL_LATE(libmosquitto, mosquitto_new)
 AXISCAL_LATE(libmosquitto, mosquitto_strerror)
 AXISCAL_LATE(libmosquitto, mosquitto_subscribe)
+AXISCAL_LATE(libmosquitto, mosquitto_tls_set)
 AXISCAL_LATE(libmosquitto, mosquitto_username_pw_set)
 #endif
 
@@ -43,26 +48,52 @@ struct ClientDeleter {
   void operator()(mosquitto* client) const { mosquitto_destroy(client); }
 };
 
+// Of a broker. It stands in no address, as addresses are kept in journals and shown.
+std::string password_of(const SourceAddress& address) {
+  const std::optional<std::string> path = address.find("password-file");
+  const char* const stated = std::getenv("AXISCAL_MQTT_PASSWORD");  // NOLINT(concurrency-mt-unsafe)
+  if (!path) {
+    return stated != nullptr ? stated : "";
+  }
+  struct stat status {};
+  if (::stat(path->c_str(), &status) == 0 && (status.st_mode & (S_IRWXG | S_IRWXO)) != 0) {
+    address.fail(formatted("{}: others may read the password; chmod 600 it", *path));
+  }
+  std::string text = read_whole_file(*path);
+  text.resize(text.find_last_not_of("\r\n") + 1);
+  return text;
+}
+
 class MqttLink final : public ByteLink {
  public:
   explicit MqttLink(const SourceAddress& address)
       : address_(address), qos_(static_cast<int>(address.number_or("qos", 1.0, 0.0, 2.0))) {
     const std::size_t slash = address.place.find('/');
     if (slash == std::string::npos || slash + 1 == address.place.size()) {
-      address.fail("expected mqtt://HOST:PORT/TOPIC");
+      address.fail(formatted("expected {}://HOST:PORT/TOPIC", address.scheme));
     }
     topic_ = address.place.substr(slash + 1);
     SourceAddress server = address;
     server.place.resize(slash);
-    server_ = host_and_port(server, "1883");
+    const bool is_encrypted = address.scheme == "mqtts";
+    server_ = host_and_port(server, is_encrypted ? "8883" : "1883");
     static const bool ready = mosquitto_lib_init() == MOSQ_ERR_SUCCESS;
     client_.reset(ready ? mosquitto_new(nullptr, true, this) : nullptr);
     if (!client_) {
       address.fail("libmosquitto cannot be started");
     }
     if (const std::optional<std::string> user = address.find("user")) {
-      mosquitto_username_pw_set(client_.get(), user->c_str(),
-                                address.text_or("password", "").c_str());
+      mosquitto_username_pw_set(client_.get(), user->c_str(), password_of(address).c_str());
+    }
+    if (is_encrypted) {
+      const std::optional<std::string> authority = address.find("ca");
+      const int status =
+          mosquitto_tls_set(client_.get(), authority ? authority->c_str() : nullptr,
+                            authority ? nullptr : "/etc/ssl/certs", nullptr, nullptr, nullptr);
+      if (status != MOSQ_ERR_SUCCESS) {
+        address.fail(formatted("the certificates of {} cannot be taken ({})",
+                               authority.value_or("/etc/ssl/certs"), mosquitto_strerror(status)));
+      }
     }
     mosquitto_connect_callback_set(client_.get(), [](mosquitto* client, void* self, int code) {
       static_cast<MqttLink*>(self)->connected(client, code);

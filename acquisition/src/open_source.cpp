@@ -110,8 +110,14 @@ const std::vector<Scheme>& schemes() {
        open_scpi_source},
       {{.scheme = "mqtt",
         .address = "mqtt://HOST:1883/TOPIC?format=json",
-        .help = "messages of a broker; user, password, qos",
-        .options = with_stream_options({"user", "password", "qos"}),
+        .help = "messages of a broker; user, password-file (or AXISCAL_MQTT_PASSWORD), qos",
+        .options = with_stream_options({"user", "password-file", "qos"}),
+        .available = has_mqtt()},
+       open_stream<open_mqtt>},
+      {{.scheme = "mqtts",
+        .address = "mqtts://HOST:8883/TOPIC?format=json",
+        .help = "the same, encrypted; ca is a file of certificates, else the system's are taken",
+        .options = with_stream_options({"user", "password-file", "qos", "ca"}),
         .available = has_mqtt()},
        open_stream<open_mqtt>},
       {{.scheme = "sim",
@@ -128,6 +134,12 @@ const std::vector<Scheme>& schemes() {
 void check_options(const SourceAddress& address, const SourceKind& kind) {
   const std::vector<std::string_view> known(kind.options.begin(), kind.options.end());
   for (const auto& [name, value] : address.options) {
+    if (name == "password") {
+      throw DomainError(
+          "an address is kept in the journal and shown: state no password in it, but "
+          "password-file=FILE, "
+          "or set AXISCAL_MQTT_PASSWORD");
+    }
     if (std::find(known.begin(), known.end(), name) == known.end()) {
       address.fail(formatted("unknown option '{}'{}", name,
                              did_you_mean(name, known, "there are " + joined(kind.options))));

@@ -132,7 +132,19 @@ void SourceReader::add_alarms(std::vector<SessionAlarm>& alarms) const {
   }
 }
 
+// A thread that throws would end the program.
 void SourceReader::run() {
+  try {
+    read_until_the_end();
+  } catch (...) {
+    const std::lock_guard lock(mutex_);
+    failure_ = std::current_exception();
+    ended_ = true;
+    arrived_.notify_all();
+  }
+}
+
+void SourceReader::read_until_the_end() {
   constexpr std::chrono::milliseconds patience{50};
   SampleBatch batch;
   while (!stop_) {
@@ -141,16 +153,7 @@ void SourceReader::run() {
       const std::lock_guard lock(mutex_);
       pass_request();
     }
-    SourceReport report;
-    try {
-      report = source_->read(batch, patience);
-    } catch (...) {
-      const std::lock_guard lock(mutex_);
-      failure_ = std::current_exception();
-      ended_ = true;
-      arrived_.notify_all();
-      return;
-    }
+    const SourceReport report = source_->read(batch, patience);
     std::unique_lock lock(mutex_);
     // A reader that is late stops the source, never the memory. It learns of the end with the last
     // batch, not before.

@@ -46,6 +46,7 @@ class SourceReader {
 
  private:
   void run();
+  void read_until_the_end();
   void pass_request();
   void note(const SourceReport& report, std::size_t samples);
 

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cstdint>
 #include <cstring>
+#include <unordered_set>
 #include <utility>
 
 #include "axiscal/core/error.hpp"
@@ -354,12 +355,12 @@ void CsvReader::read_header() {
   }
   header_text_ = text_;
   header_.assign(cells_.begin(), cells_.end());
+  std::unordered_set<std::string_view> seen;
   for (std::size_t i = 0; i < header_.size(); ++i) {
     if (header_[i].empty() && header_.size() > 1) {
       throw DataError(path_, line_, formatted("column {} has no name", i + 1));
     }
-    if (std::find(header_.begin(), header_.begin() + static_cast<std::ptrdiff_t>(i), header_[i]) !=
-        header_.begin() + static_cast<std::ptrdiff_t>(i)) {
+    if (!seen.insert(header_[i]).second) {
       throw DataError(path_, line_, formatted("column '{}': is there twice", header_[i]));
     }
   }

@@ -184,6 +184,56 @@ class JsonSkimmer {
   std::size_t deepest_ = 0;
 };
 
+}  // namespace
+
+JsonEntries::JsonEntries(std::string_view text) : rest_(text) {
+  rest_.remove_prefix(std::min(rest_.find_first_not_of(" \t\r\n"), rest_.size()));
+  open_ = rest_.empty() ? '\0' : rest_.front();
+  ok_ = is_list() || is_object();
+}
+
+bool JsonEntries::end(bool ok) {
+  ok_ = ok;
+  open_ = '\0';
+  return false;
+}
+
+bool JsonEntries::next() {
+  if (open_ == '\0') {
+    return false;
+  }
+  JsonSkimmer at(rest_);
+  const char close = is_list() ? ']' : '}';
+  const bool may_end = at.take(is_first_ ? open_ : ',');
+  if (!may_end || is_first_) {
+    const bool ends = at.take(close);
+    if (ends || !may_end) {
+      rest_.remove_prefix(at.place());
+      return end(ends);
+    }
+  }
+  is_first_ = false;
+  if (is_object()) {
+    const std::size_t begin = at.place();
+    if (at.at() != '"' || !at.skip_string()) {
+      return end(false);
+    }
+    key_ = at.since(begin).substr(1, at.place() - begin - 2);
+    if (!at.take(':')) {
+      return end(false);
+    }
+  }
+  const std::optional<std::string_view> value = at.take_value();
+  if (!value || value->empty()) {
+    return end(false);
+  }
+  value_ = *value;
+  rest_.remove_prefix(at.place());
+  return true;
+}
+
+namespace {
+
 class PieceFinder {
  public:
   PieceFinder(std::string_view text,

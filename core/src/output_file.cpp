@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "axiscal/core/output_file.hpp"
 
-#include <array>
-#include <atomic>
 #include <cerrno>
 #include <csignal>
 #include <cstring>
@@ -13,7 +11,6 @@
 #include <set>
 #include <utility>
 
-#include <climits>
 #include <fcntl.h>
 #include <sys/file.h>
 #include <sys/stat.h>
@@ -24,26 +21,10 @@
 #include "axiscal/core/formatted.hpp"
 #include "axiscal/core/input_protection.hpp"
 #include "axiscal/core/number_text.hpp"
+#include "axiscal/core/unfinished_names.hpp"
 
 namespace axiscal {
 namespace {
-
-// The temporary file that a signal handler must remove. One at a time is all that the command has.
-std::array<char, PATH_MAX> unfinished_path;
-std::atomic<bool> unfinished = false;
-
-void announce_unfinished(const std::string& path) {
-  if (path.size() < unfinished_path.size() && !unfinished) {
-    std::memcpy(unfinished_path.data(), path.c_str(), path.size() + 1);
-    unfinished = true;
-  }
-}
-
-void withdraw_unfinished(const std::string& path) {
-  if (unfinished && path == unfinished_path.data()) {
-    unfinished = false;
-  }
-}
 
 // Where a chain of links ends, whether or not a file is there yet.
 std::string followed(std::filesystem::path path) {
@@ -110,6 +91,15 @@ void remove_orphans(const std::filesystem::path& folder) {
     if (process_in(entry->d_name) != 0 && is_orphan(folder / entry->d_name)) {
       ::unlink((folder / entry->d_name).c_str());
     }
+  }
+}
+
+// Without this a power failure may bring the earlier file back. Some file systems cannot do it.
+void sync_folder(const std::filesystem::path& folder) {
+  const int descriptor = ::open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
+  if (descriptor >= 0) {
+    ::fsync(descriptor);
+    ::close(descriptor);
   }
 }
 
@@ -299,20 +289,19 @@ void OutputFile::commit() {
   }
   withdraw_unfinished(temporary_);
   temporary_.clear();
+  sync_folder(folder());
   target_.clear();
   protect_output(descriptor_);
 }
 
 void write_whole_file(const std::string& path, std::string_view content) {
   OutputFile file(path);
-  file.write(content);
-  file.commit();
-}
-
-void remove_unfinished_output() noexcept {
-  if (unfinished) {
-    ::unlink(unfinished_path.data());
+  try {
+    file.write(content);
+  } catch (const ClosedPipe&) {
+    return;
   }
+  file.commit();
 }
 
 }  // namespace axiscal

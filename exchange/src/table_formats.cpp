@@ -19,9 +19,10 @@
 #include "axiscal/core/late_library.hpp"
 #include "axiscal/core/npy_header.hpp"
 #include "axiscal/core/number_text.hpp"
+#include "axiscal/core/shown_text.hpp"
+#include "axiscal/core/temporary_file.hpp"
 #include "consumer.hpp"
 #include "formats.hpp"
-#include "temporary_file.hpp"
 
 #ifdef AXISCAL_MATIO
 #include <matio.h>
@@ -251,10 +252,10 @@ Exported export_csv(const Calibration& calibration, const ExportOptions&) {
                      [&](const ParameterUncertainty& other) { return other.name == one.name; });
     const CombinedUncertainty all =
         known != uncertainties.end() ? known->uncertainty : unknown_uncertainty();
-    text +=
-        formatted("{},{},{},{},{},{},{}\n", csv_cell(one.name), number_text(one.value),
-                  or_empty(one.standard_error), or_empty(all.u), or_empty(all.expanded),
-                  or_empty(all.coverage_factor), csv_cell(parameter_unit(calibration, one.name)));
+    text += formatted("{},{},{},{},{},{},{}\n", harmless_cell(one.name), number_text(one.value),
+                      or_empty(one.standard_error), or_empty(all.u), or_empty(all.expanded),
+                      or_empty(all.coverage_factor),
+                      harmless_cell(parameter_unit(calibration, one.name)));
   }
   return {.content = text, .loss = std::nullopt};
 }

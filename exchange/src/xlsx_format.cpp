@@ -20,12 +20,12 @@
 #include "axiscal/core/input_file.hpp"
 #include "axiscal/core/late_library.hpp"
 #include "axiscal/core/number_text.hpp"
+#include "axiscal/core/temporary_file.hpp"
 #include "axiscal/core/timestamp.hpp"
 #include "axiscal/core/units.hpp"
 #include "axiscal/field/field_kind.hpp"
 #include "axiscal/instruments/inclination.hpp"
 #include "formats.hpp"
-#include "temporary_file.hpp"
 
 namespace axiscal {
 namespace {

@@ -55,7 +55,8 @@ struct Bench {
     for (Eigen::Index k = 0; k < 3; ++k) {
       mean(k) += noise * random.normal();
     }
-    return {.entry = {.point = point}, .mean = mean, .u = Eigen::Vector3d::Constant(noise)};
+    return {
+        .entry = DesignEntry{.point = point}, .mean = mean, .u = Eigen::Vector3d::Constant(noise)};
   }
 };
 

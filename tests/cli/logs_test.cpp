@@ -34,8 +34,8 @@ std::string csv_of(const RecordedLog& log) {
 }
 
 ImuSimulation some_imu() {
-  return {.accelerometer = {.bias = Eigen::Vector3d(0.02, -0.01, 0.03),
-                            .sensitivity = 2.5 * Eigen::Matrix3d::Identity()},
+  return {.accelerometer = LinearResponse{.bias = Eigen::Vector3d(0.02, -0.01, 0.03),
+                                          .sensitivity = 2.5 * Eigen::Matrix3d::Identity()},
           .gyroscope = LinearResponse{.bias = Eigen::Vector3d(0.5, -0.2, 0.1),
                                       .sensitivity = 57.3 * Eigen::Matrix3d::Identity()},
           .accelerometer_sd = 2e-3,

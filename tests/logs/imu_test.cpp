@@ -29,7 +29,8 @@ ImuSimulation some_imu(std::uint64_t seed = 1) {
   Eigen::Matrix3d M;
   M << 410.0, 8.0, -6.0, 8.0, 380.0, 10.0, -6.0, 10.0, 395.0;
   return {
-      .accelerometer = {.bias = Eigen::Vector3d(50.0, -120.0, 80.0), .sensitivity = A},
+      .accelerometer =
+          LinearResponse{.bias = Eigen::Vector3d(50.0, -120.0, 80.0), .sensitivity = A},
       .gyroscope = LinearResponse{.bias = Eigen::Vector3d(12.0, -7.0, 30.0), .sensitivity = G},
       .magnetometer = LinearResponse{.bias = Eigen::Vector3d(60.0, -40.0, 20.0), .sensitivity = M},
       .accelerometer_sd = 4.0,
@@ -108,7 +109,7 @@ TEST(CalibrateImu, TakesARecordOfAxesThatLieOtherwise) {
   for (const auto& [lie, seed] : std::vector<std::pair<Eigen::Matrix3d, std::uint64_t>>{
            {cyclic, 5}, {exchanged, 1}, {turned, 2}, {mirrored, 2}}) {
     ImuSimulation imu;
-    imu.accelerometer = {.bias = bias, .sensitivity = lie};
+    imu.accelerometer = LinearResponse{.bias = bias, .sensitivity = lie};
     imu.gyroscope = LinearResponse{.bias = bias, .sensitivity = G};
     imu.accelerometer_sd = 1e-3;
     imu.gyroscope_sd = 1e-3;

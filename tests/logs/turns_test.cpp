@@ -33,12 +33,13 @@ struct Turning {
 };
 
 Turning turn_by_hand(std::size_t rests, double noise, bool with_rotations, std::uint64_t seed) {
-  ImuSimulation simulation{.accelerometer = {.bias = Eigen::Vector3d::Zero(),
-                                             .sensitivity = Eigen::Matrix3d::Identity()},
-                           .gyroscope = some_gyroscope(),
-                           .gyroscope_sd = noise,
-                           .rest_s = 0.5,
-                           .seed = seed};
+  ImuSimulation simulation{
+      .accelerometer = LinearResponse{.bias = Eigen::Vector3d::Zero(),
+                                      .sensitivity = Eigen::Matrix3d::Identity()},
+      .gyroscope = some_gyroscope(),
+      .gyroscope_sd = noise,
+      .rest_s = 0.5,
+      .seed = seed};
   Turning turning{.attitudes = random_attitudes(rests, seed)};
   turning.log = simulate_imu_log(simulation, turning.attitudes);
   constexpr std::size_t resting = 50;
@@ -205,12 +206,13 @@ TEST(FitTurns, NamesTheAxesThatWereNotTurned) {
   for (int i = 0; i < 14; ++i) {
     attitudes.emplace_back(Eigen::AngleAxisd(1.3 * i, Eigen::Vector3d::UnitX()).toRotationMatrix());
   }
-  ImuSimulation simulation{.accelerometer = {.bias = Eigen::Vector3d::Zero(),
-                                             .sensitivity = Eigen::Matrix3d::Identity()},
-                           .gyroscope = LinearResponse{.bias = Eigen::Vector3d::Zero(),
-                                                       .sensitivity = Eigen::Matrix3d::Identity()},
-                           .gyroscope_sd = 0.0,
-                           .rest_s = 0.5};
+  ImuSimulation simulation{
+      .accelerometer = LinearResponse{.bias = Eigen::Vector3d::Zero(),
+                                      .sensitivity = Eigen::Matrix3d::Identity()},
+      .gyroscope = LinearResponse{.bias = Eigen::Vector3d::Zero(),
+                                  .sensitivity = Eigen::Matrix3d::Identity()},
+      .gyroscope_sd = 0.0,
+      .rest_s = 0.5};
   const RecordedLog log = simulate_imu_log(simulation, attitudes);
   std::vector<GyroscopeTurn> turns;
   for (std::size_t i = 0; i + 1 < attitudes.size(); ++i) {

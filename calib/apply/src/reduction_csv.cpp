@@ -19,6 +19,7 @@
 #include "axiscal/core/npy_header.hpp"
 #include "axiscal/core/number_text.hpp"
 #include "axiscal/core/parallel.hpp"
+#include "axiscal/core/shown_text.hpp"
 #include "axiscal/core/units.hpp"
 
 namespace axiscal {
@@ -315,10 +316,17 @@ class RowReduction {
   }
 
   void put_header() {
-    out_.put(csv_.header_text());
+    if (std::any_of(csv_.header().begin(), csv_.header().end(), &is_formula)) {
+      for (const std::string& name : csv_.header()) {
+        out_.put(&name == &csv_.header().front() ? "" : ",");
+        out_.put(harmless_cell(name));
+      }
+    } else {
+      out_.put(csv_.header_text());
+    }
     for (const std::string& name : results_) {
       out_.put(",");
-      out_.put(csv_cell(name));
+      out_.put(harmless_cell(name));
     }
     end_row();
   }
@@ -345,7 +353,7 @@ class RowReduction {
         put_defective_row();
         put_unreadable(csv_.line());
       } else {
-        out_.put(csv_.text());
+        put_own_cells();
         reduce_row();
       }
       end_row();
@@ -392,7 +400,7 @@ class RowReduction {
   // Whether the row goes into the batch: it does where its readings are good and no more is asked
   // than plain axes say.
   bool take() {
-    if (!batch_ || !row_.read(reducer_) || row_.saturated()) {
+    if (!batch_ || holds_formula() || !row_.read(reducer_) || row_.saturated()) {
       return false;
     }
     batch_->texts[batch_->count] = csv_.text();
@@ -430,18 +438,36 @@ class RowReduction {
     }
   }
 
+  [[nodiscard]] bool holds_formula() const {
+    return std::any_of(csv_.cells().begin(), csv_.cells().end(),
+                       [](std::string_view cell) { return is_formula(cell); });
+  }
+
+  void put_harmless_cells() {
+    bool first = true;
+    for (const std::string_view cell : csv_.cells()) {
+      out_.put(first ? "" : ",");
+      first = false;
+      out_.put(harmless_cell(std::string(cell)));
+    }
+  }
+
+  // As they are, but for formulas.
+  void put_own_cells() {
+    if (holds_formula()) {
+      put_harmless_cells();
+    } else {
+      out_.put(csv_.text());
+    }
+  }
+
   // Own cells as they are; short rows are filled up, so that results stand in their columns, and
   // stray quotes are made whole, so that the next reader does not stumble.
   void put_defective_row() {
     if (csv_.text().find('"') == std::string_view::npos) {
-      out_.put(csv_.text());
+      put_own_cells();
     } else {
-      bool first = true;
-      for (const std::string_view cell : csv_.cells()) {
-        out_.put(first ? "" : ",");
-        first = false;
-        out_.put(csv_cell(std::string(cell)));
-      }
+      put_harmless_cells();
     }
     for (std::size_t i = csv_.cell_count(); i < csv_.header().size(); ++i) {
       out_.put(",");

@@ -14,6 +14,7 @@
 #include "axiscal/core/missing_column.hpp"
 #include "axiscal/core/nearest_name.hpp"
 #include "axiscal/core/number_text.hpp"
+#include "axiscal/core/shown_text.hpp"
 #include "axiscal/core/timestamp.hpp"
 #include "axiscal/core/units.hpp"
 #include "sheet_columns.hpp"
@@ -733,12 +734,13 @@ std::vector<RunSheetRow> read_run_sheet(CsvReader& csv) {
   const std::optional<std::size_t> temperature = table.find("temperature");
   std::vector<RunSheetRow> sheet;
   while (table.next()) {
-    sheet.push_back({.run = run ? table.integer(*run) : static_cast<int>(sheet.size()) + 1,
-                     .block = block ? table.integer(*block) : 1,
-                     .entry = {.point = table.point(rest, fence), .level = level.read(table)},
-                     .temperature = temperature && !table.text(*temperature).empty()
-                                        ? std::optional(table.number(*temperature))
-                                        : std::nullopt});
+    sheet.push_back(
+        {.run = run ? table.integer(*run) : static_cast<int>(sheet.size()) + 1,
+         .block = block ? table.integer(*block) : 1,
+         .entry = DesignEntry{.point = table.point(rest, fence), .level = level.read(table)},
+         .temperature = temperature && !table.text(*temperature).empty()
+                            ? std::optional(table.number(*temperature))
+                            : std::nullopt});
   }
   if (sheet.empty()) {
     table.fail_without_rows();
@@ -773,7 +775,7 @@ std::string run_sheet_csv(const std::vector<RunSheetRow>& sheet,
   const RunSheetCells cells = run_sheet_cells(sheet);
   std::vector<std::string> header = cells.header;
   if (!axes.empty()) {
-    std::transform(axes.begin(), axes.end(), std::back_inserter(header), csv_cell);
+    std::transform(axes.begin(), axes.end(), std::back_inserter(header), harmless_cell);
   }
   const bool with_temperature = !axes.empty() || (!sheet.empty() && sheet.front().temperature);
   if (with_temperature) {
@@ -811,13 +813,13 @@ std::string observations_csv(const Observations& observations,
     columns.show_level();
   }
   std::vector<std::string> header = columns.header();
-  std::transform(axes.begin(), axes.end(), std::back_inserter(header), csv_cell);
+  std::transform(axes.begin(), axes.end(), std::back_inserter(header), harmless_cell);
   if (observations.samples) {
     header.emplace_back("samples");
   }
   if (observations.response_sd) {
     std::transform(axes.begin(), axes.end(), std::back_inserter(header),
-                   [](const std::string& axis) { return csv_cell(axis + "_sd"); });
+                   [](const std::string& axis) { return harmless_cell(axis + "_sd"); });
   }
   const bool has_time = !observations.readings.empty() &&
                         std::all_of(observations.readings.begin(), observations.readings.end(),

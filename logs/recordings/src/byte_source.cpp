@@ -82,8 +82,6 @@ std::string read_up_to(std::size_t size,
 
 // The file, and behind it the unpacker.
 struct ByteSource::Reader {
-  using Read = std::function<std::size_t(char* buffer, std::size_t size)>;
-
   Reader(std::string name, Read read_file)
       : path(std::move(name)), read_raw(std::move(read_file)) {}
 
@@ -222,14 +220,44 @@ struct ByteSource::Reader {
   }
 };
 
-ByteSource::ByteSource(const std::string& path)
-    : ByteSource(path, [file = std::make_shared<InputFile>(path)](char* buffer, std::size_t size) {
-        return file->read(buffer, size);
-      }) {}
+ByteSource::Opened ByteSource::open_file(const std::string& path, const ReadLimits& limits) {
+  const auto file = std::make_shared<InputFile>(path);
+  if (file->size() == 0) {
+    return open_pipe([file](char* buffer, std::size_t size) { return file->read(buffer, size); },
+                     ReadBudget(path, limits));
+  }
+  Opened opened{.read = [file](char* buffer, std::size_t size) { return file->read(buffer, size); },
+                .budget = ReadBudget(path, limits),
+                .is_file = true};
+  opened.budget.add_file_bytes(file->size());
+  return opened;
+}
 
-ByteSource::ByteSource(std::string path,
-                       std::function<std::size_t(char* buffer, std::size_t size)> read)
-    : path_(std::move(path)), reader_(std::make_unique<Reader>(path_, std::move(read))) {
+// The size of a pipe is not known: it grows with what is read.
+ByteSource::Opened ByteSource::open_pipe(Read read, const ReadBudget& budget) {
+  return {.read =
+              [read = std::move(read), budget](char* buffer, std::size_t size) {
+                const std::size_t count = read(buffer, size);
+                budget.add_file_bytes(count);
+                return count;
+              },
+          .budget = budget};
+}
+
+ByteSource::ByteSource(const std::string& path, const ReadLimits& limits)
+    : ByteSource(path, open_file(path, limits)) {}
+
+ByteSource::ByteSource(const std::string& path, Read read, const ReadLimits& limits)
+    : ByteSource(path, open_pipe(std::move(read), ReadBudget(path, limits))) {}
+
+ByteSource::ByteSource(std::string path, Read read, ReadBudget budget)
+    : ByteSource(std::move(path), Opened{.read = std::move(read), .budget = std::move(budget)}) {}
+
+ByteSource::ByteSource(std::string path, Opened opened)
+    : path_(std::move(path)),
+      is_file_(opened.is_file),
+      budget_(std::move(opened.budget)),
+      reader_(std::make_unique<Reader>(path_, std::move(opened.read))) {
   constexpr std::size_t longest_magic = 6;
   std::vector<char>& start = reader_->start;
   start.resize(longest_magic);
@@ -243,6 +271,10 @@ ByteSource::ByteSource(std::string path,
   }
   start.resize(filled);
   compression_ = compression_of({start.data(), start.size()});
+  if (!compression_.empty()) {
+    budget_ = budget_.within();
+    is_file_ = false;
+  }
 #ifdef AXISCAL_ZLIB
   if (compression_ == "gzip") {
     reader_->inflater = std::make_unique<Reader::Inflater>();
@@ -269,7 +301,7 @@ std::string_view ByteSource::peek(std::size_t size) {
   while (ahead_.size() - next_ < size) {
     const std::size_t had = ahead_.size();
     ahead_.resize(std::min(next_ + size, had + std::max(had, least)));
-    const std::size_t count = reader_->read(ahead_.data() + had, ahead_.size() - had);
+    const std::size_t count = read_on(ahead_.data() + had, ahead_.size() - had);
     ahead_.resize(had + count);
     if (count == 0) {
       break;
@@ -285,7 +317,18 @@ std::size_t ByteSource::read(char* buffer, std::size_t size) {
     next_ += count;
     return count;
   }
-  return reader_->read(buffer, size);
+  return read_on(buffer, size);
+}
+
+std::size_t ByteSource::read_on(char* buffer, std::size_t size) {
+  if (size == 0) {
+    return 0;  // an unpacker would go on without an end
+  }
+  const std::size_t count = reader_->read(buffer, size);
+  if (!compression_.empty()) {
+    budget_.spend(ReadCost::unpacked, count);
+  }
+  return count;
 }
 
 }  // namespace axiscal

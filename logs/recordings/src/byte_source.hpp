@@ -8,6 +8,8 @@
 #include <string_view>
 #include <vector>
 
+#include "read_budget.hpp"
+
 namespace axiscal {
 
 /// @param read  gives the next bytes, at most so many; 0 at the end.
@@ -19,13 +21,19 @@ namespace axiscal {
 /// The bytes of a file, unpacked where it is compressed.
 class ByteSource {
  public:
-  /// @throws DataError  as InputFile; or if it is compressed and this build cannot unpack it.
-  explicit ByteSource(const std::string& path);
+  using Read = std::function<std::size_t(char* buffer, std::size_t size)>;
 
-  /// Bytes that come from elsewhere: a part of an archive, say.
+  /// @throws DataError  as InputFile; or if it is compressed and this build cannot unpack it.
+  explicit ByteSource(const std::string& path, const ReadLimits& limits = {});
+
+  /// A file that is read elsewhere: a pipe, say.
   /// @param path  for messages.
   /// @param read  gives the next bytes, at most so many; 0 at the end.
-  ByteSource(std::string path, std::function<std::size_t(char* buffer, std::size_t size)> read);
+  ByteSource(const std::string& path, Read read, const ReadLimits& limits = {});
+
+  /// Bytes that are made of a file's: a part of an archive, a text in another encoding.
+  /// @param budget  of the file.
+  ByteSource(std::string path, Read read, ReadBudget budget);
 
   ~ByteSource();
   ByteSource(ByteSource&&) noexcept;
@@ -40,13 +48,32 @@ class ByteSource {
 
   [[nodiscard]] const std::string& path() const { return path_; }
 
+  /// @return whether these are the bytes of the regular file at path(), as they are there.
+  [[nodiscard]] bool is_file() const { return is_file_; }
+
+  /// @return what reading these bytes may still cost.
+  [[nodiscard]] const ReadBudget& budget() const { return budget_; }
+
   /// @return "gzip", ..., or empty.
   [[nodiscard]] const std::string& compression() const { return compression_; }
 
  private:
   struct Reader;
+  struct Opened {
+    Read read;
+    ReadBudget budget;
+    bool is_file = false;
+  };
+
+  ByteSource(std::string path, Opened opened);
+  static Opened open_file(const std::string& path, const ReadLimits& limits);
+  static Opened open_pipe(Read read, const ReadBudget& budget);
+  std::size_t read_on(char* buffer, std::size_t size);
+
   std::string path_;
   std::string compression_;
+  bool is_file_ = false;
+  ReadBudget budget_;
   std::unique_ptr<Reader> reader_;
   std::vector<char> ahead_;  // read and not yet handed on
   std::size_t next_ = 0;     // in it

@@ -22,6 +22,7 @@ namespace {
 #ifdef AXISCAL_HDF5_LATE
 AXISCAL_LATE_LIBRARY(libhdf5, AXISCAL_HDF5)
 AXISCAL_LATE(libhdf5, H5Dclose)
+AXISCAL_LATE(libhdf5, H5Dget_create_plist)
 AXISCAL_LATE(libhdf5, H5Dget_space)
 AXISCAL_LATE(libhdf5, H5Dget_type)
 AXISCAL_LATE(libhdf5, H5Dopen2)
@@ -29,7 +30,11 @@ AXISCAL_LATE(libhdf5, H5Dread)
 AXISCAL_LATE(libhdf5, H5Eset_auto2)
 AXISCAL_LATE(libhdf5, H5Fclose)
 AXISCAL_LATE(libhdf5, H5Fopen)
+AXISCAL_LATE(libhdf5, H5Lunregister)
 AXISCAL_LATE(libhdf5, H5Ovisit1)
+AXISCAL_LATE(libhdf5, H5Pclose)
+AXISCAL_LATE(libhdf5, H5Pget_external_count)
+AXISCAL_LATE(libhdf5, H5Pget_layout)
 AXISCAL_LATE(libhdf5, H5Sclose)
 AXISCAL_LATE(libhdf5, H5Sget_simple_extent_dims)
 AXISCAL_LATE(libhdf5, H5Sget_simple_extent_ndims)
@@ -152,24 +157,59 @@ herr_t visit(hid_t place, const char* name, const ObjectInfo* info, void* to) {
   return 0;
 }
 
-SeriesTables read_hdf5(const std::string& path) {
+// Counts the datasets whose numbers are in other files.
+herr_t visit_storage(hid_t place, const char* name, const ObjectInfo* info, void* count) {
+  if (info->type != H5O_TYPE_DATASET) {
+    return 0;
+  }
+  const Handle dataset(H5Dopen2(place, name, H5P_DEFAULT), H5Dclose);
+  const Handle list(H5Dget_create_plist(dataset), H5Pclose);
+  if (H5Pget_external_count(list) > 0 || H5Pget_layout(list) == H5D_VIRTUAL) {
+    ++*static_cast<std::size_t*>(count);
+  }
+  return 0;
+}
+
+Handle open_alone(const std::string& path) {
   H5Eset_auto2(H5E_DEFAULT, nullptr, nullptr);
-  const Handle file(H5Fopen(path.c_str(), H5F_ACC_RDONLY, H5P_DEFAULT), H5Fclose);
+  H5Lunregister(H5L_TYPE_EXTERNAL);  // links to other files lead nowhere
+  hid_t file = H5Fopen(path.c_str(), H5F_ACC_RDONLY, H5P_DEFAULT);
   if (file < 0) {
     throw Error("the HDF5 file is damaged");
   }
+  return {file, H5Fclose};
+}
+
+}  // namespace
+
+void refuse_foreign_storage(const std::string& path) {
+  const Handle file = open_alone(path);
+  std::size_t count = 0;
+  H5Ovisit1(file, H5_INDEX_NAME, H5_ITER_NATIVE, &visit_storage, &count);
+  if (count > 0) {
+    throw Error(
+        "the file keeps numbers in other files (external or virtual storage), which are not read; "
+        "write them into one file, as h5repack does");
+  }
+}
+
+SeriesTables read_hdf5(const std::string& path) {
+  refuse_foreign_storage(path);
+  const Handle file = open_alone(path);
   SeriesTables tables;
   H5Ovisit1(file, H5_INDEX_NAME, H5_ITER_NATIVE, &visit, &tables);
   return tables;
 }
 
-}  // namespace
-
-std::unique_ptr<LogFile::Source> open_hdf5_log(const std::string& path, const std::string& name) {
-  return read_in_another_process(path, name, &read_hdf5, "HDF5 file");
+std::unique_ptr<LogFile::Source> open_hdf5_log(const std::string& path,
+                                               const std::string& name,
+                                               const ReadBudget& budget) {
+  return read_in_another_process(path, name, "hdf5", budget);
 }
 #else
-std::unique_ptr<LogFile::Source> open_hdf5_log(const std::string&, const std::string& name) {
+std::unique_ptr<LogFile::Source> open_hdf5_log(const std::string&,
+                                               const std::string& name,
+                                               const ReadBudget&) {
   throw DataError(name, "is HDF5, and this axiscal was built without libhdf5; save it as CSV");
 }
 #endif

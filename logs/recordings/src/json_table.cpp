@@ -3,12 +3,15 @@
 // records become names with points: {"imu": {"accelerometer": {"x": 1}}} is imu.accelerometer.x.
 #include <algorithm>
 #include <map>
+#include <unordered_map>
+#include <utility>
 
 #include "axiscal/core/csv_reader.hpp"
 #include "axiscal/core/error.hpp"
 #include "axiscal/core/formatted.hpp"
 #include "axiscal/core/input_file.hpp"
 #include "axiscal/core/json_document.hpp"
+#include "axiscal/core/json_pieces.hpp"
 #include "axiscal/core/number_text.hpp"
 #include "opened.hpp"
 #include "text_encoding.hpp"
@@ -17,14 +20,85 @@
 namespace axiscal {
 namespace {
 
-constexpr std::size_t most_columns = 10000;
 constexpr int deepest = 16;
 
-// A table of text cells.
-struct Cells {
-  std::vector<std::string> names;
-  std::map<std::string, std::size_t> places;
-  std::vector<std::vector<std::string>> rows;
+// A table of which columns may be found late. Its rows stand as text, each with the cells that it
+// has; those that are missing follow as it is read.
+class GrowingTable {
+ public:
+  explicit GrowingTable(ReadBudget budget) : budget_(std::move(budget)) {}
+
+  void add_row(const std::vector<std::pair<std::string, std::string>>& cells) {
+    row_.assign(row_.size(), {});
+    std::size_t filled = 0;
+    for (const auto& [name, text] : cells) {
+      const auto [at, is_new] = places_.try_emplace(name, names_.size());
+      if (is_new) {
+        names_.push_back(name);
+        row_.emplace_back();
+      }
+      row_[at->second] = csv_cell(text);
+      filled = std::max(filled, at->second + 1);
+    }
+    const std::size_t before = text_.size();
+    for (std::size_t c = 0; c < filled; ++c) {
+      text_ += c > 0 ? "," : "";
+      text_ += row_[c];
+    }
+    rows_.push_back({.size = text_.size() - before, .cells = filled});
+    budget_.spend(ReadCost::cells, filled);
+    budget_.spend(ReadCost::memory, 2 * (rows_.back().size + sizeof(Row)));  // as it grows
+  }
+
+  [[nodiscard]] ByteSource text(const std::string& path) && {
+    const ReadBudget budget = budget_;
+    for (const Row& row : rows_) {
+      budget.spend(ReadCost::cells, names_.size() - row.cells);
+    }
+    auto table = std::make_shared<GrowingTable>(std::move(*this));
+    return {path, [table](char* buffer, std::size_t size) { return table->read(buffer, size); },
+            budget};
+  }
+
+ private:
+  struct Row {
+    std::size_t size, cells;
+  };
+
+  std::size_t read(char* buffer, std::size_t size) {
+    while (given_ == line_.size()) {
+      line_.clear();
+      given_ = 0;
+      if (!has_header_) {
+        has_header_ = true;
+        for (const std::string& name : names_) {
+          line_ += (&name == &names_.front() ? "" : ",") + csv_cell(name);
+        }
+      } else if (next_ < rows_.size()) {
+        const Row& row = rows_[next_++];
+        line_.append(text_, begin_, row.size);
+        line_.append(names_.size() - std::max<std::size_t>(row.cells, 1), ',');
+        begin_ += row.size;
+      } else {
+        return 0;
+      }
+      line_ += '\n';
+    }
+    const std::size_t count = line_.copy(buffer, size, given_);
+    given_ += count;
+    return count;
+  }
+
+  ReadBudget budget_;
+  std::vector<std::string> names_;
+  std::unordered_map<std::string, std::size_t> places_;
+  std::vector<std::string> row_;  // that is being made
+  std::string text_;
+  std::vector<Row> rows_;
+  // What is read.
+  bool has_header_ = false;
+  std::size_t next_ = 0, begin_ = 0, given_ = 0;
+  std::string line_;
 };
 
 std::string cell_of(const Json& value) {
@@ -37,168 +111,234 @@ std::string cell_of(const Json& value) {
   return value.is_boolean() ? (value.get<bool>() ? "1" : "0") : "";
 }
 
+using Cells = std::vector<std::pair<std::string, std::string>>;
+
 // NOLINTNEXTLINE(misc-no-recursion): records hold records
-void add_record(const Json& value, const std::string& name, int depth, Cells& cells) {
+void add_cells(const Json& value, const std::string& name, int depth, Cells& cells) {
   if (depth > deepest) {
     return;
   }
-  const auto within = [&](const std::string& key) { return name.empty() ? key : name + "." + key; };
   if (value.is_object()) {
     for (const auto& [key, part] : value.items()) {
-      add_record(part, within(key), depth + 1, cells);
+      add_cells(part, name.empty() ? key : name + "." + key, depth + 1, cells);
     }
-    return;
-  }
-  if (value.is_array()) {
+  } else if (value.is_array()) {
     constexpr std::size_t longest = 16;
     for (std::size_t i = 0; i < std::min(value.size(), longest); ++i) {
-      add_record(value[i], formatted("{}[{}]", name, i), depth + 1, cells);
+      add_cells(value[i], formatted("{}[{}]", name, i), depth + 1, cells);
     }
-    return;
+  } else {
+    cells.emplace_back(name, cell_of(value));
   }
-  const auto [at, is_new] = cells.places.try_emplace(name, cells.names.size());
-  if (is_new) {
-    if (cells.names.size() >= most_columns) {
+}
+
+// The records of a text, one after the other.
+class JsonRecords {
+ public:
+  using Take = std::function<void(const Json& record)>;
+
+  JsonRecords(const std::string& path, std::string_view text) : path_(path), text_(text) {
+    if (text_.starts_with("\xEF\xBB\xBF")) {
+      text_.remove_prefix(3);
+    }
+  }
+
+  void for_each(const Take& take) const {
+    if (!is_one_value()) {
+      for_each_line(take);
       return;
     }
-    cells.names.push_back(name);
-  }
-  std::vector<std::string>& row = cells.rows.back();
-  row.resize(std::max(row.size(), at->second + 1));
-  row[at->second] = cell_of(value);
-}
-
-std::string csv_of(const Cells& cells) {
-  std::string text;
-  const auto add_row = [&](const std::vector<std::string>& row) {
-    for (std::size_t c = 0; c < cells.names.size(); ++c) {
-      text += (c > 0 ? "," : "") + (c < row.size() ? csv_cell(row[c]) : std::string());
+    JsonEntries entries(text_);
+    if (entries.is_list()) {
+      for_each_entry(entries, take);
+      return;
     }
-    text += '\n';
-  };
-  add_row(cells.names);
-  for (const std::vector<std::string>& row : cells.rows) {
-    add_row(row);
+    std::string_view names, rows, records;
+    while (entries.next()) {
+      const bool is_list = JsonEntries(entries.value()).is_list();
+      names = is_list && entries.key() == "columns" ? entries.value() : names;
+      rows = is_list && entries.key() == "data" ? entries.value() : rows;
+      if (records.empty() && is_list && are_records(entries.value())) {
+        records = entries.value();
+      }
+    }
+    if (!entries.ok()) {
+      fail(entries.rest());
+    }
+    if (!names.empty() && !rows.empty()) {  // pandas, orient="split"
+      for_each_split(parsed(names), JsonEntries(rows), take);
+    } else if (const std::optional<std::size_t> count = rows_of_columns()) {
+      for_each_of_columns(*count, take);
+    } else if (!records.empty()) {  // {"data": [{...}, ...]}
+      for_each_entry(JsonEntries(records), take);
+    } else {
+      take(parsed(text_));
+    }
   }
-  return text;
-}
 
-OpenedFile table_of(const std::string& path, const std::string& name, const std::string& text) {
+ private:
+  [[noreturn]] void fail(std::string_view at) const {
+    const auto before = static_cast<std::size_t>(at.data() - text_.data());
+    const auto line =
+        1 + std::count(text_.begin(), text_.begin() + static_cast<std::ptrdiff_t>(before), '\n');
+    throw DataError(path_, static_cast<std::size_t>(line),
+                    "is no JSON: neither a whole file of it nor a record a line");
+  }
+
+  [[nodiscard]] Json parsed(std::string_view piece) const {
+    Json value = json_or_discarded(piece);
+    if (value.is_discarded()) {
+      fail(piece);
+    }
+    return value;
+  }
+
+  // Else it may be a record a line.
+  [[nodiscard]] bool is_one_value() const {
+    JsonEntries entries(text_);
+    while (entries.next()) {
+    }
+    return entries.ok() && entries.rest().find_first_not_of(" \t\r\n") == std::string_view::npos;
+  }
+
+  void for_each_line(const Take& take) const {
+    for (std::size_t at = 0; at < text_.size();) {
+      const std::size_t end = std::min(text_.find('\n', at), text_.size());
+      const std::string_view line = without_returns(text_.substr(at, end - at));
+      if (!trimmed(line).empty()) {
+        take(parsed(line));
+      }
+      at = end + 1;
+    }
+  }
+
+  void for_each_entry(JsonEntries entries, const Take& take) const {
+    while (entries.next()) {
+      take(parsed(entries.value()));
+    }
+  }
+
+  void for_each_split(const Json& names, JsonEntries rows, const Take& take) const {
+    while (rows.next()) {
+      const Json row = parsed(rows.value());
+      Json record = Json::object();
+      for (std::size_t c = 0; c < std::min(row.size(), names.size()); ++c) {
+        record[cell_of(names[c])] = row[c];
+      }
+      take(record);
+    }
+  }
+
+  // Several records of which the first is an object.
+  static bool are_records(std::string_view list) {
+    JsonEntries entries(list);
+    return entries.next() && JsonEntries(entries.value()).is_object() && entries.next();
+  }
+
+  // @return how long the lists of an object are that holds lists of one length alone.
+  [[nodiscard]] std::optional<std::size_t> rows_of_columns() const {
+    std::optional<std::size_t> rows;
+    JsonEntries columns(text_);
+    while (columns.next()) {
+      JsonEntries entries(columns.value());
+      std::size_t count = 0;
+      if (!entries.is_list()) {
+        return std::nullopt;
+      }
+      while (entries.next()) {
+        ++count;
+      }
+      if (!entries.ok() || count == 0 || count != rows.value_or(count)) {
+        return std::nullopt;
+      }
+      rows = count;
+    }
+    return rows;
+  }
+
+  void for_each_of_columns(std::size_t count, const Take& take) const {
+    std::vector<std::pair<std::string, JsonEntries>> columns;
+    for (JsonEntries all(text_); all.next();) {
+      const std::string quoted = "\"" + std::string(all.key()) + "\"";
+      columns.emplace_back(parsed_key(quoted, all.key()), JsonEntries(all.value()));
+    }
+    for (std::size_t row = 0; row < count; ++row) {
+      Json record = Json::object();
+      for (auto& [name, entries] : columns) {
+        entries.next();
+        record.emplace(name, parsed(entries.value()));
+      }
+      take(record);
+    }
+  }
+
+  [[nodiscard]] std::string parsed_key(const std::string& quoted, std::string_view key) const {
+    const Json name = json_or_discarded(quoted);
+    if (!name.is_string()) {
+      fail(key);
+    }
+    return name.get<std::string>();
+  }
+
+  const std::string& path_;
+  std::string_view text_;
+};
+
+OpenedFile table_of(const std::string& path, const std::string& name, GrowingTable table) {
   OpenedFile opened{.format = "json", .table_name = name};
-  opened.text = bytes_of_text(path, text);
+  opened.text = std::move(table).text(path);
   return opened;
-}
-
-// An object whose members are lists of one length.
-bool are_columns(const Json& json) {
-  return json.is_object() && !json.empty() &&
-         std::all_of(json.begin(), json.end(), [&](const Json& column) {
-           return column.is_array() && !column.empty() && column.size() == json.begin()->size();
-         });
-}
-
-std::vector<Json> records_of(const std::string& path, const std::string& text) {
-  Json json = json_or_discarded(text);
-  if (!json.is_discarded()) {
-    if (json.is_object() && json.contains("columns") && json.contains("data") &&
-        json["columns"].is_array() && json["data"].is_array()) {  // pandas, orient="split"
-      std::vector<Json> records;
-      for (const Json& row : json["data"]) {
-        Json record = Json::object();
-        for (std::size_t c = 0; c < std::min(row.size(), json["columns"].size()); ++c) {
-          record[cell_of(json["columns"][c])] = row[c];
-        }
-        records.push_back(std::move(record));
-      }
-      return records;
-    }
-    if (json.is_object() && !are_columns(json)) {
-      // The records may lie within: {"data": [{...}, ...]}.
-      for (const auto& [key, part] : json.items()) {
-        if (part.is_array() && part.size() > 1 && part.front().is_object()) {
-          Json inner = part;
-          return {inner.begin(), inner.end()};
-        }
-      }
-    }
-    if (json.is_array()) {
-      return {json.begin(), json.end()};
-    }
-    return {json};
-  }
-  std::vector<Json> records;
-  std::size_t line = 0;
-  for (const std::string_view part : split(text, '\n')) {
-    ++line;
-    if (trimmed(part).empty() || trimmed(part) == "\r") {
-      continue;
-    }
-    Json record = json_or_discarded(part);
-    if (record.is_discarded()) {
-      throw DataError(path, line, "is no JSON: neither a whole file of it nor a record a line");
-    }
-    records.push_back(std::move(record));
-  }
-  return records;
 }
 
 }  // namespace
 
 OpenedFile open_json(ByteSource bytes) {
   const std::string path = bytes.path();
-  const std::string text = read_up_to(largest_whole_file + 1, [&](char* buffer, std::size_t size) {
+  const ReadBudget budget = bytes.budget();
+  std::string text = read_up_to(largest_whole_file + 1, [&](char* buffer, std::size_t size) {
     return bytes.read(buffer, size);
   });
   if (text.size() > largest_whole_file) {
     throw DataError(path, "JSON of more than 256 MiB; save it as CSV");
   }
-  const std::vector<Json> records = records_of(path, text);
-  if (records.size() == 1 && are_columns(records.front())) {
-    Cells cells;
-    const Json& columns = records.front();
-    for (std::size_t row = 0; row < columns.begin()->size(); ++row) {
-      cells.rows.emplace_back();
-      for (const auto& [key, column] : columns.items()) {
-        add_record(column[row], key, 0, cells);
-      }
-    }
-    return table_of(path, stem_of(path), csv_of(cells));
-  }
+  budget.spend(ReadCost::memory, 2 * text.size());  // as it grew
   // Sensor Logger states of each record which sensor it is of; each is a table.
-  std::map<std::string, Cells> tables;
+  std::map<std::string, GrowingTable> tables;
   std::vector<std::string> order;
-  for (const Json& record : records) {
+  Cells cells;
+  JsonRecords(path, text).for_each([&](const Json& record) {
     if (!record.is_object() && !record.is_array()) {
-      continue;
+      return;
     }
     const bool has_sensor =
         record.is_object() && record.contains("sensor") && record["sensor"].is_string();
     const std::string sensor = has_sensor ? record["sensor"].get<std::string>() : "";
     if (!tables.contains(sensor)) {
-      constexpr std::size_t most_tables = 256;
-      if (tables.size() >= most_tables) {
-        continue;
-      }
+      budget.spend(ReadCost::members, 1.0);
       order.push_back(sensor);
+      tables.emplace(sensor, GrowingTable(budget));
     }
-    Cells& cells = tables[sensor];
-    cells.rows.emplace_back();
-    add_record(record, "", 0, cells);
-  }
+    cells.clear();
+    add_cells(record, "", 0, cells);
+    tables.at(sensor).add_row(cells);
+  });
+  text = {};
   if (order.empty()) {
     throw DataError(path, "the JSON holds no record");
   }
   if (order.size() == 1) {
     return table_of(path, order.front().empty() ? stem_of(path) : order.front(),
-                    csv_of(tables.begin()->second));
+                    std::move(tables.begin()->second));
   }
   std::vector<OpenedFile> opened;
   std::string why;
   for (const std::string& sensor : order) {
     try {
       opened.push_back(
-          table_of(path, sensor.empty() ? stem_of(path) : sensor, csv_of(tables[sensor])));
+          table_of(path, sensor.empty() ? stem_of(path) : sensor, std::move(tables.at(sensor))));
       read_table(opened.back(), {});
+    } catch (const LimitError&) {
+      throw;
     } catch (const DataError& error) {
       opened.pop_back();
       why = error.what();

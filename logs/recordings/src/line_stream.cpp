@@ -82,9 +82,11 @@ bool are_most_lines(std::string_view start,
 ByteSource converted_lines(ByteSource bytes,
                            std::function<void(std::string_view line, std::string& text)> convert) {
   const std::string path = bytes.path();
+  const ReadBudget budget = bytes.budget();
   auto lines = std::make_shared<LineStream>(std::move(bytes));
-  return {path, [lines, convert = std::move(convert), text = std::string(), given = std::size_t{0}](
-                    char* buffer, std::size_t size) mutable {
+  return {path,
+          [lines, convert = std::move(convert), text = std::string(), given = std::size_t{0}](
+              char* buffer, std::size_t size) mutable {
             std::string_view line;
             while (given == text.size()) {
               if (!lines->next(line)) {
@@ -97,7 +99,8 @@ ByteSource converted_lines(ByteSource bytes,
             const std::size_t count = text.copy(buffer, size, given);
             given += count;
             return count;
-          }};
+          },
+          budget};
 }
 
 }  // namespace axiscal

@@ -31,6 +31,7 @@ constexpr std::size_t most_values_at_once = std::size_t{1} << 20U;  // 8 MiB
 
 LogInMemory::LogInMemory(std::vector<std::string> names, LogBlock data) : data_(std::move(data)) {
   columns = std::move(names);
+  rows = data_.empty() ? 0 : data_.front().size();
   for (std::size_t c = 0; c < data_.size(); ++c) {
     selected_.push_back(c);
   }
@@ -118,7 +119,7 @@ LogFormat read_log_format(const std::string& path) {
 }
 
 LogFile::LogFile(const std::string& path, const LogFormat& format) : path_(path) {
-  ReopenableFile file(path);
+  ReopenableFile file(path, format.limits);
   OpenedFile opened = file.open();
   if (opened.is_table()) {
     file.read_once();
@@ -249,9 +250,7 @@ std::vector<LogSensor> LogFile::sensors() {
   const TableColumns table = recognise_columns(columns_, table_name_, ahead_);
   // As a recording of one table would have them.
   RecordingSummary summary{.format = format_};
-  MessageSeries series("", 0, columns_, [&](const std::string& name) {
-    return table.series[find_column(columns_, name).value()];
-  });
+  const MessageSeries series("", 0, columns_, table.series);
   for (const MessageSeries::Part& part : series.parts()) {
     SeriesSummary& one = summary.series.emplace_back(
         SeriesSummary{.series = part.series,

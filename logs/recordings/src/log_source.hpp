@@ -21,6 +21,7 @@ class LogFile::Source {
   std::vector<std::string> columns;
   std::vector<std::string> notes;
   LogDefects defects;
+  std::size_t rows = 0;  ///< of an array, as its header states them; 0: not known
   double rate_hz = 0.0;  ///< samples a second, as the file states it; 0 where it does not
   std::optional<std::size_t> clock;  ///< column of dates or times of day
   std::vector<std::size_t> is_text;  ///< columns in which no number stands
@@ -35,9 +36,11 @@ class LogFile::Source {
 /// @param path  of a file, not a pipe.
 /// @param name  for messages.
 [[nodiscard]] std::unique_ptr<LogFile::Source> open_mat73_log(const std::string& path,
-                                                              const std::string& name);
+                                                              const std::string& name,
+                                                              const ReadBudget& budget);
 [[nodiscard]] std::unique_ptr<LogFile::Source> open_hdf5_log(const std::string& path,
-                                                             const std::string& name);
+                                                             const std::string& name,
+                                                             const ReadBudget& budget);
 
 /// A log that is in memory.
 class LogInMemory : public LogFile::Source {

@@ -109,7 +109,10 @@ bool is_lost(const matvar_t& variable) {
   return is_numeric && size > 0 && variable.data == nullptr;
 }
 
+}  // namespace
+
 SeriesTables read_mat73(const std::string& path) {
+  refuse_foreign_storage(path);
   const std::unique_ptr<mat_t, CloseFile> file(Mat_Open(path.c_str(), MAT_ACC_RDONLY));
   if (!file) {
     throw Error("the .mat file is damaged");
@@ -131,13 +134,15 @@ SeriesTables read_mat73(const std::string& path) {
   return tables;
 }
 
-}  // namespace
-
-std::unique_ptr<LogFile::Source> open_mat73_log(const std::string& path, const std::string& name) {
-  return read_in_another_process(path, name, &read_mat73, ".mat file");
+std::unique_ptr<LogFile::Source> open_mat73_log(const std::string& path,
+                                                const std::string& name,
+                                                const ReadBudget& budget) {
+  return read_in_another_process(path, name, "mat73", budget);
 }
 #else
-std::unique_ptr<LogFile::Source> open_mat73_log(const std::string&, const std::string& name) {
+std::unique_ptr<LogFile::Source> open_mat73_log(const std::string&,
+                                                const std::string& name,
+                                                const ReadBudget&) {
   throw DataError(
       name,
       "is a .mat file of version 7.3, and this axiscal was built without matio; save it "

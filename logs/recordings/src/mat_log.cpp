@@ -8,7 +8,6 @@
 #include <bit>
 #include <cstdint>
 #include <cstring>
-#include <limits>
 #include <optional>
 #include <utility>
 
@@ -51,7 +50,8 @@ class FileBytes final : public Bytes {
 class InflatedBytes final : public Bytes {
  public:
   // @param size  of the packed bytes.
-  InflatedBytes(Bytes& packed, std::size_t size) : packed_(packed), left_(size) {
+  InflatedBytes(Bytes& packed, std::size_t size, ReadBudget budget)
+      : packed_(packed), left_(size), budget_(std::move(budget)) {
     inflateInit(&stream_);
   }
   InflatedBytes(const InflatedBytes&) = delete;
@@ -59,6 +59,9 @@ class InflatedBytes final : public Bytes {
   ~InflatedBytes() override { inflateEnd(&stream_); }
 
   std::size_t read(char* buffer, std::size_t size) override {
+    if (size == 0) {
+      return 0;
+    }
     stream_.next_out = reinterpret_cast<Bytef*>(buffer);
     stream_.avail_out = static_cast<uInt>(std::min(size, piece));
     const uInt wanted = stream_.avail_out;
@@ -78,6 +81,7 @@ class InflatedBytes final : public Bytes {
         break;  // what was to come is missing, and is said to be
       }
     }
+    budget_.spend(ReadCost::unpacked, std::size_t{wanted - stream_.avail_out});
     return wanted - stream_.avail_out;
   }
 
@@ -95,6 +99,7 @@ class InflatedBytes final : public Bytes {
  private:
   Bytes& packed_;
   std::size_t left_;
+  ReadBudget budget_;
   z_stream stream_{};
   bool ended_ = false;
   std::vector<char> in_ = std::vector<char>(piece);
@@ -145,7 +150,6 @@ class MatReader {
 
   void read_element(std::uint32_t type, std::size_t size) {
     if (type == matrix_element) {
-      most_bytes_ = std::numeric_limits<std::size_t>::max();  // there are no more than in the file
       read_matrix(file_, size, "", 0);
     } else if (type == compressed_element) {
       read_compressed(size);
@@ -156,10 +160,7 @@ class MatReader {
 
   void read_compressed(std::size_t size) {
 #ifdef AXISCAL_ZLIB
-    constexpr std::size_t basis = 64U << 20U;
-    constexpr std::size_t by_packing = 200;  // numbers of a log are not packed closer
-    most_bytes_ = basis + by_packing * size;
-    InflatedBytes bytes(file_, size);
+    InflatedBytes bytes(file_, size, source_.budget().within());
     const std::string start = read_exactly(bytes, 8);
     if (number<std::uint32_t>(start.data()) == matrix_element) {
       read_matrix(bytes, number<std::uint32_t>(start.data() + 4), "", 0);
@@ -347,10 +348,10 @@ class MatReader {
       fail(formatted("variable '{}' is {} x {}, but has {} bytes of numbers", name, rows, columns,
                      tag.size));
     }
-    if (rows * columns > most_bytes_ / sizeof(double)) {
-      fail(formatted("variable '{}' is far larger than the file", name));
-    }
     const std::string data = read_data(bytes, tag, left);
+    // Its bytes, its numbers, and these once more as columns.
+    source_.budget().spend(ReadCost::memory, rows * columns * (width + 2 * sizeof(double)));
+    source_.budget().spend(ReadCost::cells, rows * columns);
     std::vector<double> values(rows * columns);
     for (std::size_t i = 0; i < values.size(); ++i) {
       values[i] = value(data.data() + i * width, tag.type);
@@ -361,7 +362,6 @@ class MatReader {
   ByteSource source_;
   FileBytes file_;
   bool swapped_ = false;
-  std::size_t most_bytes_ = 0;  // no element's numbers may take more
   SeriesTables tables_;
 };
 

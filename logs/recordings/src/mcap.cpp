@@ -100,7 +100,9 @@ class Mcap final : public RecordingFile::Decoder {
     std::optional<std::string> unpacked;
     if (!packing.empty()) {
       try {
-        unpacked = unpack(packing, records, static_cast<std::size_t>(size));
+        unpacked = unpack(packing, records, static_cast<std::size_t>(size), stream_.budget());
+      } catch (const DataError&) {
+        throw;
       } catch (const Error& error) {
         throw DataError(stream_.path(), error.what());
       }
@@ -142,7 +144,8 @@ class Mcap final : public RecordingFile::Decoder {
         const std::string name = found == schemas_.end() ? "" : found->second.name;
         channels_[id] = {
             .topic = RosTopic(topic, is_ros ? name : encoding,
-                              has_text && is_ros ? std::string_view(found->second.text) : ""),
+                              has_text && is_ros ? std::string_view(found->second.text) : "",
+                              stream_.budget()),
             .wire = encoding == "ros1" ? RosWire::packed : RosWire::cdr};
       }
     } else if (what == message) {

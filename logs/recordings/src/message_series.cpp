@@ -1,16 +1,35 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <utility>
 
+#include "axiscal/core/shown_text.hpp"
 #include "series_decoder.hpp"
 
 namespace axiscal {
+namespace {
+
+std::vector<Series> by_rule(const std::vector<std::string>& columns,
+                            const MessageSeries::Rule& rule) {
+  std::vector<Series> all;
+  for (const std::string& column : columns) {
+    all.push_back(rule(column));
+  }
+  return all;
+}
+
+}  // namespace
 
 MessageSeries::MessageSeries(const std::string& name,
                              int instance,
                              const std::vector<std::string>& columns,
-                             const Rule& rule) {
+                             const Rule& rule)
+    : MessageSeries(name, instance, columns, by_rule(columns, rule)) {}
+
+MessageSeries::MessageSeries(const std::string& name,
+                             int instance,
+                             const std::vector<std::string>& columns,
+                             const std::vector<Series>& of_columns) {
   for (std::size_t c = 0; c < columns.size(); ++c) {
-    Series of_column = rule(columns[c]);
+    Series of_column = of_columns[c];
     // What is of one kind and unit is one series, wherever it stands in the message.
     Part* part = nullptr;
     for (Part& other : parts_) {
@@ -20,12 +39,12 @@ MessageSeries::MessageSeries(const std::string& name,
       }
     }
     if (part == nullptr) {
-      of_column.name = name;
+      of_column.name = shown_name(name);
       of_column.instance = instance;
       of_column.columns.clear();
       part = &parts_.emplace_back(Part{.series = std::move(of_column)});
     }
-    part->series.columns.push_back(columns[c]);
+    part->series.columns.push_back(shown_name(columns[c]));
     part->places.push_back(c);
   }
 }

@@ -158,7 +158,7 @@ class NpyHeader {
       columns = sizes[1];
     }
     if (std::min(rows, columns) > most_columns) {
-      fail(formatted("has {} columns, more than 10000", columns));
+      fail(formatted("has {} columns, more than {}", columns, most_columns));
     }
   }
 
@@ -171,6 +171,7 @@ class NpyLog : public LogFile::Source {
   NpyLog(ByteSource bytes, NpyHeader header, std::vector<std::string> names)
       : bytes_(std::move(bytes)), header_(std::move(header)) {
     columns = std::move(names);
+    rows = header_.rows;
     for (std::size_t c = 0; c < header_.columns; ++c) {
       offsets_.push_back(row_size_);
       row_size_ += type(c).size;
@@ -260,16 +261,25 @@ std::unique_ptr<LogFile::Source> open_npy_log(ByteSource bytes,
   if (header.rows == 0 || header.columns == 0) {
     throw DataError(path, "the .npy array is empty");
   }
+  const ReadBudget budget = bytes.budget();
+  const double numbers = static_cast<double>(header.rows) * static_cast<double>(header.columns);
+  constexpr double no_disk_holds = 1e15;  // and all products of sizes fit below
+  if (numbers > no_disk_holds) {
+    throw DataError(path, "the .npy file is cut short");
+  }
   // A few long rows are series along the second dimension.
   constexpr std::size_t most_series = 64;
-  const bool is_transposed = header.names.empty() && header.rows <= most_series &&
-                             header.columns > 4 * header.rows && header.columns > most_series;
+  const bool is_transposed =
+      header.names.empty() && (header.columns > most_columns ||
+                               (header.rows <= most_series && header.columns > most_series &&
+                                header.columns > 4 * header.rows));
   if (is_transposed) {
     const bool by_column = header.fortran_order;
     const std::size_t series = header.rows;
     const std::size_t samples = header.columns;
     const NpyType& type = header.types[0];
     const std::string raw = read_exactly(bytes, series * samples * type.size);
+    budget.spend(ReadCost::memory, series * samples * (type.size + sizeof(double)));
     LogBlock data(series, std::vector<double>(samples));
     for (std::size_t s = 0; s < series; ++s) {
       for (std::size_t i = 0; i < samples; ++i) {
@@ -288,6 +298,7 @@ std::unique_ptr<LogFile::Source> open_npy_log(ByteSource bytes,
   LogBlock data(header.columns);
   for (std::vector<double>& column : data) {
     const std::string raw = read_exactly(bytes, header.rows * header.types[0].size);
+    budget.spend(ReadCost::memory, header.rows * sizeof(double));
     column.resize(header.rows);
     for (std::size_t row = 0; row < header.rows; ++row) {
       column[row] = value_at(&raw[row * header.types[0].size], header.types[0]);

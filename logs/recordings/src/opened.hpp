@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "axiscal/core/temporary_file.hpp"
 #include "log_source.hpp"
 #include "series_decoder.hpp"
 
@@ -30,7 +31,7 @@ void read_table(OpenedFile& opened, const std::vector<std::string>& names);
 
 /// Recognises a file by its content, and opens it.
 /// @throws DataError  as RecordingFile.
-[[nodiscard]] OpenedFile open_recording(const std::string& path);
+[[nodiscard]] OpenedFile open_recording(const std::string& path, const ReadLimits& limits = {});
 
 /// The same for a part of an archive, or what was opened already.
 [[nodiscard]] OpenedFile open_recording(ByteSource bytes);
@@ -48,13 +49,17 @@ void read_table(OpenedFile& opened, const std::vector<std::string>& names);
 /// A zip archive: NumPy's .npz, a spreadsheet, or tables of a phone.
 /// @param path  of a file that libarchive can open.
 /// @param name  for messages.
-[[nodiscard]] OpenedFile open_zip(const std::string& path, const std::string& name);
+[[nodiscard]] OpenedFile open_zip(const std::string& path,
+                                  const std::string& name,
+                                  const ReadBudget& budget);
 
 /// Several recordings as one, each with its series.
 [[nodiscard]] OpenedFile joined_recordings(std::vector<OpenedFile> parts);
 
 /// A text that is in memory.
-[[nodiscard]] ByteSource bytes_of_text(const std::string& path, std::string text);
+[[nodiscard]] ByteSource bytes_of_text(const std::string& path,
+                                       std::string text,
+                                       const ReadBudget& budget);
 
 /// JSON as a table of text: records, one record a line, or columns.
 [[nodiscard]] OpenedFile open_json(ByteSource bytes);
@@ -66,32 +71,36 @@ void read_table(OpenedFile& opened, const std::vector<std::string>& names);
 /// @return the first sheet of a workbook that holds numbers, as text with commas.
 /// @param part  gives the content of a part of the archive; empty where it is not there.
 [[nodiscard]] std::string csv_of_workbook(
-    const std::string& name, const std::function<std::string(const std::string& part)>& part);
+    const std::string& name,
+    const std::function<std::string(const std::string& part)>& part,
+    const ReadBudget& budget);
 
-/// A temporary copy of what can be read once only; it is gone with the object.
+/// A temporary copy of what can be read once only.
 class SpooledFile {
  public:
   /// @param name  of what is copied, for messages.
-  explicit SpooledFile(std::string name);
-  ~SpooledFile();
-  SpooledFile(const SpooledFile&) = delete;
-  SpooledFile& operator=(const SpooledFile&) = delete;
-
-  /// @throws DataError  if there is no room for it.
+  /// @throws OutputError  if TMPDIR is no folder that can be written to.
+  SpooledFile(std::string name, ReadBudget budget);
+  /// @throws OutputError  if there is no room for it.
   void write(const char* buffer, std::size_t size);
 
-  [[nodiscard]] const std::string& path() const { return path_; }
+  /// As TemporaryFile: what is open stays so.
+  void remove_name() { file_.remove_name(); }
+
+  [[nodiscard]] const std::string& path() const { return file_.path(); }
 
  private:
-  std::string name_, path_;
-  int descriptor_ = -1;
+  std::string name_;
+  ReadBudget budget_;
+  TemporaryFile file_;
 };
 
 /// A file that can be opened more than once, a pipe as well: what is read of a pipe is copied,
 /// until it is seen that once is enough.
 class ReopenableFile {
  public:
-  explicit ReopenableFile(std::string path) : path_(std::move(path)) {}
+  explicit ReopenableFile(std::string path, const ReadLimits& limits = {})
+      : path_(std::move(path)), limits_(limits) {}
 
   /// @throws DataError  as open_recording().
   [[nodiscard]] OpenedFile open();
@@ -102,6 +111,7 @@ class ReopenableFile {
  private:
   struct Pipe;
   std::string path_;
+  ReadLimits limits_;
   std::shared_ptr<Pipe> pipe_;  // where it is one, once it was opened
 };
 

@@ -5,9 +5,11 @@
 #include <cerrno>
 #include <csignal>
 #include <cstdint>
+#include <cstdlib>
 #include <cstring>
-#include <filesystem>
+#include <new>
 #include <optional>
+#include <spawn.h>
 #include <string_view>
 #include <vector>
 
@@ -20,9 +22,12 @@
 #include "axiscal/core/error.hpp"
 #include "axiscal/core/formatted.hpp"
 #include "axiscal/core/input_file.hpp"
+#include "axiscal/core/late_module.hpp"
 
 namespace axiscal {
 namespace {
+
+enum : int { answered = 0, failed = 1, lacks_memory = 2 };
 
 void append_bytes(std::string& text, const void* bytes, std::size_t size) {
   text.append(static_cast<const char*>(bytes), size);
@@ -32,11 +37,17 @@ void append_size(std::string& text, std::size_t size) {
   append_bytes(text, &size, sizeof size);
 }
 
-// What the process answers: '1', names and columns, or '0' and why there are none.
-std::string answer_of(const std::string& path, SeriesTables (*read)(const std::string& path)) {
+// Answers '1', names and columns, or '0' and why there are none.
+std::string answer_of(std::string_view format) {
+  // Standard input, which can be read at any place.
+  const std::string path = "/proc/self/fd/0";
   SeriesTables::Table table;
   try {
-    table = read(path).take_largest("");
+#ifdef AXISCAL_MATIO
+    table = (format == "hdf5" ? read_hdf5(path) : read_mat73(path)).take_largest("");
+#else
+    static_cast<void>(format);
+#endif
   } catch (const DataError& error) {
     return std::string("0") + (error.what() + 2);  // without the empty path
   } catch (const Error& error) {
@@ -72,86 +83,68 @@ std::size_t address_space() {
          static_cast<std::size_t>(::sysconf(_SC_PAGESIZE));
 }
 
-// @param memory  that it may have [bytes of address space]; @param seconds  of the processor.
-[[noreturn]] void answer_and_exit(const std::string& path,
-                                  SeriesTables (*read)(const std::string& path),
-                                  int descriptor,
-                                  rlim_t memory,
-                                  rlim_t seconds) try {
-  ::prctl(PR_SET_PDEATHSIG, SIGKILL);  // nobody else wants the answer
-  // Nobody is to hear of what goes wrong here but by our silence.
-  for (const int signal : {SIGSEGV, SIGBUS, SIGABRT, SIGFPE, SIGILL, SIGTERM, SIGINT, SIGPIPE}) {
-    std::signal(signal, SIG_DFL);
-  }
-  const int nowhere = ::open("/dev/null", O_RDWR | O_CLOEXEC);
-  ::dup2(nowhere, STDOUT_FILENO);
-  ::dup2(nowhere, STDERR_FILENO);
-  if (!has_shadow_memory) {
-    const rlimit space{memory, memory};
-    ::setrlimit(RLIMIT_AS, &space);
-  }
-  const rlimit time{seconds, seconds};
-  ::setrlimit(RLIMIT_CPU, &time);
-  const rlimit no_core{0, 0};
-  ::setrlimit(RLIMIT_CORE, &no_core);
-  const std::string text = answer_of(path, read);
-  for (std::string_view rest = text; !rest.empty();) {
-    const ssize_t count = ::write(descriptor, rest.data(), rest.size());
-    if (count <= 0) {
-      ::_exit(1);
-    }
-    rest.remove_prefix(static_cast<std::size_t>(count));
-  }
-  ::_exit(0);
-} catch (...) {
-  ::_exit(1);
+void limit_to(int resource, rlim_t most) {
+  const rlimit limit{most, most};
+  ::setrlimit(static_cast<__rlimit_resource>(resource), &limit);
 }
 
-// Runs it; nothing where it died, as it took more memory or time than any good file does.
-std::optional<std::string> ask_another_process(const std::string& path,
-                                               SeriesTables (*read)(const std::string& path),
-                                               std::size_t file_size) {
+// Starts the program; its standard output is the pipe's end.
+std::optional<pid_t> start(const std::string& path,
+                           const char* format,
+                           const std::string& memory,
+                           const std::string& seconds,
+                           int output) {
+  const std::string program = own_file(AXISCAL_READER_PROGRAM);
+  posix_spawn_file_actions_t actions;
+  ::posix_spawn_file_actions_init(&actions);
+  ::posix_spawn_file_actions_addopen(&actions, STDIN_FILENO, path.c_str(), O_RDONLY, 0);
+  ::posix_spawn_file_actions_adddup2(&actions, output, STDOUT_FILENO);
+  ::posix_spawn_file_actions_addopen(&actions, STDERR_FILENO, "/dev/null", O_WRONLY, 0);
+  const std::array<std::string, 4> words = {program, format, memory, seconds};
+  std::array<char*, words.size() + 1> arguments{};
+  for (std::size_t i = 0; i < words.size(); ++i) {
+    arguments[i] = const_cast<char*>(words[i].c_str());
+  }
+  pid_t child = 0;
+  const int status =
+      ::posix_spawn(&child, program.c_str(), &actions, nullptr, arguments.data(), ::environ);
+  ::posix_spawn_file_actions_destroy(&actions);
+  return status == 0 ? std::optional(child) : std::nullopt;
+}
+
+// What came of it.
+struct Outcome {
+  std::string text;
+  int status = 0;  // as waitpid() has it
+};
+
+Outcome ask_another_process(const std::string& path, const char* format, const ReadBudget& budget) {
   std::array<int, 2> ends{};
   if (::pipe2(ends.data(), O_CLOEXEC) != 0) {
     throw DataError(path, std::string("cannot be read: ") + std::strerror(errno));
   }
-  constexpr std::size_t basis = 256U << 20U;
-  constexpr std::size_t by_packing = 200;  // numbers are packed, and held several times
-  const rlim_t memory = address_space() + basis + by_packing * file_size;
-  constexpr rlim_t basis_s = 60;
-  constexpr std::size_t bytes_a_second = 1U << 20U;
-  const rlim_t seconds = basis_s + file_size / bytes_a_second;
-  const pid_t child = ::fork();
-  if (child == 0) {
-    ::close(ends[0]);
-    answer_and_exit(path, read, ends[1], memory, seconds);
-  }
+  constexpr double bytes_a_second = 1U << 20U;
+  constexpr double least_s = 4.0;
+  const std::optional<pid_t> child =
+      start(path, format, formatted("{:.0f}", budget.left(ReadCost::memory)),
+            formatted("{:.0f}", least_s + budget.file_bytes() / bytes_a_second), ends[1]);
   ::close(ends[1]);
-  std::string text;
+  Outcome outcome;
   std::vector<char> block(1U << 16U);
-  bool whole = child > 0;
-  while (whole) {
-    const ssize_t count = ::read(ends[0], block.data(), block.size());
-    if (count < 0 && errno == EINTR) {
-      continue;
+  ssize_t count = 1;
+  while (child && (count > 0 || (count < 0 && errno == EINTR))) {
+    count = ::read(ends[0], block.data(), block.size());
+    if (count > 0) {
+      outcome.text.append(block.data(), static_cast<std::size_t>(count));
     }
-    if (count <= 0) {
-      whole = count == 0;
-      break;
-    }
-    text.append(block.data(), static_cast<std::size_t>(count));
   }
   ::close(ends[0]);
-  int status = 0;
-  if (child > 0) {
-    if (!whole) {
-      ::kill(child, SIGKILL);
-    }
-    while (::waitpid(child, &status, 0) < 0 && errno == EINTR) {
-    }
+  if (!child) {
+    throw RefusedError(std::string(AXISCAL_READER_PROGRAM) + " cannot be started");
   }
-  return whole && WIFEXITED(status) && WEXITSTATUS(status) == 0 ? std::optional(text)
-                                                                : std::nullopt;
+  while (::waitpid(*child, &outcome.status, 0) < 0 && errno == EINTR) {
+  }
+  return outcome;
 }
 
 // Takes the answer apart; it is ours, but its process may have gone astray before it.
@@ -180,18 +173,48 @@ class Answer {
 
 }  // namespace
 
-std::unique_ptr<LogFile::Source> read_in_another_process(
-    const std::string& path,
-    const std::string& name,
-    SeriesTables (*read)(const std::string& path),
-    const char* kind) {
-  std::error_code none;
-  const std::optional<std::string> text = ask_another_process(
-      path, read, static_cast<std::size_t>(std::filesystem::file_size(path, none)));
-  if (!text || text->empty()) {
-    throw DataError(name,
-                    formatted("the {} is damaged, or its variables are far larger than it", kind));
+int answer_as_other_process(int count, char** arguments) try {
+  if (count != 4) {
+    return failed;
   }
+  ::prctl(PR_SET_PDEATHSIG, SIGKILL);  // nobody else wants the answer
+  if (!has_shadow_memory) {
+    limit_to(RLIMIT_AS, address_space() + std::strtoull(arguments[2], nullptr, 10));
+  }
+  limit_to(RLIMIT_CPU, std::strtoull(arguments[3], nullptr, 10));
+  limit_to(RLIMIT_CORE, 0);
+  const std::string text = answer_of(arguments[1]);
+  for (std::string_view rest = text; !rest.empty();) {
+    const ssize_t written = ::write(STDOUT_FILENO, rest.data(), rest.size());
+    if (written <= 0) {
+      return failed;
+    }
+    rest.remove_prefix(static_cast<std::size_t>(written));
+  }
+  return answered;
+} catch (const std::bad_alloc&) {
+  return lacks_memory;
+} catch (...) {
+  return failed;
+}
+
+std::unique_ptr<LogFile::Source> read_in_another_process(const std::string& path,
+                                                         const std::string& name,
+                                                         const char* format,
+                                                         const ReadBudget& budget) {
+  const std::string kind = format == std::string_view("hdf5") ? "HDF5 file" : ".mat file";
+  const Outcome outcome = ask_another_process(path, format, budget);
+  const int status = outcome.status;
+  if (WIFEXITED(status) && WEXITSTATUS(status) == lacks_memory) {
+    budget.fail(ReadCost::memory);
+  }
+  if (WIFSIGNALED(status) && (WTERMSIG(status) == SIGXCPU || WTERMSIG(status) == SIGKILL)) {
+    budget.fail(ReadCost::steps);
+  }
+  if (!WIFEXITED(status) || WEXITSTATUS(status) != answered || outcome.text.empty()) {
+    throw DataError(name, formatted("the {} is damaged", kind));
+  }
+  const std::string* const text = &outcome.text;
   if (text->front() == '0') {
     throw DataError(name, text->substr(1));
   }

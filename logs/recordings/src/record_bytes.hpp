@@ -136,6 +136,7 @@ class RecordStream {
 
   [[nodiscard]] std::uint64_t position() const { return position_; }
   [[nodiscard]] const std::string& path() const { return bytes_.path(); }
+  [[nodiscard]] const ReadBudget& budget() const { return bytes_.budget(); }
 
  private:
   static constexpr std::size_t piece = 1U << 18U;

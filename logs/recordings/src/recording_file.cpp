@@ -3,9 +3,11 @@
 
 #include <algorithm>
 #include <array>
+#include <cerrno>
 #include <cmath>
-#include <cstdlib>
+#include <cstring>
 #include <filesystem>
+#include <limits>
 
 #include <fcntl.h>
 #include <system_error>
@@ -15,6 +17,7 @@
 #include "axiscal/core/formatted.hpp"
 #include "axiscal/core/input_file.hpp"
 #include "axiscal/core/number_text.hpp"
+#include "axiscal/core/shown_text.hpp"
 #include "opened.hpp"
 #include "text_encoding.hpp"
 #include "text_layout.hpp"
@@ -47,6 +50,9 @@ std::string format_of_table(const std::vector<std::string>& columns) {
 OpenedFile table(const char* format,
                  std::unique_ptr<LogFile::Source> source,
                  const std::string& path) {
+  for (std::string& column : source->columns) {
+    column = shown_name(column);
+  }
   OpenedFile opened{.format = format, .table_name = stem_of(path), .table = std::move(source)};
   return opened;
 }
@@ -93,6 +99,9 @@ std::vector<std::string> files_in_folder(const std::string& path) {
   std::error_code none;
   for (const auto& entry : std::filesystem::directory_iterator(path, none)) {
     const std::string name = entry.path().string();
+    if (!entry.is_regular_file(none)) {
+      continue;  // a FIFO would be waited for
+    }
     if (name.ends_with(".db3") || name.ends_with(".mcap") || name.ends_with(".db3.zstd") ||
         name.ends_with(".mcap.zstd")) {
       bags.push_back(name);
@@ -122,16 +131,34 @@ void copy_rest(Bytes& bytes, SpooledFile& copy) {
   }
 }
 
+// Of a copy whose size is that of its original.
+ReadBudget unlimited_disk(const std::string& path) {
+  ReadLimits limits;
+  limits.set(ReadCost::disk, std::numeric_limits<double>::infinity());
+  return ReadBudget(path, limits);
+}
+
+// When the name of a copy can go: libraries that follow links need it until they have the file
+// open.
+enum class NameGoes { before, after };
+
 // Formats that are read at several places at once need a file; what is none is copied.
 template <typename Open>
-OpenedFile with_file(ByteSource bytes, const Open& open) {
+OpenedFile with_file(ByteSource bytes, NameGoes name_goes, const Open& open) {
   const std::string path = bytes.path();
-  if (can_be_read_again(path) && bytes.compression().empty()) {
-    return open(path, path);
+  const ReadBudget budget = bytes.budget();
+  if (bytes.is_file()) {
+    return open(path, path, budget);
   }
-  const auto copy = std::make_shared<SpooledFile>(path);
+  const auto copy = std::make_shared<SpooledFile>(path, budget);
   copy_rest(bytes, *copy);
-  OpenedFile opened = open(copy->path(), path);
+  if (name_goes == NameGoes::before) {
+    copy->remove_name();
+  }
+  OpenedFile opened = open(copy->path(), path, budget);
+  if (name_goes == NameGoes::after) {
+    copy->remove_name();
+  }
   if (opened.decoder) {
     opened.decoder->keep = copy;
   }
@@ -153,35 +180,29 @@ std::string stem_of(const std::string& path) {
   return point == std::string::npos ? name : name.substr(0, point);
 }
 
-ByteSource bytes_of_text(const std::string& path, std::string text) {
-  return {path, [text = std::make_shared<const std::string>(std::move(text)),
-                 given = std::size_t{0}](char* buffer, std::size_t size) mutable {
+ByteSource bytes_of_text(const std::string& path, std::string text, const ReadBudget& budget) {
+  return {path,
+          [text = std::make_shared<const std::string>(std::move(text)), given = std::size_t{0}](
+              char* buffer, std::size_t size) mutable {
             const std::size_t count = text->copy(buffer, size, given);
             given += count;
             return count;
-          }};
+          },
+          budget};
 }
 
-SpooledFile::SpooledFile(std::string name) : name_(std::move(name)) {
-  const char* const folder = std::getenv("TMPDIR");  // NOLINT(concurrency-mt-unsafe)
-  // It has a name, as libraries that follow links would not find it otherwise.
-  path_ = std::string(folder != nullptr ? folder : "/tmp") + "/axiscal-XXXXXX";
-  descriptor_ = ::mkostemp(path_.data(), O_CLOEXEC);
-  if (descriptor_ < 0) {
-    throw DataError(name_, "no room for a temporary copy; give the file's name instead");
-  }
-}
-
-SpooledFile::~SpooledFile() {
-  ::close(descriptor_);
-  ::unlink(path_.c_str());
-}
+SpooledFile::SpooledFile(std::string name, ReadBudget budget)
+    : name_(std::move(name)), budget_(std::move(budget)) {}
 
 void SpooledFile::write(const char* buffer, std::size_t size) {
+  budget_.spend(ReadCost::disk, size);
   for (std::size_t done = 0; done < size;) {
-    const ssize_t written = ::write(descriptor_, buffer + done, size - done);
+    const ssize_t written = ::write(file_.descriptor(), buffer + done, size - done);
     if (written <= 0) {
-      throw DataError(name_, "no room for a temporary copy; give the file's name instead");
+      throw OutputError(
+          formatted("{}: no room for a temporary copy ({}); name a folder with room in "
+                    "TMPDIR",
+                    name_, std::strerror(errno)));
     }
     done += static_cast<std::size_t>(written);
   }
@@ -201,23 +222,30 @@ void ReopenableFile::read_once() {
 OpenedFile ReopenableFile::open() {
   std::error_code none;
   if (can_be_read_again(path_) || std::filesystem::is_directory(path_, none)) {
-    return open_recording(path_);
+    return open_recording(path_, limits_);
   }
   if (!pipe_) {
     pipe_ = std::shared_ptr<Pipe>(new Pipe{InputFile(path_), nullptr});
-    pipe_->copy = std::make_shared<SpooledFile>(path_);
-    return open_recording(ByteSource(path_, [pipe = pipe_](char* buffer, std::size_t size) {
-      const std::size_t count = pipe->file.read(buffer, size);
-      if (pipe->copy) {
-        pipe->copy->write(buffer, count);
-      }
-      return count;
-    }));
+    // A copy of the pipe itself costs as much disk as was sent, and no more.
+    pipe_->copy = std::make_shared<SpooledFile>(path_, unlimited_disk(path_));
+    pipe_->copy->remove_name();
+    return open_recording(ByteSource(
+        path_,
+        [pipe = pipe_](char* buffer, std::size_t size) {
+          const std::size_t count = pipe->file.read(buffer, size);
+          if (pipe->copy) {
+            pipe->copy->write(buffer, count);
+          }
+          return count;
+        },
+        limits_));
   }
   copy_rest(pipe_->file, *pipe_->copy);
   return open_recording(ByteSource(
-      path_, [copy = pipe_->copy, file = std::make_shared<InputFile>(pipe_->copy->path())](
-                 char* buffer, std::size_t size) { return file->read(buffer, size); }));
+      path_,
+      [copy = pipe_->copy, file = std::make_shared<InputFile>(pipe_->copy->path())](
+          char* buffer, std::size_t size) { return file->read(buffer, size); },
+      limits_));
 }
 
 OpenedFile open_recording(ByteSource bytes) {
@@ -237,25 +265,31 @@ OpenedFile open_recording(ByteSource bytes) {
     return decoded(open_mcap(std::move(bytes)));
   }
   if (start.starts_with("SQLite format 3\0"sv)) {
-    return with_file(std::move(bytes), [](const std::string& file, const std::string& name) {
-      return decoded(open_rosbag2(file, name));
-    });
+    return with_file(
+        std::move(bytes), NameGoes::after,
+        [](const std::string& file, const std::string& name, const ReadBudget& budget) {
+          return decoded(open_rosbag2(file, name, budget));
+        });
   }
   if (start.starts_with("PK\x03\x04"sv)) {
-    return with_file(std::move(bytes), &open_zip);
+    return with_file(std::move(bytes), NameGoes::before, &open_zip);
   }
   if (start.starts_with("\x93NUMPY")) {
     return table("npy", open_npy_log(std::move(bytes), {}), path);
   }
   if (start.starts_with("MATLAB 7.3 ")) {
-    return with_file(std::move(bytes), [](const std::string& file, const std::string& name) {
-      return table("mat", open_mat73_log(file, name), name);
-    });
+    return with_file(
+        std::move(bytes), NameGoes::before,
+        [](const std::string& file, const std::string& name, const ReadBudget& budget) {
+          return table("mat", open_mat73_log(file, name, budget), name);
+        });
   }
   if (start.starts_with("\x89HDF\r\n\x1a\n"sv)) {
-    return with_file(std::move(bytes), [](const std::string& file, const std::string& name) {
-      return table("hdf5", open_hdf5_log(file, name), name);
-    });
+    return with_file(
+        std::move(bytes), NameGoes::before,
+        [](const std::string& file, const std::string& name, const ReadBudget& budget) {
+          return table("hdf5", open_hdf5_log(file, name, budget), name);
+        });
   }
   if (start.starts_with("MATLAB ")) {
     return table("mat", open_mat_log(std::move(bytes)), path);
@@ -292,16 +326,18 @@ void read_table(OpenedFile& opened, const std::vector<std::string>& names) {
   }
 }
 
-OpenedFile open_recording(const std::string& path) {
+OpenedFile open_recording(const std::string& path, const ReadLimits& limits) {
   std::error_code none;
   if (path == "-" || !std::filesystem::is_directory(path, none)) {
-    return open_recording(ByteSource(path));
+    return open_recording(ByteSource(path, limits));
   }
   std::vector<OpenedFile> opened;
   for (const std::string& file : files_in_folder(path)) {
     try {
-      opened.push_back(open_recording(ByteSource(file)));
+      opened.push_back(open_recording(ByteSource(file, limits)));
       read_table(opened.back(), {});
+    } catch (const LimitError&) {
+      throw;
     } catch (const DataError&) {
       if (!opened.empty() && opened.back().text) {
         opened.pop_back();  // a table without numbers, such as Metadata.csv
@@ -319,8 +355,8 @@ DecoderPointer series_of(OpenedFile opened) {
   return opened.is_table() ? decoder_of_table(std::move(opened)) : std::move(opened.decoder);
 }
 
-RecordingFile::RecordingFile(const std::string& path)
-    : path_(path), decoder_(series_of(open_recording(path))) {}
+RecordingFile::RecordingFile(const std::string& path, const ReadLimits& limits)
+    : path_(path), decoder_(series_of(open_recording(path, limits))) {}
 
 RecordingFile::~RecordingFile() = default;
 RecordingFile::RecordingFile(RecordingFile&&) noexcept = default;

@@ -19,9 +19,8 @@ namespace {
 constexpr std::size_t longest_array = 16;  // whose numbers are columns
 constexpr std::size_t most_columns = 4096;
 constexpr std::size_t most_types = 256;
-constexpr std::size_t most_names = 1U << 16U;  // that are looked at; types may hold others manifold
-constexpr std::size_t most_elements = 1U << 24U;
-constexpr int deepest = 12;  // messages within messages
+constexpr int deepest = 12;           // messages within messages
+constexpr double name_steps = 100.0;  // of a column's name, beside those of an element
 
 struct NumberType {
   std::string_view name;
@@ -175,8 +174,10 @@ std::size_t add_message_definitions(const std::string& folder) {
 }
 
 std::optional<RosMessageType> RosMessageType::parse(const std::string& name,
-                                                    std::string_view definition) {
+                                                    std::string_view definition,
+                                                    ReadBudget budget) {
   RosMessageType type;
+  type.budget_ = std::move(budget);
   type.name_ = plain_name(name);
   std::map<std::string, std::string> texts = texts_of(type.name_, definition);
   texts.insert(added_definitions().begin(),
@@ -271,9 +272,7 @@ bool RosMessageType::add_type(const std::string& name,
 void RosMessageType::name_columns(std::size_t type, const std::string& prefix, int depth) {
   for (const Field& field : types_[type].fields) {
     const std::string name = prefix + field.name;
-    if (++names_ > most_names) {
-      return;
-    }
+    budget_.spend(ReadCost::steps, name_steps);
     if (name == "header.stamp" || name == "header.seq" || columns_.size() > most_columns ||
         depth > deepest ||
         (field.is_array && field.count.value_or(longest_array + 1) > longest_array)) {
@@ -281,6 +280,7 @@ void RosMessageType::name_columns(std::size_t type, const std::string& prefix, i
     }
     const std::size_t count = field.is_array ? *field.count : 1;
     for (std::size_t i = 0; i < count; ++i) {
+      budget_.spend(ReadCost::steps, name_steps);
       const std::string one = field.is_array ? formatted("{}[{}]", name, i) : name;
       if (field.kind == Kind::message) {
         name_columns(field.type, one + ".", depth + 1);
@@ -297,8 +297,7 @@ struct RosMessageType::Walk {
   RecordBytes bytes;
   RosWire wire;
   Decoded& to;
-  std::size_t origin = 0;    // from which CDR counts
-  std::size_t elements = 0;  // of arrays, as their sizes are only claimed
+  std::size_t origin = 0;  // from which CDR counts
 
   template <typename Number>
   double number() {
@@ -363,9 +362,7 @@ struct RosMessageType::Walk {
         continue;
       }
       for (std::size_t i = 0; i < count && bytes.ok(); ++i) {
-        if (++elements > most_elements) {
-          bytes.skip(bytes.left() + 1);
-        }
+        type.budget_.spend(ReadCost::steps, 1.0);
         one(field, keeps_field, is_stamp, depth);
       }
     }
@@ -430,10 +427,13 @@ bool RosMessageType::decode(std::string_view message, RosWire wire, Decoded& to)
   return walk.bytes.ok() && to.values.size() == columns_.size();
 }
 
-RosTopic::RosTopic(std::string topic, const std::string& type, std::string_view definition)
+RosTopic::RosTopic(std::string topic,
+                   const std::string& type,
+                   std::string_view definition,
+                   const ReadBudget& budget)
     : topic_(std::move(topic)),
       type_name_(plain_name(type)),
-      type_(RosMessageType::parse(type, definition)) {
+      type_(RosMessageType::parse(type, definition, budget)) {
   if (!has_numbers()) {
     return;
   }

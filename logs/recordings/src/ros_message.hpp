@@ -24,8 +24,11 @@ class RosMessageType {
   /// @param definition  its text and those of the types that it holds, parted by lines of `=`;
   ///                    where it is empty, the usual types of sensors are known.
   /// @return nothing where a type is not known or the text is not understood.
+  /// @throws LimitError  if its types hold each other more often than the file may cost; decode()
+  ///                     likewise.
   [[nodiscard]] static std::optional<RosMessageType> parse(const std::string& name,
-                                                           std::string_view definition);
+                                                           std::string_view definition,
+                                                           ReadBudget budget);
 
   /// @return its numbers: "angular_velocity.x", "orientation_covariance[0]"; arrays up to 16 long.
   [[nodiscard]] const std::vector<std::string>& columns() const { return columns_; }
@@ -63,10 +66,10 @@ class RosMessageType {
   void name_columns(std::size_t type, const std::string& prefix, int depth);
 
   std::string name_;
+  ReadBudget budget_;
   std::vector<Type> types_;
   std::vector<std::string> columns_;
   std::vector<std::size_t> open_;  // types that are being read
-  std::size_t names_ = 0;          // that were looked at
 };
 
 /// The topic of a bag: its messages as series.
@@ -76,7 +79,10 @@ class RosTopic {
 
   /// @param type        "sensor_msgs/Imu", ...
   /// @param definition  as RosMessageType::parse().
-  RosTopic(std::string topic, const std::string& type, std::string_view definition);
+  RosTopic(std::string topic,
+           const std::string& type,
+           std::string_view definition,
+           const ReadBudget& budget);
 
   /// @param time_s  when it was recorded; the header's stamp is taken where there is one.
   void put(

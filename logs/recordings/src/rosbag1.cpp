@@ -123,7 +123,9 @@ class Rosbag1 final : public RecordingFile::Decoder {
     if (packing != "none" && !packing.empty()) {
       RecordBytes size(field(fields, "size"));
       try {
-        unpacked = unpack(packing, data, size.take<std::uint32_t>());
+        unpacked = unpack(packing, data, size.take<std::uint32_t>(), stream_.budget());
+      } catch (const DataError&) {
+        throw;
       } catch (const Error& error) {
         throw DataError(stream_.path(), error.what());
       }
@@ -161,7 +163,7 @@ class Rosbag1 final : public RecordingFile::Decoder {
       if (!topics_.contains(id) && topics_.size() < 4096) {
         topics_.emplace(
             id, RosTopic(std::string(field(header, "topic")), std::string(field(fields, "type")),
-                         field(fields, "message_definition")));
+                         field(fields, "message_definition"), stream_.budget()));
       }
     } else if (what == message_data) {
       const auto topic = topics_.find(id);

@@ -7,6 +7,9 @@
 #include "series_decoder.hpp"
 
 #ifdef AXISCAL_SQLITE
+#include <algorithm>
+#include <cctype>
+#include <filesystem>
 #include <map>
 #include <memory>
 #include <sqlite3.h>
@@ -35,6 +38,7 @@ AXISCAL_LATE(libsqlite, sqlite3_finalize)
 AXISCAL_LATE(libsqlite, sqlite3_limit)
 AXISCAL_LATE(libsqlite, sqlite3_open_v2)
 AXISCAL_LATE(libsqlite, sqlite3_prepare_v2)
+AXISCAL_LATE(libsqlite, sqlite3_progress_handler)
 AXISCAL_LATE(libsqlite, sqlite3_step)
 #endif
 
@@ -46,12 +50,26 @@ struct FinishStatement {
 };
 using Statement = std::unique_ptr<sqlite3_stmt, FinishStatement>;
 
+// Nothing is written beside the file, not even the index of a write-ahead log.
+std::string immutable_uri(const std::string& path) {
+  std::string uri = "file:";
+  for (const char c : path) {
+    const bool is_plain = std::isalnum(static_cast<unsigned char>(c)) != 0 || c == '/' ||
+                          c == '.' || c == '-' || c == '_';
+    uri += is_plain ? std::string(1, c)
+                    : formatted("%{:02X}", static_cast<unsigned>(static_cast<unsigned char>(c)));
+  }
+  return uri + "?immutable=1";
+}
+
 class Rosbag2 final : public RecordingFile::Decoder {
  public:
-  Rosbag2(const std::string& path, std::string name) : name_(std::move(name)) {
+  Rosbag2(const std::string& path, std::string name, ReadBudget budget)
+      : name_(std::move(name)), budget_(std::move(budget)) {
     format = "rosbag2";
     sqlite3* database = nullptr;
-    const int status = sqlite3_open_v2(path.c_str(), &database, SQLITE_OPEN_READONLY, nullptr);
+    const int status = sqlite3_open_v2(immutable_uri(path).c_str(), &database,
+                                       SQLITE_OPEN_READONLY | SQLITE_OPEN_URI, nullptr);
     database_.reset(database);
     if (status != SQLITE_OK) {
       fail("cannot be opened as a database");
@@ -60,20 +78,26 @@ class Rosbag2 final : public RecordingFile::Decoder {
     sqlite3_db_config(database, SQLITE_DBCONFIG_DEFENSIVE, 1, nullptr);
     sqlite3_db_config(database, SQLITE_DBCONFIG_TRUSTED_SCHEMA, 0, nullptr);
     sqlite3_exec(database, "PRAGMA cell_size_check=ON", nullptr, nullptr, nullptr);
-    sqlite3_limit(database, SQLITE_LIMIT_LENGTH, 1 << 28);
-    // SQLite calls back after so many steps of its machine: a damaged index can make it go round.
+    // No value is longer than the file; an expression could make one.
+    constexpr double shortest = 1U << 20U, longest = 1U << 30U;
+    sqlite3_limit(database, SQLITE_LIMIT_LENGTH,
+                  static_cast<int>(std::clamp(budget_.file_bytes(), shortest, longest)));
+    sqlite3_progress_handler(database, steps_at_once, &spend_steps, this);
+    require_table("topics");
+    require_table("messages");
+    note_unread_log(path);
     const Statement topics = prepare("SELECT id, name, type FROM topics");
     if (topics == nullptr) {
       fail("is a database without ROS 2's tables topics and messages");
     }
     const std::map<std::string, std::string> definitions = read_definitions();
     constexpr std::size_t most_topics = 4096;
-    while (sqlite3_step(topics.get()) == SQLITE_ROW && topics_.size() < most_topics) {
+    while (step(topics) == SQLITE_ROW && topics_.size() < most_topics) {
       const std::string type = text(topics, 2);
       const auto definition = definitions.find(type);
       topics_.emplace(sqlite3_column_int64(topics.get(), 0),
                       RosTopic(text(topics, 1), type,
-                               definition == definitions.end() ? "" : definition->second));
+                               definition == definitions.end() ? "" : definition->second, budget_));
     }
     messages_ = prepare("SELECT topic_id, timestamp, data FROM messages ORDER BY timestamp");
     if (messages_ == nullptr) {
@@ -82,7 +106,7 @@ class Rosbag2 final : public RecordingFile::Decoder {
   }
 
   bool read(SeriesSink& sink) override {
-    const int status = sqlite3_step(messages_.get());
+    const int status = step(messages_);
     if (status != SQLITE_ROW) {
       if (status != SQLITE_DONE) {
         damage_ = sqlite3_errmsg(database_.get());
@@ -99,7 +123,7 @@ class Rosbag2 final : public RecordingFile::Decoder {
     std::string_view message(data, static_cast<std::size_t>(size));
     std::optional<std::string> unpacked;
     if (message.starts_with("\x28\xb5\x2f\xfd"sv)) {  // compression mode MESSAGE
-      unpacked = unpack_zstd(message);
+      unpacked = unpack_zstd(message, budget_);
       message = unpacked ? std::string_view(*unpacked) : ""sv;
     }
     topic->second.put(sink, message, RosWire::cdr,
@@ -113,6 +137,7 @@ class Rosbag2 final : public RecordingFile::Decoder {
       topics.push_back(&topic);
     }
     std::vector<std::string> all = notes_of(topics);
+    all.insert(all.end(), notes_.begin(), notes_.end());
     if (!damage_.empty()) {
       all.push_back(formatted("the database is damaged, and read up to there: {}", damage_));
     }
@@ -120,7 +145,45 @@ class Rosbag2 final : public RecordingFile::Decoder {
   }
 
  private:
-  [[noreturn]] void fail(const char* why) const { throw DataError(name_, why); }
+  static constexpr int steps_at_once = 10000;
+
+  // Of SQLite's machine: a damaged index, or a view, can make it go round.
+  static int spend_steps(void* self) {
+    return static_cast<Rosbag2*>(self)->budget_.may_spend(ReadCost::steps, steps_at_once) ? 0 : 1;
+  }
+
+  int step(const Statement& statement) {
+    const int status = sqlite3_step(statement.get());
+    if (status == SQLITE_INTERRUPT) {
+      budget_.fail(ReadCost::steps);
+    }
+    return status;
+  }
+
+  [[noreturn]] void fail(const std::string& why) const { throw DataError(name_, why); }
+
+  // A view is a program of its writer's, and may never end.
+  void require_table(const char* table) {
+    const Statement found = prepare(
+        formatted("SELECT 1 FROM sqlite_master WHERE name = '{}' AND type = 'table' AND sql LIKE "
+                  "'CREATE TABLE%'",
+                  table)
+            .c_str());
+    if (found == nullptr || step(found) != SQLITE_ROW) {
+      fail(formatted("is a database without ROS 2's table {}", table));
+    }
+  }
+
+  void note_unread_log(const std::string& path) {
+    std::error_code none;
+    const std::uintmax_t size = std::filesystem::file_size(path + "-wal", none);
+    if (!none && size > 0) {
+      notes_.push_back(formatted(
+          "{}-wal holds messages that are not read; `sqlite3 {} 'PRAGMA wal_checkpoint'` puts them "
+          "into the bag",
+          path, path));
+    }
+  }
 
   Statement prepare(const char* sql) {
     sqlite3_stmt* statement = nullptr;
@@ -139,13 +202,15 @@ class Rosbag2 final : public RecordingFile::Decoder {
     const Statement rows = prepare(
         "SELECT topic_type, encoded_message_definition FROM message_definitions WHERE encoding = "
         "'ros2msg'");
-    while (rows != nullptr && sqlite3_step(rows.get()) == SQLITE_ROW) {
+    while (rows != nullptr && step(rows) == SQLITE_ROW) {
       definitions[text(rows, 0)] = text(rows, 1);
     }
     return definitions;
   }
 
   std::string name_;
+  ReadBudget budget_;
+  std::vector<std::string> notes_;
   std::unique_ptr<sqlite3, CloseDatabase> database_;
   std::map<std::int64_t, RosTopic> topics_;
   Statement messages_;
@@ -155,11 +220,13 @@ class Rosbag2 final : public RecordingFile::Decoder {
 
 }  // namespace
 
-DecoderPointer open_rosbag2(const std::string& path, const std::string& name) {
-  return std::make_unique<Rosbag2>(path, name);
+DecoderPointer open_rosbag2(const std::string& path,
+                            const std::string& name,
+                            const ReadBudget& budget) {
+  return std::make_unique<Rosbag2>(path, name, budget);
 }
 #else
-DecoderPointer open_rosbag2(const std::string&, const std::string& name) {
+DecoderPointer open_rosbag2(const std::string&, const std::string& name, const ReadBudget&) {
   throw DataError(name, "is a ROS 2 bag, and this axiscal was built without libsqlite3");
 }
 #endif

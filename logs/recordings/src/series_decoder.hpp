@@ -59,6 +59,12 @@ class MessageSeries {
                 const std::vector<std::string>& columns,
                 const Rule& rule);
 
+  /// @param of_columns  kind, unit and known_by of each column.
+  MessageSeries(const std::string& name,
+                int instance,
+                const std::vector<std::string>& columns,
+                const std::vector<Series>& of_columns);
+
   /// Makes its series known to a sink.
   /// @param count  of the series so far; counted on.
   void announce(SeriesSink& sink, std::size_t& count);
@@ -88,7 +94,9 @@ using DecoderPointer = std::unique_ptr<RecordingFile::Decoder>;
 [[nodiscard]] DecoderPointer open_motioncal(ByteSource bytes);
 /// @param path  of a file that SQLite can open.
 /// @param name  for messages.
-[[nodiscard]] DecoderPointer open_rosbag2(const std::string& path, const std::string& name);
+[[nodiscard]] DecoderPointer open_rosbag2(const std::string& path,
+                                          const std::string& name,
+                                          const ReadBudget& budget);
 
 /// Whether a text's first lines are of that format.
 [[nodiscard]] bool is_dataflash_text(std::string_view start);

@@ -259,8 +259,10 @@ RecordingSummary summarise(RecordingFile::Decoder& decoder,
           .facts = decoder.facts};
 }
 
-RecordingSummary summarise(const std::string& path, std::optional<std::size_t> most_samples) {
-  return summarise(*series_of(open_recording(path)), most_samples);
+RecordingSummary summarise(const std::string& path,
+                           std::optional<std::size_t> most_samples,
+                           const ReadLimits& limits) {
+  return summarise(*series_of(open_recording(path, limits)), most_samples);
 }
 
 std::string recording_json(const RecordingSummary& summary) {

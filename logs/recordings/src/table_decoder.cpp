@@ -123,10 +123,11 @@ class TableDecoder final : public RecordingFile::Decoder {
         names.push_back(columns_[c]);
       }
     }
-    series_ = MessageSeries(name_, 0, names, [&](const std::string& name) {
-      const auto at = std::find(columns_.begin(), columns_.end(), name);
-      return columns.series[static_cast<std::size_t>(at - columns_.begin())];
-    });
+    std::vector<Series> of_columns;
+    for (const std::size_t column : others_) {
+      of_columns.push_back(columns.series[column]);
+    }
+    series_ = MessageSeries(name_, 0, names, of_columns);
     series_.announce(sink, count_);
   }
 

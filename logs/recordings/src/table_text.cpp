@@ -409,7 +409,7 @@ TableText::TableText(const std::string& path, const LogFormat& format)
     : state_(std::make_unique<State>()) {
   state_->path = path;
   state_->format = format;
-  ReopenableFile file(path);
+  ReopenableFile file(path, format.limits);
   OpenedFile opened = file.open();
   if (!opened.is_table() && !format.kinds.empty()) {
     state_->open_series(std::move(opened), file);
@@ -425,7 +425,7 @@ TableText::TableText(std::string path,
     : state_(std::make_unique<State>()) {
   state_->path = path;
   state_->format = format;
-  state_->open(open_recording(ByteSource(std::move(path), std::move(read))));
+  state_->open(open_recording(ByteSource(path, std::move(read), format.limits)));
 }
 
 TableText::~TableText() = default;
@@ -473,10 +473,7 @@ std::vector<LogSensor> TableText::sensors() const {
   }
   const TableColumns known = state_->known_columns();
   RecordingSummary summary{.format = "table"};
-  MessageSeries series("", 0, names, [&](const std::string& name) {
-    const auto at = std::find(names.begin(), names.end(), name) - names.begin();
-    return known.series[static_cast<std::size_t>(at)];
-  });
+  const MessageSeries series("", 0, names, known.series);
   for (const MessageSeries::Part& part : series.parts()) {
     summary.series.push_back({.series = part.series, .samples = 2, .rate_hz = std::nan("")});
   }

@@ -108,13 +108,14 @@ ByteSource with_line_feeds(ByteSource bytes) {
   if (alone == 0 || alone <= 2 * feeds || start.find('\0') != std::string_view::npos) {
     return bytes;
   }
-  const std::string path = bytes.path();
   auto shared = std::make_shared<ByteSource>(std::move(bytes));
-  return {path, [shared](char* buffer, std::size_t size) {
+  return {shared->path(),
+          [shared](char* buffer, std::size_t size) {
             const std::size_t count = shared->read(buffer, size);
             std::replace(buffer, buffer + count, '\r', '\n');
             return count;
-          }};
+          },
+          shared->budget()};
 }
 
 // Blanks and minus signs of typesetters, as spreadsheets write numbers with.
@@ -167,8 +168,10 @@ ByteSource as_utf8(ByteSource bytes) {
     static_cast<void>(bytes.read(mark.data(), mark.size()));
   }
   const std::string path = bytes.path();
+  const ReadBudget budget = bytes.budget();
   auto reader = std::make_shared<Utf16Reader>(std::move(bytes), is_big || looks_big);
-  return {path, [reader](char* buffer, std::size_t size) { return reader->read(buffer, size); }};
+  return {path, [reader](char* buffer, std::size_t size) { return reader->read(buffer, size); },
+          budget};
 }
 
 std::string utf8_of_latin1(std::string_view text) {

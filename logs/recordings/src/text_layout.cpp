@@ -7,11 +7,13 @@
 #include <cmath>
 #include <map>
 #include <optional>
+#include <unordered_set>
 
 #include "axiscal/core/error.hpp"
 #include "axiscal/core/formatted.hpp"
 #include "axiscal/core/not_a_number.hpp"
 #include "axiscal/core/number_text.hpp"
+#include "axiscal/core/shown_text.hpp"
 #include "axiscal/core/timestamp.hpp"
 #include "axiscal/logs/sensor_names.hpp"
 #include "axiscal/logs/text_row.hpp"
@@ -95,20 +97,28 @@ bool is_a_unit(std::string_view cell) {
 
 // Whether a filled cell is there twice: names never are, units are.
 bool repeats(const Cells& cells) {
-  for (std::size_t i = 0; i < cells.size(); ++i) {
-    for (std::size_t j = 0; j < i && !cells[i].empty(); ++j) {
-      if (cells[i] == cells[j]) {
-        return true;
-      }
-    }
-  }
-  return false;
+  std::unordered_set<std::string_view> seen;
+  return std::any_of(cells.begin(), cells.end(), [&](std::string_view cell) {
+    return !cell.empty() && !seen.insert(cell).second;
+  });
 }
 
 // Whether a row of names is one of units, which stands beneath the names.
 bool are_units(const Cells& cells) {
   const auto units = static_cast<std::size_t>(std::count_if(cells.begin(), cells.end(), is_a_unit));
   return units > 0 && (2 * units >= count_filled(cells) || repeats(cells));
+}
+
+// Whether a row beneath the names says of which type the columns are.
+bool are_types(const Cells& cells) {
+  constexpr std::array<std::string_view, 14> types = {
+      "float", "double",  "int",    "integer", "long", "number",   "bool",
+      "str",   "boolean", "string", "text",    "date", "datetime", "timestamp"};
+  return std::all_of(cells.begin(), cells.end(), [&](std::string_view cell) {
+    const std::string_view word = cell_name(cell);
+    return std::find(types.begin(), types.end(),
+                     word.substr(0, word.find_first_of("0123456789"))) != types.end();
+  });
 }
 
 bool is_nothing(const Cells& cells) {
@@ -333,11 +343,14 @@ class LayoutFinder {
       cells = header ? fitted(rows_[*header]) : Cells{};
     }
     before_ = header.value_or(first_);
+    if (header && !is_remark(lines_[*header])) {
+      begin_rows_behind(units.value_or(*header));
+    }
     if (header && names.empty()) {
       layout_.has_header = true;
       layout_.header_line = *header + 1;
       for (std::size_t c = 0; c < cells.size(); ++c) {
-        std::string name = utf8_of_latin1(cell_name(cells[c]));
+        std::string name = shown_name(utf8_of_latin1(cell_name(cells[c])));
         if (units && c < rows_[*units].size() && !rows_[*units][c].empty()) {
           std::string_view unit = cell_name(rows_[*units][c]);
           if (unit.size() > 2 && ((unit.front() == '[' && unit.back() == ']') ||
@@ -358,14 +371,23 @@ class LayoutFinder {
     }
   }
 
+  // Each line behind the header and its units is a row. If it does not parse, its reader says so.
+  void begin_rows_behind(std::size_t head) {
+    std::size_t first = head + 1;
+    while (first < first_ && (rows_[first].empty() || are_types(rows_[first]))) {
+      ++first;
+    }
+    layout_.first_row_line = first + 1;
+  }
+
   void check_names(std::size_t line) {
     std::vector<std::string>& columns = layout_.columns;
+    std::unordered_set<std::string> seen;
     for (std::size_t i = 0; i < columns.size(); ++i) {
       if (columns[i].empty()) {
         columns[i] = formatted("c{}", i + 1);
       }
-      const auto here = columns.begin() + static_cast<std::ptrdiff_t>(i);
-      if (std::find(columns.begin(), here, columns[i]) != here) {
+      if (!seen.insert(columns[i]).second) {
         throw DataError(path_, line, formatted("column '{}': is there twice", columns[i]));
       }
     }

@@ -271,7 +271,10 @@ class Ulog final : public RecordingFile::Decoder {
     }
   }
 
+  static constexpr double field_steps = 100.0;  // its name is made
+
   // Lays out a message's numbers, messages within it too.
+  // @throws LimitError  if messages hold each other too often.
   // NOLINTNEXTLINE(misc-no-recursion): messages hold messages
   bool lay_out(const std::string& name,
                const std::string& prefix,
@@ -283,6 +286,7 @@ class Ulog final : public RecordingFile::Decoder {
       return false;
     }
     for (const std::string_view text : split(found->second, ';')) {
+      stream_.budget().spend(ReadCost::steps, field_steps);
       const std::size_t blank = text.find(' ');
       if (blank == std::string_view::npos) {
         continue;
@@ -313,6 +317,7 @@ class Ulog final : public RecordingFile::Decoder {
         continue;
       }
       for (std::size_t i = 0; i < count; ++i) {
+        stream_.budget().spend(ReadCost::steps, field_steps);
         const std::string full = is_array ? formatted("{}[{}]", field, i) : field;
         if (primitive == primitives.end()) {
           if (!lay_out(std::string(type), full + ".", depth + 1, offset, to)) {

@@ -18,7 +18,6 @@
 namespace axiscal {
 namespace {
 
-constexpr std::size_t largest_block = 1U << 30U;
 constexpr std::size_t piece = 1U << 20U;
 
 // Memory grows with what comes out, not with what the file states: `more` is given room and
@@ -135,10 +134,10 @@ std::optional<std::string> unpack_zstd_to(std::string_view block, std::size_t si
 
 std::optional<std::string> unpack(std::string_view packing,
                                   [[maybe_unused]] std::string_view block,
-                                  std::size_t size) {
-  if (size > largest_block) {
-    return std::nullopt;
-  }
+                                  std::size_t size,
+                                  const ReadBudget& budget) {
+  budget.check(ReadCost::memory, static_cast<double>(size));
+  budget.spend(ReadCost::unpacked, size);
   if (packing == "bz2") {
 #ifdef AXISCAL_BZ2
     return unpack_bz2(block, size);
@@ -163,15 +162,16 @@ std::optional<std::string> unpack(std::string_view packing,
   throw Error("is packed with '" + std::string(packing) + "', which is not known");
 }
 
-std::optional<std::string> unpack_zstd(std::string_view block) {
+std::optional<std::string> unpack_zstd(std::string_view block, const ReadBudget& budget) {
 #ifdef AXISCAL_ZSTD
   const unsigned long long size = ZSTD_getFrameContentSize(block.data(), block.size());
-  if (size == ZSTD_CONTENTSIZE_UNKNOWN || size == ZSTD_CONTENTSIZE_ERROR || size > largest_block) {
+  if (size == ZSTD_CONTENTSIZE_UNKNOWN || size == ZSTD_CONTENTSIZE_ERROR) {
     return std::nullopt;
   }
-  return unpack_zstd_to(block, static_cast<std::size_t>(size));
+  return unpack("zstd", block, static_cast<std::size_t>(size), budget);
 #else
   static_cast<void>(block);
+  static_cast<void>(budget);
   cannot("zstd", "libzstd");
 #endif
 }

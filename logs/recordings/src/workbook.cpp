@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Spreadsheets of Office Open XML (ECMA-376, SpreadsheetML): the first sheet that holds numbers, as
 // text with commas.
+#include <algorithm>
 #include <functional>
 
 #include "axiscal/core/csv_reader.hpp"
@@ -42,12 +43,23 @@ std::string text_of(const pugi::xml_node& node) {
   return text;
 }
 
-std::vector<std::string> shared_strings(const std::string& xml) {
+// Of a document as pugixml holds it: 64 bytes a node, 40 an attribute, and its text once more.
+void spend_memory(const std::string& xml, const ReadBudget& budget) {
+  const auto count = [&](char c) {
+    return static_cast<double>(std::count(xml.begin(), xml.end(), c));
+  };
+  budget.spend(ReadCost::memory,
+               static_cast<double>(xml.size()) + 96.0 * count('<') + 40.0 * count('='));
+}
+
+std::vector<std::string> shared_strings(const std::string& xml, const ReadBudget& budget) {
+  spend_memory(xml, budget);
   std::vector<std::string> strings;
   pugi::xml_document document;
   if (document.load_buffer(xml.data(), xml.size())) {
     for (const pugi::xml_node node : document.child("sst").children("si")) {
       strings.push_back(text_of(node));
+      budget.spend(ReadCost::memory, sizeof(std::string) + strings.back().size());
     }
   }
   return strings;
@@ -58,7 +70,10 @@ struct Sheet {
   std::size_t numbers = 0;
 };
 
-Sheet read_sheet(const std::string& xml, const std::vector<std::string>& strings) {
+Sheet read_sheet(const std::string& xml,
+                 const std::vector<std::string>& strings,
+                 const ReadBudget& budget) {
+  spend_memory(xml, budget);
   Sheet sheet;
   pugi::xml_document document;
   if (!document.load_buffer(xml.data(), xml.size())) {
@@ -70,6 +85,7 @@ Sheet read_sheet(const std::string& xml, const std::vector<std::string>& strings
     constexpr unsigned most_rows = 1U << 20U;
     const unsigned number = row.attribute("r").as_uint(static_cast<unsigned>(line));
     while (line < number && line < most_rows) {
+      budget.spend(ReadCost::cells, 1.0);
       sheet.csv += '\n';
       ++line;
     }
@@ -84,8 +100,10 @@ Sheet read_sheet(const std::string& xml, const std::vector<std::string>& strings
         break;
       }
       for (; column < place; ++column) {
+        budget.spend(ReadCost::cells, 1.0);
         text += ',';
       }
+      budget.spend(ReadCost::cells, 1.0);
       const std::string_view type = cell.attribute("t").as_string();
       const std::string value = cell.child("v").text().as_string();
       if (type == "s") {
@@ -103,6 +121,7 @@ Sheet read_sheet(const std::string& xml, const std::vector<std::string>& strings
         text += csv_cell(value);
       }
     }
+    budget.spend(ReadCost::memory, 2 * text.size());  // as it grows
     sheet.csv += text + '\n';
     ++line;
   }
@@ -112,14 +131,15 @@ Sheet read_sheet(const std::string& xml, const std::vector<std::string>& strings
 }  // namespace
 
 std::string csv_of_workbook(const std::string& name,
-                            const std::function<std::string(const std::string& part)>& part) {
-  const std::vector<std::string> strings = shared_strings(part("xl/sharedStrings.xml"));
+                            const std::function<std::string(const std::string& part)>& part,
+                            const ReadBudget& budget) {
+  const std::vector<std::string> strings = shared_strings(part("xl/sharedStrings.xml"), budget);
   for (std::size_t number = 1; number <= most_sheets; ++number) {
     const std::string xml = part(formatted("xl/worksheets/sheet{}.xml", number));
     if (xml.empty()) {
       break;
     }
-    Sheet sheet = read_sheet(xml, strings);
+    Sheet sheet = read_sheet(xml, strings, budget);
     if (sheet.numbers > 0) {
       return std::move(sheet.csv);
     }
@@ -128,7 +148,8 @@ std::string csv_of_workbook(const std::string& name,
 }
 #else
 std::string csv_of_workbook(const std::string& name,
-                            const std::function<std::string(const std::string& part)>&) {
+                            const std::function<std::string(const std::string& part)>&,
+                            const ReadBudget&) {
   throw DataError(
       name, "is a spreadsheet, and this axiscal was built without libpugixml; save it as CSV");
 }

@@ -5,7 +5,6 @@
 #include "axiscal/core/late_library.hpp"
 #include "axiscal/core/number_text.hpp"
 #include "opened.hpp"
-#include "series_tables.hpp"
 
 #ifdef AXISCAL_LIBARCHIVE
 #include <algorithm>
@@ -36,9 +35,6 @@ struct FreeArchive {
 };
 using Archive = std::unique_ptr<archive, FreeArchive>;
 
-constexpr std::size_t most_members = 1000;
-constexpr std::size_t largest_part = 512U << 20U;
-
 Archive open_archive(const std::string& path, const std::string& name) {
   Archive opened(archive_read_new());
   archive_read_support_format_zip(opened.get());
@@ -49,12 +45,14 @@ Archive open_archive(const std::string& path, const std::string& name) {
   return opened;
 }
 
-std::vector<std::string> members_of(const std::string& path, const std::string& name) {
+std::vector<std::string> members_of(const std::string& path,
+                                    const std::string& name,
+                                    const ReadBudget& budget) {
   const Archive opened = open_archive(path, name);
   std::vector<std::string> members;
   archive_entry* entry = nullptr;
-  while (members.size() < most_members &&
-         archive_read_next_header(opened.get(), &entry) == ARCHIVE_OK) {
+  while (archive_read_next_header(opened.get(), &entry) == ARCHIVE_OK) {
+    budget.spend(ReadCost::members, 1.0);
     const char* const member = archive_entry_pathname(entry);
     if (member != nullptr && archive_entry_filetype(entry) == AE_IFREG) {
       members.emplace_back(member);
@@ -64,67 +62,156 @@ std::vector<std::string> members_of(const std::string& path, const std::string& 
 }
 
 // A member of the archive, unpacked as it is read.
-ByteSource bytes_of(const std::string& path, const std::string& name, const std::string& member) {
+ByteSource bytes_of(const std::string& path,
+                    const std::string& name,
+                    const std::string& member,
+                    const ReadBudget& budget) {
   const std::shared_ptr<archive> opened(open_archive(path, name));
   const std::string full = name + ":" + member;
   archive_entry* entry = nullptr;
   while (archive_read_next_header(opened.get(), &entry) == ARCHIVE_OK) {
     const char* const here = archive_entry_pathname(entry);
     if (here != nullptr && member == here) {
-      return {full, [opened, full](char* buffer, std::size_t size) {
+      return {full,
+              [opened, full, budget](char* buffer, std::size_t size) {
                 const la_ssize_t count = archive_read_data(opened.get(), buffer, size);
                 if (count < 0) {
                   throw DataError(full, "the archive is damaged or cut short");
                 }
+                budget.spend(ReadCost::unpacked, static_cast<std::size_t>(count));
                 return static_cast<std::size_t>(count);
-              }};
+              },
+              budget.within()};
     }
   }
   throw DataError(full, "is not in the archive");
 }
 
-std::string text_of(const std::string& path, const std::string& name, const std::string& member) {
-  ByteSource bytes = bytes_of(path, name, member);
-  std::string text = read_up_to(
-      largest_part, [&](char* buffer, std::size_t size) { return bytes.read(buffer, size); });
-  if (text.size() == largest_part) {
-    throw DataError(name + ":" + member, "unpacks to more than 512 MiB");
+// The content of a part, which is held whole.
+std::string text_of(ByteSource bytes) {
+  std::string text;
+  std::vector<char> block(1U << 16U);
+  while (const std::size_t count = bytes.read(block.data(), block.size())) {
+    bytes.budget().spend(ReadCost::memory, 2 * count);  // as it grows
+    text.append(block.data(), count);
   }
   return text;
 }
 
-// All arrays of an .npz; those of as many rows are one table.
-OpenedFile open_npz(const std::string& path,
-                    const std::string& name,
-                    const std::vector<std::string>& members) {
-  SeriesTables tables;
-  std::map<std::string, int> of_stem;
-  for (const std::string& member : members) {
-    ++of_stem[stem_of(member)];
+// Arrays of as many rows side by side, read as they are asked for.
+class ArraysAsTable final : public LogFile::Source {
+ public:
+  void add(const std::string& name, std::unique_ptr<LogFile::Source> array) {
+    const std::size_t count = array->columns.size();
+    for (std::size_t c = 0; c < count; ++c) {
+      places_.push_back({.array = arrays_.size(), .column = c});
+      columns.push_back(count == 1 ? name : formatted("{}_{}", name, c + 1));
+      selected_.push_back(selected_.size());
+    }
+    rows = array->rows;
+    arrays_.push_back(std::move(array));
   }
-  for (const std::string& member : members) {
-    ByteSource bytes = bytes_of(path, name, member);
-    const std::unique_ptr<LogFile::Source> array = open_npy_log(std::move(bytes), {});
-    LogBlock all(array->columns.size());
+
+  void select(const std::vector<std::size_t>& selected) override { selected_ = selected; }
+
+  std::size_t read(LogBlock& block, std::size_t most) override {
+    constexpr std::size_t rows_at_once = 4096;
+    const std::size_t wanted = std::min({most, rows_at_once, rows - done_});
+    std::vector<LogBlock> parts;
+    for (const std::unique_ptr<LogFile::Source>& array : arrays_) {
+      parts.push_back(next_rows(*array, wanted));
+    }
+    block.clear();
+    for (const std::size_t column : selected_) {
+      block.push_back(parts[places_[column].array][places_[column].column]);
+    }
+    done_ += wanted;
+    return wanted;
+  }
+
+ private:
+  struct Place {
+    std::size_t array, column;
+  };
+
+  static LogBlock next_rows(LogFile::Source& array, std::size_t wanted) {
+    LogBlock all(array.columns.size());
     LogBlock block;
-    constexpr std::size_t rows_at_once = 65536;
-    while (array->read(block, rows_at_once) > 0) {
+    for (std::size_t done = 0; done < wanted;) {
+      done += array.read(block, wanted - done);
       for (std::size_t c = 0; c < all.size(); ++c) {
         all[c].insert(all[c].end(), block[c].begin(), block[c].end());
       }
     }
-    const std::size_t rows = all.front().size();
-    std::vector<double> values;
-    for (const std::vector<double>& column : all) {
-      values.insert(values.end(), column.begin(), column.end());
+    return all;
+  }
+
+  std::vector<std::unique_ptr<LogFile::Source>> arrays_;
+  std::vector<Place> places_;  // of each column
+  std::vector<std::size_t> selected_;
+  std::size_t done_ = 0;
+};
+
+// An array whose series lie along its second dimension stands in memory, turned round.
+std::unique_ptr<LogFile::Source> upright(std::unique_ptr<LogFile::Source> array,
+                                         const std::string& name,
+                                         const ReadBudget& budget) {
+  if (array->rows >= array->columns.size()) {
+    return array;
+  }
+  budget.spend(ReadCost::memory, array->rows * array->columns.size() * sizeof(double));
+  LogBlock data(array->rows);
+  LogBlock block;
+  for (std::size_t row = 0; row < data.size();) {
+    const std::size_t count = array->read(block, data.size() - row);
+    for (std::size_t i = 0; i < count; ++i, ++row) {
+      for (const std::vector<double>& column : block) {
+        data[row].push_back(column[i]);
+      }
     }
-    // With its folders, as NumPy names it, only where they tell it from another.
+  }
+  return std::make_unique<LogInMemory>(column_names(name, {}, data.size()), std::move(data));
+}
+
+// The arrays of an .npz; those of as many rows are one table, and the largest is taken.
+OpenedFile open_npz(const std::string& path,
+                    const std::string& name,
+                    const std::vector<std::string>& members,
+                    const ReadBudget& budget) {
+  std::map<std::string, int> of_stem;
+  std::map<std::size_t, std::vector<std::string>> of_rows;
+  std::map<std::size_t, double> numbers;  // of as many rows
+  for (const std::string& member : members) {
+    ++of_stem[stem_of(member)];
+    const std::unique_ptr<LogFile::Source> array =
+        open_npy_log(bytes_of(path, name, member, budget), {});
+    const std::size_t rows = std::max(array->rows, array->columns.size());
+    of_rows[rows].push_back(member);
+    numbers[rows] += static_cast<double>(array->rows) * static_cast<double>(array->columns.size());
+  }
+  numbers.erase(1);
+  const auto largest = std::max_element(
+      numbers.begin(), numbers.end(),
+      [](const auto& one, const auto& other) { return one.second < other.second; });
+  if (largest == numbers.end()) {
+    throw DataError(name, "the file holds no column of numbers");
+  }
+  const std::vector<std::string>& chosen = of_rows[largest->first];
+  constexpr std::size_t most_arrays = 500;  // each holds its own place in the archive open
+  if (chosen.size() > most_arrays) {
+    throw DataError(name, formatted("holds {} arrays of {} rows; at most {} are read as one table",
+                                    chosen.size(), largest->first, most_arrays));
+  }
+  auto table = std::make_unique<ArraysAsTable>();
+  for (const std::string& member : chosen) {
+    // With its folders, as NumPy names it, if another has the same name.
     const std::string stem = stem_of(member);
-    tables.add(of_stem[stem] == 1 ? stem : member.substr(0, member.rfind('.')), rows, all.size(),
-               values);
+    ByteSource bytes = bytes_of(path, name, member, budget);
+    table->add(of_stem[stem] == 1 ? stem : member.substr(0, member.rfind('.')),
+               upright(open_npy_log(std::move(bytes), {}), name, budget));
   }
   OpenedFile opened{.format = "npy", .table_name = stem_of(name)};
-  opened.table = std::move(tables).largest(name);
+  opened.table = std::move(table);
   return opened;
 }
 
@@ -138,17 +225,20 @@ bool is_metadata(const std::string& member) {
 
 }  // namespace
 
-OpenedFile open_zip(const std::string& path, const std::string& name) {
-  const std::vector<std::string> members = members_of(path, name);
+OpenedFile open_zip(const std::string& path, const std::string& name, const ReadBudget& budget) {
+  const std::vector<std::string> members = members_of(path, name, budget);
   const auto has = [&](std::string_view member) {
     return std::find(members.begin(), members.end(), member) != members.end();
   };
   if (has("xl/workbook.xml")) {
-    const std::string text = csv_of_workbook(name, [&](const std::string& part) {
-      return has(part) ? text_of(path, name, part) : std::string();
-    });
+    const std::string text = csv_of_workbook(
+        name,
+        [&](const std::string& part) {
+          return has(part) ? text_of(bytes_of(path, name, part, budget)) : std::string();
+        },
+        budget);
     OpenedFile opened{.format = "xlsx", .table_name = stem_of(name)};
-    opened.text = bytes_of_text(name, text);
+    opened.text = bytes_of_text(name, text, budget);
     return opened;
   }
   const bool is_npz = !members.empty() &&
@@ -156,7 +246,7 @@ OpenedFile open_zip(const std::string& path, const std::string& name) {
                         return member.ends_with(".npy");
                       });
   if (is_npz) {
-    return open_npz(path, name, members);
+    return open_npz(path, name, members, budget);
   }
   std::vector<OpenedFile> opened;
   std::vector<std::string> good;
@@ -166,10 +256,12 @@ OpenedFile open_zip(const std::string& path, const std::string& name) {
       continue;
     }
     try {
-      OpenedFile one = open_recording(bytes_of(path, name, member));
+      OpenedFile one = open_recording(bytes_of(path, name, member, budget));
       read_table(one, {});  // what holds no numbers is passed over
       good.push_back(member);
       opened.push_back(std::move(one));
+    } catch (const LimitError&) {
+      throw;
     } catch (const DataError& error) {
       why = error.what();
     }
@@ -181,12 +273,12 @@ OpenedFile open_zip(const std::string& path, const std::string& name) {
                               : "the zip archive holds nothing that can be read; the last: " + why);
   }
   if (opened.size() == 1) {  // once more, as its cells may be asked for
-    return open_recording(bytes_of(path, name, good.front()));
+    return open_recording(bytes_of(path, name, good.front(), budget));
   }
   return joined_recordings(std::move(opened));
 }
 #else
-OpenedFile open_zip(const std::string&, const std::string& name) {
+OpenedFile open_zip(const std::string&, const std::string& name, const ReadBudget&) {
   throw DataError(name,
                   "is a zip archive, and this axiscal was built without libarchive; unpack it");
 }

@@ -53,6 +53,36 @@ template <std::size_t N>
 /// @return the text that a piece is, likewise.
 [[nodiscard]] std::optional<std::string> text_of_piece(std::string_view piece);
 
+/// Goes through the entries of a list, or the members of an object, of which it holds none. What an
+/// entry is is not looked at.
+class JsonEntries {
+ public:
+  /// @param text  that begins with the list or object.
+  explicit JsonEntries(std::string_view text);
+
+  [[nodiscard]] bool is_list() const { return open_ == '['; }
+  [[nodiscard]] bool is_object() const { return open_ == '{'; }
+
+  /// Goes on to the next entry.
+  /// @return false at the end, and where the text is no JSON: ok() tells.
+  bool next();
+
+  [[nodiscard]] std::string_view value() const { return value_; }
+  /// @return a member's name as it is written, between its quotes.
+  [[nodiscard]] std::string_view key() const { return key_; }
+  [[nodiscard]] bool ok() const { return ok_; }
+  /// @return the text behind what was gone through.
+  [[nodiscard]] std::string_view rest() const { return rest_; }
+
+ private:
+  bool end(bool ok);
+
+  std::string_view rest_, key_, value_;
+  char open_ = '\0';
+  bool is_first_ = true;
+  bool ok_ = true;
+};
+
 /// @return how deep arrays and objects stand in each other, up to where a text stops being JSON.
 [[nodiscard]] std::size_t depth_of_json(std::string_view text);
 

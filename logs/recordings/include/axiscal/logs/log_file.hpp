@@ -37,6 +37,7 @@ struct LogFormat {
   /// Of such recordings: columns that are wanted by the names that the format has for them, alone
   /// ("AccX") or behind their message's ("IMU2.AccX").
   std::vector<std::string> wanted;
+  ReadLimits limits;  ///< the most that reading the file may cost
 };
 
 /// A sensor of three axes among the columns of a log.

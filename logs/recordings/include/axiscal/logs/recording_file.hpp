@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "axiscal/core/version.hpp"
+#include "axiscal/logs/read_limits.hpp"
 
 namespace axiscal {
 
@@ -66,7 +67,7 @@ class RecordingFile {
  public:
   /// @param path  `-` is standard input; a folder stands for the one bag in it.
   /// @throws DataError  if there is no such file, it is empty, or of no format that is known.
-  explicit RecordingFile(const std::string& path);
+  explicit RecordingFile(const std::string& path, const ReadLimits& limits = {});
   ~RecordingFile();
   RecordingFile(RecordingFile&&) noexcept;
   RecordingFile& operator=(RecordingFile&&) noexcept;
@@ -130,7 +131,8 @@ struct RecordingSummary {
 /// @param most_samples  of all series together; where there are more, the summary is of the first.
 /// @throws DataError  as RecordingFile.
 [[nodiscard]] RecordingSummary summarise(const std::string& path,
-                                         std::optional<std::size_t> most_samples = {});
+                                         std::optional<std::size_t> most_samples = {},
+                                         const ReadLimits& limits = {});
 
 /// @return the summary as JSON: {"format": .., "series": [{"name", "instance", "kind", "columns",
 ///         "unit", "samples", "start_s", "end_s", "rate_hz", "mean", "sd"}]}.

@@ -1,0 +1,23 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <string>
+#include <string_view>
+
+namespace axiscal {
+
+/// @return the text with control characters written as \x1B: a terminal would act on them. Tabs and
+///         line feeds stay.
+[[nodiscard]] std::string shown_text(std::string_view text);
+
+/// @return a name as shown_text(), in one line: tabs and line feeds are written so too.
+[[nodiscard]] std::string shown_name(std::string_view name);
+
+/// @return whether a spreadsheet would take a cell for a formula: it begins with = + - or @, and is
+///         neither a number nor a face (+X).
+[[nodiscard]] bool is_formula(std::string_view cell);
+
+/// @return a word as a cell of CSV, with an apostrophe before what is a formula.
+[[nodiscard]] std::string harmless_cell(const std::string& word);
+
+}  // namespace axiscal

@@ -1,0 +1,48 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "axiscal/core/temporary_file.hpp"
+
+#include <cerrno>
+#include <cstdlib>
+#include <cstring>
+
+#include <fcntl.h>
+#include <unistd.h>
+
+#include "axiscal/core/error.hpp"
+#include "axiscal/core/formatted.hpp"
+#include "axiscal/core/unfinished_names.hpp"
+
+namespace axiscal {
+
+TemporaryFile::TemporaryFile() {
+  const char* const stated = std::getenv("TMPDIR");  // NOLINT(concurrency-mt-unsafe)
+  if (stated != nullptr && *stated == 0) {
+    throw OutputError("TMPDIR is empty: name a folder for temporary copies, or unset it");
+  }
+  const std::string folder = stated != nullptr ? stated : "/tmp";
+  path_ = folder + "/axiscal-XXXXXX";
+  descriptor_ = ::mkostemp(path_.data(), O_CLOEXEC);
+  if (descriptor_ < 0) {
+    throw OutputError(
+        formatted("{}: no temporary copy can be made there ({}); name another folder "
+                  "in TMPDIR",
+                  folder, std::strerror(errno)));
+  }
+  announce_unfinished(path_);
+}
+
+TemporaryFile::~TemporaryFile() {
+  if (has_name_) {
+    remove_name();
+  }
+  ::close(descriptor_);
+}
+
+void TemporaryFile::remove_name() {
+  ::unlink(path_.c_str());
+  withdraw_unfinished(path_);
+  has_name_ = false;
+  path_ = formatted("/proc/self/fd/{}", descriptor_);
+}
+
+}  // namespace axiscal
