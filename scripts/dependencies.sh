@@ -48,7 +48,7 @@ needs=(
 # Commands and their packages; they may come from elsewhere too. clang++ builds sooner than g++; the report's
 # script is bundled by node, and used in a browser by the tests.
 tools=("clang++ clang" "node nodejs" "npm npm" "chromium chromium" "pdftotext poppler-utils" "ssconvert gnumeric" "debootstrap debootstrap"
-  "dpkg-shlibdeps dpkg-dev" "tmux tmux" "mosquitto_pub mosquitto-clients")
+  "dpkg-shlibdeps dpkg-dev" "file file" "tmux tmux" "mosquitto_pub mosquitto-clients")
 
 is_installed() {
   [ "$(dpkg-query -W -f '${db:Status-Status}' "$1" 2>/dev/null)" = installed ]

@@ -2,10 +2,10 @@
 # SPDX-License-Identifier: Apache-2.0
 # deb_test.sh BUILD_DIR: makes the .deb and runs what it holds. In a clean root where debootstrap works
 # (as root, with the distribution's mirror), else unpacked beside the system's own libraries. Exit status
-# 77 where there is no cpack or dpkg-shlibdeps.
+# 77 where there is no cpack, dpkg-shlibdeps or file.
 set -euo pipefail
 build=$(realpath "$1")
-for tool in cpack dpkg-deb dpkg-shlibdeps; do
+for tool in cpack dpkg-deb dpkg-shlibdeps file; do
   command -v "$tool" >/dev/null || { echo "skipped: no $tool"; exit 77; }
 done
 scratch=$(mktemp -d)
@@ -21,7 +21,7 @@ cpack --config "$build/CPackConfig.cmake" -G DEB -B "$scratch/packed" >"$scratch
 deb=$(ls "$scratch"/packed/*.deb)
 dpkg-deb --info "$deb" | grep -E "Package|Version|Depends"
 dpkg-deb --contents "$deb" >"$scratch/contents"
-for file in usr/bin/axiscal usr/share/man/man1/axiscal.1 usr/share/bash-completion/completions/axiscal; do
+for file in usr/bin/axiscal axiscal/axiscal-read usr/share/man/man1/axiscal.1 usr/share/bash-completion/completions/axiscal; do
   grep -q "\./$file" "$scratch/contents" || { echo "the package lacks $file"; exit 1; }
 done
 
