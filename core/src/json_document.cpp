@@ -504,6 +504,13 @@ void put_json(Json& value, const TakeText& take) {
 }
 
 void JsonColumns::begin_row() {
+  // A text that grows by doubling needs twice its memory in the end.
+  constexpr std::size_t telling = 256;
+  if (rows_ == telling && expected_ > telling) {
+    for (Column& column : columns_) {
+      column.cells.reserve(column.cells.size() / telling * expected_ * 21 / 20);
+    }
+  }
   ++rows_;
   at_ = 0;
 }

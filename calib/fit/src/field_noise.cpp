@@ -42,25 +42,36 @@ struct AxisHat {
   AxisHat(const LinearisedRun& run, Eigen::Index k)
       : Q(run.basis_of_axis(k)),
         P(run.shared_basis_of_axis(k)),
-        leverage((Q.rowwise().squaredNorm() + P.rowwise().squaredNorm()).array()),
-        squares(run.residuals()(run.rows_of_axis(k)).array().square()) {}
+        leverage((Q.rowwise().squaredNorm() + P.rowwise().squaredNorm()).array()) {}
 
   const Eigen::MatrixXd& Q;  // n x p
   Eigen::MatrixXd P;         // n x D
   Eigen::ArrayXd leverage;
-  Eigen::ArrayXd squares;  // of the residuals
 };
+
+// Of the residuals of an axis.
+auto squares_of_axis(const LinearisedRun& run, Eigen::Index k) {
+  return run.residuals()(run.rows_of_axis(k)).array().square();
+}
 
 // K^T W K of an axis by its blocks, W the weights of its rows.
 struct WeightedHat {
   WeightedHat(const AxisHat& axis, const Eigen::ArrayXd& weights)
-      : across(axis.Q.cols(), axis.P.cols()), shared(axis.P.cols(), axis.P.cols()) {
-    const Eigen::MatrixXd WQ = weights.matrix().asDiagonal() * axis.Q;
-    own = thin_product(axis.Q.transpose(), WQ);
-    if (axis.P.cols() > 0) {
-      const Eigen::MatrixXd WP = weights.matrix().asDiagonal() * axis.P;
-      across = thin_product(axis.Q.transpose(), WP);
-      shared = thin_product(axis.P.transpose(), WP);
+      : own(Eigen::MatrixXd::Zero(axis.Q.cols(), axis.Q.cols())),
+        across(Eigen::MatrixXd::Zero(axis.Q.cols(), axis.P.cols())),
+        shared(Eigen::MatrixXd::Zero(axis.P.cols(), axis.P.cols())) {
+    constexpr Eigen::Index rows_at_once = 4096;  // all at once would be a second copy of Q
+    for (Eigen::Index from = 0; from < weights.size(); from += rows_at_once) {
+      const Eigen::Index rows = std::min(rows_at_once, weights.size() - from);
+      const auto Q = axis.Q.middleRows(from, rows);
+      const auto w = weights.segment(from, rows).matrix().asDiagonal();
+      own += thin_product(Q.transpose(), Eigen::MatrixXd(w * Q));
+      if (axis.P.cols() > 0) {
+        const auto P = axis.P.middleRows(from, rows);
+        const Eigen::MatrixXd WP = w * P;
+        across += thin_product(Q.transpose(), WP);
+        shared += thin_product(P.transpose(), WP);
+      }
     }
   }
 
@@ -79,7 +90,7 @@ NoiseRatio ratio_of_axis(const LinearisedRun& run, Eigen::Index k, const Eigen::
   const AxisHat axis(run, k);
   const auto part_of = [&](const Eigen::ArrayXd& weights, double squares_of_hat) {
     return PartOfNoise{
-        .squares = (weights * axis.squares).sum(),
+        .squares = (weights * squares_of_axis(run, k)).sum(),
         .trace = (weights * (1.0 - axis.leverage)).sum(),
         .trace_of_square = (weights.square() * (1.0 - 2.0 * axis.leverage)).sum() + squares_of_hat};
   };
@@ -120,9 +131,7 @@ class Sandwiches {
   explicit Sandwiches(const LinearisedRun& run) : run_(run) {
     axes_.reserve(static_cast<std::size_t>(run.axes()));
     for (Eigen::Index k = 0; k < run.axes(); ++k) {
-      AxisRows& axis = axes_.emplace_back(
-          AxisRows{.hat = AxisHat(run, k), .root = run.root_of_axis(k), .left = {}});
-      axis.left = 1.0 - axis.hat.leverage;
+      axes_.push_back(AxisRows{.hat = AxisHat(run, k), .root = run.root_of_axis(k)});
     }
   }
 
@@ -147,10 +156,11 @@ class Sandwiches {
       }
       // What the fit passes through has no residual that says anything.
       constexpr double least_left = 1e-6;
+      const auto left = 1.0 - axis.hat.leverage;
       const Eigen::ArrayXd w =
-          (axis.left > least_left).select((g.array() / axis.left).square(), 0.0);
-      v += (w * axis.hat.squares).sum();
-      E += (w * axis.left).sum();
+          (left > least_left).select((g.array() / left).square(), 0.0);
+      v += (w * squares_of_axis(run_, a)).sum();
+      E += (w * left).sum();
       const WeightedHat of_hat(axis.hat, w);
       freedom += (w.square() * (1.0 - 2.0 * axis.hat.leverage)).sum() + of_hat.squares_of_own();
       shared += of_hat.shared;
@@ -164,7 +174,6 @@ class Sandwiches {
   struct AxisRows {
     AxisHat hat;
     LinearisedRun::RootOfAxis root;
-    Eigen::ArrayXd left;  // what the fit leaves of each residual
   };
 
   const LinearisedRun& run_;
@@ -196,6 +205,14 @@ AlongField along_field(const LinearisedRun& run) {
   return along;
 }
 
+PartOfNoise part_along(const LinearisedRun& run, const AlongField& along) {
+  const double taken = along.hat_squares.trace();  // by the fit
+  const auto n = static_cast<double>(run.readings());
+  return {.squares = along.deviations.squaredNorm(),
+          .trace = n - taken,
+          .trace_of_square = n - 2.0 * taken + along.hat_squares.squaredNorm()};
+}
+
 bool can_be_looked_at(const LinearisedRun& run) {
   const ReadingSet& set = run.set();
   return run.is_determined() && run.readings() >= fewest_looked_at && set.seen.cols() == 0 &&
@@ -203,7 +220,8 @@ bool can_be_looked_at(const LinearisedRun& run) {
 }
 
 // Noise that is not the same along the field and across it.
-void add_field_noise(const LinearisedRun& run, const AlongField& along, Estimate& estimate) {
+// @param one  of the noise: that along the field.
+void add_field_noise(const LinearisedRun& run, const PartOfNoise& one, Estimate& estimate) {
   const std::vector<ScatterComponent>& known = estimate.statistics.components;
   const bool seats_fitted = std::any_of(
       known.begin(), known.end(), [](const auto& component) { return component.name == "seats"; });
@@ -213,16 +231,10 @@ void add_field_noise(const LinearisedRun& run, const AlongField& along, Estimate
   const Eigen::Index m = run.axes();
   NoiseRatio all;
   if (m > 1) {
-    const double taken = along.hat_squares.trace();  // by the fit, along the field
-    const double taken_of_square = along.hat_squares.squaredNorm();
-    const auto n = static_cast<double>(run.readings());
-    const PartOfNoise one{.squares = along.deviations.squaredNorm(),
-                          .trace = n - taken,
-                          .trace_of_square = n - 2.0 * taken + taken_of_square};
     const double left = run.degrees_of_freedom();
     all = ratio_of(one, {.squares = run.residuals().squaredNorm() - one.squares,
                          .trace = left - one.trace,
-                         .trace_of_square = left - n + taken_of_square});
+                         .trace_of_square = left + one.trace_of_square - 2.0 * one.trace});
   }
   const Eigen::MatrixXd cosines = cosines_of(run, estimate);
   double one_axis = 1.0;
@@ -319,11 +331,11 @@ void add_field_scatter(const LinearisedRun& run, bool gains_differ, Estimate& es
   if (!can_be_looked_at(run)) {
     return;
   }
-  AlongField along = along_field(run);
   if (!gains_differ) {  // which look like noise along the field
-    add_field_noise(run, along, estimate);
+    add_field_noise(run, part_along(run, along_field(run)), estimate);
   }
-  add_field_wander(run, std::move(along), gains_differ, estimate);
+  // Made once more: both together would need the most memory of a calibration.
+  add_field_wander(run, along_field(run), gains_differ, estimate);
 }
 
 }  // namespace axiscal

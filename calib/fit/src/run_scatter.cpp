@@ -182,6 +182,9 @@ std::optional<OrderedReadings> ordered_readings(const ReadingSet& set, const Est
     Eigen::MatrixXd& design = ordered.designs.emplace_back(n, p);
     design.leftCols(set.coefficient_count()) = all(rows, Eigen::seqN(0, set.coefficient_count()));
     design.rightCols(drift) = all(rows, Eigen::lastN(drift));
+    if (k == 0 && set.end_of_alike(0, set.weights) == set.axis_count()) {
+      break;  // one for all
+    }
   }
   return ordered;
 }

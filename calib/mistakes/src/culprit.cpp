@@ -11,6 +11,7 @@
 #include "axiscal/core/formatted.hpp"
 #include "axiscal/core/number_text.hpp"
 #include "clear_run.hpp"
+#include "condensed.hpp"
 #include "detection.hpp"
 #include "mistake_kind.hpp"
 #include "typed_value.hpp"
@@ -210,6 +211,17 @@ MistakeSearch find_culprit(const ReadingSet& set,
                            bool known_field,
                            const ReadingSet* without_shared_errors,
                            const SmallState* small) {
+  constexpr Eigen::Index most_searched = 3000;
+  constexpr std::size_t most_means = 1500;
+  if (set.size() > most_searched) {
+    const std::optional<ReadingSet> few = condensed(set, most_means);
+    const std::optional<ReadingSet> judged =
+        without_shared_errors != nullptr ? condensed(*without_shared_errors, most_means)
+                                         : std::nullopt;
+    if (few && judged.has_value() == (without_shared_errors != nullptr)) {
+      return find_culprit(*few, estimate, known_field, judged ? &*judged : nullptr);
+    }
+  }
   // A direction that was stated wrongly is no mistake of a reading: where opposite readings show it
   // they are judged without it.
   const bool stated = known_field && !estimate.levelness;

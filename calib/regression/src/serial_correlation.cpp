@@ -404,9 +404,9 @@ double lag_one_score(const OrderedReadings& readings) {
   const Eigen::Index m = readings.responses.cols();
   LagOneScore score;
   for (Eigen::Index first = 0; first < m;) {
-    const Eigen::MatrixXd& design = readings.designs[static_cast<std::size_t>(first)];
+    const Eigen::MatrixXd& design = readings.design_of(first);
     Eigen::Index end = first + 1;
-    while (end < m && readings.designs[static_cast<std::size_t>(end)] == design) {
+    while (end < m && (&readings.design_of(end) == &design || readings.design_of(end) == design)) {
       ++end;
     }
     const Eigen::MatrixXd Q = basis_of(Eigen::HouseholderQR<Eigen::MatrixXd>(design));
@@ -429,9 +429,9 @@ CorrelatedMean mean_under_correlation(const OrderedReadings& readings) {
   std::vector<std::vector<FirstCoefficient>> of_models(
       models.size(), std::vector<FirstCoefficient>(static_cast<std::size_t>(m)));
   for (Eigen::Index first = 0; first < m;) {
-    const Eigen::MatrixXd& design = readings.designs[static_cast<std::size_t>(first)];
+    const Eigen::MatrixXd& design = readings.design_of(first);
     Eigen::Index end = first + 1;
-    while (end < m && readings.designs[static_cast<std::size_t>(end)] == design) {
+    while (end < m && (&readings.design_of(end) == &design || readings.design_of(end) == design)) {
       ++end;
     }
     const PlainFit plain(design, readings.responses.middleCols(first, end - first));

@@ -265,16 +265,14 @@ TableColumns recognise_columns(const std::vector<std::string>& names,
                                std::string_view table,
                                const LogBlock& block) {
   const SensorColumns sensors(names, table);
-  TableColumns columns{.time = sensors.time(), .seconds = sensors.seconds()};
+  TableColumns columns{
+      .series = sensors.series(), .time = sensors.time(), .seconds = sensors.seconds()};
   const auto is_empty = [&](std::size_t c) {
     return std::none_of(block[c].begin(), block[c].end(),
                         [](double v) { return std::isfinite(v); });
   };
   if (columns.time && is_empty(*columns.time)) {
     columns.time.reset();
-  }
-  for (const std::string& name : names) {
-    columns.series.push_back(sensors.series_of(name));
   }
   const auto has = [&](SeriesKind kind) {
     return std::any_of(columns.series.begin(), columns.series.end(),

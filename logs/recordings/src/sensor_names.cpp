@@ -393,7 +393,7 @@ std::optional<std::size_t> axis_of_name(std::string_view name) {
 }
 
 SensorColumns::SensorColumns(const std::vector<std::string>& columns, std::string_view table)
-    : columns_(columns), series_(columns.size()) {
+    : series_(columns.size()) {
   std::vector<NamedColumn> names;
   for (const std::string& column : columns) {
     names.push_back(named_column(column));
@@ -497,12 +497,6 @@ SensorColumns::SensorColumns(const std::vector<std::string>& columns, std::strin
       }
     }
   }
-}
-
-Series SensorColumns::series_of(const std::string& column) const {
-  const auto found = std::find(columns_.begin(), columns_.end(), column);
-  return found == columns_.end() ? Series{}
-                                 : series_[static_cast<std::size_t>(found - columns_.begin())];
 }
 
 }  // namespace axiscal

@@ -116,6 +116,9 @@ void put_json(Json& value, const TakeText& take);
 /// kept as the text that they become in the file.
 class JsonColumns {
  public:
+  /// @param rows  that are to come, for which room is made; 0: not known.
+  explicit JsonColumns(std::size_t rows = 0) : expected_(rows) {}
+
   /// What follows is of the next row.
   void begin_row();
 
@@ -138,6 +141,7 @@ class JsonColumns {
   std::string& next_cell(std::string_view key, bool is_list);
 
   std::vector<Column> columns_;
+  std::size_t expected_;
   std::size_t rows_ = 0;
   std::size_t at_ = 0;  // where the next member's column probably is: rows are alike
 };

@@ -270,7 +270,7 @@ class JsonMembers {
         list(key, all, members);
         return;
       }
-      JsonColumns columns;
+      JsonColumns columns(all.size());
       JsonMembers io(columns);
       for (Struct& one : all) {
         columns.begin_row();

@@ -11,10 +11,14 @@ namespace axiscal {
 
 /// Readings in the order in which they were taken, m responses of one regression each.
 struct OrderedReadings {
-  std::vector<Eigen::MatrixXd> designs;  ///< m of n x p; the first column is 1
+  std::vector<Eigen::MatrixXd> designs;  ///< m of n x p, or one for all; the first column is 1
   Eigen::MatrixXd responses;             ///< n x m
   Eigen::VectorXd places;   ///< n, increasing: the reading's number in the run, whole numbers
   std::vector<int> blocks;  ///< n, the readings of one block together; empty: there are none
+
+  [[nodiscard]] const Eigen::MatrixXd& design_of(Eigen::Index k) const {
+    return designs[designs.size() == 1 ? 0 : static_cast<std::size_t>(k)];
+  }
 };
 
 /// Readings count as alike where a lag_one_score() is above this: one-sided 10 %.

@@ -52,8 +52,8 @@ class SensorColumns {
   /// @param table    its name: of "Accelerometer.csv" x, y, z are an accelerometer's.
   explicit SensorColumns(const std::vector<std::string>& columns, std::string_view table = "");
 
-  /// @return kind, unit and known_by of a column.
-  [[nodiscard]] Series series_of(const std::string& column) const;
+  /// @return kind, unit and known_by of each column.
+  [[nodiscard]] const std::vector<Series>& series() const { return series_; }
 
   /// @return the column of times, where there is one.
   [[nodiscard]] std::optional<std::size_t> time() const { return time_; }
@@ -62,7 +62,6 @@ class SensorColumns {
   [[nodiscard]] double seconds() const { return seconds_; }
 
  private:
-  std::vector<std::string> columns_;
   std::vector<Series> series_;
   std::optional<std::size_t> time_;
   double seconds_ = 0.0;
