@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <limits>
 
 #include <Eigen/Geometry>
@@ -98,6 +99,26 @@ PlacedReading SessionKnowledge::placed(const CapturedReading& reading) const {
           .field_turn = change_of_field(setup_.experiment, field_at_s_, reading.start_s)};
 }
 
+// Three blocks tell all that a pose is judged by, and what drifted since the first ones would mislead.
+// So a capture costs the same however many readings there are.
+std::vector<CapturedReading> SessionKnowledge::latest(
+    const std::vector<CapturedReading>& readings) {
+  constexpr std::size_t most = 36;
+  if (readings.size() <= most) {
+    return readings;
+  }
+  std::vector<double> starts;
+  for (const CapturedReading& reading : readings) {
+    starts.push_back(reading.start_s);
+  }
+  const auto first = starts.end() - static_cast<std::ptrdiff_t>(most);
+  std::nth_element(starts.begin(), first, starts.end());
+  std::vector<CapturedReading> result;
+  std::copy_if(readings.begin(), readings.end(), std::back_inserter(result),
+               [&](const CapturedReading& reading) { return reading.start_s >= *first; });
+  return result;
+}
+
 std::vector<PlacedReading> SessionKnowledge::placed(const std::vector<CapturedReading>& readings,
                                                     std::optional<int> without) const {
   std::vector<PlacedReading> result;
@@ -123,11 +144,12 @@ bool SessionKnowledge::reads_otherwise(const CapturedReading& reading,
 
 std::optional<PoseJudgement> SessionKnowledge::judge(const std::vector<CapturedReading>& readings,
                                                      const CapturedReading& reading) const {
-  return model_.judge(placed(readings), placed(reading));
+  return model_.judge(placed(latest(readings)), placed(reading));
 }
 
 std::optional<SessionKnowledge::Suspect> SessionKnowledge::learn(
-    const std::vector<CapturedReading>& readings) {
+    const std::vector<CapturedReading>& all) {
+  const std::vector<CapturedReading> readings = latest(all);
   fits_ = model_.fits(placed(readings));
   constexpr std::size_t enough = 5;
   if (readings.size() < enough) {

@@ -75,6 +75,8 @@ class SessionKnowledge {
  private:
   [[nodiscard]] PoseModelSetup pose_model_setup() const;
   [[nodiscard]] Eigen::VectorXd u_of(const CapturedReading& reading) const;
+  [[nodiscard]] static std::vector<CapturedReading> latest(
+      const std::vector<CapturedReading>& readings);
   [[nodiscard]] PlacedReading placed(const CapturedReading& reading) const;
   [[nodiscard]] std::vector<PlacedReading> placed(const std::vector<CapturedReading>& readings,
                                                   std::optional<int> without = {}) const;
