@@ -653,7 +653,7 @@ TEST(AcquireCommand, ListsKindsAndSaysWhatIsMissing) {
   const ProgramResult list = run_axiscal({"acquire", "--list", "--json"});
   EXPECT_EQ(list.status, 0);
   const nlohmann::json json = nlohmann::json::parse(list.out);
-  EXPECT_EQ(json["kinds"].size(), 10U);
+  EXPECT_EQ(json["kinds"].size(), 11U);
   EXPECT_EQ(run_axiscal({"acquire"}).status, 2);
   EXPECT_EQ(run_axiscal({"acquire", "--connect", "serial:"}).status, 2);
   const ProgramResult wrong =

@@ -342,7 +342,7 @@ TEST(ReduceCsv, SaysWhatSingleReadingsSay) {
       std::size_t row = 0;
       for (const std::array<double, 3>& reading : readings) {
         ++row;
-        row += cells[row].back() == "unreadable" ? 1 : 0;
+        row += cells[row].back() == "unreadable" ? 1U : 0U;
         const ReducedReading one = reducer.reduce(reading);
         for (std::size_t c = 3; c + 1 < cells[row].size(); ++c) {
           const std::string& name = cells[0][c];
