@@ -38,8 +38,7 @@ std::vector<Subcommand> subcommands() {
 int run_command(const std::vector<std::string>& arguments) {
   const InputProtection no_input_is_overwritten;
   try {
-    const Action action = parse_command_line(
-        arguments, subcommands());
+    const Action action = parse_command_line(arguments, subcommands());
     return action();
   } catch (const UsageError& error) {
     return fail(wrong_usage, "axiscal: " + with_options(error));

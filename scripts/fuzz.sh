@@ -1,9 +1,10 @@
 #!/usr/bin/env bash
 # SPDX-License-Identifier: Apache-2.0
-# scripts/fuzz.sh MINUTES | --seconds N: every reader under libFuzzer with address and undefined-behaviour
-# sanitizers, two at a time; MINUTES for all together, or N seconds for each. It begins with the inputs in
-# tests/fuzz/corpus and keeps what it finds in build/fuzz/corpus. An input that crashes, hangs (10 s), takes
-# over 1 GiB or ends in a foreign exception is kept in build/fuzz/found, and the status is 1.
+# scripts/fuzz.sh MINUTES | --seconds N | --inputs N [TARGET ...]: every reader, or those that are named, under
+# libFuzzer with address and undefined-behaviour sanitizers, two at a time; MINUTES for all together, N seconds or N
+# inputs for each. It begins with the inputs in tests/fuzz/corpus and with real files of AXISCAL_DATA_DIR
+# (../shared/data) if they are there, and keeps what it finds in build/fuzz/corpus. An input that crashes, hangs
+# (10 s), takes over 1 GiB or ends in a foreign exception is kept in build/fuzz/found, and the status is 1.
 set -euo pipefail
 cd "$(dirname "$0")/.."
 
@@ -28,24 +29,60 @@ cmake --build --preset fuzz
 program=$PWD/build/fuzz/tests/fuzz/axiscal_fuzz
 mapfile -t targets < <("$program" --list)
 case "${1:-}" in
-  --seconds) seconds=$2 ;;
-  *) seconds=$((${1:?minutes} * 60 * 2 / ${#targets[@]})) ;;
+  --seconds) bound=-max_total_time=$2 && shift 2 ;;
+  --inputs) bound=-runs=$2 && shift 2 ;;
+  *) bound=-max_total_time=$((${1:?minutes} * 60 * 2 / ${#targets[@]})) && shift ;;
 esac
+[ $# -eq 0 ] || targets=("$@")
+
+# The start of real files, or whole ones where a format needs its end.
+data=${AXISCAL_DATA_DIR:-../shared/data}
+seeds_of() {
+  local target=$1 bytes=$2
+  shift 2
+  mkdir -p "build/fuzz/seeds/$target"
+  [ -d "$data" ] || return 0
+  find "$data" -type f \( "$@" \) | while IFS= read -r file; do
+    if [ "$bytes" -gt 0 ]; then
+      head -c "$bytes" "$file" >"build/fuzz/seeds/$target/$(basename "$file")"
+    elif [ "$(stat -c %s "$file")" -le 200000 ]; then
+      cp "$file" "build/fuzz/seeds/$target/"
+    fi
+  done
+}
+start=16384
+seeds_of ulog $start -name '*.ulg'
+seeds_of dataflash $start -name '*.bin'
+seeds_of rosbag1 $start -name '*.bag'
+seeds_of mcap $start -name '*.mcap'
+seeds_of blackbox $start -iname '*.bbl' -o -iname '*.bfl'
+seeds_of tlog $start -name '*.tlog'
+seeds_of log $start -name '*.csv' -o -name '*.txt' -o -name '*.log'
+seeds_of table $start -name '*.csv'
+seeds_of json 0 -name '*.json'
+seeds_of zip 0 -name '*.npz' -o -name '*.zip' -o -name '*.xlsx'
+seeds_of rosbag2 0 -name '*.db3'
+seeds_of mat 0 -path '*matlab5*' -name '*.mat'
+seeds_of mat73 0 -path '*matlab73*' -name '*.mat'
 
 logs=build/fuzz/logs
 mkdir -p "$logs" build/fuzz/found
 run_target() {
   local target=$1
   local corpus=build/fuzz/corpus/$target
-  mkdir -p "$corpus" "tests/fuzz/corpus/$target"
+  mkdir -p "$corpus" "tests/fuzz/corpus/$target" "build/fuzz/seeds/$target"
+  # As long as the longest seed, so that none is cut.
+  local longest
+  longest=$(find "tests/fuzz/corpus/$target" "build/fuzz/seeds/$target" -type f -printf '%s\n' | sort -n | tail -n 1)
+  local max_len=$((${longest:-0} > 8192 ? longest : 8192))
   ln -sf "$program" "build/fuzz/fuzz_$target"
-  ASAN_OPTIONS=quarantine_size_mb=32 "build/fuzz/fuzz_$target" -max_total_time="$seconds" -timeout=10 -rss_limit_mb=1024 -max_len=8192 \
-    -print_final_stats=1 -artifact_prefix="build/fuzz/found/$target-" "$corpus" \
-    "tests/fuzz/corpus/$target" >"$logs/$target.log" 2>&1 ||
+  ASAN_OPTIONS=quarantine_size_mb=32 "build/fuzz/fuzz_$target" "$bound" -timeout=10 -rss_limit_mb=1024 \
+    -max_len="$max_len" -print_final_stats=1 -artifact_prefix="build/fuzz/found/$target-" "$corpus" \
+    "tests/fuzz/corpus/$target" "build/fuzz/seeds/$target" >"$logs/$target.log" 2>&1 ||
     { echo "$target" >>"$logs/failed"; tail -n 40 "$logs/$target.log"; }
 }
 export -f run_target
-export program seconds logs
+export program bound logs
 rm -f "$logs/failed"
 printf '%s\n' "${targets[@]}" | xargs -P 2 -I TARGET bash -c 'run_target TARGET'
 

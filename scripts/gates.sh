@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
 # SPDX-License-Identifier: Apache-2.0
 # The short gates behind the tests: a session whose page is attacked, speed beside its peers, and each reader
-# under a fuzzer for 10 seconds. They take the command from the tests' build.
+# under a fuzzer for 4 seconds. They take the command from the tests' build.
 set -euo pipefail
 cd "$(dirname "$0")/.."
 
@@ -18,4 +18,4 @@ if /usr/bin/python3 -c 'import numpy' 2>/dev/null; then
 else
   echo "gates.sh: speed skipped: there is no python3-numpy"
 fi
-scripts/fuzz.sh --seconds 10
+scripts/fuzz.sh --seconds 4

@@ -6,6 +6,7 @@
 #include <chrono>
 #include <csignal>
 #include <filesystem>
+#include <fstream>
 #include <mutex>
 #include <numeric>
 #include <set>
@@ -592,6 +593,63 @@ TEST_F(FaultTest, AJournalWritesNoFilesElsewhere) {
   EXPECT_EQ(read_file(victim), "precious");
   EXPECT_FALSE(std::filesystem::exists(victim + "2"));
   EXPECT_EQ(readings().size(), 36U) << "they are beside the journal";
+}
+
+// An address may drive an instrument: it is opened if its user names it.
+TEST_F(FaultTest, AStrangersJournalDrivesNoInstrument) {
+  ASSERT_EQ(
+      run_axiscal({"acquire", "--connect", "sim:?speed=400&rate=50", "--plain", "--name", name_},
+                  {.stdin_text = "quit\n"})
+          .status,
+      1);
+  std::string journal = read_file(name_ + ".journal");
+  const std::string address = "scpi://127.0.0.1:9?channels=101,102,103&setup=OUTP%20ON";
+  journal.replace(journal.find("sim:?speed=400&rate=50"), 22, address);
+  std::ofstream(name_ + ".journal") << journal;
+  const ProgramResult refused =
+      run_axiscal({"acquire", "--resume", name_ + ".journal", "--unattended", "--plain"});
+  EXPECT_EQ(refused.status, 2);
+  EXPECT_NE(refused.err.find("  " + address), std::string::npos) << refused.err;
+  EXPECT_NE(refused.err.find("--connect '" + address + "'"), std::string::npos) << refused.err;
+  EXPECT_EQ(read_file(name_ + ".journal"), journal) << "it is as it was";
+}
+
+TEST_F(FaultTest, APasswordStandsInNoAddress) {
+  const ProgramResult refused =
+      run_axiscal({"acquire", "--connect", "mqtt://127.0.0.1:9/t?user=me&password=secret",
+                   "--instrument", "accelerometer", "--unattended", "--plain", "--name", name_});
+  EXPECT_EQ(refused.status, 2);
+  EXPECT_NE(refused.err.find("AXISCAL_MQTT_PASSWORD"), std::string::npos) << refused.err;
+  EXPECT_EQ(refused.err.find("secret"), std::string::npos) << refused.err;
+  EXPECT_FALSE(std::filesystem::exists(name_ + ".journal"));
+  const std::string open_to_all = folder_.write("password", "secret\n");
+  std::filesystem::permissions(open_to_all, std::filesystem::perms(0644));
+  const ProgramResult readable = run_axiscal(
+      {"acquire", "--connect", "mqtt://127.0.0.1:9/t?user=me&password-file=" + open_to_all,
+       "--instrument", "accelerometer", "--unattended", "--plain", "--name", name_});
+  EXPECT_EQ(readable.status, 2);
+  EXPECT_NE(readable.err.find("chmod 600"), std::string::npos) << readable.err;
+}
+
+TEST_F(FaultTest, AJournalIsItsOwnersAlone) {
+  ASSERT_EQ(
+      run_axiscal({"acquire", "--connect", "sim:?speed=400&rate=50", "--plain", "--name", name_},
+                  {.stdin_text = "quit\n"})
+          .status,
+      1);
+  EXPECT_EQ(std::filesystem::status(name_ + ".journal").permissions(),
+            std::filesystem::perms(0600));
+}
+
+// What the session prints is read by nobody: it goes on.
+TEST_F(FaultTest, ASessionWhoseReaderHasGoneEndsWithItsReadings) {
+  const std::string command = "set -o pipefail; '" + command_path() +
+                              "' acquire --connect 'sim:?speed=max&rate=50' --instrument "
+                              "accelerometer --unattended --plain --name '" +
+                              name_ + "' 2>/dev/null | head -n 1 >/dev/null";
+  const std::string quoted = "bash -c \"" + command + "\"";
+  EXPECT_EQ(WEXITSTATUS(std::system(quoted.c_str())), 0);
+  EXPECT_EQ(readings().size(), 36U);
 }
 
 // Nobody can answer, as standard input is closed: a session ends by itself, and can be resumed.

@@ -9,6 +9,7 @@
 #include <gtest/gtest.h>
 #include <sys/resource.h>
 
+#include "allocations.hpp"
 #include "axiscal/acquisition/sample_feed.hpp"
 #include "axiscal/acquisition/session_json.hpp"
 #include "axiscal/core/error.hpp"
@@ -45,6 +46,25 @@ double largest_error(const GuidedResult& result) {
        2e-5 * 2e-5 / 4.0)
           .sqrt();
   return (off.array().abs() / u.array()).maxCoeff();
+}
+
+// Allocations tell what a reading costs, whatever the machine does beside.
+TEST(SessionGrowth, ACaptureCostsTheSameHoweverManyThereAre) {
+  if (under_address_sanitizer) {
+    GTEST_SKIP() << "the sanitizer counts allocations of its own";
+  }
+  const ScratchFolder folder;
+  const auto cost_of_a_capture = [&](int replicates) {
+    const SessionSetup setup = guided_setup(1, replicates);
+    const std::size_t before = allocation_count();
+    static_cast<void>(
+        run_guided(setup, simulation_of(1), folder.path(std::to_string(replicates) + ".journal")));
+    return static_cast<double>(allocation_count() - before) /
+           static_cast<double>(setup.sheet.size());
+  };
+  const double of_48 = cost_of_a_capture(4);
+  const double of_192 = cost_of_a_capture(16);
+  EXPECT_LT(of_192, 1.6 * of_48);
 }
 
 TEST(Session, TakesTwelvePointsAndCalibrates) {

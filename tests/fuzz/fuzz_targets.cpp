@@ -361,8 +361,8 @@ void command(std::string_view bytes) {
   }
   constexpr std::array<std::string_view, 5> passed_over = {"acquire", "study", "report", "simulate",
                                                            "plan"};
-  if (arguments.empty() || std::find(passed_over.begin(), passed_over.end(), arguments.front()) !=
-                               passed_over.end()) {
+  if (arguments.empty() ||
+      std::find(passed_over.begin(), passed_over.end(), arguments.front()) != passed_over.end()) {
     return;
   }
   static const bool is_quiet = [] {

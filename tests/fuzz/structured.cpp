@@ -6,7 +6,6 @@
 #include <cstdint>
 #include <cstring>
 #include <random>
-
 #include <zlib.h>
 
 extern "C" std::size_t LLVMFuzzerMutate(std::uint8_t* data, std::size_t size, std::size_t max_size);
@@ -147,9 +146,9 @@ std::string join_zip(const RecordFile& file) {
     put_number<std::uint16_t>(common, 20);
     put_number<std::uint32_t>(common, 0);  // no flags, stored
     put_number<std::uint32_t>(common, 0);  // time
-    put_number(common, static_cast<std::uint32_t>(
-                           crc32(0, reinterpret_cast<const Bytef*>(payload.data()),
-                                 static_cast<uInt>(payload.size()))));
+    put_number(common,
+               static_cast<std::uint32_t>(crc32(0, reinterpret_cast<const Bytef*>(payload.data()),
+                                                static_cast<uInt>(payload.size()))));
     put_number(common, static_cast<std::uint32_t>(payload.size()));
     put_number(common, static_cast<std::uint32_t>(payload.size()));
     put_number(common, static_cast<std::uint16_t>(file.heads[i].size()));
@@ -172,16 +171,16 @@ std::string join_zip(const RecordFile& file) {
   return bytes;
 }
 
-constexpr std::array formats = {RecordFormat{"ulog", parse_ulog, join_ulog},
-                                RecordFormat{"mcap", parse_mcap, join_mcap},
-                                RecordFormat{"rosbag1", parse_bag, join_bag},
-                                RecordFormat{"zip", parse_zip, join_zip}};
+constexpr std::array formats = {
+    RecordFormat{"ulog", parse_ulog, join_ulog}, RecordFormat{"mcap", parse_mcap, join_mcap},
+    RecordFormat{"rosbag1", parse_bag, join_bag}, RecordFormat{"zip", parse_zip, join_zip}};
 
 void change_one(RecordFile& file, std::mt19937& random, std::size_t room) {
   const std::size_t i = random() % file.payloads.size();
   switch (random() % 8) {
     case 0:
-      file.payloads.insert(file.payloads.begin() + static_cast<std::ptrdiff_t>(i), file.payloads[i]);
+      file.payloads.insert(file.payloads.begin() + static_cast<std::ptrdiff_t>(i),
+                           file.payloads[i]);
       if (!file.heads.empty()) {
         file.heads.insert(file.heads.begin() + static_cast<std::ptrdiff_t>(i), file.heads[i]);
       }
@@ -199,8 +198,8 @@ void change_one(RecordFile& file, std::mt19937& random, std::size_t room) {
       std::string& payload = file.payloads[i];
       const std::size_t size = payload.size();
       payload.resize(size + std::min<std::size_t>(room, 256));
-      payload.resize(LLVMFuzzerMutate(reinterpret_cast<std::uint8_t*>(payload.data()), size,
-                                      payload.size()));
+      payload.resize(
+          LLVMFuzzerMutate(reinterpret_cast<std::uint8_t*>(payload.data()), size, payload.size()));
     }
   }
 }
@@ -208,9 +207,8 @@ void change_one(RecordFile& file, std::mt19937& random, std::size_t room) {
 }  // namespace
 
 const RecordFormat* format_of_target(std::string_view target) {
-  const auto* const found = std::find_if(formats.begin(), formats.end(), [&](const auto& format) {
-    return format.target == target;
-  });
+  const auto* const found = std::find_if(
+      formats.begin(), formats.end(), [&](const auto& format) { return format.target == target; });
   return found == formats.end() ? nullptr : found;
 }
 

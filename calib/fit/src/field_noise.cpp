@@ -157,8 +157,7 @@ class Sandwiches {
       // What the fit passes through has no residual that says anything.
       constexpr double least_left = 1e-6;
       const auto left = 1.0 - axis.hat.leverage;
-      const Eigen::ArrayXd w =
-          (left > least_left).select((g.array() / left).square(), 0.0);
+      const Eigen::ArrayXd w = (left > least_left).select((g.array() / left).square(), 0.0);
       v += (w * squares_of_axis(run_, a)).sum();
       E += (w * left).sum();
       const WeightedHat of_hat(axis.hat, w);

@@ -43,8 +43,8 @@ std::vector<std::vector<Eigen::Index>> groups_of(const ReadingSet& set, std::siz
   std::map<std::pair<std::size_t, Pose>, std::size_t> places;
   std::vector<std::vector<Eigen::Index>> groups;
   for (std::size_t at = 0; at < order.size(); ++at) {
-    const auto [found, is_new] = places.try_emplace(
-        {at * parts / order.size(), pose_of(set, order[at])}, groups.size());
+    const auto [found, is_new] =
+        places.try_emplace({at * parts / order.size(), pose_of(set, order[at])}, groups.size());
     if (is_new) {
       groups.emplace_back();
     }

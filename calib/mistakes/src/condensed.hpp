@@ -7,8 +7,8 @@
 
 namespace axiscal {
 
-/// A long run as means of readings that were taken in one pose, one part of the run after the other.
-/// A search for mistakes costs hundreds of fits, each in proportion to the readings.
+/// A long run as means of readings that were taken in one pose, one part of the run after the
+/// other. A search for mistakes costs hundreds of fits, each in proportion to the readings.
 ///
 /// A mean has the weight of its readings, and the run number of the first of them. What moves or
 /// drifts shows as before; a single wrong reading among thousands shows less, and does less.

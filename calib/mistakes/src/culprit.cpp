@@ -215,9 +215,9 @@ MistakeSearch find_culprit(const ReadingSet& set,
   constexpr std::size_t most_means = 1500;
   if (set.size() > most_searched) {
     const std::optional<ReadingSet> few = condensed(set, most_means);
-    const std::optional<ReadingSet> judged =
-        without_shared_errors != nullptr ? condensed(*without_shared_errors, most_means)
-                                         : std::nullopt;
+    const std::optional<ReadingSet> judged = without_shared_errors != nullptr
+                                                 ? condensed(*without_shared_errors, most_means)
+                                                 : std::nullopt;
     if (few && judged.has_value() == (without_shared_errors != nullptr)) {
       return find_culprit(*few, estimate, known_field, judged ? &*judged : nullptr);
     }
