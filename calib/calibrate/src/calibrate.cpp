@@ -517,8 +517,7 @@ class RunFit {
     mistakes_ = {};
     if (searched_) {
       mistakes_ =
-          find_culprit(fitted_, estimate_, kind_.directions_known, judged_ ? &*judged_ : nullptr,
-                       judged_ ? nullptr : state_->small(estimate_.field));
+          find_culprit(fitted_, estimate_, kind_.directions_known, judged_ ? &*judged_ : nullptr);
     }
   }
 

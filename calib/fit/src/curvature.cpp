@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "curvature.hpp"
 
+#include "axiscal/calib/scaled_cholesky.hpp"
 #include "axiscal/calib/variance_components.hpp"
 
 namespace axiscal {
@@ -32,6 +33,69 @@ bool BendTest::weigh_alike_if_equal(const Eigen::Ref<const Eigen::VectorXd>& lef
   }
   variances_.head(m) = squares.sum() / free.sum() * ratio;
   return true;
+}
+
+std::optional<Bend> BentAxes::fit(const Eigen::VectorXd& variances, bool bent) const {
+  const auto m = static_cast<Eigen::Index>(axes_.size());
+  const Eigen::Index shared = axes_.front().gradient.size() - 1;
+  Bend bend{.estimate = Eigen::VectorXd::Zero(m), .squares_of_axis = Eigen::VectorXd(m)};
+  for (Eigen::Index k = 0; k < m; ++k) {
+    bend.squares_of_axis(k) = axes_[static_cast<std::size_t>(k)].squares;
+    bend.squares += bend.squares_of_axis(k) / variances(k);
+  }
+  if (shared == 0 && !bent) {
+    return bend;
+  }
+  Eigen::VectorXd right;
+  const std::optional<Eigen::VectorXd> estimate = solved(variances, bent, right);
+  if (!estimate) {
+    return std::nullopt;
+  }
+  bend.squares -= estimate->dot(right);
+  for (Eigen::Index k = 0; k < m; ++k) {
+    const Axis& axis = axes_[static_cast<std::size_t>(k)];
+    Eigen::VectorXd own(shared + 1);
+    own.head(shared) = estimate->head(shared);
+    own(shared) = bent ? (*estimate)(shared + k) : 0.0;
+    bend.estimate(k) = own(shared);
+    bend.squares_of_axis(k) = std::max(
+        axis.squares - 2.0 * own.dot(axis.gradient) + own.dot(axis.information * own), 0.0);
+  }
+  return bend;
+}
+
+// By the normal equations; on return their right side.
+std::optional<Eigen::VectorXd> BentAxes::solved(const Eigen::VectorXd& variances,
+                                                bool bent,
+                                                Eigen::VectorXd& right) const {
+  const auto m = static_cast<Eigen::Index>(axes_.size());
+  const Eigen::Index shared = axes_.front().gradient.size() - 1;
+  const Eigen::Index size = shared + (bent ? m : 0);
+  Eigen::MatrixXd normal = Eigen::MatrixXd::Zero(size, size);
+  Eigen::VectorXd lengths = Eigen::VectorXd::Zero(size);
+  right = Eigen::VectorXd::Zero(size);
+  for (Eigen::Index e = shared - errors_; e < shared; ++e) {
+    normal(e, e) = 1.0;
+  }
+  for (Eigen::Index k = 0; k < m; ++k) {
+    const Axis& axis = axes_[static_cast<std::size_t>(k)];
+    const double weight = 1.0 / variances(k);
+    const auto place = [&](Eigen::Index j) { return j < shared ? j : shared + k; };
+    for (Eigen::Index j = 0; j < shared + (bent ? 1 : 0); ++j) {
+      right(place(j)) += weight * axis.gradient(j);
+      lengths(place(j)) += weight * axis.lengths(j);
+      for (Eigen::Index i = 0; i < shared + (bent ? 1 : 0); ++i) {
+        normal(place(i), place(j)) += weight * axis.information(i, j);
+      }
+    }
+  }
+  constexpr double open_below = 1e-13;
+  const ScaledCholesky cholesky(normal);
+  if (!cholesky.is_determined(open_below) ||
+      !(normal.diagonal().array() > open_below * lengths.array()).all()) {
+    return std::nullopt;
+  }
+  return cholesky.solve(right);
 }
 
 }  // namespace axiscal

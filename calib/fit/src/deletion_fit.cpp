@@ -131,7 +131,6 @@ DeletionFit::DeletionFit(const ReadingSet& set, const TableField& field, bool kn
 DeletionFit::DeletionFit(StateOfRun& run, const TableField& field)
     : set_(run.set()),
       state_(run.at(field)),
-      small_(run.small(field)),
       smallest_(run.set().axis_count()) {
   find_smallest();
 }
@@ -264,27 +263,12 @@ std::vector<DeletionFit::LeftOut<Most>> DeletionFit::left_out(
 
 std::optional<double> DeletionFit::p_value(const std::vector<std::size_t>& readings,
                                            const Eigen::MatrixXd& contrasts) const {
-  if (small_ != nullptr && readings.size() == 2 && contrasts.rows() == 1) {
-    return p_value_of_small<2, 1>(readings, contrasts, false);
-  }
-  if (small_ != nullptr && readings.size() <= static_cast<std::size_t>(few) &&
-      contrasts.rows() <= few) {
-    return p_value_of_small<Eigen::Dynamic, Eigen::Dynamic>(readings, contrasts, false);
-  }
   const Eigen::Index of_all_axes = set_.axis_count() * (1 + state_->direction_count());
   const bool are_few = readings.size() <= static_cast<std::size_t>(few) &&
                        axis_of(0).X().cols() <= few && of_all_axes <= Others<few>::most_columns &&
                        contrasts.rows() <= few;
   return are_few ? p_value_of<few>(readings, contrasts)
                  : p_value_of<Eigen::Dynamic>(readings, contrasts);
-}
-
-std::optional<double> DeletionFit::rough_p_value(const std::vector<std::size_t>& readings,
-                                                 const Eigen::MatrixXd& contrasts) const {
-  if (!tells_roughly() || readings.size() != 2 || contrasts.rows() != 1) {
-    return std::nullopt;
-  }
-  return p_value_of_small<2, 1>(readings, contrasts, true);
 }
 
 template <int Most>

@@ -11,8 +11,6 @@
 #include "axiscal/calib/input_quantities.hpp"
 #include "axiscal/calib/linearised_run.hpp"
 #include "axiscal/calib/method_kind.hpp"
-#include "axiscal/calib/product_of_size.hpp"
-#include "axiscal/calib/small_run.hpp"
 
 namespace axiscal {
 namespace {
@@ -86,22 +84,12 @@ struct LengthSetup {
   const Eigen::MatrixXd changes;  // of the readings with the inputs, n m x c, m for each reading
 };
 
-// @tparam Run  LinearisedRun, or SmallRun, which needs no memory of its own.
-template <typename Run>
-LengthScatter scatter_of_lengths(const Run& run, const LengthSetup& setup) {
-  constexpr int most = Run::most_readings;
-  constexpr bool is_small = most != Eigen::Dynamic;
-  using Shared =
-      Eigen::Matrix<double, Eigen::Dynamic, Run::shared_width, 0, most, Run::shared_width>;
-  using AmongShared = Eigen::Matrix<double, Run::shared_width, Run::shared_width>;
-  const auto product = [](const auto& left, const auto& right) {
-    return product_of_size<most>(left, right);
-  };
+LengthScatter scatter_of_lengths(const LinearisedRun& run, const LengthSetup& setup) {
   const ReadingSet& set = setup.set;
   const Eigen::Index n = set.size();
   LengthScatter scatter;
   // Changes of the lengths with the readings, in units of each one's own scatter.
-  Eigen::Matrix<double, Eigen::Dynamic, 3, 0, most, 3> A(n, 3);
+  Eigen::MatrixX3d A(n, 3);
   for (Eigen::Index i = 0; i < n; ++i) {
     const auto at = static_cast<std::size_t>(i);
     const Eigen::Vector3d met =
@@ -117,31 +105,25 @@ LengthScatter scatter_of_lengths(const Run& run, const LengthSetup& setup) {
   }
   // The lengths' covariance A (1 - K K^T) V (1 - K K^T) A^T, V the noise and K K^T what the fit
   // takes of readings. Of an axis K_k = [Q_k, P_k], square to each other, with Q_k^T Q_k = 1.
-  Shared in_shared = Shared::Zero(n, run.shared_basis_of_axis(0).cols());
-  bool shares = in_shared.cols() > 0;
-  if constexpr (is_small) {
-    shares = run.has_directions();
-  }
+  Eigen::MatrixXd in_shared = Eigen::MatrixXd::Zero(n, run.shared_basis_of_axis(0).cols());
+  const bool shares = in_shared.cols() > 0;
   for (Eigen::Index k = 0; k < 3 && shares; ++k) {
     in_shared += A.col(k).asDiagonal() * run.shared_basis_of_axis(k);
   }
   const Eigen::Index p = run.basis_of_axis(0).cols();
-  Eigen::MatrixXd in_own(is_small ? 0 : n, 3 * p);
-  Shared across = Shared::Zero(n, in_shared.cols());
-  Eigen::Matrix<double, Eigen::Dynamic, 1, 0, most, 1> of_noise =
-      Eigen::Matrix<double, Eigen::Dynamic, 1, 0, most, 1>::Zero(n);
+  Eigen::MatrixXd in_own(n, 3 * p);
+  Eigen::MatrixXd across = Eigen::MatrixXd::Zero(n, in_shared.cols());
+  Eigen::VectorXd of_noise = Eigen::VectorXd::Zero(n);
   Eigen::MatrixXd by_inputs = Eigen::MatrixXd::Zero(n, setup.changes.cols());
   for (Eigen::Index k = 0; k < 3; ++k) {
     const double variance = setup.pure(k) * setup.pure(k);
     of_noise += variance * A.col(k).cwiseAbs2();
     const auto& Q = run.basis_of_axis(k);
-    if constexpr (!is_small) {
-      in_own.middleCols(p * k, p) = (setup.pure(k) * A.col(k)).asDiagonal() * Q;
-    }
+    in_own.middleCols(p * k, p) = (setup.pure(k) * A.col(k)).asDiagonal() * Q;
     if (shares) {
-      const Shared P = run.shared_basis_of_axis(k);
+      const Eigen::MatrixXd P = run.shared_basis_of_axis(k);
       across += (variance * A.col(k)).asDiagonal() * P;
-      across -= 0.5 * variance * product(in_shared, AmongShared(product(P.transpose(), P)));
+      across -= 0.5 * variance * in_shared * (P.transpose() * P);
     }
     if (setup.changes.cols() > 0) {
       const Eigen::MatrixXd of_axis = setup.changes(Eigen::seqN(k, n, 3), Eigen::all);
@@ -149,32 +131,16 @@ LengthScatter scatter_of_lengths(const Run& run, const LengthSetup& setup) {
       by_inputs -= in_shared * (run.shared_basis_of_axis(k).transpose() * of_axis);
     }
   }
-  if constexpr (is_small) {  // has no inputs, and one Q for all axes
-    const Eigen::Matrix<double, Eigen::Dynamic, 3, 0, most, 3> B = A * setup.pure.asDiagonal();
-    const auto& Q = run.basis_of_axis(0);
-    for (Eigen::Index i = 0; i < n; ++i) {
-      for (Eigen::Index j = 0; j <= i; ++j) {
-        double of_pair =
-            (i == j ? of_noise(i) : 0.0) - B.row(i).dot(B.row(j)) * Q.row(i).dot(Q.row(j));
-        if (shares) {
-          of_pair -= across.row(i).dot(in_shared.row(j)) + in_shared.row(i).dot(across.row(j));
-        }
-        scatter.by_noise += i == j ? of_pair : 0.0;
-        scatter.of_square += (i == j ? 1.0 : 2.0) * of_pair * of_pair;
-      }
-    }
-  } else {
-    Eigen::MatrixXd covariance = of_noise.asDiagonal();
-    covariance -= in_own * in_own.transpose();
-    if (in_shared.cols() > 0) {
-      const Eigen::MatrixXd taken = across * in_shared.transpose();
-      covariance -= taken + taken.transpose();
-    }
-    scatter.by_noise = covariance.trace();
-    scatter.by_inputs = by_inputs.squaredNorm();
-    covariance += by_inputs * by_inputs.transpose();
-    scatter.of_square = covariance.squaredNorm();
+  Eigen::MatrixXd covariance = of_noise.asDiagonal();
+  covariance -= in_own * in_own.transpose();
+  if (in_shared.cols() > 0) {
+    const Eigen::MatrixXd taken = across * in_shared.transpose();
+    covariance -= taken + taken.transpose();
   }
+  scatter.by_noise = covariance.trace();
+  scatter.by_inputs = by_inputs.squaredNorm();
+  covariance += by_inputs * by_inputs.transpose();
+  scatter.of_square = covariance.squaredNorm();
   return scatter;
 }
 
@@ -200,21 +166,12 @@ std::optional<FieldSizeCheck> check_field_size(const Experiment& experiment,
             .pure = noise.sd.cwiseQuotient(statistics.residual_sd),
             .changes = changes};
   };
-  LengthScatter scatter;
-  const SmallState* const small = inputs.empty() ? of.small(field) : nullptr;
-  if (small != nullptr) {
-    const SmallRun run(*small, statistics.residual_sd, small->has_directions());
-    if (!run.is_determined()) {
-      return std::nullopt;
-    }
-    scatter = scatter_of_lengths(run, setup_of({}));
-  } else {
-    const LinearisedRun run(of, field, statistics.residual_sd);
-    if (!run.is_determined()) {
-      return std::nullopt;
-    }
-    scatter = scatter_of_lengths(run, setup_of(change_of_readings(inputs, run, field)));
+  const LinearisedRun run(of, field, statistics.residual_sd);
+  if (!run.is_determined()) {
+    return std::nullopt;
   }
+  const LengthScatter scatter =
+      scatter_of_lengths(run, setup_of(change_of_readings(inputs, run, field)));
   const double expected = scatter.expected();
   if (!(expected > 0.0)) {
     return std::nullopt;

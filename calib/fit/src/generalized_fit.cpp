@@ -134,7 +134,7 @@ class GeneralizedFit {
     BendTest test(layings_, !run_.known_field(), run.column_count(), variances_);
     const double F = field_.magnitude();
     if (!seats_) {
-      const BentAxes<Eigen::Dynamic, Eigen::Dynamic> axes = bent_axes(run);
+      const BentAxes axes = bent_axes(run);
       return test.by([&](bool bent) { return axes.fit(test.variances(), bent); }, F);
     }
     VarianceProblem straight = problem(run);
@@ -229,14 +229,14 @@ class GeneralizedFit {
     coefficients_ = solution.head(p * m).reshaped(p, m);
   }
 
-  [[nodiscard]] std::optional<Bend<Eigen::Dynamic>> fit_problem(
+  [[nodiscard]] std::optional<Bend> fit_problem(
       const VarianceProblem& problem, const Eigen::VectorXd& variances) const {
     const Eigen::Index m = set_.axis_count();
     const std::optional<WeightedFit> fit = fit_at_variances(problem, variances);
     if (!fit) {
       return std::nullopt;
     }
-    Bend<Eigen::Dynamic> bend{.estimate = fit->estimate.head(m),
+    Bend bend{.estimate = fit->estimate.head(m),
                               .squares = fit->squares,
                               .squares_of_axis = Eigen::VectorXd::Zero(m)};
     const Eigen::VectorXd left = problem.y - problem.W * fit->estimate;
@@ -246,9 +246,9 @@ class GeneralizedFit {
     return bend;
   }
 
-  [[nodiscard]] BentAxes<Eigen::Dynamic, Eigen::Dynamic> bent_axes(const LinearisedRun& run) const {
+  [[nodiscard]] BentAxes bent_axes(const LinearisedRun& run) const {
     const Eigen::MatrixXd of_errors = change_of_readings(inputs_, run, field_);
-    BentAxes<Eigen::Dynamic, Eigen::Dynamic> axes(errors());
+    BentAxes axes(errors());
     for (Eigen::Index k = 0; k < run.axes(); ++k) {
       const auto rows = run.rows_of_axis(k);
       Eigen::MatrixXd columns(run.readings(), run.shared() + errors() + 1);
@@ -378,28 +378,6 @@ std::vector<UncertaintySource> sources_of(const std::vector<InputQuantity>& inpu
   return sources;
 }
 
-// The curvature test of a small run without inputs and seats.
-// @tparam Shared  the field's directions that are fitted.
-template <int Shared>
-std::optional<CurvatureTest> curvature_of_small(const SmallState& state,
-                                                const Layings& layings,
-                                                const Estimate& estimate) {
-  const SmallRun run(state, Eigen::Vector3d::Ones(), Shared > 0);
-  BentAxes<Shared, 3> axes(0);
-  for (Eigen::Index k = 0; k < 3; ++k) {
-    SmallRun::Columns<Shared + 1> columns(run.readings(), Shared + 1);
-    columns << state.tangents().middleCols<Shared>(Shared * k),
-        (state.field_met() * state.sensitivity().row(k).normalized().transpose()).cwiseAbs2();
-    const SmallRun::Columns<4>& Q = state.basis();
-    const Eigen::Matrix<double, 4, Shared + 1> in_basis = Q.transpose().lazyProduct(columns);
-    axes.add(SmallRun::Columns<Shared + 1>(columns - Q.lazyProduct(in_basis)),
-             run.residuals().col(k), columns.colwise().squaredNorm().transpose());
-  }
-  BendTest test(layings, Shared > 0, 12 + Shared, first_scatter(estimate).cwiseAbs2());
-  return test.by([&](bool bent) { return axes.fit(test.variances(), bent); },
-                 state.field_magnitude());
-}
-
 }  // namespace
 
 std::optional<CurvatureTest> test_curvature(const Experiment& experiment,
@@ -426,12 +404,6 @@ std::optional<CurvatureTest> test_curvature(const Experiment& experiment,
   const std::vector<InputQuantity> inputs =
       input_quantities(experiment, layings.set(), known, estimate.field);
   const bool seats = seats_of(statistics) != nullptr;
-  const SmallState* const small =
-      layings.own || !inputs.empty() || seats ? nullptr : run.small(estimate.field);
-  if (small != nullptr) {
-    return small->has_directions() ? curvature_of_small<2>(*small, layings, estimate)
-                                   : curvature_of_small<0>(*small, layings, estimate);
-  }
   StateOfRun of_layings(layings.set(), known);
   return GeneralizedFit(layings, layings.own ? of_layings : run, inputs, seats, estimate)
       .curvature();

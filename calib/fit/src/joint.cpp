@@ -11,7 +11,6 @@
 #include "axiscal/calib/reweighting.hpp"
 #include "axiscal/calib/robust.hpp"
 #include "axiscal/calib/scaled_qr.hpp"
-#include "axiscal/calib/small_run.hpp"
 #include "axiscal/core/error.hpp"
 #include "axiscal/core/rotation.hpp"
 #include "joint_solution.hpp"
@@ -50,16 +49,6 @@ RobustRound robust_round(const ReadingSet& set,
 // A run about a solution.
 LinearisedRun linearised(const ReadingSet& set, const JointSolution& solution) {
   return {set, solution.state, solution.sigma};
-}
-
-// By its normal equations, where it is small.
-std::optional<double> condition_if_small(const ReadingSet& set, const JointSolution& solution) {
-  if (SmallState::can_be(set)) {
-    if (const std::optional<SmallState> small = SmallState::of(set, *solution.state)) {
-      return SmallRun(*small, solution.sigma, true).small_condition();
-    }
-  }
-  return small_condition_of(linearised(set, solution).information());
 }
 
 Estimate robust_estimate(const ReadingSet& set, const JointFit& given, const JointSolution& plain) {
@@ -159,7 +148,7 @@ Estimate estimate_joint(const ReadingSet& set) {
         "the field and all sensitivities may as well have the opposite sign, as nothing says where "
         "the field points";
   }
-  std::optional<double> condition_number = condition_if_small(set, solution);
+  std::optional<double> condition_number = small_condition_of(linearised(set, solution).information());
   if (!condition_number) {
     const LinearisedRun run = linearised(set, solution);
     require_direction(run, solution);

@@ -5,10 +5,8 @@
 #include <cmath>
 #include <utility>
 
-#include "axiscal/calib/small_run.hpp"
 #include "axiscal/core/formatted.hpp"
 #include "axiscal/core/number_text.hpp"
-#include "small_joint.hpp"
 
 namespace axiscal {
 namespace {
@@ -34,30 +32,8 @@ Eigen::VectorXd rounding_of_axes(const ReadingSet& set) {
   return smallest;
 }
 
-// Of a small and plain run.
-std::optional<JointSolution> solve_if_small(const ReadingSet& set,
-                                            const JointFit& fit,
-                                            const TableField& start) {
-  if (!SmallState::can_be(set)) {
-    return std::nullopt;
-  }
-  const std::optional<SmallJointSolution> found =
-      solve_small_joint(set, start.vector(0), rounding_of_axes(set));
-  if (!found) {
-    return std::nullopt;
-  }
-  JointSolution solution{.state = fit.at(start.with({found->field})),
-                         .sigma = found->sigma,
-                         .weights_are_estimated = true};
-  solution.shares = fit.shares(*solution.state, solution.sigma);
-  return solution;
-}
-
 // The axes' noise is not known: it is what fits the residuals best, directions and noise in turn.
 JointSolution solve_joint(const ReadingSet& set, const JointFit& fit, const TableField& start) {
-  if (std::optional<JointSolution> small = solve_if_small(set, fit, start)) {
-    return *std::move(small);
-  }
   Eigen::VectorXd sigma = Eigen::VectorXd::Ones(set.axis_count());
   const std::shared_ptr<const JointState> state = fit.converged(fit.at(start), sigma);
   DirectionShares shares = fit.shares(*state, sigma);

@@ -11,9 +11,7 @@
 #include <Eigen/SVD>
 
 #include "axiscal/calib/scaled_qr.hpp"
-#include "axiscal/calib/small_run.hpp"
 #include "axiscal/core/rotation.hpp"
-#include "small_joint.hpp"
 
 namespace axiscal {
 namespace {
@@ -44,11 +42,6 @@ std::optional<TableField> linear_start(const ReadingSet& set) {
     return {};  // then its parts are not linear in the level
   }
   const std::vector<FieldDescription>& parts = set.field.parts();
-  if (SmallState::can_be(set)) {
-    if (const std::optional<Eigen::Vector3d> direction = small_linear_direction(set)) {
-      return set.field.with({parts.front().magnitude * with_sign(*direction, parts.front())});
-    }
-  }
   std::vector<Eigen::Index> all(static_cast<std::size_t>(set.size()));
   std::iota(all.begin(), all.end(), 0);
   const Eigen::VectorXd common = linear_directions(set, all);

@@ -64,34 +64,6 @@ struct FaceContrasts {
   Eigen::MatrixXd rows;
 };
 
-// A face whose rough probability is above this many times the least one known, and so much more, is
-// not less likely.
-constexpr double near_the_least = 1.5;
-constexpr double near = 0.05;
-
-struct FaceToAsk {
-  std::size_t place = 0;
-  double rough_p = 0.0;  // 0 where only the whole fit tells
-};
-
-// The faces, those first that may be the least likely.
-std::vector<FaceToAsk> faces_to_ask(const DeletionFit& others,
-                                    const std::vector<FacePairs>& faces,
-                                    FaceContrasts& contrasts) {
-  std::vector<FaceToAsk> all(faces.size());
-  for (std::size_t f = 0; f < faces.size(); ++f) {
-    all[f].place = f;
-    if (others.tells_roughly()) {
-      contrasts.take(faces[f]);
-      const double p = others.rough_p_value(contrasts.readings, contrasts.rows).value_or(0.0);
-      all[f].rough_p = p > 0.0 ? p : 0.0;
-    }
-  }
-  std::stable_sort(all.begin(), all.end(),
-                   [](const FaceToAsk& a, const FaceToAsk& b) { return a.rough_p < b.rough_p; });
-  return all;
-}
-
 }  // namespace
 
 void test_levelness(StateOfRun& run, Estimate& estimate) {
@@ -114,12 +86,8 @@ void test_levelness(StateOfRun& run, Estimate& estimate) {
   bool tell = false;
   const FacePairs* suspect = nullptr;
   FaceContrasts contrasts;
-  for (const FaceToAsk& face : faces_to_ask(others, faces, contrasts)) {
-    if (face.rough_p > near_the_least * smallest + near) {
-      tell = true;
-      break;
-    }
-    contrasts.take(faces[face.place]);
+  for (const FacePairs& face : faces) {
+    contrasts.take(face);
     const std::optional<double> p = others.p_value(contrasts.readings, contrasts.rows);
     if (!p) {
       return;  // the other faces do not tell
@@ -127,7 +95,7 @@ void test_levelness(StateOfRun& run, Estimate& estimate) {
     tell = tell || !std::isnan(*p);
     if (*p < smallest) {
       smallest = *p;
-      suspect = &faces[face.place];
+      suspect = &face;
     }
   }
   if (!tell) {

@@ -189,19 +189,6 @@ std::optional<OrderedReadings> ordered_readings(const ReadingSet& set, const Est
   return ordered;
 }
 
-// Whether a small run's readings are clearly not alike.
-bool are_clearly_unlike(StateOfRun& run, const Estimate& estimate) {
-  // What is fitted costs more than the look, unless it is there.
-  const SmallState* const small = run.is_of(estimate.field) ? run.small(estimate.field) : nullptr;
-  if (small == nullptr) {
-    return false;
-  }
-  constexpr double near = 1e-6;
-  LagOneScore score;
-  score.add(small->basis(), small->residuals());
-  return score.value() < alike_above - near;
-}
-
 }  // namespace
 
 void add_serial_correlation(StateOfRun& run, Estimate& estimate) {
@@ -211,9 +198,6 @@ void add_serial_correlation(StateOfRun& run, Estimate& estimate) {
                   [](const ScatterComponent& one) { return one.name == "soaks"; });
   if (has_soaks || set.robust || set.seen.cols() > 0) {
     return;  // readings of a soak that lies off its curve are alike, and that counts already
-  }
-  if (are_clearly_unlike(run, estimate)) {
-    return;
   }
   const std::optional<OrderedReadings> ordered = ordered_readings(set, estimate);
   if (!ordered || !(lag_one_score(*ordered) > alike_above)) {

@@ -28,8 +28,4 @@ bool add_block_sensitivities(const LinearisedRun& run, bool mounts_known, Estima
 /// @param gains_differ  between blocks, which was said already and looks like it.
 void add_field_scatter(const LinearisedRun& run, bool gains_differ, Estimate& estimate);
 
-/// @return whether that clearly finds nothing in a small run of which gains do not differ: by the
-///         same tests, in closed form. What is near any of their levels is not clear.
-[[nodiscard]] bool has_clearly_no_field_scatter(const SmallState& state, const Estimate& estimate);
-
 }  // namespace axiscal

@@ -61,11 +61,7 @@ void count_field_scatter(ScatterSearch& search, Estimate& estimate) {
   if (is_transfer(search) || search.method.averages_pairs) {
     return;
   }
-  const SmallState* const small =
-      search.gains_differ ? nullptr : search.judged_state().small(estimate.field);
-  if (small == nullptr || !has_clearly_no_field_scatter(*small, estimate)) {
-    add_field_scatter(search.run(estimate), search.gains_differ, estimate);
-  }
+  add_field_scatter(search.run(estimate), search.gains_differ, estimate);
 }
 
 void count_correlation(ScatterSearch& search, Estimate& estimate) {

@@ -10,7 +10,6 @@
 #include "axiscal/calib/deletion_fit.hpp"
 #include "axiscal/core/formatted.hpp"
 #include "axiscal/core/number_text.hpp"
-#include "clear_run.hpp"
 #include "condensed.hpp"
 #include "detection.hpp"
 #include "mistake_kind.hpp"
@@ -209,8 +208,7 @@ bool can_be_searched(const ReadingSet& set, const Estimate& estimate) {
 MistakeSearch find_culprit(const ReadingSet& set,
                            const Estimate& estimate,
                            bool known_field,
-                           const ReadingSet* without_shared_errors,
-                           const SmallState* small) {
+                           const ReadingSet* without_shared_errors) {
   constexpr Eigen::Index most_searched = 3000;
   constexpr std::size_t most_means = 1500;
   if (set.size() > most_searched) {
@@ -225,9 +223,6 @@ MistakeSearch find_culprit(const ReadingSet& set,
   // A direction that was stated wrongly is no mistake of a reading: where opposite readings show it
   // they are judged without it.
   const bool stated = known_field && !estimate.levelness;
-  if (without_shared_errors == nullptr && small != nullptr && looks_clearly_good(*small, !stated)) {
-    return {};
-  }
   if (without_shared_errors != nullptr) {
     SuspectRun run(*without_shared_errors, estimate, stated);
     if (!run.plain().fitted || !looks_bad(run)) {

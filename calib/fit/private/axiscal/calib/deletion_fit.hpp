@@ -42,15 +42,6 @@ class DeletionFit {
   [[nodiscard]] std::optional<double> p_value(const std::vector<std::size_t>& readings,
                                               const Eigen::MatrixXd& contrasts) const;
 
-  /// @return whether rough_p_value() may tell: of small runs whose directions are fitted.
-  [[nodiscard]] bool tells_roughly() const { return small_ != nullptr && small_->has_directions(); }
-
-  /// The same in half of the time, within 0.04 and a fifth of it: that iteration ends earlier, and
-  /// the tails are those of an approximation.
-  /// @return nothing where only p_value() tells.
-  [[nodiscard]] std::optional<double> rough_p_value(const std::vector<std::size_t>& readings,
-                                                    const Eigen::MatrixXd& contrasts) const;
-
   /// How unlikely they are by the others' own tails (NoiseTails): contrasts and axes are put
   /// together by Fisher's method.
   [[nodiscard]] std::optional<double> p_value_by_tails(const std::vector<std::size_t>& readings,
@@ -98,18 +89,11 @@ class DeletionFit {
   [[nodiscard]] std::optional<double> p_value_of(const std::vector<std::size_t>& readings,
                                                  const Eigen::MatrixXd& contrasts) const;
 
-  // The same of a small run, in matrices of their own sizes.
-  // @tparam Count  of the readings, where that is known; and of the contrasts.
-  template <int Count, int ContrastCount>
-  [[nodiscard]] std::optional<double> p_value_of_small(const std::vector<std::size_t>& readings,
-                                                       const Eigen::MatrixXd& contrasts,
-                                                       bool roughly) const;
   void find_smallest();
 
   const ReadingSet& set_;
   std::shared_ptr<const JointState> state_;
-  const SmallState* small_ = nullptr;  // the same, where the run is so
-  Eigen::VectorXd smallest_;           // m variances: each axis's rounding
+  Eigen::VectorXd smallest_;  // m variances: each axis's rounding
 };
 
 }  // namespace axiscal

@@ -23,8 +23,6 @@ namespace axiscal {
 class LinearisedRun {
  public:
   // Any number of readings and columns.
-  static constexpr int most_readings = Eigen::Dynamic;
-  static constexpr int shared_width = Eigen::Dynamic;
 
   /// @param set    must outlive it, as for the others.
   /// @param state  coefficients fitted for given fields; without directions where those were given.

@@ -2,12 +2,10 @@
 #pragma once
 
 #include <memory>
-#include <optional>
 #include <utility>
 
 #include "axiscal/calib/joint_fit.hpp"
 #include "axiscal/calib/reading_set.hpp"
-#include "axiscal/calib/small_run.hpp"
 
 namespace axiscal {
 
@@ -27,26 +25,18 @@ class StateOfRun {
   [[nodiscard]] bool known_field() const { return known_field_; }
   [[nodiscard]] std::shared_ptr<const JointState> at(const TableField& field);
 
-  /// @return the same of a small and plain run, until another field is asked for; null where the
-  ///         run is not so.
-  [[nodiscard]] const SmallState* small(const TableField& field);
-
   /// @return whether it is that of a field already, so that nothing need be fitted for it.
   [[nodiscard]] bool is_of(const TableField& field) const {
     return last_ && last_->field.vectors() == field.vectors();
   }
 
   /// Gives back its memory; whoever asks next has it made anew.
-  void forget() {
-    last_.reset();
-    small_.reset();
-  }
+  void forget() { last_.reset(); }
 
  private:
   const ReadingSet& set_;
   bool known_field_;
   std::shared_ptr<const JointState> last_;
-  std::optional<SmallState> small_;  // of the last
 };
 
 }  // namespace axiscal

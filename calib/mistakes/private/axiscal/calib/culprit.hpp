@@ -8,7 +8,6 @@
 #include "axiscal/calib/calibration.hpp"
 #include "axiscal/calib/correction.hpp"
 #include "axiscal/calib/estimation.hpp"
-#include "axiscal/calib/small_run.hpp"
 
 namespace axiscal {
 
@@ -38,11 +37,9 @@ struct MistakeSearch {
 /// @param known_field  whether the field's direction is given.
 /// @param without_shared_errors  the set as it is without errors that its readings share, which are
 ///                     no mistakes: the run must look bad like this too. Null: there are none.
-/// @param small        what is fitted of a small run at the estimate's field; null else.
 [[nodiscard]] MistakeSearch find_culprit(const ReadingSet& set,
                                          const Estimate& estimate,
                                          bool known_field,
-                                         const ReadingSet* without_shared_errors = nullptr,
-                                         const SmallState* small = nullptr);
+                                         const ReadingSet* without_shared_errors = nullptr);
 
 }  // namespace axiscal
