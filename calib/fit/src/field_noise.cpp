@@ -6,7 +6,6 @@
 #include <vector>
 
 #include "axiscal/calib/distributions.hpp"
-#include "axiscal/calib/product_of_size.hpp"
 #include "axiscal/calib/serial_correlation.hpp"
 #include "axiscal/core/formatted.hpp"
 #include "axiscal/core/number_text.hpp"
@@ -65,12 +64,12 @@ struct WeightedHat {
       const Eigen::Index rows = std::min(rows_at_once, weights.size() - from);
       const auto Q = axis.Q.middleRows(from, rows);
       const auto w = weights.segment(from, rows).matrix().asDiagonal();
-      own += thin_product(Q.transpose(), Eigen::MatrixXd(w * Q));
+      own += Q.transpose() * Eigen::MatrixXd(w * Q);
       if (axis.P.cols() > 0) {
         const auto P = axis.P.middleRows(from, rows);
         const Eigen::MatrixXd WP = w * P;
-        across += thin_product(Q.transpose(), WP);
-        shared += thin_product(P.transpose(), WP);
+        across += Q.transpose() * WP;
+        shared += P.transpose() * WP;
       }
     }
   }
@@ -150,7 +149,7 @@ class Sandwiches {
       }
       // How the coefficient depends on the axis's readings.
       const AxisRows& axis = axes_[static_cast<std::size_t>(a)];
-      Eigen::VectorXd g = thin_product(axis.hat.P, by_shared);
+      Eigen::VectorXd g = axis.hat.P * by_shared;
       if (a == k) {
         g += axis.hat.Q.lazyProduct(own);
       }

@@ -6,7 +6,6 @@
 #include <Eigen/SVD>
 
 #include "axis_regression.hpp"
-#include "axiscal/calib/product_of_size.hpp"
 #include "axiscal/core/not_a_number.hpp"
 #include "joint_solution.hpp"
 
@@ -72,8 +71,8 @@ Estimate describe_joint(const ReadingSet& set,
   for (Eigen::Index k = 0; k < m; ++k) {
     take_up.middleRows(p * k, p) = state.axes[static_cast<std::size_t>(k)].take_up.topRows(p);
   }
-  const Eigen::MatrixXd covariance_of_take_up = thin_product(take_up, C);
-  statistics.covariance = thin_product(covariance_of_take_up, take_up.transpose());
+  const Eigen::MatrixXd covariance_of_take_up = take_up * C;
+  statistics.covariance = covariance_of_take_up * take_up.transpose();
   for (Eigen::Index k = 0; k < m; ++k) {
     const JointAxis& axis = state.axes[static_cast<std::size_t>(k)];
     if (k == 0 || axis.design != state.axes[static_cast<std::size_t>(k) - 1].design) {
@@ -92,7 +91,7 @@ Estimate describe_joint(const ReadingSet& set,
     const Eigen::MatrixXd C_of_axis = C / (s * s);
     const Eigen::MatrixXd own =
         design->unscaled_covariance() +
-        thin_product(thin_product(axis.take_up, C_of_axis), axis.take_up.transpose());
+        axis.take_up * C_of_axis * axis.take_up.transpose();
     statistics.covariance.block(p * k, p * k, p, p) +=
         s2 * design->unscaled_covariance().topLeftCorner(p, p);
     statistics.variance_inflation.row(k) =
@@ -100,7 +99,7 @@ Estimate describe_joint(const ReadingSet& set,
 
     const Eigen::VectorXd leverage =
         design->leverage() +
-        thin_product(axis.projected, C_of_axis).cwiseProduct(axis.projected).rowwise().sum();
+        (axis.projected * C_of_axis).cwiseProduct(axis.projected).rowwise().sum();
     const double parameters = static_cast<double>(axis.design->observations()) - nu;
     put_diagnostics(statistics, k, leverage,
                     set.robust ? scale_residuals(axis.residuals, leverage, s, parameters)

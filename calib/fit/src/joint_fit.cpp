@@ -8,14 +8,13 @@
 
 #include <Eigen/SVD>
 
-#include "axiscal/calib/product_of_size.hpp"
 #include "axiscal/calib/response_system.hpp"
 #include "axiscal/calib/scaled_cholesky.hpp"
 
 namespace axiscal {
 
 void JointAxis::find_sums() {
-  sums = {.information = thin_product(projected.transpose(), projected),
+  sums = {.information = projected.transpose() * projected,
           .gradient = projected.transpose() * residuals,
           .squares = residuals.squaredNorm(),
           .degrees_of_freedom = static_cast<double>(design->observations() - X().cols())};
@@ -61,7 +60,7 @@ void JointFit::add_axes(Eigen::Index first,
   const Eigen::MatrixXd estimates = design->estimates(set_.response.middleCols(first, count));
   const Eigen::MatrixXd residuals =
       root_weights.asDiagonal() *
-      (set_.response.middleCols(first, count) - thin_product(X, estimates));
+      (set_.response.middleCols(first, count) - X * estimates);
   Eigen::MatrixXd changes(set_.size(), directions * count);  // of all axes, side by side
   for (Eigen::Index a = 0; a < count && directions > 0; ++a) {
     changes.middleCols(directions * a, directions) = response_changes(
@@ -72,9 +71,9 @@ void JointFit::add_axes(Eigen::Index first,
   }
   // Weighted from here on.
   changes.array().colwise() *= root_weights.array();
-  const Eigen::MatrixXd in_basis = thin_product(design->basis().transpose(), changes);
-  const Eigen::MatrixXd take_up = thin_product(design->root_of_covariance(), in_basis);
-  const Eigen::MatrixXd projected = changes - thin_product(design->basis(), in_basis);
+  const Eigen::MatrixXd in_basis = design->basis().transpose() * changes;
+  const Eigen::MatrixXd take_up = design->root_of_covariance() * in_basis;
+  const Eigen::MatrixXd projected = changes - design->basis() * in_basis;
   for (Eigen::Index a = 0; a < count; ++a) {
     JointAxis& axis = state.axes.emplace_back();
     axis.columns = columns;

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "axiscal/calib/gauss_newton.hpp"
 
+#include <vector>
+
 #include "axiscal/calib/minimum_norm.hpp"
 #include "axiscal/calib/scaled_cholesky.hpp"
 #include "axiscal/calib/scaled_qr.hpp"
@@ -28,40 +30,25 @@ Eigen::VectorXd damped_step_by_qr(const Linearised& linear, double damping) {
   return minimum_norm_solution(A, b).cwiseQuotient(lengths);
 }
 
-// @tparam Most  columns: few need no memory of their own.
-template <int Most>
-std::optional<Eigen::VectorXd> solved_normal_equations(const Linearised& linear,
-                                                       double damping,
-                                                       double smallest_pivot) {
-  constexpr int with_residuals = Most == Eigen::Dynamic ? Eigen::Dynamic : Most + 1;
-  const Eigen::Index p = linear.jacobian.cols();
-  Eigen::Array<const double*, Eigen::Dynamic, 1, 0, with_residuals, 1> columns(p + 1);
-  for (Eigen::Index j = 0; j < p; ++j) {
-    columns(j) = linear.jacobian.col(j).data();
-  }
-  columns(p) = linear.residuals.data();
-  Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, with_residuals, with_residuals> sums(
-      p + 1, p + 1);
-  sums_of_products({columns.data(), static_cast<std::size_t>(p + 1)},
-                   static_cast<std::size_t>(linear.jacobian.rows()), sums.data());
-  using Normal = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, Most, Most>;
-  const Normal N = sums.topLeftCorner(p, p).template selfadjointView<Eigen::Lower>();
-  const ScaledCholeskyOf<Normal> cholesky(N, damping);
-  if (!cholesky.is_determined(smallest_pivot * smallest_pivot)) {
-    return std::nullopt;
-  }
-  return Eigen::VectorXd(-cholesky.solve(sums.row(p).head(p).transpose()));
-}
-
 }  // namespace
 
 std::optional<Eigen::VectorXd> step_by_normal_equations(const Linearised& linear,
                                                         double damping,
                                                         double smallest_pivot) {
-  constexpr int few = 12;
-  return linear.jacobian.cols() <= few
-             ? solved_normal_equations<few>(linear, damping, smallest_pivot)
-             : solved_normal_equations<Eigen::Dynamic>(linear, damping, smallest_pivot);
+  const Eigen::Index p = linear.jacobian.cols();
+  std::vector<const double*> columns;
+  for (Eigen::Index j = 0; j < p; ++j) {
+    columns.push_back(linear.jacobian.col(j).data());
+  }
+  columns.push_back(linear.residuals.data());
+  Eigen::MatrixXd sums(p + 1, p + 1);
+  sums_of_products(columns, static_cast<std::size_t>(linear.jacobian.rows()), sums.data());
+  const Eigen::MatrixXd N = sums.topLeftCorner(p, p).selfadjointView<Eigen::Lower>();
+  const ScaledCholesky cholesky(N, damping);
+  if (!cholesky.is_determined(smallest_pivot * smallest_pivot)) {
+    return std::nullopt;
+  }
+  return Eigen::VectorXd(-cholesky.solve(sums.row(p).head(p).transpose()));
 }
 
 Eigen::VectorXd damped_step(const Linearised& linear, double damping, bool by_qr) {

@@ -14,7 +14,6 @@
 #include "axiscal/core/not_a_number.hpp"
 #include "axiscal/core/number_text.hpp"
 #include "double_double.hpp"
-#include "few_columns.hpp"
 
 namespace axiscal {
 namespace {
@@ -48,22 +47,12 @@ Eigen::VectorXd column_scales(const Eigen::Ref<const Eigen::MatrixXd>& A) {
   return scale;
 }
 
-using FewRows = Eigen::Matrix<double,
-                              Eigen::Dynamic,
-                              few_columns,
-                              Eigen::ColMajor,
-                              static_cast<int>(most_of_few_rows),
-                              few_columns>;
-
-template <typename Design>
-bool is_few(const Design& design) {
-  return design.cols() == few_columns && design.rows() >= few_columns &&
-         design.rows() <= most_of_few_rows;
-}
-
-// Whether the pivots are all clearly not 0.
-bool has_full_rank(const PivotedR<few_columns>& qr) {
-  return (qr.R.diagonal().array().abs() > rank_tolerance * std::abs(qr.R(0, 0))).all();
+// Of columns of length 1 the Frobenius norms of A and of its pseudo-inverse bound the condition
+// number, up to p times above it: most designs need not ask for more.
+double bound_of_condition(const Eigen::MatrixXd& A, const Eigen::MatrixXd& root) {
+  const double squares =
+      A.colwise().squaredNorm() * root.rowwise().squaredNorm();
+  return std::sqrt(static_cast<double>(A.cols()) * squares);
 }
 
 std::vector<Eigen::Index> open_columns(const Eigen::ColPivHouseholderQR<Eigen::MatrixXd>& qr) {
@@ -103,10 +92,6 @@ std::string name_of(Eigen::Index j, const std::vector<std::string>& names) {
 
 std::vector<Eigen::Index> undetermined_columns(const Eigen::Ref<const Eigen::MatrixXd>& design) {
   const Eigen::VectorXd scale = column_scales(design);
-  if (is_few(design) &&
-      has_full_rank(PivotedR<few_columns>(FewRows(design * scale.asDiagonal())))) {
-    return {};
-  }
   return open_columns(Eigen::ColPivHouseholderQR<Eigen::MatrixXd>(design * scale.asDiagonal()));
 }
 
@@ -144,9 +129,6 @@ std::vector<Eigen::Index> FactoredDesign::factor(const Eigen::Ref<const Eigen::M
   scaled_ = root_weights_.asDiagonal() * design;
   scale_ = column_scales(scaled_);
   scaled_ *= scale_.asDiagonal();
-  if (is_few(scaled_) && factor_few()) {
-    return {};
-  }
   const Eigen::ColPivHouseholderQR<Eigen::MatrixXd>& qr = qr_.emplace(scaled_);
   std::vector<Eigen::Index> open = open_columns(qr);
   if (!open.empty()) {
@@ -165,32 +147,6 @@ std::vector<Eigen::Index> FactoredDesign::factor(const Eigen::Ref<const Eigen::M
     qr_.reset();
   }
   return open;
-}
-
-bool FactoredDesign::factor_few() {
-  using Square = Eigen::Matrix<double, few_columns, few_columns>;
-  const FewRows A = scaled_;
-  const PivotedR<few_columns> qr(A);
-  if (!has_full_rank(qr)) {
-    return false;
-  }
-  const Square root = qr.root();
-  if (!(bound_of_condition(A, root) <= refinement_above)) {
-    return false;
-  }
-  R_ = qr.R;
-  root_ = root;
-  basis_.resize(A.rows(), few_columns);
-  for (Eigen::Index i = 0; i < A.rows(); ++i) {
-    for (int j = 0; j < few_columns; ++j) {
-      double sum = 0.0;
-      for (int l = 0; l < few_columns; ++l) {
-        sum += A(i, l) * root(l, j);
-      }
-      basis_(i, j) = sum;
-    }
-  }
-  return true;
 }
 
 double FactoredDesign::smallest_pivot() const {
@@ -217,13 +173,7 @@ LeastSquaresDesign::LeastSquaresDesign(FactoredDesign factored,
     design_ = design;
   }
   leverage_ = basis_.rowwise().squaredNorm();
-  Eigen::VectorXd left;
-  if (basis_.cols() == few_columns) {
-    put_less_times<few_columns>(root_weights_, basis_,
-                                transposed_times<few_columns>(basis_, root_weights_), left);
-  } else {
-    left = root_weights_ - basis_ * (basis_.transpose() * root_weights_);
-  }
+  const Eigen::VectorXd left = root_weights_ - basis_ * (basis_.transpose() * root_weights_);
   spans_constant_ = left.norm() <= 1e-10 * root_weights_.norm();
   find_unscaled_covariance();
 }
@@ -231,12 +181,7 @@ LeastSquaresDesign::LeastSquaresDesign(FactoredDesign factored,
 void LeastSquaresDesign::find_unscaled_covariance() {
   const Eigen::Index n = scaled_.rows();
   const Eigen::Index p = scaled_.cols();
-  Eigen::MatrixXd covariance(p, p);
-  if (p == few_columns) {
-    covariance = root_.lazyProduct(root_.transpose());
-  } else {
-    covariance.noalias() = root_ * root_.transpose();
-  }
+  Eigen::MatrixXd covariance = root_ * root_.transpose();
   if (refines_) {
     // Column j of (A^T A)^-1 is the x of: r + A x = 0, A^T r = -e_j.
     for (Eigen::Index j = 0; j < p; ++j) {
@@ -250,7 +195,6 @@ void LeastSquaresDesign::find_unscaled_covariance() {
   unscaled_covariance_ = scale_.asDiagonal() * covariance * scale_.asDiagonal();
 }
 
-template <int Count>
 FactoredDesign::Solution FactoredDesign::solve(const Eigen::VectorXd& weighted_y) const {
   Solution solution;
   if (refines_) {
@@ -258,18 +202,15 @@ FactoredDesign::Solution FactoredDesign::solve(const Eigen::VectorXd& weighted_y
     solution.residuals = weighted_y - scaled_ * solution.x;
     return refined(weighted_y, Eigen::VectorXd::Zero(scaled_.cols()), std::move(solution));
   }
-  solution.x = estimate_scaled<Count>(weighted_y, solution.residuals);
-  put_less_times<Count>(weighted_y, scaled_, solution.x, solution.residuals);
+  solution.x = estimates_scaled(weighted_y);
+  solution.residuals = weighted_y - scaled_ * solution.x;
   return solution;
 }
 
-template <int Count>
-Eigen::Matrix<double, Count, 1> FactoredDesign::estimate_scaled(
-    const Eigen::Ref<const Eigen::VectorXd>& weighted_y, Eigen::VectorXd& left) const {
-  OfParameters<Count> x = square_times<Count>(root_, transposed_times<Count>(basis_, weighted_y));
-  put_less_times<Count>(weighted_y, scaled_, x, left);
-  x += square_times<Count>(root_, transposed_times<Count>(basis_, left));  // the last digits
-  return x;
+Eigen::MatrixXd FactoredDesign::estimates_scaled(const Eigen::MatrixXd& weighted_Y) const {
+  Eigen::MatrixXd X = root_ * (basis_.transpose() * weighted_Y);
+  X += root_ * (basis_.transpose() * (weighted_Y - scaled_ * X));  // the last digits
+  return X;
 }
 
 // Solves r + A x = b, A^T r = c. The unknown x is kept in double-double, so that r becomes as small
@@ -334,22 +275,13 @@ Eigen::VectorXd FactoredDesign::estimate(const Eigen::Ref<const Eigen::VectorXd>
 }
 
 Eigen::MatrixXd FactoredDesign::estimates(const Eigen::Ref<const Eigen::MatrixXd>& Y) const {
-  Eigen::MatrixXd weighted_Y = root_weights_.asDiagonal() * Y;
+  const Eigen::MatrixXd weighted_Y = root_weights_.asDiagonal() * Y;
+  if (!refines_) {
+    return scale_.asDiagonal() * estimates_scaled(weighted_Y);
+  }
   Eigen::MatrixXd X(scaled_.cols(), Y.cols());
-  if (refines_) {
-    for (Eigen::Index j = 0; j < Y.cols(); ++j) {
-      X.col(j) = solve<Eigen::Dynamic>(weighted_Y.col(j)).x;
-    }
-  } else if (X.rows() == few_columns) {
-    Eigen::VectorXd left;
-    for (Eigen::Index j = 0; j < Y.cols(); ++j) {
-      X.col(j) = estimate_scaled<few_columns>(weighted_Y.col(j), left);
-    }
-  } else {
-    X.noalias() = root_ * (basis_.transpose() * weighted_Y);
-    const Eigen::MatrixXd fitted = scaled_ * X;
-    weighted_Y -= fitted;
-    X += root_ * (basis_.transpose() * weighted_Y);  // the last digits
+  for (Eigen::Index j = 0; j < Y.cols(); ++j) {
+    X.col(j) = solve(weighted_Y.col(j)).x;
   }
   return scale_.asDiagonal() * X;
 }
@@ -362,8 +294,7 @@ LeastSquaresFit LeastSquaresDesign::fit(
     throw DomainError(formatted("LeastSquaresDesign::fit: {} finite observations are needed", n));
   }
   const Eigen::VectorXd weighted_y = root_weights_.cwiseProduct(observations);
-  Solution solution = scaled_.cols() == few_columns ? solve<few_columns>(weighted_y)
-                                                    : solve<Eigen::Dynamic>(weighted_y);
+  Solution solution = solve(weighted_y);
   LeastSquaresFit fit;
   fit.estimate = std::move(solution.x);
   fit.estimate.array() *= scale_.array();

@@ -13,8 +13,6 @@
 #include <Eigen/Cholesky>
 #include <Eigen/QR>
 
-#include "axiscal/calib/fixed_cholesky.hpp"
-#include "axiscal/calib/product_of_size.hpp"
 #include "axiscal/core/parallel.hpp"
 
 namespace axiscal {
@@ -120,27 +118,25 @@ Whitened whiten_blocks(double gamma, const std::vector<int>& blocks, const Rows&
 }
 
 // By the Kalman filter of y_i = h_i . x_i + white noise, for all columns at once; d the components
-// of the state, c the columns. The root of V^-1 times x is summed row by row where the compiler
-// knows how many columns there are, else by so many rows that a cache holds them.
-template <int d, int c>
-Whitened whiten_columns(const Model& model,
-                        const Eigen::VectorXd& places,
-                        const Eigen::MatrixXd& along,
-                        const Rows& x) {
-  constexpr bool is_small = c != Eigen::Dynamic;
+// of the state. The root of V^-1 times x is summed by so many rows that a cache holds them.
+template <int d>
+Whitened whiten(const Model& model,
+                const Eigen::VectorXd& places,
+                const Eigen::MatrixXd& along,
+                const Rows& x) {
   constexpr Eigen::Index most_rows = 256;
-  using Row = Eigen::Matrix<double, 1, c>;
   const Eigen::Index n = x.rows();
-  Rows white(is_small ? 0 : std::min(n, most_rows), x.cols());
+  Rows white(std::min(n, most_rows), x.cols());
   Eigen::Index waiting = 0;  // of its rows, for the sum
-  Eigen::Matrix<double, c, c> products = Eigen::Matrix<double, c, c>::Zero(x.cols(), x.cols());
+  Eigen::MatrixXd products = Eigen::MatrixXd::Zero(x.cols(), x.cols());
   double log_determinant = 0.0;
-  Eigen::Matrix<double, d, c> predicted = Eigen::Matrix<double, d, c>::Zero(d, x.cols());
+  using State = Eigen::Matrix<double, d, Eigen::Dynamic>;
+  State predicted = State::Zero(d, x.cols());
   using Square = Eigen::Matrix<double, d, d>;
   Square P = model.signal * Square::Identity();
   double kept_for = -1.0;
   double kept = 1.0;
-  Row innovation(x.cols());
+  Eigen::RowVectorXd innovation(x.cols());
   for (Eigen::Index i = 0; i < n; ++i) {
     if (i > 0) {
       const double gap = places(i) - places(i - 1);
@@ -156,45 +152,20 @@ Whitened whiten_columns(const Model& model,
     constexpr double least = 1e-12;
     const double whole = std::max(h.dot(Ph) + model.white, least);
     const Eigen::Matrix<double, d, 1> gain = Ph / whole;
-    innovation = Eigen::Map<const Row>(&x.coeffRef(i, 0), x.cols());
+    innovation = x.row(i);
     innovation -= h.transpose().lazyProduct(predicted);
     predicted += gain.lazyProduct(innovation);
     innovation /= std::sqrt(whole);
     log_determinant += std::log(whole);
     P -= gain * Ph.transpose();
-    if constexpr (is_small) {
-      products.noalias() += innovation.transpose().lazyProduct(innovation);
-    } else {
-      white.row(waiting++) = innovation;
-      if (waiting == white.rows() || i + 1 == n) {
-        products.template selfadjointView<Eigen::Lower>().rankUpdate(
-            white.topRows(waiting).transpose());
-        waiting = 0;
-      }
+    white.row(waiting++) = innovation;
+    if (waiting == white.rows() || i + 1 == n) {
+      products.template selfadjointView<Eigen::Lower>().rankUpdate(
+          white.topRows(waiting).transpose());
+      waiting = 0;
     }
   }
   return {.products = products, .log_determinant = log_determinant};
-}
-
-template <int d>
-Whitened whiten(const Model& model,
-                const Eigen::VectorXd& places,
-                const Eigen::MatrixXd& along,
-                const Rows& x) {
-  // Three axes: four columns and three responses, or a run's 12 or 14 columns and one.
-  if constexpr (d == 1) {
-    switch (x.cols()) {
-      case 7:
-        return whiten_columns<d, 7>(model, places, along, x);
-      case 13:
-        return whiten_columns<d, 13>(model, places, along, x);
-      case 15:
-        return whiten_columns<d, 15>(model, places, along, x);
-      default:
-        break;
-    }
-  }
-  return whiten_columns<d, Eigen::Dynamic>(model, places, along, x);
 }
 
 // What one model says of one response.
@@ -222,14 +193,6 @@ InverseRoot inverse_root_of(const Eigen::MatrixXd& N) {
   const auto log_determinant_of = [](const auto& factor) {
     return 2.0 * factor.diagonal().array().log().sum();
   };
-  using SmallCholesky = FixedCholesky<Eigen::Dynamic>;
-  if (N.rows() <= SmallCholesky::most) {
-    const SmallCholesky small(N);
-    if (small.is_positive()) {
-      return {.root = small.inverse_of_factor(),
-              .log_determinant = log_determinant_of(small.factor())};
-    }
-  }
   const Eigen::LLT<Eigen::MatrixXd> cholesky(N);
   InverseRoot inverse{.root = Eigen::MatrixXd::Identity(N.rows(), N.cols()),
                       .log_determinant = log_determinant_of(cholesky.matrixLLT())};
@@ -246,8 +209,8 @@ ModelFit fit_by_sums(const Eigen::MatrixXd& N,
                      const Eigen::VectorXd& c,
                      double squares_of_y) {
   const InverseRoot inverse = inverse_root_of(N);
-  ModelFit fit{.covariance = thin_product(inverse.root.transpose(), inverse.root)};
-  fit.estimate = thin_product(fit.covariance, c);
+  ModelFit fit{.covariance = inverse.root.transpose() * inverse.root};
+  fit.estimate = fit.covariance * c;
   const double squares =
       std::max(squares_of_y - c.dot(fit.estimate), std::numeric_limits<double>::min());
   fit.log_likelihood = -0.5 * (log_determinant + inverse.log_determinant) -
@@ -289,7 +252,7 @@ class PlainFit {
     forward.col(0) = root_.row(0).transpose();
     forward.rightCols(r_) = sums.products.bottomLeftCorner(r_, p_).transpose();
     const InverseRoot inverse = inverse_root_of(sums.products.topLeftCorner(p_, p_));
-    forward = thin_product(inverse.root, forward);
+    forward = inverse.root * forward;
     const double log_determinant = sums.log_determinant + inverse.log_determinant;
     const auto degrees_of_freedom = static_cast<double>(both_.rows() - p_);
     for (Eigen::Index j = 0; j < r_; ++j) {

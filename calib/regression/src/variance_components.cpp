@@ -11,7 +11,6 @@
 
 #include "axiscal/calib/distributions.hpp"
 #include "axiscal/calib/piecewise_columns.hpp"
-#include "axiscal/calib/product_of_size.hpp"
 #include "axiscal/calib/scaled_cholesky.hpp"
 
 namespace axiscal {
@@ -35,40 +34,13 @@ struct Round : Solved {
   std::vector<Eigen::MatrixXd> B;  // sum over units of U^T Q U
 };
 
-// How many rows the units have, and columns their roots side by side, where that is known, and how
-// many at most: few need no memory of their own.
-template <int RowCount, int RootCount, int MostRows, int MostRoots>
-struct UnitSize {
-  template <typename Left, typename Right>
-  static auto product(const Left& left, const Right& right) {
-    return product_of_size<MostRows>(left, right);
-  }
-  using Square = Eigen::Matrix<double, RowCount, RowCount, 0, MostRows, MostRows>;
-  using Roots = Eigen::Matrix<double, RowCount, RootCount, 0, MostRows, MostRoots>;
-  using OfRoots = Eigen::Matrix<double, RootCount, RootCount, 0, MostRoots, MostRoots>;
-  static constexpr int rows = RowCount;
-  static constexpr int roots = RootCount;
-};
-constexpr int few_rows = 6;
-constexpr int few_roots = 12;
-using AnySize = UnitSize<Eigen::Dynamic, Eigen::Dynamic, Eigen::Dynamic, Eigen::Dynamic>;
-using SmallSize = UnitSize<Eigen::Dynamic, Eigen::Dynamic, few_rows, few_roots>;
-using TriadSize = UnitSize<3, 6, 3, 6>;  // three axes, each with its noise, on a seat
-struct RowSize {};                       // rows on their own, which go all at once
+// Units of several rows go one by one; rows on their own all at once.
+struct AnySize {};
+struct RowSize {};
 
-// What is done with units of so many rows and roots.
 template <typename Act>
-auto at_size(Eigen::Index rows, Eigen::Index roots, const Act& act) {
-  if (rows == 1) {
-    return act(RowSize());
-  }
-  if (rows == TriadSize::rows && roots == TriadSize::roots) {
-    return act(TriadSize());
-  }
-  if (rows <= few_rows && roots <= few_roots) {
-    return act(SmallSize());
-  }
-  return act(AnySize());
+auto at_size(Eigen::Index rows, const Act& act) {
+  return rows == 1 ? act(RowSize()) : act(AnySize());
 }
 
 // A problem's likelihood at any variances.
@@ -97,12 +69,12 @@ class Likelihood {
   }
 
   [[nodiscard]] Solved solve_at(const Eigen::VectorXd& theta) const {
-    return at_size(problem_.rows, roots_.cols(),
+    return at_size(problem_.rows,
                    [&](auto size) { return solve<decltype(size)>(theta); });
   }
 
   [[nodiscard]] Round round_at(const Eigen::VectorXd& theta) const {
-    return at_size(problem_.rows, roots_.cols(),
+    return at_size(problem_.rows,
                    [&](auto size) { return round<decltype(size)>(theta); });
   }
 
@@ -110,7 +82,7 @@ class Likelihood {
 
  private:
   template <typename Size>
-  [[nodiscard]] typename Size::Roots roots_of(Eigen::Index first) const {
+  [[nodiscard]] Eigen::MatrixXd roots_of(Eigen::Index first) const {
     return roots_.middleRows(first, problem_.rows);
   }
 
@@ -195,15 +167,15 @@ class Likelihood {
     for (const ColumnPiece& piece : columns_.pieces) {
       Eigen::MatrixXd& U = solved.U.emplace_back(piece.W.rows(), piece.W.cols());
       for (Eigen::Index row = 0; row < U.rows(); row += m) {
-        const typename Size::Roots K = roots_of<Size>(piece.first + row);
-        const typename Size::Roots weighted = K.array().rowwise() * of_roots.array();
-        typename Size::Square V = Size::product(weighted, K.transpose());
+        const Eigen::MatrixXd K = roots_of<Size>(piece.first + row);
+        const Eigen::MatrixXd weighted = K.array().rowwise() * of_roots.array();
+        Eigen::MatrixXd V = (weighted) * (K.transpose());
         for (Eigen::Index k = 0; k < m; ++k) {
           V(k, k) = V(k, k) > 0.0 ? V(k, k) : 1.0;
         }
-        const typename Size::Square inverse = inverse_of(V);
+        const Eigen::MatrixXd inverse = inverse_of(V);
         solved.inverses.middleRows(piece.first + row, m) = inverse;
-        U.middleRows(row, m).noalias() = Size::product(inverse, piece.W.middleRows(row, m));
+        U.middleRows(row, m).noalias() = (inverse) * (piece.W.middleRows(row, m));
       }
     }
   }
@@ -226,7 +198,7 @@ class Likelihood {
     const Eigen::Index m = problem_.rows;
     for (Eigen::Index row = 0; row < left.size(); row += m) {
       solved.left.segment(first + row, m) =
-          Size::product(solved.inverses.middleRows(first + row, m), left.segment(row, m));
+          (solved.inverses.middleRows(first + row, m)) * (left.segment(row, m));
     }
   }
 
@@ -271,21 +243,21 @@ class Likelihood {
     }
     for (Eigen::Index row = 0; row < U.rows(); row += m) {
       const auto of_unit = U.middleRows(row, m);
-      const typename Size::Roots K = roots_of<Size>(piece.first + row);
-      const typename Size::Square V = round.inverses.middleRows(piece.first + row, m);
-      const typename Size::Square UCU = Size::product(UC.middleRows(row, m), of_unit.transpose());
-      const typename Size::Roots VK = Size::product(V, K);
-      const typename Size::Roots MK = Size::product(UCU, K);
-      const typename Size::OfRoots KVK = Size::product(K.transpose(), VK);
-      const typename Size::OfRoots KMK = Size::product(K.transpose(), MK);
+      const Eigen::MatrixXd K = roots_of<Size>(piece.first + row);
+      const Eigen::MatrixXd V = round.inverses.middleRows(piece.first + row, m);
+      const Eigen::MatrixXd UCU = (UC.middleRows(row, m)) * (of_unit.transpose());
+      const Eigen::MatrixXd VK = (V) * (K);
+      const Eigen::MatrixXd MK = (UCU) * (K);
+      const Eigen::MatrixXd KVK = (K.transpose()) * (VK);
+      const Eigen::MatrixXd KMK = (K.transpose()) * (MK);
       // tr(V^-1 Q V^-1 R) - 2 tr(V^-1 Q U C U^T R), Q = K K^T.
-      const typename Size::OfRoots products = KVK.cwiseProduct(KVK - 2.0 * KMK);
+      const Eigen::MatrixXd products = KVK.cwiseProduct(KVK - 2.0 * KMK);
       for (std::size_t q = 0; q < count; ++q) {
         const Eigen::Index first = first_root_[q];
         const Eigen::Index width = first_root_[q + 1] - first;
         const auto own = K.middleCols(first, width);
         KU[q].middleRows(row / m * width, width).noalias() =
-            Size::product(own.transpose(), of_unit);
+            (own.transpose()) * (of_unit);
         for (Eigen::Index a = 0; a < width; ++a) {
           round.g(static_cast<Eigen::Index>(q)) +=
               std::pow(own.col(a).dot(round.left.segment(piece.first + row, m)), 2);

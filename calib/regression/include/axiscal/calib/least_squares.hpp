@@ -91,13 +91,9 @@ class FactoredDesign {
     Eigen::VectorXd x;          // coefficients of the scaled columns
     Eigen::VectorXd residuals;  // weighted
   };
-  // @tparam Count  of the parameters, where that is known.
-  template <int Count>
   [[nodiscard]] Solution solve(const Eigen::VectorXd& weighted_y) const;
-  // Without refinement; on return also what is left of the readings, but for the last digits.
-  template <int Count>
-  [[nodiscard]] Eigen::Matrix<double, Count, 1> estimate_scaled(
-      const Eigen::Ref<const Eigen::VectorXd>& weighted_y, Eigen::VectorXd& left) const;
+  // Without refinement.
+  [[nodiscard]] Eigen::MatrixXd estimates_scaled(const Eigen::MatrixXd& weighted_Y) const;
   [[nodiscard]] Solution refined(const Eigen::VectorXd& b,
                                  const Eigen::VectorXd& c,
                                  Solution start) const;
@@ -117,8 +113,6 @@ class FactoredDesign {
   [[nodiscard]] std::vector<Eigen::Index> factor(const Eigen::Ref<const Eigen::MatrixXd>& design,
                                                  const Eigen::Ref<const Eigen::VectorXd>& weights);
 
-  // The same of few rows and columns; false where they are not clearly far from dependent.
-  bool factor_few();
 };
 
 /// The same with all statistics of a response's fit.

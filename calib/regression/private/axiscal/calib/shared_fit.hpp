@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <array>
 #include <optional>
 #include <vector>
 
@@ -39,32 +38,5 @@ struct SharedFit {
 [[nodiscard]] std::optional<SharedFit> fit_shared(const std::vector<ResponseSums>& responses,
                                                   const Eigen::VectorXd& start,
                                                   const Eigen::VectorXd& smallest);
-
-/// Sums and fit of three responses that have two coefficients in common, as three axes have a
-/// field's direction, in matrices of fixed sizes.
-struct DirectionSums {
-  Eigen::Matrix2d information;
-  Eigen::Vector2d gradient;
-  double squares = 0.0;
-  double degrees_of_freedom = 0.0;
-};
-
-struct DirectionFit {
-  Eigen::Vector3d variance;
-  Eigen::Vector3d degrees_of_freedom;
-  Eigen::Vector2d estimate;
-  Eigen::Matrix2d covariance;
-};
-
-/// fit_shared() of those.
-[[nodiscard]] std::optional<DirectionFit> fit_shared(const std::array<DirectionSums, 3>& responses,
-                                                     const Eigen::Vector3d& start,
-                                                     const Eigen::Vector3d& smallest);
-
-/// The same to about 1e-4 of the variances, for questions whose answer is far from a level.
-[[nodiscard]] std::optional<DirectionFit> fit_shared_roughly(
-    const std::array<DirectionSums, 3>& responses,
-    const Eigen::Vector3d& start,
-    const Eigen::Vector3d& smallest);
 
 }  // namespace axiscal
