@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
+#include <algorithm>
 #include <filesystem>
 
 #include "axiscal/calib/assembly.hpp"
@@ -9,6 +10,7 @@
 #include "axiscal/core/formatted.hpp"
 #include "axiscal/core/number_text.hpp"
 #include "axiscal/core/output_file.hpp"
+#include "axiscal/core/shown_text.hpp"
 #include "axiscal/core/units.hpp"
 #include "axiscal/positioner/positioner_json.hpp"
 #include "run_input.hpp"
@@ -135,6 +137,7 @@ std::string recording_csv(const SensorModel& truth,
     }
     append(all.response, truth.instrument.axes);
   }
+  std::transform(columns.begin(), columns.end(), columns.begin(), &harmless_cell);
   std::string text = joined(columns, ",") + "\n";
   for (Eigen::Index i = 0; i < rows.rows(); ++i) {
     for (Eigen::Index c = 0; c < rows.cols(); ++c) {

@@ -6,6 +6,7 @@
 
 #include "axiscal/core/formatted.hpp"
 #include "axiscal/core/number_text.hpp"
+#include "axiscal/core/shown_text.hpp"
 #include "sample_clock.hpp"
 
 namespace axiscal {
@@ -193,6 +194,9 @@ void SourceReader::note(const SourceReport& report, std::size_t samples) {
     last_sample_s_ = now;
     if (channels_.empty()) {
       channels_ = source_->channels();
+      for (Channel& channel : channels_) {
+        channel.name = shown_name(channel.name);  // a device's words reach terminals
+      }
     }
     if (rate_from_s_ == 0.0) {
       rate_from_s_ = now;

@@ -11,6 +11,7 @@
 #include "axiscal/core/not_a_number.hpp"
 #include "axiscal/core/number_text.hpp"
 #include "axiscal/core/parallel.hpp"
+#include "axiscal/core/shown_text.hpp"
 #include "axiscal/logs/settings.hpp"
 
 namespace axiscal {
@@ -515,10 +516,10 @@ std::string segmentation_csv(const Segmentation& segmentation,
   }
   text += "start,end,samples";
   for (const std::string& column : segmentation.columns) {
-    text += "," + column;
+    text += "," + harmless_cell(column);
   }
   for (const std::size_t c : segmentation.detection) {
-    text += formatted(",{}_sd", segmentation.columns[c]);
+    text += "," + harmless_cell(segmentation.columns[c] + "_sd");
   }
   text += ",effective_samples,marks\n";
   int run = 0;

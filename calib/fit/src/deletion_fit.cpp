@@ -129,9 +129,7 @@ DeletionFit::DeletionFit(const ReadingSet& set, const TableField& field, bool kn
 }
 
 DeletionFit::DeletionFit(StateOfRun& run, const TableField& field)
-    : set_(run.set()),
-      state_(run.at(field)),
-      smallest_(run.set().axis_count()) {
+    : set_(run.set()), state_(run.at(field)), smallest_(run.set().axis_count()) {
   find_smallest();
 }
 

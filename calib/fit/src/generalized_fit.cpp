@@ -229,16 +229,16 @@ class GeneralizedFit {
     coefficients_ = solution.head(p * m).reshaped(p, m);
   }
 
-  [[nodiscard]] std::optional<Bend> fit_problem(
-      const VarianceProblem& problem, const Eigen::VectorXd& variances) const {
+  [[nodiscard]] std::optional<Bend> fit_problem(const VarianceProblem& problem,
+                                                const Eigen::VectorXd& variances) const {
     const Eigen::Index m = set_.axis_count();
     const std::optional<WeightedFit> fit = fit_at_variances(problem, variances);
     if (!fit) {
       return std::nullopt;
     }
     Bend bend{.estimate = fit->estimate.head(m),
-                              .squares = fit->squares,
-                              .squares_of_axis = Eigen::VectorXd::Zero(m)};
+              .squares = fit->squares,
+              .squares_of_axis = Eigen::VectorXd::Zero(m)};
     const Eigen::VectorXd left = problem.y - problem.W * fit->estimate;
     for (Eigen::Index row = 0; row < left.size(); ++row) {
       bend.squares_of_axis(row % m) += left(row) * left(row);

@@ -148,7 +148,8 @@ Estimate estimate_joint(const ReadingSet& set) {
         "the field and all sensitivities may as well have the opposite sign, as nothing says where "
         "the field points";
   }
-  std::optional<double> condition_number = small_condition_of(linearised(set, solution).information());
+  std::optional<double> condition_number =
+      small_condition_of(linearised(set, solution).information());
   if (!condition_number) {
     const LinearisedRun run = linearised(set, solution);
     require_direction(run, solution);

@@ -90,8 +90,7 @@ Estimate describe_joint(const ReadingSet& set,
     const double s2 = statistics.residual_sd(k) * statistics.residual_sd(k);
     const Eigen::MatrixXd C_of_axis = C / (s * s);
     const Eigen::MatrixXd own =
-        design->unscaled_covariance() +
-        axis.take_up * C_of_axis * axis.take_up.transpose();
+        design->unscaled_covariance() + axis.take_up * C_of_axis * axis.take_up.transpose();
     statistics.covariance.block(p * k, p * k, p, p) +=
         s2 * design->unscaled_covariance().topLeftCorner(p, p);
     statistics.variance_inflation.row(k) =

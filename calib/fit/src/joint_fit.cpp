@@ -59,8 +59,7 @@ void JointFit::add_axes(Eigen::Index first,
   const Eigen::Index directions = state.direction_count();
   const Eigen::MatrixXd estimates = design->estimates(set_.response.middleCols(first, count));
   const Eigen::MatrixXd residuals =
-      root_weights.asDiagonal() *
-      (set_.response.middleCols(first, count) - X * estimates);
+      root_weights.asDiagonal() * (set_.response.middleCols(first, count) - X * estimates);
   Eigen::MatrixXd changes(set_.size(), directions * count);  // of all axes, side by side
   for (Eigen::Index a = 0; a < count && directions > 0; ++a) {
     changes.middleCols(directions * a, directions) = response_changes(

@@ -50,8 +50,7 @@ Eigen::VectorXd column_scales(const Eigen::Ref<const Eigen::MatrixXd>& A) {
 // Of columns of length 1 the Frobenius norms of A and of its pseudo-inverse bound the condition
 // number, up to p times above it: most designs need not ask for more.
 double bound_of_condition(const Eigen::MatrixXd& A, const Eigen::MatrixXd& root) {
-  const double squares =
-      A.colwise().squaredNorm() * root.rowwise().squaredNorm();
+  const double squares = A.colwise().squaredNorm() * root.rowwise().squaredNorm();
   return std::sqrt(static_cast<double>(A.cols()) * squares);
 }
 

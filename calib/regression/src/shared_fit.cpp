@@ -54,8 +54,8 @@ struct AtVariances {
   // Towards the least misfit among variances that are not below the lowest.
   // @param is_newton  on return whether it is one of Newton's.
   [[nodiscard]] Eigen::VectorXd newton_step(const std::vector<ResponseSums>& responses,
-                                        const Eigen::VectorXd& lowest,
-                                        bool& is_newton) const {
+                                            const Eigen::VectorXd& lowest,
+                                            bool& is_newton) const {
     const auto m = log_variance.size();
     const Eigen::VectorXd gradient = degrees_of_freedom - squares;
     // Those that stay at their lowest have no step, and no part in that of the others.
@@ -92,9 +92,9 @@ struct AtVariances {
     is_newton = cholesky.info() == Eigen::Success;
     // Where the likelihood is not convex: what sigma_k^2 = RSS_k / nu_k asks for, at least by its
     // sign.
-    const Eigen::VectorXd step =
-        is_newton ? Eigen::VectorXd(-cholesky.solve(g))
-                  : Eigen::VectorXd(-g.cwiseQuotient(squares.cwiseMax(1.0)));
+    const Eigen::VectorXd step = is_newton
+                                     ? Eigen::VectorXd(-cholesky.solve(g))
+                                     : Eigen::VectorXd(-g.cwiseQuotient(squares.cwiseMax(1.0)));
     constexpr double longest_step = 2.0;
     return step * std::min(1.0, longest_step / std::max(step.cwiseAbs().maxCoeff(), 1e-300));
   }
@@ -102,11 +102,11 @@ struct AtVariances {
   bool determined = true;
   Eigen::VectorXd log_variance;        // u, m
   Eigen::VectorXd weight;              // 1 / sigma^2, m
-  double misfit = 0.0;             // -2 ln of the likelihood, but for a constant
+  double misfit = 0.0;                 // -2 ln of the likelihood, but for a constant
   Eigen::VectorXd degrees_of_freedom;  // nu, m
   Eigen::VectorXd squares;             // RSS_k / sigma_k^2, m
-  Eigen::VectorXd estimate;              // z, D
-  Eigen::MatrixXd covariance;           // how well z is known
+  Eigen::VectorXd estimate;            // z, D
+  Eigen::MatrixXd covariance;          // how well z is known
 };
 
 // With nothing in common each has its mean square.
@@ -125,8 +125,8 @@ SharedFit apart(const std::vector<ResponseSums>& responses, const Eigen::VectorX
 }
 
 std::optional<AtVariances> least_misfit(const std::vector<ResponseSums>& responses,
-                                           const Eigen::VectorXd& start,
-                                           const Eigen::VectorXd& smallest) {
+                                        const Eigen::VectorXd& start,
+                                        const Eigen::VectorXd& smallest) {
   const Eigen::VectorXd lowest = smallest.array().log();
   AtVariances best(responses, start.array().log().max(lowest.array()).matrix());
   if (!best.determined) {

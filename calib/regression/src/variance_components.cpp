@@ -69,13 +69,11 @@ class Likelihood {
   }
 
   [[nodiscard]] Solved solve_at(const Eigen::VectorXd& theta) const {
-    return at_size(problem_.rows,
-                   [&](auto size) { return solve<decltype(size)>(theta); });
+    return at_size(problem_.rows, [&](auto size) { return solve<decltype(size)>(theta); });
   }
 
   [[nodiscard]] Round round_at(const Eigen::VectorXd& theta) const {
-    return at_size(problem_.rows,
-                   [&](auto size) { return round<decltype(size)>(theta); });
+    return at_size(problem_.rows, [&](auto size) { return round<decltype(size)>(theta); });
   }
 
   [[nodiscard]] const PiecewiseColumns& columns() const { return columns_; }
@@ -256,8 +254,7 @@ class Likelihood {
         const Eigen::Index first = first_root_[q];
         const Eigen::Index width = first_root_[q + 1] - first;
         const auto own = K.middleCols(first, width);
-        KU[q].middleRows(row / m * width, width).noalias() =
-            (own.transpose()) * (of_unit);
+        KU[q].middleRows(row / m * width, width).noalias() = (own.transpose()) * (of_unit);
         for (Eigen::Index a = 0; a < width; ++a) {
           round.g(static_cast<Eigen::Index>(q)) +=
               std::pow(own.col(a).dot(round.left.segment(piece.first + row, m)), 2);

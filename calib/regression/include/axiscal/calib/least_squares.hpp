@@ -112,7 +112,6 @@ class FactoredDesign {
   // @return the columns that are left undetermined.
   [[nodiscard]] std::vector<Eigen::Index> factor(const Eigen::Ref<const Eigen::MatrixXd>& design,
                                                  const Eigen::Ref<const Eigen::VectorXd>& weights);
-
 };
 
 /// The same with all statistics of a response's fit.
