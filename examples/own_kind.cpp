@@ -30,8 +30,11 @@ std::vector<axiscal::KindQuantity> gains(const axiscal::CalibratedInstrument& ca
 }  // namespace
 
 int main() {
-  const axiscal::InstrumentKind& kind = axiscal::add_instrument_kind(
-      {.name = "field_mill", .derived_names = derived, .derive = zenith_angle, .describe = gains});
+  const axiscal::InstrumentKind kind = {.name = "field_mill",
+                                        .derived_names = derived,
+                                        .derive = zenith_angle,
+                                        .describe = gains};
+  axiscal::add_instrument_kind(kind);
 
   axiscal::SensorModel truth;
   truth.instrument = {.kind = std::string(kind.name), .unit = "mV"};

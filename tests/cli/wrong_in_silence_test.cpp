@@ -114,7 +114,7 @@ TEST_F(WrongInSilence, AHistoryRunsOverTheDatesOfTheReadings) {
         calibrate({run}, {"-o", folder_.path("records-" + std::string(year) + ".json")}).status, 0);
   }
   const ProgramResult history = run_axiscal({"check", "--history", folder_.path(""), "--json"});
-  EXPECT_NO_THROW(static_cast<void>(json::parse(history.out)));
+  EXPECT_TRUE(json::accept(history.out));
   EXPECT_THAT(history.out, HasSubstr("2021-06-01"));
   EXPECT_THAT(history.out, HasSubstr("2024-06-01"));
 }

@@ -117,7 +117,7 @@ class Stillness {
     if (!std::isfinite(from_first_s)) {
       return;
     }
-    const auto window = static_cast<long long>(std::floor(from_first_s / window_s));
+    const double window = std::floor(from_first_s / window_s);  // as times may be any number
     if (window != window_) {
       end_window();
       window_ = window;
@@ -156,9 +156,9 @@ class Stillness {
       first_still_ = last_still_ = window_;
     }
     if (is_still) {
-      const double length_s = static_cast<double>(last_still_ - first_still_ + 1) * window_s;
+      const double length_s = (last_still_ - first_still_ + 1.0) * window_s;
       if (length_s > to_s - from_s) {
-        from_s = static_cast<double>(first_still_) * window_s;
+        from_s = first_still_ * window_s;
         to_s = from_s + length_s;
       }
     }
@@ -166,8 +166,8 @@ class Stillness {
   }
 
   double si_;
-  long long window_ = -1;
-  long long first_still_ = 0, last_still_ = -1;
+  double window_ = -1.0;
+  double first_still_ = 0.0, last_still_ = -1.0;
   std::vector<Moments> moments_;
 };
 
