@@ -21,7 +21,7 @@ cpack --config "$build/CPackConfig.cmake" -G DEB -B "$scratch/packed" >"$scratch
 deb=$(ls "$scratch"/packed/*.deb)
 dpkg-deb --info "$deb" | grep -E "Package|Version|Depends"
 dpkg-deb --contents "$deb" >"$scratch/contents"
-for file in usr/bin/axiscal axiscal/axiscal-read usr/share/man/man1/axiscal.1 usr/share/bash-completion/completions/axiscal; do
+for file in usr/bin/axiscal "usr/lib.*axiscal/axiscal-read" usr/share/man/man1/axiscal.1 usr/share/bash-completion/completions/axiscal; do
   grep -q "\./$file" "$scratch/contents" || { echo "the package lacks $file"; exit 1; }
 done
 
