@@ -24,7 +24,7 @@ constexpr std::array<Limit, ReadLimits::count> limits = {
      {"members", "files in an archive", 10000.0, 0.0},
      {"unpacked", "unpacked bytes", 64.0 * MiB, 250.0},
      {"cells", "cells", 4e6, 50.0},
-     {"steps", "steps", 2e7, 1000.0},
+     {"steps", "steps", 5e6, 1000.0},
      {"memory", "bytes of memory", 96.0 * MiB, 250.0},
      {"disk", "bytes of temporary copies", 16.0 * MiB, 16.0}}};
 
