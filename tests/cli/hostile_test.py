@@ -17,12 +17,15 @@ READABLE = {'ansi.csv', 'late3.csv', 'lost3.csv', 'lost12.csv', 'lostnote.csv', 
 MIB = 1 << 20
 
 
-def limited():
-    resource.setrlimit(resource.RLIMIT_FSIZE, (64 * MIB, 64 * MIB))
-    resource.setrlimit(resource.RLIMIT_CPU, (5, 6))
+def limits_of(seconds):
+    """Sets the limits of a run, in its process."""
+    def limited():
+        resource.setrlimit(resource.RLIMIT_FSIZE, (64 * MIB, 64 * MIB))
+        resource.setrlimit(resource.RLIMIT_CPU, (seconds, seconds + 1))
+    return limited
 
 
-def run(command, stdin, folder, copies):
+def run(command, stdin, folder, copies, seconds):
     """Runs a command; returns its status, its output, and the most memory of it and its children [MiB]."""
     script = ('import os, resource, subprocess, sys\n'
               'status = subprocess.call(sys.argv[1:])\n'
@@ -31,7 +34,7 @@ def run(command, stdin, folder, copies):
     environment = dict(os.environ, TMPDIR=copies)
     with open(stdin, 'rb') as source:
         done = subprocess.run([sys.executable, '-c', script, *command], stdin=source, cwd=folder, env=environment,
-                              stdout=subprocess.PIPE, stderr=subprocess.PIPE, preexec_fn=limited, timeout=30)
+                              stdout=subprocess.PIPE, stderr=subprocess.PIPE, preexec_fn=limits_of(seconds), timeout=20 * seconds)
     text, _, figures = done.stderr.rpartition(b'\n')
     status, memory = (int(word) for word in figures.split())
     return status, done.stdout + text, memory / 1024
@@ -42,7 +45,9 @@ def controls(output):
 
 
 def main(axiscal, archive):
-    has_shadow_memory = b'__asan_init' in open(axiscal, 'rb').read()
+    with open(axiscal, 'rb') as program:
+        has_shadow_memory = b'__asan_init' in program.read()
+    seconds = 50 if has_shadow_memory else 5
     faults = []
     with tempfile.TemporaryDirectory() as scratch:
         folder, copies = os.path.join(scratch, 'files'), os.path.join(scratch, 'copies')
@@ -56,7 +61,7 @@ def main(axiscal, archive):
         for name, words, stdin in runs:
             allowed = {1, 3} | ({0} if name in READABLE else set())
             try:
-                status, output, memory = run([axiscal, *words], stdin, folder, copies)
+                status, output, memory = run([axiscal, *words], stdin, folder, copies, seconds)
             except subprocess.TimeoutExpired:
                 faults.append(f'{name}: {words}: does not end')
                 continue
