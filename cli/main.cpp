@@ -19,8 +19,8 @@ extern "C" void remove_output_and_die(int signal) {
   std::raise(signal);
 }
 
-// Without standard output a file that we open would take its number, and be printed into. What is
-// opened instead cannot be written to, so that a result which is lost there is an error.
+// If standard output is closed, a file that we open would take its number, and be printed into. A
+// file that cannot be written to takes the number instead: a result that is lost is an error.
 void open_missing_standard_files() {
   int descriptor = ::open("/dev/null", O_RDONLY);
   while (descriptor >= 0 && descriptor <= STDERR_FILENO) {

@@ -48,7 +48,7 @@ int run_command(const std::vector<std::string>& arguments) {
     return fail(wrong_usage, "axiscal: " + with_options(error));
   } catch (const DataError& error) {
     return fail(bad_input, with_marked_cell(with_options(error)));
-  } catch (const ClosedPipe&) {  // of a stream of results, which has no verdict
+  } catch (const ClosedPipe&) {  // by a stream of results: it gives no verdict
     return done;
   } catch (const OutputError& error) {
     return fail(output_not_written, "axiscal: " + with_options(error));

@@ -12,7 +12,7 @@ namespace axiscal::cli {
 /// Writes a text for people: on stdout control characters are shown, not sent.
 void write_text(const std::string& path, const std::string& text);
 
-/// The same to stdout; a reader that has gone away changes nothing of what the status says.
+/// The same to stdout. The exit status stays the same if the reader has gone away.
 void print_result_text(const std::string& text);
 
 /// Prints how a calibration ended, its last line on stdout; in the colour of its status on a

@@ -31,7 +31,7 @@ void take_definitions(const std::optional<std::string>& definitions);
 void add_limit_option(OptionSet& options, std::optional<std::string>& limits);
 
 /// @return the limits as typed: NAME=VALUE,..
-/// @throws UsageError  if a name is not known, or a value is no number.
+/// @throws UsageError  if a name is not known, or a value is not a number.
 [[nodiscard]] ReadLimits limits_of(const std::optional<std::string>& limits);
 
 /// @return the options as the library takes them: --names, and --map with --time and

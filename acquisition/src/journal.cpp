@@ -11,6 +11,7 @@
 #include <unistd.h>
 
 #include "axiscal/acquisition/settings.hpp"
+#include "axiscal/core/descriptor.hpp"
 #include "axiscal/core/error.hpp"
 #include "axiscal/core/formatted.hpp"
 #include "axiscal/core/input_file.hpp"
@@ -22,16 +23,6 @@ namespace {
 
 std::string reason() {
   return std::strerror(errno);
-}
-
-// A new file's name is on the disk only when its folder is.
-void sync_folder(const std::string& path) {
-  const std::filesystem::path folder = std::filesystem::absolute(path).parent_path();
-  const int descriptor = ::open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
-  if (descriptor >= 0) {
-    ::fsync(descriptor);
-    ::close(descriptor);
-  }
 }
 
 void lock(const std::string& path, int descriptor) {
@@ -77,7 +68,8 @@ Journal Journal::create(const std::string& path) {
   Journal journal(path, descriptor, 0);
   lock(path, descriptor);
   protect_input(descriptor);
-  sync_folder(path);
+  // A new file's name is on the disk only when its folder is.
+  sync_folder(std::filesystem::absolute(path).parent_path());
   return journal;
 }
 
@@ -130,20 +122,12 @@ std::string Journal::append_later(std::string_view line) {
 std::string Journal::write(std::string_view line, bool wait) {
   std::string text(line);
   text += '\n';
-  std::size_t written = 0;
-  while (written < text.size()) {
-    const ssize_t count = ::write(descriptor_, text.data() + written, text.size() - written);
-    if (count < 0 && errno == EINTR) {
-      continue;
+  if (!write_all(descriptor_, text)) {
+    std::string why = formatted("{}: {}", path_, reason());
+    if (::ftruncate(descriptor_, size_) != 0) {
+      why += "; and a part of a line stays at its end";
     }
-    if (count <= 0) {
-      std::string why = formatted("{}: {}", path_, reason());
-      if (::ftruncate(descriptor_, size_) != 0) {
-        why += "; and a part of a line stays at its end";
-      }
-      return why;
-    }
-    written += static_cast<std::size_t>(count);
+    return why;
   }
   if (wait && ::fsync(descriptor_) != 0) {
     std::string why = formatted("{}: {}", path_, reason());

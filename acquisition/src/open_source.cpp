@@ -137,8 +137,7 @@ void check_options(const SourceAddress& address, const SourceKind& kind) {
     if (name == "password") {
       throw DomainError(
           "an address is kept in the journal and shown: state no password in it, but "
-          "password-file=FILE, "
-          "or set AXISCAL_MQTT_PASSWORD");
+          "password-file=FILE, or set AXISCAL_MQTT_PASSWORD");
     }
     if (std::find(known.begin(), known.end(), name) == known.end()) {
       address.fail(formatted("unknown option '{}'{}", name,

@@ -99,8 +99,8 @@ PlacedReading SessionKnowledge::placed(const CapturedReading& reading) const {
           .field_turn = change_of_field(setup_.experiment, field_at_s_, reading.start_s)};
 }
 
-// Three blocks tell all that a pose is judged by, and what drifted since the first ones would
-// mislead. So a capture costs the same however many readings there are.
+// A pose is judged by three blocks. Earlier ones would mislead if the instrument drifted since. So
+// a capture costs the same however many readings there are.
 std::vector<CapturedReading> SessionKnowledge::latest(
     const std::vector<CapturedReading>& readings) {
   constexpr std::size_t most = 36;

@@ -17,6 +17,7 @@
 #include <system_error>
 #include <unistd.h>
 
+#include "axiscal/core/descriptor.hpp"
 #include "axiscal/core/error.hpp"
 #include "axiscal/core/formatted.hpp"
 #include "axiscal/core/input_protection.hpp"
@@ -91,15 +92,6 @@ void remove_orphans(const std::filesystem::path& folder) {
     if (process_in(entry->d_name) != 0 && is_orphan(folder / entry->d_name)) {
       ::unlink((folder / entry->d_name).c_str());
     }
-  }
-}
-
-// Without this a power failure may bring the earlier file back. Some file systems cannot do it.
-void sync_folder(const std::filesystem::path& folder) {
-  const int descriptor = ::open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
-  if (descriptor >= 0) {
-    ::fsync(descriptor);
-    ::close(descriptor);
   }
 }
 
@@ -244,17 +236,10 @@ void OutputFile::rewrite_start(std::string_view text) {
 }
 
 void OutputFile::write(std::string_view text) {
-  while (!text.empty()) {
-    const ssize_t count = ::write(descriptor_, text.data(), text.size());
-    if (count < 0 && errno == EINTR) {
-      continue;
-    }
-    if (count < 0) {
-      fail("cannot be written");
-    }
-    text.remove_prefix(static_cast<std::size_t>(count));
-    written_ += static_cast<std::size_t>(count);
+  if (!write_all(descriptor_, text)) {
+    fail("cannot be written");
   }
+  written_ += text.size();
 #ifdef SYNC_FILE_RANGE_WRITE
   // The disk starts on large files while we still compute, so that commit() waits less.
   constexpr std::size_t large = 8U << 20U;
@@ -289,7 +274,7 @@ void OutputFile::commit() {
   }
   withdraw_unfinished(temporary_);
   temporary_.clear();
-  sync_folder(folder());
+  sync_folder(folder());  // else a power failure may bring the earlier file back
   target_.clear();
   protect_output(descriptor_);
 }

@@ -57,6 +57,13 @@ class FaultTest : public testing::Test {
         {.stdin_text = stdin_text});
   }
 
+  // Leaves a journal.
+  ProgramResult quit_session() const {
+    return run_axiscal(
+        {"acquire", "--connect", "sim:?speed=400&rate=50", "--plain", "--name", name_},
+        {.stdin_text = "quit\n"});
+  }
+
   // The three axes of the twelve readings, one after another.
   std::vector<double> readings() const {
     std::vector<double> result;
@@ -551,9 +558,7 @@ TEST_F(FaultTest, AFullDiskIsSaidAndTheSessionGoesOnLater) {
 }
 
 TEST_F(FaultTest, AQuitSessionIsResumedByItsJournalAlone) {
-  const ProgramResult first =
-      run_axiscal({"acquire", "--connect", "sim:?speed=400&rate=50", "--plain", "--name", name_},
-                  {.stdin_text = "quit\n"});
+  const ProgramResult first = quit_session();
   EXPECT_EQ(first.status, 1);
   EXPECT_NE(first.err.find("--resume " + name_ + ".journal"), std::string::npos) << first.err;
   const ProgramResult again =
@@ -597,11 +602,7 @@ TEST_F(FaultTest, AJournalWritesNoFilesElsewhere) {
 
 // An address may drive an instrument: it is opened if its user names it.
 TEST_F(FaultTest, AStrangersJournalDrivesNoInstrument) {
-  ASSERT_EQ(
-      run_axiscal({"acquire", "--connect", "sim:?speed=400&rate=50", "--plain", "--name", name_},
-                  {.stdin_text = "quit\n"})
-          .status,
-      1);
+  ASSERT_EQ(quit_session().status, 1);
   std::string journal = read_file(name_ + ".journal");
   const std::string address = "scpi://127.0.0.1:9?channels=101,102,103&setup=OUTP%20ON";
   journal.replace(journal.find("sim:?speed=400&rate=50"), 22, address);
@@ -632,11 +633,7 @@ TEST_F(FaultTest, APasswordStandsInNoAddress) {
 }
 
 TEST_F(FaultTest, AJournalIsItsOwnersAlone) {
-  ASSERT_EQ(
-      run_axiscal({"acquire", "--connect", "sim:?speed=400&rate=50", "--plain", "--name", name_},
-                  {.stdin_text = "quit\n"})
-          .status,
-      1);
+  ASSERT_EQ(quit_session().status, 1);
   EXPECT_EQ(std::filesystem::status(name_ + ".journal").permissions(),
             std::filesystem::perms(0600));
 }

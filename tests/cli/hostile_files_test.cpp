@@ -54,6 +54,14 @@ class HostileFiles : public testing::Test {
     return all;
   }
 
+  // Makes cal_ from the instrument's twelve readings.
+  [[nodiscard]] int calibrate() {
+    const std::string run = folder_.write("run.csv", twelve_readings(instrument_));
+    return run_axiscal({"calibrate", run, "--instrument", "accelerometer", "--field-unit", "m/s^2",
+                        "--field-magnitude", "9.80665", "-o", cal_})
+        .status;
+  }
+
   ScratchFolder folder_;
   StrangeInstrument instrument_;
   std::string cal_ = folder_.path("cal.json");
@@ -104,11 +112,7 @@ TEST_F(HostileFiles, ACellOfSeveralLinesHidesNoRows) {
 }
 
 TEST_F(HostileFiles, ApplyReportsItsFirstRowsToo) {
-  const std::string run = folder_.write("run.csv", twelve_readings(instrument_));
-  ASSERT_EQ(run_axiscal({"calibrate", run, "--instrument", "accelerometer", "--field-unit", "m/s^2",
-                         "--field-magnitude", "9.80665", "-o", cal_})
-                .status,
-            0);
+  ASSERT_EQ(calibrate(), 0);
   const std::string log = folder_.write("log.csv", "x,y,z\n1,2\n1,2\n0,0,1\n0,1,0\n1,0,0\n");
   const ProgramResult result = run_axiscal({"apply", cal_, log});
   EXPECT_THAT(result.err, HasSubstr("2 of 5 rows could not be reduced (first: line 2)"));
@@ -231,11 +235,7 @@ TEST_F(HostileFiles, Hdf5ReadsNoOtherFile) {
 #endif
 
 TEST_F(HostileFiles, TheStatusIsTheVerdictsWhoeverReads) {
-  const std::string run = folder_.write("run.csv", twelve_readings(instrument_));
-  ASSERT_EQ(run_axiscal({"calibrate", run, "--instrument", "accelerometer", "--field-unit", "m/s^2",
-                         "--field-magnitude", "9.80665", "-o", cal_})
-                .status,
-            0);
+  ASSERT_EQ(calibrate(), 0);
   StrangeInstrument drifted = instrument_;
   drifted.bias += Eigen::Vector3d(0.5, 0.0, 0.0);
   folder_.write("later.csv", twelve_readings(drifted));
@@ -262,11 +262,7 @@ TEST_F(HostileFiles, ATerminalIsSentNoControlCharacters) {
 }
 
 TEST_F(HostileFiles, ASpreadsheetIsGivenNoFormulas) {
-  const std::string run = folder_.write("run.csv", twelve_readings(instrument_));
-  ASSERT_EQ(run_axiscal({"calibrate", run, "--instrument", "accelerometer", "--field-unit", "m/s^2",
-                         "--field-magnitude", "9.80665", "-o", cal_})
-                .status,
-            0);
+  ASSERT_EQ(calibrate(), 0);
   const std::string log = folder_.write(
       "log.csv", "note,x,y,z,d\n=HYPERLINK(1),0,0,-1.5,+X\n@cmd,0,1,0,-\n-2+3,1,0,0,-1e-3\n");
   const ProgramResult result = run_axiscal({"apply", cal_, log});

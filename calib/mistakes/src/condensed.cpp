@@ -3,30 +3,22 @@
 
 #include <algorithm>
 #include <map>
-#include <numeric>
 #include <set>
 #include <tuple>
 #include <utility>
 
+#include "suspect_run.hpp"
+
 namespace axiscal {
 namespace {
 
-// What readings must share to be averaged: pose, level, and the terms of the model that a mean of
-// columns would not be right for.
+// Readings of one mean share the pose and the level. They share the tilt and the soak too, as the
+// model has a term for each.
 using Pose = std::tuple<std::optional<DesignPoint>, int, FieldLevel, std::size_t, int>;
 
 Pose pose_of(const ReadingSet& set, std::size_t i) {
   const Reading& reading = set.readings[i];
   return {reading.point, reading.mount, reading.level, set.tilt_of(i), set.soak_of(i)};
-}
-
-std::vector<std::size_t> by_run(const ReadingSet& set) {
-  std::vector<std::size_t> order(set.readings.size());
-  std::iota(order.begin(), order.end(), std::size_t{0});
-  std::stable_sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) {
-    return set.readings[a].run < set.readings[b].run;
-  });
-  return order;
 }
 
 // The readings of each mean: those of a pose in each part of the run.

@@ -14,6 +14,15 @@ std::vector<std::size_t> first_of(const std::vector<std::size_t>& order, std::si
           order.begin() + static_cast<std::ptrdiff_t>(std::min(count, order.size()))};
 }
 
+std::vector<std::size_t> by_run(const ReadingSet& set) {
+  std::vector<std::size_t> order(set.readings.size());
+  std::iota(order.begin(), order.end(), std::size_t{0});
+  std::stable_sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) {
+    return set.readings[a].run < set.readings[b].run;
+  });
+  return order;
+}
+
 SuspectRun::SuspectRun(const ReadingSet& set, const Estimate& estimate, bool known_field)
     : set_(set),
       fitter_(estimate.field,
@@ -22,13 +31,8 @@ SuspectRun::SuspectRun(const ReadingSet& set, const Estimate& estimate, bool kno
                   ? set.noise_ratio
                   : Eigen::VectorXd(Eigen::VectorXd::Ones(set.axis_count()))),
       stated_ratio_(set.noise_ratio.size() > 0),
-      order_(static_cast<std::size_t>(set.size())),
-      plain_(fitter_.fit(set)) {
-  std::iota(order_.begin(), order_.end(), std::size_t{0});
-  std::stable_sort(order_.begin(), order_.end(), [&](std::size_t a, std::size_t b) {
-    return set.readings[a].run < set.readings[b].run;
-  });
-}
+      order_(by_run(set)),
+      plain_(fitter_.fit(set)) {}
 
 void SuspectRun::delete_each() {
   deletions_.assign(count(), {});

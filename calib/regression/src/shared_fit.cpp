@@ -106,7 +106,7 @@ struct AtVariances {
   Eigen::VectorXd degrees_of_freedom;  // nu, m
   Eigen::VectorXd squares;             // RSS_k / sigma_k^2, m
   Eigen::VectorXd estimate;            // z, D
-  Eigen::MatrixXd covariance;          // how well z is known
+  Eigen::MatrixXd covariance;          // of z, D x D
 };
 
 // With nothing in common each has its mean square.

@@ -331,4 +331,24 @@ std::size_t ByteSource::read_on(char* buffer, std::size_t size) {
   return count;
 }
 
+ByteSource bytes_of_pieces(std::string path,
+                           std::function<bool(std::string& piece)> next,
+                           ReadBudget budget) {
+  return {std::move(path),
+          [next = std::move(next), piece = std::string(), given = std::size_t{0}](
+              char* buffer, std::size_t size) mutable {
+            while (given == piece.size()) {
+              piece.clear();
+              given = 0;
+              if (!next(piece)) {
+                return std::size_t{0};
+              }
+            }
+            const std::size_t count = piece.copy(buffer, size, given);
+            given += count;
+            return count;
+          },
+          std::move(budget)};
+}
+
 }  // namespace axiscal

@@ -79,4 +79,11 @@ class ByteSource {
   std::size_t next_ = 0;     // in it
 };
 
+/// A text that is made piece by piece as it is read.
+/// @param next    makes the next piece in `piece`, which is empty; false at the end.
+/// @param budget  of the file that it is made of.
+[[nodiscard]] ByteSource bytes_of_pieces(std::string path,
+                                         std::function<bool(std::string& piece)> next,
+                                         ReadBudget budget);
+
 }  // namespace axiscal

@@ -56,8 +56,8 @@ class GrowingTable {
       budget.spend(ReadCost::cells, names_.size() - row.cells);
     }
     auto table = std::make_shared<GrowingTable>(std::move(*this));
-    return {path, [table](char* buffer, std::size_t size) { return table->read(buffer, size); },
-            budget};
+    return bytes_of_pieces(
+        path, [table](std::string& line) { return table->next(line); }, budget);
   }
 
  private:
@@ -65,28 +65,23 @@ class GrowingTable {
     std::size_t size, cells;
   };
 
-  std::size_t read(char* buffer, std::size_t size) {
-    while (given_ == line_.size()) {
-      line_.clear();
-      given_ = 0;
-      if (!has_header_) {
-        has_header_ = true;
-        for (const std::string& name : names_) {
-          line_ += (&name == &names_.front() ? "" : ",") + csv_cell(name);
-        }
-      } else if (next_ < rows_.size()) {
-        const Row& row = rows_[next_++];
-        line_.append(text_, begin_, row.size);
-        line_.append(names_.size() - std::max<std::size_t>(row.cells, 1), ',');
-        begin_ += row.size;
-      } else {
-        return 0;
+  // The header, then row by row.
+  bool next(std::string& line) {
+    if (!has_header_) {
+      has_header_ = true;
+      for (const std::string& name : names_) {
+        line += (&name == &names_.front() ? "" : ",") + csv_cell(name);
       }
-      line_ += '\n';
+    } else if (next_ < rows_.size()) {
+      const Row& row = rows_[next_++];
+      line.append(text_, begin_, row.size);
+      line.append(names_.size() - std::max<std::size_t>(row.cells, 1), ',');
+      begin_ += row.size;
+    } else {
+      return false;
     }
-    const std::size_t count = line_.copy(buffer, size, given_);
-    given_ += count;
-    return count;
+    line += '\n';
+    return true;
   }
 
   ReadBudget budget_;
@@ -97,8 +92,7 @@ class GrowingTable {
   std::vector<Row> rows_;
   // What is read.
   bool has_header_ = false;
-  std::size_t next_ = 0, begin_ = 0, given_ = 0;
-  std::string line_;
+  std::size_t next_ = 0, begin_ = 0;
 };
 
 std::string cell_of(const Json& value) {

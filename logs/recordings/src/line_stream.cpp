@@ -84,23 +84,17 @@ ByteSource converted_lines(ByteSource bytes,
   const std::string path = bytes.path();
   const ReadBudget budget = bytes.budget();
   auto lines = std::make_shared<LineStream>(std::move(bytes));
-  return {path,
-          [lines, convert = std::move(convert), text = std::string(), given = std::size_t{0}](
-              char* buffer, std::size_t size) mutable {
-            std::string_view line;
-            while (given == text.size()) {
-              if (!lines->next(line)) {
-                return std::size_t{0};
-              }
-              text.clear();
-              given = 0;
-              convert(line, text);
-            }
-            const std::size_t count = text.copy(buffer, size, given);
-            given += count;
-            return count;
-          },
-          budget};
+  return bytes_of_pieces(
+      path,
+      [lines, convert = std::move(convert)](std::string& text) {
+        std::string_view line;
+        const bool is_there = lines->next(line);
+        if (is_there) {
+          convert(line, text);
+        }
+        return is_there;
+      },
+      budget);
 }
 
 }  // namespace axiscal

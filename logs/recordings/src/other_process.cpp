@@ -19,6 +19,7 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include "axiscal/core/descriptor.hpp"
 #include "axiscal/core/error.hpp"
 #include "axiscal/core/formatted.hpp"
 #include "axiscal/core/input_file.hpp"
@@ -183,15 +184,7 @@ int answer_as_other_process(int count, char** arguments) try {
   }
   limit_to(RLIMIT_CPU, std::strtoull(arguments[3], nullptr, 10));
   limit_to(RLIMIT_CORE, 0);
-  const std::string text = answer_of(arguments[1]);
-  for (std::string_view rest = text; !rest.empty();) {
-    const ssize_t written = ::write(STDOUT_FILENO, rest.data(), rest.size());
-    if (written <= 0) {
-      return failed;
-    }
-    rest.remove_prefix(static_cast<std::size_t>(written));
-  }
-  return answered;
+  return write_all(STDOUT_FILENO, answer_of(arguments[1])) ? answered : failed;
 } catch (const std::bad_alloc&) {
   return lacks_memory;
 } catch (...) {

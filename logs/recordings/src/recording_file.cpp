@@ -13,6 +13,7 @@
 #include <system_error>
 #include <unistd.h>
 
+#include "axiscal/core/descriptor.hpp"
 #include "axiscal/core/error.hpp"
 #include "axiscal/core/formatted.hpp"
 #include "axiscal/core/input_file.hpp"
@@ -196,15 +197,10 @@ SpooledFile::SpooledFile(std::string name, ReadBudget budget)
 
 void SpooledFile::write(const char* buffer, std::size_t size) {
   budget_.spend(ReadCost::disk, size);
-  for (std::size_t done = 0; done < size;) {
-    const ssize_t written = ::write(file_.descriptor(), buffer + done, size - done);
-    if (written <= 0) {
-      throw OutputError(
-          formatted("{}: no room for a temporary copy ({}); name a folder with room in "
-                    "TMPDIR",
-                    name_, std::strerror(errno)));
-    }
-    done += static_cast<std::size_t>(written);
+  if (!write_all(file_.descriptor(), {buffer, size})) {
+    throw OutputError(
+        formatted("{}: no room for a temporary copy ({}); name a folder with room in TMPDIR", name_,
+                  std::strerror(errno)));
   }
 }
 

@@ -10,6 +10,7 @@
 #include <algorithm>
 #include <archive.h>
 #include <archive_entry.h>
+#include <limits>
 #include <map>
 #endif
 
@@ -89,13 +90,11 @@ ByteSource bytes_of(const std::string& path,
 
 // The content of a part, which is held whole.
 std::string text_of(ByteSource bytes) {
-  std::string text;
-  std::vector<char> block(1U << 16U);
-  while (const std::size_t count = bytes.read(block.data(), block.size())) {
+  return read_up_to(std::numeric_limits<std::size_t>::max(), [&](char* buffer, std::size_t size) {
+    const std::size_t count = bytes.read(buffer, size);
     bytes.budget().spend(ReadCost::memory, 2 * count);  // as it grows
-    text.append(block.data(), count);
-  }
-  return text;
+    return count;
+  });
 }
 
 // Arrays of as many rows side by side, read as they are asked for.

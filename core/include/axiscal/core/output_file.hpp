@@ -62,8 +62,8 @@ class OutputFile {
   std::size_t handed_to_disk_ = 0;
 };
 
-/// Writes a file at one go, whole or not at all. A reader of standard output that has gone away is
-/// no failure: what follows, the exit status above all, stays as it is.
+/// Writes a file at one go, whole or not at all. It does not fail if the reader of standard output
+/// has gone away: the exit status stays the same.
 /// @throws OutputError, InputOverwriteError  as OutputFile.
 void write_whole_file(const std::string& path, std::string_view content);
 

@@ -13,11 +13,12 @@ namespace axiscal {
 /// @return a name as shown_text(), in one line: tabs and line feeds are written so too.
 [[nodiscard]] std::string shown_name(std::string_view name);
 
-/// @return whether a spreadsheet would take a cell for a formula: it begins with = + - or @, and is
-///         neither a number nor a face (+X).
+/// @return whether a spreadsheet takes a cell for a formula: it begins with = + - or @. A number
+/// and
+///         a face (+X) are not formulas.
 [[nodiscard]] bool is_formula(std::string_view cell);
 
-/// @return a word as a cell of CSV, with an apostrophe before what is a formula.
+/// @return a word as a cell of CSV, with an apostrophe before a formula.
 [[nodiscard]] std::string harmless_cell(const std::string& word);
 
 }  // namespace axiscal

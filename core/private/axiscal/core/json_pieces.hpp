@@ -53,8 +53,8 @@ template <std::size_t N>
 /// @return the text that a piece is, likewise.
 [[nodiscard]] std::optional<std::string> text_of_piece(std::string_view piece);
 
-/// Goes through the entries of a list, or the members of an object, of which it holds none. What an
-/// entry is is not looked at.
+/// Goes through the entries of a list, or the members of an object, and keeps none. It does not
+/// look into an entry.
 class JsonEntries {
  public:
   /// @param text  that begins with the list or object.
@@ -64,7 +64,7 @@ class JsonEntries {
   [[nodiscard]] bool is_object() const { return open_ == '{'; }
 
   /// Goes on to the next entry.
-  /// @return false at the end, and where the text is no JSON: ok() tells.
+  /// @return false at the end, or if the text is not JSON: ok() is false only then.
   bool next();
 
   [[nodiscard]] std::string_view value() const { return value_; }

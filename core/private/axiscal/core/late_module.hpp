@@ -13,9 +13,8 @@
 namespace axiscal {
 
 /// Where files that belong to the program lie. Its targets are set up by axiscal_find_own_files().
-/// @return the build tree's folder if the program is of the build tree; else the folder that
-/// belongs
-///         to the program's, and that where axiscal was installed.
+/// @return the build tree's folder if the program is of the build tree. Else the folder beside the
+///         program's, and the folder where axiscal was installed.
 [[nodiscard]] inline std::vector<std::filesystem::path> folders_of_own_files() {
   std::error_code failed;
   const std::filesystem::path program = std::filesystem::read_symlink("/proc/self/exe", failed);
