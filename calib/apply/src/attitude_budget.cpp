@@ -2,7 +2,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "axiscal/calib/covariance_root.hpp"
+#include "axiscal/calib/factor.hpp"
 #include "axiscal/calib/inheritance.hpp"
 #include "axiscal/calib/reading_uncertainty.hpp"
 #include "axiscal/core/error.hpp"

@@ -6,13 +6,11 @@
 #include <limits>
 #include <map>
 
-#include <Eigen/Cholesky>
-#include <Eigen/Eigenvalues>
 #include <Eigen/Geometry>
 #include <Eigen/LU>
 
 #include "axiscal/calib/distributions.hpp"
-#include "axiscal/calib/minimum_norm.hpp"
+#include "axiscal/calib/factor.hpp"
 #include "axiscal/calib/reading_uncertainty.hpp"
 #include "axiscal/calib/reduction.hpp"
 #include "axiscal/calib/uncertainty.hpp"
@@ -157,15 +155,15 @@ Eigen::Matrix3d sight_of(const std::vector<Direction>& all) {
 }
 
 void require_all_turns(const std::vector<Direction>& all) {
-  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> eigen(sight_of(all));
+  const SymmetricEigen eigen = symmetric_eigen(sight_of(all));
   constexpr double open_below = 1e-4;  // directions that are less than a degree apart
-  if (eigen.eigenvalues()(0) > open_below * static_cast<double>(all.size())) {
+  if (eigen.values(0) > open_below * static_cast<double>(all.size())) {
     return;
   }
   throw RefusedError(formatted(
       "the references leave the turn about {} open: in all of them it is vertical; add an attitude "
       "that is pitched or rolled by 30 degrees or more, or another face",
-      axis_text(eigen.eigenvectors().col(0))));
+      axis_text(eigen.vectors.col(0))));
 }
 
 double residual_of(const Direction& one, const Eigen::Matrix3d& R) {
@@ -412,8 +410,8 @@ BodyChange compare_rotations(const BodyRotation& before, const BodyRotation& aft
   const Eigen::Matrix3d first = same_record ? before.covariance_of_references : before.covariance;
   const Eigen::Matrix3d second = same_record ? after.covariance_of_references : after.covariance;
   const Eigen::Matrix3d covariance = first + second;
-  const Eigen::LLT<Eigen::Matrix3d> root(covariance);
-  if (root.info() != Eigen::Success) {
+  const PositiveFactor factor(covariance);
+  if (!factor.is_determined()) {
     throw RefusedError("a rotation states no uncertainty about some axis: nothing can be compared");
   }
   BodyChange change{.turn_rad = turn.angle() * turn.axis(),
@@ -422,8 +420,8 @@ BodyChange compare_rotations(const BodyRotation& before, const BodyRotation& aft
   const double nu =
       std::pow(covariance.trace(), 2) / (std::pow(first.trace(), 2) / before.degrees_of_freedom +
                                          std::pow(second.trace(), 2) / after.degrees_of_freedom);
-  change.p_value =
-      f_upper_p(std::max(change.turn_rad.dot(root.solve(change.turn_rad)) / 3.0, 1e-12), 3.0, nu);
+  change.p_value = f_upper_p(
+      std::max(change.turn_rad.dot(factor.solve(change.turn_rad).col(0)) / 3.0, 1e-12), 3.0, nu);
   return change;
 }
 

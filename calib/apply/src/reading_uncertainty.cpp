@@ -4,11 +4,9 @@
 #include <algorithm>
 #include <cmath>
 
-#include <Eigen/Eigenvalues>
 #include <Eigen/Geometry>
 
-#include "axiscal/calib/covariance_root.hpp"
-#include "axiscal/calib/minimum_norm.hpp"
+#include "axiscal/calib/factor.hpp"
 #include "axiscal/calib/parameter_names.hpp"
 #include "axiscal/core/error.hpp"
 #include "axiscal/core/formatted.hpp"
@@ -497,10 +495,7 @@ double direction_uncertainty_deg(const Calibration& calibration,
   const Eigen::Matrix3d covariance =
       across * propagation.field_covariance({v.data(), static_cast<std::size_t>(v.size())}) *
       across;
-  const double variance =
-      Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>(covariance, Eigen::EigenvaluesOnly)
-          .eigenvalues()
-          .maxCoeff();
+  const double variance = symmetric_eigen(covariance).values.maxCoeff();
   const double k = calibration.fit.statistics->coverage_factor.maxCoeff();
   return k * std::sqrt(std::max(0.0, variance)) / F * deg_per_rad;
 }

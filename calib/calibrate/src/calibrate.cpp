@@ -528,21 +528,19 @@ class RunFit {
       return;
     }
     constexpr int most_rounds = 8;
-    constexpr double still_rad = 1e-12;
+    constexpr double still_rad = 1e-9;  // only the weights of the axes changed
     for (int round = 0; round < most_rounds; ++round) {
-      const std::optional<MountStep> step =
-          step_of_mounts(fitted_, estimate_, kind_.directions_known);
-      if (!step) {
+      const std::optional<MountTurns> mounts =
+          fitted_mounts(fitted_, estimate_, kind_.directions_known);
+      if (!mounts) {
         return;
       }
       double largest = 0.0;
-      std::map<int, Eigen::Matrix3d> turns;
-      for (const auto& [mount, turn] : step->turns) {
-        turns[mount] = rotation_by(turn);
-        largest = std::max(largest, turn.norm());
+      for (const auto& [mount, turn] : mounts->turns) {
+        largest = std::max(largest, (turn - Eigen::Matrix3d::Identity()).norm());
       }
-      source_.turn_mounts(turns);
-      mounts_expected_ = step->expected;
+      source_.turn_mounts(mounts->turns);
+      mounts_expected_ = mounts->expected;
       fit_once();
       if (largest < still_rad) {
         return;

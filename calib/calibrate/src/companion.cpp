@@ -8,8 +8,8 @@
 #include <Eigen/LU>
 
 #include "axiscal/calib/calibration_warning.hpp"
-#include "axiscal/calib/covariance_root.hpp"
 #include "axiscal/calib/experiment.hpp"
+#include "axiscal/calib/factor.hpp"
 #include "axiscal/calib/jackknife.hpp"
 #include "axiscal/calib/magnitude.hpp"
 #include "axiscal/calib/method_kind.hpp"

@@ -3,8 +3,7 @@
 
 #include <optional>
 
-#include <Eigen/QR>
-
+#include "axiscal/calib/factor.hpp"
 #include "axiscal/calib/lit_response.hpp"
 #include "axiscal/calib/method_kind.hpp"
 #include "axiscal/core/not_a_number.hpp"
@@ -30,52 +29,6 @@ Eigen::VectorXd fitted_response(const Calibration& calibration,
   return response;
 }
 
-// The field of which S makes a response, by least squares.
-class FieldSolver {
- public:
-  explicit FieldSolver(const SensitivityMatrix& S) {
-    if (S.rows() == 3) {
-      of_three_.emplace(Eigen::Matrix3d(S));
-    } else {
-      of_any_.emplace(S);
-    }
-  }
-
-  [[nodiscard]] Eigen::Index rank() const {
-    return of_three_ ? of_three_->rank() : of_any_->rank();
-  }
-
-  [[nodiscard]] Eigen::Vector3d solve(const Eigen::VectorXd& response) const {
-    return of_three_ ? solved_of_three(response) : Eigen::Vector3d(of_any_->solve(response));
-  }
-
- private:
-  // Householder's two reflections, then backwards through R; written out, as there is one for each
-  // reading.
-  [[nodiscard]] Eigen::Vector3d solved_of_three(Eigen::Vector3d c) const {
-    const Eigen::Matrix3d& QR = of_three_->matrixQR();
-    const Eigen::Vector3d& tau = of_three_->hCoeffs();
-    const double first = QR(1, 0) * c(1) + QR(2, 0) * c(2) + c(0);
-    c(0) -= tau(0) * first;
-    c(1) -= tau(0) * QR(1, 0) * first;
-    c(2) -= tau(0) * QR(2, 0) * first;
-    const double second = QR(2, 1) * c(2) + c(1);
-    c(1) -= tau(1) * second;
-    c(2) -= tau(1) * QR(2, 1) * second;
-    c(2) /= QR(2, 2);
-    c(1) = (c(1) - QR(1, 2) * c(2)) / QR(1, 1);
-    c(0) = (c(0) - QR(0, 2) * c(2) - QR(0, 1) * c(1)) / QR(0, 0);
-    Eigen::Vector3d field;
-    for (int j = 0; j < 3; ++j) {
-      field(of_three_->colsPermutation().indices()(j)) = c(j);
-    }
-    return field;
-  }
-
-  std::optional<Eigen::ColPivHouseholderQR<Eigen::Matrix3d>> of_three_;  // one of the two
-  std::optional<Eigen::ColPivHouseholderQR<Eigen::MatrixXd>> of_any_;
-};
-
 }  // namespace
 
 std::vector<ReadingResidual> residuals_of(const Observations& observations,
@@ -85,8 +38,8 @@ std::vector<ReadingResidual> residuals_of(const Observations& observations,
                                           const Calibration& calibration,
                                           const AxisMask& used) {
   const LinearResponse& response = calibration.sensor.response;
-  const FieldSolver solver(response.sensitivity);
-  const bool has_magnitude = solver.rank() == 3;
+  const auto [inverse, rank] = ranked_inverse(response.sensitivity);
+  const bool has_magnitude = rank == 3;
   const bool by_magnitude = (!fitted.has_vectors() && !source.by_field()) ||
                             (method_kind(calibration.fit.method).by_length && has_magnitude);
   // Most responses are those of S and the field alone.
@@ -98,11 +51,8 @@ std::vector<ReadingResidual> residuals_of(const Observations& observations,
   Eigen::VectorXd left;
   // Of two axes that were turned in a plane: the field in it.
   const Eigen::MatrixXd in_plane =
-      method_kind(calibration.fit.method).by_magnitude && !has_magnitude
-          ? Eigen::MatrixXd(Eigen::MatrixXd(response.sensitivity)
-                                .completeOrthogonalDecomposition()
-                                .pseudoInverse())
-          : Eigen::MatrixXd();
+      method_kind(calibration.fit.method).by_magnitude && !has_magnitude ? inverse
+                                                                         : Eigen::MatrixXd();
   for (std::size_t i = 0; i < observations.readings.size(); ++i) {
     const Reading& reading = observations.readings[i];
     const auto row = static_cast<Eigen::Index>(i);
@@ -122,7 +72,7 @@ std::vector<ReadingResidual> residuals_of(const Observations& observations,
     } else {
       left = reading_at_reference(calibration.sensor, v, reading.temperature) - response.bias;
     }
-    const Eigen::Vector3d measured = has_magnitude         ? Eigen::Vector3d(solver.solve(left))
+    const Eigen::Vector3d measured = has_magnitude         ? Eigen::Vector3d(inverse * left)
                                      : in_plane.size() > 0 ? Eigen::Vector3d(in_plane * left)
                                                            : Eigen::Vector3d::Zero();
     const Eigen::Vector3d field =

@@ -6,9 +6,8 @@
 #include <optional>
 #include <set>
 
-#include <Eigen/QR>
-
 #include "axiscal/calib/distributions.hpp"
+#include "axiscal/calib/factor.hpp"
 #include "axiscal/calib/method_kind.hpp"
 #include "axiscal/calib/temperature.hpp"
 #include "axiscal/calib/temperature_fit.hpp"
@@ -50,12 +49,12 @@ double p_of_following(const ReadingSet& set,
     const Eigen::MatrixXd X = root.asDiagonal() * set.all_columns(base, k);
     const Eigen::VectorXd t = Eigen::Map<const Eigen::VectorXd>(
         temperatures.data(), static_cast<Eigen::Index>(temperatures.size()));
-    const Eigen::ColPivHouseholderQR<Eigen::MatrixXd> qr(X);
+    const auto [inverse, rank] = ranked_inverse(X);
     const Eigen::VectorXd centred = root.asDiagonal() * (t.array() - t.mean()).matrix();
-    const Eigen::VectorXd d = centred - X * qr.solve(centred);
+    const Eigen::VectorXd d = centred - X * (inverse * centred);
     const Eigen::VectorXd y = root.asDiagonal() * set.response.col(k);
-    const Eigen::VectorXd r = y - X * qr.solve(y);
-    const double free = static_cast<double>((root.array() > 0.0).count() - qr.rank()) - 1.0;
+    const Eigen::VectorXd r = y - X * (inverse * y);
+    const double free = static_cast<double>((root.array() > 0.0).count() - rank) - 1.0;
     constexpr double independent = 1e-6;  // else the poses themselves follow the temperature
     if (!(free >= 1.0) || !(d.squaredNorm() > independent * centred.squaredNorm())) {
       continue;

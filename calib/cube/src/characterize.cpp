@@ -9,10 +9,10 @@
 #include <map>
 #include <set>
 
-#include <Eigen/Cholesky>
 #include <Eigen/Geometry>
 
 #include "axiscal/calib/distributions.hpp"
+#include "axiscal/calib/factor.hpp"
 #include "axiscal/calib/settings.hpp"
 #include "axiscal/core/error.hpp"
 #include "axiscal/core/formatted.hpp"
@@ -186,7 +186,8 @@ double p_of_difference(const SolidSolution& one, const SolidSolution& others) {
   const Eigen::Matrix<double, 9, 9> V =
       to * (one.noise + one.handed_on) * to.transpose() + others.noise + others.handed_on;
   const double rounding = 1e-26;
-  const double Q = d.dot((V + rounding * Eigen::Matrix<double, 9, 9>::Identity()).ldlt().solve(d));
+  const double Q =
+      d.dot(solve_symmetric(V + rounding * Eigen::Matrix<double, 9, 9>::Identity(), d).col(0));
   const double dof = effective_dof({{one.noise.trace(), one.degrees_of_freedom},
                                     {one.handed_on.trace(), one.calibration_dof},
                                     {others.noise.trace(), others.degrees_of_freedom},

@@ -4,9 +4,8 @@
 #include <algorithm>
 #include <cmath>
 
-#include <Eigen/Eigenvalues>
-
 #include "axiscal/calib/distributions.hpp"
+#include "axiscal/calib/factor.hpp"
 
 namespace axiscal {
 namespace {
@@ -67,14 +66,13 @@ Pool pool_of(const std::vector<RecordErrors>& records, const std::vector<double>
 }
 
 Eigen::MatrixXd root_of(const Eigen::MatrixXd& covariance) {
-  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(covariance);
-  const double largest = eigen.eigenvalues().cwiseAbs().maxCoeff();
+  const SymmetricEigen eigen = symmetric_eigen(covariance);
+  const double largest = eigen.values.cwiseAbs().maxCoeff();
   if (!(largest > 0.0)) {
     return {covariance.rows(), 0};
   }
-  const Eigen::Index rank = (eigen.eigenvalues().array() > 1e-12 * largest).count();
-  return eigen.eigenvectors().rightCols(rank) *
-         eigen.eigenvalues().tail(rank).cwiseSqrt().asDiagonal();
+  const Eigen::Index rank = (eigen.values.array() > 1e-12 * largest).count();
+  return eigen.vectors.rightCols(rank) * eigen.values.tail(rank).cwiseSqrt().asDiagonal();
 }
 
 }  // namespace

@@ -7,11 +7,9 @@
 #include <map>
 #include <numeric>
 
-#include <Eigen/QR>
-
+#include "axiscal/calib/factor.hpp"
 #include "axiscal/calib/gauss_newton.hpp"
 #include "axiscal/calib/least_squares.hpp"
-#include "axiscal/calib/scaled_qr.hpp"
 #include "axiscal/core/error.hpp"
 #include "axiscal/core/formatted.hpp"
 #include "axiscal/core/number_text.hpp"
@@ -51,13 +49,11 @@ Eigen::Matrix<double, 12, 9> gauge_basis(const Eigen::Matrix<double, 18, 12>& T)
     constraint +=
         cross_matrix(nominal_normal(face)) * T.middleRows<3>(3 * static_cast<Eigen::Index>(face));
   }
-  const Eigen::HouseholderQR<Eigen::Matrix<double, 12, 3>> qr(constraint.transpose());
-  const Eigen::Matrix<double, 12, 12> Q = qr.householderQ();
-  return Q.rightCols<9>();
+  return orthogonal_complement(constraint.transpose());
 }
 
-ScaledQr factored(const Eigen::MatrixXd& J, const std::vector<std::string>& names) {
-  ScaledQr factors(J);
+Factor factored(const Eigen::MatrixXd& J, const std::vector<std::string>& names) {
+  Factor factors(J);
   if (!factors.has_full_rank()) {
     std::vector<std::string> open = names_of_open(undetermined_columns(J), names);
     const std::string list = joined(open);
@@ -133,8 +129,8 @@ SolidState SolidFit::start() const {
   // Outward normals as each instrument sees them, in its own frame.
   std::vector<std::map<Face, Eigen::Vector3d>> seen;
   for (const SolidReference& reference : references_) {
-    const Eigen::ColPivHouseholderQR<Eigen::MatrixXd> inverse(reference.calibrated.sensitivity);
-    if (inverse.rank() < 3) {
+    const auto [inverse, rank] = ranked_inverse(reference.calibrated.sensitivity);
+    if (rank < 3) {
       throw RefusedError(formatted(
           "slot {}: an instrument needs three axes in different directions to measure a cube",
           reference.slot));
@@ -142,7 +138,7 @@ SolidState SolidFit::start() const {
     std::map<Face, Eigen::Vector3d>& own = seen.emplace_back();
     for (std::size_t i = 0; i < reference.readings.size(); ++i) {
       const Eigen::VectorXd v = reference.response.row(static_cast<Eigen::Index>(i));
-      const Eigen::Vector3d up = inverse.solve(v - reference.calibrated.bias);
+      const Eigen::Vector3d up = inverse * (v - reference.calibrated.bias);
       own.try_emplace(reference.readings[i].point->rest(), Eigen::Vector3d::Zero()).first->second -=
           reference.sign * reference.readings[i].level.of_all() * up;
     }
@@ -482,7 +478,7 @@ SolidSolution SolidFit::solve() const {
           "read by the instrument of its record");
     }
     const Eigen::MatrixXd J = jacobian(place.state, place.layout, solution.sigma);
-    const ScaledQr factors = factored(J, place.layout.names);
+    const Factor factors = factored(J, place.layout.names);
     const Eigen::VectorXd left = residuals(place.state, solution.sigma);
     if (outer < rounds_of_scatter) {
       solution.sigma =

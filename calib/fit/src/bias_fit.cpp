@@ -9,10 +9,10 @@
 #include "axiscal/calib/calibration_warning.hpp"
 #include "axiscal/calib/distributions.hpp"
 #include "axiscal/calib/experiment.hpp"
+#include "axiscal/calib/factor.hpp"
 #include "axiscal/calib/jackknife.hpp"
 #include "axiscal/calib/least_squares.hpp"
 #include "axiscal/calib/parameter_names.hpp"
-#include "axiscal/calib/scaled_qr.hpp"
 #include "axiscal/calib/serial_correlation.hpp"
 #include "axiscal/calib/settings.hpp"
 #include "axiscal/calib/temperature_fit.hpp"
@@ -266,7 +266,7 @@ SweepScatter scatter_of_sweep(const ReadingSet& set,
     both << P, ways.asDiagonal() * P;
   }
   // A way with few temperatures determines no polynomial of its own.
-  if (ways.size() > 0 && ScaledQr(root.asDiagonal() * both).has_full_rank()) {
+  if (ways.size() > 0 && Factor(root.asDiagonal() * both).has_full_rank()) {
     const LeastSquaresFit branched = LeastSquaresDesign(both, set.weights.col(axis)).fit(response);
     const double n = branched.degrees_of_freedom;
     const double rss = n * branched.residual_sd * branched.residual_sd;

@@ -9,8 +9,8 @@
 #include <Eigen/LU>
 
 #include "axiscal/calib/distributions.hpp"
+#include "axiscal/calib/factor.hpp"
 #include "axiscal/calib/parameter_names.hpp"
-#include "axiscal/calib/scaled_qr.hpp"
 #include "axiscal/core/formatted.hpp"
 #include "axiscal/core/number_text.hpp"
 #include "scatter_components.hpp"
@@ -83,7 +83,7 @@ EntryMean mean_of_entry(const BlockFits& fits,
   return entry;
 }
 
-BlockFits fit_blocks(const LinearisedRun& run, const Estimate& estimate) {
+BlockFits fit_blocks(const Fit& run, const Estimate& estimate) {
   const ReadingSet& set = run.set();
   const Eigen::Index m = run.axes();
   BlockFits fits{.S = {},
@@ -98,7 +98,7 @@ BlockFits fit_blocks(const LinearisedRun& run, const Estimate& estimate) {
   };
   std::map<int, Own> blocks;
   for (Eigen::Index k = 0; k < m; ++k) {
-    LinearisedRun::AxisRows rows = run.rows_of(k);
+    Fit::AxisRows rows = run.rows_of(k);
     if (set.effects.has_drift) {
       rows.response -= set.effects.columns(rows.readings, Eigen::last) *
                        estimate.effects(estimate.effects.rows() - 1, k);
@@ -117,7 +117,7 @@ BlockFits fit_blocks(const LinearisedRun& run, const Estimate& estimate) {
       const Eigen::VectorXd root = rows.weights(own).cwiseSqrt();
       const Eigen::MatrixXd X = root.asDiagonal() * rows.design(own, Eigen::all);
       const Eigen::VectorXd y = root.cwiseProduct(rows.response(own).matrix());
-      const ScaledQr qr(X);
+      const Factor qr(X);
       if (!qr.has_full_rank()) {
         continue;
       }
@@ -193,7 +193,7 @@ double p_of_turns(const BlockFits& fits, const Eigen::MatrixXd& mean, const Eige
 
 }  // namespace
 
-bool add_block_sensitivities(const LinearisedRun& run, bool mounts_known, Estimate& estimate) {
+bool add_block_sensitivities(const Fit& run, bool mounts_known, Estimate& estimate) {
   const ReadingSet& set = run.set();
   const Eigen::Index m = run.axes();
   if (set.temperature.order > 0 || set.seen.cols() > 0 || !set.visible.empty() || set.robust) {

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "curvature.hpp"
 
-#include "axiscal/calib/scaled_cholesky.hpp"
+#include "axiscal/calib/factor.hpp"
 #include "axiscal/calib/variance_components.hpp"
 
 namespace axiscal {
@@ -90,7 +90,7 @@ std::optional<Eigen::VectorXd> BentAxes::solved(const Eigen::VectorXd& variances
     }
   }
   constexpr double open_below = 1e-13;
-  const ScaledCholesky cholesky(normal);
+  const PositiveFactor cholesky(normal);
   if (!cholesky.is_determined(open_below) ||
       !(normal.diagonal().array() > open_below * lengths.array()).all()) {
     return std::nullopt;

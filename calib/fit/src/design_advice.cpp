@@ -3,9 +3,9 @@
 
 #include <optional>
 
+#include "axiscal/calib/factor.hpp"
 #include "axiscal/calib/least_squares.hpp"
 #include "axiscal/calib/parameter_names.hpp"
-#include "axiscal/calib/scaled_qr.hpp"
 #include "axiscal/core/error.hpp"
 #include "axiscal/core/formatted.hpp"
 #include "axiscal/core/number_text.hpp"
@@ -17,7 +17,7 @@ namespace {
 
 Eigen::Index rank_for_advice(const Eigen::MatrixXd& matrix) {
   constexpr double worthwhile = 1e-6;  // a point that determines something only just is no advice
-  return ScaledQr(matrix, worthwhile).rank();
+  return Factor(matrix, worthwhile).rank();
 }
 
 }  // namespace

@@ -6,11 +6,10 @@
 #include <utility>
 #include <vector>
 
-#include <Eigen/Eigenvalues>
 #include <Eigen/LU>
-#include <Eigen/SVD>
 
 #include "axis_regression.hpp"
+#include "axiscal/calib/factor.hpp"
 #include "axiscal/calib/gauss_newton.hpp"
 #include "axiscal/calib/least_squares.hpp"
 #include "axiscal/calib/magnitude.hpp"
@@ -44,10 +43,7 @@ Ellipse conic_through(const Eigen::MatrixX2d& v) {
     const double y = v(i, 1);
     D.row(i) << x * x, 2.0 * x * y, y * y, 2.0 * x, 2.0 * y, 1.0;
   }
-  const Eigen::VectorXd q =
-      Eigen::JacobiSVD<Eigen::MatrixXd>(D, Eigen::ComputeThinU | Eigen::ComputeThinV)
-          .matrixV()
-          .col(5);
+  const Eigen::VectorXd q = singular_values(D).V.col(5);
   Eigen::Matrix2d Q;
   Q << q(0), q(1), q(1), q(2);
   const double sign = Q.trace() < 0.0 ? -1.0 : 1.0;
@@ -61,7 +57,8 @@ Ellipse conic_through(const Eigen::MatrixX2d& v) {
   if (!(size > 0.0)) {
     refuse_shape();
   }
-  at.A = Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d>(Q / size).operatorSqrt();
+  const SymmetricEigen eigen = symmetric_eigen(Q / size);
+  at.A = eigen.vectors * eigen.values.cwiseSqrt().asDiagonal() * eigen.vectors.transpose();
   return at;
 }
 

@@ -6,11 +6,9 @@
 #include <cmath>
 #include <utility>
 
-#include <Eigen/Cholesky>
 #include <Eigen/LU>
-#include <Eigen/SVD>
 
-#include "axiscal/calib/minimum_norm.hpp"
+#include "axiscal/calib/factor.hpp"
 #include "axiscal/core/not_a_number.hpp"
 #include "axiscal/kernels/ellipsoid_rows.hpp"
 
@@ -91,10 +89,11 @@ class EllipsoidProblem {
 Eigen::Matrix3d root_of(const Eigen::Matrix3d& M, MagnitudeShape shape) {
   if (shape == MagnitudeShape::triangular) {
     // M = A^T A with A upper triangular: Cholesky's M = L L^T, A = L^T.
-    return Eigen::LLT<Eigen::Matrix3d>(M).matrixL().transpose();
+    return Whitening(M).root().transpose();
   }
-  const Eigen::JacobiSVD<Eigen::Matrix3d> svd(M, Eigen::ComputeFullU);
-  return svd.matrixU() * svd.singularValues().cwiseSqrt().asDiagonal() * svd.matrixU().transpose();
+  const SymmetricEigen eigen = symmetric_eigen(M);
+  return eigen.vectors * eigen.values.cwiseAbs().cwiseSqrt().asDiagonal() *
+         eigen.vectors.transpose();
 }
 
 // Least squares for a start: by the normal equations where they are well conditioned.
@@ -156,10 +155,10 @@ Ellipsoid ellipsoid_start(const EllipsoidCloud& cloud) {
   const EllipsoidParameters q = roughly_solved(std::move(D), Eigen::VectorXd::Ones(n));
   Eigen::Matrix3d Q;
   Q << q(0), q(3), q(4), q(3), q(1), q(5), q(4), q(5), q(2);
-  const Eigen::LLT<Eigen::Matrix3d> cholesky(Q);
+  const PositiveFactor cholesky(Q);
   constexpr double longest_axis = 100.0;  // a good ellipsoid's axes are all near 1
-  if (cholesky.info() == Eigen::Success) {
-    const Eigen::Vector3d centre = -cholesky.solve(q.tail<3>());
+  if (cholesky.is_determined()) {
+    const Eigen::Vector3d centre = -cholesky.solve(q.tail<3>()).col(0);
     const double size = 1.0 + centre.dot(Q * centre);
     const Eigen::Matrix3d A = root_of(Q / size, cloud.shape);
     if (A.inverse().norm() < longest_axis) {

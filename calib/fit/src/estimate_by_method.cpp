@@ -35,8 +35,13 @@ Estimate by_method(Method method, const ReadingSet& set, bool by_field) {
 }  // namespace
 
 Estimate estimate_by(Method method, const ReadingSet& set, bool by_field) {
-  return fit_over_temperature(
-      set, [&](const ReadingSet& own) { return by_method(method, own, by_field); });
+  if (set.temperature.order == 0) {
+    return by_method(method, set, by_field);
+  }
+  ReadingSet without = set;
+  without.temperature = {};
+  return by_method(method, started_over_temperature(set, by_method(method, without, by_field)),
+                   by_field);
 }
 
 std::vector<TemperatureOrderTrial> try_orders(Method method,

@@ -94,7 +94,7 @@ Diagonal six_point_formula(const ReadingSet& set,
 }
 
 // A solution with the covariance of b and s, 2m, for noise of sd 1 field unit.
-struct Solution {
+struct LengthSolution {
   Diagonal at;
   Eigen::MatrixXd unscaled_covariance;
   double squares = 0.0;  // weighted, of the deviations |f| - F [field unit^2]
@@ -149,7 +149,7 @@ class LengthProblem {
   double F_;
 };
 
-Solution solved_by_length(const ReadingSet& set, Diagonal start, double F) {
+LengthSolution solved_by_length(const ReadingSet& set, Diagonal start, double F) {
   const LengthProblem problem(set, F);
   Diagonal at = gauss_newton(problem, std::move(start)).state;
   Linearised linear;
@@ -159,10 +159,10 @@ Solution solved_by_length(const ReadingSet& set, Diagonal start, double F) {
           .squares = linear.residuals.squaredNorm()};
 }
 
-Solution solved_by_faces(const ReadingSet& set,
-                         const std::vector<int>& faces,
-                         Diagonal at,
-                         double F) {
+LengthSolution solved_by_faces(const ReadingSet& set,
+                               const std::vector<int>& faces,
+                               Diagonal at,
+                               double F) {
   const Eigen::Index m = set.axis_count();
   Eigen::MatrixXd C = Eigen::MatrixXd::Zero(2 * m, 2 * m);
   for (Eigen::Index k = 0; k < m; ++k) {
@@ -187,7 +187,9 @@ struct Scatter {
   double degrees_of_freedom = 0.0;
 };
 
-Scatter scatter_of(const ReadingSet& set, const Solution& solution, const Estimate& labelled) {
+Scatter scatter_of(const ReadingSet& set,
+                   const LengthSolution& solution,
+                   const Estimate& labelled) {
   constexpr double enough = 3.0;
   const double of_lengths = static_cast<double>(set.size()) - 6.0;
   if (set.axis_count() == 3 && of_lengths >= enough) {
@@ -235,8 +237,8 @@ bool fit_face_lengths(const ReadingSet& given, double F, Estimate& estimate) {
     return false;
   }
   Diagonal start = six_point_formula(set, *faces, *main, F);
-  const Solution solution = m == 3 ? solved_by_length(set, std::move(start), F)
-                                   : solved_by_faces(set, *faces, std::move(start), F);
+  const LengthSolution solution = m == 3 ? solved_by_length(set, std::move(start), F)
+                                         : solved_by_faces(set, *faces, std::move(start), F);
   const Diagonal& at = solution.at;
   if (!at.b.allFinite() || !at.s.allFinite() || at.s.cwiseAbs().minCoeff() == 0.0) {
     return false;

@@ -38,7 +38,7 @@ NoiseRatio ratio_of(const PartOfNoise& one, const PartOfNoise& other) {
 // The hat matrix of an axis's residuals in a fit is K K^T, K = [Q, P]: its own columns' basis and
 // its rows of the shared one.
 struct AxisHat {
-  AxisHat(const LinearisedRun& run, Eigen::Index k)
+  AxisHat(const Fit& run, Eigen::Index k)
       : Q(run.basis_of_axis(k)),
         P(run.shared_basis_of_axis(k)),
         leverage((Q.rowwise().squaredNorm() + P.rowwise().squaredNorm()).array()) {}
@@ -49,7 +49,7 @@ struct AxisHat {
 };
 
 // Of the residuals of an axis.
-auto squares_of_axis(const LinearisedRun& run, Eigen::Index k) {
+auto squares_of_axis(const Fit& run, Eigen::Index k) {
   return run.residuals()(run.rows_of_axis(k)).array().square();
 }
 
@@ -85,7 +85,7 @@ struct WeightedHat {
 };
 
 // Of an axis's residuals, each with a weight in 0 .. 1 for the one part.
-NoiseRatio ratio_of_axis(const LinearisedRun& run, Eigen::Index k, const Eigen::VectorXd& cosines) {
+NoiseRatio ratio_of_axis(const Fit& run, Eigen::Index k, const Eigen::VectorXd& cosines) {
   const AxisHat axis(run, k);
   const auto part_of = [&](const Eigen::ArrayXd& weights, double squares_of_hat) {
     return PartOfNoise{
@@ -105,7 +105,7 @@ NoiseRatio ratio_of_axis(const LinearisedRun& run, Eigen::Index k, const Eigen::
 }
 
 // How each axis lies to the field, reading by reading; n x m.
-Eigen::MatrixXd cosines_of(const LinearisedRun& run, const Estimate& estimate) {
+Eigen::MatrixXd cosines_of(const Fit& run, const Estimate& estimate) {
   Eigen::MatrixXd cosines(run.readings(), run.axes());
   for (Eigen::Index k = 0; k < run.axes(); ++k) {
     const auto met = run.field_met(k);
@@ -127,7 +127,7 @@ struct Sandwich {
 // What the sandwiches of a run's coefficients have in common.
 class Sandwiches {
  public:
-  explicit Sandwiches(const LinearisedRun& run) : run_(run) {
+  explicit Sandwiches(const Fit& run) : run_(run) {
     axes_.reserve(static_cast<std::size_t>(run.axes()));
     for (Eigen::Index k = 0; k < run.axes(); ++k) {
       axes_.push_back(AxisRows{.hat = AxisHat(run, k), .root = run.root_of_axis(k)});
@@ -136,7 +136,7 @@ class Sandwiches {
 
   // Of coefficient j of an axis; the other axes know of it by what all share alone.
   [[nodiscard]] Sandwich of(Eigen::Index k, Eigen::Index j) const {
-    const LinearisedRun::RootOfAxis& root = axes_[static_cast<std::size_t>(k)].root;
+    const Fit::RootOfAxis& root = axes_[static_cast<std::size_t>(k)].root;
     const auto own = root.own.row(j).transpose();
     const auto by_shared = root.shared.row(j).transpose();
     double v = 0.0;
@@ -171,10 +171,10 @@ class Sandwiches {
  private:
   struct AxisRows {
     AxisHat hat;
-    LinearisedRun::RootOfAxis root;
+    Fit::RootOfAxis root;
   };
 
-  const LinearisedRun& run_;
+  const Fit& run_;
   std::vector<AxisRows> axes_;
 };
 
@@ -187,7 +187,7 @@ struct AlongField {
   Eigen::MatrixXd hat_squares;  // q x q: K^T K
 };
 
-AlongField along_field(const LinearisedRun& run) {
+AlongField along_field(const Fit& run) {
   AlongField along{.size = run.along_field().rowwise().norm(),
                    .directions = run.along_field(),
                    .deviations = Eigen::VectorXd::Zero(run.readings()),
@@ -203,7 +203,7 @@ AlongField along_field(const LinearisedRun& run) {
   return along;
 }
 
-PartOfNoise part_along(const LinearisedRun& run, const AlongField& along) {
+PartOfNoise part_along(const Fit& run, const AlongField& along) {
   const double taken = along.hat_squares.trace();  // by the fit
   const auto n = static_cast<double>(run.readings());
   return {.squares = along.deviations.squaredNorm(),
@@ -211,7 +211,7 @@ PartOfNoise part_along(const LinearisedRun& run, const AlongField& along) {
           .trace_of_square = n - 2.0 * taken + along.hat_squares.squaredNorm()};
 }
 
-bool can_be_looked_at(const LinearisedRun& run) {
+bool can_be_looked_at(const Fit& run) {
   const ReadingSet& set = run.set();
   return run.is_determined() && run.readings() >= fewest_looked_at && set.seen.cols() == 0 &&
          set.visible.empty() && !set.robust;
@@ -219,7 +219,7 @@ bool can_be_looked_at(const LinearisedRun& run) {
 
 // Noise that is not the same along the field and across it.
 // @param one  of the noise: that along the field.
-void add_field_noise(const LinearisedRun& run, const PartOfNoise& one, Estimate& estimate) {
+void add_field_noise(const Fit& run, const PartOfNoise& one, Estimate& estimate) {
   const std::vector<ScatterComponent>& known = estimate.statistics.components;
   const bool seats_fitted = std::any_of(
       known.begin(), known.end(), [](const auto& component) { return component.name == "seats"; });
@@ -275,10 +275,7 @@ void add_field_noise(const LinearisedRun& run, const PartOfNoise& one, Estimate&
 }
 
 // A field whose size wanders slowly over the run, or all gains together.
-void add_field_wander(const LinearisedRun& run,
-                      AlongField along,
-                      bool gains_differ,
-                      Estimate& estimate) {
+void add_field_wander(const Fit& run, AlongField along, bool gains_differ, Estimate& estimate) {
   const double score = likeness_along(along.deviations, along.hat_root, along.hat_squares);
   if (!(score > one_sided_5_percent)) {
     return;
@@ -325,7 +322,7 @@ void add_field_wander(const LinearisedRun& run,
 
 }  // namespace
 
-void add_field_scatter(const LinearisedRun& run, bool gains_differ, Estimate& estimate) {
+void add_field_scatter(const Fit& run, bool gains_differ, Estimate& estimate) {
   if (!can_be_looked_at(run)) {
     return;
   }

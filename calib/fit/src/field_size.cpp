@@ -8,8 +8,8 @@
 #include <Eigen/LU>
 
 #include "axiscal/calib/distributions.hpp"
+#include "axiscal/calib/fit.hpp"
 #include "axiscal/calib/input_quantities.hpp"
-#include "axiscal/calib/linearised_run.hpp"
 #include "axiscal/calib/method_kind.hpp"
 
 namespace axiscal {
@@ -84,7 +84,7 @@ struct LengthSetup {
   const Eigen::MatrixXd changes;  // of the readings with the inputs, n m x c, m for each reading
 };
 
-LengthScatter scatter_of_lengths(const LinearisedRun& run, const LengthSetup& setup) {
+LengthScatter scatter_of_lengths(const Fit& run, const LengthSetup& setup) {
   const ReadingSet& set = setup.set;
   const Eigen::Index n = set.size();
   LengthScatter scatter;
@@ -166,7 +166,7 @@ std::optional<FieldSizeCheck> check_field_size(const Experiment& experiment,
             .pure = noise.sd.cwiseQuotient(statistics.residual_sd),
             .changes = changes};
   };
-  const LinearisedRun run(of, field, statistics.residual_sd);
+  const Fit run(of, field, statistics.residual_sd);
   if (!run.is_determined()) {
     return std::nullopt;
   }

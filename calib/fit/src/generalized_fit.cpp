@@ -7,8 +7,8 @@
 #include <numeric>
 #include <optional>
 
+#include "axiscal/calib/fit.hpp"
 #include "axiscal/calib/input_quantities.hpp"
-#include "axiscal/calib/linearised_run.hpp"
 #include "axiscal/calib/method_kind.hpp"
 #include "axiscal/calib/parameter_names.hpp"
 #include "axiscal/calib/rounding_scatter.hpp"
@@ -95,7 +95,7 @@ class GeneralizedFit {
     // The first rounds need not find the variances to the last digit: the next one moves them.
     double still_in_round = 1e-3;
     for (int round = 0; round < most_rounds; ++round) {
-      const LinearisedRun run = about_field();
+      const Fit run = about_field();
       fit_ = fit_variance_components(problem(run), start(), still_in_round);
       if (!fit_) {
         return false;
@@ -105,7 +105,7 @@ class GeneralizedFit {
       if (seats_at_least > 0.0 && !sees_seats(seats_at_least)) {
         return false;
       }
-      const Eigen::VectorXd solution = run.solution() + fit_->estimate.head(run.column_count());
+      const Eigen::VectorXd solution = run.unknowns() + fit_->estimate.head(run.column_count());
       take_coefficients(solution);
       const Eigen::VectorXd step = solution.tail(run.shared());
       if (run.shared() > 0) {
@@ -130,7 +130,7 @@ class GeneralizedFit {
 
   // Columns f_k^2 at the fields that it began with.
   [[nodiscard]] std::optional<CurvatureTest> curvature() {
-    const LinearisedRun run = about_field();
+    const Fit run = about_field();
     BendTest test(layings_, !run_.known_field(), run.column_count(), variances_);
     const double F = field_.magnitude();
     if (!seats_) {
@@ -219,7 +219,7 @@ class GeneralizedFit {
   }
 
  private:
-  [[nodiscard]] LinearisedRun about_field() {
+  [[nodiscard]] Fit about_field() {
     return {run_, field_, Eigen::VectorXd::Ones(set_.axis_count())};
   }
 
@@ -246,7 +246,7 @@ class GeneralizedFit {
     return bend;
   }
 
-  [[nodiscard]] BentAxes bent_axes(const LinearisedRun& run) const {
+  [[nodiscard]] BentAxes bent_axes(const Fit& run) const {
     const Eigen::MatrixXd of_errors = change_of_readings(inputs_, run, field_);
     BentAxes axes(errors());
     for (Eigen::Index k = 0; k < run.axes(); ++k) {
@@ -264,13 +264,13 @@ class GeneralizedFit {
   }
 
   // The squared field along an axis, weighted.
-  [[nodiscard]] Eigen::VectorXd squares_of(const LinearisedRun& run, Eigen::Index k) const {
+  [[nodiscard]] Eigen::VectorXd squares_of(const Fit& run, Eigen::Index k) const {
     const Eigen::VectorXd met = run.field_met(k) * run.sensitivity(k).normalized().transpose();
     return set_.weights.col(k).cwiseSqrt().cwiseProduct(met.cwiseAbs2());
   }
 
   // That of all axes; n m x m.
-  [[nodiscard]] Eigen::MatrixXd with_squares(const LinearisedRun& run) const {
+  [[nodiscard]] Eigen::MatrixXd with_squares(const Fit& run) const {
     Eigen::MatrixXd columns = Eigen::MatrixXd::Zero(run.row_count(), run.axes());
     for (Eigen::Index k = 0; k < run.axes(); ++k) {
       columns(run.rows_of_axis(k), k) = squares_of(run, k);
@@ -296,7 +296,7 @@ class GeneralizedFit {
     return from;
   }
 
-  [[nodiscard]] VarianceProblem problem(const LinearisedRun& run) const {
+  [[nodiscard]] VarianceProblem problem(const Fit& run) const {
     const Eigen::Index m = run.axes();
     const Eigen::Index fitted = run.column_count();
     VarianceProblem problem{.rows = m,

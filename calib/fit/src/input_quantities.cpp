@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "axiscal/calib/input_quantities.hpp"
 
-#include "axiscal/calib/covariance_root.hpp"
+#include "axiscal/calib/factor.hpp"
 #include "axiscal/core/not_a_number.hpp"
 #include "axiscal/core/rotation.hpp"
 
@@ -85,7 +85,7 @@ InputQuantity mount_quantity(double u_rad, const ReadingSet& set) {
 }
 
 Eigen::MatrixXd change_of_readings(const std::vector<InputQuantity>& inputs,
-                                   const LinearisedRun& run,
+                                   const Fit& run,
                                    const TableField& field) {
   Eigen::Index count = 0;
   for (const InputQuantity& input : inputs) {

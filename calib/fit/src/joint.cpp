@@ -8,9 +8,9 @@
 #include "axis_regression.hpp"
 #include "axiscal/calib/design_advice.hpp"
 #include "axiscal/calib/estimation.hpp"
+#include "axiscal/calib/factor.hpp"
 #include "axiscal/calib/reweighting.hpp"
 #include "axiscal/calib/robust.hpp"
-#include "axiscal/calib/scaled_qr.hpp"
 #include "axiscal/core/error.hpp"
 #include "axiscal/core/rotation.hpp"
 #include "joint_solution.hpp"
@@ -27,13 +27,13 @@ struct RobustRound {
 };
 
 RobustRound robust_round(const ReadingSet& set,
-                         const JointState& state,
+                         const Solution& state,
                          const Eigen::MatrixXd& leverage,
                          const Eigen::VectorXd& degrees_of_freedom) {
   RobustRound round{.weights = Eigen::MatrixXd(set.size(), set.axis_count()),
                     .sigma = Eigen::VectorXd(set.axis_count())};
   for (Eigen::Index k = 0; k < set.axis_count(); ++k) {
-    const JointAxis& axis = state.axes[static_cast<std::size_t>(k)];
+    const AxisSolution& axis = state.axes[static_cast<std::size_t>(k)];
     const Eigen::VectorXd residuals =
         set.weights.col(k).cwiseSqrt().cwiseProduct(set.response.col(k) - axis.X() * axis.estimate);
     const BisquareWeights bisquare = bisquare_weights(
@@ -47,16 +47,16 @@ RobustRound robust_round(const ReadingSet& set,
 }
 
 // A run about a solution.
-LinearisedRun linearised(const ReadingSet& set, const JointSolution& solution) {
+Fit linearised(const ReadingSet& set, const JointSolution& solution) {
   return {set, solution.state, solution.sigma};
 }
 
-Estimate robust_estimate(const ReadingSet& set, const JointFit& given, const JointSolution& plain) {
+Estimate robust_estimate(const ReadingSet& set, const Model& given, const JointSolution& plain) {
   require_robust_freedom(plain.shares.degrees_of_freedom.minCoeff());
   const Eigen::MatrixXd leverage =
       describe_joint(set, plain, Eigen::MatrixXd::Ones(set.size(), set.axis_count()))
           .statistics.leverage;
-  std::shared_ptr<const JointState> state = plain.state;
+  std::shared_ptr<const Solution> state = plain.state;
   Eigen::VectorXd sigma = plain.sigma;
   const Eigen::MatrixXd robust = reweight_until_still(
       set.size(), set.axis_count(),
@@ -67,22 +67,22 @@ Estimate robust_estimate(const ReadingSet& set, const JointFit& given, const Joi
       },
       [&](const Eigen::MatrixXd& robust_weights) {
         const Eigen::MatrixXd weights = set.weights.cwiseProduct(robust_weights);
-        const JointFit reweighted(set, weights);
-        state = reweighted.converged(reweighted.at(state->field), sigma);
+        const Model reweighted(given.readings(), false, weights);
+        state = reweighted.solved(reweighted.at(state->place), sigma).state;
       });
   // Covariance by the given weights and the robust scatter; estimate and residuals are the robust.
-  const auto robust_state = std::make_shared<JointState>(*given.at(state->field));
+  const auto robust_state = std::make_shared<Solution>(*given.at(state->place));
   for (Eigen::Index k = 0; k < set.axis_count(); ++k) {
-    JointAxis& axis = robust_state->axes[static_cast<std::size_t>(k)];
+    AxisSolution& axis = robust_state->axes[static_cast<std::size_t>(k)];
     axis.estimate = state->axes[static_cast<std::size_t>(k)].estimate;
     axis.residuals =
         axis.root_weights().cwiseProduct(set.response.col(k) - axis.X() * axis.estimate);
     axis.find_sums();
   }
   const JointSolution solution{
-      .state = robust_state, .sigma = sigma, .shares = given.shares(*robust_state, sigma)};
+      .state = robust_state, .sigma = sigma, .shares = Model::cost_of_shared(*robust_state, sigma)};
   Estimate estimate = describe_joint(set, solution, robust);
-  const LinearisedRun run = linearised(set, solution);
+  const Fit run = linearised(set, solution);
   const std::optional<double> small = small_condition_of(run.information());
   estimate.statistics.condition_number = small ? *small : condition_of(run.columns());
   return estimate;
@@ -91,11 +91,11 @@ Estimate robust_estimate(const ReadingSet& set, const JointFit& given, const Joi
 // (S, f) and (-S, -f) fit alike: a given direction decides, else the sign expected of S.
 // @return whether the fields are to be reversed; nothing where neither tells.
 std::optional<bool> is_reversed(const ReadingSet& set,
-                                const JointState& state,
+                                const Solution& state,
                                 const std::vector<FieldDescription>& parts) {
   double given = 0.0;
   for (std::size_t p = 0; p < parts.size(); ++p) {
-    given += state.field.vector(p).normalized().dot(parts[p].start.sign_by);
+    given += state.field().vector(p).normalized().dot(parts[p].start.sign_by);
   }
   if (given != 0.0) {
     return given < 0.0;
@@ -136,31 +136,36 @@ Estimate estimate_joint(const ReadingSet& set) {
                        rows_of_points(set, all_starts.front()));
   }
   require_response(set);
-  const JointFit fit(set, set.weights);
-  BestSolution best = best_solution(set, fit, all_starts);
+  const Model model(set, false);
+  BestSolution best = best_solution(set, model, all_starts);
   JointSolution& solution = best.solution;
   const std::optional<bool> turn = is_reversed(set, *solution.state, set.field.parts());
   if (turn.value_or(false)) {
-    solution.state = fit.at(solution.state->field.reversed());
-    solution.shares = fit.shares(*solution.state, solution.sigma);
+    Place reversed = solution.state->place;
+    reversed.field = reversed.field.reversed();
+    reversed.along = -reversed.along;
+    solution.state = model.at(reversed);
+    solution.shares = Model::cost_of_shared(*solution.state, solution.sigma);
   } else if (!turn) {
     best.ambiguity =
         "the field and all sensitivities may as well have the opposite sign, as nothing says where "
         "the field points";
   }
+  const std::optional<ReadingSet> over_temperature = with_scales_of(set, solution.state->place);
+  const ReadingSet& fitted = over_temperature ? *over_temperature : set;
   std::optional<double> condition_number =
-      small_condition_of(linearised(set, solution).information());
+      small_condition_of(linearised(fitted, solution).information());
   if (!condition_number) {
-    const LinearisedRun run = linearised(set, solution);
+    const Fit run = linearised(fitted, solution);
     require_direction(run, solution);
     condition_number = condition_of(run.columns());
   }
   require_degrees_of_freedom(set, solution);
   Estimate estimate;
   if (set.robust) {
-    estimate = robust_estimate(set, fit, solution);
+    estimate = robust_estimate(fitted, model, solution);
   } else {
-    estimate = describe_joint(set, solution, Eigen::MatrixXd());
+    estimate = describe_joint(fitted, solution, Eigen::MatrixXd());
     estimate.statistics.condition_number = *condition_number;
     if (set.is_final()) {
       estimate.state = solution.state;
@@ -168,7 +173,7 @@ Estimate estimate_joint(const ReadingSet& set) {
   }
   estimate.ambiguity = std::move(best.ambiguity);
   if (!set.field.is_sum() && !set.leaves_out()) {
-    put_levelness(set, set.field.parts().front().magnitude, estimate);
+    put_levelness(fitted, set.field.parts().front().magnitude, estimate);
   }
   return estimate;
 }

@@ -3,9 +3,8 @@
 #include <cmath>
 #include <optional>
 
-#include <Eigen/SVD>
-
 #include "axis_regression.hpp"
+#include "axiscal/calib/factor.hpp"
 #include "axiscal/core/not_a_number.hpp"
 #include "joint_solution.hpp"
 
@@ -26,24 +25,23 @@ void describe_direction(const ReadingSet& set, const JointSolution& solution, Es
   const double factor =
       solution.weights_are_estimated ? 1.0 + 4.0 * (p * (1.0 - p) / nu.array()).sum() : 1.0;
   const Eigen::MatrixXd C = factor * solution.shares.covariance;
-  const JointState& state = *solution.state;
+  const Solution& state = *solution.state;
   // The sum of the parts, or the mean of the blocks.
   double largest = 0.0;
-  for (const Eigen::Vector3d& vector : state.field.vectors()) {
+  for (const Eigen::Vector3d& vector : state.field().vectors()) {
     largest = std::max(largest, vector.norm());
   }
   Eigen::Matrix<double, 3, Eigen::Dynamic> T(3, state.direction_count());
-  for (std::size_t s = 0; s < state.field.size(); ++s) {
+  for (std::size_t s = 0; s < state.field().size(); ++s) {
     const Eigen::Index first = state.first_direction(s);
     T.middleCols(first, state.tangents[s].cols()) =
-        state.field.change_of_mean(s) * (state.field.step_unit(s) * state.tangents[s]);
+        state.field().change_of_mean(s) * (state.field().step_unit(s) * state.tangents[s]);
     const Eigen::Index own = state.tangents[s].cols();
     const Eigen::MatrixXd spread = C.block(first, first, own, own);
     // A small part, as the Earth's rotation beside a turntable's, may point where it likes.
-    const double weight = set.field.is_sum() ? state.field.step_unit(s) / largest : 1.0;
-    estimate.direction_se_rad =
-        std::max(estimate.direction_se_rad,
-                 weight * std::sqrt(Eigen::JacobiSVD<Eigen::MatrixXd>(spread).singularValues()(0)));
+    const double weight = set.field.is_sum() ? state.field().step_unit(s) / largest : 1.0;
+    estimate.direction_se_rad = std::max(
+        estimate.direction_se_rad, weight * std::sqrt(symmetric_eigen(spread).values.maxCoeff()));
   }
   estimate.field_covariance = T * C * T.transpose();
   estimate.field_degrees_of_freedom =
@@ -56,7 +54,7 @@ Estimate describe_joint(const ReadingSet& set,
                         const JointSolution& solution,
                         const Eigen::MatrixXd& robust_weights) {
   const Eigen::Index m = set.axis_count();
-  const JointState& state = *solution.state;
+  const Solution& state = *solution.state;
   const Eigen::MatrixXd& C = solution.shares.covariance;
   Estimate estimate;
   RegressionRows rows = rows_of_readings(set);
@@ -64,7 +62,7 @@ Estimate describe_joint(const ReadingSet& set,
   FitStatistics& statistics = estimate.statistics;
   statistics.degrees_of_freedom = solution.shares.degrees_of_freedom;
   statistics.residual_sd = Eigen::VectorXd::Constant(m, not_a_number);
-  estimate.field = state.field;
+  estimate.field = state.field();
   const Eigen::Index p = set.coefficient_count();
   std::optional<LeastSquaresDesign> design;
   Eigen::MatrixXd take_up(p * m, C.rows());  // of all axes' coefficients
@@ -74,7 +72,7 @@ Estimate describe_joint(const ReadingSet& set,
   const Eigen::MatrixXd covariance_of_take_up = take_up * C;
   statistics.covariance = covariance_of_take_up * take_up.transpose();
   for (Eigen::Index k = 0; k < m; ++k) {
-    const JointAxis& axis = state.axes[static_cast<std::size_t>(k)];
+    const AxisSolution& axis = state.axes[static_cast<std::size_t>(k)];
     if (k == 0 || axis.design != state.axes[static_cast<std::size_t>(k) - 1].design) {
       design.emplace(*axis.design, axis.X());
     }

@@ -4,11 +4,11 @@
 #include <vector>
 
 #include "axiscal/calib/design_advice.hpp"
+#include "axiscal/calib/factor.hpp"
+#include "axiscal/calib/fit.hpp"
 #include "axiscal/calib/least_squares.hpp"
-#include "axiscal/calib/linearised_run.hpp"
 #include "axiscal/calib/parameter_names.hpp"
 #include "axiscal/calib/response_system.hpp"
-#include "axiscal/calib/scaled_qr.hpp"
 #include "axiscal/calib/settings.hpp"
 #include "axiscal/core/error.hpp"
 #include "axiscal/core/formatted.hpp"
@@ -32,9 +32,9 @@ Eigen::MatrixXd jacobian_rows(const ReadingSet& set,
   one.field_then.clear();                        // at the mean time
   one.temperature.d = Eigen::VectorXd::Zero(1);  // at the reference
   one.effects.columns = Eigen::MatrixXd::Zero(1, set.effects.columns.cols());
-  const JointState& state = *solution.state;
-  const Eigen::MatrixXd base = field_design(one, state.field);
-  const FieldChanges changes = changes_with_directions(one, state.field, state.tangents);
+  const Solution& state = *solution.state;
+  const Eigen::MatrixXd base = field_design(one, state.field());
+  const FieldChanges changes = changes_with_directions(one, state.field(), state.tangents);
   std::vector<Eigen::MatrixXd> own;
   std::vector<Eigen::MatrixXd> shared;
   for (Eigen::Index k = 0; k < set.axis_count(); ++k) {
@@ -48,13 +48,13 @@ Eigen::MatrixXd jacobian_rows(const ReadingSet& set,
 
 }  // namespace
 
-void require_direction(const LinearisedRun& run, const JointSolution& solution) {
+void require_direction(const Fit& run, const JointSolution& solution) {
   const ReadingSet& set = run.set();
   const Eigen::MatrixXd J = run.columns();
   const Eigen::Index parameters = J.cols();
   std::vector<Eigen::Index> open;
   if (J.rows() >= parameters) {
-    open = confounded_columns(J, JointFit::confounded_below, 1e-6);
+    open = confounded_columns(J, Model::open_below, 1e-6);
     if (open.empty()) {
       return;
     }

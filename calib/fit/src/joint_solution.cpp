@@ -12,12 +12,12 @@ namespace axiscal {
 namespace {
 
 // All axes have one scatter here; it is 1 where nothing tells it.
-double pooled_scatter(const ReadingSet& set, const JointState& state, double dof) {
+double pooled_scatter(const ReadingSet& set, const Solution& state, double dof) {
   if (!(dof > 0.5)) {
     return 1.0;
   }
   double rss = 0.0;
-  for (const JointAxis& axis : state.axes) {
+  for (const AxisSolution& axis : state.axes) {
     rss += axis.sums.squares;
   }
   return std::max(std::sqrt(rss / dof), set.rounding());
@@ -33,10 +33,11 @@ Eigen::VectorXd rounding_of_axes(const ReadingSet& set) {
 }
 
 // The axes' noise is not known: it is what fits the residuals best, directions and noise in turn.
-JointSolution solve_joint(const ReadingSet& set, const JointFit& fit, const TableField& start) {
+JointSolution solve_joint(const ReadingSet& set, const Model& model, const TableField& start) {
   Eigen::VectorXd sigma = Eigen::VectorXd::Ones(set.axis_count());
-  const std::shared_ptr<const JointState> state = fit.converged(fit.at(start), sigma);
-  DirectionShares shares = fit.shares(*state, sigma);
+  const std::shared_ptr<const Solution> state =
+      model.solved(model.at(model.start(start)), sigma).state;
+  SharedCost shares = Model::cost_of_shared(*state, sigma);
   sigma.setConstant(pooled_scatter(set, *state, shares.degrees_of_freedom.sum()));
   shares.covariance *= sigma(0) * sigma(0);
   const JointSolution equal{.state = state, .sigma = sigma, .shares = shares};
@@ -50,8 +51,7 @@ JointSolution solve_joint(const ReadingSet& set, const JointFit& fit, const Tabl
   const Eigen::VectorXd smallest = rounding_of_axes(set);
   constexpr int most_rounds = 30;  // it takes three or four
   for (int round = 0; round < most_rounds; ++round) {
-    const std::optional<Reweighting> next =
-        fit.reweighted(*solution.state, solution.sigma, smallest);
+    const std::optional<AxisNoise> next = Model::noise(*solution.state, solution.sigma, smallest);
     if (!next || !(next->degrees_of_freedom.minCoeff() >= fewest_degrees_of_freedom)) {
       return equal;
     }
@@ -59,9 +59,9 @@ JointSolution solve_joint(const ReadingSet& set, const JointFit& fit, const Tabl
     solution.sigma = next->sigma;
     // The directions go all their way before the noise is asked again: one step only, of readings
     // that hardly determine them, could go round in circles.
-    solution.state = fit.converged(solution.state, solution.sigma);
+    solution.state = model.solved(solution.state, solution.sigma).state;
     if (change < 1e-10) {
-      solution.shares = fit.shares(*solution.state, solution.sigma);
+      solution.shares = Model::cost_of_shared(*solution.state, solution.sigma);
       return solution;
     }
   }
@@ -69,10 +69,10 @@ JointSolution solve_joint(const ReadingSet& set, const JointFit& fit, const Tabl
 }
 
 // -2 ln of the likelihood, but for a constant.
-double misfit(const ReadingSet& set, const JointState& state) {
+double misfit(const ReadingSet& set, const Solution& state) {
   double sum = 0.0;
   for (Eigen::Index k = 0; k < set.axis_count(); ++k) {
-    const JointAxis& axis = state.axes[static_cast<std::size_t>(k)];
+    const AxisSolution& axis = state.axes[static_cast<std::size_t>(k)];
     const double least = std::pow(set.rounding(k), 2) * static_cast<double>(set.size());
     sum += static_cast<double>(axis.design->observations()) *
            std::log(std::max(axis.sums.squares, least));
@@ -81,12 +81,12 @@ double misfit(const ReadingSet& set, const JointState& state) {
 }
 
 // Angle between two solutions' fields, (S, f) and (-S, -f) being one; parts count as their size.
-double angle_between(const JointState& a, const JointState& b) {
+double angle_between(const Solution& a, const Solution& b) {
   double along = 0.0;
   double all = 0.0;
-  for (std::size_t s = 0; s < a.field.size(); ++s) {
-    const double size = b.field.vector(s).norm();
-    along += size * a.field.vector(s).normalized().dot(b.field.vector(s).normalized());
+  for (std::size_t s = 0; s < a.field().size(); ++s) {
+    const double size = b.field().vector(s).norm();
+    along += size * a.field().vector(s).normalized().dot(b.field().vector(s).normalized());
     all += size;
   }
   return std::acos(std::min(1.0, std::abs(along) / all));
@@ -99,38 +99,37 @@ std::string direction_text(const Eigen::Vector3d& direction) {
 }
 
 // In words where else the field may point: the part that differs most.
-std::string another_direction(const ReadingSet& set,
-                              const JointState& other,
-                              const JointState& best) {
+std::string another_direction(const ReadingSet& set, const Solution& other, const Solution& best) {
   std::size_t part = 0;
   double least = 2.0;
-  for (std::size_t s = 0; s < best.field.size(); ++s) {
+  for (std::size_t s = 0; s < best.field().size(); ++s) {
     const double along =
-        std::abs(other.field.vector(s).normalized().dot(best.field.vector(s).normalized()));
+        std::abs(other.field().vector(s).normalized().dot(best.field().vector(s).normalized()));
     if (along < least) {
       least = along;
       part = s;
     }
   }
   return formatted("another direction of {}, {} in the table, fits the readings as well",
-                   set.field.name_of(part), direction_text(other.field.vector(part).normalized()));
+                   set.field.name_of(part),
+                   direction_text(other.field().vector(part).normalized()));
 }
 
 // Where a few rounds from each start lead. Those that have met go on as one.
-std::vector<std::shared_ptr<const JointState>> few_rounds_from(
-    const ReadingSet& set, const JointFit& fit, const std::vector<TableField>& starts) {
+std::vector<std::shared_ptr<const Solution>> few_rounds_from(
+    const ReadingSet& set, const Model& model, const std::vector<TableField>& starts) {
   constexpr int meetings = 3;
   constexpr int rounds_between = 4;
   constexpr double met_rad = 1e-4;  // so near each other all lead to one place
   const Eigen::VectorXd equal = Eigen::VectorXd::Ones(set.axis_count());
-  std::vector<std::shared_ptr<const JointState>> found;
+  std::vector<std::shared_ptr<const Solution>> found;
   for (const TableField& start : starts) {
-    found.push_back(fit.at(start));
+    found.push_back(model.at(model.start(start)));
   }
   for (int meeting = 0; meeting < meetings; ++meeting) {
-    std::vector<std::shared_ptr<const JointState>> apart;
-    for (const std::shared_ptr<const JointState>& state : found) {
-      std::shared_ptr<const JointState> next = fit.converged(state, equal, rounds_between);
+    std::vector<std::shared_ptr<const Solution>> apart;
+    for (const std::shared_ptr<const Solution>& state : found) {
+      std::shared_ptr<const Solution> next = model.solved(state, equal, rounds_between).state;
       const bool has_met = std::any_of(apart.begin(), apart.end(), [&](const auto& other) {
         return angle_between(*next, *other) < met_rad;
       });
@@ -146,25 +145,25 @@ std::vector<std::shared_ptr<const JointState>> few_rounds_from(
 }  // namespace
 
 BestSolution best_solution(const ReadingSet& set,
-                           const JointFit& fit,
+                           const Model& model,
                            const std::vector<TableField>& starts) {
   if (starts.size() == 1) {
-    return {.solution = solve_joint(set, fit, starts.front()), .ambiguity = ""};
+    return {.solution = solve_joint(set, model, starts.front()), .ambiguity = ""};
   }
   // A few rounds from each start; then to the end from the best, and from what is as good
   // elsewhere.
   constexpr double another_rad = 0.05;
   constexpr double as_likely = 6.0;  // likelihoods within a factor of 20
-  const std::vector<std::shared_ptr<const JointState>> found = few_rounds_from(set, fit, starts);
+  const std::vector<std::shared_ptr<const Solution>> found = few_rounds_from(set, model, starts);
   const auto less = [&](const auto& a, const auto& b) { return misfit(set, *a) < misfit(set, *b); };
-  const JointState& best = **std::min_element(found.begin(), found.end(), less);
-  BestSolution result{.solution = solve_joint(set, fit, best.field), .ambiguity = ""};
-  for (const std::shared_ptr<const JointState>& other : found) {
+  const Solution& best = **std::min_element(found.begin(), found.end(), less);
+  BestSolution result{.solution = solve_joint(set, model, best.field()), .ambiguity = ""};
+  for (const std::shared_ptr<const Solution>& other : found) {
     if (angle_between(*other, best) < another_rad ||
         misfit(set, *other) > misfit(set, best) + as_likely) {
       continue;
     }
-    JointSolution rival = solve_joint(set, fit, other->field);
+    JointSolution rival = solve_joint(set, model, other->field());
     if (angle_between(*rival.state, *result.solution.state) < another_rad ||
         misfit(set, *rival.state) > misfit(set, *result.solution.state) + as_likely) {
       continue;

@@ -8,16 +8,16 @@
 #include <Eigen/Core>
 
 #include "axiscal/calib/estimation.hpp"
-#include "axiscal/calib/joint_fit.hpp"
-#include "axiscal/calib/linearised_run.hpp"
+#include "axiscal/calib/fit.hpp"
+#include "axiscal/calib/model.hpp"
 
 namespace axiscal {
 
 /// What method joint found, before anything is said of it.
 struct JointSolution {
-  std::shared_ptr<const JointState> state;
+  std::shared_ptr<const Solution> state;
   Eigen::VectorXd sigma;
-  DirectionShares shares;
+  SharedCost shares;
   bool weights_are_estimated = false;
 };
 
@@ -27,13 +27,13 @@ struct BestSolution {
   std::string ambiguity;
 };
 [[nodiscard]] BestSolution best_solution(const ReadingSet& set,
-                                         const JointFit& fit,
+                                         const Model& model,
                                          const std::vector<TableField>& starts);
 
 /// Refuses readings that do not determine coefficients and directions together.
 /// @throws RankDeficientError  naming what is open, and points that would close it.
 /// @param run  linear about the solution; of no small condition number.
-void require_direction(const LinearisedRun& run, const JointSolution& solution);
+void require_direction(const Fit& run, const JointSolution& solution);
 
 /// Without a degree of freedom to spare for each axis there is neither an uncertainty nor a check,
 /// and the direction may be anything that noise makes of it.

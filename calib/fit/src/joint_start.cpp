@@ -8,9 +8,7 @@
 #include <optional>
 #include <utility>
 
-#include <Eigen/SVD>
-
-#include "axiscal/calib/scaled_qr.hpp"
+#include "axiscal/calib/factor.hpp"
 #include "axiscal/core/rotation.hpp"
 
 namespace axiscal {
@@ -118,7 +116,7 @@ Eigen::VectorXd linear_directions(const ReadingSet& set, const std::vector<Eigen
     const std::vector<Eigen::Index> used = used_rows(set, rows, first);
     const Eigen::MatrixXd design = design_of_directions(set, used, first);
     constexpr double smallest_pivot = 1e-13;  // of the largest: less is rounding
-    std::optional<ScaledQr> qr;
+    std::optional<Factor> qr;
     if (design.rows() >= design.cols()) {
       qr.emplace(design, smallest_pivot);
     }
@@ -137,7 +135,7 @@ Eigen::VectorXd linear_directions(const ReadingSet& set, const std::vector<Eigen
     return {};
   }
   const Eigen::MatrixXd rows_of_axes = M.topRows(3 * axes);
-  return Eigen::JacobiSVD<Eigen::MatrixXd>(rows_of_axes, Eigen::ComputeThinV).matrixV().col(0);
+  return singular_values(rows_of_axes).V.col(0);
 }
 
 std::vector<TableField> start_fields(const ReadingSet& set) {

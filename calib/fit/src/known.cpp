@@ -2,13 +2,14 @@
 #include <algorithm>
 #include <iterator>
 #include <memory>
+#include <optional>
 #include <utility>
 #include <vector>
 
 #include "axis_regression.hpp"
 #include "axiscal/calib/design_advice.hpp"
 #include "axiscal/calib/estimation.hpp"
-#include "axiscal/calib/joint_fit.hpp"
+#include "axiscal/calib/model.hpp"
 #include "axiscal/calib/transfer.hpp"
 #include "axiscal/core/error.hpp"
 #include "opposite_pairs.hpp"
@@ -17,25 +18,27 @@ namespace axiscal {
 namespace {
 
 // All axes fitted for the field; refuses what readings leave open in words about the cube.
-std::shared_ptr<const JointState> determined_state(const ReadingSet& set,
-                                                   const TableField& field,
-                                                   const Eigen::MatrixXd& design) {
+std::shared_ptr<const Solution> determined_state(const ReadingSet& set,
+                                                 const TableField& field,
+                                                 const Eigen::MatrixXd& design) {
   const auto say_what_is_open = [&] {
     if (set.visible.empty()) {
       require_determined(set, design,
                          field.has_vectors() ? rows_of_points(set, field) : RowsForPoint());
     }
   };
-  std::shared_ptr<const JointState> state;
+  std::shared_ptr<const Solution> state;
   try {
-    state = JointFit(set, set.weights).at(field, true);
+    const Model model(set, true);
+    state =
+        model.solved(model.at(model.start(field)), Eigen::VectorXd::Ones(set.axis_count())).state;
   } catch (const RankDeficientError&) {
     say_what_is_open();
     require_response(set);  // an axis that is dead says more than what it leaves open
     throw;
   }
   constexpr double clearly_determined = 1e-4;  // and so without weights and effects of the run
-  if (!std::all_of(state->axes.begin(), state->axes.end(), [](const JointAxis& axis) {
+  if (!std::all_of(state->axes.begin(), state->axes.end(), [](const AxisSolution& axis) {
         return axis.design->smallest_pivot() > clearly_determined;
       })) {
     say_what_is_open();
@@ -43,12 +46,12 @@ std::shared_ptr<const JointState> determined_state(const ReadingSet& set,
   return state;
 }
 
-std::vector<AxisRegression> fitted_axes(const ReadingSet& set, const JointState& state) {
+std::vector<AxisRegression> fitted_axes(const ReadingSet& set, const Solution& state) {
   std::vector<AxisRegression> all;
   all.reserve(static_cast<std::size_t>(set.axis_count()));
   for (Eigen::Index first = 0; first < set.axis_count();) {
     const Eigen::Index count = set.end_of_alike(first, set.weights) - first;
-    const JointAxis& axis = state.axes[static_cast<std::size_t>(first)];
+    const AxisSolution& axis = state.axes[static_cast<std::size_t>(first)];
     std::vector<AxisRegression> alike =
         regress({.set = set,
                  .first = first,
@@ -65,16 +68,18 @@ std::vector<AxisRegression> fitted_axes(const ReadingSet& set, const JointState&
 
 }  // namespace
 
-Estimate estimate_known(const ReadingSet& set, const TableField& field) {
-  const Eigen::MatrixXd design = field_design(set, field);
-  const Eigen::Matrix3Xd seen = seen_directions(set, field, design);
+Estimate estimate_known(const ReadingSet& given, const TableField& field) {
+  const Eigen::MatrixXd design = field_design(given, field);
+  const Eigen::Matrix3Xd seen = seen_directions(given, field, design);
   if (seen.cols() > 0) {
-    Estimate estimate = estimate_transfer(set, design, seen);
+    Estimate estimate = estimate_transfer(given, design, seen);
     estimate.field = field;
     return estimate;
   }
-  std::shared_ptr<const JointState> state = determined_state(set, field, design);
-  require_response(set);
+  std::shared_ptr<const Solution> state = determined_state(given, field, design);
+  require_response(given);
+  const std::optional<ReadingSet> over_temperature = with_scales_of(given, state->place);
+  const ReadingSet& set = over_temperature ? *over_temperature : given;
   const std::vector<AxisRegression> axes = fitted_axes(set, *state);
   constexpr Eigen::Index long_run = 10000;  // of which memory is dearer than another factorisation
   if (!set.is_final() || set.size() > long_run) {

@@ -5,14 +5,12 @@
 #include <cmath>
 #include <vector>
 
-#include <Eigen/Cholesky>
-#include <Eigen/QR>
-
 #include "axis_regression.hpp"
 #include "axiscal/calib/distributions.hpp"
+#include "axiscal/calib/factor.hpp"
 #include "axiscal/calib/input_quantities.hpp"
-#include "axiscal/calib/joint_fit.hpp"
 #include "axiscal/calib/method_kind.hpp"
+#include "axiscal/calib/model.hpp"
 
 namespace axiscal {
 namespace {
@@ -31,7 +29,7 @@ struct PoseMeans {
 // Divided by the root of each pose's weight at the end: a row sums as weights say.
 PoseMeans means_of_axis(const ReadingSet& set,
                         const std::vector<int>& group,
-                        const JointAxis& axis,
+                        const AxisSolution& axis,
                         Eigen::Index k,
                         const Eigen::MatrixXd& tangents,
                         const Eigen::MatrixXd& errors) {
@@ -73,25 +71,24 @@ void test_axis(const PoseMeans& means, LackOfFit& test) {
       test.pure_error_sd * test.pure_error_sd * means.weights.cwiseInverse();
   Eigen::MatrixXd V = means.errors * means.errors.transpose();
   V.diagonal() += of_scatter;
-  const Eigen::LLT<Eigen::MatrixXd> root(V);
-  if (root.info() != Eigen::Success) {
+  const Whitening whitening(V);
+  if (!whitening.is_valid()) {
     return;
   }
-  const Eigen::MatrixXd X = root.matrixL().solve(means.design);
-  const Eigen::VectorXd y = root.matrixL().solve(means.response);
-  const Eigen::ColPivHouseholderQR<Eigen::MatrixXd> qr(X);
-  const auto free = static_cast<double>(X.rows() - qr.rank());
+  const Eigen::MatrixXd X = whitening.times(means.design);
+  const Eigen::VectorXd y = whitening.times(means.response);
+  const auto [inverse, rank] = ranked_inverse(X);
+  const auto free = static_cast<double>(X.rows() - rank);
   if (!(free > 0.0)) {
     return;
   }
-  const Eigen::MatrixXd Q = (qr.householderQ() * Eigen::MatrixXd::Identity(X.rows(), X.rows()))
-                                .rightCols(X.rows() - qr.rank());
-  // What is left over, in directions that the design does not reach; V's part of scatter there.
-  const Eigen::VectorXd left = Q.transpose() * y;
-  const Eigen::MatrixXd back = root.matrixU().solve(Q);
+  // M projects on the directions that the design does not reach; `share` is the part of the scatter
+  // in V there.
+  const Eigen::MatrixXd M = Eigen::MatrixXd::Identity(X.rows(), X.rows()) - X * inverse;
+  const Eigen::MatrixXd back = whitening.transposed_times(M);
   const double share = (back.cwiseAbs2().array().colwise() * of_scatter.array()).sum() / free;
   test.lack_of_fit_dof = free;
-  test.f = left.squaredNorm() / free;
+  test.f = (M * y).squaredNorm() / free;
   test.p_value = f_upper_p(std::max(test.f, 1e-300), free, test.pure_error_dof / (share * share));
 }
 
@@ -116,8 +113,8 @@ void test_lack_of_fit_of_inputs(const Experiment& experiment,
   if (*std::max_element(group.begin(), group.end()) >= static_cast<int>(most_poses)) {
     return;
   }
-  const std::shared_ptr<const JointState> at = JointFit(set, set.weights).at(estimate.field);
-  const JointState& state = *at;
+  const std::shared_ptr<const Solution> at = Model(set, known).at({.field = estimate.field});
+  const Solution& state = *at;
   Eigen::Index count = 0;
   for (const InputQuantity& input : inputs) {
     count += input.parts;
@@ -137,9 +134,8 @@ void test_lack_of_fit_of_inputs(const Experiment& experiment,
         first += input.parts;
       }
     }
-    const JointAxis& axis = state.axes[static_cast<std::size_t>(k)];
-    const Eigen::Index directions = known ? 0 : state.direction_count();
-    test_axis(means_of_axis(set, group, axis, k, axis.tangents.leftCols(directions), errors), test);
+    const AxisSolution& axis = state.axes[static_cast<std::size_t>(k)];
+    test_axis(means_of_axis(set, group, axis, k, axis.shared, errors), test);
   }
 }
 

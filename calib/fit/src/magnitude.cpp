@@ -5,11 +5,11 @@
 #include <cmath>
 #include <vector>
 
-#include <Eigen/Cholesky>
 #include <Eigen/LU>
 
 #include "axis_regression.hpp"
 #include "axiscal/calib/distributions.hpp"
+#include "axiscal/calib/factor.hpp"
 #include "axiscal/calib/further_columns.hpp"
 #include "axiscal/calib/jackknife.hpp"
 #include "axiscal/calib/least_squares.hpp"
@@ -18,7 +18,6 @@
 #include "axiscal/calib/parameter_names.hpp"
 #include "axiscal/calib/reweighting.hpp"
 #include "axiscal/calib/robust.hpp"
-#include "axiscal/calib/scaled_qr.hpp"
 #include "axiscal/core/error.hpp"
 #include "axiscal/core/formatted.hpp"
 #include "axiscal/core/not_a_number.hpp"
@@ -33,7 +32,7 @@ namespace axiscal {
 namespace {
 
 // Statistics at a solution.
-struct Fit {
+struct EllipsoidFit {
   Ellipsoid at;
   LinearisedEllipsoid linear;
   Eigen::MatrixXd unscaled_covariance;  // 9 x 9
@@ -119,8 +118,10 @@ void require_enough_places(const EllipsoidCloud& cloud) {
   }
 }
 
-Fit describe(const EllipsoidCloud& cloud, const Ellipsoid& at, const Eigen::VectorXd& robust) {
-  Fit fit{.at = at, .linear = linearise_ellipsoid(cloud, at), .robust = robust};
+EllipsoidFit describe(const EllipsoidCloud& cloud,
+                      const Ellipsoid& at,
+                      const Eigen::VectorXd& robust) {
+  EllipsoidFit fit{.at = at, .linear = linearise_ellipsoid(cloud, at), .robust = robust};
   const LeastSquaresDesign design(fit.linear.jacobian, Eigen::VectorXd(), cloud.names);
   fit.unscaled_covariance = design.unscaled_covariance();
   fit.leverage = design.leverage();
@@ -130,7 +131,7 @@ Fit describe(const EllipsoidCloud& cloud, const Ellipsoid& at, const Eigen::Vect
   return fit;
 }
 
-Fit fit_cloud(const EllipsoidCloud& cloud, bool robust) {
+EllipsoidFit fit_cloud(const EllipsoidCloud& cloud, bool robust) {
   Ellipsoid at = converged_ellipsoid(cloud, ellipsoid_start(cloud), {});
   if (!robust) {
     return describe(cloud, at, {});
@@ -139,7 +140,7 @@ Fit fit_cloud(const EllipsoidCloud& cloud, bool robust) {
   const Eigen::VectorXd weights = reweight_until_still(
       cloud.size(), 1,
       [&] {
-        const Fit now = describe(cloud, at, {});
+        const EllipsoidFit now = describe(cloud, at, {});
         bisquare = bisquare_weights(now.linear.residuals, now.leverage,
                                     static_cast<double>(ellipsoid_parameters), 1e-15);
         return bisquare.weights;
@@ -147,7 +148,7 @@ Fit fit_cloud(const EllipsoidCloud& cloud, bool robust) {
       [&](const Eigen::MatrixXd& robust_weights) {
         at = converged_ellipsoid(cloud, at, robust_weights);
       });
-  Fit fit = describe(cloud, at, weights);
+  EllipsoidFit fit = describe(cloud, at, weights);
   fit.sd = bisquare.scale * std::sqrt(bisquare.variance_factor);
   return fit;
 }
@@ -165,7 +166,7 @@ Eigen::MatrixXd on_the_ellipsoid(const EllipsoidCloud& cloud, const Ellipsoid& a
 
 // Noise of standard deviation 1 for a reading of weight 1.
 Eigen::MatrixXd noise_of(const EllipsoidCloud& cloud, RandomStream& random) {
-  const Eigen::Matrix3d root = Eigen::LLT<Eigen::Matrix3d>(cloud.noise).matrixL();
+  const Eigen::Matrix3d root = Whitening(cloud.noise).root();
   Eigen::MatrixXd noise(cloud.size(), 3);
   for (Eigen::Index i = 0; i < cloud.size(); ++i) {
     const Eigen::Vector3d e = random.normals<3>();
@@ -175,7 +176,7 @@ Eigen::MatrixXd noise_of(const EllipsoidCloud& cloud, RandomStream& random) {
 }
 
 // Mean of refits to readings made from the fit, less the fit: the estimate's bias of order sigma^2.
-EllipsoidParameters bias_by_bootstrap(const EllipsoidCloud& all, const Fit& fit) {
+EllipsoidParameters bias_by_bootstrap(const EllipsoidCloud& all, const EllipsoidFit& fit) {
   constexpr int pairs = 40;
   // The bias does not depend on how often the same directions are taken; so many are enough.
   constexpr Eigen::Index most_rows = 2000;
@@ -222,7 +223,7 @@ Likeness likeness_of_neighbours(const Eigen::VectorXd& r) {
 
 // Whether residuals may be independent normal noise: neither do neighbours resemble each other, as
 // when an instrument is turned by hand, nor does one stand out.
-bool is_plain_noise(const Fit& fit) {
+bool is_plain_noise(const EllipsoidFit& fit) {
   const Eigen::VectorXd& r = fit.linear.residuals;
   const auto n = static_cast<double>(r.size());
   const double largest = r.cwiseAbs().maxCoeff() / fit.sd;
@@ -253,7 +254,7 @@ Eigen::MatrixXd change_of_response(const Ellipsoid& at, MagnitudeShape shape) {
 }
 
 // All columns of the fit: the nine, then the further ones.
-Linearised all_columns(const Fit& fit) {
+Linearised all_columns(const EllipsoidFit& fit) {
   Linearised all = fit.linear;
   if (fit.further.cols() > 0) {
     all.jacobian.resize(fit.linear.jacobian.rows(), ellipsoid_parameters + fit.further.cols());
@@ -264,7 +265,7 @@ Linearised all_columns(const Fit& fit) {
 
 // @param T  of the nine.
 // @return the same of all columns of the fit: further ones change no parameter.
-Eigen::MatrixXd with_further(const Eigen::MatrixXd& T, const Fit& fit) {
+Eigen::MatrixXd with_further(const Eigen::MatrixXd& T, const EllipsoidFit& fit) {
   Eigen::MatrixXd all = Eigen::MatrixXd::Zero(T.rows(), T.cols() + fit.further.cols());
   all.leftCols(T.cols()) = T;
   return all;
@@ -272,7 +273,9 @@ Eigen::MatrixXd with_further(const Eigen::MatrixXd& T, const Fit& fit) {
 
 // What leaving out tenths of the readings changes of b and S, 12 x 10, in the cloud's units.
 // @param independent  set to as how many readings the recording counts.
-Eigen::MatrixXd changes_by_order(const Fit& fit, const Eigen::MatrixXd& T, double& independent) {
+Eigen::MatrixXd changes_by_order(const EllipsoidFit& fit,
+                                 const Eigen::MatrixXd& T,
+                                 double& independent) {
   Linearised at_solution = all_columns(fit);
   if (fit.robust.size() > 0) {
     const Eigen::VectorXd root = fit.robust.cwiseSqrt();
@@ -292,7 +295,7 @@ Eigen::MatrixXd changes_by_order(const Fit& fit, const Eigen::MatrixXd& T, doubl
 }
 
 // How |f| changes with what the squared field along each axis adds to its reading; n x 3.
-Eigen::MatrixXd changes_with_squares(const EllipsoidCloud& cloud, const Fit& fit) {
+Eigen::MatrixXd changes_with_squares(const EllipsoidCloud& cloud, const EllipsoidFit& fit) {
   Eigen::MatrixXd columns(cloud.size(), 3);
   for (Eigen::Index i = 0; i < cloud.size(); ++i) {
     const Eigen::Vector3d f = (fit.at.A * (cloud.v.row(i).transpose() - fit.at.b)).normalized();
@@ -308,7 +311,7 @@ struct SquaredTerms {
   Eigen::MatrixXd covariance;  // of the nine, unscaled
 };
 
-SquaredTerms fit_with_squares(const EllipsoidCloud& cloud, Fit& fit) {
+SquaredTerms fit_with_squares(const EllipsoidCloud& cloud, EllipsoidFit& fit) {
   SquaredTerms terms{.k2 = Eigen::Vector3d::Zero(), .covariance = {}};
   EllipsoidCloud straight = cloud;
   constexpr int most_rounds = 30;
@@ -344,7 +347,7 @@ SquaredTerms fit_with_squares(const EllipsoidCloud& cloud, Fit& fit) {
 // A bend of the response that nobody asked for, as a warning in the notes' words.
 void test_squares(const ReadingSet& set,
                   const EllipsoidCloud& cloud,
-                  const Fit& fit,
+                  const EllipsoidFit& fit,
                   double size,
                   Estimate& estimate) {
   // Consecutive deviations that are alike count as fewer.
@@ -361,7 +364,9 @@ void test_squares(const ReadingSet& set,
 
 // Consecutive readings are alike: in the order of a recording that tells the noise.
 // @param to_parameters  of the nine unknowns, 12 x 9.
-void add_noise_of_order(const Fit& fit, const Eigen::MatrixXd& to_parameters, Estimate& estimate) {
+void add_noise_of_order(const EllipsoidFit& fit,
+                        const Eigen::MatrixXd& to_parameters,
+                        Estimate& estimate) {
   const std::optional<CorrelatedFit> noise =
       fit.robust.size() > 0
           ? std::nullopt
@@ -427,7 +432,7 @@ std::string cause_of(const ReadingSet& set, const EllipsoidCloud& cloud) {
 // readings all around that scatter too much.
 void require_determined(const ReadingSet& set,
                         const EllipsoidCloud& cloud,
-                        const Fit& fit,
+                        const EllipsoidFit& fit,
                         double bias_in_se) {
   constexpr double largest_relative_se = 0.1;
   constexpr double largest_bias_in_se = 1.5;  // a correction beyond that is no small one
@@ -473,7 +478,7 @@ Estimate estimate_magnitude(const ReadingSet& set,
                        .names = names_of(set)};
   require_enough_places(cloud);
   require_open_nothing(set, linearise_ellipsoid(cloud, ellipsoid_start(cloud)));
-  Fit fit = fit_cloud(cloud, set.robust);
+  EllipsoidFit fit = fit_cloud(cloud, set.robust);
   require_open_nothing(set, fit.linear);
   std::optional<SquaredTerms> squared;
   if (squares) {

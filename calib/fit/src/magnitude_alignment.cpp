@@ -1,9 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-#include <limits>
 #include <numeric>
+#include <utility>
 
 #include <Eigen/LU>
 
+#include "axiscal/calib/gauss_newton.hpp"
 #include "axiscal/calib/magnitude.hpp"
 #include "axiscal/calib/parameter_names.hpp"
 #include "axiscal/core/rotation.hpp"
@@ -20,6 +21,75 @@ Eigen::MatrixXd turned(const Eigen::Matrix3d& R, const Eigen::MatrixXd& covarian
   }
   return T * covariance * T.transpose();
 }
+
+// The unknowns of the alignment: Q turns the measured fields to the sensor's frame.
+struct PointAlignment {
+  Eigen::Matrix3d Q;
+  Eigen::Vector3d in_table;
+};
+
+// Q f_i = R_i f for the measured fields f_i and the field f in the table, of length F.
+class AlignmentProblem {
+ public:
+  using State = PointAlignment;
+  using Linear = Linearised;
+
+  // @param set       must outlive the problem.
+  // @param measured  f_i, n x 3.
+  AlignmentProblem(const ReadingSet& set, Eigen::MatrixXd measured, double F)
+      : set_(set), measured_(std::move(measured)), F_(F) {}
+
+  // The best Q for a field in the table (Wahba's problem).
+  [[nodiscard]] PointAlignment start(const Eigen::Vector3d& in_table) const {
+    Eigen::Matrix3d M = Eigen::Matrix3d::Zero();
+    for (Eigen::Index i = 0; i < set_.size(); ++i) {
+      M += set_.met_of_field(static_cast<std::size_t>(i)) * in_table * measured_.row(i);
+    }
+    return {.Q = nearest_rotation(M), .in_table = in_table};
+  }
+
+  void linearise(const PointAlignment& at, Linearised& linear) const {
+    const Eigen::Index n = set_.size();
+    linear.residuals = residuals(at);
+    linear.jacobian.resize(3 * n, 5);
+    const Eigen::Matrix<double, 3, 2> tangents = F_ * tangents_of(at.in_table);
+    for (Eigen::Index i = 0; i < n; ++i) {
+      const Eigen::Vector3d turned = at.Q * measured_.row(i).transpose();
+      linear.jacobian.block<3, 3>(3 * i, 0) = -cross_matrix(turned);
+      linear.jacobian.block<3, 2>(3 * i, 3) =
+          -set_.met_of_field(static_cast<std::size_t>(i)) * tangents;
+    }
+  }
+
+  [[nodiscard]] PointAlignment moved(const PointAlignment& at, const Eigen::VectorXd& step) const {
+    const Eigen::Vector3d moved = at.in_table + F_ * tangents_of(at.in_table) * step.tail<2>();
+    return {.Q = rotation_by(step.head<3>()) * at.Q, .in_table = F_ * moved.normalized()};
+  }
+
+  [[nodiscard]] double cost(const PointAlignment& at, const Linearised& /*linear*/) const {
+    return residuals(at).squaredNorm();
+  }
+
+  [[nodiscard]] static double length(const PointAlignment& /*at*/,
+                                     const Eigen::VectorXd& step,
+                                     const Linearised& /*linear*/) {
+    return step.norm();
+  }
+
+ private:
+  [[nodiscard]] Eigen::VectorXd residuals(const PointAlignment& at) const {
+    Eigen::VectorXd all(3 * set_.size());
+    for (Eigen::Index i = 0; i < set_.size(); ++i) {
+      all.segment<3>(3 * i) = at.Q * measured_.row(i).transpose() -
+                              set_.met_of_field(static_cast<std::size_t>(i)) * at.in_table;
+    }
+    return all;
+  }
+
+  const ReadingSet& set_;
+  Eigen::MatrixXd measured_;
+  double F_;
+};
 
 }  // namespace
 
@@ -48,46 +118,19 @@ void align_by_points(const ReadingSet& set, double F, Estimate& estimate) {
   std::vector<Eigen::Index> all(static_cast<std::size_t>(set.size()));
   std::iota(all.begin(), all.end(), 0);
   const Eigen::VectorXd linear = linear_directions(set, all);
-  Eigen::Vector3d in_table =
+  const Eigen::Vector3d in_table =
       F * (linear.size() == 3 ? Eigen::Vector3d(linear) : Eigen::Vector3d::UnitZ());
-  const Eigen::MatrixXd measured = fields_of_readings(estimate.response, set.response);
-  // Either end of the axis that the points show; the better one is where the field points.
-  Eigen::Matrix3d best = Eigen::Matrix3d::Identity();
-  double least = std::numeric_limits<double>::infinity();
-  for (const double sign : {1.0, -1.0}) {
-    Eigen::Vector3d table = sign * in_table;
-    Eigen::Matrix3d Q = Eigen::Matrix3d::Identity();
-    double sum = 0.0;
-    for (int round = 0; round < 200; ++round) {
-      Eigen::Matrix3d M = Eigen::Matrix3d::Zero();
-      for (Eigen::Index i = 0; i < set.size(); ++i) {
-        M += set.met_of_field(static_cast<std::size_t>(i)) * table * measured.row(i);
-      }
-      Q = nearest_rotation(M);
-      Eigen::Vector3d next = Eigen::Vector3d::Zero();
-      sum = 0.0;
-      for (Eigen::Index i = 0; i < set.size(); ++i) {
-        const Eigen::Matrix3d R = set.met_of_field(static_cast<std::size_t>(i));
-        const Eigen::Vector3d turned = Q * measured.row(i).transpose();
-        next += R.transpose() * turned;
-        sum += (turned - R * table).squaredNorm();
-      }
-      next = F * next.normalized();
-      const double change = (next - table).norm();
-      table = next;
-      if (change < 1e-14 * F) {
-        break;
-      }
-    }
-    if (sum < least) {
-      least = sum;
-      best = Q;
-      in_table = table;
-    }
+  const AlignmentProblem problem(set, fields_of_readings(estimate.response, set.response), F);
+  // The points give the axis of the field. The end with the smaller sum of squares is its
+  // direction.
+  PointAlignment best = gauss_newton(problem, problem.start(in_table)).state;
+  const PointAlignment other = gauss_newton(problem, problem.start(-in_table)).state;
+  if (problem.cost(other, {}) < problem.cost(best, {})) {
+    best = other;
   }
-  estimate.response.sensitivity *= best.transpose();
-  turn_frame(best, estimate.statistics);
-  estimate.field = set.field.with_all(in_table);
+  estimate.response.sensitivity *= best.Q.transpose();
+  turn_frame(best.Q, estimate.statistics);
+  estimate.field = set.field.with_all(best.in_table);
 }
 
 }  // namespace axiscal

@@ -3,14 +3,11 @@
 
 #include <algorithm>
 #include <cmath>
-#include <iterator>
 
 #include <Eigen/Geometry>
 
-#include "axiscal/calib/further_columns.hpp"
-#include "axiscal/calib/linearised_run.hpp"
+#include "axiscal/calib/fit.hpp"
 #include "axiscal/calib/parameter_names.hpp"
-#include "axiscal/calib/scaled_qr.hpp"
 #include "axiscal/core/formatted.hpp"
 #include "axiscal/core/number_text.hpp"
 #include "axiscal/core/rotation.hpp"
@@ -20,68 +17,32 @@ namespace {
 
 constexpr std::size_t most_mounts = 40;
 
-// Orthonormal changes of so many values that sum to 0; B x (B - 1).
-Eigen::MatrixXd contrasts(std::size_t count) {
-  return orthogonal_complement(Eigen::VectorXd::Ones(static_cast<Eigen::Index>(count)));
-}
-
-// How each contrast of turns changes the readings, in their noise, as a run's rows; (n m) x 3 (B -
-// 1).
-Eigen::MatrixXd mount_columns(const LinearisedRun& run,
-                              const Estimate& estimate,
-                              const std::map<int, Eigen::Vector3d>& mounts) {
-  const ReadingSet& set = run.set();
-  const Eigen::Index m = run.axes();
-  const Eigen::MatrixXd C = contrasts(mounts.size());
-  Eigen::MatrixXd columns(run.readings() * m, 3 * C.cols());
-  for (Eigen::Index i = 0; i < run.readings(); ++i) {
-    const auto at = static_cast<std::size_t>(i);
-    const auto place = std::distance(mounts.begin(), mounts.find(set.readings[at].mount));
-    const Eigen::Vector3d field =
-        set.rotation_sensor_from_table[at] * set.field_in_table(i, estimate.field);
-    for (Eigen::Index k = 0; k < m; ++k) {
-      // S d x f = -S [f]x d
-      const Eigen::RowVector3d change = -run.change_with_field(i, k) * cross_matrix(field);
-      for (Eigen::Index c = 0; c < C.cols(); ++c) {
-        columns.block<1, 3>(run.row_of(i, k), 3 * c) = C(place, c) * change;
-      }
-    }
-  }
-  return columns;
-}
-
 }  // namespace
 
-std::optional<MountStep> step_of_mounts(const ReadingSet& set,
+std::optional<MountTurns> fitted_mounts(const ReadingSet& set,
                                         const Estimate& estimate,
                                         bool known_field) {
-  MountStep step;
-  for (const Reading& reading : set.readings) {
-    step.turns.emplace(reading.mount, Eigen::Vector3d::Zero());
-  }
-  if (step.turns.size() < 2 || step.turns.size() > most_mounts || !estimate.field.has_vectors() ||
-      set.rotation_sensor_from_table.empty() || set.axis_count() < 2) {
+  const bool one_mount = std::all_of(
+      set.readings.begin(), set.readings.end(),
+      [&](const Reading& reading) { return reading.mount == set.readings.front().mount; });
+  if (one_mount || !estimate.field.has_vectors() || set.rotation_sensor_from_table.empty() ||
+      set.axis_count() < 2) {
     return std::nullopt;
   }
-  StateOfRun state(set, known_field);
-  const LinearisedRun run(state, estimate);
-  constexpr double open_below = 1e-7;
-  const std::optional<FurtherColumns> fit = fit_further_columns(
-      run.columns(), run.residuals(), mount_columns(run, estimate, step.turns), 1.0, open_below);
-  if (!fit) {
+  const Model model = Model(set, known_field).with_free_mounts();
+  const Place start = model.start(estimate.field);
+  if (start.mounts.size() > most_mounts) {
     return std::nullopt;
   }
-  const Eigen::VectorXd& by_contrast = fit->estimate;
-  const Eigen::MatrixXd C = contrasts(step.turns.size());
-  Eigen::Index place = 0;
-  for (auto& [mount, turn] : step.turns) {
-    for (Eigen::Index c = 0; c < C.cols(); ++c) {
-      turn += C(place, c) * by_contrast.segment<3>(3 * c);
-    }
-    ++place;
+  const Eigen::VectorXd& sigma = estimate.statistics.residual_sd;
+  const auto found = model.solved(model.at(start), sigma);
+  const Fit fit(set, found.state, sigma);
+  if (!found.converged || !fit.is_determined()) {
+    return std::nullopt;
   }
-  step.expected = fit->covariance.diagonal().tail(by_contrast.size()).mean();
-  return step;
+  const Eigen::Index turns = fit.shared() - found.state->direction_count();
+  return MountTurns{.turns = found.state->place.mounts,
+                    .expected = fit.covariance_of_shared().diagonal().tail(turns).mean()};
 }
 
 bool add_mount_scatter(const std::map<int, Eigen::Matrix3d>& turns,

@@ -175,6 +175,29 @@ Eigen::MatrixXd estimates_of(const ReadingSet& set, const AxesData& data) {
   return estimates;
 }
 
+// The field with its length and its part along the normal, turned by the measured slope.
+TableField turned_by(const Levelness& levelness, double F, const TableField& field) {
+  std::vector<Eigen::Vector3d> turned;
+  for (std::size_t s = 0; s < field.size(); ++s) {
+    const Eigen::Vector2d in_plane = levelness.of_block_at(s);
+    const Eigen::Vector3d measured(F * in_plane.x(), F * in_plane.y(), field.vector(s).z());
+    turned.emplace_back(F * measured.normalized());
+  }
+  return field.with(std::move(turned));
+}
+
+// The largest change of a scale over the temperatures of the run, as a part of the response.
+double change_of_scale(const ReadingSet& set, const Estimate& estimate) {
+  double change = 0.0;
+  for (int j = 0; j < set.temperature.order; ++j) {
+    const double span = std::pow(set.temperature.d.cwiseAbs().maxCoeff(), j + 1);
+    change = std::max(
+        change,
+        span * (estimate.temperature_scale - set.temperature.scale).col(j).cwiseAbs().maxCoeff());
+  }
+  return change;
+}
+
 }  // namespace
 
 PairedDesign paired_design(const ReadingSet& set, const Eigen::Vector3d& in_table) {
@@ -198,7 +221,12 @@ PairedDesign paired_design(const ReadingSet& set, const Eigen::Vector3d& in_tabl
   return paired;
 }
 
-Estimate estimate_paired(const ReadingSet& set, const Eigen::Vector3d& nominal_in_table) {
+Estimate estimate_paired(const ReadingSet& given, const Eigen::Vector3d& nominal_in_table) {
+  ReadingSet over_temperature;  // with the scales that each round found
+  if (given.temperature.order > 0) {
+    over_temperature = given;
+  }
+  const ReadingSet& set = given.temperature.order > 0 ? over_temperature : given;
   OppositePairs opposites = find_opposite_pairs(set);
   if (opposites.pairs.empty()) {
     throw RefusedError(
@@ -226,8 +254,9 @@ Estimate estimate_paired(const ReadingSet& set, const Eigen::Vector3d& nominal_i
   std::vector<AxesData> data;  // of the last round
   TableField fitted_for;
   std::optional<Levelness> levelness;
-  // Each round gains 6 digits or more (method.md, section 4); the last one changes nothing.
-  for (int round = 0; round < 8; ++round) {
+  // Each round gains 6 digits or more (method.md, section 4), with temperature terms 3.
+  const int most_rounds = set.temperature.order > 0 ? 30 : 8;
+  for (int round = 0; round < most_rounds; ++round) {
     Estimate so_far;
     data = all_axes_data(set, pooled, field);
     for (const AxesData& alike : data) {
@@ -246,22 +275,19 @@ Estimate estimate_paired(const ReadingSet& set, const Eigen::Vector3d& nominal_i
           "level by block: some block has no opposite readings that tell its levelness; take them, "
           "or use one levelness for the run");
     }
-    if (!levelness) {
-      break;
-    }
-    double change = 0.0;
-    std::vector<Eigen::Vector3d> turned;
+    const TableField next = levelness ? turned_by(*levelness, F, field) : field;
+    double turn = 0.0;
     for (std::size_t s = 0; s < field.size(); ++s) {
-      const Eigen::Vector2d in_plane = levelness->of_block_at(s);
-      const Eigen::Vector3d measured(F * in_plane.x(), F * in_plane.y(), field.vector(s).z());
-      const Eigen::Vector3d next = F * measured.normalized();
-      change = std::max(change, (next - field.vector(s)).norm());
-      turned.push_back(next);
+      turn = std::max(turn, (next.vector(s) - field.vector(s)).norm() / F);
     }
-    field = field.with(std::move(turned));
-    if (change <= 1e-15 * F) {
+    constexpr double still_rad = 1e-15;
+    constexpr double still_scale = 1e-12;
+    if (turn <= still_rad && change_of_scale(set, so_far) < still_scale) {
       break;
     }
+    field = next;
+    over_temperature.temperature.scale = so_far.temperature_scale;
+    over_temperature.temperature.along = so_far.response.sensitivity;
   }
   for (const Eigen::Vector3d& vector : field.vectors()) {
     if (!(std::abs(vector.z()) > smallest_normal_part * F)) {

@@ -6,10 +6,9 @@
 #include <optional>
 #include <vector>
 
-#include <Eigen/QR>
-
 #include "axis_regression.hpp"
-#include "axiscal/calib/linearised_run.hpp"
+#include "axiscal/calib/factor.hpp"
+#include "axiscal/calib/fit.hpp"
 #include "axiscal/calib/parameter_names.hpp"
 #include "axiscal/calib/reading_step.hpp"
 #include "axiscal/core/formatted.hpp"
@@ -90,11 +89,10 @@ std::optional<RoundedFit> fit_poses(const Poses& poses,
   if (n <= c) {
     return std::nullopt;
   }
-  Eigen::ColPivHouseholderQR<Eigen::MatrixXd> qr(design);
-  if (qr.rank() < c) {
+  const auto [inverse, rank] = ranked_inverse(design);
+  if (rank < c) {
     return std::nullopt;
   }
-  const Eigen::MatrixXd inverse = qr.solve(Eigen::MatrixXd::Identity(n, n));
   const Eigen::MatrixXd G = map * inverse;
   const Eigen::VectorXd residuals = poses.mean - design * (inverse * poses.mean);
   const double of_step = step * step / 12.0;
@@ -151,7 +149,7 @@ void add_rounding_scatter(StateOfRun& of, double stated_step, Estimate& estimate
   }
   const Eigen::Index p = set.coefficient_count();
   WiderIntervals wider("rounding", estimate);
-  std::optional<LinearisedRun> run;
+  std::optional<Fit> run;
   std::vector<std::string> axes;
   double widest = 0.0;
   for (Eigen::Index k = 0; k < set.axis_count(); ++k) {

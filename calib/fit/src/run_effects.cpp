@@ -5,7 +5,7 @@
 #include <cstddef>
 #include <map>
 
-#include "axiscal/calib/scaled_qr.hpp"
+#include "axiscal/calib/factor.hpp"
 #include "axiscal/core/formatted.hpp"
 
 namespace axiscal {

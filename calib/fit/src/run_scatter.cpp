@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "axiscal/calib/distributions.hpp"
-#include "axiscal/calib/linearised_run.hpp"
+#include "axiscal/calib/fit.hpp"
 #include "axiscal/calib/parameter_names.hpp"
 #include "axiscal/calib/serial_correlation.hpp"
 #include "axiscal/core/formatted.hpp"

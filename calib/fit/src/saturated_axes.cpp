@@ -7,9 +7,9 @@
 #include <optional>
 
 #include <Eigen/LU>
-#include <Eigen/QR>
 
 #include "axiscal/calib/distributions.hpp"
+#include "axiscal/calib/factor.hpp"
 #include "axiscal/calib/reading_step.hpp"
 
 namespace axiscal {
@@ -81,22 +81,19 @@ std::optional<double> p_by_others(const ReadingSet& set,
   const Eigen::VectorXd y =
       root.asDiagonal() * (set.response.col(end.axis)(end.others).array() - end.value).matrix();
   const Eigen::Index nu = X.rows() - X.cols();
-  Eigen::ColPivHouseholderQR<Eigen::MatrixXd> qr(X);
-  if (nu < 1 || qr.rank() < X.cols()) {
+  if (nu < 1) {
     return std::nullopt;
   }
-  const Eigen::VectorXd estimate = qr.solve(y);
+  const Factor factor(X);
+  if (!factor.has_full_rank()) {
+    return std::nullopt;
+  }
+  const Eigen::VectorXd estimate = factor.solve(y);
   const double scatter =
       std::sqrt(std::max({(y - X * estimate).squaredNorm() / static_cast<double>(nu),
                           end.step * end.step / 12.0, std::pow(set.rounding(end.axis), 2)}));
   const Eigen::RowVectorXd g = design(end.there, Eigen::all).colwise().mean();
-  // X P = Q R, so that g' C g is the squared length of R'^-1 P' g.
-  const Eigen::VectorXd permuted = qr.colsPermutation().transpose() * g.transpose();
-  const Eigen::VectorXd a = qr.matrixR()
-                                .topLeftCorner(X.cols(), X.cols())
-                                .triangularView<Eigen::Upper>()
-                                .transpose()
-                                .solve(permuted);
+  const Eigen::RowVectorXd a = g * factor.root_of_covariance();  // |a|^2 = g' C g
   const double short_of = end.sign * g.dot(estimate) - 0.5 * end.step;
   return probability_of(
       short_of, scatter * std::sqrt(a.squaredNorm() + 1.0 / static_cast<double>(end.there.size())),

@@ -5,12 +5,10 @@
 #include <cmath>
 #include <vector>
 
-#include <Eigen/Cholesky>
-
 #include "axiscal/calib/distributions.hpp"
+#include "axiscal/calib/factor.hpp"
 #include "axiscal/calib/least_squares.hpp"
 #include "axiscal/calib/parameter_names.hpp"
-#include "axiscal/calib/scaled_qr.hpp"
 #include "axiscal/calib/temperature_fit.hpp"
 
 namespace axiscal {
@@ -42,7 +40,7 @@ Soaks soaks_of(const ReadingSet& set) {
     soaks.powers.col(j) = soaks.powers.col(j - 1).cwiseProduct(mean);
   }
   soaks.across = orthogonal_complement(soaks.powers);
-  soaks.of_unit = ScaledQr(soaks.powers).covariance();
+  soaks.of_unit = Factor(soaks.powers).covariance();
   return soaks;
 }
 
@@ -55,7 +53,7 @@ struct OffCurve {
 
 OffCurve off_curve(const Eigen::VectorXd& off, const Eigen::MatrixXd& covariance, double nu) {
   const auto q = static_cast<double>(off.size());
-  const double f = off.dot(covariance.ldlt().solve(off)) / q;
+  const double f = off.dot(solve_symmetric(covariance, off).col(0)) / q;
   return {.mean_square = off.squaredNorm() / q,
           .variance = std::max(off.squaredNorm() - covariance.trace(), 0.0) / q,
           .p_value = f_upper_p(std::max(f, 1e-300), q, nu)};
@@ -100,7 +98,7 @@ void add_soak_scatter(const ReadingSet& set, Estimate& estimate) {
     const Eigen::VectorXd weights = set.weights.col(k);
     const auto readings = static_cast<double>((weights.array() > 0.0).count());
     const double nu = readings - static_cast<double>(columns.cols());
-    if (!(nu >= 1.0) || !ScaledQr(weights.cwiseSqrt().asDiagonal() * columns).has_full_rank()) {
+    if (!(nu >= 1.0) || !Factor(weights.cwiseSqrt().asDiagonal() * columns).has_full_rank()) {
       continue;
     }
     const LeastSquaresFit all = LeastSquaresDesign(columns, weights).fit(set.response.col(k));

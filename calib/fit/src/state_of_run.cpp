@@ -3,9 +3,9 @@
 
 namespace axiscal {
 
-std::shared_ptr<const JointState> StateOfRun::at(const TableField& field) {
+std::shared_ptr<const Solution> StateOfRun::at(const TableField& field) {
   if (!is_of(field)) {
-    last_ = JointFit(set_, set_.weights).at(field, known_field_ || !field.has_vectors());
+    last_ = Model(set_, known_field_).at({.field = field});
   }
   return last_;
 }

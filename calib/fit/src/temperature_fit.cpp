@@ -71,45 +71,13 @@ int temperature_count(const ReadingSet& set) {
   return static_cast<int>(std::set<double>(mean.begin(), mean.end()).size());
 }
 
-Estimate fit_over_temperature(const ReadingSet& given,
-                              const std::function<Estimate(const ReadingSet&)>& fit) {
-  if (given.temperature.order == 0) {
-    return fit(given);
-  }
-  require_temperatures(given);
-  ReadingSet set = given;
-  TemperatureTerms& terms = set.temperature;
-  terms.scale = Eigen::MatrixXd::Zero(set.axis_count(), terms.order);
-  terms.along = SensitivityMatrix::Zero(set.axis_count(), 3);
-  ReadingSet plain = set;
-  plain.temperature = {};
-  const Estimate start = fit(plain);
-  for (Eigen::Index k = 0; k < set.axis_count(); ++k) {
-    const std::optional<int>& nominal = set.nominal[static_cast<std::size_t>(k)];
-    terms.along.row(k) = nominal ? Eigen::RowVector3d::Unit(*nominal)
-                                 : Eigen::RowVector3d(start.response.sensitivity.row(k));
-    if (nominal && start.response.sensitivity.row(k).dot(terms.along.row(k)) == 0.0) {
-      terms.along.row(k) = start.response.sensitivity.row(k);
-    }
-  }
-  require_terms(set, start);
-  Estimate estimate = fit(set);
-  const double span = terms.d.cwiseAbs().maxCoeff();
-  for (int round = 0; round < 30; ++round) {
-    const Eigen::MatrixXd before = estimate.temperature_scale;
-    terms.scale = before;
-    terms.along = estimate.response.sensitivity;
-    estimate = fit(set);
-    double change = 0.0;
-    for (int j = 0; j < terms.order; ++j) {
-      change = std::max(change, (estimate.temperature_scale - before).col(j).cwiseAbs().maxCoeff() *
-                                    std::pow(span, j + 1));
-    }
-    if (change < 1e-12) {
-      break;
-    }
-  }
-  return estimate;
+ReadingSet started_over_temperature(const ReadingSet& set, const Estimate& without) {
+  require_temperatures(set);
+  ReadingSet started = set;
+  started.temperature.scale = Eigen::MatrixXd::Zero(set.axis_count(), set.temperature.order);
+  started.temperature.along = without.response.sensitivity;
+  require_terms(started, without);
+  return started;
 }
 
 double axis_aicc(double residual_sd, double degrees_of_freedom, double columns) {

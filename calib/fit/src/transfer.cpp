@@ -5,10 +5,9 @@
 #include <cmath>
 #include <utility>
 
-#include <Eigen/SVD>
-
 #include "axis_regression.hpp"
 #include "axiscal/calib/distributions.hpp"
+#include "axiscal/calib/factor.hpp"
 #include "axiscal/core/error.hpp"
 #include "axiscal/core/formatted.hpp"
 #include "axiscal/core/not_a_number.hpp"
@@ -73,14 +72,14 @@ Eigen::Matrix3Xd seen_directions(const ReadingSet& set,
       (fields.array().colwise() * used).colwise().sum().matrix() / used.sum();
   fields.rowwise() -= mean;
   fields.array().colwise() *= used;
-  const Eigen::JacobiSVD<Eigen::MatrixXd> svd(fields, Eigen::ComputeThinV);
+  const SingularValues svd = singular_values(fields);
   constexpr double none = 1e-6;  // of the largest
-  const Eigen::VectorXd& values = svd.singularValues();
+  const Eigen::VectorXd& values = svd.values;
   const auto count = static_cast<Eigen::Index>((values.array() > none * values(0)).count());
   if (count == 3 || !(values(0) > 1e-9 * size)) {
     return all;
   }
-  const Eigen::Matrix3Xd seen = along_axes(svd.matrixV().leftCols(count));
+  const Eigen::Matrix3Xd seen = along_axes(svd.V.leftCols(count));
   if (field.has_vectors() && set.axis_count() > 1) {
     // A cube that lay on too few faces can lie on others: the refusal says on which.
     for (const std::optional<int>& nominal : set.nominal) {

@@ -6,8 +6,8 @@
 #include <Eigen/Geometry>
 #include <Eigen/LU>
 
-#include "axiscal/calib/covariance_root.hpp"
 #include "axiscal/calib/distributions.hpp"
+#include "axiscal/calib/factor.hpp"
 #include "axiscal/calib/input_quantities.hpp"
 #include "axiscal/calib/least_squares.hpp"
 #include "axiscal/calib/serial_correlation.hpp"

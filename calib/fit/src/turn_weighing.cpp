@@ -7,9 +7,7 @@
 #include <optional>
 #include <utility>
 
-#include <Eigen/Eigenvalues>
-
-#include "axiscal/calib/covariance_root.hpp"
+#include "axiscal/calib/factor.hpp"
 #include "axiscal/calib/uncertainty.hpp"
 #include "axiscal/calib/variance_components.hpp"
 #include "axiscal/core/error.hpp"
@@ -253,11 +251,10 @@ class TurnWeighing {
       }
       const Eigen::MatrixXd relative =
           (per_own.asDiagonal() * errors_at_rests_of(units_[u]))(said, Eigen::all);
-      const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(relative * relative.transpose());
-      to_apart.topRows(count)(Eigen::all, said) = eigen.eigenvectors().transpose();
+      const SymmetricEigen eigen = symmetric_eigen(relative * relative.transpose());
+      to_apart.topRows(count)(Eigen::all, said) = eigen.vectors.transpose();
       to_apart *= per_own.asDiagonal();
-      problem_.roots[1].middleRows(first_row(u), count) =
-          eigen.eigenvalues().cwiseMax(0.0).cwiseSqrt();
+      problem_.roots[1].middleRows(first_row(u), count) = eigen.values.cwiseMax(0.0).cwiseSqrt();
     }
     problem_.W = apart(std::move(problem_.W));
     const Eigen::VectorXd y = problem_.y;

@@ -12,9 +12,9 @@
 #include <Eigen/LU>
 
 #include "axiscal/calib/calibration_warning.hpp"
+#include "axiscal/calib/factor.hpp"
 #include "axiscal/calib/gauss_newton.hpp"
 #include "axiscal/calib/parameter_names.hpp"
-#include "axiscal/calib/scaled_qr.hpp"
 #include "axiscal/calib/settings.hpp"
 #include "axiscal/core/error.hpp"
 #include "axiscal/core/formatted.hpp"

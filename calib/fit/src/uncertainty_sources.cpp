@@ -9,9 +9,9 @@
 
 #include <Eigen/Geometry>
 
+#include "axiscal/calib/fit.hpp"
 #include "axiscal/calib/input_quantities.hpp"
 #include "axiscal/calib/least_squares.hpp"
-#include "axiscal/calib/linearised_run.hpp"
 #include "axiscal/calib/method_kind.hpp"
 #include "axiscal/calib/parameter_names.hpp"
 #include "axiscal/core/not_a_number.hpp"
@@ -143,7 +143,7 @@ class BudgetMaker {
   }
 
   // The readings about the fit. Where nothing scatters no direction takes anything up.
-  [[nodiscard]] const LinearisedRun& run() {
+  [[nodiscard]] const Fit& run() {
     if (!run_) {
       const bool known = method_kind(calibration_.fit.method).directions_known ||
                          !(statistics_.residual_sd.array() > 0.0).all();
@@ -231,7 +231,7 @@ class BudgetMaker {
   const Calibration& calibration_;
   const TableField& field_;
   const FitStatistics& statistics_;
-  std::optional<LinearisedRun> run_;
+  std::optional<Fit> run_;
   UncertaintyBudget budget_;
 };
 

@@ -156,7 +156,7 @@ class WeighedFit {
       return std::nullopt;
     }
     HypothesisFitter own = fitter.by_scatter_of(fit);
-    HypothesisFit again = own.again(run_.set(), fit, fitter);
+    HypothesisFit again = own.fit(run_.set());
     if (!again.fitted) {
       return std::nullopt;
     }
@@ -180,7 +180,7 @@ struct Unlikely {
 std::vector<Unlikely> roughly_by_others(const SuspectRun& run,
                                         const HypothesisFit& fit,
                                         std::size_t most) {
-  const Eigen::MatrixXd leverage = fit.basis.leverage();
+  const Eigen::MatrixXd leverage = fit.fit->leverage();
   // F(1, nu - 1) of an axis's readings; 0 where it has too few.
   const auto ratios_of = [&](Eigen::Index k) -> Eigen::ArrayXd {
     const double nu = fit.degrees_of_freedom(k);

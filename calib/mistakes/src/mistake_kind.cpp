@@ -49,7 +49,7 @@ Leftover across_field(const SuspectRun& run, const HypothesisFit& fit) {
     left.degrees_of_freedom -= along.squaredNorm();
     for (Eigen::Index k = 0; k < run.m(); ++k) {
       for (Eigen::Index l = 0; l < run.m(); ++l) {
-        left.degrees_of_freedom += along(k) * along(l) * fit.basis.hat(k, row, l, row);
+        left.degrees_of_freedom += along(k) * along(l) * fit.fit->hat(k, row, l, row);
       }
     }
   }

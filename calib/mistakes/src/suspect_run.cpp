@@ -153,7 +153,7 @@ double drop_of_rows(const HypothesisFit& fit,
     e(a) = fit.residuals(i, a % m);
     for (Eigen::Index b = 0; b <= a; ++b) {
       const auto j = static_cast<Eigen::Index>(readings[static_cast<std::size_t>(b / m)]);
-      M(a, b) = (a == b ? 1.0 : 0.0) - fit.basis.hat(a % m, i, b % m, j);
+      M(a, b) = (a == b ? 1.0 : 0.0) - fit.fit->hat(a % m, i, b % m, j);
     }
   }
   // A reading that alone determines something has no residual to tell by.
@@ -181,7 +181,7 @@ double SuspectRun::drop_with(const HypothesisFit& fit, Eigen::MatrixXd Z) const 
     Z.middleRows(n() * k, n()).array().colwise() *=
         set_.weights.col(k).array().sqrt() / fitter_.scale()(k);
   }
-  const Eigen::MatrixXd in_basis = fit.basis.products_with(Z);
+  const Eigen::MatrixXd in_basis = fit.fit->in_basis(Z);
   const Eigen::MatrixXd left = Z.transpose() * Z - in_basis.transpose() * in_basis;
   const Eigen::VectorXd c = Z.transpose() * fit.residuals.reshaped().matrix();
   return squares_by(left, c, 1e-9 * Z.colwise().squaredNorm().maxCoeff());
@@ -191,13 +191,13 @@ double SuspectRun::drop_with(const HypothesisFit& fit, Eigen::MatrixXd Z) const 
 double SuspectRun::drop_with_shift(const HypothesisFit& fit,
                                    Eigen::Index axis,
                                    const std::vector<std::size_t>& readings) const {
-  Eigen::MatrixXd in_basis = Eigen::MatrixXd::Zero(fit.basis.cols(), 1);
+  Eigen::MatrixXd in_basis = Eigen::MatrixXd::Zero(fit.fit->column_count(), 1);
   double squares = 0.0;
   double product = 0.0;
   for (const std::size_t i : readings) {
     const auto row = static_cast<Eigen::Index>(i);
     const double z = std::sqrt(set_.weights(row, axis)) / fitter_.scale()(axis);
-    fit.basis.add_product(axis, row, Eigen::Matrix<double, 1, 1>(z), in_basis);
+    fit.fit->add_in_basis(axis, row, Eigen::Matrix<double, 1, 1>(z), in_basis);
     squares += z * z;
     product += z * fit.residuals(row, axis);
   }

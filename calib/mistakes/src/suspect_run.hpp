@@ -10,7 +10,7 @@
 #include <Eigen/Core>
 
 #include "axiscal/calib/estimation.hpp"
-#include "culprit_fit.hpp"
+#include "hypothesis.hpp"
 
 namespace axiscal {
 
@@ -26,7 +26,7 @@ class SuspectRun {
   /// Where each block has its own levelness a fit is dear: fewer are made then.
   [[nodiscard]] std::size_t fitted_of_many() const {
     constexpr Eigen::Index many_directions = 24;
-    return plain_.turns.rows() > many_directions ? 8 : 48;
+    return plain_.fit->shared() > many_directions ? 8 : 48;
   }
 
   /// @param set  must outlive this.

@@ -6,10 +6,9 @@
 #include <limits>
 #include <numeric>
 
-#include <Eigen/Cholesky>
-#include <Eigen/Eigenvalues>
 #include <Eigen/LU>
 
+#include "axiscal/calib/factor.hpp"
 #include "axiscal/calib/least_squares.hpp"
 #include "axiscal/core/error.hpp"
 #include "axiscal/core/formatted.hpp"
@@ -45,7 +44,7 @@ Eigen::MatrixXd orientation_rows(const std::vector<DesignEntry>& design) {
 // all directions are alike, as in the best designs, along z.
 Eigen::Vector3d worst_direction(const Eigen::Matrix3d& A, const Eigen::Vector3d& c) {
   const auto value = [&](const Eigen::Vector3d& u) { return u.dot(A * u) + 2.0 * c.dot(u); };
-  const Eigen::Matrix3d axes = Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>(A).eigenvectors();
+  const Eigen::Matrix3d axes = symmetric_eigen(A).vectors;
   Eigen::Vector3d best = Eigen::Vector3d::UnitZ();
   for (int axis = 0; axis < 3; ++axis) {
     for (const double sign : {1.0, -1.0}) {
@@ -66,8 +65,7 @@ Eigen::Vector3d worst_direction(const Eigen::Matrix3d& A, const Eigen::Vector3d&
 }
 
 double log_determinant(const Eigen::MatrixXd& information) {
-  const Eigen::LDLT<Eigen::MatrixXd> ldlt(information);
-  return ldlt.vectorD().array().max(1e-300).log().sum();
+  return symmetric_eigen(information).values.array().max(1e-300).log().sum();
 }
 
 // det(X^T X / n)^(1/p) relative to that of directions spread evenly: 1, and 1/3 for all others.

@@ -8,19 +8,14 @@
 #include <string>
 #include <utility>
 
-#include <Eigen/Cholesky>
-#include <Eigen/Eigenvalues>
-
 #include "axiscal/calib/assembly.hpp"
 #include "axiscal/calib/calibrate.hpp"
-#include "axiscal/calib/covariance_root.hpp"
 #include "axiscal/calib/design_advice.hpp"
 #include "axiscal/calib/estimation.hpp"
+#include "axiscal/calib/factor.hpp"
+#include "axiscal/calib/fit.hpp"
 #include "axiscal/calib/input_quantities.hpp"
-#include "axiscal/calib/linearised_run.hpp"
 #include "axiscal/calib/method_kind.hpp"
-#include "axiscal/calib/minimum_norm.hpp"
-#include "axiscal/calib/scaled_qr.hpp"
 #include "axiscal/calib/settings.hpp"
 #include "axiscal/calib/simulate.hpp"
 #include "axiscal/core/error.hpp"
@@ -33,7 +28,7 @@
 namespace axiscal {
 namespace {
 
-// One replicate, its readings as the rows of a LinearisedRun.
+// One replicate, its readings as the rows of a Fit.
 struct LinearMap {
   Eigen::MatrixXd coefficients_from_readings;  // 4m x n m
   Eigen::MatrixXd columns;                     // n m x c: of a fit to all readings, b and S first
@@ -104,7 +99,7 @@ void check_design(const ForecastSetup& setup, const ReadingSet& set, const Table
   require_determined(set, paired.design, row_for, true);
 }
 
-LinearMap linear_map(const ForecastSetup& setup, const LinearisedRun& run) {
+LinearMap linear_map(const ForecastSetup& setup, const Fit& run) {
   const ReadingSet& set = run.set();
   const Eigen::Index m = set.axis_count();
   const std::vector<Eigen::Index> open = undetermined_columns(run.columns());
@@ -146,7 +141,7 @@ using SharedErrors = Eigen::MatrixXd;  // n m x q
 
 // What each input that is not exactly known changes of the readings, by its name.
 std::map<std::string, SharedErrors> errors_of_inputs(const ForecastSetup& setup,
-                                                     const LinearisedRun& run,
+                                                     const Fit& run,
                                                      const TableField& field) {
   Experiment experiment;
   experiment.positioner = setup.positioner.with_normal_u(setup.normal_u_rad);
@@ -276,11 +271,11 @@ Eigen::MatrixXd generalized_map(const LinearMap& map,
   }
   constexpr double rounding = 1e-12;
   V.diagonal().array() += std::max(variance, rounding * V.diagonal().maxCoeff());
-  const Eigen::LLT<Eigen::MatrixXd> root(V);
-  const Eigen::MatrixXd W = root.matrixL().solve(map.columns);
+  const Whitening whitening(V);
+  const Eigen::MatrixXd W = whitening.times(map.columns);
   const Eigen::MatrixXd from_whitened =
       pseudo_inverse(W).topRows(map.coefficients_from_readings.rows());
-  return root.matrixL().transpose().solve(from_whitened.transpose()).transpose();
+  return whitening.transposed_times(from_whitened.transpose()).transpose();
 }
 
 // The parts of a forecast that replicates do not change.
@@ -294,7 +289,7 @@ ForecastParts parts_of(const ForecastSetup& setup) {
   const TableField field = set.field.with_all(field_in_table(setup));
   check_design(setup, set, field);
   StateOfRun state(set, method_kind(setup.method).directions_known);
-  const LinearisedRun run(state, field, Eigen::VectorXd::Ones(set.axis_count()));
+  const Fit run(state, field, Eigen::VectorXd::Ones(set.axis_count()));
   std::map<std::string, SharedErrors> errors = errors_of_inputs(setup, run, field);
   return {.map = linear_map(setup, run),
           .positioner = std::move(errors["positioner"]),
@@ -440,8 +435,7 @@ double largest_angle_uncertainty(const Forecast& forecast, const Eigen::MatrixXd
         field_covariance(forecast, inverse, covariance, forecast.magnitude * u);
     const Eigen::Matrix<double, 3, 2> T = tangents_of(u);
     const Eigen::Matrix2d tangential = T.transpose() * C * T;
-    largest = std::max(largest,
-                       Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d>(tangential).eigenvalues()(1));
+    largest = std::max(largest, symmetric_eigen(tangential).values(1));
   }
   return std::sqrt(largest) / forecast.magnitude;
 }

@@ -5,9 +5,9 @@
 #include <cmath>
 #include <numbers>
 
-#include <Eigen/Cholesky>
 #include <Eigen/Geometry>
 
+#include "axiscal/calib/factor.hpp"
 #include "axiscal/core/error.hpp"
 #include "axiscal/core/formatted.hpp"
 #include "axiscal/core/rotation.hpp"
@@ -257,7 +257,7 @@ SensorModel in_shape(SensorModel truth, MagnitudeShape shape) {
   } else {
     // An upper triangle is a lower one, both orders reversed.
     const Eigen::Matrix3d reversed = (S * S.transpose()).reverse();
-    const Eigen::Matrix3d lower = reversed.llt().matrixL();
+    const Eigen::Matrix3d lower = Whitening(reversed).root();
     truth.response.sensitivity = lower.reverse();
   }
   return truth;

@@ -9,8 +9,8 @@
 
 #include "axiscal/calib/calibrated_coefficients.hpp"
 #include "axiscal/calib/calibration_json.hpp"
-#include "axiscal/calib/covariance_root.hpp"
 #include "axiscal/calib/experiment_json.hpp"
+#include "axiscal/calib/factor.hpp"
 #include "axiscal/calib/reading_uncertainty.hpp"
 #include "axiscal/calib/uncertainty.hpp"
 #include "axiscal/core/error.hpp"

@@ -7,11 +7,10 @@
 #include <vector>
 
 #include <Eigen/LU>
-#include <Eigen/SVD>
 
 #include "axiscal/calib/calibrate.hpp"
+#include "axiscal/calib/factor.hpp"
 #include "axiscal/calib/forecast.hpp"
-#include "axiscal/calib/minimum_norm.hpp"
 #include "axiscal/calib/simulate.hpp"
 #include "axiscal/core/error.hpp"
 #include "axiscal/core/parallel.hpp"
@@ -101,11 +100,11 @@ CalibrationErrors closed_form(const ToleranceStudy& study, Method method) {
   setup.positioner = Positioner(std::move(description));
   const Forecast result = forecast(setup);
   // The mean over the covariance of the same quadratic forms: one principal error after the other.
-  const Eigen::JacobiSVD<Eigen::MatrixXd> svd(result.positioner, Eigen::ComputeFullU);
+  const SymmetricEigen eigen = symmetric_eigen(result.positioner);
   Sums sums;
   const SensitivityMatrix& S = study.nominal.response.sensitivity;
-  for (Eigen::Index i = 0; i < svd.singularValues().size(); ++i) {
-    const Eigen::VectorXd error = std::sqrt(svd.singularValues()(i)) * svd.matrixU().col(i);
+  for (Eigen::Index i = 0; i < eigen.values.size(); ++i) {
+    const Eigen::VectorXd error = std::sqrt(std::max(eigen.values(i), 0.0)) * eigen.vectors.col(i);
     RelativeErrors relative(S.rows(), 4);
     for (Eigen::Index k = 0; k < S.rows(); ++k) {
       relative.row(k) = error.segment<4>(4 * k).transpose() / S.row(k).norm();

@@ -5,7 +5,7 @@
 #include <cmath>
 
 #include "axiscal/calib/distributions.hpp"
-#include "axiscal/calib/scaled_qr.hpp"
+#include "axiscal/calib/factor.hpp"
 
 namespace axiscal {
 
@@ -22,7 +22,7 @@ std::optional<FurtherColumns> fit_further_columns(const Eigen::MatrixXd& design,
   }
   Eigen::MatrixXd both(design.rows(), p + q);
   both << design, columns;
-  const ScaledQr qr(both, open_below);
+  const Factor qr(both, open_below);
   if (!qr.has_full_rank()) {
     return std::nullopt;
   }

@@ -3,9 +3,7 @@
 
 #include <vector>
 
-#include "axiscal/calib/minimum_norm.hpp"
-#include "axiscal/calib/scaled_cholesky.hpp"
-#include "axiscal/calib/scaled_qr.hpp"
+#include "axiscal/calib/factor.hpp"
 #include "axiscal/kernels/sums_of_products.hpp"
 
 namespace axiscal {
@@ -13,8 +11,14 @@ namespace {
 
 Eigen::VectorXd damped_step_by_qr(const Linearised& linear, double damping) {
   const Eigen::MatrixXd& J = linear.jacobian;
+  if (damping == 0.0 && linear.open_below > 0.0) {
+    const SingularValues svd = singular_values(J);
+    const Eigen::Index rank = (svd.values.array() > linear.open_below).count();
+    const Eigen::VectorXd along = svd.U.leftCols(rank).transpose() * linear.residuals;
+    return -svd.V.leftCols(rank) * along.cwiseQuotient(svd.values.head(rank));
+  }
   if (damping == 0.0) {
-    const ScaledQr qr(J);
+    const Factor qr(J);
     if (qr.has_full_rank()) {
       return -qr.solve(linear.residuals);
     }
@@ -22,12 +26,13 @@ Eigen::VectorXd damped_step_by_qr(const Linearised& linear, double damping) {
   const Eigen::Index n = J.rows();
   const Eigen::Index p = J.cols();
   const Eigen::VectorXd lengths = J.colwise().norm().cwiseMax(1e-300);
+  const Eigen::VectorXd per_length =
+      (lengths.array() > linear.open_below).select(lengths.cwiseInverse(), 0.0);
   Eigen::MatrixXd A(n + p, p);
-  A << J * lengths.cwiseInverse().asDiagonal(),
-      std::sqrt(damping) * Eigen::MatrixXd::Identity(p, p);
+  A << J * per_length.asDiagonal(), std::sqrt(damping) * Eigen::MatrixXd::Identity(p, p);
   Eigen::VectorXd b = Eigen::VectorXd::Zero(n + p);
   b.head(n) = -linear.residuals;
-  return minimum_norm_solution(A, b).cwiseQuotient(lengths);
+  return minimum_norm_solution(A, b).cwiseProduct(per_length);
 }
 
 }  // namespace
@@ -44,7 +49,7 @@ std::optional<Eigen::VectorXd> step_by_normal_equations(const Linearised& linear
   Eigen::MatrixXd sums(p + 1, p + 1);
   sums_of_products(columns, static_cast<std::size_t>(linear.jacobian.rows()), sums.data());
   const Eigen::MatrixXd N = sums.topLeftCorner(p, p).selfadjointView<Eigen::Lower>();
-  const ScaledCholesky cholesky(N, damping);
+  const PositiveFactor cholesky(N, damping);
   if (!cholesky.is_determined(smallest_pivot * smallest_pivot)) {
     return std::nullopt;
   }
@@ -52,9 +57,17 @@ std::optional<Eigen::VectorXd> step_by_normal_equations(const Linearised& linear
 }
 
 Eigen::VectorXd damped_step(const Linearised& linear, double damping, bool by_qr) {
+  if (linear.jacobian.cols() == 0) {
+    return Eigen::VectorXd(0);
+  }
   // J^T J loses a part of a step's digits that goes with the square of J's condition number.
   constexpr double loses_some_digits = 1e-5;
   constexpr double loses_none_that_matters = 0.03;
+  const bool is_open = linear.open_below > 0.0 &&
+                       !(linear.jacobian.colwise().norm().array() > linear.open_below).all();
+  if (is_open) {
+    return damped_step_by_qr(linear, damping);
+  }
   if (auto step = step_by_normal_equations(linear, damping,
                                            by_qr ? loses_none_that_matters : loses_some_digits)) {
     return *std::move(step);

@@ -4,8 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include <Eigen/Cholesky>
-
+#include "axiscal/calib/factor.hpp"
 #include "axiscal/core/not_a_number.hpp"
 
 namespace axiscal {
@@ -23,9 +22,9 @@ Eigen::MatrixXd changes_without_parts(const Linearised& at_solution) {
     const Eigen::Index first = n * part / jackknife_parts;
     const Eigen::Index rows = n * (part + 1) / jackknife_parts - first;
     const auto left_out = J.middleRows(first, rows);
-    const Eigen::LLT<Eigen::MatrixXd> others(all - left_out.transpose() * left_out);
+    const PositiveFactor others(all - left_out.transpose() * left_out);
     constexpr double open_below = 1e-11;
-    if (others.info() != Eigen::Success || !(others.rcond() > open_below)) {
+    if (!others.is_determined(open_below)) {
       changes.col(part).setConstant(not_a_number);
       continue;
     }

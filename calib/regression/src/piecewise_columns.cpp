@@ -6,7 +6,7 @@
 #include <optional>
 #include <utility>
 
-#include <Eigen/LU>
+#include "axiscal/calib/factor.hpp"
 
 namespace axiscal {
 namespace {
@@ -118,12 +118,12 @@ std::optional<ReplacedColumns> part_blocks(Eigen::Index rows,
   for (Eigen::Index b = 0; b < count; ++b) {
     values.row(b) = blocks.values[static_cast<std::size_t>(b)];
   }
-  const Eigen::PartialPivLU<Eigen::MatrixXd> lu(values);
+  const Eigen::MatrixXd inverse = inverse_of(values);
   constexpr double nearly_dependent = 1e-6;
-  if (!(lu.rcond() > nearly_dependent)) {
+  if (!(nearly_dependent * values.norm() * inverse.norm() < 1.0)) {
     return std::nullopt;
   }
-  ReplacedColumns replaced{.to_given = lu.inverse()};
+  ReplacedColumns replaced{.columns = {}, .to_given = inverse};
   for (const Eigen::Index j : slow) {
     replaced.columns.push_back(columns[static_cast<std::size_t>(j)]);
   }

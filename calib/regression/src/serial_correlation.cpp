@@ -10,9 +10,7 @@
 #include <span>
 #include <utility>
 
-#include <Eigen/Cholesky>
-#include <Eigen/QR>
-
+#include "axiscal/calib/factor.hpp"
 #include "axiscal/core/parallel.hpp"
 
 namespace axiscal {
@@ -20,11 +18,6 @@ namespace {
 
 // A reading's numbers lie side by side.
 using Rows = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
-
-// An orthonormal basis of the columns.
-Eigen::MatrixXd basis_of(const Eigen::HouseholderQR<Eigen::MatrixXd>& design) {
-  return design.householderQ() * Eigen::MatrixXd::Identity(design.rows(), design.cols());
-}
 
 // The mean of each row's neighbours: A x, with half of their weights beside the diagonal.
 // @param weights  n - 1, of each pair of neighbours.
@@ -190,14 +183,9 @@ struct InverseRoot {
 
 // @param N  positive definite; the lower triangle counts.
 InverseRoot inverse_root_of(const Eigen::MatrixXd& N) {
-  const auto log_determinant_of = [](const auto& factor) {
-    return 2.0 * factor.diagonal().array().log().sum();
-  };
-  const Eigen::LLT<Eigen::MatrixXd> cholesky(N);
-  InverseRoot inverse{.root = Eigen::MatrixXd::Identity(N.rows(), N.cols()),
-                      .log_determinant = log_determinant_of(cholesky.matrixLLT())};
-  cholesky.matrixL().solveInPlace(inverse.root);
-  return inverse;
+  const Whitening whitening(N);
+  return {.root = whitening.times(Eigen::MatrixXd::Identity(N.rows(), N.cols())),
+          .log_determinant = 2.0 * whitening.root().diagonal().array().log().sum()};
 }
 
 // By its sums the fit of residuals y by p columns X: N = X^T V^-1 X, c = X^T V^-1 y, y^T V^-1 y.
@@ -226,10 +214,8 @@ class PlainFit {
   // @param Y  n x r.
   PlainFit(const Eigen::MatrixXd& design, const Eigen::MatrixXd& Y)
       : p_(design.cols()), r_(Y.cols()), both_(design.rows(), p_ + r_) {
-    const Eigen::HouseholderQR<Eigen::MatrixXd> qr(design);
-    root_ = qr.matrixQR().topRows(p_).triangularView<Eigen::Upper>().solve(
-        Eigen::MatrixXd::Identity(p_, p_));
-    const Eigen::MatrixXd Q = basis_of(qr);
+    const Eigen::MatrixXd Q = orthonormal_basis(design);
+    root_ = inverse_of(Q.transpose() * design);
     in_basis_ = Q.transpose() * Y;
     both_ << Q, Y - Q * in_basis_;
   }
@@ -372,7 +358,7 @@ double lag_one_score(const OrderedReadings& readings) {
     while (end < m && (&readings.design_of(end) == &design || readings.design_of(end) == design)) {
       ++end;
     }
-    const Eigen::MatrixXd Q = basis_of(Eigen::HouseholderQR<Eigen::MatrixXd>(design));
+    const Eigen::MatrixXd Q = orthonormal_basis(design);
     const auto y = readings.responses.middleCols(first, end - first);
     score.add(Q, Eigen::MatrixXd(y - Q * (Q.transpose() * y)));
     first = end;
@@ -439,7 +425,7 @@ CorrelatedMean mean_under_correlation(const OrderedReadings& readings) {
 double lag_one_score(const Eigen::MatrixXd& design,
                      const Eigen::VectorXd& response,
                      const Eigen::MatrixX3d& along) {
-  const Eigen::MatrixXd Q = basis_of(Eigen::HouseholderQR<Eigen::MatrixXd>(design));
+  const Eigen::MatrixXd Q = orthonormal_basis(design);
   const Eigen::Index n = design.rows();
   return likeness_score(response - Q * (Q.transpose() * response), Q, Q.transpose() * Q,
                         along.topRows(n - 1).cwiseProduct(along.bottomRows(n - 1)).rowwise().sum());

@@ -6,9 +6,7 @@
 #include <limits>
 #include <utility>
 
-#include <Eigen/Cholesky>
-
-#include "axiscal/calib/scaled_cholesky.hpp"
+#include "axiscal/calib/factor.hpp"
 #include "axiscal/core/not_a_number.hpp"
 
 namespace axiscal {
@@ -30,7 +28,7 @@ struct AtVariances {
     }
     covariance = A;
     if (columns > 0) {
-      const ScaledCholesky cholesky(A);
+      const PositiveFactor cholesky(A);
       constexpr double open_below = 1e-13;
       determined = cholesky.is_determined(open_below);
       covariance = cholesky.inverse();
@@ -88,8 +86,8 @@ struct AtVariances {
         }
       }
     }
-    const Eigen::LLT<Eigen::MatrixXd> cholesky(H);
-    is_newton = cholesky.info() == Eigen::Success;
+    const PositiveFactor cholesky(H);
+    is_newton = cholesky.is_determined();
     // Where the likelihood is not convex: what sigma_k^2 = RSS_k / nu_k asks for, at least by its
     // sign.
     const Eigen::VectorXd step = is_newton

@@ -6,12 +6,9 @@
 #include <cstddef>
 #include <limits>
 
-#include <Eigen/Cholesky>
-#include <Eigen/LU>
-
 #include "axiscal/calib/distributions.hpp"
+#include "axiscal/calib/factor.hpp"
 #include "axiscal/calib/piecewise_columns.hpp"
-#include "axiscal/calib/scaled_cholesky.hpp"
 
 namespace axiscal {
 namespace {
@@ -34,15 +31,6 @@ struct Round : Solved {
   std::vector<Eigen::MatrixXd> B;  // sum over units of U^T Q U
 };
 
-// Units of several rows go one by one; rows on their own all at once.
-struct AnySize {};
-struct RowSize {};
-
-template <typename Act>
-auto at_size(Eigen::Index rows, const Act& act) {
-  return rows == 1 ? act(RowSize()) : act(AnySize());
-}
-
 // A problem's likelihood at any variances.
 class Likelihood {
  public:
@@ -55,41 +43,19 @@ class Likelihood {
       size += K.cols();
     }
     first_root_.push_back(size);
-    if (problem.rows == 1) {
-      squares_.resize(problem.y.size(), static_cast<Eigen::Index>(problem.roots.size()));
-      for (std::size_t q = 0; q < problem.roots.size(); ++q) {
-        squares_.col(static_cast<Eigen::Index>(q)) = problem.roots[q].rowwise().squaredNorm();
-      }
-      return;
-    }
     roots_.resize(problem.y.size(), size);
     for (std::size_t q = 0; q < problem.roots.size(); ++q) {
       roots_.middleCols(first_root_[q], problem.roots[q].cols()) = problem.roots[q];
     }
   }
 
-  [[nodiscard]] Solved solve_at(const Eigen::VectorXd& theta) const {
-    return at_size(problem_.rows, [&](auto size) { return solve<decltype(size)>(theta); });
-  }
-
-  [[nodiscard]] Round round_at(const Eigen::VectorXd& theta) const {
-    return at_size(problem_.rows, [&](auto size) { return round<decltype(size)>(theta); });
-  }
-
   [[nodiscard]] const PiecewiseColumns& columns() const { return columns_; }
 
- private:
-  template <typename Size>
-  [[nodiscard]] Eigen::MatrixXd roots_of(Eigen::Index first) const {
-    return roots_.middleRows(first, problem_.rows);
-  }
-
-  template <typename Size>
-  [[nodiscard]] Solved solve(const Eigen::VectorXd& theta) const {
+  [[nodiscard]] Solved solve_at(const Eigen::VectorXd& theta) const {
     const Eigen::Index m = problem_.rows;
     const Eigen::Index c = columns_.count;
     Solved solved{.inverses = Eigen::MatrixXd(problem_.y.size(), m)};
-    weigh_units(Size(), theta, solved);
+    weigh_units(theta, solved);
     Eigen::MatrixXd normal = Eigen::MatrixXd::Zero(c, c);
     Eigen::VectorXd right = Eigen::VectorXd::Zero(c);
     for (std::size_t p = 0; p < columns_.pieces.size(); ++p) {
@@ -99,7 +65,7 @@ class Likelihood {
           solved.U[p].transpose() * problem_.y.segment(piece.first, piece.W.rows());
     }
     normal.diagonal().tail(problem_.prior).array() += 1.0;
-    const ScaledCholesky cholesky(normal);
+    const PositiveFactor cholesky(normal);
     constexpr double open_below = 1e-13;
     if (!cholesky.is_determined(open_below)) {
       return solved;
@@ -112,24 +78,23 @@ class Likelihood {
       const Eigen::VectorXd estimate = solved.estimate(piece.columns);
       const Eigen::VectorXd left =
           problem_.y.segment(piece.first, piece.W.rows()) - piece.W * estimate;
-      weigh_left(Size(), piece.first, left, solved);
+      weigh_left(piece.first, left, solved);
     }
     solved.squares = problem_.y.dot(solved.left);
     return solved;
   }
 
-  template <typename Size>
-  [[nodiscard]] Round round(const Eigen::VectorXd& theta) const {
+  [[nodiscard]] Round round_at(const Eigen::VectorXd& theta) const {
     const auto count = static_cast<Eigen::Index>(problem_.roots.size());
     const Eigen::Index c = columns_.count;
     Round round{
-        solve<Size>(theta), Eigen::MatrixXd::Zero(count, count), Eigen::VectorXd::Zero(count), {}};
+        solve_at(theta), Eigen::MatrixXd::Zero(count, count), Eigen::VectorXd::Zero(count), {}};
     if (!round.determined) {
       return round;
     }
     round.B.assign(problem_.roots.size(), Eigen::MatrixXd::Zero(c, c));
     for (std::size_t p = 0; p < columns_.pieces.size(); ++p) {
-      add_piece(Size(), columns_.pieces[p], round.U[p], round);
+      add_piece(columns_.pieces[p], round.U[p], round);
     }
     std::vector<Eigen::MatrixXd> CB;
     for (const Eigen::MatrixXd& B : round.B) {
@@ -152,10 +117,9 @@ class Likelihood {
     return round;
   }
 
-  // The inverse of each unit's covariance, and what it makes of W; rows that are left out are on
-  // their own.
-  template <typename Size>
-  void weigh_units(Size /*size*/, const Eigen::VectorXd& theta, Solved& solved) const {
+ private:
+  // V^-1 of each unit, and V^-1 W. A row that is left out has the variance 1.
+  void weigh_units(const Eigen::VectorXd& theta, Solved& solved) const {
     const Eigen::Index m = problem_.rows;
     Eigen::RowVectorXd of_roots(roots_.cols());
     for (std::size_t q = 0; q + 1 < first_root_.size(); ++q) {
@@ -165,7 +129,7 @@ class Likelihood {
     for (const ColumnPiece& piece : columns_.pieces) {
       Eigen::MatrixXd& U = solved.U.emplace_back(piece.W.rows(), piece.W.cols());
       for (Eigen::Index row = 0; row < U.rows(); row += m) {
-        const Eigen::MatrixXd K = roots_of<Size>(piece.first + row);
+        const Eigen::MatrixXd K = roots_.middleRows(piece.first + row, m);
         const Eigen::MatrixXd weighted = K.array().rowwise() * of_roots.array();
         Eigen::MatrixXd V = (weighted) * (K.transpose());
         for (Eigen::Index k = 0; k < m; ++k) {
@@ -178,21 +142,8 @@ class Likelihood {
     }
   }
 
-  void weigh_units(RowSize /*size*/, const Eigen::VectorXd& theta, Solved& solved) const {
-    const Eigen::ArrayXd V = squares_ * theta;
-    solved.inverses = (V > 0.0).select(V, 1.0).inverse();
-    for (const ColumnPiece& piece : columns_.pieces) {
-      solved.U.emplace_back(
-          solved.inverses.middleRows(piece.first, piece.W.rows()).col(0).asDiagonal() * piece.W);
-    }
-  }
-
-  // V^-1 of what is left of a piece's rows.
-  template <typename Size>
-  void weigh_left(Size /*size*/,
-                  Eigen::Index first,
-                  const Eigen::VectorXd& left,
-                  Solved& solved) const {
+  // V^-1 times the residuals of a piece.
+  void weigh_left(Eigen::Index first, const Eigen::VectorXd& left, Solved& solved) const {
     const Eigen::Index m = problem_.rows;
     for (Eigen::Index row = 0; row < left.size(); row += m) {
       solved.left.segment(first + row, m) =
@@ -200,37 +151,9 @@ class Likelihood {
     }
   }
 
-  static void weigh_left(RowSize /*size*/,
-                         Eigen::Index first,
-                         const Eigen::VectorXd& left,
-                         Solved& solved) {
-    solved.left.segment(first, left.size()) =
-        solved.inverses.middleRows(first, left.size()).cwiseProduct(left);
-  }
-
-  // Up to three rows in closed form.
-  template <typename Square>
-  [[nodiscard]] static Square inverse_of(const Square& V) {
-    if constexpr (Square::RowsAtCompileTime == Eigen::Dynamic) {
-      switch (V.rows()) {
-        case 2:
-          return Eigen::Matrix2d(V).inverse();
-        case 3:
-          return Eigen::Matrix3d(V).inverse();
-        default:
-          break;
-      }
-    }
-    return V.inverse();
-  }
-
-  // What the units of a piece add to A, g and B.
+  // Adds the units of a piece to A, g and B.
   // @param U  V^-1 W of it.
-  template <typename Size>
-  void add_piece(Size /*size*/,
-                 const ColumnPiece& piece,
-                 const Eigen::MatrixXd& U,
-                 Round& round) const {
+  void add_piece(const ColumnPiece& piece, const Eigen::MatrixXd& U, Round& round) const {
     const Eigen::Index m = problem_.rows;
     const std::size_t count = problem_.roots.size();
     const Eigen::MatrixXd C = round.covariance(piece.columns, piece.columns);
@@ -241,7 +164,7 @@ class Likelihood {
     }
     for (Eigen::Index row = 0; row < U.rows(); row += m) {
       const auto of_unit = U.middleRows(row, m);
-      const Eigen::MatrixXd K = roots_of<Size>(piece.first + row);
+      const Eigen::MatrixXd K = roots_.middleRows(piece.first + row, m);
       const Eigen::MatrixXd V = round.inverses.middleRows(piece.first + row, m);
       const Eigen::MatrixXd UCU = (UC.middleRows(row, m)) * (of_unit.transpose());
       const Eigen::MatrixXd VK = (V) * (K);
@@ -271,30 +194,9 @@ class Likelihood {
     }
   }
 
-  // Of one row k_q^T k_q, in squares_, is all that counts of its roots.
-  void add_piece(RowSize /*size*/,
-                 const ColumnPiece& piece,
-                 const Eigen::MatrixXd& U,
-                 Round& round) const {
-    const Eigen::MatrixXd C = round.covariance(piece.columns, piece.columns);
-    const auto squares = squares_.middleRows(piece.first, U.rows());
-    const Eigen::ArrayXd V = round.inverses.middleRows(piece.first, U.rows());
-    const Eigen::ArrayXd UCU = (U * C).cwiseProduct(U).rowwise().sum();
-    const Eigen::VectorXd weight = V * (V - 2.0 * UCU);
-    round.A += squares.transpose() * weight.asDiagonal() * squares;
-    round.g += squares.transpose() * round.left.segment(piece.first, U.rows()).cwiseAbs2();
-    for (std::size_t q = 0; q < round.B.size(); ++q) {
-      round.B[q](piece.columns, piece.columns) +=
-          U.transpose() * squares.col(static_cast<Eigen::Index>(q)).asDiagonal() * U;
-    }
-  }
-
   const VarianceProblem& problem_;
   PiecewiseColumns columns_;
-  // What all components have, side by side: of units their roots, n m x r; of single rows, n x q,
-  // the squares of these.
-  Eigen::MatrixXd roots_;
-  Eigen::MatrixXd squares_;
+  Eigen::MatrixXd roots_;                 // of all components side by side, n m x r
   std::vector<Eigen::Index> first_root_;  // of each component, and behind the last
 };
 
@@ -319,7 +221,7 @@ Eigen::VectorXd next_theta(const Round& round,
     }
     const Eigen::VectorXd right = (g - A * held)(open);
     const Eigen::MatrixXd left = A(open, open);
-    const Eigen::VectorXd solved = left.ldlt().solve(right);
+    const Eigen::VectorXd solved = solve_symmetric(left, right);
     auto lowest = open.end();
     double furthest = 0.0;
     for (std::size_t a = 0; a < open.size(); ++a) {
@@ -419,7 +321,7 @@ std::optional<VarianceFit> fit_variance_components(const VarianceProblem& proble
     const Eigen::VectorXd units = scale(open);
     const Eigen::MatrixXd inner = units.asDiagonal() * round.A(open, open) * units.asDiagonal();
     const auto size = static_cast<Eigen::Index>(open.size());
-    const Eigen::MatrixXd inverse = inner.ldlt().solve(Eigen::MatrixXd::Identity(size, size));
+    const Eigen::MatrixXd inverse = solve_symmetric(inner, Eigen::MatrixXd::Identity(size, size));
     const Eigen::MatrixXd in_units = 2.0 * (units.asDiagonal() * inverse * units.asDiagonal());
     fit.theta_covariance(open, open) = in_units;
     for (const Eigen::MatrixXd& B : round.B) {
@@ -438,7 +340,7 @@ std::optional<double> component_score(const VarianceProblem& problem,
   if (!round.determined) {
     return std::nullopt;
   }
-  const ScaledCholesky information(round.A);
+  const PositiveFactor information(round.A);
   constexpr double open_below = 1e-13;
   if (!information.is_determined(open_below)) {
     return std::nullopt;

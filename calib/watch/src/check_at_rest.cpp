@@ -3,10 +3,9 @@
 #include <cmath>
 #include <vector>
 
-#include <Eigen/Cholesky>
-
 #include "axiscal/calib/distributions.hpp"
 #include "axiscal/calib/drift_check.hpp"
+#include "axiscal/calib/factor.hpp"
 #include "axiscal/calib/reading_uncertainty.hpp"
 #include "axiscal/calib/reduction.hpp"
 #include "axiscal/core/error.hpp"
@@ -101,34 +100,32 @@ double p_with_offset(const std::vector<Pose>& poses,
   // Gains that differ between blocks change |f| by the squares of its direction.
   const Eigen::MatrixXd squares = magnitude * u.cwiseAbs2();
   const Eigen::MatrixXd V = by_noise + blocks.gain_variance * squares * squares.transpose();
-  const double share_of_noise =
-      Eigen::LDLT<Eigen::MatrixXd>(V).solve(by_noise).trace() / static_cast<double>(P);
+  const double share_of_noise = solve_symmetric(V, by_noise).trace() / static_cast<double>(P);
   const double nu = 1.0 / (share_of_noise * share_of_noise / nu_of_noise +
                            std::pow(1.0 - share_of_noise, 2) / blocks.degrees_of_freedom);
   const auto freedom = [&](double share) {
     return 1.0 / (share * share / nu + (1.0 - share) * (1.0 - share) / blocks.degrees_of_freedom);
   };
-  const Eigen::LLT<Eigen::MatrixXd> root(V);
-  const Eigen::MatrixXd W = root.matrixL().solve(u);
-  const Eigen::VectorXd y = root.matrixL().solve(mean);
+  const Whitening whitening(V);
+  const Eigen::MatrixXd W = whitening.times(u);
+  const Eigen::VectorXd y = whitening.times(mean);
   const Eigen::MatrixXd information = W.transpose() * W;
-  const Eigen::LDLT<Eigen::MatrixXd> ldlt(information);
+  const Eigen::VectorXd directions = symmetric_eigen(information).values;
   constexpr double open_below = 1e-6;
-  if (P < 3 || ldlt.vectorD().minCoeff() < open_below * ldlt.vectorD().maxCoeff()) {
+  if (P < 3 || directions.minCoeff() < open_below * directions.maxCoeff()) {
     // Too few directions to tell the offset: all at once.
     const Eigen::MatrixXd all = V + blocks.variance * u * u.transpose();
-    const Eigen::LDLT<Eigen::MatrixXd> of_all(all);
-    const double share = of_all.solve(V).trace() / static_cast<double>(P);
-    return f_upper_p(std::max(mean.dot(of_all.solve(mean)) / static_cast<double>(P), 1e-300),
-                     static_cast<double>(P), freedom(share));
+    const double share = solve_symmetric(all, V).trace() / static_cast<double>(P);
+    return f_upper_p(
+        std::max(mean.dot(solve_symmetric(all, mean).col(0)) / static_cast<double>(P), 1e-300),
+        static_cast<double>(P), freedom(share));
   }
-  const Eigen::Matrix3d C = ldlt.solve(Eigen::MatrixXd::Identity(3, 3));
+  const Eigen::Matrix3d C = inverse_of(information);
   const Eigen::Vector3d beta = C * (W.transpose() * y);
   const Eigen::Matrix3d both = C + blocks.variance * Eigen::Matrix3d::Identity();
-  const Eigen::LDLT<Eigen::Matrix3d> of_both(both);
-  const double share = of_both.solve(C).trace() / 3.0;
-  const double of_offset =
-      f_upper_p(std::max(beta.dot(of_both.solve(beta)) / 3.0, 1e-300), 3.0, freedom(share));
+  const double share = solve_symmetric(both, C).trace() / 3.0;
+  const double of_offset = f_upper_p(
+      std::max(beta.dot(solve_symmetric(both, beta).col(0)) / 3.0, 1e-300), 3.0, freedom(share));
   if (P == 3) {
     return of_offset;
   }
@@ -182,11 +179,10 @@ double p_value_of(const Calibration& calibration, const std::vector<Pose>& poses
     return p_with_offset(poses, mean, V, statistics.degrees_of_freedom.minCoeff(),
                          calibration.sensor.field.magnitude, *blocks);
   }
-  const Eigen::LDLT<Eigen::MatrixXd> ldlt(V);
-  const double statistic = mean.dot(ldlt.solve(mean)) / static_cast<double>(count);
+  const double statistic = mean.dot(solve_symmetric(V, mean).col(0)) / static_cast<double>(count);
   double inverse = 0.0;
   for (const PosePart& part : parts) {
-    const double share = ldlt.solve(part.covariance).trace() / static_cast<double>(count);
+    const double share = solve_symmetric(V, part.covariance).trace() / static_cast<double>(count);
     inverse += share * share / part.degrees_of_freedom;
   }
   constexpr double as_good_as_infinite = 1e6;

@@ -4,12 +4,11 @@
 #include <algorithm>
 #include <cmath>
 
-#include <Eigen/Cholesky>
 #include <Eigen/Geometry>
 
 #include "axiscal/calib/distributions.hpp"
+#include "axiscal/calib/factor.hpp"
 #include "axiscal/calib/intrinsic.hpp"
-#include "axiscal/calib/minimum_norm.hpp"
 #include "axiscal/calib/parameter_names.hpp"
 #include "axiscal/calib/reading_uncertainty.hpp"
 #include "axiscal/calib/reduction.hpp"
@@ -264,7 +263,7 @@ double compare_axis(const Calibration& old,
                        .z = (b - a) / std::sqrt(C(row, row)),
                        .e_n = not_a_number});
   }
-  const double t2 = difference.dot(C.ldlt().solve(difference));
+  const double t2 = difference.dot(solve_symmetric(C, difference).col(0));
   const Scatter before = scatter_of(old, names, k, C.diagonal());
   const Scatter after = scatter_of(fresh, names, k, C.diagonal());
   const bool pooled = before.readings.variance > 0.0 && after.readings.variance > 0.0 &&

@@ -4,11 +4,9 @@
 #include <algorithm>
 #include <cmath>
 
-#include <Eigen/Cholesky>
-#include <Eigen/LU>
-#include <Eigen/QR>
-
 #include "axiscal/calib/distributions.hpp"
+#include "axiscal/calib/factor.hpp"
+#include "axiscal/calib/gauss_newton.hpp"
 #include "axiscal/calib/reading_uncertainty.hpp"
 #include "axiscal/calib/uncertainty.hpp"
 #include "axiscal/core/error.hpp"
@@ -24,22 +22,22 @@ namespace {
 struct WeighedFit {
   Eigen::VectorXd estimate;
   Eigen::MatrixXd covariance;
-  Eigen::VectorXd left;        // of e, in units of its scatter
-  Eigen::VectorXd left_share;  // of each, what the fit leaves of its variance
+  Eigen::VectorXd left;        // residuals of e, whitened
+  Eigen::VectorXd left_share;  // 1 less their leverage
 };
 
 WeighedFit fit_weighed(const Eigen::VectorXd& e,
                        const Eigen::MatrixXd& A,
                        const Eigen::MatrixXd& V) {
-  const Eigen::LLT<Eigen::MatrixXd> root(V);
-  const Eigen::MatrixXd WA = root.matrixL().solve(A);
-  const Eigen::VectorXd We = root.matrixL().solve(e);
+  const Whitening whitening(V);
+  const Eigen::MatrixXd WA = whitening.times(A);
+  const Eigen::VectorXd We = whitening.times(e);
+  const Factor qr(WA);
   WeighedFit fit;
-  fit.covariance = (WA.transpose() * WA).inverse();
-  fit.estimate = fit.covariance * (WA.transpose() * We);
+  fit.covariance = qr.covariance();
+  fit.estimate = qr.solve(We);
   fit.left = We - WA * fit.estimate;
-  fit.left_share =
-      Eigen::VectorXd::Ones(e.size()) - (WA * fit.covariance).cwiseProduct(WA).rowwise().sum();
+  fit.left_share = Eigen::VectorXd::Ones(e.size()) - qr.leverage();
   return fit;
 }
 
@@ -69,8 +67,7 @@ double freedom_with_blocks(const Eigen::MatrixXd& V,
   const auto rows = Eigen::seq(axis, V.rows() - 1, m);
   const Eigen::MatrixXd own = V(rows, rows);
   const double share =
-      Eigen::LDLT<Eigen::MatrixXd>(own).solve(Eigen::MatrixXd(within(rows, rows))).trace() /
-      static_cast<double>(own.rows());
+      solve_symmetric(own, within(rows, rows)).trace() / static_cast<double>(own.rows());
   return 1.0 / (share * share / nu + (1.0 - share) * (1.0 - share) / of_blocks);
 }
 
@@ -101,6 +98,122 @@ double p_of(const WeighedFit& fit, const Eigen::VectorXd& degrees_of_freedom) {
   }
   return axes.p_value();
 }
+
+// The readings less the values that a record predicts for them, at a field in the table.
+struct Deviations : Linearised {
+  Eigen::VectorXd e;                   // reading by reading
+  Eigen::MatrixXd A;                   // change of the predictions with a turn of the field [1/rad]
+  Eigen::MatrixXd V;                   // covariance of e
+  Eigen::VectorXd degrees_of_freedom;  // m, of an axis's part of V
+};
+
+// The direction of the field in the table, for gauss_newton().
+class DirectionProblem {
+ public:
+  using State = Eigen::Vector3d;
+  using Linear = Deviations;
+
+  // All must outlive the problem.
+  DirectionProblem(const Calibration& record,
+                   const Experiment& experiment,
+                   const Observations& observations)
+      : record_(record),
+        observations_(observations),
+        covariance_(covariance_within_blocks(record)),
+        seat_rad_(seat_scatter_rad(record)) {
+    for (const Reading& reading : observations.readings) {
+      rotations_.emplace_back(
+          experiment.rotation_sensor_from_positioner *
+          experiment.positioner.rotation_table_from_positioner(*reading.point).transpose() *
+          reading.level.of_all());
+    }
+  }
+
+  void linearise(const Eigen::Vector3d& field, Deviations& linear) const {
+    const Eigen::Index n = observations_.size();
+    const LinearResponse& response = record_.sensor.response;
+    const Eigen::Index m = response.bias.size();
+    const Eigen::Matrix<double, 3, 2> tangents = tangents_of(field);
+    linear.e = deviations(field);
+    linear.A.resize(n * m, 2);
+    Eigen::MatrixXd J(n * m, covariance_.rows());
+    for (Eigen::Index i = 0; i < n; ++i) {
+      const Eigen::Matrix3d& R = rotations_[static_cast<std::size_t>(i)];
+      J.middleRows(m * i, m) = change_with_parameters(record_, R * field, {});
+      linear.A.middleRows(m * i, m) = response.sensitivity * R * tangents * field.norm();
+    }
+    linear.V = J * covariance_ * J.transpose();
+    add_scatter(field, linear);
+    const Whitening whitening(linear.V);
+    linear.residuals = whitening.times(linear.e);
+    linear.jacobian = -whitening.times(linear.A);
+  }
+
+  [[nodiscard]] static Eigen::Vector3d moved(const Eigen::Vector3d& field,
+                                             const Eigen::VectorXd& step) {
+    return field.norm() * (field + field.norm() * (tangents_of(field) * step)).normalized();
+  }
+
+  [[nodiscard]] double cost(const Eigen::Vector3d& field, const Deviations& linear) const {
+    return Whitening(linear.V).times(deviations(field)).squaredNorm();
+  }
+
+  [[nodiscard]] static double length(const Eigen::Vector3d& /*field*/,
+                                     const Eigen::VectorXd& step,
+                                     const Deviations& /*linear*/) {
+    return step.norm();
+  }
+
+ private:
+  [[nodiscard]] Eigen::VectorXd deviations(const Eigen::Vector3d& field) const {
+    const Eigen::Index m = record_.sensor.response.bias.size();
+    Eigen::VectorXd e(observations_.size() * m);
+    for (Eigen::Index i = 0; i < observations_.size(); ++i) {
+      e.segment(m * i, m) =
+          observations_.response.row(i).transpose() -
+          record_.sensor.response.at(rotations_[static_cast<std::size_t>(i)] * field);
+    }
+    return e;
+  }
+
+  // The scatter of the readings, of the seats and of the blocks in V. The readings are of another
+  // block than those of the record.
+  void add_scatter(const Eigen::Vector3d& field, Deviations& linear) const {
+    const Eigen::Index n = observations_.size();
+    const LinearResponse& response = record_.sensor.response;
+    const Eigen::Index m = response.bias.size();
+    const Eigen::VectorXd& sd = record_.fit.statistics->residual_sd;
+    Eigen::MatrixXd& V = linear.V;
+    for (Eigen::Index i = 0; i < n * m; ++i) {
+      V(i, i) += std::max(sd(i % m) * sd(i % m), 1e-300);
+    }
+    for (Eigen::Index i = 0; i < n && seat_rad_ > 0.0; ++i) {
+      const Eigen::MatrixXd turned = seat_rad_ * response.sensitivity *
+                                     rotations_[static_cast<std::size_t>(i)] * cross_matrix(field);
+      V.block(m * i, m * i, m, m) += turned * turned.transpose();
+    }
+    const Eigen::MatrixXd within = V;
+    linear.degrees_of_freedom = record_.fit.statistics->degrees_of_freedom;
+    for (Eigen::Index k = 0; k < m; ++k) {
+      const BlockScatter blocks = scatter_of_blocks(
+          record_, record_.sensor.instrument.axes[static_cast<std::size_t>(k)] + ".bias");
+      const double between = blocks.mean_square * (1.0 + 1.0 / blocks.blocks);
+      for (Eigen::Index i = k; blocks.degrees_of_freedom > 0.0 && i < n * m; i += m) {
+        for (Eigen::Index j = k; j < n * m; j += m) {
+          V(i, j) += between;
+        }
+      }
+      linear.degrees_of_freedom(k) = freedom_with_blocks(
+          V, within, k, m, linear.degrees_of_freedom(k), blocks.degrees_of_freedom);
+    }
+  }
+
+  const Calibration& record_;
+  const Observations& observations_;
+  Eigen::MatrixXd covariance_;
+  double seat_rad_;
+  std::vector<Eigen::Matrix3d> rotations_;
+};
 
 }  // namespace
 
@@ -138,68 +251,15 @@ DriftCheck check_labelled(const Calibration& record,
                   "field's size here in the record's unit",
                   sensor.field.unit, here.unit));
   }
-  std::vector<Eigen::Matrix3d> R;
-  for (const Reading& reading : observations.readings) {
-    R.emplace_back(
-        experiment.rotation_sensor_from_positioner *
-        experiment.positioner.rotation_table_from_positioner(*reading.point).transpose() *
-        reading.level.of_all());
-  }
-  const Eigen::MatrixXd C = covariance_within_blocks(record);
-  const Eigen::VectorXd& sd = record.fit.statistics->residual_sd;
-  Eigen::Vector3d field = here.in_table.value_or(here.magnitude * Eigen::Vector3d::UnitZ());
-  Eigen::VectorXd e(n * m);
-  Eigen::MatrixXd J(n * m, C.rows());
-  Eigen::MatrixXd A(n * m, 2);
-  Eigen::MatrixXd V;
-  Eigen::VectorXd freedom = record.fit.statistics->degrees_of_freedom;
-  const double seat_rad = seat_scatter_rad(record);
-  WeighedFit fit;
-  constexpr int most_rounds = 20;
-  bool still = false;
-  for (int round = 0; round < most_rounds && !still; ++round) {
-    const Eigen::Matrix<double, 3, 2> tangents = tangents_of(field);
-    for (Eigen::Index i = 0; i < n; ++i) {
-      const auto at = static_cast<std::size_t>(i);
-      const Eigen::Vector3d met = R[at] * field;
-      e.segment(m * i, m) = observations.response.row(i).transpose() - sensor.response.at(met);
-      J.middleRows(m * i, m) = change_with_parameters(record, met, {});
-      A.middleRows(m * i, m) = sensor.response.sensitivity * R[at] * tangents * field.norm();
-    }
-    V = J * C * J.transpose();
-    for (Eigen::Index i = 0; i < n * m; ++i) {
-      V(i, i) += std::max(sd(i % m) * sd(i % m), 1e-300);
-    }
-    // A record that knows how the cube turns each time it is laid has a residual sd without that.
-    for (Eigen::Index i = 0; i < n && seat_rad > 0.0; ++i) {
-      const Eigen::MatrixXd turned = seat_rad * sensor.response.sensitivity *
-                                     R[static_cast<std::size_t>(i)] * cross_matrix(field);
-      V.block(m * i, m * i, m, m) += turned * turned.transpose();
-    }
-    const Eigen::MatrixXd within = V;
-    // They are of another block than the record's: each axis may be off by as much as blocks are.
-    for (Eigen::Index k = 0; k < m; ++k) {
-      const BlockScatter blocks =
-          scatter_of_blocks(record, sensor.instrument.axes[static_cast<std::size_t>(k)] + ".bias");
-      const double between = blocks.mean_square * (1.0 + 1.0 / blocks.blocks);
-      for (Eigen::Index i = k; blocks.degrees_of_freedom > 0.0 && i < n * m; i += m) {
-        for (Eigen::Index j = k; j < n * m; j += m) {
-          V(i, j) += between;
-        }
-      }
-      // How much of what is judged is of blocks decides by how many of their degrees of freedom.
-      freedom(k) = freedom_with_blocks(
-          V, within, k, m, record.fit.statistics->degrees_of_freedom(k), blocks.degrees_of_freedom);
-    }
-    fit = fit_weighed(e, A, V);
-    field = field.norm() * (field + field.norm() * (tangents * fit.estimate)).normalized();
-    constexpr double still_rad = 1e-9;
-    still = fit.estimate.norm() < still_rad;
-  }
-  // With a change of each bias.
+  const DirectionProblem problem(record, experiment, observations);
+  const GaussNewtonResult<Eigen::Vector3d> found =
+      gauss_newton(problem, here.in_table.value_or(here.magnitude * Eigen::Vector3d::UnitZ()));
+  Deviations at;
+  problem.linearise(found.state, at);
+  const WeighedFit fit = fit_weighed(at.e, at.A, at.V);
   Eigen::MatrixXd with_biases(n * m, 2 + m);
-  with_biases << A, Eigen::MatrixXd::Identity(m, m).replicate(n, 1);
-  if (!still || with_biases.colPivHouseholderQr().rank() < with_biases.cols()) {
+  with_biases << at.A, Eigen::MatrixXd::Identity(m, m).replicate(n, 1);
+  if (!found.converged || Factor(with_biases).rank() < with_biases.cols()) {
     throw RefusedError(
         "the readings do not tell the field's direction in the table and the biases apart; take "
         "them at different faces");
@@ -208,9 +268,9 @@ DriftCheck check_labelled(const Calibration& record,
                    .pitch_error_deg = not_a_number,
                    .pitch_error_u_deg = not_a_number,
                    .pitch_error_expanded_deg = not_a_number};
-  check.p_value = p_of(fit, freedom);
+  check.p_value = p_of(fit, at.degrees_of_freedom);
   check.drifted = check.p_value < alpha;
-  const WeighedFit shifted = fit_weighed(e, with_biases, V);
+  const WeighedFit shifted = fit_weighed(at.e, with_biases, at.V);
   for (Eigen::Index k = 0; k < m; ++k) {
     const double change = shifted.estimate(2 + k);
     const double u = std::sqrt(shifted.covariance(2 + k, 2 + k));

@@ -6,8 +6,8 @@
 #include <gtest/gtest.h>
 
 #include "axiscal/calib/estimation.hpp"
+#include "axiscal/calib/fit.hpp"
 #include "axiscal/calib/generalized_fit.hpp"
-#include "axiscal/calib/linearised_run.hpp"
 #include "axiscal/calib/parameter_names.hpp"
 #include "axiscal/calib/uncertainty_sources.hpp"
 #include "axiscal/core/error.hpp"
@@ -67,7 +67,7 @@ TEST(WeighSharedErrors, IsGeneralizedLeastSquares) {
 
 // Six faces with one fence each leave the field's direction open beside b and S: what the columns
 // span is taken up all the same, by the smallest change that does it.
-TEST(LinearisedRun, TakesUpWhatItsColumnsSpan) {
+TEST(Fit, TakesUpWhatItsColumnsSpan) {
   const LinearResponse truth{.bias = Eigen::VectorXd::Constant(1, 0.1),
                              .sensitivity = Eigen::RowVector3d(0.3, -0.2, 2.0)};
   const TableField field = test::gravity_in_table(Eigen::Vector3d::UnitZ());
@@ -81,7 +81,7 @@ TEST(LinearisedRun, TakesUpWhatItsColumnsSpan) {
     ReadingSet set = test::labelled_set(truth, field, all ? standard_design(12) : six, 1e-4, 3);
     set.field = field;
     StateOfRun state(set, false);
-    const LinearisedRun run(state, field, Eigen::VectorXd::Ones(1));
+    const Fit run(state, field, Eigen::VectorXd::Ones(1));
     EXPECT_EQ(run.is_determined(), all);
     const Eigen::MatrixXd& J = run.columns();
     Eigen::MatrixXd changes(J.rows(), 2);
@@ -92,7 +92,7 @@ TEST(LinearisedRun, TakesUpWhatItsColumnsSpan) {
 
 // Against the Jacobian as a whole: its hat matrix is K K^T, and each coefficient's variance that of
 // the normal equations.
-TEST(LinearisedRun, HasBasesOfItsColumnsAndTheirRoots) {
+TEST(Fit, HasBasesOfItsColumnsAndTheirRoots) {
   LinearResponse truth{.bias = Eigen::Vector3d(0.1, -0.2, 0.3),
                        .sensitivity = 2.0 * Eigen::Matrix3d::Identity()};
   truth.sensitivity(0, 1) = 0.05;
@@ -103,7 +103,7 @@ TEST(LinearisedRun, HasBasesOfItsColumnsAndTheirRoots) {
     set.weights(4, 1) = 0.0;
     set.weights.col(2).head(6).setConstant(0.5);
     StateOfRun state(set, known);
-    const LinearisedRun run(state, field, Eigen::Vector3d(1e-4, 2e-4, 3e-4));
+    const Fit run(state, field, Eigen::Vector3d(1e-4, 2e-4, 3e-4));
     ASSERT_TRUE(run.is_determined());
     const Eigen::Index q = run.column_count();
     ASSERT_EQ(q, known ? 12 : 14);
@@ -125,7 +125,7 @@ TEST(LinearisedRun, HasBasesOfItsColumnsAndTheirRoots) {
     const Eigen::MatrixXd B = run.combined_basis(by);
     EXPECT_MATRIX_NEAR(B * B.transpose(), combined * H * combined.transpose(), 1e-8);
     for (Eigen::Index k = 0; k < run.axes(); ++k) {
-      const LinearisedRun::RootOfAxis root = run.root_of_axis(k);
+      const Fit::RootOfAxis root = run.root_of_axis(k);
       for (Eigen::Index j = 0; j < 4; ++j) {
         const Eigen::Index c = run.column_of(k, j);
         EXPECT_NEAR((root.own.row(j).squaredNorm() + root.shared.row(j).squaredNorm()) / C(c, c),

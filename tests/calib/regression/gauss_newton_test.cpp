@@ -7,7 +7,7 @@
 
 #include <Eigen/LU>
 
-#include "axiscal/calib/scaled_qr.hpp"
+#include "axiscal/calib/factor.hpp"
 #include "matchers.hpp"
 
 namespace axiscal {
@@ -57,7 +57,7 @@ TEST(GaussNewton, ReachesTheCertifiedValuesOfMisra1a) {
     Misra1a::linearise(found.state, there);
     const double sd = std::sqrt(there.residuals.squaredNorm() / 12.0);
     EXPECT_NEAR(sd / 1.0187876330e-01, 1.0, 1e-9);
-    const Eigen::VectorXd se = sd * ScaledQr(there.jacobian).covariance().diagonal().cwiseSqrt();
+    const Eigen::VectorXd se = sd * Factor(there.jacobian).covariance().diagonal().cwiseSqrt();
     EXPECT_NEAR(se(0) / 2.7070075241e+00, 1.0, 1e-8);
     EXPECT_NEAR(se(1) / 7.2668688436e-06, 1.0, 1e-8);
   }
@@ -148,11 +148,11 @@ TEST(DampedStep, HasAllDigitsWhereTheyAreAskedFor) {
   }
 }
 
-TEST(ScaledQr, GivesWhatTheNormalEquationsGive) {
+TEST(Factor, GivesWhatTheNormalEquationsGive) {
   Eigen::MatrixXd J(5, 3);
   J << 1, 2e3, 1e-4, 1, -1e3, 3e-4, 1, 5e2, -2e-4, 1, 0, 5e-4, 1, 3e3, 1e-4;
   const Eigen::VectorXd r = Eigen::VectorXd::LinSpaced(5, 1.0, 9.0);
-  const ScaledQr qr(J);
+  const Factor qr(J);
   ASSERT_TRUE(qr.has_full_rank());
   const Eigen::VectorXd lengths = J.colwise().norm();
   const Eigen::MatrixXd N = J.transpose() * J;
@@ -165,11 +165,11 @@ TEST(ScaledQr, GivesWhatTheNormalEquationsGive) {
   EXPECT_LT((Q.transpose() * Q - Eigen::MatrixXd::Identity(3, 3)).norm(), 1e-12);
   EXPECT_LT((qr.leverage() - Q.rowwise().squaredNorm()).norm(), 1e-12);
   J.col(2) = 2.0 * J.col(0);
-  EXPECT_FALSE(ScaledQr(J).has_full_rank());
+  EXPECT_FALSE(Factor(J).has_full_rank());
   EXPECT_EQ(confounded_columns(J, 1e-9, 1e-3), (std::vector<Eigen::Index>{0, 2}));
 }
 
-TEST(ScaledQr, NamesNeighboursOnce) {
+TEST(Factor, NamesNeighboursOnce) {
   EXPECT_EQ(names_of_open({0, 1, 3}, {"direction", "direction", "x", "y"}),
             (std::vector<std::string>{"direction", "y"}));
 }

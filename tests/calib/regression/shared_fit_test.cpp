@@ -8,7 +8,7 @@
 #include <Eigen/Dense>
 #include <gtest/gtest.h>
 
-#include "axiscal/calib/scaled_cholesky.hpp"
+#include "axiscal/calib/factor.hpp"
 #include "axiscal/core/random.hpp"
 
 namespace axiscal {
@@ -101,12 +101,12 @@ TEST(SharedFit, FitsVariancesWhereNothingIsShared) {
   }
 }
 
-TEST(ScaledCholesky, SolvesAndJudgesWhateverTheUnits) {
+TEST(PositiveFactor, SolvesAndJudgesWhateverTheUnits) {
   Eigen::Matrix3d A;
   A << 4.0, 1.0, 0.5, 1.0, 3.0, 0.2, 0.5, 0.2, 2.0;
   const Eigen::Vector3d units(1e-9, 1.0, 1e8);
   const Eigen::MatrixXd N = units.asDiagonal() * A * units.asDiagonal();
-  const ScaledCholesky cholesky(N);
+  const PositiveFactor cholesky(N);
   EXPECT_TRUE(cholesky.is_determined(0.5));
   EXPECT_FALSE(cholesky.is_determined(0.99));
   const Eigen::Vector3d inverse_units = units.cwiseInverse();
@@ -118,7 +118,7 @@ TEST(ScaledCholesky, SolvesAndJudgesWhateverTheUnits) {
   open.row(2) = open.row(1);
   open.col(2) = open.col(1);
   open(2, 2) = open(1, 1);
-  EXPECT_FALSE(ScaledCholesky(open).is_determined(1e-12));
+  EXPECT_FALSE(PositiveFactor(open).is_determined(1e-12));
 }
 
 }  // namespace

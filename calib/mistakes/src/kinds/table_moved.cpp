@@ -48,7 +48,7 @@ Eigen::MatrixXd table_columns(const SuspectRun& run,
 // basis and the residuals, which are square to it, are running sums.
 std::vector<double> drops_with_table_moved(const SuspectRun& run, const HypothesisFit& fit) {
   std::vector<double> drops(run.count(), 0.0);
-  Eigen::MatrixXd in_basis = Eigen::MatrixXd::Zero(fit.basis.cols(), 2);
+  Eigen::MatrixXd in_basis = Eigen::MatrixXd::Zero(fit.fit->column_count(), 2);
   Eigen::Matrix2d ZtZ = Eigen::Matrix2d::Zero();
   Eigen::Vector2d Zte = Eigen::Vector2d::Zero();
   for (std::size_t cut = run.count() - 1; cut > 0; --cut) {
@@ -58,7 +58,7 @@ std::vector<double> drops_with_table_moved(const SuspectRun& run, const Hypothes
     for (Eigen::Index k = 0; k < run.m(); ++k) {
       const Eigen::RowVector2d z =
           std::sqrt(run.set().weights(row, k)) / run.fitter().scale()(k) * Z.row(k);
-      fit.basis.add_product(k, row, z, in_basis);
+      fit.fit->add_in_basis(k, row, z, in_basis);
       ZtZ += z.transpose() * z;
       Zte += z.transpose() * fit.residuals(row, k);
     }

@@ -13,7 +13,7 @@
 
 namespace axiscal {
 
-struct JointState;
+struct Solution;
 struct OppositePairs;
 
 /// Whether the axes' responses bend.
@@ -54,11 +54,11 @@ struct Estimate {
   double block_degrees_of_freedom = 0.0;  // of each
   SensitivityMatrix sensitivity_mean_square = SensitivityMatrix(0, 3);  // of the blocks; m rows
   double sensitivity_degrees_of_freedom = 0.0;                          // of each
-  int sessions = 0;                         // that were fitted each alone; 0: all readings at once
-  int earlier = 0;                          // earlier calibrations whose scatter of blocks counts
-  std::vector<CalibrationNote> notes;       // remarks that ask for nothing
-  std::string ambiguity;                    // joint: two solutions that fit alike, in words
-  std::shared_ptr<const JointState> state;  // what the set comes to at the field, if kept
+  int sessions = 0;                       // that were fitted each alone; 0: all readings at once
+  int earlier = 0;                        // earlier calibrations whose scatter of blocks counts
+  std::vector<CalibrationNote> notes;     // remarks that ask for nothing
+  std::string ambiguity;                  // joint: two solutions that fit alike, in words
+  std::shared_ptr<const Solution> state;  // what the set comes to at the field, if kept
   std::shared_ptr<const OppositePairs> pairs;  // of the set, if they were kept
 };
 

@@ -8,7 +8,7 @@
 #include <Eigen/Core>
 
 #include "axiscal/calib/experiment.hpp"
-#include "axiscal/calib/linearised_run.hpp"
+#include "axiscal/calib/fit.hpp"
 #include "axiscal/calib/reading_set.hpp"
 
 namespace axiscal {
@@ -55,7 +55,7 @@ struct InputQuantity {
 /// How a run's readings change with inputs' errors: columns beside those of the run, one for each
 /// error, in their sigma.
 [[nodiscard]] Eigen::MatrixXd change_of_readings(const std::vector<InputQuantity>& inputs,
-                                                 const LinearisedRun& run,
+                                                 const Fit& run,
                                                  const TableField& field);
 
 }  // namespace axiscal

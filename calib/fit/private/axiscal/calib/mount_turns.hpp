@@ -11,17 +11,17 @@
 
 namespace axiscal {
 
-/// How the instrument sits in the cube otherwise in each mount, S_j = S (I + [d_j]x), the d_j of
-/// sum 0: one step of a fit in which they are free beside all else.
-struct MountStep {
-  std::map<int, Eigen::Vector3d> turns;  ///< d_j [rad], by the mount's number
-  double expected =
-      0.0;  ///< mean square of a component of d_j that the readings' noise alone makes
+/// The turns of the instrument in its mounts, S_j = S (I + [d_j]x) with d_j that sum to 0.
+struct MountTurns {
+  std::map<int, Eigen::Matrix3d> turns;  ///< by the mount's number
+  double expected = 0.0;  ///< mean square of a component of d_j for the readings' noise alone
 };
 
+/// Fits the turns together with all other unknowns.
+///
 /// @param set  with the turns that are known already in its rotations.
-/// @return nothing for one mount, or where the readings of the mounts do not tell.
-[[nodiscard]] std::optional<MountStep> step_of_mounts(const ReadingSet& set,
+/// @return `nullopt` for one mount, or if the readings do not determine the turns.
+[[nodiscard]] std::optional<MountTurns> fitted_mounts(const ReadingSet& set,
                                                       const Estimate& estimate,
                                                       bool known_field);
 

@@ -4,13 +4,13 @@
 #include <memory>
 #include <utility>
 
-#include "axiscal/calib/joint_fit.hpp"
+#include "axiscal/calib/model.hpp"
 #include "axiscal/calib/reading_set.hpp"
 
 namespace axiscal {
 
-/// What is fitted of a run for a field, as JointFit has it, kept for the field that was last asked
-/// for: looks at one fit from several sides share it.
+/// The solution of a run for the field that was asked for last. Several diagnostics of one fit
+/// share it.
 class StateOfRun {
  public:
   /// @param set          must outlive it, and stay as it is.
@@ -18,16 +18,16 @@ class StateOfRun {
   /// @param first        of the set, where a fit has left it; null else.
   StateOfRun(const ReadingSet& set,
              bool known_field,
-             std::shared_ptr<const JointState> first = nullptr)
+             std::shared_ptr<const Solution> first = nullptr)
       : set_(set), known_field_(known_field), last_(std::move(first)) {}
 
   [[nodiscard]] const ReadingSet& set() const { return set_; }
   [[nodiscard]] bool known_field() const { return known_field_; }
-  [[nodiscard]] std::shared_ptr<const JointState> at(const TableField& field);
+  [[nodiscard]] std::shared_ptr<const Solution> at(const TableField& field);
 
   /// @return whether it is that of a field already, so that nothing need be fitted for it.
   [[nodiscard]] bool is_of(const TableField& field) const {
-    return last_ && last_->field.vectors() == field.vectors();
+    return last_ && last_->field().vectors() == field.vectors();
   }
 
   /// Gives back its memory; whoever asks next has it made anew.
@@ -36,7 +36,7 @@ class StateOfRun {
  private:
   const ReadingSet& set_;
   bool known_field_;
-  std::shared_ptr<const JointState> last_;
+  std::shared_ptr<const Solution> last_;
 };
 
 }  // namespace axiscal

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include <functional>
 #include <vector>
 
 #include "axiscal/calib/estimation.hpp"
@@ -9,14 +8,12 @@
 
 namespace axiscal {
 
-/// Fits with temperature terms: [P]'s main-axis terms first, then the full product refined from
-/// them by Gauss-Newton (method.md, section 6).
+/// The readings with temperature scale 0, from which the methods start (method.md, section 6).
 ///
-/// @param given  with temperature.order and .d; without an order it is fitted as it is.
-/// @param fit  one of the methods.
-/// @throws RankDeficientError  where the temperatures do not determine the terms.
-[[nodiscard]] Estimate fit_over_temperature(const ReadingSet& given,
-                                            const std::function<Estimate(const ReadingSet&)>& fit);
+/// @param set      with temperature.order and .d.
+/// @param without  the estimate of the same readings without temperature terms.
+/// @throws RankDeficientError  if the temperatures do not determine the terms.
+[[nodiscard]] ReadingSet started_over_temperature(const ReadingSet& set, const Estimate& without);
 
 /// How many temperatures a run has: soak levels, or all of a continuous one.
 [[nodiscard]] int temperature_count(const ReadingSet& set);

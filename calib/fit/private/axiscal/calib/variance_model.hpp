@@ -9,7 +9,7 @@
 
 #include "axiscal/calib/estimation.hpp"
 #include "axiscal/calib/experiment.hpp"
-#include "axiscal/calib/linearised_run.hpp"
+#include "axiscal/calib/fit.hpp"
 #include "axiscal/calib/method_kind.hpp"
 
 namespace axiscal {
@@ -40,7 +40,7 @@ class ScatterSearch {
   bool mounts_known = false;               ///< what comes of the mounts is counted
   bool gains_differ = false;               ///< between blocks, as one of the causes found
 
-  [[nodiscard]] const LinearisedRun& run(const Estimate& estimate) {
+  [[nodiscard]] const Fit& run(const Estimate& estimate) {
     return run_ ? *run_ : run_.emplace(judged_state_, estimate);
   }
 
@@ -52,7 +52,7 @@ class ScatterSearch {
 
  private:
   StateOfRun& judged_state_;
-  std::optional<LinearisedRun> run_;
+  std::optional<Fit> run_;
 };
 
 /// Counts the causes of scatter that the readings' own does not hold in the coefficients'

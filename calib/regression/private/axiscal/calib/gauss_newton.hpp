@@ -16,6 +16,8 @@ namespace axiscal {
 struct Linearised {
   Eigen::VectorXd residuals;  ///< n, in units of their noise
   Eigen::MatrixXd jacobian;   ///< n x p
+  /// Singular values of the Jacobian that are not above this count as 0: no step is taken there.
+  double open_below = 0.0;
 };
 
 /// The step s that makes |r + J s|^2 + damping |L s|^2 smallest, L the lengths of J's columns.

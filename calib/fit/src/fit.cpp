@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "axiscal/calib/linearised_run.hpp"
+#include "axiscal/calib/fit.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -7,9 +7,8 @@
 #include <utility>
 
 #include "axiscal/calib/distributions.hpp"
-#include "axiscal/calib/minimum_norm.hpp"
+#include "axiscal/calib/factor.hpp"
 #include "axiscal/calib/parameter_names.hpp"
-#include "axiscal/calib/scaled_cholesky.hpp"
 
 namespace axiscal {
 namespace {
@@ -22,12 +21,10 @@ Eigen::VectorXd scatter_of(const ReadingSet& set, const Estimate& estimate) {
   return sigma;
 }
 
-// What combinations of a reading's residuals have of columns of the axes.
-// @param columns_of  of an axis: its own, then the shared, n x (p + D).
+// Combinations of the axes' columns, reading by reading.
+// @param columns_of  an axis: its own columns, then the shared ones, n x (p + s).
 template <typename ColumnsOf>
-Eigen::MatrixXd combined(const LinearisedRun& run,
-                         const Eigen::MatrixXd& by,
-                         const ColumnsOf& columns_of) {
+Eigen::MatrixXd combined(const Fit& run, const Eigen::MatrixXd& by, const ColumnsOf& columns_of) {
   Eigen::MatrixXd all(run.readings(), run.column_count());
   auto shared = all.rightCols(run.shared());
   shared.setZero();
@@ -42,21 +39,19 @@ Eigen::MatrixXd combined(const LinearisedRun& run,
 
 }  // namespace
 
-LinearisedRun::LinearisedRun(const ReadingSet& set,
-                             std::shared_ptr<const JointState> state,
-                             Eigen::VectorXd sigma)
+Fit::Fit(const ReadingSet& set, std::shared_ptr<const Solution> solution, Eigen::VectorXd sigma)
     : set_(set),
-      state_(std::move(state)),
+      solution_(std::move(solution)),
       sigma_(std::move(sigma)),
       sensitivity_(set.axis_count(), 3),
       r_(set.size() * set.axis_count()),
       along_(set.size(), set.axis_count()) {
   const Eigen::Index m = set.axis_count();
   const Eigen::Index p = set.column_count();
-  const Eigen::Index D = state_->direction_count();
+  const Eigen::Index D = solution_->shared_count();
   x_ = Eigen::VectorXd::Zero(p * m + D);
   for (Eigen::Index k = 0; k < m; ++k) {
-    const JointAxis& axis = axis_of(k);
+    const AxisSolution& axis = axis_of(k);
     r_(rows_of_axis(k)) = axis.residuals / sigma_(k);
     x_.segment(p * k, p) = axis.estimate;
     sensitivity_.row(k) = axis.estimate.segment<3>(1).transpose();
@@ -67,49 +62,49 @@ LinearisedRun::LinearisedRun(const ReadingSet& set,
   }
   find_root_of_shared();
   if (!has_full_rank_ || D == 0) {
-    return;  // each axis is at its best without the others
+    return;
   }
-  // A step of the directions by the axes' own scatter; the coefficients take up their part of it.
+  // The step of the shared unknowns at these sigma; the coefficients take up their part.
   Eigen::VectorXd gradient = Eigen::VectorXd::Zero(D);
   for (Eigen::Index k = 0; k < m; ++k) {
-    const JointAxis& axis = axis_of(k);
+    const AxisSolution& axis = axis_of(k);
     gradient += axis.sums.gradient / (sigma_(k) * sigma_(k));
   }
   const Eigen::VectorXd step = root_of_shared_ * (root_of_shared_.transpose() * gradient);
   for (Eigen::Index k = 0; k < m; ++k) {
-    const JointAxis& axis = axis_of(k);
+    const AxisSolution& axis = axis_of(k);
     r_(rows_of_axis(k)) -= axis.projected * step / sigma_(k);
     x_.segment(p * k, p) -= axis.take_up * step;
   }
   x_.tail(D) = step;
 }
 
-LinearisedRun::LinearisedRun(StateOfRun& run, const TableField& field, Eigen::VectorXd sigma)
-    : LinearisedRun(run.set(), run.at(field), std::move(sigma)) {}
+Fit::Fit(StateOfRun& run, const TableField& field, Eigen::VectorXd sigma)
+    : Fit(run.set(), run.at(field), std::move(sigma)) {}
 
-LinearisedRun::LinearisedRun(StateOfRun& run, const Estimate& estimate)
-    : LinearisedRun(run, estimate.field, scatter_of(run.set(), estimate)) {}
+Fit::Fit(StateOfRun& run, const Estimate& estimate)
+    : Fit(run, estimate.field, scatter_of(run.set(), estimate)) {}
 
-// With T_k the root of an axis's own and U_k what takes up a step of the shared, that step has the
-// covariance Z, whose root is kept, and the coefficients sigma_k^2 T_k T_k^T + U_k Z U_k^T.
-void LinearisedRun::find_root_of_shared() {
+// Let T_k be the root of an axis's own covariance and U_k its take_up. A step of the shared
+// unknowns has the covariance Z; the coefficients have sigma_k^2 T_k T_k^T + U_k Z U_k^T.
+void Fit::find_root_of_shared() {
   const Eigen::Index D = shared();
   constexpr double dependent = 1e-12;  // of a column's square
   Eigen::MatrixXd information = Eigen::MatrixXd::Zero(D, D);
   Eigen::VectorXd squares = Eigen::VectorXd::Zero(D);
   for (Eigen::Index k = 0; k < axes(); ++k) {
-    const JointAxis& axis = axis_of(k);
+    const AxisSolution& axis = axis_of(k);
     if (!(std::pow(axis.design->smallest_pivot(), 2) > dependent)) {
       return;
     }
     const double weight = 1.0 / (sigma_(k) * sigma_(k));
     if (D > 0) {
       information += weight * axis.sums.information;
-      squares += weight * axis.tangent_squares;
+      squares += weight * axis.shared_squares;
     }
   }
   if (D > 0) {
-    const ScaledCholesky cholesky(information);
+    const PositiveFactor cholesky(information);
     if (!cholesky.is_determined(dependent) ||
         !(information.diagonal().array() > dependent * squares.array()).all()) {
       return;
@@ -119,8 +114,8 @@ void LinearisedRun::find_root_of_shared() {
   has_full_rank_ = true;
 }
 
-Eigen::MatrixXd LinearisedRun::columns_of_axis(Eigen::Index axis) const {
-  const JointAxis& own = axis_of(axis);
+Eigen::MatrixXd Fit::columns_of_axis(Eigen::Index axis) const {
+  const AxisSolution& own = axis_of(axis);
   const Eigen::Index p = own.X().cols();
   Eigen::MatrixXd J(readings(), p + shared());
   J.leftCols(p) = (own.root_weights() / sigma_(axis)).asDiagonal() * own.X();
@@ -128,22 +123,84 @@ Eigen::MatrixXd LinearisedRun::columns_of_axis(Eigen::Index axis) const {
   return J;
 }
 
-Eigen::MatrixXd LinearisedRun::shared_columns_of_axis(Eigen::Index axis) const {
-  return axis_of(axis).tangents.leftCols(shared()) / sigma_(axis);
+Eigen::MatrixXd Fit::shared_columns_of_axis(Eigen::Index axis) const {
+  return axis_of(axis).shared / sigma_(axis);
 }
 
-Eigen::MatrixXd LinearisedRun::shared_basis_of_axis(Eigen::Index axis) const {
+Eigen::MatrixXd Fit::shared_basis_of_axis(Eigen::Index axis) const {
   if (shared() == 0) {
     return Eigen::MatrixXd(readings(), 0);
   }
   return axis_of(axis).projected * (root_of_shared_ / sigma_(axis));
 }
 
-Eigen::MatrixXd LinearisedRun::combined_columns(const Eigen::MatrixXd& by) const {
+double Fit::hat(Eigen::Index axis,
+                Eigen::Index reading,
+                Eigen::Index other_axis,
+                Eigen::Index other_reading) const {
+  double entry = 0.0;
+  if (axis == other_axis) {
+    const Eigen::MatrixXd& Q = basis_of_axis(axis);
+    entry = Q.row(reading).dot(Q.row(other_reading));
+  }
+  if (shared() > 0) {
+    const Eigen::RowVectorXd one = axis_of(axis).projected.row(reading) * root_of_shared_;
+    const Eigen::RowVectorXd other =
+        axis_of(other_axis).projected.row(other_reading) * root_of_shared_;
+    entry += one.dot(other) / (sigma_(axis) * sigma_(other_axis));
+  }
+  return entry;
+}
+
+Eigen::MatrixXd Fit::leverage() const {
+  Eigen::MatrixXd leverage(readings(), axes());
+  for (Eigen::Index k = 0; k < axes(); ++k) {
+    leverage.col(k) =
+        basis_of_axis(k).rowwise().squaredNorm() + shared_basis_of_axis(k).rowwise().squaredNorm();
+  }
+  return leverage;
+}
+
+Eigen::MatrixXd Fit::in_basis(const Eigen::MatrixXd& Z) const {
+  const Eigen::Index n = readings();
+  const Eigen::Index p = set_.column_count();
+  Eigen::MatrixXd products = Eigen::MatrixXd::Zero(column_count(), Z.cols());
+  for (Eigen::Index k = 0; k < axes(); ++k) {
+    products.middleRows(p * k, p) = basis_of_axis(k).transpose() * Z.middleRows(n * k, n);
+    products.bottomRows(shared()) += shared_basis_of_axis(k).transpose() * Z.middleRows(n * k, n);
+  }
+  return products;
+}
+
+void Fit::add_in_basis(Eigen::Index axis,
+                       Eigen::Index reading,
+                       const Eigen::Ref<const Eigen::RowVectorXd>& z,
+                       Eigen::MatrixXd& products) const {
+  const Eigen::Index p = set_.column_count();
+  products.middleRows(p * axis, p) += basis_of_axis(axis).row(reading).transpose() * z;
+  if (shared() > 0) {
+    products.bottomRows(shared()) +=
+        (axis_of(axis).projected.row(reading) * root_of_shared_).transpose() * (z / sigma_(axis));
+  }
+}
+
+double Fit::degrees_of_freedom_of(Eigen::Index axis) const {
+  const ResponseSums& own = axis_of(axis).sums;
+  return shared() == 0
+             ? own.degrees_of_freedom
+             : own.degrees_of_freedom - own.information.cwiseProduct(covariance_of_shared()).sum() /
+                                            (sigma_(axis) * sigma_(axis));
+}
+
+Eigen::MatrixXd Fit::covariance_of_shared() const {
+  return root_of_shared_ * root_of_shared_.transpose();
+}
+
+Eigen::MatrixXd Fit::combined_columns(const Eigen::MatrixXd& by) const {
   return combined(*this, by, [&](Eigen::Index k) { return columns_of_axis(k); });
 }
 
-Eigen::MatrixXd LinearisedRun::combined_basis(const Eigen::MatrixXd& by) const {
+Eigen::MatrixXd Fit::combined_basis(const Eigen::MatrixXd& by) const {
   return combined(*this, by, [&](Eigen::Index k) {
     const Eigen::MatrixXd& Q = basis_of_axis(k);
     Eigen::MatrixXd both(readings(), Q.cols() + shared());
@@ -152,8 +209,8 @@ Eigen::MatrixXd LinearisedRun::combined_basis(const Eigen::MatrixXd& by) const {
   });
 }
 
-LinearisedRun::RootOfAxis LinearisedRun::root_of_axis(Eigen::Index axis) const {
-  const JointAxis& own = axis_of(axis);
+Fit::RootOfAxis Fit::root_of_axis(Eigen::Index axis) const {
+  const AxisSolution& own = axis_of(axis);
   RootOfAxis root{.own = sigma_(axis) * own.design->root_of_covariance(),
                   .shared = Eigen::MatrixXd(own.X().cols(), shared())};
   if (shared() > 0) {
@@ -162,13 +219,12 @@ LinearisedRun::RootOfAxis LinearisedRun::root_of_axis(Eigen::Index axis) const {
   return root;
 }
 
-Eigen::MatrixXd LinearisedRun::left_by_own(Eigen::Index axis,
-                                           const Eigen::MatrixXd& columns) const {
+Eigen::MatrixXd Fit::left_by_own(Eigen::Index axis, const Eigen::MatrixXd& columns) const {
   const Eigen::MatrixXd& Q = basis_of_axis(axis);
   return columns - Q * (Q.transpose() * columns);
 }
 
-Eigen::MatrixXd LinearisedRun::columns() const {
+Eigen::MatrixXd Fit::columns() const {
   Eigen::MatrixXd J = Eigen::MatrixXd::Zero(row_count(), column_count());
   for (Eigen::Index k = 0; k < axes(); ++k) {
     const Eigen::MatrixXd own = columns_of_axis(k);
@@ -179,7 +235,7 @@ Eigen::MatrixXd LinearisedRun::columns() const {
   return J;
 }
 
-Eigen::MatrixXd LinearisedRun::information() const {
+Eigen::MatrixXd Fit::information() const {
   Eigen::MatrixXd sum = Eigen::MatrixXd::Zero(column_count(), column_count());
   const Eigen::Index p = set_.column_count();
   const Eigen::Index D = shared();
@@ -194,7 +250,7 @@ Eigen::MatrixXd LinearisedRun::information() const {
   return sum;
 }
 
-Eigen::MatrixXd LinearisedRun::taken_up(const Eigen::MatrixXd& changes) const {
+Eigen::MatrixXd Fit::taken_up(const Eigen::MatrixXd& changes) const {
   if (has_full_rank_) {  // R K^T changes
     Eigen::MatrixXd x(column_count(), changes.cols());
     Eigen::MatrixXd in_shared = Eigen::MatrixXd::Zero(shared(), changes.cols());
@@ -212,39 +268,38 @@ Eigen::MatrixXd LinearisedRun::taken_up(const Eigen::MatrixXd& changes) const {
     x.bottomRows(shared()) = root_of_shared_ * in_shared;
     return x;
   }
-  // What depends on something else nearly takes up the least that will do.
+  // Dependent columns: the change of smallest norm.
   const Eigen::MatrixXd J = columns();
   const Eigen::VectorXd per_length =
       J.colwise().norm().cwiseMax(std::numeric_limits<double>::min()).cwiseInverse();
   return per_length.asDiagonal() * (pseudo_inverse(J * per_length.asDiagonal()) * changes);
 }
 
-std::vector<std::string> LinearisedRun::names() const {
+std::vector<std::string> Fit::names() const {
   std::vector<std::string> names;
   for (Eigen::Index k = 0; k < axes(); ++k) {
     const std::vector<std::string> own = set_.names_of_axis(k);
     names.insert(names.end(), own.begin(), own.end());
   }
-  for (std::size_t s = 0; s < state_->tangents.size(); ++s) {
-    const std::string what =
+  for (std::size_t s = 0; s < solution_->tangents.size(); ++s) {
+    const std::string unknown =
         set_.field.has_free_length(s) ? "direction and size of " : "direction of ";
-    names.insert(names.end(), static_cast<std::size_t>(state_->tangents[s].cols()),
-                 what + set_.field.name_of(s));
+    names.insert(names.end(), static_cast<std::size_t>(solution_->tangents[s].cols()),
+                 unknown + set_.field.name_of(s));
   }
   return names;
 }
 
-Eigen::RowVector3d LinearisedRun::change_with_field(Eigen::Index reading, Eigen::Index axis) const {
+Eigen::RowVector3d Fit::change_with_field(Eigen::Index reading, Eigen::Index axis) const {
   return std::sqrt(set_.weights(reading, axis)) / sigma_(axis) * set_.scale(reading, axis) *
          sensitivity_.row(axis);
 }
 
-Eigen::Ref<const Eigen::Matrix<double, Eigen::Dynamic, 3>> LinearisedRun::field_met(
-    Eigen::Index axis) const {
+Eigen::Ref<const Eigen::Matrix<double, Eigen::Dynamic, 3>> Fit::field_met(Eigen::Index axis) const {
   return axis_of(axis).X().middleCols<3>(1);
 }
 
-Eigen::MatrixXd LinearisedRun::own_columns(Eigen::Index axis) const {
+Eigen::MatrixXd Fit::own_columns(Eigen::Index axis) const {
   const Eigen::VectorXd scale =
       sigma_(axis) * set_.weights.col(axis).cwiseSqrt().cwiseMax(1e-150).cwiseInverse();
   const Eigen::Index c = set_.coefficient_count();
@@ -253,7 +308,7 @@ Eigen::MatrixXd LinearisedRun::own_columns(Eigen::Index axis) const {
   return own;
 }
 
-LinearisedRun::AxisRows LinearisedRun::rows_of(Eigen::Index axis) const {
+Fit::AxisRows Fit::rows_of(Eigen::Index axis) const {
   AxisRows rows;
   for (Eigen::Index i = 0; i < set_.size(); ++i) {
     if (set_.weights(i, axis) > 0.0) {
@@ -282,7 +337,7 @@ void WiderIntervals::widen(Eigen::Index parameter, double variance, double degre
     return;
   }
   statistics.interval_95(parameter) = interval;
-  // A variance that is smaller than the readings' own has come so by chance.
+  // A variance below that of the readings is chance.
   const double more = std::max(variance - statistics.covariance(parameter, parameter), 0.0);
   statistics.covariance(parameter, parameter) += more;
   component_.covariance(parameter, parameter) += more;

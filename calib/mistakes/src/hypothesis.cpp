@@ -1,0 +1,64 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "hypothesis.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include "axiscal/core/error.hpp"
+
+namespace axiscal {
+
+HypothesisFitter HypothesisFitter::by_scatter_of(const HypothesisFit& fit) const {
+  const Eigen::VectorXd own =
+      scale_.array() * (fit.rss.array() / fit.degrees_of_freedom.array().max(0.5)).sqrt();
+  return {fit.field, known_field_, own};
+}
+
+HypothesisFit HypothesisFitter::fit(const ReadingSet& given,
+                                    const std::vector<std::size_t>& without,
+                                    const AddedColumns& added) const {
+  HypothesisFit result;
+  result.field = field_;
+  Eigen::MatrixXd weights = given.weights;
+  for (const std::size_t i : without) {
+    weights.row(static_cast<Eigen::Index>(i)).setZero();
+  }
+  const Model plain(given, known_field_, weights);
+  const Model model = added ? plain.with(added) : plain;
+  std::shared_ptr<const Solution> solution;
+  try {
+    const auto found = model.solved(model.at(model.start(field_)), scale_);
+    if (!found.converged) {
+      return result;
+    }
+    solution = found.state;
+  } catch (const RankDeficientError&) {
+    return result;
+  }
+  result.fit = std::make_shared<const Fit>(given, solution, scale_);
+  const Fit& fit = *result.fit;
+  if (!fit.is_determined()) {
+    result.fit.reset();
+    return result;
+  }
+  const Eigen::Index m = given.axis_count();
+  const Eigen::Index q = solution->place.added.size();
+  result.fitted = true;
+  result.field = solution->field();
+  result.coefficients = fit.unknowns().head(fit.first_shared()).reshaped(given.column_count(), m);
+  result.residuals = fit.residuals().reshaped(m, given.size()).transpose();
+  result.added = solution->place.added + fit.unknowns().tail(q);
+  result.information = fit.covariance_of_shared().diagonal().tail(q).cwiseInverse();
+  result.rss.resize(m);
+  result.degrees_of_freedom.resize(m);
+  for (Eigen::Index k = 0; k < m; ++k) {
+    const double least = std::pow(given.rounding(k) / scale_(k), 2);
+    result.degrees_of_freedom(k) = fit.degrees_of_freedom_of(k);
+    result.rss(k) = std::max(result.residuals.col(k).squaredNorm(),
+                             least * std::max(result.degrees_of_freedom(k), 0.0));
+  }
+  return result;
+}
+
+}  // namespace axiscal

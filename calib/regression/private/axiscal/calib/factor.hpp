@@ -1,0 +1,175 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include <Eigen/Core>
+
+namespace axiscal {
+
+// The decompositions of matrices that calib uses. Other files include no decomposition of Eigen: a
+// rank, a condition number and an inverse are found in one way, and the templates compile once.
+
+/// A matrix J, n x p, factored by QR with column pivoting. Its columns are scaled to length 1.
+///
+/// The solution is not refined: for the steps of an iteration. LeastSquaresDesign refines.
+///
+/// @par Source
+/// Golub & Van Loan, Matrix Computations, 4th ed. (2013), secs. 5.3, 5.4.
+/// @par Example
+/// @code
+/// const Factor factor(J);
+/// if (factor.has_full_rank()) {
+///   const Eigen::VectorXd step = factor.solve(r);
+/// }
+/// @endcode
+class Factor {
+ public:
+  /// @param open_below  pivots below this part of the largest count as 0; default: rounding of 0.
+  explicit Factor(const Eigen::Ref<const Eigen::MatrixXd>& jacobian,
+                  std::optional<double> open_below = {});
+
+  [[nodiscard]] Eigen::Index rank() const;
+  [[nodiscard]] bool has_full_rank() const;
+
+  // The functions from here on need full rank.
+
+  /// @return the s that minimises |J s - r|, p entries.
+  [[nodiscard]] Eigen::VectorXd solve(const Eigen::VectorXd& r) const;
+
+  /// @return T, p x p, with T T^T = (J^T J)^-1 and J T orthonormal.
+  [[nodiscard]] Eigen::MatrixXd root_of_covariance() const;
+
+  /// @return (J^T J)^-1, p x p.
+  [[nodiscard]] Eigen::MatrixXd covariance() const;
+
+  /// @return the diagonal of the hat matrix, n entries.
+  [[nodiscard]] Eigen::VectorXd leverage() const;
+
+ private:
+  struct Parts;
+  std::shared_ptr<const Parts> parts_;
+};
+
+/// A positive definite matrix N, p x p, factored by Cholesky's method after scaling its diagonal to
+/// 1. For the normal equations of columns in any units.
+class PositiveFactor {
+ public:
+  /// @param damping  added to each 1 of the scaled diagonal.
+  explicit PositiveFactor(const Eigen::MatrixXd& normal, double damping = 0.0);
+
+  /// @return true if N is positive definite and finite, and more than `open_below` of each
+  ///         column's square is left beside the columns before it.
+  [[nodiscard]] bool is_determined(double open_below = 0.0) const;
+
+  // The functions from here on need a positive definite N.
+
+  [[nodiscard]] Eigen::MatrixXd solve(const Eigen::MatrixXd& right) const;
+  [[nodiscard]] Eigen::MatrixXd inverse() const;
+
+  /// @return B with B B^T = N^-1.
+  [[nodiscard]] Eigen::MatrixXd root_of_inverse() const;
+
+  [[nodiscard]] double log_determinant() const;
+
+ private:
+  struct Parts;
+  std::shared_ptr<const Parts> parts_;
+};
+
+/// L^-1 for a covariance V = L L^T: makes errors of covariance V independent with variance 1.
+class Whitening {
+ public:
+  explicit Whitening(const Eigen::MatrixXd& V);
+
+  /// @return true if V is positive definite.
+  [[nodiscard]] bool is_valid() const;
+
+  /// @return L^-1 B.
+  [[nodiscard]] Eigen::MatrixXd times(const Eigen::MatrixXd& B) const;
+
+  /// @return L^-T B.
+  [[nodiscard]] Eigen::MatrixXd transposed_times(const Eigen::MatrixXd& B) const;
+
+  /// @return L, lower triangular.
+  [[nodiscard]] Eigen::MatrixXd root() const;
+
+ private:
+  struct Parts;
+  std::shared_ptr<const Parts> parts_;
+};
+
+/// @return X with A X = B for a symmetric A, semi-definite or nearly so, by A = L D L^T with
+/// pivots.
+[[nodiscard]] Eigen::MatrixXd solve_symmetric(const Eigen::MatrixXd& A, const Eigen::MatrixXd& B);
+
+/// @return true if a symmetric A has no negative pivot and is finite.
+[[nodiscard]] bool is_semi_definite(const Eigen::MatrixXd& A);
+
+/// @return A^-1 of a square matrix by LU with partial pivoting.
+[[nodiscard]] Eigen::MatrixXd inverse_of(const Eigen::MatrixXd& A);
+
+/// The eigenvalues of a symmetric matrix, ascending, with orthonormal eigenvectors as columns.
+struct SymmetricEigen {
+  Eigen::VectorXd values;
+  Eigen::MatrixXd vectors;
+};
+[[nodiscard]] SymmetricEigen symmetric_eigen(const Eigen::MatrixXd& A);
+
+/// A = U diag(values) V^T, values descending, for A of n x p: U is n x min(n, p), V p x min(n, p).
+struct SingularValues {
+  Eigen::MatrixXd U;
+  Eigen::VectorXd values;
+  Eigen::MatrixXd V;
+};
+[[nodiscard]] SingularValues singular_values(const Eigen::MatrixXd& A);
+
+/// @return L with L L^T = C for a covariance of any rank.
+[[nodiscard]] Eigen::MatrixXd covariance_root(const Eigen::MatrixXd& covariance);
+
+/// @return the x of smallest norm among those that minimise |A x - b|, by complete orthogonal
+///         decomposition (Golub & Van Loan, sec. 5.5).
+[[nodiscard]] Eigen::VectorXd minimum_norm_solution(const Eigen::MatrixXd& A,
+                                                    const Eigen::VectorXd& b);
+
+/// @return the Moore-Penrose inverse A^+ by the same decomposition.
+[[nodiscard]] Eigen::MatrixXd pseudo_inverse(const Eigen::MatrixXd& A);
+
+/// A^+ and the rank of A to working precision.
+struct RankedInverse {
+  Eigen::MatrixXd inverse;
+  Eigen::Index rank = 0;
+};
+[[nodiscard]] RankedInverse ranked_inverse(const Eigen::MatrixXd& A);
+
+/// @return T with T T^T = (A^T A)^+; singular values that are not above `open_below` count as 0.
+[[nodiscard]] Eigen::MatrixXd root_of_pseudo_inverse(const Eigen::MatrixXd& A, double open_below);
+
+/// @return orthonormal columns that span the columns of A, which has full rank; n x p.
+[[nodiscard]] Eigen::MatrixXd orthonormal_basis(const Eigen::MatrixXd& A);
+
+/// @return orthonormal columns that are orthogonal to those of A, which has full rank; n x (n - p).
+[[nodiscard]] Eigen::MatrixXd orthogonal_complement(const Eigen::MatrixXd& A);
+
+/// @return the columns of J that are as good as open: those with a part of more than `share_above`
+///         in a direction whose singular value is below `open_below` of the largest. The columns
+///         count with length 1. J has at least as many rows as columns.
+[[nodiscard]] std::vector<Eigen::Index> confounded_columns(const Eigen::MatrixXd& J,
+                                                           double open_below,
+                                                           double share_above);
+
+/// @return the names of columns; neighbours with one name give it once.
+[[nodiscard]] std::vector<std::string> names_of_open(const std::vector<Eigen::Index>& columns,
+                                                     const std::vector<std::string>& names);
+
+/// @return the ratio of the largest to the smallest singular value of J with columns of length 1.
+[[nodiscard]] double condition_of(const Eigen::MatrixXd& J);
+
+/// The same by the normal equations J^T J, with less work.
+/// @return `nullopt` above 100: there the normal equations lose digits that matter.
+[[nodiscard]] std::optional<double> small_condition_of(const Eigen::MatrixXd& normal);
+
+}  // namespace axiscal
