@@ -70,7 +70,7 @@ void calibrate(benchmark::State& state, Method method, int replicates) {
   Experiment experiment;
   experiment.instrument.kind = "accelerometer";
   experiment.field.of = axiscal::make_field("gravity");
-  experiment.method = method;
+  experiment.fit.method = method;
   if (method == Method::known) {
     experiment.table.slope = {0.003, -0.002};
   }

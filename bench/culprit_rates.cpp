@@ -43,9 +43,9 @@ void run(const Case& one, int trials, std::uint64_t seed) {
                                                 good.good, random);
     axiscal::Experiment experiment = axiscal::test::experiment_for(good.truth);
     experiment.field.in_table.reset();
-    experiment.method = one.method;
+    experiment.fit.method = one.method;
     if (one.stated_ratio) {
-      experiment.noise_ratio = one.ratio;
+      experiment.fit.noise_ratio = one.ratio;
     }
     try {
       const axiscal::Calibration result = axiscal::calibrate(experiment, seeded.observations);

@@ -40,7 +40,7 @@ const Recording& recording() {
     }
     one.options.experiment.field.unit = "m/s^2";
     one.options.experiment.field.magnitude = 9.81744;
-    one.options.experiment.shape = axiscal::MagnitudeShape::triangular;
+    one.options.experiment.fit.shape = axiscal::MagnitudeShape::triangular;
     return one;
   }();
   return made;

@@ -16,10 +16,10 @@
 #include "axiscal/calib/repeated_design.hpp"
 #include "axiscal/core/random.hpp"
 #include "axiscal/kernels/reduce_columns.hpp"
-#include "axiscal/kernels/regression_trials.hpp"
-#include "axiscal/kernels/sliding_variance.hpp"
 #include "axiscal/logs/allan.hpp"
 #include "axiscal/logs/static_detector.hpp"
+#include "kernels/regression_trials.hpp"
+#include "kernels/sliding_variance.hpp"
 #include "magnitude_readings.hpp"
 
 namespace {

@@ -3,8 +3,8 @@
 
 #include <algorithm>
 
-#include "axiscal/core/formatted.hpp"
 #include "axiscal/core/number_text.hpp"
+#include "core/formatted.hpp"
 #include "typed_values.hpp"
 
 namespace axiscal::cli {

@@ -3,12 +3,12 @@
 #include <cstdio>
 
 #include "axiscal/calib/body.hpp"
-#include "axiscal/core/formatted.hpp"
 #include "axiscal/core/input_protection.hpp"
 #include "axiscal/core/number_text.hpp"
 #include "axiscal/core/output_file.hpp"
 #include "axiscal/core/units.hpp"
 #include "calibrate_command.hpp"
+#include "core/formatted.hpp"
 #include "input.hpp"
 #include "summary.hpp"
 #include "typed_values.hpp"

@@ -19,7 +19,6 @@
 #include "axiscal/calib/reduction_csv.hpp"
 #include "axiscal/calib/uncertainty.hpp"
 #include "axiscal/core/csv_reader.hpp"
-#include "axiscal/core/formatted.hpp"
 #include "axiscal/core/input_file.hpp"
 #include "axiscal/core/input_protection.hpp"
 #include "axiscal/core/number_text.hpp"
@@ -27,6 +26,7 @@
 #include "axiscal/core/parallel.hpp"
 #include "axiscal/core/shown_text.hpp"
 #include "axiscal/logs/sensor_names.hpp"
+#include "core/formatted.hpp"
 #include "experiment_options.hpp"
 #include "log_input.hpp"
 #include "option_names.hpp"
@@ -360,7 +360,7 @@ Unit calibrate_unit(const CalibrateCommand& command,
   try {
     Experiment own = experiment;
     own.instrument.serial = serial;
-    own.process = process_of(command, earlier, own, run);
+    own.fit.process = process_of(command, earlier, own, run);
     Run of_unit = run;
     of_unit.serial = serial;
     std::vector<Calibration> calibrations = calibrate_run(own, of_unit, suggestions_of(command));
@@ -746,22 +746,23 @@ int run(const CalibrateCommand& command) {
     return run_batch(command, experiment, std::move(run), std::move(serials), limits, earlier);
   }
   read_with_sign(run);
-  const bool may_be_samples = experiment.slots.empty() &&
-                              (!experiment.method || method_kind(*experiment.method).by_magnitude);
+  const bool may_be_samples =
+      experiment.slots.empty() &&
+      (!experiment.fit.method || method_kind(*experiment.fit.method).by_magnitude);
   const bool is_of_rests = may_be_samples && gather_rests(experiment.instrument.kind, run);
   if (is_of_rests) {
     // Of rests in many attitudes the model errs more than the mean of a second.
-    experiment.weighting = experiment.weighting.value_or(Weighting::none);
+    experiment.fit.weighting = experiment.fit.weighting.value_or(Weighting::none);
   }
-  if (is_of_rests && !experiment.method && experiment.instrument.kind == "accelerometer" &&
+  if (is_of_rests && !experiment.fit.method && experiment.instrument.kind == "accelerometer" &&
       run.observations.response.cols() == 3) {
     label_faces(run);
   }
   if (!command.force && run.serial.empty() && experiment.instrument.serial.empty()) {
     require_one_instrument(experiment, run);
   }
-  experiment.process = process_of(command, earlier, experiment, run);
-  if (command.history && !experiment.process) {
+  experiment.fit.process = process_of(command, earlier, experiment, run);
+  if (command.history && !experiment.fit.process) {
     print_remark("note", *command.history +
                              ": no earlier records of the unit, so nothing is known of how biases "
                              "change between blocks");

@@ -12,12 +12,12 @@
 #include "axiscal/calib/labelled_check.hpp"
 #include "axiscal/calib/limits.hpp"
 #include "axiscal/calib/method_kind.hpp"
-#include "axiscal/core/formatted.hpp"
 #include "axiscal/core/input_file.hpp"
-#include "axiscal/core/json_document.hpp"
 #include "axiscal/core/number_text.hpp"
 #include "axiscal/core/output_file.hpp"
 #include "axiscal/core/units.hpp"
+#include "core/formatted.hpp"
+#include "core/json_document.hpp"
 #include "experiment_options.hpp"
 #include "run_input.hpp"
 #include "sample_rests.hpp"
@@ -255,7 +255,7 @@ FreshReadings read_fresh(const CheckCommand& command, const Calibration& old) {
   options.files = {*command.other};
   ExperimentFile without_method = make_experiment_file(options, experiment_of(old));
   FreshReadings fresh{.experiment = without_method.experiment};
-  without_method.experiment.method.reset();  // the readings show whether there are labels
+  without_method.experiment.fit.method.reset();  // the readings show whether there are labels
   fresh.run =
       read_run(without_method, Units::one,
                {.options = command.table,
@@ -280,7 +280,7 @@ FreshReadings read_fresh(const CheckCommand& command, const Calibration& old) {
     for (Reading& reading : fresh.run.observations.readings) {
       reading.temperature = old.sensor.temperature ? old.sensor.temperature->reference() : 0.0;
     }
-    fresh.experiment.temperature.order = 0;
+    fresh.experiment.fit.temperature.order = 0;
     if (gives_field(old)) {
       fresh.experiment.from = std::make_shared<const Calibration>(old);
     }

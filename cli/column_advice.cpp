@@ -5,11 +5,11 @@
 #include <cctype>
 #include <vector>
 
-#include "axiscal/core/formatted.hpp"
 #include "axiscal/core/input_file.hpp"
 #include "axiscal/core/number_text.hpp"
 #include "axiscal/logs/sensor_names.hpp"
 #include "axiscal/logs/table_text.hpp"
+#include "core/formatted.hpp"
 
 namespace axiscal::cli {
 namespace {

@@ -7,11 +7,11 @@
 
 #include <CLI/CLI.hpp>
 
-#include "axiscal/core/formatted.hpp"
 #include "axiscal/core/nearest_name.hpp"
 #include "axiscal/core/output_file.hpp"
 #include "axiscal/core/version.hpp"
 #include "axiscal/formulas/kind_file.hpp"
+#include "core/formatted.hpp"
 #include "definition.hpp"
 #include "help.hpp"
 #include "usage_error.hpp"

@@ -12,7 +12,6 @@
 #include "axiscal/calib/calibration_json.hpp"
 #include "axiscal/calib/experiment_json.hpp"
 #include "axiscal/calib/method_kind.hpp"
-#include "axiscal/core/formatted.hpp"
 #include "axiscal/core/input_file.hpp"
 #include "axiscal/core/number_text.hpp"
 #include "axiscal/core/timestamp.hpp"
@@ -21,6 +20,7 @@
 #include "axiscal/field/recorded_field.hpp"
 #include "axiscal/instruments/instrument_kind.hpp"
 #include "axiscal/positioner/positioner_json.hpp"
+#include "core/formatted.hpp"
 #include "typed_values.hpp"
 
 namespace axiscal::cli {
@@ -250,7 +250,7 @@ void set_place(const ExperimentOptions& options, TablePlace& place) {
 
 void set_method(const ExperimentOptions& options, Experiment& experiment) {
   if (options.method) {
-    experiment.method = method_of_option(*options.method);
+    experiment.fit.method = method_of_option(*options.method);
   }
   if (options.shape) {
     const std::optional<MagnitudeShape> shape = parse_shape(*options.shape);
@@ -258,18 +258,18 @@ void set_method(const ExperimentOptions& options, Experiment& experiment) {
       throw UsageError(
           formatted("--shape: must be symmetric or triangular, not '{}'", *options.shape));
     }
-    experiment.shape = *shape;
+    experiment.fit.shape = *shape;
   }
   if (options.weights) {
-    experiment.weighting = parse_weighting(*options.weights);
-    if (!experiment.weighting) {
+    experiment.fit.weighting = parse_weighting(*options.weights);
+    if (!experiment.fit.weighting) {
       throw UsageError(
           formatted("--weights: must be samples, sd or none, not '{}'", *options.weights));
     }
   }
-  experiment.robust = experiment.robust || options.robust;
-  experiment.squares = experiment.squares || options.squares;
-  experiment.compare_polar_fit = experiment.compare_polar_fit || options.polar_fit;
+  experiment.fit.robust = experiment.fit.robust || options.robust;
+  experiment.fit.squares = experiment.fit.squares || options.squares;
+  experiment.fit.compare_polar_fit = experiment.fit.compare_polar_fit || options.polar_fit;
   if (options.leave_out) {
     experiment.leave_out.clear();
     for (const std::string_view run : split(*options.leave_out, ',')) {
@@ -284,22 +284,22 @@ void set_method(const ExperimentOptions& options, Experiment& experiment) {
   if (options.noise_ratio) {
     const std::vector<double> ratio =
         numbers_of("--noise-ratio", *options.noise_ratio, experiment.instrument.axes.size());
-    experiment.noise_ratio =
+    experiment.fit.noise_ratio =
         Eigen::Map<const Eigen::VectorXd>(ratio.data(), static_cast<Eigen::Index>(ratio.size()));
   }
   if (options.drift) {
-    experiment.drift = drift_of_option(*options.drift);
+    experiment.fit.drift = drift_of_option(*options.drift);
   }
   if (options.seats) {
-    experiment.seats = seats_of_option(*options.seats);
+    experiment.fit.seats = seats_of_option(*options.seats);
   }
   if (options.level_by) {
-    experiment.level_by = level_by_of_option(*options.level_by);
+    experiment.fit.level_by = level_by_of_option(*options.level_by);
   }
 }
 
 void set_temperature(const ExperimentOptions& options, Experiment& experiment) {
-  TemperatureSetup& setup = experiment.temperature;
+  TemperatureSetup& setup = experiment.fit.temperature;
   if (options.temperature_order) {
     setup.automatic = *options.temperature_order == "auto";
     const std::optional<int> order =
@@ -317,7 +317,7 @@ void set_temperature(const ExperimentOptions& options, Experiment& experiment) {
   if (options.from) {
     experiment.from = std::make_shared<const Calibration>(read_calibration(*options.from));
   }
-  if (experiment.from && method_kind(experiment.method).fits_sensitivity) {
+  if (experiment.from && method_kind(experiment.fit.method).fits_sensitivity) {
     throw UsageError("--from: goes with --method bias");
   }
 }
@@ -667,8 +667,9 @@ ExperimentFile make_experiment_file(const ExperimentOptions& options, const Expe
     set_slots(options, experiment);
   } else {
     // Complains before any data are read; readings may bring their fields, and with them the size.
-    const bool may_bring = !file.paths.observations.empty() &&
-                           method_kind(experiment.method.value_or(Method::known)).directions_known;
+    const bool may_bring =
+        !file.paths.observations.empty() &&
+        method_kind(experiment.fit.method.value_or(Method::known)).directions_known;
     static_cast<void>(make_field_description(experiment, std::nullopt,
                                              may_bring ? std::optional(1.0) : std::nullopt));
   }
@@ -702,9 +703,9 @@ Experiment experiment_of(const Calibration& record) {
   if (!record.provenance.experiment.empty()) {
     const Experiment done =
         parse_experiment(record.provenance.experiment, "the record's experiment").experiment;
-    experiment.noise_ratio = done.noise_ratio;
-    experiment.drift = done.drift;
-    experiment.seats = done.seats;
+    experiment.fit.noise_ratio = done.fit.noise_ratio;
+    experiment.fit.drift = done.fit.drift;
+    experiment.fit.seats = done.fit.seats;
     experiment.face_names = done.face_names;
     experiment.nominal_sensitivity = done.nominal_sensitivity;
     experiment.table.fence_azimuth_rad = done.table.fence_azimuth_rad;
@@ -712,10 +713,10 @@ Experiment experiment_of(const Calibration& record) {
   }
   experiment.instrument = record.sensor.instrument;
   if (!method_kind(record.fit.method).by_turns) {
-    experiment.method = record.fit.method;
+    experiment.fit.method = record.fit.method;
   }
   const FieldDescription& field = record.sensor.field;
-  const bool given = method_kind(experiment.method).directions_known;
+  const bool given = method_kind(experiment.fit.method).directions_known;
   experiment.field = stated.others.empty()
                          ? setup_of(field, given || !field_kind(field.kind).vertical)
                          : parts_as_stated(std::move(stated), field);
@@ -727,11 +728,11 @@ Experiment experiment_of(const Calibration& record) {
     part.in_table = also.in_table;
   }
   if (record.fit.weights != Weighting::none) {
-    experiment.weighting = record.fit.weights;
+    experiment.fit.weighting = record.fit.weights;
   }
-  experiment.robust = record.fit.robust;
-  experiment.level_by = record.fit.level_by_block ? LevelBy::block : LevelBy::run;
-  experiment.shape = record.fit.shape.value_or(experiment.shape);
+  experiment.fit.robust = record.fit.robust;
+  experiment.fit.level_by = record.fit.level_by_block ? LevelBy::block : LevelBy::run;
+  experiment.fit.shape = record.fit.shape.value_or(experiment.fit.shape);
   experiment.slot = record.provenance.slot;
   return experiment;
 }

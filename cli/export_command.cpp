@@ -3,11 +3,11 @@
 
 #include <unistd.h>
 
-#include "axiscal/core/formatted.hpp"
 #include "axiscal/core/input_file.hpp"
 #include "axiscal/core/output_file.hpp"
 #include "axiscal/exchange/export.hpp"
 #include "axiscal/logs/noise_json.hpp"
+#include "core/formatted.hpp"
 #include "input.hpp"
 #include "log_input.hpp"
 #include "subcommands.hpp"

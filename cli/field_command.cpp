@@ -4,8 +4,6 @@
 #include <set>
 #include <string_view>
 
-#include "axiscal/core/formatted.hpp"
-#include "axiscal/core/json_document.hpp"
 #include "axiscal/core/nearest_name.hpp"
 #include "axiscal/core/number_text.hpp"
 #include "axiscal/core/output_file.hpp"
@@ -15,6 +13,8 @@
 #include "axiscal/field/geomagnetic_field.hpp"
 #include "axiscal/field/gravity_field.hpp"
 #include "axiscal/field/sun.hpp"
+#include "core/formatted.hpp"
+#include "core/json_document.hpp"
 #include "subcommands.hpp"
 #include "summary.hpp"
 #include "typed_values.hpp"

@@ -8,8 +8,8 @@
 
 #include <CLI/CLI.hpp>
 
-#include "axiscal/core/formatted.hpp"
 #include "axiscal/core/number_text.hpp"
+#include "core/formatted.hpp"
 
 namespace axiscal::cli {
 namespace {

@@ -5,7 +5,6 @@
 #include <utility>
 
 #include "axiscal/core/error.hpp"
-#include "axiscal/core/formatted.hpp"
 #include "axiscal/core/output_file.hpp"
 #include "axiscal/core/timestamp.hpp"
 #include "axiscal/core/units.hpp"
@@ -14,6 +13,7 @@
 #include "axiscal/logs/time_column.hpp"
 #include "calibrate_command.hpp"
 #include "column_advice.hpp"
+#include "core/formatted.hpp"
 #include "input.hpp"
 #include "summary.hpp"
 #include "typed_values.hpp"

@@ -12,9 +12,9 @@
 
 #include "axiscal/calib/calibration_json.hpp"
 #include "axiscal/core/error.hpp"
-#include "axiscal/core/formatted.hpp"
 #include "axiscal/core/input_file.hpp"
 #include "axiscal/core/parallel.hpp"
+#include "core/formatted.hpp"
 
 namespace axiscal::cli {
 

@@ -5,11 +5,11 @@
 #include <numeric>
 #include <optional>
 
-#include "axiscal/core/formatted.hpp"
 #include "axiscal/core/number_text.hpp"
 #include "axiscal/core/output_file.hpp"
 #include "axiscal/logs/recorded_sensor.hpp"
 #include "axiscal/logs/recording_file.hpp"
+#include "core/formatted.hpp"
 #include "subcommands.hpp"
 #include "summary.hpp"
 #include "table_options.hpp"

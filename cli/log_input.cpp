@@ -7,10 +7,10 @@
 #include <utility>
 
 #include "axiscal/core/error.hpp"
-#include "axiscal/core/formatted.hpp"
 #include "axiscal/core/number_text.hpp"
 #include "axiscal/logs/sensor_names.hpp"
 #include "axiscal/logs/time_column.hpp"
+#include "core/formatted.hpp"
 #include "sheet_options.hpp"
 #include "summary.hpp"
 #include "typed_values.hpp"

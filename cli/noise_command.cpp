@@ -4,7 +4,6 @@
 #include <utility>
 
 #include "axiscal/core/error.hpp"
-#include "axiscal/core/formatted.hpp"
 #include "axiscal/core/input_file.hpp"
 #include "axiscal/core/median.hpp"
 #include "axiscal/core/number_text.hpp"
@@ -18,6 +17,7 @@
 #include "axiscal/logs/time_column.hpp"
 #include "axiscal/report/noise_report.hpp"
 #include "column_advice.hpp"
+#include "core/formatted.hpp"
 #include "log_input.hpp"
 #include "subcommands.hpp"
 #include "summary.hpp"

@@ -12,7 +12,6 @@
 #include "axiscal/calib/observations_csv.hpp"
 #include "axiscal/calib/temperature.hpp"
 #include "axiscal/calib/tolerance.hpp"
-#include "axiscal/core/formatted.hpp"
 #include "axiscal/core/input_file.hpp"
 #include "axiscal/core/number_text.hpp"
 #include "axiscal/core/output_file.hpp"
@@ -21,6 +20,7 @@
 #include "axiscal/logs/noise_json.hpp"
 #include "axiscal/positioner/positioner_json.hpp"
 #include "axiscal/report/run_sheet_page.hpp"
+#include "core/formatted.hpp"
 #include "input.hpp"
 #include "plan_text.hpp"
 #include "sheet_options.hpp"
@@ -105,7 +105,7 @@ Experiment planned_experiment(const PlanCommand& command) {
     experiment.table.slope = slope_of_option(*command.slope);
   }
   if (command.method) {
-    experiment.method = method_of_option(*command.method);
+    experiment.fit.method = method_of_option(*command.method);
   }
   experiment.slot = command.slot.value_or(experiment.slot);
   return experiment;

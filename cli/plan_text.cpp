@@ -4,9 +4,9 @@
 #include <array>
 #include <cmath>
 
-#include "axiscal/core/formatted.hpp"
-#include "axiscal/core/json_document.hpp"
 #include "axiscal/core/units.hpp"
+#include "core/formatted.hpp"
+#include "core/json_document.hpp"
 #include "summary.hpp"
 
 namespace axiscal::cli {

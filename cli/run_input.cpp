@@ -7,9 +7,9 @@
 
 #include "axiscal/calib/assembly.hpp"
 #include "axiscal/core/error.hpp"
-#include "axiscal/core/formatted.hpp"
 #include "axiscal/core/number_text.hpp"
 #include "column_advice.hpp"
+#include "core/formatted.hpp"
 #include "input.hpp"
 #include "summary.hpp"
 #include "usage_error.hpp"

@@ -11,12 +11,12 @@
 #include <vector>
 
 #include "axiscal/core/error.hpp"
-#include "axiscal/core/formatted.hpp"
 #include "axiscal/core/median.hpp"
 #include "axiscal/core/number_text.hpp"
 #include "axiscal/instruments/instrument_kind.hpp"
 #include "axiscal/logs/sample_rests.hpp"
 #include "axiscal/logs/signed_counts.hpp"
+#include "core/formatted.hpp"
 #include "summary.hpp"
 
 namespace axiscal::cli {

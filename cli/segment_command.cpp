@@ -3,10 +3,10 @@
 #include <cstdio>
 
 #include "axiscal/core/error.hpp"
-#include "axiscal/core/formatted.hpp"
-#include "axiscal/core/json_document.hpp"
 #include "axiscal/core/output_file.hpp"
 #include "column_advice.hpp"
+#include "core/formatted.hpp"
+#include "core/json_document.hpp"
 #include "log_input.hpp"
 #include "subcommands.hpp"
 #include "summary.hpp"

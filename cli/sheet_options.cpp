@@ -5,9 +5,9 @@
 
 #include <system_error>
 
-#include "axiscal/core/formatted.hpp"
 #include "axiscal/core/input_file.hpp"
 #include "axiscal/core/number_text.hpp"
+#include "core/formatted.hpp"
 #include "input.hpp"
 #include "typed_values.hpp"
 

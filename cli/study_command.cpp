@@ -8,10 +8,10 @@
 #include "axiscal/calib/forecast.hpp"
 #include "axiscal/calib/method_kind.hpp"
 #include "axiscal/calib/study.hpp"
-#include "axiscal/core/formatted.hpp"
 #include "axiscal/core/input_file.hpp"
 #include "axiscal/core/number_text.hpp"
 #include "axiscal/core/output_file.hpp"
+#include "core/formatted.hpp"
 #include "experiment_options.hpp"
 #include "sheet_options.hpp"
 #include "subcommands.hpp"
@@ -155,7 +155,7 @@ StudySetup setup_of(const StudyCommand& command) {
     scatter = record.fit.statistics ? record.fit.statistics->residual_sd : scatter;
     setup.experiment = make_experiment(command.experiment, experiment_of(record));
     if (setup.truth.temperature && !command.experiment.temperature_order) {
-      setup.experiment.temperature.order =
+      setup.experiment.fit.temperature.order =
           static_cast<int>(std::min<Eigen::Index>(setup.truth.temperature->bias.cols(), 2));
     }
   } else {
@@ -166,7 +166,8 @@ StudySetup setup_of(const StudyCommand& command) {
   if (!setup.truth.field.in_table) {
     setup.truth.field.in_table = setup.truth.field.magnitude * Eigen::Vector3d::UnitZ();
   }
-  if (method_kind(setup.experiment.method).directions_known && !setup.experiment.field.in_table) {
+  if (method_kind(setup.experiment.fit.method).directions_known &&
+      !setup.experiment.field.in_table) {
     setup.experiment.field.in_table = setup.truth.field.in_table;
   }
   setup.design = design_of(command.sheet);
@@ -174,7 +175,7 @@ StudySetup setup_of(const StudyCommand& command) {
   setup.temperatures = temperatures_of(command.sheet);
   setup.noise_sd = noise_of(command, setup.truth.instrument.axis_count(), scatter);
   setup.simulation.resolution = setup.experiment.stated.resolution;
-  if (!method_kind(setup.experiment.method).directions_known) {
+  if (!method_kind(setup.experiment.fit.method).directions_known) {
     setup.simulation.slope = setup.experiment.table.slope;
     setup.experiment.table.slope.setZero();
   }
@@ -188,8 +189,9 @@ StudySetup setup_of(const StudyCommand& command) {
     setup.simulation.world = world_of_option(*command.world);
   }
   setup.recording = recording_of(command.recording);
-  if (setup.recording && setup.recording->kind == RecordingKind::free && !setup.experiment.method) {
-    setup.experiment.method = Method::magnitude;
+  if (setup.recording && setup.recording->kind == RecordingKind::free &&
+      !setup.experiment.fit.method) {
+    setup.experiment.fit.method = Method::magnitude;
   }
   setup.alarms = command.alarms;
   setup.random_normals = command.random_normals;

@@ -8,9 +8,9 @@
 #include <unistd.h>
 
 #include "axiscal/core/error.hpp"
-#include "axiscal/core/formatted.hpp"
 #include "axiscal/core/output_file.hpp"
 #include "axiscal/core/shown_text.hpp"
+#include "core/formatted.hpp"
 
 namespace axiscal::cli {
 namespace {

@@ -8,11 +8,11 @@
 
 #include "axiscal/calib/face_names.hpp"
 #include "axiscal/core/error.hpp"
-#include "axiscal/core/formatted.hpp"
 #include "axiscal/core/number_text.hpp"
 #include "axiscal/field/field_unit.hpp"
 #include "axiscal/instruments/instrument_kind.hpp"
 #include "axiscal/logs/recording_file.hpp"
+#include "core/formatted.hpp"
 #include "log_input.hpp"
 #include "summary.hpp"
 #include "usage_error.hpp"

@@ -4,10 +4,10 @@
 #include <string>
 #include <vector>
 
-#include "axiscal/core/formatted.hpp"
 #include "axiscal/core/nearest_name.hpp"
 #include "axiscal/core/number_text.hpp"
 #include "axiscal/core/output_file.hpp"
+#include "core/formatted.hpp"
 #include "subcommands.hpp"
 #include "templates.hpp"
 #include "usage_error.hpp"

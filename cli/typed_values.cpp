@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "typed_values.hpp"
 
-#include "axiscal/core/formatted.hpp"
 #include "axiscal/core/number_text.hpp"
 #include "axiscal/core/timestamp.hpp"
+#include "core/formatted.hpp"
 
 namespace axiscal::cli {
 

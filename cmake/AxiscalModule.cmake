@@ -5,8 +5,9 @@
 # One library per folder: target axiscal_NAME, alias axiscal::NAME, headers under include/axiscal/NAME, or
 # for a room of a larger module under include/axiscal/FOLDER; include/axiscal/NAME.hpp, where it is there, has
 # them all and says what the module is for. PUBLIC and PRIVATE are link dependencies;
-# HEADER_ONLY_PRIVATE are needed to build it and by no user. What the folder `private` holds is not
-# installed, and is seen by those of our own modules that name axiscal::NAME_private.
+# HEADER_ONLY_PRIVATE are needed to build it and by no user. A header beside or below the module's
+# CMakeLists.txt, outside of `include`, is private: it is not installed, and it is included by its path from
+# the root of the repository ("calib/fit/model.hpp"). axiscal::NAME_private gives that path.
 function(axiscal_add_module name)
   cmake_parse_arguments(PARSE_ARGV 1 arg "" "UNDER" "SOURCES;HEADERS;PUBLIC;PRIVATE;HEADER_ONLY_PRIVATE")
   set(target axiscal_${name})
@@ -23,12 +24,10 @@ function(axiscal_add_module name)
     endif()
     target_sources(${target} PUBLIC FILE_SET HEADERS BASE_DIRS include FILES ${arg_HEADERS})
   endif()
-  if(IS_DIRECTORY "${CMAKE_CURRENT_SOURCE_DIR}/private")
-    add_library(${target}_private INTERFACE)
-    add_library(axiscal::${name}_private ALIAS ${target}_private)
-    target_include_directories(${target}_private INTERFACE private)
-    list(APPEND arg_HEADER_ONLY_PRIVATE axiscal::${name}_private)
-  endif()
+  add_library(${target}_private INTERFACE)
+  add_library(axiscal::${name}_private ALIAS ${target}_private)
+  target_include_directories(${target}_private INTERFACE "${PROJECT_SOURCE_DIR}")
+  list(APPEND arg_HEADER_ONLY_PRIVATE axiscal::${name}_private)
   target_compile_features(${target} PUBLIC cxx_std_20)
   target_compile_options(${target} PRIVATE ${AXISCAL_WARNINGS})
   axiscal_harden(${target})
@@ -107,7 +106,7 @@ endfunction()
 #
 # Links a library that has no CMake package and that only this target's sources see, and defines
 # DEFINITION; says so and goes on where it is not installed. With LATE the sources load it when they first
-# call it, as core/private/axiscal/core/late_library.hpp says.
+# call it, as core/late_library.hpp says.
 function(axiscal_use_library target library header definition)
   find_path(${definition}_INCLUDE_DIR ${header})
   find_library(${definition}_LIBRARY ${library})
@@ -180,6 +179,7 @@ endfunction()
 # asked for; DEFINITION is its file's name, for TARGET.
 function(axiscal_add_late_module target module definition)
   add_library(${module} MODULE ${ARGN})
+  target_include_directories(${module} PRIVATE "${PROJECT_SOURCE_DIR}")
   set_target_properties(
     ${module} PROPERTIES PREFIX "" CXX_VISIBILITY_PRESET hidden UNITY_BUILD OFF
                          LIBRARY_OUTPUT_DIRECTORY "${PROJECT_BINARY_DIR}/modules")

@@ -23,7 +23,7 @@ int main() {
   options.accelerometer = {"ax", "ay", "az"};
   options.gyroscope = {"gx", "gy", "gz"};
   options.gyroscope_unit = "deg/s";
-  options.experiment.shape = axiscal::MagnitudeShape::triangular;  // x along its axis as drawn
+  options.experiment.fit.shape = axiscal::MagnitudeShape::triangular;  // x along its axis as drawn
   const axiscal::ImuCalibration found = axiscal::calibrate_imu(log, options);
 
   std::printf("%zu rests, threshold of the variance %.2g, attitude error %.2f degrees\n",

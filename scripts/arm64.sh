@@ -18,7 +18,7 @@ env -u CXX cmake --preset arm64 "-Dfmt_DIR=/usr/lib/$(uname -m)-linux-gnu/cmake/
 cmake --build --preset arm64
 
 googletest=/usr/src/googletest
-aarch64-linux-gnu-g++ -std=c++20 -O1 -pthread -I kernels/private -I kernels/include -I core/include \
+aarch64-linux-gnu-g++ -std=c++20 -O1 -pthread -I . -I kernels/include -I core/include \
   -I build/arm64/core/include -isystem /usr/include/eigen3 \
   -I "$googletest/googletest" -I "$googletest/googletest/include" -I "$googletest/googlemock" \
   -I "$googletest/googlemock/include" tests/kernels/kernels_test.cpp "$googletest/googletest/src/gtest-all.cc" \

@@ -6,8 +6,8 @@
 #include "axiscal/calib/assembly.hpp"
 #include "axiscal/calib/calibrate.hpp"
 #include "axiscal/core/error.hpp"
-#include "axiscal/core/formatted.hpp"
 #include "axiscal/instruments/settings.hpp"
+#include "core/formatted.hpp"
 
 namespace axiscal {
 

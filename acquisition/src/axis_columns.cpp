@@ -1,14 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "axis_columns.hpp"
+#include "acquisition/src/axis_columns.hpp"
 
 #include <algorithm>
 #include <cmath>
 #include <utility>
 
 #include "axiscal/core/error.hpp"
-#include "axiscal/core/formatted.hpp"
 #include "axiscal/core/number_text.hpp"
 #include "axiscal/instruments/settings.hpp"
+#include "core/formatted.hpp"
 
 namespace axiscal {
 namespace {

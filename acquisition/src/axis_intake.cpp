@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "axis_intake.hpp"
+#include "acquisition/src/axis_intake.hpp"
 
 #include <cmath>
 
-#include "axiscal/core/formatted.hpp"
 #include "axiscal/core/number_text.hpp"
+#include "core/formatted.hpp"
 
 namespace axiscal {
 namespace {

@@ -8,7 +8,7 @@
 
 #include <Eigen/Core>
 
-#include "axis_columns.hpp"
+#include "acquisition/src/axis_columns.hpp"
 
 namespace axiscal {
 

@@ -6,8 +6,8 @@
 #include <string>
 #include <string_view>
 
+#include "acquisition/src/source_address.hpp"
 #include "axiscal/acquisition/source.hpp"
-#include "source_address.hpp"
 
 namespace axiscal {
 

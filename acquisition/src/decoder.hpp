@@ -8,8 +8,8 @@
 #include <string_view>
 #include <vector>
 
+#include "acquisition/src/source_address.hpp"
 #include "axiscal/acquisition/source.hpp"
-#include "source_address.hpp"
 
 namespace axiscal {
 

@@ -4,9 +4,9 @@
 #include <memory>
 #include <vector>
 
+#include "acquisition/src/byte_link.hpp"
+#include "acquisition/src/source_address.hpp"
 #include "axiscal/acquisition/open_source.hpp"
-#include "byte_link.hpp"
-#include "source_address.hpp"
 
 namespace axiscal {
 

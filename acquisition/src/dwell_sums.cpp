@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "dwell_sums.hpp"
+#include "acquisition/src/dwell_sums.hpp"
 
 #include <algorithm>
 #include <cmath>

@@ -1,14 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "expected_response.hpp"
+#include "acquisition/src/expected_response.hpp"
 
 #include <array>
 #include <cmath>
 
 #include "axiscal/acquisition/pose_model.hpp"
-#include "axiscal/core/formatted.hpp"
 #include "axiscal/core/number_text.hpp"
 #include "axiscal/core/units.hpp"
 #include "axiscal/field/field_kind.hpp"
+#include "core/formatted.hpp"
 
 namespace axiscal {
 namespace {

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "file_source.hpp"
+#include "acquisition/src/file_source.hpp"
 
 #include <algorithm>
 #include <thread>
 #include <utility>
 
+#include "acquisition/src/sample_clock.hpp"
 #include "axiscal/logs/log_file.hpp"
-#include "sample_clock.hpp"
 
 namespace axiscal {
 namespace {

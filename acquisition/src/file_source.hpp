@@ -3,8 +3,8 @@
 
 #include <memory>
 
+#include "acquisition/src/decoder.hpp"
 #include "axiscal/acquisition/source.hpp"
-#include "decoder.hpp"
 
 namespace axiscal {
 

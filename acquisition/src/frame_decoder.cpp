@@ -9,11 +9,11 @@
 
 #include <boost/crc.hpp>
 
-#include "axiscal/core/formatted.hpp"
+#include "acquisition/src/decoder.hpp"
 #include "axiscal/core/input_file.hpp"
-#include "axiscal/core/json_document.hpp"
 #include "axiscal/core/nearest_name.hpp"
-#include "decoder.hpp"
+#include "core/formatted.hpp"
+#include "core/json_document.hpp"
 
 namespace axiscal {
 namespace {

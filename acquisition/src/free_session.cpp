@@ -6,20 +6,20 @@
 #include <cmath>
 #include <utility>
 
-#include "axis_intake.hpp"
+#include "acquisition/src/axis_intake.hpp"
+#include "acquisition/src/dwell_sums.hpp"
+#include "acquisition/src/session_end.hpp"
+#include "acquisition/src/session_news.hpp"
 #include "axiscal/acquisition/session.hpp"
 #include "axiscal/calib/calibrate.hpp"
 #include "axiscal/calib/orientation_quality.hpp"
 #include "axiscal/calib/reading_uncertainty.hpp"
 #include "axiscal/core/error.hpp"
-#include "axiscal/core/formatted.hpp"
-#include "axiscal/core/json_document.hpp"
 #include "axiscal/core/number_text.hpp"
 #include "axiscal/core/rounded_value.hpp"
 #include "axiscal/core/units.hpp"
-#include "dwell_sums.hpp"
-#include "session_end.hpp"
-#include "session_news.hpp"
+#include "core/formatted.hpp"
+#include "core/json_document.hpp"
 
 namespace axiscal {
 namespace {
@@ -76,7 +76,7 @@ class FreeSession::Engine {
     if (setup_.experiment.instrument.axis_count() != 3) {
       throw SetupError("a free session needs one instrument of three axes");
     }
-    setup_.experiment.method = Method::magnitude;
+    setup_.experiment.fit.method = Method::magnitude;
     view_.free.emplace();
     view_.free->wanted_deg = setup_.wanted_u_deg;
     view_.free->takes_rests = setup_.by_rests;

@@ -4,8 +4,8 @@
 #include <algorithm>
 #include <cmath>
 
-#include "axis_columns.hpp"
-#include "dwell_sums.hpp"
+#include "acquisition/src/axis_columns.hpp"
+#include "acquisition/src/dwell_sums.hpp"
 
 namespace axiscal {
 namespace {

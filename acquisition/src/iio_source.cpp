@@ -5,16 +5,16 @@
 #include <cstdint>
 #include <thread>
 
+#include "acquisition/src/device_sources.hpp"
+#include "acquisition/src/sample_clock.hpp"
 #include "axiscal/core/error.hpp"
 #include "axiscal/core/number_text.hpp"
-#include "device_sources.hpp"
-#include "sample_clock.hpp"
 
 #ifdef AXISCAL_IIO
 #include <iio.h>
 
-#include "axiscal/core/formatted.hpp"
-#include "axiscal/core/late_library.hpp"
+#include "core/formatted.hpp"
+#include "core/late_library.hpp"
 #endif
 
 namespace axiscal {

@@ -11,12 +11,12 @@
 #include <unistd.h>
 
 #include "axiscal/acquisition/settings.hpp"
-#include "axiscal/core/descriptor.hpp"
 #include "axiscal/core/error.hpp"
-#include "axiscal/core/formatted.hpp"
 #include "axiscal/core/input_file.hpp"
 #include "axiscal/core/input_protection.hpp"
-#include "axiscal/core/json_document.hpp"
+#include "core/descriptor.hpp"
+#include "core/formatted.hpp"
+#include "core/json_document.hpp"
 
 namespace axiscal {
 namespace {

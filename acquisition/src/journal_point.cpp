@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "journal_point.hpp"
+#include "acquisition/src/journal_point.hpp"
 
 #include <optional>
 

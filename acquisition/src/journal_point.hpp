@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include "axiscal/core/json_document.hpp"
 #include "axiscal/positioner/design_point.hpp"
+#include "core/json_document.hpp"
 
 namespace axiscal {
 

@@ -12,7 +12,7 @@
 #include <openssl/ssl.h>
 #include <openssl/x509v3.h>
 
-#include "axiscal/core/late_library.hpp"
+#include "core/late_library.hpp"
 
 #if defined(AXISCAL_OPENSSL_LATE) && defined(AXISCAL_CRYPTO_LATE)
 #define AXISCAL_LATE_GLOBAL(LIBRARY, FUNCTION)                                \

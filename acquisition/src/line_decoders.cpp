@@ -5,12 +5,12 @@
 
 #include <nlohmann/json.hpp>
 
+#include "acquisition/src/decoder.hpp"
 #include "axiscal/core/error.hpp"
-#include "axiscal/core/formatted.hpp"
 #include "axiscal/core/not_a_number.hpp"
 #include "axiscal/core/number_text.hpp"
 #include "axiscal/logs/text_row.hpp"
-#include "decoder.hpp"
+#include "core/formatted.hpp"
 
 namespace axiscal {
 namespace {

@@ -8,9 +8,9 @@
 
 #include "axiscal/acquisition/session_face.hpp"
 #include "axiscal/acquisition/session_json.hpp"
-#include "axiscal/core/formatted.hpp"
 #include "axiscal/core/number_text.hpp"
 #include "axiscal/core/output_file.hpp"
+#include "core/formatted.hpp"
 
 namespace axiscal {
 namespace {

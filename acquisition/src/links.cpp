@@ -13,9 +13,9 @@
 #include <poll.h>
 #include <unistd.h>
 
+#include "acquisition/src/byte_link.hpp"
 #include "axiscal/acquisition/settings.hpp"
-#include "axiscal/core/formatted.hpp"
-#include "byte_link.hpp"
+#include "core/formatted.hpp"
 
 namespace axiscal {
 namespace {

@@ -4,9 +4,9 @@
 #include <optional>
 #include <thread>
 
+#include "acquisition/src/device_sources.hpp"
+#include "acquisition/src/sample_clock.hpp"
 #include "axiscal/core/error.hpp"
-#include "device_sources.hpp"
-#include "sample_clock.hpp"
 
 #ifdef AXISCAL_MQTT
 #include <cstdlib>
@@ -14,9 +14,9 @@
 
 #include <sys/stat.h>
 
-#include "axiscal/core/formatted.hpp"
 #include "axiscal/core/input_file.hpp"
-#include "axiscal/core/late_library.hpp"
+#include "core/formatted.hpp"
+#include "core/late_library.hpp"
 #endif
 
 namespace axiscal {

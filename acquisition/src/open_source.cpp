@@ -4,14 +4,14 @@
 #include <algorithm>
 #include <filesystem>
 
+#include "acquisition/src/device_sources.hpp"
+#include "acquisition/src/file_source.hpp"
+#include "acquisition/src/stream_source.hpp"
 #include "axiscal/acquisition/simulated_source.hpp"
 #include "axiscal/core/error.hpp"
-#include "axiscal/core/formatted.hpp"
 #include "axiscal/core/nearest_name.hpp"
 #include "axiscal/core/number_text.hpp"
-#include "device_sources.hpp"
-#include "file_source.hpp"
-#include "stream_source.hpp"
+#include "core/formatted.hpp"
 
 namespace axiscal {
 namespace {

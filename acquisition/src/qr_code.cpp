@@ -4,7 +4,7 @@
 #ifdef AXISCAL_QRENCODE
 #include <qrencode.h>
 
-#include "axiscal/core/late_library.hpp"
+#include "core/late_library.hpp"
 #endif
 
 namespace axiscal {

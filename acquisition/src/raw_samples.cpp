@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "raw_samples.hpp"
+#include "acquisition/src/raw_samples.hpp"
 
-#include "axiscal/core/json_document.hpp"
+#include "core/json_document.hpp"
 
 namespace axiscal {
 namespace {

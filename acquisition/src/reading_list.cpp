@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "reading_list.hpp"
+#include "acquisition/src/reading_list.hpp"
 
 #include <algorithm>
 
+#include "acquisition/src/journal_point.hpp"
 #include "axiscal/core/timestamp.hpp"
-#include "axiscal/field/field_json.hpp"
-#include "journal_point.hpp"
+#include "field/field_json.hpp"
 
 namespace axiscal {
 ReadingList::ReadingList(const std::vector<RunSheetRow>& sheet) : replicate_size_(0) {

@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "axiscal/acquisition/session.hpp"
-#include "axiscal/core/json_document.hpp"
+#include "core/json_document.hpp"
 
 namespace axiscal {
 

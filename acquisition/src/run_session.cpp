@@ -4,8 +4,8 @@
 #include <optional>
 #include <thread>
 
+#include "acquisition/src/sample_clock.hpp"
 #include "axiscal/acquisition/session_face.hpp"
-#include "sample_clock.hpp"
 
 namespace axiscal {
 namespace {

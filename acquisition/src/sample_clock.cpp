@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "sample_clock.hpp"
+#include "acquisition/src/sample_clock.hpp"
 
 #include <algorithm>
 #include <cmath>
 #include <utility>
 
 #include "axiscal/core/error.hpp"
-#include "axiscal/core/formatted.hpp"
 #include "axiscal/core/timestamp.hpp"
+#include "core/formatted.hpp"
 
 namespace axiscal {
 namespace {

@@ -8,9 +8,9 @@
 #include <string>
 #include <vector>
 
+#include "acquisition/src/source_address.hpp"
 #include "axiscal/acquisition/source.hpp"
 #include "axiscal/logs/time_column.hpp"
-#include "source_address.hpp"
 
 namespace axiscal {
 

@@ -6,14 +6,14 @@
 #include <deque>
 #include <optional>
 
+#include "acquisition/src/sample_clock.hpp"
+#include "acquisition/src/source_reader.hpp"
 #include "axiscal/core/error.hpp"
-#include "axiscal/core/formatted.hpp"
 #include "axiscal/core/not_a_number.hpp"
 #include "axiscal/core/number_text.hpp"
 #include "axiscal/core/timestamp.hpp"
 #include "axiscal/logs/segment.hpp"
-#include "sample_clock.hpp"
-#include "source_reader.hpp"
+#include "core/formatted.hpp"
 
 namespace axiscal {
 namespace {

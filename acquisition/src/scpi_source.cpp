@@ -2,13 +2,13 @@
 #include <algorithm>
 #include <cmath>
 
+#include "acquisition/src/decoder.hpp"
+#include "acquisition/src/device_sources.hpp"
+#include "acquisition/src/sample_clock.hpp"
 #include "axiscal/core/error.hpp"
-#include "axiscal/core/formatted.hpp"
 #include "axiscal/core/number_text.hpp"
 #include "axiscal/logs/text_row.hpp"
-#include "decoder.hpp"
-#include "device_sources.hpp"
-#include "sample_clock.hpp"
+#include "core/formatted.hpp"
 
 namespace axiscal {
 namespace {

@@ -3,7 +3,7 @@
 
 #include <utility>
 
-#include "session_engine.hpp"
+#include "acquisition/src/session_engine.hpp"
 
 namespace axiscal {
 

@@ -2,13 +2,13 @@
 // What the person asks for, and the end.
 #include <utility>
 
+#include "acquisition/src/session_end.hpp"
+#include "acquisition/src/session_engine.hpp"
+#include "acquisition/src/session_words.hpp"
 #include "axiscal/acquisition/assembly_session.hpp"
 #include "axiscal/core/error.hpp"
-#include "axiscal/core/formatted.hpp"
 #include "axiscal/core/number_text.hpp"
-#include "session_end.hpp"
-#include "session_engine.hpp"
-#include "session_words.hpp"
+#include "core/formatted.hpp"
 
 namespace axiscal {
 namespace {

@@ -1,15 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "session_end.hpp"
+#include "acquisition/src/session_end.hpp"
 
+#include "acquisition/src/session_words.hpp"
 #include "axiscal/calib/calibrate.hpp"
 #include "axiscal/calib/forecast.hpp"
 #include "axiscal/calib/observations_csv.hpp"
 #include "axiscal/core/error.hpp"
-#include "axiscal/core/formatted.hpp"
 #include "axiscal/core/median.hpp"
 #include "axiscal/core/number_text.hpp"
 #include "axiscal/core/units.hpp"
-#include "session_words.hpp"
+#include "core/formatted.hpp"
 
 namespace axiscal {
 namespace {
@@ -20,7 +20,7 @@ constexpr double noisy_reading = 5.0;  // times the median of the scatter of rea
 Method method_of(const Experiment& experiment, const std::vector<RunSheetRow>& sheet) {
   Observations planned;
   planned.readings = readings_of(sheet);
-  return experiment.method.value_or(choose_method(experiment, planned));
+  return experiment.fit.method.value_or(choose_method(experiment, planned));
 }
 
 std::string verdict_text(const Calibration& calibration) {

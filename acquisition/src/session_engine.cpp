@@ -1,21 +1,21 @@
 // SPDX-License-Identifier: Apache-2.0
 // Samples come in, a view goes out.
-#include "session_engine.hpp"
+#include "acquisition/src/session_engine.hpp"
 
 #include <algorithm>
 #include <cmath>
 #include <utility>
 
-#include "axis_columns.hpp"
+#include "acquisition/src/axis_columns.hpp"
+#include "acquisition/src/session_view.hpp"
+#include "acquisition/src/session_words.hpp"
 #include "axiscal/calib/experiment.hpp"
 #include "axiscal/core/error.hpp"
-#include "axiscal/core/formatted.hpp"
-#include "axiscal/core/json_document.hpp"
 #include "axiscal/core/median.hpp"
 #include "axiscal/core/number_text.hpp"
 #include "axiscal/core/timestamp.hpp"
-#include "session_view.hpp"
-#include "session_words.hpp"
+#include "core/formatted.hpp"
+#include "core/json_document.hpp"
 
 namespace axiscal {
 

@@ -7,15 +7,15 @@
 #include <string>
 #include <vector>
 
-#include "axis_intake.hpp"
+#include "acquisition/src/axis_intake.hpp"
+#include "acquisition/src/dwell_sums.hpp"
+#include "acquisition/src/raw_samples.hpp"
+#include "acquisition/src/reading_list.hpp"
+#include "acquisition/src/session_knowledge.hpp"
+#include "acquisition/src/session_news.hpp"
+#include "acquisition/src/soak_watch.hpp"
+#include "acquisition/src/stuck_watch.hpp"
 #include "axiscal/acquisition/session.hpp"
-#include "dwell_sums.hpp"
-#include "raw_samples.hpp"
-#include "reading_list.hpp"
-#include "session_knowledge.hpp"
-#include "session_news.hpp"
-#include "soak_watch.hpp"
-#include "stuck_watch.hpp"
 
 namespace axiscal {
 

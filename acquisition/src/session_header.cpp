@@ -3,12 +3,12 @@
 
 #include <utility>
 
+#include "acquisition/src/journal_point.hpp"
 #include "axiscal/acquisition/journal.hpp"
-#include "axiscal/core/json_document.hpp"
 #include "axiscal/core/timestamp.hpp"
 #include "axiscal/core/version.hpp"
-#include "axiscal/field/field_json.hpp"
-#include "journal_point.hpp"
+#include "core/json_document.hpp"
+#include "field/field_json.hpp"
 
 namespace axiscal {
 namespace {

@@ -3,9 +3,9 @@
 
 #include <cmath>
 
-#include "axiscal/core/json_document.hpp"
 #include "axiscal/core/number_text.hpp"
-#include "axiscal/field/field_json.hpp"
+#include "core/json_document.hpp"
+#include "field/field_json.hpp"
 
 namespace axiscal {
 namespace {

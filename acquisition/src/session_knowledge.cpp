@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "session_knowledge.hpp"
+#include "acquisition/src/session_knowledge.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -8,11 +8,11 @@
 
 #include <Eigen/Geometry>
 
+#include "acquisition/src/expected_response.hpp"
+#include "acquisition/src/session_end.hpp"
 #include "axiscal/acquisition/assembly_session.hpp"
 #include "axiscal/calib/experiment.hpp"
 #include "axiscal/field/field_kind.hpp"
-#include "expected_response.hpp"
-#include "session_end.hpp"
 
 namespace axiscal {
 

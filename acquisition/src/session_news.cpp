@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "session_news.hpp"
+#include "acquisition/src/session_news.hpp"
 
 #include <algorithm>
 #include <cmath>
 #include <utility>
 
-#include "axiscal/core/formatted.hpp"
 #include "axiscal/core/number_text.hpp"
+#include "core/formatted.hpp"
 
 namespace axiscal {
 

@@ -3,9 +3,9 @@
 
 #include "axiscal/calib/summary.hpp"
 #include "axiscal/calib/uncertainty.hpp"
-#include "axiscal/core/formatted.hpp"
 #include "axiscal/core/number_text.hpp"
 #include "axiscal/core/rounded_value.hpp"
+#include "core/formatted.hpp"
 
 namespace axiscal {
 SessionOutcome outcome_of(const Calibration& calibration) {

@@ -3,10 +3,10 @@
 #include <algorithm>
 #include <cmath>
 
-#include "axiscal/core/formatted.hpp"
+#include "acquisition/src/session_engine.hpp"
+#include "acquisition/src/session_words.hpp"
 #include "axiscal/core/number_text.hpp"
-#include "session_engine.hpp"
-#include "session_words.hpp"
+#include "core/formatted.hpp"
 
 namespace axiscal {
 namespace {

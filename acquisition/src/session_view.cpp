@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "session_view.hpp"
+#include "acquisition/src/session_view.hpp"
 
 #include <algorithm>
 
-#include "session_words.hpp"
+#include "acquisition/src/session_words.hpp"
 
 namespace axiscal {
 namespace {

@@ -4,11 +4,11 @@
 #include <optional>
 #include <vector>
 
+#include "acquisition/src/reading_list.hpp"
+#include "acquisition/src/soak_watch.hpp"
 #include "axiscal/acquisition/pose_model.hpp"
 #include "axiscal/acquisition/session.hpp"
 #include "axiscal/acquisition/stillness.hpp"
-#include "reading_list.hpp"
-#include "soak_watch.hpp"
 
 namespace axiscal {
 

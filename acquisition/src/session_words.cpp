@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "session_words.hpp"
+#include "acquisition/src/session_words.hpp"
 
-#include "axiscal/core/formatted.hpp"
 #include "axiscal/core/number_text.hpp"
+#include "core/formatted.hpp"
 
 namespace axiscal {
 namespace {

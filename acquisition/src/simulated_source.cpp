@@ -5,13 +5,13 @@
 #include <cmath>
 #include <thread>
 
+#include "acquisition/src/sample_clock.hpp"
 #include "axiscal/acquisition/assembly_session.hpp"
 #include "axiscal/calib/experiment.hpp"
 #include "axiscal/core/error.hpp"
 #include "axiscal/field/field_kind.hpp"
 #include "axiscal/field/settings.hpp"
 #include "axiscal/positioner/positioner.hpp"
-#include "sample_clock.hpp"
 
 namespace axiscal {
 namespace {

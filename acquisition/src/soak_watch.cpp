@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "soak_watch.hpp"
+#include "acquisition/src/soak_watch.hpp"
 
 #include <utility>
 #include <vector>

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "source_address.hpp"
+#include "acquisition/src/source_address.hpp"
 
 #include <algorithm>
 #include <charconv>
 
 #include "axiscal/core/error.hpp"
-#include "axiscal/core/formatted.hpp"
 #include "axiscal/core/number_text.hpp"
+#include "core/formatted.hpp"
 
 namespace axiscal {
 namespace {

@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "source_reader.hpp"
+#include "acquisition/src/source_reader.hpp"
 
 #include <cmath>
 #include <utility>
 
-#include "axiscal/core/formatted.hpp"
+#include "acquisition/src/sample_clock.hpp"
 #include "axiscal/core/number_text.hpp"
 #include "axiscal/core/shown_text.hpp"
-#include "sample_clock.hpp"
+#include "core/formatted.hpp"
 
 namespace axiscal {
 namespace {

@@ -5,9 +5,9 @@
 #include <cmath>
 #include <limits>
 
+#include "acquisition/src/dwell_sums.hpp"
 #include "axiscal/core/error.hpp"
 #include "axiscal/core/not_a_number.hpp"
-#include "dwell_sums.hpp"
 
 namespace axiscal {
 namespace {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "stream_source.hpp"
+#include "acquisition/src/stream_source.hpp"
 
 namespace axiscal {
 

@@ -5,10 +5,10 @@
 #include <optional>
 #include <string>
 
+#include "acquisition/src/byte_link.hpp"
+#include "acquisition/src/decoder.hpp"
+#include "acquisition/src/sample_clock.hpp"
 #include "axiscal/acquisition/source.hpp"
-#include "byte_link.hpp"
-#include "decoder.hpp"
-#include "sample_clock.hpp"
 
 namespace axiscal {
 

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "stuck_watch.hpp"
+#include "acquisition/src/stuck_watch.hpp"
 
+#include "acquisition/src/dwell_sums.hpp"
 #include "axiscal/core/number_text.hpp"
-#include "dwell_sums.hpp"
 
 namespace axiscal {
 namespace {

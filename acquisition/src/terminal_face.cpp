@@ -21,7 +21,7 @@
 #include <ncurses.h>
 
 #include "axiscal/acquisition/settings.hpp"
-#include "axiscal/core/formatted.hpp"
+#include "core/formatted.hpp"
 #endif
 
 namespace axiscal {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "web_certificate.hpp"
+#include "acquisition/src/web_certificate.hpp"
 
 #include <array>
 #include <memory>
@@ -17,7 +17,7 @@
 #endif
 
 #include "axiscal/core/error.hpp"
-#include "axiscal/core/late_library.hpp"
+#include "core/late_library.hpp"
 
 namespace axiscal {
 

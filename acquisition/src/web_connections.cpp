@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "web_connections.hpp"
+#include "acquisition/src/web_connections.hpp"
 
 #ifdef AXISCAL_WEB
 #include <algorithm>

@@ -8,7 +8,7 @@
 #include <string>
 #include <utility>
 
-#include "web_page.hpp"
+#include "acquisition/src/web_page.hpp"
 
 namespace axiscal {
 

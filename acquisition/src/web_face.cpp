@@ -11,10 +11,10 @@
 
 #include <sys/resource.h>
 
+#include "acquisition/src/page_assets.hpp"
+#include "acquisition/src/web_page.hpp"
+#include "acquisition/src/web_server.hpp"
 #include "axiscal/acquisition/settings.hpp"
-#include "page_assets.hpp"
-#include "web_page.hpp"
-#include "web_server.hpp"
 #endif
 
 namespace axiscal {

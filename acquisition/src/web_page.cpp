@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "web_page.hpp"
+#include "acquisition/src/web_page.hpp"
 
 #ifdef AXISCAL_WEB
 #include <algorithm>
@@ -12,11 +12,11 @@
 
 #include <unistd.h>
 
+#include "acquisition/src/page_assets.hpp"
 #include "axiscal/acquisition/session_json.hpp"
-#include "axiscal/core/formatted.hpp"
-#include "axiscal/core/json_document.hpp"
 #include "axiscal/core/number_text.hpp"
-#include "page_assets.hpp"
+#include "core/formatted.hpp"
+#include "core/json_document.hpp"
 
 namespace axiscal {
 namespace {

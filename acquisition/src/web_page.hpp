@@ -9,8 +9,8 @@
 #include <string>
 #include <vector>
 
+#include "acquisition/src/web_request.hpp"
 #include "axiscal/acquisition/session.hpp"
-#include "web_request.hpp"
 
 namespace axiscal {
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "web_server.hpp"
+#include "acquisition/src/web_server.hpp"
 
 #ifdef AXISCAL_WEB
 #include <algorithm>
@@ -19,15 +19,15 @@
 #include <boost/beast/core/tcp_stream.hpp>
 
 #ifdef AXISCAL_OPENSSL
-#include "late_openssl.hpp"
+#include "acquisition/src/late_openssl.hpp"
 //
 #include <boost/asio/ssl/context.hpp>
 #include <boost/beast/ssl/ssl_stream.hpp>
 #endif
 
+#include "acquisition/src/web_connections.hpp"
 #include "axiscal/core/error.hpp"
-#include "axiscal/core/formatted.hpp"
-#include "web_connections.hpp"
+#include "core/formatted.hpp"
 
 namespace axiscal {
 namespace {

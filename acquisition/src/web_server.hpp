@@ -4,8 +4,8 @@
 #include <memory>
 #include <string>
 
-#include "web_certificate.hpp"
-#include "web_page.hpp"
+#include "acquisition/src/web_certificate.hpp"
+#include "acquisition/src/web_page.hpp"
 
 namespace axiscal {
 

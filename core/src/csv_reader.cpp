@@ -8,9 +8,9 @@
 #include <utility>
 
 #include "axiscal/core/error.hpp"
-#include "axiscal/core/formatted.hpp"
 #include "axiscal/core/missing_column.hpp"
 #include "axiscal/core/number_text.hpp"
+#include "core/formatted.hpp"
 
 namespace axiscal {
 namespace {

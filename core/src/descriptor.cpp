@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "axiscal/core/descriptor.hpp"
+#include "core/descriptor.hpp"
 
 #include <cerrno>
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #define FMT_HEADER_ONLY
-#include "axiscal/core/formatted.hpp"
+#include "core/formatted.hpp"
 
 #include <fmt/format.h>
 

@@ -14,8 +14,8 @@
 #include <unistd.h>
 
 #include "axiscal/core/error.hpp"
-#include "axiscal/core/formatted.hpp"
 #include "axiscal/core/input_protection.hpp"
+#include "core/formatted.hpp"
 
 namespace axiscal {
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "axiscal/core/json_document.hpp"
+#include "core/json_document.hpp"
 
 #include <algorithm>
 #include <array>
@@ -11,11 +11,11 @@
 #include <utility>
 
 #include "axiscal/core/error.hpp"
-#include "axiscal/core/formatted.hpp"
-#include "axiscal/core/json_pieces.hpp"
 #include "axiscal/core/nearest_name.hpp"
 #include "axiscal/core/not_a_number.hpp"
 #include "axiscal/core/number_text.hpp"
+#include "core/formatted.hpp"
+#include "core/json_pieces.hpp"
 
 namespace axiscal {
 namespace {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "axiscal/core/json_members.hpp"
+#include "core/json_members.hpp"
 
 namespace axiscal {
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "axiscal/core/json_pieces.hpp"
+#include "core/json_pieces.hpp"
 
 #include <algorithm>
 #include <array>
@@ -7,7 +7,7 @@
 #include <cstddef>
 
 #include "axiscal/core/not_a_number.hpp"
-#include "axiscal/core/read_double.hpp"
+#include "core/read_double.hpp"
 
 namespace axiscal {
 namespace {

@@ -3,9 +3,9 @@
 
 #include <string_view>
 
-#include "axiscal/core/formatted.hpp"
 #include "axiscal/core/nearest_name.hpp"
 #include "axiscal/core/number_text.hpp"
+#include "core/formatted.hpp"
 
 namespace axiscal {
 namespace {

@@ -5,7 +5,7 @@
 #include <cctype>
 #include <vector>
 
-#include "axiscal/core/formatted.hpp"
+#include "core/formatted.hpp"
 
 namespace axiscal {
 namespace {

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "axiscal/core/npy_header.hpp"
+#include "core/npy_header.hpp"
 
-#include "axiscal/core/formatted.hpp"
+#include "core/formatted.hpp"
 
 namespace axiscal {
 

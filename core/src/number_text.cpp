@@ -6,8 +6,8 @@
 #include <cmath>
 #include <cstdint>
 
-#include "axiscal/core/formatted.hpp"
-#include "axiscal/core/read_double.hpp"
+#include "core/formatted.hpp"
+#include "core/read_double.hpp"
 
 namespace axiscal {
 namespace {

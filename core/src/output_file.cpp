@@ -17,12 +17,12 @@
 #include <system_error>
 #include <unistd.h>
 
-#include "axiscal/core/descriptor.hpp"
 #include "axiscal/core/error.hpp"
-#include "axiscal/core/formatted.hpp"
 #include "axiscal/core/input_protection.hpp"
 #include "axiscal/core/number_text.hpp"
-#include "axiscal/core/unfinished_names.hpp"
+#include "core/descriptor.hpp"
+#include "core/formatted.hpp"
+#include "core/unfinished_names.hpp"
 
 namespace axiscal {
 namespace {

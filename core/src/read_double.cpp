@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "axiscal/core/read_double.hpp"
+#include "core/read_double.hpp"
 
 #include <clocale>
 #include <cmath>

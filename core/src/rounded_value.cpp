@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "axiscal/core/formatted.hpp"
+#include "core/formatted.hpp"
 
 namespace axiscal {
 

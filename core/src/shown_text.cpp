@@ -5,8 +5,8 @@
 #include <array>
 
 #include "axiscal/core/csv_reader.hpp"
-#include "axiscal/core/formatted.hpp"
 #include "axiscal/core/number_text.hpp"
+#include "core/formatted.hpp"
 
 namespace axiscal {
 namespace {

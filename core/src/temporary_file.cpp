@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "axiscal/core/temporary_file.hpp"
+#include "core/temporary_file.hpp"
 
 #include <cerrno>
 #include <cstdlib>
@@ -9,8 +9,8 @@
 #include <unistd.h>
 
 #include "axiscal/core/error.hpp"
-#include "axiscal/core/formatted.hpp"
-#include "axiscal/core/unfinished_names.hpp"
+#include "core/formatted.hpp"
+#include "core/unfinished_names.hpp"
 
 namespace axiscal {
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "axiscal/core/unfinished_names.hpp"
+#include "core/unfinished_names.hpp"
 
 #include <array>
 #include <atomic>

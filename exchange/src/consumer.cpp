@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "consumer.hpp"
+#include "exchange/src/consumer.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -10,12 +10,12 @@
 
 #include "axiscal/calib/reduction.hpp"
 #include "axiscal/core/error.hpp"
-#include "axiscal/core/formatted.hpp"
 #include "axiscal/core/number_text.hpp"
 #include "axiscal/core/rotation.hpp"
 #include "axiscal/core/units.hpp"
 #include "axiscal/exchange/settings.hpp"
 #include "axiscal/field/field_unit.hpp"
+#include "core/formatted.hpp"
 
 namespace axiscal {
 namespace {

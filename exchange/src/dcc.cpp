@@ -11,10 +11,10 @@
 #include "axiscal/calib/settings.hpp"
 #include "axiscal/calib/uncertainty.hpp"
 #include "axiscal/core/error.hpp"
-#include "axiscal/core/formatted.hpp"
 #include "axiscal/core/number_text.hpp"
-#include "consumer.hpp"
-#include "formats.hpp"
+#include "core/formatted.hpp"
+#include "exchange/src/consumer.hpp"
+#include "exchange/src/formats.hpp"
 
 namespace axiscal {
 namespace {

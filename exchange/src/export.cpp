@@ -7,12 +7,12 @@
 #include <cmath>
 
 #include "axiscal/core/error.hpp"
-#include "axiscal/core/formatted.hpp"
 #include "axiscal/core/nearest_name.hpp"
 #include "axiscal/core/number_text.hpp"
 #include "axiscal/core/units.hpp"
 #include "axiscal/exchange/settings.hpp"
-#include "formats.hpp"
+#include "core/formatted.hpp"
+#include "exchange/src/formats.hpp"
 
 namespace axiscal {
 namespace {

@@ -3,12 +3,12 @@
 #include <cmath>
 
 #include "axiscal/core/error.hpp"
-#include "axiscal/core/formatted.hpp"
 #include "axiscal/core/number_text.hpp"
 #include "axiscal/exchange/settings.hpp"
 #include "axiscal/field/field_unit.hpp"
-#include "consumer.hpp"
-#include "formats.hpp"
+#include "core/formatted.hpp"
+#include "exchange/src/consumer.hpp"
+#include "exchange/src/formats.hpp"
 
 namespace axiscal {
 namespace {

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 // Linux IIO's calibbias and calibscale (kernel.org, ABI/testing/sysfs-bus-iio), one file an axis.
-#include "axiscal/core/formatted.hpp"
 #include "axiscal/core/number_text.hpp"
-#include "consumer.hpp"
-#include "formats.hpp"
+#include "core/formatted.hpp"
+#include "exchange/src/consumer.hpp"
+#include "exchange/src/formats.hpp"
 
 namespace axiscal {
 

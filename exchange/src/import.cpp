@@ -12,15 +12,15 @@
 
 #include "axiscal/calib/calibration_json.hpp"
 #include "axiscal/core/error.hpp"
-#include "axiscal/core/formatted.hpp"
-#include "axiscal/core/json_document.hpp"
 #include "axiscal/core/nearest_name.hpp"
 #include "axiscal/core/number_text.hpp"
 #include "axiscal/core/timestamp.hpp"
 #include "axiscal/core/units.hpp"
 #include "axiscal/core/version.hpp"
 #include "axiscal/exchange/settings.hpp"
-#include "formats.hpp"
+#include "core/formatted.hpp"
+#include "core/json_document.hpp"
+#include "exchange/src/formats.hpp"
 
 namespace axiscal {
 namespace {

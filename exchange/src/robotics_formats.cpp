@@ -8,12 +8,12 @@
 #include <nlohmann/json.hpp>
 
 #include "axiscal/core/error.hpp"
-#include "axiscal/core/formatted.hpp"
 #include "axiscal/core/number_text.hpp"
 #include "axiscal/core/units.hpp"
 #include "axiscal/field/field_kind.hpp"
-#include "consumer.hpp"
-#include "formats.hpp"
+#include "core/formatted.hpp"
+#include "exchange/src/consumer.hpp"
+#include "exchange/src/formats.hpp"
 
 namespace axiscal {
 namespace {

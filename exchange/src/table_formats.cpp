@@ -14,15 +14,15 @@
 #include "axiscal/calib/uncertainty.hpp"
 #include "axiscal/core/csv_reader.hpp"
 #include "axiscal/core/error.hpp"
-#include "axiscal/core/formatted.hpp"
 #include "axiscal/core/input_file.hpp"
-#include "axiscal/core/late_library.hpp"
-#include "axiscal/core/npy_header.hpp"
 #include "axiscal/core/number_text.hpp"
 #include "axiscal/core/shown_text.hpp"
-#include "axiscal/core/temporary_file.hpp"
-#include "consumer.hpp"
-#include "formats.hpp"
+#include "core/formatted.hpp"
+#include "core/late_library.hpp"
+#include "core/npy_header.hpp"
+#include "core/temporary_file.hpp"
+#include "exchange/src/consumer.hpp"
+#include "exchange/src/formats.hpp"
 
 #ifdef AXISCAL_MATIO
 #include <matio.h>

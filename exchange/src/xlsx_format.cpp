@@ -16,16 +16,16 @@
 #include "axiscal/calib/reduction.hpp"
 #include "axiscal/calib/uncertainty.hpp"
 #include "axiscal/core/error.hpp"
-#include "axiscal/core/formatted.hpp"
 #include "axiscal/core/input_file.hpp"
-#include "axiscal/core/late_library.hpp"
 #include "axiscal/core/number_text.hpp"
-#include "axiscal/core/temporary_file.hpp"
 #include "axiscal/core/timestamp.hpp"
 #include "axiscal/core/units.hpp"
 #include "axiscal/field/field_kind.hpp"
 #include "axiscal/instruments/inclination.hpp"
-#include "formats.hpp"
+#include "core/formatted.hpp"
+#include "core/late_library.hpp"
+#include "core/temporary_file.hpp"
+#include "exchange/src/formats.hpp"
 
 namespace axiscal {
 namespace {

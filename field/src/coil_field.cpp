@@ -7,10 +7,10 @@
 #include <utility>
 
 #include "axiscal/core/error.hpp"
-#include "axiscal/core/json_members.hpp"
 #include "axiscal/field/field_resolver.hpp"
 #include "axiscal/field/field_unit.hpp"
-#include "field_entries.hpp"
+#include "core/json_members.hpp"
+#include "field/src/field_entries.hpp"
 
 namespace axiscal {
 namespace {

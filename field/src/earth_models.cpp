@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // The Earth's gravity and magnetic field, as GeographicLib evaluates them.
-#include "earth_models.hpp"
+#include "field/src/earth_models.hpp"
 
 #include <vector>
 
@@ -11,9 +11,9 @@
 #include <GeographicLib/SphericalHarmonic1.hpp>
 
 #include "axiscal/core/error.hpp"
-#include "axiscal/core/formatted.hpp"
 #include "axiscal/field/gravity_field.hpp"
-#include "wmm2025_coefficients.hpp"
+#include "core/formatted.hpp"
+#include "field/src/wmm2025_coefficients.hpp"
 
 namespace axiscal {
 namespace {

@@ -3,7 +3,7 @@
 #include "axiscal/core/error.hpp"
 #include "axiscal/field/gravity_field.hpp"
 #include "axiscal/field/settings.hpp"
-#include "earth_models.hpp"
+#include "field/src/earth_models.hpp"
 
 namespace axiscal {
 

@@ -5,12 +5,12 @@
 #include <cmath>
 #include <utility>
 
-#include "axiscal/core/json_members.hpp"
 #include "axiscal/core/units.hpp"
 #include "axiscal/field/field_resolver.hpp"
 #include "axiscal/field/field_unit.hpp"
-#include "field_entries.hpp"
-#include "field_members.hpp"
+#include "core/json_members.hpp"
+#include "field/src/field_entries.hpp"
+#include "field/src/field_members.hpp"
 
 namespace axiscal {
 

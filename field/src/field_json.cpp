@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "axiscal/field/field_json.hpp"
+#include "field/field_json.hpp"
 
 #include <array>
 #include <filesystem>
@@ -8,10 +8,10 @@
 #include <utility>
 
 #include "axiscal/core/error.hpp"
-#include "axiscal/core/formatted.hpp"
 #include "axiscal/core/input_file.hpp"
 #include "axiscal/field/field_kind.hpp"
 #include "axiscal/field/recorded_field.hpp"
+#include "core/formatted.hpp"
 
 namespace axiscal {
 namespace {

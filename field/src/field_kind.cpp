@@ -5,11 +5,11 @@
 #include <optional>
 
 #include "axiscal/core/error.hpp"
-#include "axiscal/core/formatted.hpp"
 #include "axiscal/core/nearest_name.hpp"
 #include "axiscal/core/number_text.hpp"
 #include "axiscal/field/field_unit.hpp"
-#include "field_entries.hpp"
+#include "core/formatted.hpp"
+#include "field/src/field_entries.hpp"
 
 namespace axiscal {
 namespace {

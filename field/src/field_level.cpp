@@ -4,8 +4,8 @@
 #include <utility>
 #include <vector>
 
-#include "axiscal/core/formatted.hpp"
 #include "axiscal/core/number_text.hpp"
+#include "core/formatted.hpp"
 
 namespace axiscal {
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "field_members.hpp"
+#include "field/src/field_members.hpp"
 
 namespace axiscal {
 

@@ -6,8 +6,8 @@
 #include <string>
 #include <string_view>
 
-#include "axiscal/core/json_members.hpp"
 #include "axiscal/field/site.hpp"
+#include "core/json_members.hpp"
 
 namespace axiscal {
 

@@ -5,11 +5,11 @@
 #include <cmath>
 
 #include "axiscal/core/error.hpp"
-#include "axiscal/core/formatted.hpp"
 #include "axiscal/core/number_text.hpp"
 #include "axiscal/core/rotation.hpp"
 #include "axiscal/core/timestamp.hpp"
 #include "axiscal/field/settings.hpp"
+#include "core/formatted.hpp"
 
 namespace axiscal {
 

@@ -5,8 +5,6 @@
 #include <cmath>
 
 #include "axiscal/core/error.hpp"
-#include "axiscal/core/formatted.hpp"
-#include "axiscal/core/json_members.hpp"
 #include "axiscal/core/number_text.hpp"
 #include "axiscal/core/rotation.hpp"
 #include "axiscal/core/timestamp.hpp"
@@ -14,6 +12,8 @@
 #include "axiscal/field/field_resolver.hpp"
 #include "axiscal/field/field_unit.hpp"
 #include "axiscal/field/settings.hpp"
+#include "core/formatted.hpp"
+#include "core/json_members.hpp"
 
 namespace axiscal {
 namespace {

@@ -4,8 +4,8 @@
 #include <array>
 
 #include "axiscal/core/error.hpp"
-#include "axiscal/core/formatted.hpp"
 #include "axiscal/core/units.hpp"
+#include "core/formatted.hpp"
 
 namespace axiscal {
 namespace {

@@ -5,17 +5,17 @@
 #include <utility>
 
 #include "axiscal/core/error.hpp"
-#include "axiscal/core/formatted.hpp"
-#include "axiscal/core/json_members.hpp"
 #include "axiscal/core/number_text.hpp"
 #include "axiscal/core/timestamp.hpp"
 #include "axiscal/core/units.hpp"
 #include "axiscal/field/field_resolver.hpp"
 #include "axiscal/field/field_unit.hpp"
 #include "axiscal/field/settings.hpp"
-#include "earth_models.hpp"
-#include "field_entries.hpp"
-#include "field_members.hpp"
+#include "core/formatted.hpp"
+#include "core/json_members.hpp"
+#include "field/src/earth_models.hpp"
+#include "field/src/field_entries.hpp"
+#include "field/src/field_members.hpp"
 
 namespace axiscal {
 

@@ -5,12 +5,12 @@
 #include <utility>
 
 #include "axiscal/core/error.hpp"
-#include "axiscal/core/formatted.hpp"
-#include "axiscal/core/json_members.hpp"
 #include "axiscal/field/field_resolver.hpp"
 #include "axiscal/field/settings.hpp"
 #include "axiscal/field/sun.hpp"
-#include "field_entries.hpp"
+#include "core/formatted.hpp"
+#include "core/json_members.hpp"
+#include "field/src/field_entries.hpp"
 
 namespace axiscal {
 

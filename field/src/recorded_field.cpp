@@ -7,13 +7,13 @@
 
 #include "axiscal/core/csv_reader.hpp"
 #include "axiscal/core/error.hpp"
-#include "axiscal/core/formatted.hpp"
 #include "axiscal/core/input_file.hpp"
-#include "axiscal/core/json_members.hpp"
 #include "axiscal/core/number_text.hpp"
 #include "axiscal/core/timestamp.hpp"
 #include "axiscal/field/field_resolver.hpp"
 #include "axiscal/field/settings.hpp"
+#include "core/formatted.hpp"
+#include "core/json_members.hpp"
 
 namespace axiscal {
 namespace {

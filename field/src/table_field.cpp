@@ -7,8 +7,8 @@
 #include <utility>
 
 #include "axiscal/core/error.hpp"
-#include "axiscal/core/formatted.hpp"
 #include "axiscal/core/rotation.hpp"
+#include "core/formatted.hpp"
 
 namespace axiscal {
 

@@ -6,9 +6,9 @@
 #include <utility>
 
 #include "axiscal/core/error.hpp"
-#include "axiscal/core/formatted.hpp"
 #include "axiscal/field/field_resolver.hpp"
-#include "field_entries.hpp"
+#include "core/formatted.hpp"
+#include "field/src/field_entries.hpp"
 
 namespace axiscal {
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "formula.hpp"
+#include "formulas/src/formula.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -13,9 +13,9 @@
 #endif
 
 #include "axiscal/core/error.hpp"
-#include "axiscal/core/formatted.hpp"
-#include "axiscal/core/late_library.hpp"
 #include "axiscal/core/not_a_number.hpp"
+#include "core/formatted.hpp"
+#include "core/late_library.hpp"
 
 namespace axiscal {
 

@@ -8,12 +8,12 @@
 #include <utility>
 
 #include "axiscal/core/error.hpp"
-#include "axiscal/core/formatted.hpp"
-#include "axiscal/core/json_members.hpp"
 #include "axiscal/field/field_kind.hpp"
 #include "axiscal/field/field_resolver.hpp"
 #include "axiscal/field/reference_field.hpp"
-#include "formula.hpp"
+#include "core/formatted.hpp"
+#include "core/json_members.hpp"
+#include "formulas/src/formula.hpp"
 
 namespace axiscal {
 namespace {

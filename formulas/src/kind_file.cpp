@@ -10,11 +10,11 @@
 #include <vector>
 
 #include "axiscal/core/error.hpp"
-#include "axiscal/core/formatted.hpp"
 #include "axiscal/core/input_file.hpp"
-#include "axiscal/core/json_document.hpp"
 #include "axiscal/core/not_a_number.hpp"
-#include "formula.hpp"
+#include "core/formatted.hpp"
+#include "core/json_document.hpp"
+#include "formulas/src/formula.hpp"
 
 namespace axiscal {
 namespace {

@@ -7,7 +7,7 @@
 
 #include "axiscal/core/csv_reader.hpp"
 #include "axiscal/core/error.hpp"
-#include "axiscal/core/formatted.hpp"
+#include "core/formatted.hpp"
 
 namespace axiscal {
 

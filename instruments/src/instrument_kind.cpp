@@ -4,10 +4,10 @@
 #include <string>
 
 #include "axiscal/core/error.hpp"
-#include "axiscal/core/formatted.hpp"
 #include "axiscal/core/nearest_name.hpp"
 #include "axiscal/instruments/settings.hpp"
-#include "kinds/kinds.hpp"
+#include "core/formatted.hpp"
+#include "instruments/src/kinds/kinds.hpp"
 
 namespace axiscal {
 namespace {

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "axiscal/kernels/ellipsoid_rows.hpp"
+#include "kernels/ellipsoid_rows.hpp"
 
 #include <cmath>
 
 #ifdef AXISCAL_HIGHWAY
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "ellipsoid_rows.cpp"
-#include "vector_lanes.hpp"
+#include "kernels/src/vector_lanes.hpp"
 //
 #include <hwy/foreach_target.h>
 //

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "axiscal/kernels/instruction_set.hpp"
+#include "kernels/instruction_set.hpp"
 
 #ifdef AXISCAL_HIGHWAY
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "instruction_set.cpp"
-#include "vector_lanes.hpp"
+#include "kernels/src/vector_lanes.hpp"
 // Only the list of targets is of interest here.
 #include <hwy/foreach_target.h>
 //

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "axiscal/kernels/regression_trials.hpp"
+#include "kernels/regression_trials.hpp"
 
 #ifdef AXISCAL_HIGHWAY
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "regression_trials.cpp"
-#include "vector_lanes.hpp"
+#include "kernels/src/vector_lanes.hpp"
 //
 #include <hwy/foreach_target.h>
 //
@@ -12,7 +12,7 @@
 //
 #include <hwy/contrib/math/math-inl.h>
 
-#include "random_streams.hpp"
+#include "kernels/src/random_streams.hpp"
 
 HWY_BEFORE_NAMESPACE();
 namespace axiscal {
@@ -255,7 +255,7 @@ std::vector<RegressionTrialSums> RunTrials(const RegressionTrials& trials,
 }  // namespace axiscal
 HWY_AFTER_NAMESPACE();
 #else
-#include "random_streams.hpp"
+#include "kernels/src/random_streams.hpp"
 #define HWY_ONCE 1
 #endif
 

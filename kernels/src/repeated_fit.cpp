@@ -4,7 +4,7 @@
 #ifdef AXISCAL_HIGHWAY
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "repeated_fit.cpp"
-#include "vector_lanes.hpp"
+#include "kernels/src/vector_lanes.hpp"
 //
 #include <hwy/foreach_target.h>
 //

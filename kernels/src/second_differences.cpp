@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "axiscal/kernels/second_differences.hpp"
+#include "kernels/second_differences.hpp"
 
 #ifdef AXISCAL_HIGHWAY
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "second_differences.cpp"
-#include "vector_lanes.hpp"
+#include "kernels/src/vector_lanes.hpp"
 //
 #include <hwy/foreach_target.h>
 //

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "axiscal/kernels/sliding_variance.hpp"
+#include "kernels/sliding_variance.hpp"
 
 #include <algorithm>
 #include <vector>
@@ -7,7 +7,7 @@
 #ifdef AXISCAL_HIGHWAY
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "sliding_variance.cpp"
-#include "vector_lanes.hpp"
+#include "kernels/src/vector_lanes.hpp"
 //
 #include <hwy/foreach_target.h>
 //

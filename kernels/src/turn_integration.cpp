@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "axiscal/kernels/turn_integration.hpp"
+#include "kernels/turn_integration.hpp"
 
 #include <algorithm>
 #include <numeric>
@@ -21,7 +21,7 @@ struct TurnSums {
 #ifdef AXISCAL_HIGHWAY
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "turn_integration.cpp"
-#include "vector_lanes.hpp"
+#include "kernels/src/vector_lanes.hpp"
 //
 #include <hwy/foreach_target.h>
 //

@@ -9,8 +9,8 @@
 
 #include "axiscal/calib/distributions.hpp"
 #include "axiscal/core/error.hpp"
-#include "axiscal/kernels/second_differences.hpp"
-#include "phase.hpp"
+#include "kernels/second_differences.hpp"
+#include "logs/src/phase.hpp"
 
 namespace axiscal {
 namespace {

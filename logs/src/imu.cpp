@@ -17,7 +17,6 @@
 #include "axiscal/calib/magnitude_fit.hpp"
 #include "axiscal/calib/settings.hpp"
 #include "axiscal/core/error.hpp"
-#include "axiscal/core/formatted.hpp"
 #include "axiscal/core/median.hpp"
 #include "axiscal/core/number_text.hpp"
 #include "axiscal/core/units.hpp"
@@ -25,7 +24,8 @@
 #include "axiscal/field/geomagnetic_field.hpp"
 #include "axiscal/logs/sample_rests.hpp"
 #include "axiscal/positioner/positioner.hpp"
-#include "rest_turns.hpp"
+#include "core/formatted.hpp"
+#include "logs/src/rest_turns.hpp"
 
 namespace axiscal {
 namespace {
@@ -134,7 +134,7 @@ RestQuality quality_of(const Segmentation& rests,
                        RestTurns& source,
                        TurnFitOptions& turn_options) {
   const Eigen::MatrixX3d means = means_of(rests, options.accelerometer);
-  const MagnitudeFit fit = fit_magnitude(means, 1.0, options.experiment.shape);
+  const MagnitudeFit fit = fit_magnitude(means, 1.0, options.experiment.fit.shape);
   const Eigen::MatrixX3d ups = fields_by(fit.response, means);
   const double spread = spread_of(ups.rowwise().normalized());
   if (options.gyroscope.empty()) {
@@ -483,9 +483,9 @@ class ImuCalibrator {
     experiment.instrument.axes = options_.accelerometer;
     take_usual_field(experiment);
     // Of a hand-turned board the model errs more than the mean of a second.
-    experiment.weighting = experiment.weighting.value_or(Weighting::none);
+    experiment.fit.weighting = experiment.fit.weighting.value_or(Weighting::none);
     Observations observations = observations_of(options_.accelerometer);
-    if (!result_.seats && !experiment.method) {
+    if (!result_.seats && !experiment.fit.method) {
       take_six_faces(experiment, observations);
     }
     result_.accelerometer = calibrate(experiment, observations);
@@ -564,9 +564,10 @@ class ImuCalibrator {
     } else if (!experiment.field.is_stated()) {
       experiment.field.of = std::make_shared<const GeomagneticField>();
     }
-    experiment.weighting = experiment.weighting.value_or(Weighting::none);
-    experiment.method.reset();
-    experiment.shape = MagnitudeShape::symmetric;  // its frame becomes the accelerometer's anyway
+    experiment.fit.weighting = experiment.fit.weighting.value_or(Weighting::none);
+    experiment.fit.method.reset();
+    experiment.fit.shape =
+        MagnitudeShape::symmetric;  // its frame becomes the accelerometer's anyway
     const Observations observations = observations_of(options_.magnetometer);
     Calibration record = calibrate(experiment, observations);
     record.provenance.slot = "magnetometer";

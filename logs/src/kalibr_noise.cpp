@@ -2,10 +2,10 @@
 #include <cmath>
 
 #include "axiscal/core/error.hpp"
-#include "axiscal/core/formatted.hpp"
 #include "axiscal/core/number_text.hpp"
 #include "axiscal/logs/noise_json.hpp"
 #include "axiscal/logs/sensor_names.hpp"
+#include "core/formatted.hpp"
 
 namespace axiscal {
 namespace {

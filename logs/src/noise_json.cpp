@@ -4,8 +4,8 @@
 #include <algorithm>
 #include <cmath>
 
-#include "axiscal/core/json_document.hpp"
 #include "axiscal/core/not_a_number.hpp"
+#include "core/json_document.hpp"
 
 namespace axiscal {
 

@@ -6,11 +6,11 @@
 #include <cmath>
 #include <optional>
 
-#include "axiscal/core/formatted.hpp"
 #include "axiscal/core/number_text.hpp"
 #include "axiscal/core/rounded_value.hpp"
 #include "axiscal/core/units.hpp"
 #include "axiscal/logs/sensor_names.hpp"
+#include "core/formatted.hpp"
 
 namespace axiscal {
 namespace {

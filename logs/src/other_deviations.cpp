@@ -5,7 +5,7 @@
 
 #include "axiscal/core/error.hpp"
 #include "axiscal/core/not_a_number.hpp"
-#include "phase.hpp"
+#include "logs/src/phase.hpp"
 
 namespace axiscal {
 namespace {

@@ -10,15 +10,15 @@
 #include "axiscal/calib/calibrate.hpp"
 #include "axiscal/calib/experiment.hpp"
 #include "axiscal/core/error.hpp"
-#include "axiscal/core/formatted.hpp"
 #include "axiscal/core/input_file.hpp"
-#include "axiscal/core/json_document.hpp"
 #include "axiscal/core/number_text.hpp"
 #include "axiscal/field/turntable_field.hpp"
 #include "axiscal/logs/seats.hpp"
 #include "axiscal/logs/settings.hpp"
 #include "axiscal/logs/table_text.hpp"
 #include "axiscal/logs/time_column.hpp"
+#include "core/formatted.hpp"
+#include "core/json_document.hpp"
 
 namespace axiscal {
 namespace {
@@ -254,7 +254,7 @@ class RegionCalibrator {
     experiment.instrument.kind = "accelerometer";
     experiment.instrument.axes = options_.accelerometer;
     take_usual_field(experiment);
-    experiment.weighting = experiment.weighting.value_or(Weighting::none);
+    experiment.fit.weighting = experiment.fit.weighting.value_or(Weighting::none);
     Observations observations = readings_of(options_.accelerometer, rests_);
     const auto all_have = [&](auto has) {
       return std::all_of(rests_.begin(), rests_.end(),
@@ -277,7 +277,7 @@ class RegionCalibrator {
         faces.push_back(rest.region->rest);
       }
       take_as_level(make_field_description(experiment).magnitude, faces, observations);
-      experiment.method = experiment.method.value_or(Method::known);
+      experiment.fit.method = experiment.fit.method.value_or(Method::known);
       result_.notes.emplace_back(
           "the regions name the face on the table alone: it is taken as level, and its slope is in "
           "the biases");
@@ -332,9 +332,9 @@ class RegionCalibrator {
                              .axes = options_.gyroscope,
                              .unit = options_.gyroscope_unit};
     experiment.field = TurntableField(sum / static_cast<double>(observations.size()), "rad/s");
-    experiment.method = Method::known;
-    experiment.weighting = Weighting::none;
-    experiment.search_for_mistakes = false;
+    experiment.fit.method = Method::known;
+    experiment.fit.weighting = Weighting::none;
+    experiment.fit.search_for_mistakes = false;
     Calibration record = calibrate(experiment, observations);
     record.provenance.slot = "gyroscope";
     result_.gyroscope = std::move(record);

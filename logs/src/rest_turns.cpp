@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "rest_turns.hpp"
+#include "logs/src/rest_turns.hpp"
 
 #include <algorithm>
 #include <cmath>

@@ -12,12 +12,12 @@
 #include <Eigen/QR>
 
 #include "axiscal/core/error.hpp"
-#include "axiscal/core/formatted.hpp"
 #include "axiscal/core/median.hpp"
 #include "axiscal/core/not_a_number.hpp"
 #include "axiscal/core/number_text.hpp"
 #include "axiscal/core/units.hpp"
 #include "axiscal/positioner/positioner.hpp"
+#include "core/formatted.hpp"
 
 namespace axiscal {
 namespace {

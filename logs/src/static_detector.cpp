@@ -8,7 +8,7 @@
 #include <utility>
 
 #include "axiscal/core/error.hpp"
-#include "axiscal/kernels/sliding_variance.hpp"
+#include "kernels/sliding_variance.hpp"
 
 namespace axiscal {
 namespace {

@@ -6,8 +6,8 @@
 #include <string>
 
 #include "axiscal/core/error.hpp"
-#include "axiscal/core/formatted.hpp"
 #include "axiscal/core/random.hpp"
+#include "core/formatted.hpp"
 
 namespace axiscal {
 

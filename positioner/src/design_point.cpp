@@ -2,7 +2,7 @@
 #include "axiscal/positioner/design_point.hpp"
 
 #include "axiscal/core/error.hpp"
-#include "axiscal/core/formatted.hpp"
+#include "core/formatted.hpp"
 
 namespace axiscal {
 

@@ -9,9 +9,9 @@
 #include <Eigen/LU>
 
 #include "axiscal/core/error.hpp"
-#include "axiscal/core/formatted.hpp"
 #include "axiscal/core/rotation.hpp"
 #include "axiscal/positioner/positioner.hpp"
+#include "core/formatted.hpp"
 
 namespace axiscal {
 namespace {

@@ -4,8 +4,8 @@
 #include <set>
 
 #include "axiscal/core/error.hpp"
-#include "axiscal/core/formatted.hpp"
 #include "axiscal/core/rotation.hpp"
+#include "core/formatted.hpp"
 
 namespace axiscal {
 

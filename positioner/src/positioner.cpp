@@ -11,8 +11,8 @@
 #include <Eigen/Geometry>
 
 #include "axiscal/core/error.hpp"
-#include "axiscal/core/formatted.hpp"
 #include "axiscal/positioner/design.hpp"
+#include "core/formatted.hpp"
 
 namespace axiscal {
 namespace {

@@ -7,9 +7,9 @@
 
 #include <Eigen/LU>
 
-#include "axiscal/core/formatted.hpp"
 #include "axiscal/core/input_file.hpp"
-#include "axiscal/core/json_document.hpp"
+#include "core/formatted.hpp"
+#include "core/json_document.hpp"
 
 namespace axiscal {
 namespace {

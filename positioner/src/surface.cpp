@@ -7,8 +7,8 @@
 #include <Eigen/SVD>
 
 #include "axiscal/core/error.hpp"
-#include "axiscal/core/formatted.hpp"
 #include "axiscal/core/number_text.hpp"
+#include "core/formatted.hpp"
 
 namespace axiscal {
 void check_adjusters(const std::vector<Eigen::Vector2d>& adjusters) {

@@ -5,18 +5,18 @@
 #include <cmath>
 
 #include "axiscal/calib/summary.hpp"
-#include "axiscal/core/formatted.hpp"
 #include "axiscal/core/number_text.hpp"
 #include "axiscal/core/rounded_value.hpp"
 #include "axiscal/field/field_kind.hpp"
-#include "coefficients_section.hpp"
-#include "html.hpp"
-#include "html_page.hpp"
-#include "noise_section.hpp"
-#include "readings_section.hpp"
-#include "report_plots.hpp"
-#include "story_section.hpp"
-#include "verdict_section.hpp"
+#include "core/formatted.hpp"
+#include "report/src/coefficients_section.hpp"
+#include "report/src/html.hpp"
+#include "report/src/html_page.hpp"
+#include "report/src/noise_section.hpp"
+#include "report/src/readings_section.hpp"
+#include "report/src/report_plots.hpp"
+#include "report/src/story_section.hpp"
+#include "report/src/verdict_section.hpp"
 
 namespace axiscal {
 namespace {

@@ -8,14 +8,14 @@
 #include "axiscal/calib/method_kind.hpp"
 #include "axiscal/calib/uncertainty.hpp"
 #include "axiscal/core/error.hpp"
-#include "axiscal/core/formatted.hpp"
 #include "axiscal/core/number_text.hpp"
 #include "axiscal/core/rounded_value.hpp"
 #include "axiscal/core/units.hpp"
 #include "axiscal/exchange/export.hpp"
-#include "html.hpp"
-#include "pdf_archive.hpp"
-#include "pdf_writer.hpp"
+#include "core/formatted.hpp"
+#include "report/src/html.hpp"
+#include "report/src/pdf_archive.hpp"
+#include "report/src/pdf_writer.hpp"
 
 namespace axiscal {
 namespace {

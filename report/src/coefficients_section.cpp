@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "coefficients_section.hpp"
+#include "report/src/coefficients_section.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -9,11 +9,11 @@
 #include "axiscal/calib/assembly.hpp"
 #include "axiscal/calib/intrinsic.hpp"
 #include "axiscal/calib/uncertainty.hpp"
-#include "axiscal/core/formatted.hpp"
 #include "axiscal/core/number_text.hpp"
 #include "axiscal/core/units.hpp"
 #include "axiscal/instruments/polar_form.hpp"
-#include "html.hpp"
+#include "core/formatted.hpp"
+#include "report/src/html.hpp"
 
 namespace axiscal {
 namespace {

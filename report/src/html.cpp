@@ -1,14 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "html.hpp"
+#include "report/src/html.hpp"
 
 #include <algorithm>
 #include <cctype>
 #include <cmath>
 #include <span>
 
-#include "axiscal/core/formatted.hpp"
 #include "axiscal/core/number_text.hpp"
 #include "axiscal/core/rounded_value.hpp"
+#include "core/formatted.hpp"
 
 namespace axiscal {
 

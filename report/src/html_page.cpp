@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "html_page.hpp"
+#include "report/src/html_page.hpp"
 
-#include "axiscal/core/formatted.hpp"
-#include "html.hpp"
-#include "page_assets.hpp"
+#include "core/formatted.hpp"
+#include "report/src/html.hpp"
+#include "report/src/page_assets.hpp"
 
 namespace axiscal {
 namespace {

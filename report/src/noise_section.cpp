@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "noise_section.hpp"
+#include "report/src/noise_section.hpp"
 
 #include <algorithm>
 #include <array>
@@ -11,13 +11,13 @@
 #include <utility>
 #include <vector>
 
-#include "axiscal/core/formatted.hpp"
 #include "axiscal/core/number_text.hpp"
 #include "axiscal/core/version.hpp"
 #include "axiscal/logs/noise_summary.hpp"
 #include "axiscal/report/noise_report.hpp"
-#include "html.hpp"
-#include "html_page.hpp"
+#include "core/formatted.hpp"
+#include "report/src/html.hpp"
+#include "report/src/html_page.hpp"
 
 namespace axiscal {
 namespace {

@@ -5,7 +5,7 @@
 #include <string>
 
 #include "axiscal/logs/noise_json.hpp"
-#include "plot.hpp"
+#include "report/src/plot.hpp"
 
 namespace axiscal {
 

@@ -1,18 +1,18 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "pdf_archive.hpp"
+#include "report/src/pdf_archive.hpp"
 
 #include <exception>
 
 #if defined(AXISCAL_QPDF) || defined(AXISCAL_PDF_ARCHIVE_MODULE)
 #include "axiscal/core/error.hpp"
-#include "axiscal/core/formatted.hpp"
 #include "axiscal/core/timestamp.hpp"
 #include "axiscal/core/version.hpp"
-#include "html.hpp"
-#include "qpdf_archive.hpp"
+#include "core/formatted.hpp"
+#include "report/src/html.hpp"
+#include "report/src/qpdf_archive.hpp"
 #endif
 #ifdef AXISCAL_PDF_ARCHIVE_MODULE
-#include "axiscal/core/late_module.hpp"
+#include "core/late_module.hpp"
 #endif
 
 namespace axiscal {

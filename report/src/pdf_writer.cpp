@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "pdf_writer.hpp"
+#include "report/src/pdf_writer.hpp"
 
 #ifdef AXISCAL_CAIRO
 #include <algorithm>
@@ -10,8 +10,8 @@
 
 #include "axiscal/core/csv_reader.hpp"
 #include "axiscal/core/error.hpp"
-#include "axiscal/core/formatted.hpp"
-#include "axiscal/core/late_library.hpp"
+#include "core/formatted.hpp"
+#include "core/late_library.hpp"
 
 namespace axiscal {
 namespace {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "plot.hpp"
+#include "report/src/plot.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -7,9 +7,9 @@
 #include <numeric>
 #include <set>
 
-#include "axiscal/core/formatted.hpp"
 #include "axiscal/core/number_text.hpp"
-#include "html.hpp"
+#include "core/formatted.hpp"
+#include "report/src/html.hpp"
 
 namespace axiscal {
 namespace {

@@ -2,7 +2,7 @@
 // All that touches qpdf. Its headers (11) are C++17: clang 14 refuses them in C++20, for a vector
 // of what is not yet complete. So this source is C++17 too, and includes nothing of ours that is
 // not.
-#include "qpdf_archive.hpp"
+#include "report/src/qpdf_archive.hpp"
 
 #include <cstring>
 #include <exception>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "readings_section.hpp"
+#include "report/src/readings_section.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -9,10 +9,10 @@
 #include <set>
 #include <vector>
 
-#include "axiscal/core/formatted.hpp"
 #include "axiscal/positioner/positioner.hpp"
 #include "axiscal/report/run_sheet_page.hpp"
-#include "html.hpp"
+#include "core/formatted.hpp"
+#include "report/src/html.hpp"
 
 namespace axiscal {
 namespace {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "report_plots.hpp"
+#include "report/src/report_plots.hpp"
 
 #include <algorithm>
 #include <array>
@@ -9,12 +9,12 @@
 
 #include "axiscal/calib/method_kind.hpp"
 #include "axiscal/calib/reading_uncertainty.hpp"
-#include "axiscal/core/formatted.hpp"
 #include "axiscal/core/number_text.hpp"
 #include "axiscal/core/units.hpp"
 #include "axiscal/field/field_kind.hpp"
 #include "axiscal/instruments/instrument_kind.hpp"
-#include "html.hpp"
+#include "core/formatted.hpp"
+#include "report/src/html.hpp"
 
 namespace axiscal {
 namespace {

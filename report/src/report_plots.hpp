@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "axiscal/report/calibration_report.hpp"
-#include "plot.hpp"
+#include "report/src/plot.hpp"
 
 namespace axiscal {
 

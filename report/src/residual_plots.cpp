@@ -5,9 +5,9 @@
 #include <map>
 
 #include "axiscal/calib/distributions.hpp"
-#include "axiscal/core/formatted.hpp"
 #include "axiscal/core/number_text.hpp"
-#include "report_plots.hpp"
+#include "core/formatted.hpp"
+#include "report/src/report_plots.hpp"
 
 namespace axiscal {
 namespace {

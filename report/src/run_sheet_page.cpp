@@ -5,11 +5,11 @@
 #include <functional>
 
 #include "axiscal/calib/observations_csv.hpp"
-#include "axiscal/core/formatted.hpp"
 #include "axiscal/core/number_text.hpp"
 #include "axiscal/positioner/facing.hpp"
-#include "html.hpp"
-#include "page_assets.hpp"
+#include "core/formatted.hpp"
+#include "report/src/html.hpp"
+#include "report/src/page_assets.hpp"
 
 namespace axiscal {
 namespace {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "story_section.hpp"
+#include "report/src/story_section.hpp"
 
 #include <algorithm>
 #include <array>
@@ -15,13 +15,13 @@
 #include <Eigen/Geometry>
 
 #include "axiscal/calib/reduction.hpp"
-#include "axiscal/core/formatted.hpp"
 #include "axiscal/core/number_text.hpp"
 #include "axiscal/core/units.hpp"
 #include "axiscal/instruments/polar_form.hpp"
 #include "axiscal/positioner/positioner.hpp"
-#include "html.hpp"
-#include "report_plots.hpp"
+#include "core/formatted.hpp"
+#include "report/src/html.hpp"
+#include "report/src/report_plots.hpp"
 
 namespace axiscal {
 namespace {

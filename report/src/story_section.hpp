@@ -7,7 +7,7 @@
 
 #include "axiscal/calib/calibration.hpp"
 #include "axiscal/calib/observations.hpp"
-#include "plot.hpp"
+#include "report/src/plot.hpp"
 
 namespace axiscal {
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "verdict_section.hpp"
+#include "report/src/verdict_section.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -8,10 +8,10 @@
 
 #include "axiscal/calib/summary.hpp"
 #include "axiscal/calib/uncertainty.hpp"
-#include "axiscal/core/formatted.hpp"
 #include "axiscal/report/calibration_report.hpp"
 #include "axiscal/report/run_sheet_page.hpp"
-#include "html.hpp"
+#include "core/formatted.hpp"
+#include "report/src/html.hpp"
 
 namespace axiscal {
 namespace {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "decoder.hpp"
+#include "acquisition/src/decoder.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -7,11 +7,11 @@
 
 #include <gtest/gtest.h>
 
+#include "acquisition/src/sample_clock.hpp"
 #include "axiscal/core/error.hpp"
 #include "axiscal/core/timestamp.hpp"
 #include "matchers.hpp"
 #include "program.hpp"
-#include "sample_clock.hpp"
 
 namespace axiscal {
 namespace {

@@ -9,6 +9,7 @@
 #include <gtest/gtest.h>
 #include <sys/resource.h>
 
+#include "acquisition/src/soak_watch.hpp"
 #include "allocations.hpp"
 #include "axiscal/acquisition/sample_feed.hpp"
 #include "axiscal/acquisition/session_json.hpp"
@@ -19,7 +20,6 @@
 #include "axiscal/field/sun.hpp"
 #include "guided.hpp"
 #include "matchers.hpp"
-#include "soak_watch.hpp"
 
 namespace axiscal::test {
 namespace {

@@ -10,12 +10,12 @@
 #include <sys/socket.h>
 #include <unistd.h>
 
+#include "acquisition/src/web_certificate.hpp"
+#include "acquisition/src/web_page.hpp"
+#include "acquisition/src/web_request.hpp"
+#include "acquisition/src/web_server.hpp"
 #include "axiscal/acquisition/web_face.hpp"
 #include "axiscal/core/random.hpp"
-#include "web_certificate.hpp"
-#include "web_page.hpp"
-#include "web_request.hpp"
-#include "web_server.hpp"
 
 namespace axiscal {
 namespace {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "axiscal/core/json_pieces.hpp"
+#include "core/json_pieces.hpp"
 
 #include <array>
 #include <cmath>

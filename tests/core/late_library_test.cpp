@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "axiscal/core/late_library.hpp"
+#include "core/late_library.hpp"
 
 #include <array>
 #include <cmath>

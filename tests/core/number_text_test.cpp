@@ -10,7 +10,7 @@
 #include <vector>
 
 #include "axiscal/core/random.hpp"
-#include "axiscal/core/read_double.hpp"
+#include "core/read_double.hpp"
 #include "matchers.hpp"
 
 namespace axiscal {

@@ -16,6 +16,9 @@
 #include <sys/mman.h>
 #include <unistd.h>
 
+#include "acquisition/src/decoder.hpp"
+#include "acquisition/src/web_page.hpp"
+#include "acquisition/src/web_request.hpp"
 #include "axiscal/acquisition/journal.hpp"
 #include "axiscal/acquisition/session.hpp"
 #include "axiscal/calib/body.hpp"
@@ -36,11 +39,8 @@
 #include "axiscal/logs/segment.hpp"
 #include "axiscal/logs/table_text.hpp"
 #include "axiscal/positioner/positioner_json.hpp"
-#include "decoder.hpp"
 #include "run_command.hpp"
 #include "structured.hpp"
-#include "web_page.hpp"
-#include "web_request.hpp"
 
 namespace {
 

@@ -8,15 +8,15 @@
 #include <gmock/gmock.h>
 
 #include "axiscal/core/random.hpp"
-#include "axiscal/kernels/ellipsoid_rows.hpp"
-#include "axiscal/kernels/instruction_set.hpp"
 #include "axiscal/kernels/reduce_columns.hpp"
-#include "axiscal/kernels/regression_trials.hpp"
 #include "axiscal/kernels/repeated_fit.hpp"
-#include "axiscal/kernels/second_differences.hpp"
-#include "axiscal/kernels/sliding_variance.hpp"
-#include "axiscal/kernels/sums_of_products.hpp"
-#include "axiscal/kernels/turn_integration.hpp"
+#include "kernels/ellipsoid_rows.hpp"
+#include "kernels/instruction_set.hpp"
+#include "kernels/regression_trials.hpp"
+#include "kernels/second_differences.hpp"
+#include "kernels/sliding_variance.hpp"
+#include "kernels/sums_of_products.hpp"
+#include "kernels/turn_integration.hpp"
 
 namespace axiscal {
 namespace {

@@ -14,10 +14,10 @@
 #include "axiscal/calib/magnitude_fit.hpp"
 #include "axiscal/calib/turns.hpp"
 #include "axiscal/core/units.hpp"
-#include "axiscal/kernels/sliding_variance.hpp"
 #include "axiscal/logs/imu.hpp"
 #include "axiscal/logs/segment.hpp"
 #include "data.hpp"
+#include "kernels/sliding_variance.hpp"
 #include "matchers.hpp"
 
 namespace axiscal {

@@ -14,9 +14,9 @@
 #include "axiscal/core/rounded_value.hpp"
 #include "axiscal/core/units.hpp"
 #include "axiscal/report/noise_report.hpp"
-#include "html.hpp"
-#include "plot.hpp"
-#include "report_plots.hpp"
+#include "report/src/html.hpp"
+#include "report/src/plot.hpp"
+#include "report/src/report_plots.hpp"
 #include "scenario.hpp"
 
 namespace axiscal::test {

@@ -9,8 +9,8 @@
 #include "axiscal/calib/uncertainty.hpp"
 #include "axiscal/core/error.hpp"
 #include "axiscal/exchange/export.hpp"
-#include "pdf_archive.hpp"
 #include "program.hpp"
+#include "report/src/pdf_archive.hpp"
 #include "scenario.hpp"
 
 namespace axiscal::test {

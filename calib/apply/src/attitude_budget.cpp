@@ -2,12 +2,12 @@
 #include <algorithm>
 #include <cmath>
 
-#include "axiscal/calib/factor.hpp"
-#include "axiscal/calib/inheritance.hpp"
 #include "axiscal/calib/reading_uncertainty.hpp"
 #include "axiscal/core/error.hpp"
 #include "axiscal/core/random.hpp"
-#include "reduced_results.hpp"
+#include "calib/apply/src/reduced_results.hpp"
+#include "calib/record/inheritance.hpp"
+#include "calib/regression/factor.hpp"
 
 namespace axiscal {
 namespace {

@@ -10,12 +10,10 @@
 #include <Eigen/LU>
 
 #include "axiscal/calib/distributions.hpp"
-#include "axiscal/calib/factor.hpp"
 #include "axiscal/calib/reading_uncertainty.hpp"
 #include "axiscal/calib/reduction.hpp"
 #include "axiscal/calib/uncertainty.hpp"
 #include "axiscal/core/error.hpp"
-#include "axiscal/core/formatted.hpp"
 #include "axiscal/core/not_a_number.hpp"
 #include "axiscal/core/number_text.hpp"
 #include "axiscal/core/rotation.hpp"
@@ -23,7 +21,9 @@
 #include "axiscal/core/units.hpp"
 #include "axiscal/field/field_kind.hpp"
 #include "axiscal/instruments/inclination.hpp"
-#include "changed_parameters.hpp"
+#include "calib/apply/src/changed_parameters.hpp"
+#include "calib/regression/factor.hpp"
+#include "core/formatted.hpp"
 
 namespace axiscal {
 namespace {

@@ -5,12 +5,12 @@
 #include "axiscal/calib/body.hpp"
 #include "axiscal/calib/reduction_csv.hpp"
 #include "axiscal/core/error.hpp"
-#include "axiscal/core/formatted.hpp"
 #include "axiscal/core/input_file.hpp"
-#include "axiscal/core/json_members.hpp"
 #include "axiscal/core/number_text.hpp"
 #include "axiscal/core/rotation.hpp"
 #include "axiscal/core/units.hpp"
+#include "core/formatted.hpp"
+#include "core/json_members.hpp"
 
 namespace axiscal {
 namespace {

@@ -6,13 +6,13 @@
 
 #include <Eigen/Geometry>
 
-#include "axiscal/calib/factor.hpp"
-#include "axiscal/calib/parameter_names.hpp"
 #include "axiscal/core/error.hpp"
-#include "axiscal/core/formatted.hpp"
 #include "axiscal/core/not_a_number.hpp"
 #include "axiscal/core/units.hpp"
-#include "reduced_results.hpp"
+#include "calib/apply/src/reduced_results.hpp"
+#include "calib/record/parameter_names.hpp"
+#include "calib/regression/factor.hpp"
+#include "core/formatted.hpp"
 
 namespace axiscal {
 namespace {

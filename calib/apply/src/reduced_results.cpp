@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "reduced_results.hpp"
+#include "calib/apply/src/reduced_results.hpp"
 
 #include <cmath>
 

@@ -9,14 +9,14 @@
 #include <Eigen/Geometry>
 #include <Eigen/LU>
 
-#include "axiscal/calib/factor.hpp"
 #include "axiscal/core/error.hpp"
-#include "axiscal/core/formatted.hpp"
 #include "axiscal/core/not_a_number.hpp"
 #include "axiscal/core/number_text.hpp"
 #include "axiscal/field/field_kind.hpp"
 #include "axiscal/field/field_unit.hpp"
-#include "changed_parameters.hpp"
+#include "calib/apply/src/changed_parameters.hpp"
+#include "calib/regression/factor.hpp"
+#include "core/formatted.hpp"
 
 namespace axiscal {
 namespace {

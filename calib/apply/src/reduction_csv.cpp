@@ -14,13 +14,13 @@
 
 #include "axiscal/calib/body.hpp"
 #include "axiscal/core/error.hpp"
-#include "axiscal/core/formatted.hpp"
 #include "axiscal/core/not_a_number.hpp"
-#include "axiscal/core/npy_header.hpp"
 #include "axiscal/core/number_text.hpp"
 #include "axiscal/core/parallel.hpp"
 #include "axiscal/core/shown_text.hpp"
 #include "axiscal/core/units.hpp"
+#include "core/formatted.hpp"
+#include "core/npy_header.hpp"
 
 namespace axiscal {
 namespace {

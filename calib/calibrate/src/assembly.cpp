@@ -9,17 +9,17 @@
 #include <Eigen/LU>
 
 #include "axiscal/calib/calibrate.hpp"
-#include "axiscal/calib/calibration_warning.hpp"
 #include "axiscal/calib/distributions.hpp"
 #include "axiscal/calib/method_kind.hpp"
 #include "axiscal/calib/uncertainty.hpp"
 #include "axiscal/core/error.hpp"
-#include "axiscal/core/formatted.hpp"
 #include "axiscal/core/not_a_number.hpp"
 #include "axiscal/core/number_text.hpp"
 #include "axiscal/core/rotation.hpp"
 #include "axiscal/field/field_kind.hpp"
 #include "axiscal/instruments/settings.hpp"
+#include "calib/record/calibration_warning.hpp"
+#include "core/formatted.hpp"
 
 namespace axiscal {
 namespace {

@@ -8,11 +8,11 @@
 #include "axiscal/calib/calibrate.hpp"
 #include "axiscal/calib/experiment_json.hpp"
 #include "axiscal/core/error.hpp"
-#include "axiscal/core/formatted.hpp"
 #include "axiscal/core/number_text.hpp"
 #include "axiscal/field/settings.hpp"
 #include "axiscal/instruments/instrument_kind.hpp"
 #include "axiscal/instruments/settings.hpp"
+#include "core/formatted.hpp"
 
 namespace axiscal {
 namespace {

@@ -7,22 +7,22 @@
 
 #include <Eigen/LU>
 
-#include "axiscal/calib/calibration_warning.hpp"
 #include "axiscal/calib/experiment.hpp"
-#include "axiscal/calib/factor.hpp"
-#include "axiscal/calib/jackknife.hpp"
-#include "axiscal/calib/magnitude.hpp"
 #include "axiscal/calib/method_kind.hpp"
 #include "axiscal/calib/orientation_quality.hpp"
-#include "axiscal/calib/parameter_names.hpp"
 #include "axiscal/core/error.hpp"
-#include "axiscal/core/formatted.hpp"
 #include "axiscal/core/number_text.hpp"
 #include "axiscal/core/random.hpp"
 #include "axiscal/core/timestamp.hpp"
 #include "axiscal/core/units.hpp"
 #include "axiscal/field/field_kind.hpp"
 #include "axiscal/field/geomagnetic_field.hpp"
+#include "calib/fit/magnitude.hpp"
+#include "calib/record/calibration_warning.hpp"
+#include "calib/record/parameter_names.hpp"
+#include "calib/regression/factor.hpp"
+#include "calib/regression/jackknife.hpp"
+#include "core/formatted.hpp"
 
 namespace axiscal {
 namespace {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "method_choice.hpp"
+#include "calib/calibrate/src/method_choice.hpp"
 
 #include <algorithm>
 #include <set>
@@ -43,8 +43,8 @@ bool shows_six_faces(const Observations& observations) {
 }  // namespace
 
 Method choose_method(const Experiment& experiment, const Observations& observations) {
-  if (experiment.method) {
-    return *experiment.method;
+  if (experiment.fit.method) {
+    return *experiment.fit.method;
   }
   if (!observations.has_fence && shows_six_faces(observations)) {
     return Method::faces;

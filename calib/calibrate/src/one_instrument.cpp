@@ -5,12 +5,12 @@
 #include <optional>
 
 #include "axiscal/calib/calibrate_run.hpp"
-#include "axiscal/calib/calibrated_coefficients.hpp"
 #include "axiscal/calib/settings.hpp"
 #include "axiscal/core/error.hpp"
-#include "axiscal/core/formatted.hpp"
 #include "axiscal/core/number_text.hpp"
 #include "axiscal/core/units.hpp"
+#include "calib/calibrate/fitted_record.hpp"
+#include "core/formatted.hpp"
 
 namespace axiscal {
 namespace {
@@ -25,15 +25,15 @@ constexpr double clear = 6.0;
 
 // The calibration of one file alone; none if its readings do not determine one.
 std::optional<Calibration> calibration_of(Experiment experiment, const Observations& readings) {
-  experiment.search_for_mistakes = false;
-  experiment.seats = SeatSetup::none;
-  experiment.process.reset();
+  experiment.fit.search_for_mistakes = false;
+  experiment.fit.seats = SeatSetup::none;
+  experiment.fit.process.reset();
   experiment.leave_out.clear();  // run numbers are those of the joined run
   for (const std::optional<Method> method :
-       {experiment.method, std::optional<Method>(Method::known)}) {
+       {experiment.fit.method, std::optional<Method>(Method::known)}) {
     try {
-      experiment.method = method;
-      return calibrated_coefficients(experiment, readings);
+      experiment.fit.method = method;
+      return fitted_record(experiment, readings);
     } catch (const Error&) {  // six faces, one fence face each, are taken as on a level table
       continue;
     }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "remarks.hpp"
+#include "calib/calibrate/src/remarks.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -10,14 +10,14 @@
 #include <utility>
 #include <vector>
 
-#include "axiscal/calib/calibration_warning.hpp"
 #include "axiscal/calib/method_kind.hpp"
-#include "axiscal/core/formatted.hpp"
 #include "axiscal/core/number_text.hpp"
 #include "axiscal/core/units.hpp"
 #include "axiscal/field/field_kind.hpp"
 #include "axiscal/instruments/instrument_kind.hpp"
 #include "axiscal/positioner/design.hpp"
+#include "calib/record/calibration_warning.hpp"
+#include "core/formatted.hpp"
 
 namespace axiscal {
 namespace {
@@ -177,7 +177,7 @@ void note_weights(const Experiment& experiment,
                   const Observations& observations,
                   Calibration& calibration) {
   const Weighting weights = calibration.fit.weights;
-  if (!experiment.weighting && weights == Weighting::samples && observations.samples &&
+  if (!experiment.fit.weighting && weights == Weighting::samples && observations.samples &&
       observations.samples->minCoeff() < observations.samples->maxCoeff()) {
     calibration.findings.notes.push_back(
         {NoteCode::weights,

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "run_checks.hpp"
+#include "calib/calibrate/src/run_checks.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -10,7 +10,6 @@
 #include "axiscal/calib/method_kind.hpp"
 #include "axiscal/calib/settings.hpp"
 #include "axiscal/core/error.hpp"
-#include "axiscal/core/formatted.hpp"
 #include "axiscal/core/number_text.hpp"
 #include "axiscal/core/rotation.hpp"
 #include "axiscal/field/field_kind.hpp"
@@ -18,7 +17,8 @@
 #include "axiscal/field/settings.hpp"
 #include "axiscal/instruments/instrument_kind.hpp"
 #include "axiscal/instruments/settings.hpp"
-#include "method_choice.hpp"
+#include "calib/calibrate/src/method_choice.hpp"
+#include "core/formatted.hpp"
 
 namespace axiscal {
 namespace {
@@ -114,7 +114,8 @@ void check_readings(const Experiment& experiment, const Observations& observatio
     const Reading& first = observations.readings.front();
     if (reading.point.has_value() != first.point.has_value() ||
         reading.field_in_sensor.has_value() != first.field_in_sensor.has_value() ||
-        (!reading.point && !reading.field_in_sensor && method_kind(experiment.method).by_pose)) {
+        (!reading.point && !reading.field_in_sensor &&
+         method_kind(experiment.fit.method).by_pose)) {
       throw DomainError("calibrate: every reading needs its design point, or every one its field");
     }
     if (reading.level != 1.0 && is_local(experiment.field)) {
@@ -167,9 +168,9 @@ void check_run(const Experiment& experiment, const Observations& observations) {
   const Instrument& instrument = experiment.instrument;
   check_instrument(instrument);
   check_sizes(instrument, observations);
-  if (experiment.noise_ratio.size() > 0 &&
-      (experiment.noise_ratio.size() != instrument.axis_count() ||
-       !(experiment.noise_ratio.array() > 0.0).all())) {
+  if (experiment.fit.noise_ratio.size() > 0 &&
+      (experiment.fit.noise_ratio.size() != instrument.axis_count() ||
+       !(experiment.fit.noise_ratio.array() > 0.0).all())) {
     throw SetupError("the noise ratio must have a positive number for each axis");
   }
   check_values(observations);
@@ -183,7 +184,7 @@ void check_run(const Experiment& experiment, const Observations& observations) {
 void check_temperature(const Experiment& experiment,
                        const std::vector<Reading>& readings,
                        Method method) {
-  const TemperatureSetup& setup = experiment.temperature;
+  const TemperatureSetup& setup = experiment.fit.temperature;
   if (setup.order == 0 && !setup.automatic) {
     return;
   }
@@ -218,16 +219,16 @@ void check_method(const Experiment& experiment,
   }
   const bool has_one_slope =
       method_kind(method).directions_known || method_kind(method).by_magnitude;
-  if (has_one_slope && experiment.level_by == LevelBy::block) {
+  if (has_one_slope && experiment.fit.level_by == LevelBy::block) {
     throw SetupError(formatted(
         "method {} estimates no levelness; level by block goes with paired and joint", name));
   }
-  if (experiment.robust && !method_kind(method).fits_sensitivity) {
+  if (experiment.fit.robust && !method_kind(method).fits_sensitivity) {
     throw SetupError("method bias has no robust regression; leave it out");
   }
   if (!experiment.field.others.empty() &&
       (method_kind(method).averages_pairs || method_kind(method).by_magnitude ||
-       experiment.level_by == LevelBy::block)) {
+       experiment.fit.level_by == LevelBy::block)) {
     throw SetupError(
         "a field of several parts goes with the methods joint and known, and one "
         "levelness for the run");
@@ -247,13 +248,13 @@ void check_method(const Experiment& experiment,
     throw SetupError(formatted(
         "method {}: one-sided axes see a field from one side only; use joint or known", name));
   }
-  if (method_kind(method).by_magnitude && experiment.squares && experiment.robust) {
+  if (method_kind(method).by_magnitude && experiment.fit.squares && experiment.fit.robust) {
     throw SetupError(
         "method magnitude fits squared terms without robust weights; leave out one of squares and "
         "robust");
   }
   if (method_kind(method).by_magnitude &&
-      (experiment.temperature.order > 0 || experiment.temperature.automatic)) {
+      (experiment.fit.temperature.order > 0 || experiment.fit.temperature.automatic)) {
     throw SetupError(
         "method magnitude fits no temperature terms; give design points, or calibrate each "
         "temperature by itself");

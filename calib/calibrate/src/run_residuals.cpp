@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "run_residuals.hpp"
+#include "calib/calibrate/src/run_residuals.hpp"
 
 #include <optional>
 
-#include "axiscal/calib/factor.hpp"
 #include "axiscal/calib/lit_response.hpp"
 #include "axiscal/calib/method_kind.hpp"
 #include "axiscal/core/not_a_number.hpp"
+#include "calib/regression/factor.hpp"
 
 namespace axiscal {
 namespace {

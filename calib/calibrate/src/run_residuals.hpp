@@ -5,7 +5,7 @@
 
 #include "axiscal/calib/calibration.hpp"
 #include "axiscal/calib/observations.hpp"
-#include "axiscal/calib/reading_source.hpp"
+#include "calib/fit/reading_source.hpp"
 
 namespace axiscal {
 

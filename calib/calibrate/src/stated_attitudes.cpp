@@ -1,16 +1,16 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "stated_attitudes.hpp"
+#include "calib/calibrate/src/stated_attitudes.hpp"
 
 #include <algorithm>
 #include <cmath>
 
 #include "axiscal/calib/method_kind.hpp"
 #include "axiscal/core/error.hpp"
-#include "axiscal/core/formatted.hpp"
 #include "axiscal/field/field_kind.hpp"
 #include "axiscal/field/settings.hpp"
 #include "axiscal/field/table_field.hpp"
 #include "axiscal/instruments/inclination.hpp"
+#include "core/formatted.hpp"
 
 namespace axiscal {
 
@@ -20,7 +20,7 @@ bool has_attitudes(const Observations& observations) {
 }
 
 bool takes_attitudes(const Experiment& experiment, const Observations& observations) {
-  const MethodKind& method = method_kind(experiment.method.value_or(Method::known));
+  const MethodKind& method = method_kind(experiment.fit.method.value_or(Method::known));
   if (!has_attitudes(observations) || (method.fits_sensitivity && !method.directions_known)) {
     return false;
   }

@@ -7,18 +7,18 @@
 #include <string_view>
 
 #include "axiscal/calib/assembly.hpp"
-#include "axiscal/calib/calibration_warning.hpp"
 #include "axiscal/calib/method_kind.hpp"
 #include "axiscal/calib/orientation_quality.hpp"
 #include "axiscal/calib/uncertainty.hpp"
 #include "axiscal/core/error.hpp"
-#include "axiscal/core/formatted.hpp"
 #include "axiscal/core/number_text.hpp"
 #include "axiscal/core/rounded_value.hpp"
 #include "axiscal/core/units.hpp"
 #include "axiscal/core/wrapped_text.hpp"
 #include "axiscal/field/field_kind.hpp"
 #include "axiscal/instruments/polar_form.hpp"
+#include "calib/record/calibration_warning.hpp"
+#include "core/formatted.hpp"
 
 namespace axiscal {
 namespace {

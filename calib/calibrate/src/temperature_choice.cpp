@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "temperature_choice.hpp"
+#include "calib/calibrate/src/temperature_choice.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -7,13 +7,13 @@
 #include <set>
 
 #include "axiscal/calib/distributions.hpp"
-#include "axiscal/calib/factor.hpp"
 #include "axiscal/calib/method_kind.hpp"
 #include "axiscal/calib/temperature.hpp"
-#include "axiscal/calib/temperature_fit.hpp"
-#include "axiscal/core/formatted.hpp"
 #include "axiscal/core/number_text.hpp"
-#include "method_choice.hpp"
+#include "calib/calibrate/src/method_choice.hpp"
+#include "calib/fit/temperature_fit.hpp"
+#include "calib/regression/factor.hpp"
+#include "core/formatted.hpp"
 
 namespace axiscal {
 namespace {
@@ -71,9 +71,9 @@ double p_of_following(const ReadingSet& set,
 }  // namespace
 
 bool has_temperatures_enough(const Experiment& experiment, const Observations& observations) {
-  if (!nothing_is_said(experiment.temperature) || experiment.instrument.one_sided ||
+  if (!nothing_is_said(experiment.fit.temperature) || experiment.instrument.one_sided ||
       (!has_labels(observations) && !brings_field(observations)) ||
-      !method_kind(experiment.method.value_or(Method::joint)).by_pose) {
+      !method_kind(experiment.fit.method.value_or(Method::joint)).by_pose) {
     return false;
   }
   const std::vector<double> temperatures =
@@ -102,7 +102,7 @@ void warn_of_ignored_temperature(const Experiment& experiment,
                                  const TableField& field,
                                  Calibration& calibration) {
   const std::vector<double> temperatures = temperatures_of(set.readings, {});
-  if (!nothing_is_said(experiment.temperature) || temperatures.empty()) {
+  if (!nothing_is_said(experiment.fit.temperature) || temperatures.empty()) {
     return;
   }
   const auto [low, high] = std::minmax_element(temperatures.begin(), temperatures.end());

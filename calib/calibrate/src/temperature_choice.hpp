@@ -8,7 +8,7 @@
 #include "axiscal/calib/calibration.hpp"
 #include "axiscal/calib/experiment.hpp"
 #include "axiscal/calib/observations.hpp"
-#include "axiscal/calib/reading_set.hpp"
+#include "calib/fit/reading_set.hpp"
 
 namespace axiscal {
 

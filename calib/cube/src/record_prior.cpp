@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "record_prior.hpp"
+#include "calib/cube/src/record_prior.hpp"
 
 #include <algorithm>
 #include <cmath>
 
 #include "axiscal/calib/distributions.hpp"
-#include "axiscal/calib/factor.hpp"
+#include "calib/regression/factor.hpp"
 
 namespace axiscal {
 namespace {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "solid_fit.hpp"
+#include "calib/cube/src/solid_fit.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -7,13 +7,13 @@
 #include <map>
 #include <numeric>
 
-#include "axiscal/calib/factor.hpp"
-#include "axiscal/calib/gauss_newton.hpp"
 #include "axiscal/calib/least_squares.hpp"
 #include "axiscal/core/error.hpp"
-#include "axiscal/core/formatted.hpp"
 #include "axiscal/core/number_text.hpp"
 #include "axiscal/core/rotation.hpp"
+#include "calib/regression/factor.hpp"
+#include "calib/regression/gauss_newton.hpp"
+#include "core/formatted.hpp"
 
 namespace axiscal {
 namespace {

@@ -10,7 +10,7 @@
 #include "axiscal/calib/observations.hpp"
 #include "axiscal/instruments/instrument.hpp"
 #include "axiscal/positioner/positioner.hpp"
-#include "record_prior.hpp"
+#include "calib/cube/src/record_prior.hpp"
 
 namespace axiscal {
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "axis_regression.hpp"
+#include "calib/fit/src/axis_regression.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -10,15 +10,15 @@
 #include <utility>
 
 #include "axiscal/calib/distributions.hpp"
-#include "axiscal/calib/reweighting.hpp"
 #include "axiscal/calib/robust.hpp"
 #include "axiscal/calib/settings.hpp"
 #include "axiscal/core/error.hpp"
-#include "axiscal/core/formatted.hpp"
 #include "axiscal/core/not_a_number.hpp"
 #include "axiscal/core/number_text.hpp"
 #include "axiscal/instruments/settings.hpp"
-#include "groups.hpp"
+#include "calib/fit/src/groups.hpp"
+#include "calib/regression/reweighting.hpp"
+#include "core/formatted.hpp"
 
 namespace axiscal {
 namespace {

@@ -7,8 +7,8 @@
 
 #include <Eigen/Core>
 
-#include "axiscal/calib/estimation.hpp"
 #include "axiscal/calib/least_squares.hpp"
+#include "calib/fit/estimation.hpp"
 
 namespace axiscal {
 

@@ -1,28 +1,28 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "axiscal/calib/bias_fit.hpp"
+#include "calib/fit/bias_fit.hpp"
 
 #include <algorithm>
 #include <cmath>
 #include <limits>
 #include <optional>
 
-#include "axiscal/calib/calibration_warning.hpp"
 #include "axiscal/calib/distributions.hpp"
 #include "axiscal/calib/experiment.hpp"
-#include "axiscal/calib/factor.hpp"
-#include "axiscal/calib/jackknife.hpp"
 #include "axiscal/calib/least_squares.hpp"
-#include "axiscal/calib/parameter_names.hpp"
-#include "axiscal/calib/serial_correlation.hpp"
 #include "axiscal/calib/settings.hpp"
-#include "axiscal/calib/temperature_fit.hpp"
 #include "axiscal/core/error.hpp"
-#include "axiscal/core/formatted.hpp"
 #include "axiscal/core/not_a_number.hpp"
 #include "axiscal/core/number_text.hpp"
 #include "axiscal/field/field_kind.hpp"
-#include "long_recording.hpp"
-#include "sweep_legs.hpp"
+#include "calib/fit/src/long_recording.hpp"
+#include "calib/fit/src/sweep_legs.hpp"
+#include "calib/fit/temperature_fit.hpp"
+#include "calib/record/calibration_warning.hpp"
+#include "calib/record/parameter_names.hpp"
+#include "calib/regression/factor.hpp"
+#include "calib/regression/jackknife.hpp"
+#include "calib/regression/serial_correlation.hpp"
+#include "core/formatted.hpp"
 
 namespace axiscal {
 namespace {
@@ -209,8 +209,8 @@ void put_freedom_of(const Calibration& from, FitStatistics& statistics) {
 int settled_order(const Experiment& experiment,
                   const ReadingSet& set,
                   TemperatureResponse& temperature) {
-  int order = experiment.temperature.order;
-  if (experiment.temperature.automatic) {
+  int order = experiment.fit.temperature.order;
+  if (experiment.fit.temperature.automatic) {
     temperature.trials = try_orders(set);
     order = temperature.trials.empty() ? 0 : chosen_order(temperature.trials);
   }
@@ -455,13 +455,12 @@ void fit_bias(const Experiment& experiment,
                   experiment.from->sensor.response.bias.size(), experiment.instrument.axis_count()),
         {settings::from_record});
   }
-  ReadingSource source = unordered;
   const bool has_temperature = std::all_of(
-      source.rows().begin(), source.rows().end(),
+      unordered.rows().begin(), unordered.rows().end(),
       [&](std::size_t row) { return observations.readings[row].temperature.has_value(); });
-  if (has_temperature) {
-    source.set_temperature(1, experiment.temperature.reference);
-  }
+  const ReadingSource source =
+      unordered.with({.temperature_order = has_temperature ? 1 : 0,
+                      .temperature_reference = experiment.fit.temperature.reference});
   ReadingSet set = source.set({}, {});
   const Eigen::Index m = set.axis_count();
   if (!has_temperature) {

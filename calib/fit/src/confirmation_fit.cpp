@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "axiscal/calib/confirmation_fit.hpp"
+#include "calib/fit/confirmation_fit.hpp"
 
 #include <cmath>
 #include <numeric>
 
-#include "axiscal/calib/deletion_fit.hpp"
 #include "axiscal/calib/distributions.hpp"
 #include "axiscal/core/error.hpp"
+#include "calib/fit/deletion_fit.hpp"
 
 namespace axiscal {
 namespace {

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "curvature.hpp"
+#include "calib/fit/src/curvature.hpp"
 
-#include "axiscal/calib/factor.hpp"
-#include "axiscal/calib/variance_components.hpp"
+#include "calib/regression/factor.hpp"
+#include "calib/regression/variance_components.hpp"
 
 namespace axiscal {
 

@@ -8,8 +8,8 @@
 #include <Eigen/Core>
 
 #include "axiscal/calib/distributions.hpp"
-#include "axiscal/calib/estimation.hpp"
-#include "layings.hpp"
+#include "calib/fit/estimation.hpp"
+#include "calib/fit/src/layings.hpp"
 
 namespace axiscal {
 

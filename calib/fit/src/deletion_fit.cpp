@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "axiscal/calib/deletion_fit.hpp"
+#include "calib/fit/deletion_fit.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -7,10 +7,10 @@
 #include <utility>
 
 #include "axiscal/calib/distributions.hpp"
-#include "axiscal/calib/factor.hpp"
-#include "axiscal/calib/heavy_tails.hpp"
-#include "axiscal/calib/shared_fit.hpp"
 #include "axiscal/core/not_a_number.hpp"
+#include "calib/regression/factor.hpp"
+#include "calib/regression/heavy_tails.hpp"
+#include "calib/regression/shared_fit.hpp"
 
 namespace axiscal {
 namespace {
@@ -165,7 +165,7 @@ DeletionFit::DeletionFit(const ReadingSet& set, const TableField& field, bool kn
       solution_(Model(set, known_field).at({.field = field})),
       smallest_(variances_of_rounding(set)) {}
 
-DeletionFit::DeletionFit(StateOfRun& run, const TableField& field)
+DeletionFit::DeletionFit(const SolvedReadings& run, const TableField& field)
     : set_(run.set()), solution_(run.at(field)), smallest_(variances_of_rounding(run.set())) {}
 
 std::optional<double> DeletionFit::p_value(const std::vector<std::size_t>& readings,

@@ -1,16 +1,16 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "axiscal/calib/design_advice.hpp"
+#include "calib/fit/design_advice.hpp"
 
 #include <optional>
 
-#include "axiscal/calib/factor.hpp"
 #include "axiscal/calib/least_squares.hpp"
-#include "axiscal/calib/parameter_names.hpp"
 #include "axiscal/core/error.hpp"
-#include "axiscal/core/formatted.hpp"
 #include "axiscal/core/number_text.hpp"
 #include "axiscal/instruments/settings.hpp"
 #include "axiscal/positioner/design.hpp"
+#include "calib/record/parameter_names.hpp"
+#include "calib/regression/factor.hpp"
+#include "core/formatted.hpp"
 
 namespace axiscal {
 namespace {

@@ -8,15 +8,15 @@
 
 #include <Eigen/LU>
 
-#include "axis_regression.hpp"
-#include "axiscal/calib/factor.hpp"
-#include "axiscal/calib/gauss_newton.hpp"
 #include "axiscal/calib/least_squares.hpp"
-#include "axiscal/calib/magnitude.hpp"
 #include "axiscal/core/error.hpp"
-#include "axiscal/core/formatted.hpp"
 #include "axiscal/core/not_a_number.hpp"
 #include "axiscal/core/number_text.hpp"
+#include "calib/fit/magnitude.hpp"
+#include "calib/fit/src/axis_regression.hpp"
+#include "calib/regression/factor.hpp"
+#include "calib/regression/gauss_newton.hpp"
+#include "core/formatted.hpp"
 
 namespace axiscal {
 namespace {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "ellipsoid.hpp"
+#include "calib/fit/src/ellipsoid.hpp"
 
 #include <algorithm>
 #include <array>
@@ -8,9 +8,9 @@
 
 #include <Eigen/LU>
 
-#include "axiscal/calib/factor.hpp"
 #include "axiscal/core/not_a_number.hpp"
-#include "axiscal/kernels/ellipsoid_rows.hpp"
+#include "calib/regression/factor.hpp"
+#include "kernels/ellipsoid_rows.hpp"
 
 namespace axiscal {
 namespace {

@@ -8,7 +8,7 @@
 #include <Eigen/Core>
 
 #include "axiscal/calib/choices.hpp"
-#include "axiscal/calib/gauss_newton.hpp"
+#include "calib/regression/gauss_newton.hpp"
 
 namespace axiscal {
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "axiscal/calib/estimation.hpp"
+#include "calib/fit/estimation.hpp"
 
 namespace axiscal {
 
@@ -13,8 +13,8 @@ void set_coefficients(const ReadingSet& set,
     estimate.response.bias.resize(m);
     estimate.response.sensitivity.resize(m, 3);
     estimate.also.assign(set.also_in_table.size(), SensitivityMatrix::Zero(m, 3));
-    estimate.temperature_bias.resize(m, order);
-    estimate.temperature_scale.resize(m, order);
+    estimate.temperature.bias.resize(m, order);
+    estimate.temperature.scale.resize(m, order);
     estimate.effects.resize(set.effects.columns.cols(), m);
   }
   estimate.effects.col(axis) = coefficients.tail(estimate.effects.rows());
@@ -25,11 +25,11 @@ void set_coefficients(const ReadingSet& set,
     estimate.also[a].row(axis) = coefficients.segment<3>(4 + 3 * static_cast<Eigen::Index>(a));
   }
   if (order > 0) {
-    estimate.temperature_bias.row(axis) = coefficients.segment(set.base_column_count(), order);
+    estimate.temperature.bias.row(axis) = coefficients.segment(set.base_column_count(), order);
     // What the columns d^j (S f) found is the change of c; [P]'s d^j f_k find S_kk c.
     const auto along = set.temperature.along.row(axis);
     const double unit = along.dot(S) / along.squaredNorm();
-    estimate.temperature_scale.row(axis) =
+    estimate.temperature.scale.row(axis) =
         set.temperature.scale.row(axis) +
         coefficients.segment(set.base_column_count() + order, order).transpose() / unit;
   }
@@ -51,8 +51,8 @@ ReadingSet at_reference(ReadingSet set, const Estimate& estimate) {
       double power = 1.0;
       for (int j = 0; j < set.temperature.order; ++j) {
         power *= set.temperature.d(i, k);
-        shift += estimate.temperature_bias(k, j) * power;
-        factor += estimate.temperature_scale(k, j) * power;
+        shift += estimate.temperature.bias(k, j) * power;
+        factor += estimate.temperature.scale(k, j) * power;
       }
       const double bias = estimate.response.bias(k);
       set.response(i, k) = bias + (set.response(i, k) - bias - shift) / factor;

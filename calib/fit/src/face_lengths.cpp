@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "axiscal/calib/face_lengths.hpp"
+#include "calib/fit/face_lengths.hpp"
 
 #include <algorithm>
 #include <array>
@@ -7,12 +7,12 @@
 #include <optional>
 #include <vector>
 
-#include "axiscal/calib/gauss_newton.hpp"
 #include "axiscal/calib/least_squares.hpp"
-#include "axiscal/core/formatted.hpp"
 #include "axiscal/core/not_a_number.hpp"
 #include "axiscal/core/number_text.hpp"
 #include "axiscal/core/units.hpp"
+#include "calib/regression/gauss_newton.hpp"
+#include "core/formatted.hpp"
 
 namespace axiscal {
 namespace {
@@ -279,8 +279,6 @@ bool fit_face_lengths(const ReadingSet& given, double F, Estimate& estimate) {
   statistics.cooks_distance.setConstant(not_a_number);
   estimate.levelness.reset();
   estimate.curvature.reset();
-  estimate.block_mean_square.resize(0);
-  estimate.sensitivity_mean_square.resize(0, 3);
   estimate.notes.push_back(
       {NoteCode::method,
        formatted("six faces without fence faces: bias and scale are fitted by the length of the "

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "axiscal/calib/field_size.hpp"
+#include "calib/fit/field_size.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -8,9 +8,9 @@
 #include <Eigen/LU>
 
 #include "axiscal/calib/distributions.hpp"
-#include "axiscal/calib/fit.hpp"
-#include "axiscal/calib/input_quantities.hpp"
 #include "axiscal/calib/method_kind.hpp"
+#include "calib/fit/fit.hpp"
+#include "calib/fit/input_quantities.hpp"
 
 namespace axiscal {
 namespace {
@@ -147,7 +147,7 @@ LengthScatter scatter_of_lengths(const Fit& run, const LengthSetup& setup) {
 }  // namespace
 
 std::optional<FieldSizeCheck> check_field_size(const Experiment& experiment,
-                                               StateOfRun& of,
+                                               const SolvedReadings& of,
                                                Method method,
                                                const TableField& field,
                                                const Calibration& calibration) {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "axiscal/calib/fit.hpp"
+#include "calib/fit/fit.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -7,8 +7,8 @@
 #include <utility>
 
 #include "axiscal/calib/distributions.hpp"
-#include "axiscal/calib/factor.hpp"
-#include "axiscal/calib/parameter_names.hpp"
+#include "calib/record/parameter_names.hpp"
+#include "calib/regression/factor.hpp"
 
 namespace axiscal {
 namespace {
@@ -79,10 +79,10 @@ Fit::Fit(const ReadingSet& set, std::shared_ptr<const Solution> solution, Eigen:
   x_.tail(D) = step;
 }
 
-Fit::Fit(StateOfRun& run, const TableField& field, Eigen::VectorXd sigma)
+Fit::Fit(const SolvedReadings& run, const TableField& field, Eigen::VectorXd sigma)
     : Fit(run.set(), run.at(field), std::move(sigma)) {}
 
-Fit::Fit(StateOfRun& run, const Estimate& estimate)
+Fit::Fit(const SolvedReadings& run, const Estimate& estimate)
     : Fit(run, estimate.field, scatter_of(run.set(), estimate)) {}
 
 // Let T_k be the root of an axis's own covariance and U_k its take_up. A step of the shared

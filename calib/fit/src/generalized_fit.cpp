@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "axiscal/calib/generalized_fit.hpp"
+#include "calib/fit/generalized_fit.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -7,17 +7,17 @@
 #include <numeric>
 #include <optional>
 
-#include "axiscal/calib/fit.hpp"
-#include "axiscal/calib/input_quantities.hpp"
 #include "axiscal/calib/method_kind.hpp"
-#include "axiscal/calib/parameter_names.hpp"
-#include "axiscal/calib/rounding_scatter.hpp"
-#include "axiscal/calib/variance_components.hpp"
-#include "axiscal/core/formatted.hpp"
 #include "axiscal/core/number_text.hpp"
 #include "axiscal/core/rotation.hpp"
-#include "curvature.hpp"
-#include "layings.hpp"
+#include "calib/fit/fit.hpp"
+#include "calib/fit/input_quantities.hpp"
+#include "calib/fit/rounding_scatter.hpp"
+#include "calib/fit/src/curvature.hpp"
+#include "calib/fit/src/layings.hpp"
+#include "calib/record/parameter_names.hpp"
+#include "calib/regression/variance_components.hpp"
+#include "core/formatted.hpp"
 
 namespace axiscal {
 namespace {
@@ -46,7 +46,7 @@ class GeneralizedFit {
  public:
   // @param run  of the layings; all must outlive it.
   GeneralizedFit(const Layings& layings,
-                 StateOfRun& run,
+                 const SolvedReadings& run,
                  const std::vector<InputQuantity>& inputs,
                  bool seats,
                  const Estimate& start)
@@ -329,7 +329,7 @@ class GeneralizedFit {
 
   const ReadingSet& set_;
   const Layings& layings_;
-  StateOfRun& run_;
+  const SolvedReadings& run_;
   const std::vector<InputQuantity>& inputs_;
   bool seats_;
   TableField field_;
@@ -346,12 +346,12 @@ bool looks_for_seats(const Experiment& experiment,
                      const Estimate& estimate) {
   constexpr Eigen::Index fewest = 24;
   constexpr Eigen::Index most = 2000;  // nobody lays a cube so often
-  if (experiment.seats == SeatSetup::none || experiment.robust || !estimate.field.has_vectors() ||
-      set.axis_count() < 2 || set.field.is_sum()) {
+  if (experiment.fit.seats == SeatSetup::none || experiment.fit.robust ||
+      !estimate.field.has_vectors() || set.axis_count() < 2 || set.field.is_sum()) {
     return false;
   }
   // What steps of the readings leave is nobody's noise, and parts no seats from it.
-  return experiment.seats == SeatSetup::fit ||
+  return experiment.fit.seats == SeatSetup::fit ||
          (layings.set().size() >= fewest && layings.set().size() <= most &&
           !is_coarsely_rounded(set, experiment.stated.resolution, estimate.statistics.residual_sd));
 }
@@ -381,12 +381,12 @@ std::vector<UncertaintySource> sources_of(const std::vector<InputQuantity>& inpu
 }  // namespace
 
 std::optional<CurvatureTest> test_curvature(const Experiment& experiment,
-                                            StateOfRun& run,
+                                            const SolvedReadings& run,
                                             Method method,
                                             const Estimate& estimate) {
   const ReadingSet& set = run.set();
   const FitStatistics& statistics = estimate.statistics;
-  if (!can_weigh(set, estimate) || experiment.robust ||
+  if (!can_weigh(set, estimate) || experiment.fit.robust ||
       !(statistics.residual_sd.array() > 0.0).all()) {
     return std::nullopt;
   }
@@ -396,15 +396,11 @@ std::optional<CurvatureTest> test_curvature(const Experiment& experiment,
     }
   }
   const Layings layings = layings_of(set, estimate);
-  constexpr Eigen::Index large = 10000;
-  if (layings.own && set.size() > large) {
-    run.forget();  // rather than to hold two of them
-  }
   const bool known = method_kind(method).directions_known;
   const std::vector<InputQuantity> inputs =
       input_quantities(experiment, layings.set(), known, estimate.field);
   const bool seats = seats_of(statistics) != nullptr;
-  StateOfRun of_layings(layings.set(), known);
+  SolvedReadings of_layings(layings.set(), known);
   return GeneralizedFit(layings, layings.own ? of_layings : run, inputs, seats, estimate)
       .curvature();
 }
@@ -414,7 +410,7 @@ std::optional<ReadingSet> without_shared_errors(const Experiment& experiment,
                                                 Method method,
                                                 const Estimate& estimate,
                                                 const ReadingSet& of) {
-  if (!can_weigh(set, estimate) || experiment.robust) {
+  if (!can_weigh(set, estimate) || experiment.fit.robust) {
     return std::nullopt;
   }
   const bool known = method_kind(method).directions_known;
@@ -425,7 +421,7 @@ std::optional<ReadingSet> without_shared_errors(const Experiment& experiment,
   const Layings layings = layings_of(set, estimate);
   const std::vector<InputQuantity> inputs =
       input_quantities(experiment, layings.set(), known, estimate.field);
-  StateOfRun of_layings(layings.set(), known);
+  SolvedReadings of_layings(layings.set(), known);
   GeneralizedFit fit(layings, of_layings, inputs, false, estimate);
   if (!fit.solve()) {
     return std::nullopt;
@@ -436,7 +432,7 @@ std::optional<ReadingSet> without_shared_errors(const Experiment& experiment,
 }
 
 std::vector<UncertaintySource> weigh_shared_errors(const Experiment& experiment,
-                                                   StateOfRun& run,
+                                                   const SolvedReadings& run,
                                                    Method method,
                                                    Estimate& estimate) {
   const ReadingSet& set = run.set();
@@ -448,7 +444,7 @@ std::vector<UncertaintySource> weigh_shared_errors(const Experiment& experiment,
   const std::vector<InputQuantity> inputs =
       input_quantities(experiment, layings.set(), known, estimate.field);
   const bool has_normals = !inputs.empty() && inputs.front().name == "positioner";
-  if (experiment.robust) {
+  if (experiment.fit.robust) {
     if (has_normals) {
       estimate.notes.push_back({NoteCode::face_normals,
                                 "robust regression does not weigh the uncertainty of the cube's "
@@ -457,7 +453,7 @@ std::vector<UncertaintySource> weigh_shared_errors(const Experiment& experiment,
     }
     return {};
   }
-  StateOfRun of_layings(layings.set(), known);
+  SolvedReadings of_layings(layings.set(), known);
   for (const bool seats : {true, false}) {
     const bool shared =
         seats ? looks_for_seats(experiment, set, layings, estimate) : !inputs.empty();
@@ -465,7 +461,7 @@ std::vector<UncertaintySource> weigh_shared_errors(const Experiment& experiment,
       continue;
     }
     GeneralizedFit fit(layings, layings.own ? of_layings : run, inputs, seats, estimate);
-    const bool may_be_nothing = seats && experiment.seats != SeatSetup::fit;
+    const bool may_be_nothing = seats && experiment.fit.seats != SeatSetup::fit;
     // Their variance must be more than 1.6 times its standard error: less is as likely chance, and
     // would take from the noise what is its own.
     constexpr double enough = 5.0;

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "axiscal/calib/input_quantities.hpp"
+#include "calib/fit/input_quantities.hpp"
 
-#include "axiscal/calib/factor.hpp"
 #include "axiscal/core/not_a_number.hpp"
 #include "axiscal/core/rotation.hpp"
+#include "calib/regression/factor.hpp"
 
 namespace axiscal {
 

@@ -5,17 +5,18 @@
 #include <optional>
 #include <utility>
 
-#include "axis_regression.hpp"
-#include "axiscal/calib/design_advice.hpp"
-#include "axiscal/calib/estimation.hpp"
-#include "axiscal/calib/factor.hpp"
-#include "axiscal/calib/reweighting.hpp"
 #include "axiscal/calib/robust.hpp"
 #include "axiscal/core/error.hpp"
 #include "axiscal/core/rotation.hpp"
-#include "joint_solution.hpp"
-#include "joint_start.hpp"
-#include "opposite_pairs.hpp"
+#include "calib/fit/design_advice.hpp"
+#include "calib/fit/estimation.hpp"
+#include "calib/fit/method_fit.hpp"
+#include "calib/fit/src/axis_regression.hpp"
+#include "calib/fit/src/joint_solution.hpp"
+#include "calib/fit/src/joint_start.hpp"
+#include "calib/fit/src/opposite_pairs.hpp"
+#include "calib/regression/factor.hpp"
+#include "calib/regression/reweighting.hpp"
 
 namespace axiscal {
 namespace {
@@ -168,14 +169,19 @@ Estimate estimate_joint(const ReadingSet& set) {
     estimate = describe_joint(fitted, solution, Eigen::MatrixXd());
     estimate.statistics.condition_number = *condition_number;
     if (set.is_final()) {
-      estimate.state = solution.state;
+      estimate.solution = solution.state;
     }
   }
-  estimate.ambiguity = std::move(best.ambiguity);
+  estimate.direction.ambiguity = std::move(best.ambiguity);
   if (!set.field.is_sum() && !set.leaves_out()) {
     put_levelness(fitted, set.field.parts().front().magnitude, estimate);
   }
   return estimate;
+}
+
+MethodFit joint_method() {
+  return {.method = Method::joint,
+          .fitted = [](const ReadingSet& readings, bool) { return estimate_joint(readings); }};
 }
 
 }  // namespace axiscal

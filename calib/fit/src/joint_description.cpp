@@ -3,10 +3,10 @@
 #include <cmath>
 #include <optional>
 
-#include "axis_regression.hpp"
-#include "axiscal/calib/factor.hpp"
 #include "axiscal/core/not_a_number.hpp"
-#include "joint_solution.hpp"
+#include "calib/fit/src/axis_regression.hpp"
+#include "calib/fit/src/joint_solution.hpp"
+#include "calib/regression/factor.hpp"
 
 namespace axiscal {
 namespace {
@@ -16,7 +16,7 @@ namespace {
 void describe_direction(const ReadingSet& set, const JointSolution& solution, Estimate& estimate) {
   const Eigen::VectorXd& nu = solution.shares.degrees_of_freedom;
   if (!(nu.minCoeff() > 0.0)) {
-    estimate.direction_se_rad = not_a_number;
+    estimate.direction.se_rad = not_a_number;
     return;
   }
   const Eigen::ArrayXd information = estimate.response.sensitivity.rowwise().squaredNorm().array() /
@@ -40,11 +40,11 @@ void describe_direction(const ReadingSet& set, const JointSolution& solution, Es
     const Eigen::MatrixXd spread = C.block(first, first, own, own);
     // A small part, as the Earth's rotation beside a turntable's, may point where it likes.
     const double weight = set.field.is_sum() ? state.field().step_unit(s) / largest : 1.0;
-    estimate.direction_se_rad = std::max(
-        estimate.direction_se_rad, weight * std::sqrt(symmetric_eigen(spread).values.maxCoeff()));
+    estimate.direction.se_rad = std::max(
+        estimate.direction.se_rad, weight * std::sqrt(symmetric_eigen(spread).values.maxCoeff()));
   }
-  estimate.field_covariance = T * C * T.transpose();
-  estimate.field_degrees_of_freedom =
+  estimate.direction.covariance = T * C * T.transpose();
+  estimate.direction.degrees_of_freedom =
       solution.weights_are_estimated ? 1.0 / (p.square() / nu.array()).sum() : nu.sum();
 }
 

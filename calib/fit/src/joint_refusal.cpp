@@ -3,19 +3,19 @@
 #include <utility>
 #include <vector>
 
-#include "axiscal/calib/design_advice.hpp"
-#include "axiscal/calib/factor.hpp"
-#include "axiscal/calib/fit.hpp"
 #include "axiscal/calib/least_squares.hpp"
-#include "axiscal/calib/parameter_names.hpp"
-#include "axiscal/calib/response_system.hpp"
 #include "axiscal/calib/settings.hpp"
 #include "axiscal/core/error.hpp"
-#include "axiscal/core/formatted.hpp"
 #include "axiscal/core/number_text.hpp"
 #include "axiscal/field/settings.hpp"
 #include "axiscal/positioner/design.hpp"
-#include "joint_solution.hpp"
+#include "calib/fit/design_advice.hpp"
+#include "calib/fit/fit.hpp"
+#include "calib/fit/response_system.hpp"
+#include "calib/fit/src/joint_solution.hpp"
+#include "calib/record/parameter_names.hpp"
+#include "calib/regression/factor.hpp"
+#include "core/formatted.hpp"
 
 namespace axiscal {
 namespace {

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "joint_solution.hpp"
+#include "calib/fit/src/joint_solution.hpp"
 
 #include <algorithm>
 #include <cmath>
 #include <utility>
 
-#include "axiscal/core/formatted.hpp"
 #include "axiscal/core/number_text.hpp"
+#include "core/formatted.hpp"
 
 namespace axiscal {
 namespace {

@@ -7,9 +7,9 @@
 
 #include <Eigen/Core>
 
-#include "axiscal/calib/estimation.hpp"
-#include "axiscal/calib/fit.hpp"
-#include "axiscal/calib/model.hpp"
+#include "calib/fit/estimation.hpp"
+#include "calib/fit/fit.hpp"
+#include "calib/fit/model.hpp"
 
 namespace axiscal {
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "joint_start.hpp"
+#include "calib/fit/src/joint_start.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -8,8 +8,8 @@
 #include <optional>
 #include <utility>
 
-#include "axiscal/calib/factor.hpp"
 #include "axiscal/core/rotation.hpp"
+#include "calib/regression/factor.hpp"
 
 namespace axiscal {
 namespace {

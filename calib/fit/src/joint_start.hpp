@@ -5,8 +5,8 @@
 
 #include <Eigen/Core>
 
-#include "axiscal/calib/estimation.hpp"
-#include "axiscal/calib/reading_set.hpp"
+#include "calib/fit/estimation.hpp"
+#include "calib/fit/reading_set.hpp"
 
 namespace axiscal {
 

@@ -6,13 +6,14 @@
 #include <utility>
 #include <vector>
 
-#include "axis_regression.hpp"
-#include "axiscal/calib/design_advice.hpp"
-#include "axiscal/calib/estimation.hpp"
-#include "axiscal/calib/model.hpp"
-#include "axiscal/calib/transfer.hpp"
 #include "axiscal/core/error.hpp"
-#include "opposite_pairs.hpp"
+#include "calib/fit/design_advice.hpp"
+#include "calib/fit/estimation.hpp"
+#include "calib/fit/method_fit.hpp"
+#include "calib/fit/model.hpp"
+#include "calib/fit/src/axis_regression.hpp"
+#include "calib/fit/src/opposite_pairs.hpp"
+#include "calib/fit/transfer.hpp"
 
 namespace axiscal {
 namespace {
@@ -88,11 +89,28 @@ Estimate estimate_known(const ReadingSet& given, const TableField& field) {
   Estimate estimate = summarize(set, axes, rows_of_readings(set));
   estimate.mean_field = mean_length_of_fields(design);
   estimate.field = field;
-  estimate.state = std::move(state);
+  estimate.solution = std::move(state);
   if (field.has_vectors() && !set.field.is_sum() && !set.leaves_out()) {
     put_levelness(set, field.magnitude(), estimate);
   }
   return estimate;
+}
+
+namespace {
+
+Estimate fitted_known(const ReadingSet& readings, bool by_field) {
+  return estimate_known(readings, by_field ? readings.field : stated_field(readings.field));
+}
+
+}  // namespace
+
+MethodFit known_method() {
+  return {.method = Method::known, .fitted = fitted_known};
+}
+
+// Its labelled fit; fit_face_lengths() follows.
+MethodFit faces_method() {
+  return {.method = Method::faces, .fitted = fitted_known};
 }
 
 }  // namespace axiscal

@@ -1,16 +1,16 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "axiscal/calib/lack_of_fit.hpp"
+#include "calib/fit/lack_of_fit.hpp"
 
 #include <algorithm>
 #include <cmath>
 #include <vector>
 
-#include "axis_regression.hpp"
 #include "axiscal/calib/distributions.hpp"
-#include "axiscal/calib/factor.hpp"
-#include "axiscal/calib/input_quantities.hpp"
 #include "axiscal/calib/method_kind.hpp"
-#include "axiscal/calib/model.hpp"
+#include "calib/fit/input_quantities.hpp"
+#include "calib/fit/model.hpp"
+#include "calib/fit/src/axis_regression.hpp"
+#include "calib/regression/factor.hpp"
 
 namespace axiscal {
 namespace {

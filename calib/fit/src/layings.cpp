@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "layings.hpp"
+#include "calib/fit/src/layings.hpp"
 
 #include <algorithm>
 #include <utility>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "axiscal/calib/levelness_test.hpp"
+#include "calib/fit/levelness_test.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -8,10 +8,10 @@
 #include <utility>
 #include <vector>
 
-#include "axiscal/calib/deletion_fit.hpp"
 #include "axiscal/core/not_a_number.hpp"
-#include "groups.hpp"
-#include "opposite_pairs.hpp"
+#include "calib/fit/deletion_fit.hpp"
+#include "calib/fit/src/groups.hpp"
+#include "calib/fit/src/opposite_pairs.hpp"
 
 namespace axiscal {
 namespace {
@@ -66,7 +66,7 @@ struct FaceContrasts {
 
 }  // namespace
 
-void test_levelness(StateOfRun& run, Estimate& estimate) {
+void test_levelness(const SolvedReadings& run, Estimate& estimate) {
   // The test is of all readings alike, and those of no weight would fail it.
   if (!estimate.levelness || run.set().robust) {
     return;
@@ -75,10 +75,8 @@ void test_levelness(StateOfRun& run, Estimate& estimate) {
   const ReadingSet& set = run.set();
   const std::optional<ReadingSet> paired =
       estimate.unpaired.empty() ? std::nullopt : std::optional(without_unpaired(set, estimate));
-  const std::shared_ptr<const OppositePairs> pairs =
-      estimate.pairs ? std::move(estimate.pairs)
-                     : std::make_shared<const OppositePairs>(opposite_positions(set));
-  const std::vector<FacePairs> faces = sorted_faces(pairs->pairs);
+  const OppositePairs pairs = opposite_positions(set);
+  const std::vector<FacePairs> faces = sorted_faces(pairs.pairs);
   const DeletionFit others = paired ? DeletionFit(*paired, estimate.field, run.known_field())
                                     : DeletionFit(run, estimate.field);
   const auto count = static_cast<double>(faces.size());

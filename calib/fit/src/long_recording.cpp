@@ -1,14 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "long_recording.hpp"
+#include "calib/fit/src/long_recording.hpp"
 
 #include <algorithm>
 #include <cmath>
 
 #include "axiscal/calib/distributions.hpp"
-#include "axiscal/calib/jackknife.hpp"
-#include "axiscal/calib/parameter_names.hpp"
-#include "axiscal/core/formatted.hpp"
 #include "axiscal/core/number_text.hpp"
+#include "calib/record/parameter_names.hpp"
+#include "calib/regression/jackknife.hpp"
+#include "core/formatted.hpp"
 
 namespace axiscal {
 

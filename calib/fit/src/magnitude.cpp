@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "axiscal/calib/magnitude.hpp"
+#include "calib/fit/magnitude.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -7,26 +7,26 @@
 
 #include <Eigen/LU>
 
-#include "axis_regression.hpp"
 #include "axiscal/calib/distributions.hpp"
-#include "axiscal/calib/factor.hpp"
-#include "axiscal/calib/further_columns.hpp"
-#include "axiscal/calib/jackknife.hpp"
 #include "axiscal/calib/least_squares.hpp"
 #include "axiscal/calib/magnitude_fit.hpp"
 #include "axiscal/calib/orientation_quality.hpp"
-#include "axiscal/calib/parameter_names.hpp"
-#include "axiscal/calib/reweighting.hpp"
 #include "axiscal/calib/robust.hpp"
 #include "axiscal/core/error.hpp"
-#include "axiscal/core/formatted.hpp"
 #include "axiscal/core/not_a_number.hpp"
 #include "axiscal/core/number_text.hpp"
 #include "axiscal/core/random.hpp"
 #include "axiscal/core/units.hpp"
-#include "ellipsoid.hpp"
-#include "long_recording.hpp"
-#include "recording_noise.hpp"
+#include "calib/fit/src/axis_regression.hpp"
+#include "calib/fit/src/ellipsoid.hpp"
+#include "calib/fit/src/long_recording.hpp"
+#include "calib/fit/src/recording_noise.hpp"
+#include "calib/record/parameter_names.hpp"
+#include "calib/regression/factor.hpp"
+#include "calib/regression/further_columns.hpp"
+#include "calib/regression/jackknife.hpp"
+#include "calib/regression/reweighting.hpp"
+#include "core/formatted.hpp"
 
 namespace axiscal {
 namespace {

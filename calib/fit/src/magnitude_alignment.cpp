@@ -4,11 +4,11 @@
 
 #include <Eigen/LU>
 
-#include "axiscal/calib/gauss_newton.hpp"
-#include "axiscal/calib/magnitude.hpp"
-#include "axiscal/calib/parameter_names.hpp"
 #include "axiscal/core/rotation.hpp"
-#include "joint_start.hpp"
+#include "calib/fit/magnitude.hpp"
+#include "calib/fit/src/joint_start.hpp"
+#include "calib/record/parameter_names.hpp"
+#include "calib/regression/gauss_newton.hpp"
 
 namespace axiscal {
 namespace {

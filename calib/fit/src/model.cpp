@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "axiscal/calib/model.hpp"
+#include "calib/fit/model.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -7,9 +7,9 @@
 #include <set>
 #include <utility>
 
-#include "axiscal/calib/factor.hpp"
-#include "axiscal/calib/response_system.hpp"
 #include "axiscal/core/rotation.hpp"
+#include "calib/fit/response_system.hpp"
+#include "calib/regression/factor.hpp"
 
 namespace axiscal {
 namespace {

@@ -6,10 +6,10 @@
 #include <map>
 #include <utility>
 
-#include "axiscal/calib/estimate_by_method.hpp"
 #include "axiscal/core/error.hpp"
-#include "axiscal/core/formatted.hpp"
 #include "axiscal/core/rotation.hpp"
+#include "calib/fit/estimate_by_method.hpp"
+#include "core/formatted.hpp"
 
 namespace axiscal {
 namespace {
@@ -187,7 +187,7 @@ Estimate estimate_with(const Sight& sight,
   set.visible = sight.visible;
   try {
     Estimate estimate = estimate_by(method, set, source.by_field());
-    estimate.visible = sight.visible;
+    estimate.sight.visible = sight.visible;
     return estimate;
   } catch (const RankDeficientError& error) {
     if (sight.visible.empty()) {
@@ -220,7 +220,7 @@ Estimate estimate_one_sided(Method method,
       return estimate;
     }
     if (round == most_rounds || std::find(earlier.begin(), earlier.end(), next) != earlier.end()) {
-      estimate.unsettled = true;
+      estimate.sight.unsettled = true;
       return estimate;
     }
     earlier.push_back(std::exchange(sight, std::move(next)));

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "opposite_pairs.hpp"
+#include "calib/fit/src/opposite_pairs.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -336,26 +336,15 @@ std::optional<Levelness> levelness_of(const ReadingSet& set,
   return estimate_levelness(still, find_opposite_pairs(still).pairs, S, estimate.field, F);
 }
 
-void keep_pairs(const ReadingSet& set, OppositePairs pairs, Estimate& estimate) {
-  constexpr Eigen::Index long_run = 10000;
-  if (set.size() <= long_run) {
-    estimate.pairs = std::make_shared<const OppositePairs>(std::move(pairs));
-  }
-}
-
-void put_levelness(const ReadingSet& all, double F, Estimate& estimate) {
+void put_levelness(const ReadingSet& set, double F, Estimate& estimate) {
   const Eigen::MatrixXd& robust = estimate.statistics.robust_weight;
-  if (robust.rows() == all.size()) {  // a reading of no weight says nothing of the slope
-    ReadingSet set = all;
-    set.weights = (robust.array() == 0.0).select(0.0, set.weights);
-    const OppositePairs pairs = find_opposite_pairs(set);
-    estimate.levelness = levelness_of(set, pairs.pairs, estimate, F);
+  if (robust.rows() != set.size()) {
+    estimate.levelness = levelness_of(set, find_opposite_pairs(set).pairs, estimate, F);
     return;
   }
-  const ReadingSet& set = all;
-  OppositePairs pairs = find_opposite_pairs(set);
-  estimate.levelness = levelness_of(set, pairs.pairs, estimate, F);
-  keep_pairs(set, std::move(pairs), estimate);
+  ReadingSet counted = set;  // without the readings of robust weight 0
+  counted.weights = (robust.array() == 0.0).select(0.0, counted.weights);
+  estimate.levelness = levelness_of(counted, find_opposite_pairs(counted).pairs, estimate, F);
 }
 
 std::optional<Levelness> estimate_levelness(const ReadingSet& set,

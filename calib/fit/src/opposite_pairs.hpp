@@ -7,8 +7,8 @@
 
 #include <Eigen/Core>
 
-#include "axiscal/calib/estimation.hpp"
-#include "groups.hpp"
+#include "calib/fit/estimation.hpp"
+#include "calib/fit/src/groups.hpp"
 
 namespace axiscal {
 
@@ -75,11 +75,8 @@ struct OppositePairs {
                                                     const Estimate& estimate,
                                                     double F);
 
-/// Finds the pairs, puts the levelness into the estimate, and keeps them there but for a long run,
-/// of which memory is dearer than another look.
+/// Finds the pairs and puts their levelness into the estimate.
+/// @param F  magnitude of the field.
 void put_levelness(const ReadingSet& set, double F, Estimate& estimate);
-
-/// The same for pairs that are known.
-void keep_pairs(const ReadingSet& set, OppositePairs pairs, Estimate& estimate);
 
 }  // namespace axiscal

@@ -10,12 +10,12 @@
 #include <Eigen/LU>
 #include <Eigen/SVD>
 
-#include "axiscal/calib/gauss_newton.hpp"
 #include "axiscal/calib/least_squares.hpp"
 #include "axiscal/core/error.hpp"
 #include "axiscal/core/rotation.hpp"
 #include "axiscal/core/units.hpp"
 #include "axiscal/positioner/design.hpp"
+#include "calib/regression/gauss_newton.hpp"
 
 namespace axiscal {
 namespace {

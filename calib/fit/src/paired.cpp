@@ -7,13 +7,14 @@
 #include <tuple>
 #include <utility>
 
-#include "axis_regression.hpp"
-#include "axiscal/calib/design_advice.hpp"
-#include "axiscal/calib/estimation.hpp"
 #include "axiscal/calib/settings.hpp"
 #include "axiscal/core/error.hpp"
-#include "groups.hpp"
-#include "opposite_pairs.hpp"
+#include "calib/fit/design_advice.hpp"
+#include "calib/fit/estimation.hpp"
+#include "calib/fit/method_fit.hpp"
+#include "calib/fit/src/axis_regression.hpp"
+#include "calib/fit/src/groups.hpp"
+#include "calib/fit/src/opposite_pairs.hpp"
 
 namespace axiscal {
 namespace {
@@ -193,7 +194,7 @@ double change_of_scale(const ReadingSet& set, const Estimate& estimate) {
     const double span = std::pow(set.temperature.d.cwiseAbs().maxCoeff(), j + 1);
     change = std::max(
         change,
-        span * (estimate.temperature_scale - set.temperature.scale).col(j).cwiseAbs().maxCoeff());
+        span * (estimate.temperature.scale - set.temperature.scale).col(j).cwiseAbs().maxCoeff());
   }
   return change;
 }
@@ -286,7 +287,7 @@ Estimate estimate_paired(const ReadingSet& given, const Eigen::Vector3d& nominal
       break;
     }
     field = next;
-    over_temperature.temperature.scale = so_far.temperature_scale;
+    over_temperature.temperature.scale = so_far.temperature.scale;
     over_temperature.temperature.along = so_far.response.sensitivity;
   }
   for (const Eigen::Vector3d& vector : field.vectors()) {
@@ -304,8 +305,20 @@ Estimate estimate_paired(const ReadingSet& given, const Eigen::Vector3d& nominal
   estimate.levelness = std::move(levelness);
   estimate.unpaired = opposites.unpaired;
   estimate.statistics.observations -= static_cast<int>(opposites.unpaired.size());
-  keep_pairs(set, std::move(opposites), estimate);  // the pooled look into them no more
   return estimate;
+}
+
+namespace {
+
+Estimate fitted_paired(const ReadingSet& readings, bool /*by_field*/) {
+  const Eigen::Vector3d direction = stated_field(readings.field).vector(0).normalized();
+  return estimate_paired(readings, readings.field.parts().front().magnitude * direction);
+}
+
+}  // namespace
+
+MethodFit paired_method() {
+  return {.method = Method::paired, .fitted = fitted_paired};
 }
 
 }  // namespace axiscal

@@ -4,9 +4,9 @@
 #include <cmath>
 #include <numbers>
 
-#include "axiscal/calib/gauss_newton.hpp"
 #include "axiscal/core/error.hpp"
 #include "axiscal/core/not_a_number.hpp"
+#include "calib/regression/gauss_newton.hpp"
 
 namespace axiscal {
 namespace {

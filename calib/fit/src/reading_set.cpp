@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "axiscal/calib/reading_set.hpp"
+#include "calib/fit/reading_set.hpp"
 
 #include <algorithm>
 #include <limits>
 #include <map>
 
-#include "axiscal/calib/parameter_names.hpp"
-#include "axiscal/core/formatted.hpp"
+#include "calib/record/parameter_names.hpp"
+#include "core/formatted.hpp"
 
 namespace axiscal {
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "axiscal/calib/reading_source.hpp"
+#include "calib/fit/reading_source.hpp"
 
 #include <algorithm>
 #include <limits>
@@ -8,9 +8,9 @@
 #include "axiscal/calib/experiment.hpp"
 #include "axiscal/calib/settings.hpp"
 #include "axiscal/core/error.hpp"
-#include "axiscal/core/formatted.hpp"
 #include "axiscal/core/number_text.hpp"
 #include "axiscal/core/timestamp.hpp"
+#include "core/formatted.hpp"
 
 namespace axiscal {
 namespace {
@@ -53,195 +53,204 @@ Eigen::MatrixXd weights_of(const Observations& observations, Weighting weighting
   return Eigen::MatrixXd::Ones(n, m);
 }
 
+// The second fields, as they are known in the table.
+std::vector<FieldDescription> second_fields(const Experiment& experiment) {
+  std::vector<FieldDescription> fields;
+  for (const FieldSetup& also : experiment.also) {
+    fields.push_back(
+        resolve_part(also, experiment.table, {.reading_unit = experiment.instrument.unit}));
+    if (!fields.back().in_table) {
+      throw SetupError(
+          formatted("also {}: where it points in the table must be known; give the site and the "
+                    "fence's azimuth, or its in_table",
+                    also.kind()));
+    }
+  }
+  return fields;
+}
+
+// Which readings are within the range of each axis; n x m of all observations.
+AxisMask readings_in_range(const Experiment& experiment, const Observations& observations) {
+  AxisMask in_range = AxisMask::Constant(observations.size(), observations.response.cols(), true);
+  if (observations.saturated) {
+    in_range = !*observations.saturated;
+  }
+  const Instrument& instrument = experiment.instrument;
+  for (Eigen::Index k = 0; instrument.range && k < in_range.cols(); ++k) {
+    const std::string& axis = instrument.axes[static_cast<std::size_t>(k)];
+    const bool is_difference =
+        std::any_of(instrument.differences.begin(), instrument.differences.end(),
+                    [&](const DifferentialAxis& difference) { return difference.axis == axis; });
+    if (!is_difference) {  // the range of a difference was checked when it was read
+      in_range.col(k) = in_range.col(k) &&
+                        observations.response.col(k).array() > instrument.range->low &&
+                        observations.response.col(k).array() < instrument.range->high;
+    }
+  }
+  return in_range;
+}
+
+void require_runs_to_leave_out(const Experiment& experiment, const Observations& observations) {
+  for (const int run : experiment.leave_out) {
+    const bool there = std::any_of(observations.readings.begin(), observations.readings.end(),
+                                   [run](const Reading& reading) { return reading.run == run; });
+    if (!there) {
+      throw SetupError(formatted("there is no run {} to leave out", run), {settings::leave_out});
+    }
+  }
+}
+
+// The mean time of the readings, if the field moves and all of them have times.
+std::optional<double> mean_time_of(const Experiment& experiment,
+                                   const Observations& observations,
+                                   const std::vector<std::size_t>& rows) {
+  double sum = 0.0;
+  for (const std::size_t row : rows) {
+    const Reading& reading = observations.readings[row];
+    if (!reading.time_s) {
+      return std::nullopt;  // the date of the experiment, if it has a time, counts for all
+    }
+    if (experiment.field.moving_part()->of->needs_utc() && !is_utc(*reading.time_s)) {
+      throw RefusedError(
+          formatted("run {}: {} needs the column 'time' as UTC (ISO 8601, or seconds since 1970), "
+                    "not as seconds of the recording",
+                    reading.run, experiment.field.moving_part()->of->moving_name()));
+    }
+    sum += *reading.time_s / static_cast<double>(rows.size());
+  }
+  static_cast<void>(change_of_field(experiment, sum, sum));  // throws if it cannot be told
+  return sum;
+}
+
 }  // namespace
 
 ReadingSource::ReadingSource(const Experiment& experiment,
                              const Observations& observations,
                              Weighting weighting,
                              bool by_field)
-    : experiment_(experiment),
-      observations_(observations),
+    : experiment_(&experiment),
+      observations_(&observations),
       by_field_(by_field),
-      weights_(weights_of(observations, weighting)) {
-  find_range();
-  find_rows();
-  find_mean_time();
-  find_also();
-  if (experiment.level_by == LevelBy::block) {
-    std::set<int> blocks;
-    for (const std::size_t row : rows_) {
-      blocks.insert(observations.readings[row].block);
-    }
-    blocks_.assign(blocks.begin(), blocks.end());
-  }
-}
+      selection_(std::make_shared<const Selection>(selected(weighting))) {}
 
-void ReadingSource::find_also() {
-  for (const FieldSetup& also : experiment_.also) {
-    also_.push_back(
-        resolve_part(also, experiment_.table, {.reading_unit = experiment_.instrument.unit}));
-    if (!also_.back().in_table) {
-      throw SetupError(
-          formatted("also {}: where it points in the table must be known; give the site and the "
-                    "fence's azimuth, or its in_table",
-                    also_.back().kind));
-    }
-  }
-}
-
-void ReadingSource::find_rows() {
-  const std::vector<int>& leave_out = experiment_.leave_out;
-  for (const int run : leave_out) {
-    const bool there = std::any_of(observations_.readings.begin(), observations_.readings.end(),
-                                   [run](const Reading& reading) { return reading.run == run; });
-    if (!there) {
-      throw SetupError(formatted("there is no run {} to leave out", run), {settings::leave_out});
-    }
-  }
-  for (std::size_t i = 0; i < observations_.readings.size(); ++i) {
-    const Reading& reading = observations_.readings[i];
+ReadingSource::Selection ReadingSource::selected(Weighting weighting) const {
+  Selection selection{.weights = weights_of(*observations_, weighting),
+                      .in_range = readings_in_range(*experiment_, *observations_)};
+  require_runs_to_leave_out(*experiment_, *observations_);
+  const std::vector<int>& leave_out = experiment_->leave_out;
+  for (std::size_t i = 0; i < observations_->readings.size(); ++i) {
+    const Reading& reading = observations_->readings[i];
     if (std::find(leave_out.begin(), leave_out.end(), reading.run) == leave_out.end()) {
-      (reading.confirm ? rows_kept_out_ : rows_).push_back(i);
+      (reading.confirm ? selection.rows_kept_out : selection.rows).push_back(i);
     }
   }
-  if (rows_.empty()) {
-    throw RefusedError(rows_kept_out_.empty()
+  if (selection.rows.empty()) {
+    throw RefusedError(selection.rows_kept_out.empty()
                            ? "no readings are left to calibrate with"
                            : "all readings are kept out of the fit (confirm): none is left for it");
   }
+  if (field_moves(*experiment_) && !by_field_) {
+    selection.mean_time_s = mean_time_of(*experiment_, *observations_, selection.rows);
+  }
+  selection.also = second_fields(*experiment_);
+  if (experiment_->fit.level_by == LevelBy::block) {
+    std::set<int> blocks;
+    for (const std::size_t row : selection.rows) {
+      blocks.insert(observations_->readings[row].block);
+    }
+    selection.blocks.assign(blocks.begin(), blocks.end());
+  }
+  return selection;
 }
 
-void ReadingSource::find_range() {
-  in_range_ = AxisMask::Constant(observations_.size(), observations_.response.cols(), true);
-  if (observations_.saturated) {
-    in_range_ = !*observations_.saturated;
-  }
-  const Instrument& instrument = experiment_.instrument;
-  for (Eigen::Index k = 0; instrument.range && k < in_range_.cols(); ++k) {
-    const std::string& axis = instrument.axes[static_cast<std::size_t>(k)];
-    const bool is_difference =
-        std::any_of(instrument.differences.begin(), instrument.differences.end(),
-                    [&](const DifferentialAxis& difference) { return difference.axis == axis; });
-    if (!is_difference) {  // whose columns were looked at when they were read
-      in_range_.col(k) = in_range_.col(k) &&
-                         observations_.response.col(k).array() > instrument.range->low &&
-                         observations_.response.col(k).array() < instrument.range->high;
-    }
-  }
+ReadingSource ReadingSource::with(ModelChoice choice) const {
+  ReadingSource source = *this;
+  source.choice_ = std::move(choice);
+  source.choice_.effects.blocks =
+      source.choice_.effects.blocks && source.choice_.temperature_order == 0;
+  source.spans_ = source.spans_of_sensors();
+  return source;
 }
 
-void ReadingSource::find_mean_time() {
-  if (!field_moves(experiment_) || by_field_) {
-    return;
-  }
-  double sum = 0.0;
-  for (const std::size_t row : rows_) {
-    const Reading& reading = observations_.readings[row];
-    if (!reading.time_s) {
-      return;  // the date of the experiment, if it has a time, counts for all
-    }
-    if (experiment_.field.moving_part()->of->needs_utc() && !is_utc(*reading.time_s)) {
-      throw RefusedError(
-          formatted("run {}: {} needs the column 'time' as UTC (ISO 8601, or seconds since 1970), "
-                    "not as seconds of the recording",
-                    reading.run, experiment_.field.moving_part()->of->moving_name()));
-    }
-    sum += *reading.time_s / static_cast<double>(rows_.size());
-  }
-  static_cast<void>(change_of_field(experiment_, sum, sum));  // whether it can be told
-  mean_time_s_ = sum;
-}
-
-void ReadingSource::keep_complete_rows() {
-  std::vector<std::size_t> kept;
-  std::copy_if(rows_.begin(), rows_.end(), std::back_inserter(kept), [&](std::size_t row) {
-    return in_range_.row(static_cast<Eigen::Index>(row)).all();
+ReadingSource ReadingSource::with_complete_rows() const {
+  Selection complete = *selection_;
+  std::erase_if(complete.rows, [&](std::size_t row) {
+    return !complete.in_range.row(static_cast<Eigen::Index>(row)).all();
   });
-  rows_ = std::move(kept);
-  if (rows_.empty()) {
+  if (complete.rows.empty()) {
     throw RefusedError("every reading is out of the instrument's range on some axis");
   }
-}
-
-void ReadingSource::turn_mounts(const std::map<int, Eigen::Matrix3d>& turns) {
-  if (turns.empty()) {
-    mount_turns_.clear();
-  }
-  for (const auto& [mount, turn] : turns) {
-    const auto found = mount_turns_.find(mount);
-    mount_turns_[mount] =
-        found != mount_turns_.end() ? Eigen::Matrix3d(turn * found->second) : turn;
-  }
+  ReadingSource source = *this;
+  source.selection_ = std::make_shared<const Selection>(std::move(complete));
+  return source;
 }
 
 Eigen::Matrix3d ReadingSource::rotation(const Reading& reading) const {
   Eigen::Matrix3d R =
-      experiment_.rotation_sensor_from_positioner *
-      experiment_.positioner.rotation_table_from_positioner(*reading.point).transpose();
-  const auto turn = mount_turns_.find(reading.mount);
-  if (turn != mount_turns_.end()) {
+      experiment_->rotation_sensor_from_positioner *
+      experiment_->positioner.rotation_table_from_positioner(*reading.point).transpose();
+  const auto turn = choice_.mounts.find(reading.mount);
+  if (turn != choice_.mounts.end()) {
     R = turn->second * R;
   }
   return R;
 }
 
 Eigen::Matrix3d ReadingSource::field_then(const Reading& reading) const {
-  return mean_time_s_
-             ? change_of_field(experiment_, *mean_time_s_, reading.time_s.value_or(*mean_time_s_))
+  return selection_->mean_time_s
+             ? change_of_field(*experiment_, *selection_->mean_time_s,
+                               reading.time_s.value_or(*selection_->mean_time_s))
              : Eigen::Matrix3d::Identity();
 }
 
-void ReadingSource::set_temperature(int order, std::optional<double> reference) {
-  temperature_order_ = order;
-  const bool own = std::any_of(rows_.begin(), rows_.end(), [&](std::size_t row) {
-    return observations_.readings[row].temperature->has_own();
+std::vector<TemperatureSpan> ReadingSource::spans_of_sensors() const {
+  std::vector<TemperatureSpan> spans;
+  if (choice_.temperature_order == 0) {
+    return spans;
+  }
+  const bool own = std::any_of(rows().begin(), rows().end(), [&](std::size_t row) {
+    return observations_->readings[row].temperature->has_own();
   });
-  spans_.clear();
-  for (Eigen::Index k = 0; k < (own ? observations_.response.cols() : 1); ++k) {
+  for (Eigen::Index k = 0; k < (own ? observations_->response.cols() : 1); ++k) {
     TemperatureSpan span{.low = std::numeric_limits<double>::infinity(),
                          .high = -std::numeric_limits<double>::infinity()};
     double sum = 0.0;
-    for (const std::size_t row : rows_) {
-      const double t = observations_.readings[row].temperature->of(k);
+    for (const std::size_t row : rows()) {
+      const double t = observations_->readings[row].temperature->of(k);
       sum += t;
       span.low = std::min(span.low, t);
       span.high = std::max(span.high, t);
     }
-    span.reference = reference.value_or(sum / static_cast<double>(rows_.size()));
-    spans_.push_back(span);
+    span.reference =
+        choice_.temperature_reference.value_or(sum / static_cast<double>(rows().size()));
+    spans.push_back(span);
   }
-}
-
-bool ReadingSource::set_effects(EffectSetup effects) {
-  effects.blocks = effects.blocks && temperature_order_ == 0;
-  const bool changes = effects != effects_;
-  effects_ = effects;
-  return changes;
+  return spans;
 }
 
 // Readings, responses and how the instrument lay in them; the weights are those of the
 // observations.
 void ReadingSource::put_readings(const std::vector<std::size_t>& rows, ReadingSet& set) const {
   const auto n = static_cast<Eigen::Index>(rows.size());
-  set.response.resize(n, observations_.response.cols());
-  set.weights.resize(n, observations_.response.cols());
+  set.response.resize(n, observations_->response.cols());
+  set.weights.resize(n, observations_->response.cols());
   set.readings.reserve(rows.size());
   set.rotation_sensor_from_table.reserve(by_field_ ? 0 : rows.size());
   for (Eigen::Index i = 0; i < n; ++i) {
     const std::size_t row = rows[static_cast<std::size_t>(i)];
     const auto from = static_cast<Eigen::Index>(row);
-    const Reading& reading = observations_.readings[row];
+    const Reading& reading = observations_->readings[row];
     set.readings.push_back(reading);
     if (!set.field.is_sum()) {  // its one part's level is that of all
       set.readings.back().level = reading.level.of(set.field.parts().front().level_name());
     }
-    set.response.row(i) = observations_.response.row(from);
+    set.response.row(i) = observations_->response.row(from);
     for (Eigen::Index k = 0; k < set.weights.cols(); ++k) {
-      set.weights(i, k) = in_range_(from, k) ? weights_(from, k) : 0.0;
+      set.weights(i, k) = selection_->in_range(from, k) ? selection_->weights(from, k) : 0.0;
     }
     if (!by_field_ && reading.point) {
       set.rotation_sensor_from_table.push_back(rotation(reading));
-      if (mean_time_s_) {
+      if (selection_->mean_time_s) {
         set.field_then.push_back(field_then(reading));
       }
     }
@@ -249,10 +258,10 @@ void ReadingSource::put_readings(const std::vector<std::size_t>& rows, ReadingSe
 }
 
 void ReadingSource::put_temperature(ReadingSet& set) const {
-  if (temperature_order_ == 0) {
+  if (choice_.temperature_order == 0) {
     return;
   }
-  set.temperature.order = temperature_order_;
+  set.temperature.order = choice_.temperature_order;
   set.temperature.d.resize(set.size(), set.axis_count());
   std::vector<double> temperatures;
   for (Eigen::Index i = 0; i < set.size(); ++i) {
@@ -273,30 +282,30 @@ void ReadingSource::put_temperature(ReadingSet& set) const {
 
 ReadingSet ReadingSource::set(const std::vector<FieldDescription>& parts,
                               const AxisMask& seen) const {
-  const Instrument& instrument = experiment_.instrument;
+  const Instrument& instrument = experiment_->instrument;
   ReadingSet set;
   set.axes = instrument.axes;
-  set.robust = experiment_.robust;
-  set.has_fence = observations_.has_fence;
-  set.noise_ratio = experiment_.noise_ratio;
-  set.orientation = [this](const DesignPoint& point) -> Eigen::Matrix3d {
-    return experiment_.rotation_sensor_from_positioner *
-           experiment_.positioner.rotation_table_from_positioner(point).transpose();
+  set.robust = experiment_->fit.robust;
+  set.has_fence = observations_->has_fence;
+  set.noise_ratio = experiment_->fit.noise_ratio;
+  set.orientation = [experiment = experiment_](const DesignPoint& point) -> Eigen::Matrix3d {
+    return experiment->rotation_sensor_from_positioner *
+           experiment->positioner.rotation_table_from_positioner(point).transpose();
   };
   if (!parts.empty()) {  // method bias has no field
     set.field = TableField(parts);
   }
-  if (!blocks_.empty()) {
-    set.field = set.field.tilted_by_block(blocks_);
+  if (!selection_->blocks.empty()) {
+    set.field = set.field.tilted_by_block(selection_->blocks);
   }
-  for (const FieldDescription& also : also_) {
+  for (const FieldDescription& also : selection_->also) {
     set.also_kinds.push_back(also.kind);
     set.also_in_table.push_back(*also.in_table);
   }
   for (Eigen::Index k = 0; k < instrument.axis_count(); ++k) {
     set.nominal.push_back(nominal_axis(instrument, k));
   }
-  put_readings(rows_, set);
+  put_readings(rows(), set);
   if (seen.size() > 0) {
     set.weights = seen.select(set.weights.array(), 0.0);
   }
@@ -309,26 +318,26 @@ ReadingSet ReadingSource::set(const std::vector<FieldDescription>& parts,
     set.weights.col(k) /= set.weights.col(k).sum() / used;
   }
   put_temperature(set);
-  set.effects = run_effects(set.readings, set.weights, effects_);
+  set.effects = run_effects(set.readings, set.weights, choice_.effects);
   return set;
 }
 
 ReadingSet ReadingSource::kept_out(const ReadingSet& fitted) const {
-  if (rows_kept_out_.empty()) {
+  if (selection_->rows_kept_out.empty()) {
     return {};
   }
   ReadingSet set = fitted;
   set.readings.clear();
   set.rotation_sensor_from_table.clear();
   set.field_then.clear();
-  put_readings(rows_kept_out_, set);
+  put_readings(selection_->rows_kept_out, set);
   for (Eigen::Index k = 0; k < set.weights.cols(); ++k) {
     double sum = 0.0;
     double used = 0.0;
-    for (std::size_t i = 0; i < rows_.size(); ++i) {
-      const auto row = static_cast<Eigen::Index>(rows_[i]);
+    for (std::size_t i = 0; i < rows().size(); ++i) {
+      const auto row = static_cast<Eigen::Index>(rows()[i]);
       const bool counts = fitted.weights(static_cast<Eigen::Index>(i), k) > 0.0;
-      sum += counts ? weights_(row, k) : 0.0;
+      sum += counts ? selection_->weights(row, k) : 0.0;
       used += counts ? 1.0 : 0.0;
     }
     set.weights.col(k) *= used / sum;

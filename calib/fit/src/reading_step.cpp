@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "axiscal/calib/reading_step.hpp"
+#include "calib/fit/reading_step.hpp"
 
 #include <algorithm>
 #include <cmath>

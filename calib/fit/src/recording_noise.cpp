@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "recording_noise.hpp"
+#include "calib/fit/src/recording_noise.hpp"
 
 namespace axiscal {
 

@@ -5,8 +5,8 @@
 
 #include <Eigen/Core>
 
-#include "axiscal/calib/gauss_newton.hpp"
-#include "axiscal/calib/serial_correlation.hpp"
+#include "calib/regression/gauss_newton.hpp"
+#include "calib/regression/serial_correlation.hpp"
 
 namespace axiscal {
 

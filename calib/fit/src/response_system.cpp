@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "axiscal/calib/response_system.hpp"
+#include "calib/fit/response_system.hpp"
 
 namespace axiscal {
 

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "axiscal/calib/run_effects.hpp"
+#include "calib/fit/run_effects.hpp"
 
 #include <algorithm>
 #include <cstddef>
 #include <map>
 
-#include "axiscal/calib/factor.hpp"
-#include "axiscal/core/formatted.hpp"
+#include "calib/regression/factor.hpp"
+#include "core/formatted.hpp"
 
 namespace axiscal {
 namespace {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "axiscal/calib/saturated_axes.hpp"
+#include "calib/fit/saturated_axes.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -9,8 +9,8 @@
 #include <Eigen/LU>
 
 #include "axiscal/calib/distributions.hpp"
-#include "axiscal/calib/factor.hpp"
-#include "axiscal/calib/reading_step.hpp"
+#include "calib/fit/reading_step.hpp"
+#include "calib/regression/factor.hpp"
 
 namespace axiscal {
 namespace {

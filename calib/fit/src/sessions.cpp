@@ -5,12 +5,12 @@
 #include <vector>
 
 #include "axiscal/calib/distributions.hpp"
-#include "axiscal/calib/jackknife.hpp"
-#include "axiscal/calib/magnitude.hpp"
-#include "axiscal/calib/parameter_names.hpp"
 #include "axiscal/core/error.hpp"
-#include "axiscal/core/formatted.hpp"
 #include "axiscal/core/number_text.hpp"
+#include "calib/fit/magnitude.hpp"
+#include "calib/record/parameter_names.hpp"
+#include "calib/regression/jackknife.hpp"
+#include "core/formatted.hpp"
 
 namespace axiscal {
 namespace {
@@ -160,7 +160,7 @@ Estimate estimate_sessions(const ReadingSet& set,
   std::erase_if(all.notes, [](const CalibrationNote& note) {
     return note.code == NoteCode::correlation || note.code == NoteCode::estimate_bias;
   });
-  all.sessions = static_cast<int>(B);
+  all.blocks.sessions = static_cast<int>(B);
   all.notes.push_back(
       {NoteCode::conditions,
        formatted("{} sessions were fitted each alone; the coefficients are their means, and the "

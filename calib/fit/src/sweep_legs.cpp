@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "sweep_legs.hpp"
+#include "calib/fit/src/sweep_legs.hpp"
 
 #include <algorithm>
 #include <limits>

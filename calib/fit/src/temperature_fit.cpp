@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "axiscal/calib/temperature_fit.hpp"
+#include "calib/fit/temperature_fit.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -7,12 +7,12 @@
 #include <set>
 
 #include "axiscal/calib/least_squares.hpp"
-#include "axiscal/calib/parameter_names.hpp"
 #include "axiscal/calib/settings.hpp"
 #include "axiscal/core/error.hpp"
-#include "axiscal/core/formatted.hpp"
 #include "axiscal/core/not_a_number.hpp"
 #include "axiscal/core/number_text.hpp"
+#include "calib/record/parameter_names.hpp"
+#include "core/formatted.hpp"
 
 namespace axiscal {
 namespace {

@@ -1,17 +1,17 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "axiscal/calib/transfer.hpp"
+#include "calib/fit/transfer.hpp"
 
 #include <algorithm>
 #include <cmath>
 #include <utility>
 
-#include "axis_regression.hpp"
 #include "axiscal/calib/distributions.hpp"
-#include "axiscal/calib/factor.hpp"
 #include "axiscal/core/error.hpp"
-#include "axiscal/core/formatted.hpp"
 #include "axiscal/core/not_a_number.hpp"
 #include "axiscal/core/number_text.hpp"
+#include "calib/fit/src/axis_regression.hpp"
+#include "calib/regression/factor.hpp"
+#include "core/formatted.hpp"
 
 namespace axiscal {
 namespace {
@@ -141,7 +141,7 @@ Estimate estimate_transfer(const ReadingSet& given,
   Estimate estimate = summarize(set, axes, rows_of_readings(set));
   estimate.mean_field = mean_length_of_fields(design);
   estimate.curvature = std::move(curvature);
-  estimate.seen = seen;
+  estimate.sight.seen = seen;
   return estimate;
 }
 

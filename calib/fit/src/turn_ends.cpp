@@ -7,16 +7,16 @@
 #include <Eigen/LU>
 
 #include "axiscal/calib/distributions.hpp"
-#include "axiscal/calib/factor.hpp"
-#include "axiscal/calib/input_quantities.hpp"
 #include "axiscal/calib/least_squares.hpp"
-#include "axiscal/calib/serial_correlation.hpp"
 #include "axiscal/calib/turns.hpp"
 #include "axiscal/calib/uncertainty.hpp"
-#include "axiscal/core/formatted.hpp"
 #include "axiscal/core/number_text.hpp"
 #include "axiscal/core/units.hpp"
 #include "axiscal/field/earth_rotation_field.hpp"
+#include "calib/fit/input_quantities.hpp"
+#include "calib/regression/factor.hpp"
+#include "calib/regression/serial_correlation.hpp"
+#include "core/formatted.hpp"
 
 namespace axiscal {
 namespace {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "turn_weighing.hpp"
+#include "calib/fit/src/turn_weighing.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -7,12 +7,12 @@
 #include <optional>
 #include <utility>
 
-#include "axiscal/calib/factor.hpp"
 #include "axiscal/calib/uncertainty.hpp"
-#include "axiscal/calib/variance_components.hpp"
 #include "axiscal/core/error.hpp"
 #include "axiscal/core/not_a_number.hpp"
 #include "axiscal/core/rotation.hpp"
+#include "calib/regression/factor.hpp"
+#include "calib/regression/variance_components.hpp"
 
 namespace axiscal {
 namespace {

@@ -11,21 +11,21 @@
 #include <Eigen/Geometry>
 #include <Eigen/LU>
 
-#include "axiscal/calib/calibration_warning.hpp"
-#include "axiscal/calib/factor.hpp"
-#include "axiscal/calib/gauss_newton.hpp"
-#include "axiscal/calib/parameter_names.hpp"
 #include "axiscal/calib/settings.hpp"
 #include "axiscal/core/error.hpp"
-#include "axiscal/core/formatted.hpp"
 #include "axiscal/core/not_a_number.hpp"
 #include "axiscal/core/number_text.hpp"
 #include "axiscal/core/rotation.hpp"
 #include "axiscal/core/timestamp.hpp"
 #include "axiscal/core/units.hpp"
 #include "axiscal/core/version.hpp"
-#include "axiscal/kernels/turn_integration.hpp"
-#include "turn_weighing.hpp"
+#include "calib/fit/src/turn_weighing.hpp"
+#include "calib/record/calibration_warning.hpp"
+#include "calib/record/parameter_names.hpp"
+#include "calib/regression/factor.hpp"
+#include "calib/regression/gauss_newton.hpp"
+#include "core/formatted.hpp"
+#include "kernels/turn_integration.hpp"
 
 namespace axiscal {
 namespace {

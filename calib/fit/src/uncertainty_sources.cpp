@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "axiscal/calib/uncertainty_sources.hpp"
+#include "calib/fit/uncertainty_sources.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -9,13 +9,13 @@
 
 #include <Eigen/Geometry>
 
-#include "axiscal/calib/fit.hpp"
-#include "axiscal/calib/input_quantities.hpp"
 #include "axiscal/calib/least_squares.hpp"
 #include "axiscal/calib/method_kind.hpp"
-#include "axiscal/calib/parameter_names.hpp"
 #include "axiscal/core/not_a_number.hpp"
 #include "axiscal/core/rotation.hpp"
+#include "calib/fit/fit.hpp"
+#include "calib/fit/input_quantities.hpp"
+#include "calib/record/parameter_names.hpp"
 
 namespace axiscal {
 namespace {
@@ -147,7 +147,7 @@ class BudgetMaker {
     if (!run_) {
       const bool known = method_kind(calibration_.fit.method).directions_known ||
                          !(statistics_.residual_sd.array() > 0.0).all();
-      StateOfRun state(set_, known);
+      SolvedReadings state(set_, known);
       run_.emplace(state, field_,
                    known ? Eigen::VectorXd(Eigen::VectorXd::Ones(set_.axis_count()))
                          : statistics_.residual_sd);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "condensed.hpp"
+#include "calib/mistakes/src/condensed.hpp"
 
 #include <algorithm>
 #include <map>
@@ -7,7 +7,7 @@
 #include <tuple>
 #include <utility>
 
-#include "suspect_run.hpp"
+#include "calib/mistakes/src/suspect_run.hpp"
 
 namespace axiscal {
 namespace {

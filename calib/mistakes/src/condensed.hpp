@@ -3,7 +3,7 @@
 
 #include <optional>
 
-#include "axiscal/calib/reading_set.hpp"
+#include "calib/fit/reading_set.hpp"
 
 namespace axiscal {
 

@@ -1,19 +1,19 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "axiscal/calib/culprit.hpp"
+#include "calib/mistakes/culprit.hpp"
 
 #include <algorithm>
 #include <cmath>
 #include <set>
 #include <utility>
 
-#include "axiscal/calib/calibration_warning.hpp"
-#include "axiscal/calib/deletion_fit.hpp"
-#include "axiscal/core/formatted.hpp"
 #include "axiscal/core/number_text.hpp"
-#include "condensed.hpp"
-#include "detection.hpp"
-#include "mistake_kind.hpp"
-#include "typed_value.hpp"
+#include "calib/fit/deletion_fit.hpp"
+#include "calib/mistakes/src/condensed.hpp"
+#include "calib/mistakes/src/detection.hpp"
+#include "calib/mistakes/src/mistake_kind.hpp"
+#include "calib/mistakes/src/typed_value.hpp"
+#include "calib/record/calibration_warning.hpp"
+#include "core/formatted.hpp"
 
 namespace axiscal {
 namespace {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "detection.hpp"
+#include "calib/mistakes/src/detection.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -7,10 +7,10 @@
 #include <utility>
 #include <vector>
 
-#include "axiscal/calib/deletion_fit.hpp"
 #include "axiscal/calib/distributions.hpp"
-#include "axiscal/calib/variance_components.hpp"
-#include "mistake_kind.hpp"
+#include "calib/fit/deletion_fit.hpp"
+#include "calib/mistakes/src/mistake_kind.hpp"
+#include "calib/regression/variance_components.hpp"
 
 namespace axiscal {
 namespace {

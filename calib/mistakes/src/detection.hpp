@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
-#include "suspect_run.hpp"
+#include "calib/mistakes/src/suspect_run.hpp"
 
 namespace axiscal {
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "hypothesis.hpp"
+#include "calib/mistakes/src/hypothesis.hpp"
 
 #include <algorithm>
 #include <cmath>

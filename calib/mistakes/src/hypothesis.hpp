@@ -7,8 +7,8 @@
 
 #include <Eigen/Core>
 
-#include "axiscal/calib/fit.hpp"
-#include "axiscal/calib/model.hpp"
+#include "calib/fit/fit.hpp"
+#include "calib/fit/model.hpp"
 
 namespace axiscal {
 

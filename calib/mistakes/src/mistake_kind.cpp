@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "mistake_kind.hpp"
+#include "calib/mistakes/src/mistake_kind.hpp"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <numbers>
 #include <utility>
+#include <vector>
 
 #include "axiscal/calib/distributions.hpp"
 
@@ -58,12 +58,24 @@ Leftover across_field(const SuspectRun& run, const HypothesisFit& fit) {
 
 }  // namespace
 
-std::span<const MistakeKind> mistake_kinds() {
-  // The kinds are in this order as, of two that are as likely, the one that is tried first wins.
-  static const std::array kinds = {wrong_pose_kind(),  exchanged_kind(), wrong_value_kind(),
-                                   wrong_level_kind(), stuck_kind(),     tilted_seat_kind(),
-                                   table_moved_kind(), drift_kind(),     saturated_kind()};
+namespace {
+
+// Of two explanations that are equally likely the first one wins.
+std::vector<MistakeKind>& all_kinds() {
+  static std::vector<MistakeKind> kinds = {wrong_pose_kind(),  exchanged_kind(), wrong_value_kind(),
+                                           wrong_level_kind(), stuck_kind(),     tilted_seat_kind(),
+                                           table_moved_kind(), drift_kind(),     saturated_kind()};
   return kinds;
+}
+
+}  // namespace
+
+std::span<const MistakeKind> mistake_kinds() {
+  return all_kinds();
+}
+
+void add_mistake_kind(const MistakeKind& kind) {
+  all_kinds().push_back(kind);
 }
 
 void Explanations::add(HypothesisFit fit,

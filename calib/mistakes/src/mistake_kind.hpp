@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "axiscal/calib/correction.hpp"
-#include "suspect_run.hpp"
+#include "calib/mistakes/src/suspect_run.hpp"
 
 namespace axiscal {
 
@@ -90,8 +90,11 @@ struct MistakeKind {
 [[nodiscard]] MistakeKind drift_kind();
 [[nodiscard]] MistakeKind saturated_kind();
 
-/// @return all of them.
+/// @return all kinds.
 [[nodiscard]] std::span<const MistakeKind> mistake_kinds();
+
+/// Adds a kind of a program's own behind the others. Not while other threads calibrate.
+void add_mistake_kind(const MistakeKind& kind);
 
 /// The probability that q parameters take so much from a fit's sum of squares by chance.
 ///

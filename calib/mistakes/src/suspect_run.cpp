@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "suspect_run.hpp"
+#include "calib/mistakes/src/suspect_run.hpp"
 
 #include <algorithm>
 #include <cmath>

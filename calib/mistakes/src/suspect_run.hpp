@@ -9,8 +9,8 @@
 
 #include <Eigen/Core>
 
-#include "axiscal/calib/estimation.hpp"
-#include "hypothesis.hpp"
+#include "calib/fit/estimation.hpp"
+#include "calib/mistakes/src/hypothesis.hpp"
 
 namespace axiscal {
 

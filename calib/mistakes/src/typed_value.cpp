@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "typed_value.hpp"
+#include "calib/mistakes/src/typed_value.hpp"
 
 #include <algorithm>
 #include <cctype>

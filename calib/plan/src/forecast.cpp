@@ -10,20 +10,20 @@
 
 #include "axiscal/calib/assembly.hpp"
 #include "axiscal/calib/calibrate.hpp"
-#include "axiscal/calib/design_advice.hpp"
-#include "axiscal/calib/estimation.hpp"
-#include "axiscal/calib/factor.hpp"
-#include "axiscal/calib/fit.hpp"
-#include "axiscal/calib/input_quantities.hpp"
 #include "axiscal/calib/method_kind.hpp"
 #include "axiscal/calib/settings.hpp"
 #include "axiscal/calib/simulate.hpp"
 #include "axiscal/core/error.hpp"
-#include "axiscal/core/formatted.hpp"
 #include "axiscal/core/number_text.hpp"
 #include "axiscal/core/rotation.hpp"
 #include "axiscal/instruments/instrument_kind.hpp"
-#include "troubles.hpp"
+#include "calib/fit/design_advice.hpp"
+#include "calib/fit/estimation.hpp"
+#include "calib/fit/fit.hpp"
+#include "calib/fit/input_quantities.hpp"
+#include "calib/plan/src/troubles.hpp"
+#include "calib/regression/factor.hpp"
+#include "core/formatted.hpp"
 
 namespace axiscal {
 namespace {
@@ -288,7 +288,7 @@ ForecastParts parts_of(const ForecastSetup& setup) {
   const ReadingSet set = reading_set(setup);
   const TableField field = set.field.with_all(field_in_table(setup));
   check_design(setup, set, field);
-  StateOfRun state(set, method_kind(setup.method).directions_known);
+  SolvedReadings state(set, method_kind(setup.method).directions_known);
   const Fit run(state, field, Eigen::VectorXd::Ones(set.axis_count()));
   std::map<std::string, SharedErrors> errors = errors_of_inputs(setup, run, field);
   return {.map = linear_map(setup, run),
@@ -352,7 +352,7 @@ Method method_for(const Experiment& experiment, const std::vector<DesignEntry>& 
   // Fewer points leave the direction open: a table known to be level is meant.
   constexpr std::size_t fewest_for_direction = 10;
   const Method method = choose_method(experiment, observations);
-  const bool is_open = !experiment.method && method == Method::joint;
+  const bool is_open = !experiment.fit.method && method == Method::joint;
   return is_open && design.size() < fewest_for_direction ? Method::known : method;
 }
 

@@ -7,11 +7,11 @@
 
 #include <Eigen/Geometry>
 
-#include "axiscal/calib/factor.hpp"
 #include "axiscal/core/error.hpp"
-#include "axiscal/core/formatted.hpp"
 #include "axiscal/core/rotation.hpp"
-#include "troubles.hpp"
+#include "calib/plan/src/troubles.hpp"
+#include "calib/regression/factor.hpp"
+#include "core/formatted.hpp"
 
 namespace axiscal {
 namespace {

@@ -2,12 +2,12 @@
 #include <algorithm>
 
 #include "axiscal/calib/distributions.hpp"
-#include "axiscal/calib/parameter_names.hpp"
 #include "axiscal/calib/repeated_design.hpp"
 #include "axiscal/core/error.hpp"
 #include "axiscal/core/parallel.hpp"
-#include "axiscal/kernels/regression_trials.hpp"
-#include "study_blocks.hpp"
+#include "calib/plan/src/study_blocks.hpp"
+#include "calib/record/parameter_names.hpp"
+#include "kernels/regression_trials.hpp"
 
 namespace axiscal {
 namespace {

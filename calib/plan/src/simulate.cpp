@@ -9,12 +9,12 @@
 #include "axiscal/calib/lit_response.hpp"
 #include "axiscal/calib/observations_csv.hpp"
 #include "axiscal/core/error.hpp"
-#include "axiscal/core/formatted.hpp"
 #include "axiscal/core/rotation.hpp"
 #include "axiscal/field/field_kind.hpp"
 #include "axiscal/field/field_setup.hpp"
 #include "axiscal/field/table_field.hpp"
-#include "troubles.hpp"
+#include "calib/plan/src/troubles.hpp"
+#include "core/formatted.hpp"
 
 namespace axiscal {
 

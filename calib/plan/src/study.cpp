@@ -7,22 +7,22 @@
 #include <numbers>
 #include <set>
 
-#include "axiscal/calib/calibrated_coefficients.hpp"
 #include "axiscal/calib/calibration_json.hpp"
 #include "axiscal/calib/experiment_json.hpp"
-#include "axiscal/calib/factor.hpp"
 #include "axiscal/calib/reading_uncertainty.hpp"
 #include "axiscal/calib/uncertainty.hpp"
 #include "axiscal/core/error.hpp"
-#include "axiscal/core/formatted.hpp"
-#include "axiscal/core/json_document.hpp"
 #include "axiscal/core/number_text.hpp"
 #include "axiscal/core/parallel.hpp"
 #include "axiscal/core/rotation.hpp"
 #include "axiscal/core/units.hpp"
 #include "axiscal/field/earth_rotation_field.hpp"
 #include "axiscal/field/field_kind.hpp"
-#include "study_blocks.hpp"
+#include "calib/calibrate/fitted_record.hpp"
+#include "calib/plan/src/study_blocks.hpp"
+#include "calib/regression/factor.hpp"
+#include "core/formatted.hpp"
+#include "core/json_document.hpp"
 
 namespace axiscal {
 namespace {
@@ -81,7 +81,7 @@ class Trial {
                                         : simulate_run(truth_, sheet(), simulation_, noise_random_);
     bias_of_run_ = std::move(run.bias_of_run);
     return setup_.alarms ? calibrate(setup_.experiment, run.observations)
-                         : calibrated_coefficients(setup_.experiment, run.observations);
+                         : fitted_record(setup_.experiment, run.observations);
   }
 
   // What a calibration of the run can find out, at best: the truth, the bias as it was in its mean.
@@ -89,7 +89,7 @@ class Trial {
     SensorModel truth = setup_.truth;
     truth.response.bias += bias_of_run_;
     const bool free = setup_.recording && setup_.recording->kind == RecordingKind::free;
-    return free ? in_shape(std::move(truth), setup_.experiment.shape) : truth;
+    return free ? in_shape(std::move(truth), setup_.experiment.fit.shape) : truth;
   }
 
   // Errors, stated u and U of what one reading says in some attitude.
@@ -395,7 +395,7 @@ Study run_study(const StudySetup& given,
   }
   StudySetup setup = given;
   // Without drift it changes no coefficient.
-  setup.experiment.search_for_mistakes = setup.alarms || !setup.simulation.world.is_white();
+  setup.experiment.fit.search_for_mistakes = setup.alarms || !setup.simulation.world.is_white();
   const Eigen::MatrixXd normal_root = root_of_normals(setup);
   study.block = 250;
   study.blocks = blocks_of_shard(study, shard);

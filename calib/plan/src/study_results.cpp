@@ -5,8 +5,8 @@
 
 #include "axiscal/calib/study.hpp"
 #include "axiscal/core/error.hpp"
-#include "axiscal/core/json_document.hpp"
-#include "study_blocks.hpp"
+#include "calib/plan/src/study_blocks.hpp"
+#include "core/json_document.hpp"
 
 namespace axiscal {
 

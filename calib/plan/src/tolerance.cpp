@@ -9,12 +9,12 @@
 #include <Eigen/LU>
 
 #include "axiscal/calib/calibrate.hpp"
-#include "axiscal/calib/factor.hpp"
 #include "axiscal/calib/forecast.hpp"
 #include "axiscal/calib/simulate.hpp"
 #include "axiscal/core/error.hpp"
 #include "axiscal/core/parallel.hpp"
 #include "axiscal/core/rotation.hpp"
+#include "calib/regression/factor.hpp"
 
 namespace axiscal {
 namespace {
@@ -122,9 +122,9 @@ Experiment experiment_of(const ToleranceStudy& study, Method method) {
   Experiment experiment;
   experiment.instrument = study.nominal.instrument;
   experiment.field = setup_of(study.nominal.field, true);
-  experiment.method = method;
+  experiment.fit.method = method;
   experiment.positioner = Positioner(study.drawing, study.surface);  // as drawn
-  experiment.search_for_mistakes = false;  // what is off is the cube, not a reading
+  experiment.fit.search_for_mistakes = false;  // what is off is the cube, not a reading
   return experiment;
 }
 

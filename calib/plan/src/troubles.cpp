@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "troubles.hpp"
+#include "calib/plan/src/troubles.hpp"
 
 #include <cmath>
 #include <numbers>
 
 #include "axiscal/core/error.hpp"
-#include "axiscal/core/formatted.hpp"
 #include "axiscal/core/rotation.hpp"
+#include "core/formatted.hpp"
 
 namespace axiscal {
 namespace {

@@ -4,8 +4,8 @@
 #include <algorithm>
 
 #include "axiscal/calib/method_kind.hpp"
-#include "axiscal/calib/parameter_names.hpp"
 #include "axiscal/core/error.hpp"
+#include "calib/record/parameter_names.hpp"
 
 namespace axiscal {
 namespace {

@@ -6,13 +6,13 @@
 #include "axiscal/calib/uncertainty.hpp"
 #include "axiscal/core/error.hpp"
 #include "axiscal/core/input_file.hpp"
-#include "axiscal/core/json_members.hpp"
 #include "axiscal/core/output_file.hpp"
 #include "axiscal/core/rotation.hpp"
-#include "axiscal/field/field_json.hpp"
 #include "axiscal/instruments/polar_form.hpp"
-#include "setup_members.hpp"
-#include "statistics_members.hpp"
+#include "calib/record/src/setup_members.hpp"
+#include "calib/record/src/statistics_members.hpp"
+#include "core/json_members.hpp"
+#include "field/field_json.hpp"
 
 namespace axiscal {
 namespace {

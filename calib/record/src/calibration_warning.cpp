@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "axiscal/calib/calibration_warning.hpp"
+#include "calib/record/calibration_warning.hpp"
 
 #include <utility>
 
-#include "axiscal/core/formatted.hpp"
+#include "core/formatted.hpp"
 
 namespace axiscal {
 

@@ -7,7 +7,7 @@
 #include "axiscal/calib/uncertainty.hpp"
 #include "axiscal/core/error.hpp"
 #include "axiscal/core/input_file.hpp"
-#include "axiscal/core/json_document.hpp"
+#include "core/json_document.hpp"
 
 namespace axiscal {
 namespace {

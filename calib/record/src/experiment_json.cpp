@@ -10,17 +10,17 @@
 #include <Eigen/LU>
 
 #include "axiscal/calib/calibration_json.hpp"
-#include "axiscal/core/formatted.hpp"
 #include "axiscal/core/input_file.hpp"
-#include "axiscal/core/json_members.hpp"
 #include "axiscal/core/number_text.hpp"
 #include "axiscal/core/timestamp.hpp"
 #include "axiscal/core/units.hpp"
-#include "axiscal/field/field_json.hpp"
 #include "axiscal/field/field_kind.hpp"
 #include "axiscal/instruments/instrument_kind.hpp"
 #include "axiscal/positioner/positioner_json.hpp"
-#include "setup_members.hpp"
+#include "calib/record/src/setup_members.hpp"
+#include "core/formatted.hpp"
+#include "core/json_members.hpp"
+#include "field/field_json.hpp"
 
 namespace axiscal {
 namespace {
@@ -240,30 +240,31 @@ class ExperimentMembers {
 
   void choices() {
     const Experiment usual;
-    io_.choice_unless("shape", e_.shape, usual.shape, shape_name, parse_shape,
+    io_.choice_unless("shape", e_.fit.shape, usual.fit.shape, shape_name, parse_shape,
                       "symmetric, triangular");
-    io_.flag_unless("squares", e_.squares, false);
-    io_.choice_if_any("method", e_.method, method_name, parse_chosen_method,
+    io_.flag_unless("squares", e_.fit.squares, false);
+    io_.choice_if_any("method", e_.fit.method, method_name, parse_chosen_method,
                       "paired, joint, known, magnitude, bias");
     io_.choice_if_any(
-        "weights", e_.weighting,
+        "weights", e_.fit.weighting,
         [](std::optional<Weighting> w) { return w ? weighting_name(*w) : std::string_view(); },
         parse_weighting, "samples, sd, none");
     robust();
-    io_.choice_unless("drift", e_.drift, usual.drift, drift_name, parse_drift,
+    io_.choice_unless("drift", e_.fit.drift, usual.fit.drift, drift_name, parse_drift,
                       "auto, none, linear");
-    io_.choice_unless("seats", e_.seats, usual.seats, seats_name, parse_seats, "auto, fit, none");
-    io_.choice_unless("level_by", e_.level_by, usual.level_by, level_by_name, parse_level_by,
-                      "run, block");
-    io_.flag_unless("polar_fit", e_.compare_polar_fit, false);
-    io_.flag_unless("mistakes", e_.search_for_mistakes, true);
+    io_.choice_unless("seats", e_.fit.seats, usual.fit.seats, seats_name, parse_seats,
+                      "auto, fit, none");
+    io_.choice_unless("level_by", e_.fit.level_by, usual.fit.level_by, level_by_name,
+                      parse_level_by, "run, block");
+    io_.flag_unless("polar_fit", e_.fit.compare_polar_fit, false);
+    io_.flag_unless("mistakes", e_.fit.search_for_mistakes, true);
   }
 
   void robust() {
     if (!io_.reads()) {
-      io_.flag_unless("robust", e_.robust, false);
+      io_.flag_unless("robust", e_.fit.robust, false);
     } else if (const auto value = io_.from().find("robust")) {
-      e_.robust = value->is_text() ? true : value->boolean();
+      e_.fit.robust = value->is_text() ? true : value->boolean();
       if (value->is_text() && value->text() != "bisquare") {
         value->fail("must be true, false or \"bisquare\"");
       }
@@ -272,16 +273,16 @@ class ExperimentMembers {
 
   void noise_ratio() {
     if (!io_.reads()) {
-      if (e_.noise_ratio.size() > 0) {
-        io_.to()["noise_ratio"] = json_from(e_.noise_ratio);
+      if (e_.fit.noise_ratio.size() > 0) {
+        io_.to()["noise_ratio"] = json_from(e_.fit.noise_ratio);
       }
     } else if (const auto ratio = io_.from().find("noise_ratio")) {
-      e_.noise_ratio = ratio->vector(static_cast<Eigen::Index>(ratio->elements().size()));
+      e_.fit.noise_ratio = ratio->vector(static_cast<Eigen::Index>(ratio->elements().size()));
     }
   }
 
   void temperature() {
-    TemperatureSetup& setup = e_.temperature;
+    TemperatureSetup& setup = e_.fit.temperature;
     const bool stated = setup.order > 0 || setup.automatic || setup.ignored || setup.reference;
     io_.object("temperature", stated, [&](JsonMembers& one) {
       static constexpr std::array<std::string_view, 2> keys = {"order", "reference"};
@@ -330,7 +331,7 @@ class ExperimentMembers {
   }
 
   void process() {
-    io_.object_if_any("process", e_.process, [](JsonMembers& one, ProcessScatter& process) {
+    io_.object_if_any("process", e_.fit.process, [](JsonMembers& one, ProcessScatter& process) {
       const auto m = one.reads()
                          ? static_cast<Eigen::Index>(one.from().at("mean_square").elements().size())
                          : process.mean_square.size();

@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "axiscal/core/error.hpp"
-#include "axiscal/core/formatted.hpp"
+#include "core/formatted.hpp"
 
 namespace axiscal {
 namespace {

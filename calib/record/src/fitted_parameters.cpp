@@ -8,12 +8,12 @@
 #include <string_view>
 
 #include "axiscal/calib/calibration_json.hpp"
-#include "axiscal/calib/parameter_names.hpp"
 #include "axiscal/calib/uncertainty.hpp"
 #include "axiscal/core/error.hpp"
 #include "axiscal/core/input_file.hpp"
-#include "axiscal/core/json_pieces.hpp"
 #include "axiscal/core/not_a_number.hpp"
+#include "calib/record/parameter_names.hpp"
+#include "core/json_pieces.hpp"
 
 namespace axiscal {
 namespace {

@@ -2,50 +2,67 @@
 #include "axiscal/calib/method_kind.hpp"
 
 #include <algorithm>
-#include <array>
+#include <deque>
+
+#include "axiscal/core/error.hpp"
+#include "core/formatted.hpp"
 
 namespace axiscal {
 namespace {
 
-constexpr std::array kinds = {
-    MethodKind{.method = Method::paired,
-               .name = "paired",
-               .by_pose = true,
-               .averages_pairs = true,
-               .words = "opposite positions averaged, which removes the table's slope"},
-    MethodKind{.method = Method::joint,
-               .name = "joint",
-               .by_pose = true,
-               .words = "all readings, the field's direction in the table fitted with them"},
-    MethodKind{.method = Method::known,
-               .name = "known",
-               .by_pose = true,
-               .directions_known = true,
-               .words = "the field taken as given"},
-    MethodKind{.method = Method::magnitude,
-               .name = "magnitude",
-               .by_magnitude = true,
-               .words = "orientations unknown"},
-    MethodKind{
-        .method = Method::bias, .name = "bias", .fits_sensitivity = false, .words = "biases alone"},
-    MethodKind{.method = Method::turns,
-               .name = "turns",
-               .by_turns = true,
-               .is_chosen = false,
-               .words = "the attitudes after turns from rest to rest, by integration"},
-    MethodKind{.method = Method::faces,
-               .name = "faces",
-               .by_pose = true,
-               .directions_known = true,
-               .by_length = true,
-               .words = "six faces that may lean, bias and scale by the field's length"}};
+// In the order of Method.
+std::deque<MethodKind>& all_kinds() {
+  static std::deque<MethodKind> kinds = {
+      MethodKind{.method = Method::paired,
+                 .name = "paired",
+                 .by_pose = true,
+                 .averages_pairs = true,
+                 .words = "opposite positions averaged, which removes the table's slope"},
+      MethodKind{.method = Method::joint,
+                 .name = "joint",
+                 .by_pose = true,
+                 .words = "all readings, the field's direction in the table fitted with them"},
+      MethodKind{.method = Method::known,
+                 .name = "known",
+                 .by_pose = true,
+                 .directions_known = true,
+                 .words = "the field taken as given"},
+      MethodKind{.method = Method::magnitude,
+                 .name = "magnitude",
+                 .by_magnitude = true,
+                 .words = "orientations unknown"},
+      MethodKind{.method = Method::bias,
+                 .name = "bias",
+                 .fits_sensitivity = false,
+                 .words = "biases alone"},
+      MethodKind{.method = Method::turns,
+                 .name = "turns",
+                 .by_turns = true,
+                 .is_chosen = false,
+                 .words = "the attitudes after turns from rest to rest, by integration"},
+      MethodKind{.method = Method::faces,
+                 .name = "faces",
+                 .by_pose = true,
+                 .directions_known = true,
+                 .by_length = true,
+                 .words = "six faces that may lean, bias and scale by the field's length"}};
+  return kinds;
+}
 
 constexpr MethodKind no_method{.name = ""};
 
 }  // namespace
 
+Method add_method_kind(MethodKind kind) {
+  if (kind.name.empty() || parse_method(kind.name)) {
+    throw DomainError(formatted("add_method_kind: '{}' is no name, or there already", kind.name));
+  }
+  kind.method = static_cast<Method>(all_kinds().size());
+  return all_kinds().emplace_back(kind).method;
+}
+
 const MethodKind& method_kind(Method method) {
-  return kinds.at(static_cast<std::size_t>(method));
+  return all_kinds().at(static_cast<std::size_t>(method));
 }
 
 const MethodKind& method_kind(std::optional<Method> method) {
@@ -57,8 +74,9 @@ std::string_view method_name(std::optional<Method> method) {
 }
 
 std::optional<Method> parse_method(std::string_view name) {
-  const auto* const found = std::find_if(kinds.begin(), kinds.end(),
-                                         [&](const MethodKind& kind) { return kind.name == name; });
+  const std::deque<MethodKind>& kinds = all_kinds();
+  const auto found = std::find_if(kinds.begin(), kinds.end(),
+                                  [&](const MethodKind& kind) { return kind.name == name; });
   return found == kinds.end() ? std::nullopt : std::optional(found->method);
 }
 

@@ -10,14 +10,14 @@
 #include <utility>
 
 #include "axiscal/core/error.hpp"
-#include "axiscal/core/formatted.hpp"
 #include "axiscal/core/missing_column.hpp"
 #include "axiscal/core/nearest_name.hpp"
 #include "axiscal/core/number_text.hpp"
 #include "axiscal/core/shown_text.hpp"
 #include "axiscal/core/timestamp.hpp"
 #include "axiscal/core/units.hpp"
-#include "sheet_columns.hpp"
+#include "calib/record/src/sheet_columns.hpp"
+#include "core/formatted.hpp"
 
 namespace axiscal {
 namespace {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "axiscal/calib/parameter_names.hpp"
+#include "calib/record/parameter_names.hpp"
 
 #include <cmath>
 #include <string_view>

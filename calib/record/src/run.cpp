@@ -14,10 +14,10 @@
 #include "axiscal/calib/observations_csv.hpp"
 #include "axiscal/core/csv_reader.hpp"
 #include "axiscal/core/error.hpp"
-#include "axiscal/core/formatted.hpp"
 #include "axiscal/core/input_file.hpp"
 #include "axiscal/core/number_text.hpp"
 #include "axiscal/core/timestamp.hpp"
+#include "core/formatted.hpp"
 
 namespace axiscal {
 namespace {
@@ -118,7 +118,7 @@ Run make_run(std::span<const DesignPoint> points,
 }
 
 ObservationColumns observation_columns(const Experiment& experiment, Units units) {
-  const Method method = experiment.method.value_or(Method::known);
+  const Method method = experiment.fit.method.value_or(Method::known);
   std::vector<SlotColumns> slots;
   for (const SlotSetup& slot : experiment.slots) {
     slots.push_back({.slot = slot.slot, .axes = slot.instrument.axes});
@@ -129,10 +129,11 @@ ObservationColumns observation_columns(const Experiment& experiment, Units units
           .differences = experiment.instrument.differences,
           .range = experiment.instrument.range,
           .needs_labels = method_kind(method).by_pose && !method_kind(method).directions_known,
-          .needs_samples = experiment.weighting == Weighting::samples,
-          .needs_temperature = experiment.temperature.order > 0 || experiment.temperature.automatic,
+          .needs_samples = experiment.fit.weighting == Weighting::samples,
+          .needs_temperature =
+              experiment.fit.temperature.order > 0 || experiment.fit.temperature.automatic,
           .takes_several_units = units == Units::several,
-          .needs_sd = experiment.weighting == Weighting::sd};
+          .needs_sd = experiment.fit.weighting == Weighting::sd};
 }
 
 Run join_runs(std::vector<Run> files, Units units) {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "scatter_words.hpp"
+#include "calib/record/src/scatter_words.hpp"
 
 #include <algorithm>
 #include <array>

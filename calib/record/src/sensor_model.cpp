@@ -2,8 +2,8 @@
 #include "axiscal/calib/sensor_model.hpp"
 
 #include "axiscal/core/error.hpp"
-#include "axiscal/core/formatted.hpp"
 #include "axiscal/core/number_text.hpp"
+#include "core/formatted.hpp"
 
 namespace axiscal {
 

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "setup_members.hpp"
+#include "calib/record/src/setup_members.hpp"
 
 #include "axiscal/core/error.hpp"
-#include "axiscal/core/formatted.hpp"
 #include "axiscal/field/field_kind.hpp"
 #include "axiscal/instruments/instrument_kind.hpp"
+#include "core/formatted.hpp"
 
 namespace axiscal {
 namespace {

@@ -4,7 +4,7 @@
 #include <vector>
 
 #include "axiscal/calib/calibration.hpp"
-#include "axiscal/core/json_members.hpp"
+#include "core/json_members.hpp"
 
 namespace axiscal {
 

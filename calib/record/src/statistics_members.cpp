@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "statistics_members.hpp"
+#include "calib/record/src/statistics_members.hpp"
 
 #include <array>
 #include <cstddef>
 
-#include "axiscal/calib/parameter_names.hpp"
 #include "axiscal/core/not_a_number.hpp"
-#include "scatter_words.hpp"
+#include "calib/record/parameter_names.hpp"
+#include "calib/record/src/scatter_words.hpp"
 
 namespace axiscal {
 namespace {

@@ -4,7 +4,7 @@
 #include <optional>
 
 #include "axiscal/calib/calibration.hpp"
-#include "axiscal/core/json_members.hpp"
+#include "core/json_members.hpp"
 
 namespace axiscal {
 

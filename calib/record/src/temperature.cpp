@@ -9,9 +9,9 @@
 #include "axiscal/calib/distributions.hpp"
 #include "axiscal/calib/least_squares.hpp"
 #include "axiscal/core/error.hpp"
-#include "axiscal/core/formatted.hpp"
 #include "axiscal/core/not_a_number.hpp"
 #include "axiscal/core/number_text.hpp"
+#include "core/formatted.hpp"
 
 namespace axiscal {
 namespace {

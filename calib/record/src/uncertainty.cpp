@@ -8,13 +8,13 @@
 #include <numeric>
 
 #include "axiscal/calib/distributions.hpp"
-#include "axiscal/calib/inheritance.hpp"
 #include "axiscal/calib/method_kind.hpp"
 #include "axiscal/core/error.hpp"
-#include "axiscal/core/formatted.hpp"
 #include "axiscal/core/not_a_number.hpp"
 #include "axiscal/core/number_text.hpp"
 #include "axiscal/field/field_kind.hpp"
+#include "calib/record/inheritance.hpp"
+#include "core/formatted.hpp"
 
 namespace axiscal {
 namespace {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "axiscal/calib/factor.hpp"
+#include "calib/regression/factor.hpp"
 
 #include <algorithm>
 #include <cmath>

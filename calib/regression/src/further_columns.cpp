@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "axiscal/calib/further_columns.hpp"
+#include "calib/regression/further_columns.hpp"
 
 #include <algorithm>
 #include <cmath>
 
 #include "axiscal/calib/distributions.hpp"
-#include "axiscal/calib/factor.hpp"
+#include "calib/regression/factor.hpp"
 
 namespace axiscal {
 

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "axiscal/calib/gauss_newton.hpp"
+#include "calib/regression/gauss_newton.hpp"
 
 #include <vector>
 
-#include "axiscal/calib/factor.hpp"
-#include "axiscal/kernels/sums_of_products.hpp"
+#include "calib/regression/factor.hpp"
+#include "kernels/sums_of_products.hpp"
 
 namespace axiscal {
 namespace {

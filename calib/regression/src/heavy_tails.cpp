@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "axiscal/calib/heavy_tails.hpp"
+#include "calib/regression/heavy_tails.hpp"
 
 #include <algorithm>
 #include <cmath>

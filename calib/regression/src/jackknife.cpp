@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "axiscal/calib/jackknife.hpp"
+#include "calib/regression/jackknife.hpp"
 
 #include <algorithm>
 #include <cmath>
 
-#include "axiscal/calib/factor.hpp"
 #include "axiscal/core/not_a_number.hpp"
+#include "calib/regression/factor.hpp"
 
 namespace axiscal {
 

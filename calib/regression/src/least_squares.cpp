@@ -10,10 +10,10 @@
 #include <Eigen/SVD>
 
 #include "axiscal/core/error.hpp"
-#include "axiscal/core/formatted.hpp"
 #include "axiscal/core/not_a_number.hpp"
 #include "axiscal/core/number_text.hpp"
-#include "double_double.hpp"
+#include "calib/regression/src/double_double.hpp"
+#include "core/formatted.hpp"
 
 namespace axiscal {
 namespace {

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "axiscal/calib/piecewise_columns.hpp"
+#include "calib/regression/piecewise_columns.hpp"
 
 #include <algorithm>
 #include <cstddef>
 #include <optional>
 #include <utility>
 
-#include "axiscal/calib/factor.hpp"
+#include "calib/regression/factor.hpp"
 
 namespace axiscal {
 namespace {

@@ -6,8 +6,8 @@
 #include <utility>
 #include <vector>
 
-#include "axiscal/calib/reweighting.hpp"
 #include "axiscal/core/error.hpp"
+#include "calib/regression/reweighting.hpp"
 
 namespace axiscal {
 namespace {

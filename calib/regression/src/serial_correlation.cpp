@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "axiscal/calib/serial_correlation.hpp"
+#include "calib/regression/serial_correlation.hpp"
 
 #include <algorithm>
 #include <array>
@@ -10,8 +10,8 @@
 #include <span>
 #include <utility>
 
-#include "axiscal/calib/factor.hpp"
 #include "axiscal/core/parallel.hpp"
+#include "calib/regression/factor.hpp"
 
 namespace axiscal {
 namespace {

@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "axiscal/calib/shared_fit.hpp"
+#include "calib/regression/shared_fit.hpp"
 
 #include <algorithm>
 #include <cmath>
 #include <limits>
 #include <utility>
 
-#include "axiscal/calib/factor.hpp"
 #include "axiscal/core/not_a_number.hpp"
+#include "calib/regression/factor.hpp"
 
 namespace axiscal {
 namespace {

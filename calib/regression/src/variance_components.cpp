@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "axiscal/calib/variance_components.hpp"
+#include "calib/regression/variance_components.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -7,8 +7,8 @@
 #include <limits>
 
 #include "axiscal/calib/distributions.hpp"
-#include "axiscal/calib/factor.hpp"
-#include "axiscal/calib/piecewise_columns.hpp"
+#include "calib/regression/factor.hpp"
+#include "calib/regression/piecewise_columns.hpp"
 
 namespace axiscal {
 namespace {

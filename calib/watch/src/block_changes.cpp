@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "block_changes.hpp"
+#include "calib/watch/src/block_changes.hpp"
 
 #include <algorithm>
 #include <array>
 #include <cmath>
 
 #include "axiscal/calib/distributions.hpp"
-#include "axiscal/calib/parameter_names.hpp"
 #include "axiscal/calib/uncertainty.hpp"
+#include "calib/record/parameter_names.hpp"
 
 namespace axiscal {
 namespace {

@@ -5,10 +5,10 @@
 
 #include "axiscal/calib/distributions.hpp"
 #include "axiscal/calib/drift_check.hpp"
-#include "axiscal/calib/factor.hpp"
 #include "axiscal/calib/reading_uncertainty.hpp"
 #include "axiscal/calib/reduction.hpp"
 #include "axiscal/core/error.hpp"
+#include "calib/regression/factor.hpp"
 
 namespace axiscal {
 namespace {

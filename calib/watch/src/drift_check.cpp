@@ -7,19 +7,19 @@
 #include <Eigen/Geometry>
 
 #include "axiscal/calib/distributions.hpp"
-#include "axiscal/calib/factor.hpp"
 #include "axiscal/calib/intrinsic.hpp"
-#include "axiscal/calib/parameter_names.hpp"
 #include "axiscal/calib/reading_uncertainty.hpp"
 #include "axiscal/calib/reduction.hpp"
 #include "axiscal/calib/uncertainty.hpp"
 #include "axiscal/core/error.hpp"
-#include "axiscal/core/formatted.hpp"
 #include "axiscal/core/not_a_number.hpp"
 #include "axiscal/core/number_text.hpp"
 #include "axiscal/core/rotation.hpp"
 #include "axiscal/core/units.hpp"
-#include "block_changes.hpp"
+#include "calib/record/parameter_names.hpp"
+#include "calib/regression/factor.hpp"
+#include "calib/watch/src/block_changes.hpp"
+#include "core/formatted.hpp"
 
 namespace axiscal {
 namespace {

@@ -12,14 +12,14 @@
 #include "axiscal/calib/distributions.hpp"
 #include "axiscal/calib/fitted_parameters.hpp"
 #include "axiscal/calib/least_squares.hpp"
-#include "axiscal/calib/parameter_names.hpp"
 #include "axiscal/core/error.hpp"
-#include "axiscal/core/formatted.hpp"
-#include "axiscal/core/json_document.hpp"
 #include "axiscal/core/not_a_number.hpp"
 #include "axiscal/core/number_text.hpp"
 #include "axiscal/core/parallel.hpp"
 #include "axiscal/core/timestamp.hpp"
+#include "calib/record/parameter_names.hpp"
+#include "core/formatted.hpp"
+#include "core/json_document.hpp"
 
 namespace axiscal {
 namespace {

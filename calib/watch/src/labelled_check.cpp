@@ -5,15 +5,15 @@
 #include <cmath>
 
 #include "axiscal/calib/distributions.hpp"
-#include "axiscal/calib/factor.hpp"
-#include "axiscal/calib/gauss_newton.hpp"
 #include "axiscal/calib/reading_uncertainty.hpp"
 #include "axiscal/calib/uncertainty.hpp"
 #include "axiscal/core/error.hpp"
-#include "axiscal/core/formatted.hpp"
 #include "axiscal/core/not_a_number.hpp"
 #include "axiscal/core/rotation.hpp"
-#include "block_changes.hpp"
+#include "calib/regression/factor.hpp"
+#include "calib/regression/gauss_newton.hpp"
+#include "calib/watch/src/block_changes.hpp"
+#include "core/formatted.hpp"
 
 namespace axiscal {
 namespace {

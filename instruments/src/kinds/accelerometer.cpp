@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 
 #include "axiscal/core/not_a_number.hpp"
-#include "kinds.hpp"
+#include "instruments/src/kinds/kinds.hpp"
 
 namespace axiscal {
 namespace {

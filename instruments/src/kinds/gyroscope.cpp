@@ -2,7 +2,7 @@
 #include <cmath>
 
 #include "axiscal/core/number_text.hpp"
-#include "kinds.hpp"
+#include "instruments/src/kinds/kinds.hpp"
 
 namespace axiscal {
 namespace {

@@ -6,7 +6,7 @@
 #include <Eigen/LU>
 
 #include "axiscal/core/number_text.hpp"
-#include "kinds.hpp"
+#include "instruments/src/kinds/kinds.hpp"
 
 namespace axiscal {
 namespace {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "axiscal/core/number_text.hpp"
-#include "kinds.hpp"
+#include "instruments/src/kinds/kinds.hpp"
 
 namespace axiscal {
 namespace {

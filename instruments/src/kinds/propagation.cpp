@@ -3,7 +3,7 @@
 #include <utility>
 
 #include "axiscal/core/not_a_number.hpp"
-#include "kinds.hpp"
+#include "instruments/src/kinds/kinds.hpp"
 
 namespace axiscal {
 namespace {

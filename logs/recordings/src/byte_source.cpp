@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "byte_source.hpp"
+#include "logs/recordings/src/byte_source.hpp"
 
 #include <algorithm>
 #include <array>
@@ -17,9 +17,9 @@
 #endif
 
 #include "axiscal/core/error.hpp"
-#include "axiscal/core/formatted.hpp"
 #include "axiscal/core/input_file.hpp"
-#include "axiscal/core/late_library.hpp"
+#include "core/formatted.hpp"
+#include "core/late_library.hpp"
 
 namespace axiscal {
 namespace {

@@ -8,7 +8,7 @@
 #include <string_view>
 #include <vector>
 
-#include "read_budget.hpp"
+#include "logs/recordings/src/read_budget.hpp"
 
 namespace axiscal {
 

@@ -8,12 +8,12 @@
 #include <set>
 
 #include "axiscal/core/error.hpp"
-#include "axiscal/core/formatted.hpp"
 #include "axiscal/core/not_a_number.hpp"
 #include "axiscal/core/number_text.hpp"
-#include "flight_messages.hpp"
-#include "record_bytes.hpp"
-#include "series_decoder.hpp"
+#include "core/formatted.hpp"
+#include "logs/recordings/src/flight_messages.hpp"
+#include "logs/recordings/src/record_bytes.hpp"
+#include "logs/recordings/src/series_decoder.hpp"
 
 namespace axiscal {
 namespace {

@@ -6,11 +6,11 @@
 #include <cctype>
 #include <optional>
 
-#include "axiscal/core/formatted.hpp"
 #include "axiscal/core/not_a_number.hpp"
 #include "axiscal/core/number_text.hpp"
-#include "line_stream.hpp"
-#include "series_decoder.hpp"
+#include "core/formatted.hpp"
+#include "logs/recordings/src/line_stream.hpp"
+#include "logs/recordings/src/series_decoder.hpp"
 
 namespace axiscal {
 namespace {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "flight_messages.hpp"
+#include "logs/recordings/src/flight_messages.hpp"
 
 #include <algorithm>
 #include <array>

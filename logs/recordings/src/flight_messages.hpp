@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "series_decoder.hpp"
+#include "logs/recordings/src/series_decoder.hpp"
 
 namespace axiscal {
 

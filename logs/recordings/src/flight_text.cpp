@@ -4,13 +4,13 @@
 // {"meta": {"type": NAME, "timestamp": s}, "data": {field: value, ...}} a line.
 #include <algorithm>
 
-#include "axiscal/core/formatted.hpp"
-#include "axiscal/core/json_document.hpp"
 #include "axiscal/core/not_a_number.hpp"
 #include "axiscal/core/number_text.hpp"
 #include "axiscal/core/timestamp.hpp"
-#include "flight_messages.hpp"
-#include "line_stream.hpp"
+#include "core/formatted.hpp"
+#include "core/json_document.hpp"
+#include "logs/recordings/src/flight_messages.hpp"
+#include "logs/recordings/src/line_stream.hpp"
 
 namespace axiscal {
 namespace {

@@ -3,15 +3,15 @@
 // records; those of as many rows are one table. The library is not safe with damaged files:
 // other_process.hpp.
 #include "axiscal/core/error.hpp"
-#include "axiscal/core/late_library.hpp"
-#include "log_source.hpp"
+#include "core/late_library.hpp"
+#include "logs/recordings/src/log_source.hpp"
 
 #ifdef AXISCAL_HDF5
 #include <array>
 #include <hdf5/serial/hdf5.h>
 #include <vector>
 
-#include "other_process.hpp"
+#include "logs/recordings/src/other_process.hpp"
 #endif
 
 namespace axiscal {

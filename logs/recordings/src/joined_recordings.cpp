@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <utility>
 
-#include "opened.hpp"
+#include "logs/recordings/src/opened.hpp"
 
 namespace axiscal {
 namespace {

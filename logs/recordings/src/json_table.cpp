@@ -8,14 +8,14 @@
 
 #include "axiscal/core/csv_reader.hpp"
 #include "axiscal/core/error.hpp"
-#include "axiscal/core/formatted.hpp"
 #include "axiscal/core/input_file.hpp"
-#include "axiscal/core/json_document.hpp"
-#include "axiscal/core/json_pieces.hpp"
 #include "axiscal/core/number_text.hpp"
-#include "opened.hpp"
-#include "text_encoding.hpp"
-#include "text_layout.hpp"
+#include "core/formatted.hpp"
+#include "core/json_document.hpp"
+#include "core/json_pieces.hpp"
+#include "logs/recordings/src/opened.hpp"
+#include "logs/recordings/src/text_encoding.hpp"
+#include "logs/recordings/src/text_layout.hpp"
 
 namespace axiscal {
 namespace {

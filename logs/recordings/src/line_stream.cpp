@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "line_stream.hpp"
+#include "logs/recordings/src/line_stream.hpp"
 
 #include <algorithm>
 #include <cstring>

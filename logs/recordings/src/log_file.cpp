@@ -8,18 +8,18 @@
 #include <utility>
 
 #include "axiscal/core/error.hpp"
-#include "axiscal/core/formatted.hpp"
 #include "axiscal/core/input_file.hpp"
-#include "axiscal/core/json_document.hpp"
 #include "axiscal/core/missing_column.hpp"
 #include "axiscal/core/not_a_number.hpp"
 #include "axiscal/core/number_text.hpp"
 #include "axiscal/logs/sensor_names.hpp"
 #include "axiscal/logs/signed_counts.hpp"
 #include "axiscal/logs/time_column.hpp"
-#include "opened.hpp"
-#include "sensor_data.hpp"
-#include "table_of_series.hpp"
+#include "core/formatted.hpp"
+#include "core/json_document.hpp"
+#include "logs/recordings/src/opened.hpp"
+#include "logs/recordings/src/sensor_data.hpp"
+#include "logs/recordings/src/table_of_series.hpp"
 
 namespace axiscal {
 

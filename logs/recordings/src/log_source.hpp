@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "axiscal/logs/log_file.hpp"
-#include "byte_source.hpp"
+#include "logs/recordings/src/byte_source.hpp"
 
 namespace axiscal {
 

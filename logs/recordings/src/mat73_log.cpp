@@ -2,15 +2,15 @@
 // MATLAB's .mat files of version 7.3, which are HDF5, through matio. Neither is safe with damaged
 // files (a failed allocation is not looked at, sizes are believed): other_process.hpp.
 #include "axiscal/core/error.hpp"
-#include "log_source.hpp"
+#include "logs/recordings/src/log_source.hpp"
 
 #ifdef AXISCAL_MATIO
 #include <cstdint>
 #include <matio.h>
 
-#include "axiscal/core/formatted.hpp"
-#include "axiscal/core/late_library.hpp"
-#include "other_process.hpp"
+#include "core/formatted.hpp"
+#include "core/late_library.hpp"
+#include "logs/recordings/src/other_process.hpp"
 #endif
 
 namespace axiscal {

@@ -16,9 +16,9 @@
 #endif
 
 #include "axiscal/core/error.hpp"
-#include "axiscal/core/formatted.hpp"
-#include "log_source.hpp"
-#include "series_tables.hpp"
+#include "core/formatted.hpp"
+#include "logs/recordings/src/log_source.hpp"
+#include "logs/recordings/src/series_tables.hpp"
 
 namespace axiscal {
 namespace {

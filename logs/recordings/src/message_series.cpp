@@ -2,7 +2,7 @@
 #include <utility>
 
 #include "axiscal/core/shown_text.hpp"
-#include "series_decoder.hpp"
+#include "logs/recordings/src/series_decoder.hpp"
 
 namespace axiscal {
 namespace {

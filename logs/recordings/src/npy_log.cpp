@@ -9,9 +9,9 @@
 #include <utility>
 
 #include "axiscal/core/error.hpp"
-#include "axiscal/core/formatted.hpp"
 #include "axiscal/core/number_text.hpp"
-#include "log_source.hpp"
+#include "core/formatted.hpp"
+#include "logs/recordings/src/log_source.hpp"
 
 namespace axiscal {
 namespace {

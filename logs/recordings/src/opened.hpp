@@ -7,9 +7,9 @@
 #include <string>
 #include <vector>
 
-#include "axiscal/core/temporary_file.hpp"
-#include "log_source.hpp"
-#include "series_decoder.hpp"
+#include "core/temporary_file.hpp"
+#include "logs/recordings/src/log_source.hpp"
+#include "logs/recordings/src/series_decoder.hpp"
 
 namespace axiscal {
 

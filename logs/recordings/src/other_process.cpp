@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "other_process.hpp"
+#include "logs/recordings/src/other_process.hpp"
 
 #include <array>
 #include <cerrno>
@@ -19,11 +19,11 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
-#include "axiscal/core/descriptor.hpp"
 #include "axiscal/core/error.hpp"
-#include "axiscal/core/formatted.hpp"
 #include "axiscal/core/input_file.hpp"
-#include "axiscal/core/late_module.hpp"
+#include "core/descriptor.hpp"
+#include "core/formatted.hpp"
+#include "core/late_module.hpp"
 
 namespace axiscal {
 namespace {

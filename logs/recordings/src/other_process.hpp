@@ -4,8 +4,8 @@
 #include <memory>
 #include <string>
 
-#include "log_source.hpp"
-#include "series_tables.hpp"
+#include "logs/recordings/src/log_source.hpp"
+#include "logs/recordings/src/series_tables.hpp"
 
 namespace axiscal {
 

@@ -9,9 +9,9 @@
 
 #include "axiscal/core/number_text.hpp"
 #include "axiscal/logs/sensor_names.hpp"
-#include "line_stream.hpp"
-#include "opened.hpp"
-#include "text_layout.hpp"
+#include "logs/recordings/src/line_stream.hpp"
+#include "logs/recordings/src/opened.hpp"
+#include "logs/recordings/src/text_layout.hpp"
 
 namespace axiscal {
 namespace {

@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "read_budget.hpp"
+#include "logs/recordings/src/read_budget.hpp"
 
 #include <algorithm>
 #include <utility>
 
 #include "axiscal/core/error.hpp"
-#include "axiscal/core/formatted.hpp"
 #include "axiscal/core/number_text.hpp"
 #include "axiscal/logs/settings.hpp"
+#include "core/formatted.hpp"
 
 namespace axiscal {
 namespace {

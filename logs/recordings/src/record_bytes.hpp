@@ -12,7 +12,7 @@
 #include <utility>
 #include <vector>
 
-#include "byte_source.hpp"
+#include "logs/recordings/src/byte_source.hpp"
 
 namespace axiscal {
 

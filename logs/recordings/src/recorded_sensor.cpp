@@ -4,9 +4,9 @@
 #include <algorithm>
 #include <cmath>
 
-#include "axiscal/core/formatted.hpp"
 #include "axiscal/core/number_text.hpp"
 #include "axiscal/logs/sensor_names.hpp"
+#include "core/formatted.hpp"
 
 namespace axiscal {
 namespace {

@@ -13,15 +13,15 @@
 #include <system_error>
 #include <unistd.h>
 
-#include "axiscal/core/descriptor.hpp"
 #include "axiscal/core/error.hpp"
-#include "axiscal/core/formatted.hpp"
 #include "axiscal/core/input_file.hpp"
 #include "axiscal/core/number_text.hpp"
 #include "axiscal/core/shown_text.hpp"
-#include "opened.hpp"
-#include "text_encoding.hpp"
-#include "text_layout.hpp"
+#include "core/descriptor.hpp"
+#include "core/formatted.hpp"
+#include "logs/recordings/src/opened.hpp"
+#include "logs/recordings/src/text_encoding.hpp"
+#include "logs/recordings/src/text_layout.hpp"
 
 namespace axiscal {
 namespace {

@@ -8,8 +8,8 @@
 #include <string_view>
 #include <vector>
 
-#include "record_bytes.hpp"
-#include "series_decoder.hpp"
+#include "logs/recordings/src/record_bytes.hpp"
+#include "logs/recordings/src/series_decoder.hpp"
 
 namespace axiscal {
 

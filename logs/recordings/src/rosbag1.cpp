@@ -6,10 +6,10 @@
 #include <string>
 
 #include "axiscal/core/error.hpp"
-#include "axiscal/core/formatted.hpp"
-#include "record_bytes.hpp"
-#include "ros_message.hpp"
-#include "unpack.hpp"
+#include "core/formatted.hpp"
+#include "logs/recordings/src/record_bytes.hpp"
+#include "logs/recordings/src/ros_message.hpp"
+#include "logs/recordings/src/unpack.hpp"
 
 namespace axiscal {
 namespace {

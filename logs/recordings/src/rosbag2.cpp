@@ -2,9 +2,9 @@
 // ROS 2 bags in SQLite (github.com/ros2/rosbag2, rosbag2_storage_sqlite3): tables topics, messages,
 // from Iron on message_definitions.
 #include "axiscal/core/error.hpp"
-#include "axiscal/core/formatted.hpp"
-#include "axiscal/core/late_library.hpp"
-#include "series_decoder.hpp"
+#include "core/formatted.hpp"
+#include "core/late_library.hpp"
+#include "logs/recordings/src/series_decoder.hpp"
 
 #ifdef AXISCAL_SQLITE
 #include <algorithm>
@@ -15,8 +15,8 @@
 #include <sqlite3.h>
 #include <string>
 
-#include "ros_message.hpp"
-#include "unpack.hpp"
+#include "logs/recordings/src/ros_message.hpp"
+#include "logs/recordings/src/unpack.hpp"
 #endif
 
 namespace axiscal {

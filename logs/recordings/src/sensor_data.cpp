@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "sensor_data.hpp"
+#include "logs/recordings/src/sensor_data.hpp"
 
 #include <algorithm>
 #include <array>

@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "axiscal/logs/recording_file.hpp"
-#include "byte_source.hpp"
+#include "logs/recordings/src/byte_source.hpp"
 
 namespace axiscal {
 

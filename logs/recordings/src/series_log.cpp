@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "series_log.hpp"
+#include "logs/recordings/src/series_log.hpp"
 
 #include <algorithm>
 #include <cmath>

@@ -8,8 +8,8 @@
 #include <vector>
 
 #include "axiscal/logs/recorded_sensor.hpp"
-#include "log_source.hpp"
-#include "series_decoder.hpp"
+#include "logs/recordings/src/log_source.hpp"
+#include "logs/recordings/src/series_decoder.hpp"
 
 namespace axiscal {
 

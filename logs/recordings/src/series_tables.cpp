@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "series_tables.hpp"
+#include "logs/recordings/src/series_tables.hpp"
 
 #include <utility>
 
 #include "axiscal/core/error.hpp"
-#include "axiscal/core/formatted.hpp"
+#include "core/formatted.hpp"
 
 namespace axiscal {
 

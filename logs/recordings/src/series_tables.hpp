@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "log_source.hpp"
+#include "logs/recordings/src/log_source.hpp"
 
 namespace axiscal {
 

@@ -5,13 +5,13 @@
 
 #include <nlohmann/json.hpp>
 
-#include "axiscal/core/json_document.hpp"
 #include "axiscal/core/not_a_number.hpp"
 #include "axiscal/logs/recording_file.hpp"
 #include "axiscal/logs/sensor_names.hpp"
-#include "opened.hpp"
-#include "text_encoding.hpp"
-#include "text_layout.hpp"
+#include "core/json_document.hpp"
+#include "logs/recordings/src/opened.hpp"
+#include "logs/recordings/src/text_encoding.hpp"
+#include "logs/recordings/src/text_layout.hpp"
 
 namespace axiscal {
 namespace {

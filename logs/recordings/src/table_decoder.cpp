@@ -4,13 +4,13 @@
 #include <numeric>
 
 #include "axiscal/core/error.hpp"
-#include "axiscal/core/formatted.hpp"
 #include "axiscal/core/not_a_number.hpp"
 #include "axiscal/core/number_text.hpp"
 #include "axiscal/logs/sensor_names.hpp"
 #include "axiscal/logs/time_column.hpp"
-#include "opened.hpp"
-#include "sensor_data.hpp"
+#include "core/formatted.hpp"
+#include "logs/recordings/src/opened.hpp"
+#include "logs/recordings/src/sensor_data.hpp"
 
 namespace axiscal {
 namespace {

@@ -1,15 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "table_of_series.hpp"
+#include "logs/recordings/src/table_of_series.hpp"
 
 #include <algorithm>
 #include <cmath>
 #include <set>
 
 #include "axiscal/core/error.hpp"
-#include "axiscal/core/formatted.hpp"
 #include "axiscal/core/missing_column.hpp"
 #include "axiscal/core/number_text.hpp"
-#include "series_log.hpp"
+#include "core/formatted.hpp"
+#include "logs/recordings/src/series_log.hpp"
 
 namespace axiscal {
 namespace {

@@ -9,17 +9,17 @@
 #include <optional>
 
 #include "axiscal/core/error.hpp"
-#include "axiscal/core/formatted.hpp"
 #include "axiscal/core/missing_column.hpp"
 #include "axiscal/core/number_text.hpp"
 #include "axiscal/logs/settings.hpp"
 #include "axiscal/logs/text_row.hpp"
-#include "line_stream.hpp"
-#include "opened.hpp"
-#include "sensor_data.hpp"
-#include "table_of_series.hpp"
-#include "text_encoding.hpp"
-#include "text_layout.hpp"
+#include "core/formatted.hpp"
+#include "logs/recordings/src/line_stream.hpp"
+#include "logs/recordings/src/opened.hpp"
+#include "logs/recordings/src/sensor_data.hpp"
+#include "logs/recordings/src/table_of_series.hpp"
+#include "logs/recordings/src/text_encoding.hpp"
+#include "logs/recordings/src/text_layout.hpp"
 
 namespace axiscal {
 namespace {

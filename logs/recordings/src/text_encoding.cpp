@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "text_encoding.hpp"
+#include "logs/recordings/src/text_encoding.hpp"
 
 #include <algorithm>
 #include <array>
@@ -7,8 +7,8 @@
 #include <utility>
 
 #include "axiscal/core/csv_reader.hpp"
-#include "line_stream.hpp"
-#include "text_layout.hpp"
+#include "logs/recordings/src/line_stream.hpp"
+#include "logs/recordings/src/text_layout.hpp"
 
 namespace axiscal {
 namespace {

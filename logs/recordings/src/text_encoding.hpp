@@ -4,7 +4,7 @@
 #include <string>
 #include <string_view>
 
-#include "byte_source.hpp"
+#include "logs/recordings/src/byte_source.hpp"
 
 namespace axiscal {
 

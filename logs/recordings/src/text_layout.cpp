@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "text_layout.hpp"
+#include "logs/recordings/src/text_layout.hpp"
 
 #include <algorithm>
 #include <array>
@@ -10,16 +10,16 @@
 #include <unordered_set>
 
 #include "axiscal/core/error.hpp"
-#include "axiscal/core/formatted.hpp"
 #include "axiscal/core/not_a_number.hpp"
 #include "axiscal/core/number_text.hpp"
 #include "axiscal/core/shown_text.hpp"
 #include "axiscal/core/timestamp.hpp"
 #include "axiscal/logs/sensor_names.hpp"
 #include "axiscal/logs/text_row.hpp"
-#include "line_stream.hpp"
-#include "log_source.hpp"
-#include "text_encoding.hpp"
+#include "core/formatted.hpp"
+#include "logs/recordings/src/line_stream.hpp"
+#include "logs/recordings/src/log_source.hpp"
+#include "logs/recordings/src/text_encoding.hpp"
 
 namespace axiscal {
 namespace {

@@ -7,7 +7,7 @@
 #include <string_view>
 #include <vector>
 
-#include "byte_source.hpp"
+#include "logs/recordings/src/byte_source.hpp"
 
 namespace axiscal {
 

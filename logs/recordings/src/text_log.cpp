@@ -8,13 +8,13 @@
 #include <utility>
 
 #include "axiscal/core/error.hpp"
-#include "axiscal/core/formatted.hpp"
 #include "axiscal/core/number_text.hpp"
 #include "axiscal/logs/text_row.hpp"
-#include "line_stream.hpp"
-#include "log_source.hpp"
-#include "text_encoding.hpp"
-#include "text_layout.hpp"
+#include "core/formatted.hpp"
+#include "logs/recordings/src/line_stream.hpp"
+#include "logs/recordings/src/log_source.hpp"
+#include "logs/recordings/src/text_encoding.hpp"
+#include "logs/recordings/src/text_layout.hpp"
 
 namespace axiscal {
 namespace {

@@ -7,12 +7,12 @@
 #include <limits>
 
 #include "axiscal/core/error.hpp"
-#include "axiscal/core/formatted.hpp"
 #include "axiscal/core/not_a_number.hpp"
 #include "axiscal/core/number_text.hpp"
 #include "axiscal/logs/log_file.hpp"
 #include "axiscal/logs/sensor_names.hpp"
 #include "axiscal/logs/settings.hpp"
+#include "core/formatted.hpp"
 
 namespace axiscal {
 namespace {

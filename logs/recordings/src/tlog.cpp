@@ -6,10 +6,10 @@
 #include <optional>
 #include <string>
 
-#include "axiscal/core/formatted.hpp"
 #include "axiscal/core/number_text.hpp"
-#include "flight_messages.hpp"
-#include "record_bytes.hpp"
+#include "core/formatted.hpp"
+#include "logs/recordings/src/flight_messages.hpp"
+#include "logs/recordings/src/record_bytes.hpp"
 
 namespace axiscal {
 namespace {

@@ -9,11 +9,11 @@
 #include <unordered_map>
 
 #include "axiscal/core/error.hpp"
-#include "axiscal/core/formatted.hpp"
 #include "axiscal/core/not_a_number.hpp"
 #include "axiscal/core/number_text.hpp"
-#include "record_bytes.hpp"
-#include "series_decoder.hpp"
+#include "core/formatted.hpp"
+#include "logs/recordings/src/record_bytes.hpp"
+#include "logs/recordings/src/series_decoder.hpp"
 
 namespace axiscal {
 namespace {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "unpack.hpp"
+#include "logs/recordings/src/unpack.hpp"
 
 #include <algorithm>
 

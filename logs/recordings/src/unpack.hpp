@@ -6,7 +6,7 @@
 #include <string>
 #include <string_view>
 
-#include "read_budget.hpp"
+#include "logs/recordings/src/read_budget.hpp"
 
 namespace axiscal {
 

@@ -6,9 +6,9 @@
 
 #include "axiscal/core/csv_reader.hpp"
 #include "axiscal/core/error.hpp"
-#include "axiscal/core/formatted.hpp"
 #include "axiscal/core/number_text.hpp"
-#include "opened.hpp"
+#include "core/formatted.hpp"
+#include "logs/recordings/src/opened.hpp"
 
 #ifdef AXISCAL_PUGIXML
 #include <pugixml.hpp>

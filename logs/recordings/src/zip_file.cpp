@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 // Zip archives: NumPy's .npz, spreadsheets, and the tables that phones' programs pack together.
 #include "axiscal/core/error.hpp"
-#include "axiscal/core/formatted.hpp"
-#include "axiscal/core/late_library.hpp"
 #include "axiscal/core/number_text.hpp"
-#include "opened.hpp"
+#include "core/formatted.hpp"
+#include "core/late_library.hpp"
+#include "logs/recordings/src/opened.hpp"
 
 #ifdef AXISCAL_LIBARCHIVE
 #include <algorithm>

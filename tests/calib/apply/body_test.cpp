@@ -22,7 +22,7 @@ const Calibration& the_record() {
   static const Calibration one = [] {
     const SensorModel truth = accelerometer_truth();
     Experiment experiment = experiment_for(truth);
-    experiment.method = Method::joint;
+    experiment.fit.method = Method::joint;
     return calibrate(experiment,
                      observe(truth, {.points = 24, .noise_sd = sensor_noise, .seed = 3}));
   }();

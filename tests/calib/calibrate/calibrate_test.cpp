@@ -67,7 +67,7 @@ TEST_P(Exact, ReturnsTheTruth) {
   const auto [method, points, replicates, x_deg, y_deg] = GetParam();
   const SensorModel truth = accelerometer_truth();
   Experiment experiment = experiment_for(truth);
-  experiment.method = method;
+  experiment.fit.method = method;
   const Eigen::Vector2d slope(std::sin(x_deg * rad_per_deg), std::sin(y_deg * rad_per_deg));
   if (method == Method::known) {
     experiment.table.slope = slope;
@@ -120,7 +120,7 @@ TEST(Calibrate, TakesArraysAsItTakesObservations) {
 TEST(Calibrate, SixPointsAreEnoughOnAKnownTable) {
   const SensorModel truth = accelerometer_truth();
   Experiment experiment = experiment_for(truth);
-  experiment.method = Method::known;
+  experiment.fit.method = Method::known;
   const Calibration result = calibrate(experiment, observe(truth, {.points = 6}));
   EXPECT_MATRIX_NEAR(result.sensor.response.sensitivity, truth.response.sensitivity, 1e-13);
   EXPECT_FALSE(result.fit.levelness);
@@ -168,7 +168,7 @@ TEST(Calibrate, TakesAnySubsetThatDeterminesTheModel) {
 TEST(Calibrate, PairedLeavesOutWhatHasNoOppositeAndSaysSo) {
   const SensorModel truth = accelerometer_truth();
   Experiment experiment = experiment_for(truth);
-  experiment.method = Method::paired;
+  experiment.fit.method = Method::paired;
   const Observations all = observe(truth, {.replicates = 2, .slope = {0.01, 0.02}});
   const Calibration result = calibrate(experiment, without_runs(all, {5}));
   EXPECT_MATRIX_NEAR(result.sensor.response.sensitivity, truth.response.sensitivity, 1e-12);
@@ -216,7 +216,7 @@ TEST_P(AnyAxes, ReturnTheTruth) {
   const SensorModel truth = test::truth_of(response, m < 3 ? "inclinometer" : "generic");
   for (const Method method : {Method::paired, Method::joint}) {
     Experiment experiment = experiment_for(truth);
-    experiment.method = method;
+    experiment.fit.method = method;
     const Calibration result =
         calibrate(experiment, observe(truth, {.replicates = 2, .slope = {0.004, -0.007}}));
     EXPECT_MATRIX_NEAR(result.sensor.response.bias, truth.response.bias, 1e-12);
@@ -240,9 +240,9 @@ INSTANTIATE_TEST_SUITE_P(Counts, AnyAxes, testing::Values(1, 2, 3, 4, 6));
 TEST(Calibrate, HasTheStatedDegreesOfFreedom) {
   const SensorModel truth = accelerometer_truth();
   Experiment experiment = experiment_for(truth);
-  experiment.seats = SeatSetup::none;
+  experiment.fit.seats = SeatSetup::none;
   const auto dof = [&](Method method, int replicates) {
-    experiment.method = method;
+    experiment.fit.method = method;
     return calibrate(experiment, observe(truth, {.replicates = replicates, .noise_sd = 1e-4}))
         .fit.statistics->degrees_of_freedom;
   };
@@ -258,9 +258,9 @@ TEST(Calibrate, HasTheStatedDegreesOfFreedom) {
 TEST(Calibrate, HasTheStatedStandardErrors) {
   const SensorModel truth = accelerometer_truth();
   Experiment experiment = experiment_for(truth);
-  experiment.seats = SeatSetup::none;
+  experiment.fit.seats = SeatSetup::none;
   for (const Method method : {Method::paired, Method::joint, Method::known}) {
-    experiment.method = method;
+    experiment.fit.method = method;
     const FitStatistics statistics =
         *calibrate(experiment, observe(truth, {.replicates = 2, .noise_sd = 1e-4})).fit.statistics;
     for (Eigen::Index k = 0; k < 3; ++k) {
@@ -285,7 +285,7 @@ TEST(Calibrate, HasTheStatedStandardErrors) {
 TEST(Calibrate, JointStatesTheUncertaintyOfTheDirection) {
   const SensorModel truth = accelerometer_truth();
   Experiment experiment = experiment_for(truth);
-  experiment.method = Method::joint;
+  experiment.fit.method = Method::joint;
   const Calibration result =
       calibrate(experiment, observe(truth, {.slope = {0.01, 0.0}, .noise_sd = 1e-4}));
   const FitStatistics& statistics = *result.fit.statistics;
@@ -317,7 +317,7 @@ TEST(Calibrate, WeighsRepeatsAsTheirMean) {
   }
   for (const Method method : {Method::paired, Method::known}) {
     Experiment experiment = experiment_for(truth);
-    experiment.method = method;
+    experiment.fit.method = method;
     const Calibration a = calibrate(experiment, single);
     const Calibration b = calibrate(experiment, repeated);
     EXPECT_EQ(a.fit.weights, Weighting::samples);
@@ -333,10 +333,10 @@ TEST(Calibrate, WeighsEachAxisByItsOwnSd) {
   observations.response_sd = Eigen::MatrixXd::Constant(24, 3, 0.01);
   observations.response_sd->row(7) << 1e3, 0.01, 0.01;  // axis x of one reading counts nothing
   Experiment experiment = experiment_for(truth);
-  experiment.method = Method::known;
-  experiment.weighting = Weighting::sd;
+  experiment.fit.method = Method::known;
+  experiment.fit.weighting = Weighting::sd;
   const Calibration weighted = calibrate(experiment, observations);
-  experiment.weighting = Weighting::none;
+  experiment.fit.weighting = Weighting::none;
   const Calibration plain = calibrate(experiment, observations);
   experiment.leave_out = {observations.readings[7].run};
   const Calibration without = calibrate(experiment, observations);
@@ -355,9 +355,9 @@ TEST(Calibrate, PairedAgreesWithJoint) {
   const Observations observations =
       observe(truth, {.replicates = 3, .slope = {0.01, -0.006}, .noise_sd = 1e-4, .seed = 4});
   Experiment experiment = experiment_for(truth);
-  experiment.method = Method::paired;
+  experiment.fit.method = Method::paired;
   const Calibration paired = calibrate(experiment, observations);
-  experiment.method = Method::joint;
+  experiment.fit.method = Method::joint;
   const Calibration joint = calibrate(experiment, observations);
   // method.md, section 4: up to noise x tilt.
   EXPECT_MATRIX_NEAR(paired.sensor.response.sensitivity, joint.sensor.response.sensitivity, 5e-6);
@@ -378,7 +378,7 @@ TEST(Calibrate, FindsNoPureErrorInReadingsThatAreAllTheSame) {
       v = step * std::round(v / step);
     }
     for (const Method method : {Method::paired, Method::joint, Method::known}) {
-      experiment.method = method;
+      experiment.fit.method = method;
       const Calibration calibration = calibrate(experiment, observations);
       for (const LackOfFit& test : calibration.fit.statistics->lack_of_fit) {
         EXPECT_EQ(test.pure_error_sd, 0.0);
@@ -391,9 +391,9 @@ TEST(Calibrate, FindsNoPureErrorInReadingsThatAreAllTheSame) {
 TEST(Calibrate, SplitsPureErrorFromLackOfFit) {
   const SensorModel truth = accelerometer_truth();
   Experiment experiment = experiment_for(truth);
-  experiment.seats = SeatSetup::none;
+  experiment.fit.seats = SeatSetup::none;
   for (const Method method : {Method::paired, Method::joint, Method::known}) {
-    experiment.method = method;
+    experiment.fit.method = method;
     Observations observations = observe(truth, {.replicates = 4, .noise_sd = 1e-4, .seed = 2});
     const Calibration good = calibrate(experiment, observations);
     ASSERT_EQ(good.fit.statistics->lack_of_fit.size(), 3U);
@@ -422,7 +422,7 @@ TEST(Calibrate, TestsNoLackOfFitByRounding) {
   response.sensitivity = Eigen::RowVector3d(-0.08, -0.017, 2.5);
   const SensorModel truth = test::truth_of(response);
   Experiment experiment = experiment_for(truth);
-  experiment.method = Method::joint;
+  experiment.fit.method = Method::joint;
   for (std::uint64_t seed = 1; seed <= 40; ++seed) {
     const Calibration found = calibrate(
         experiment, observe(truth, {.points = 6, .replicates = 2, .noise_sd = 2e-4, .seed = seed}));
@@ -496,7 +496,7 @@ TEST(Calibrate, TakesACustomFieldAtAnyAngle) {
     EXPECT_MATRIX_NEAR(joint.sensor.response.sensitivity, truth.response.sensitivity, 1e-11);
     EXPECT_EQ(joint.findings.status, CalibrationStatus::ok);
     experiment.field.in_table = direction;
-    experiment.method = Method::known;
+    experiment.fit.method = Method::known;
     const Calibration known = calibrate(experiment, observations);
     EXPECT_MATRIX_NEAR(known.sensor.response.sensitivity, truth.response.sensitivity, 1e-12);
   }
@@ -517,7 +517,7 @@ TEST(Calibrate, TakesAFieldThatIsSetByItsLevel) {
       simulate(truth, make_run_sheet(design, 1, 1), {.slope = {0.01, 0.005}});
   for (const Method method : {Method::paired, Method::joint}) {
     Experiment experiment = experiment_for(truth);
-    experiment.method = method;
+    experiment.fit.method = method;
     const Calibration result = calibrate(experiment, observations);
     EXPECT_MATRIX_NEAR(result.sensor.response.sensitivity, truth.response.sensitivity, 1e-12);
     EXPECT_EQ(result.findings.status, CalibrationStatus::ok);
@@ -566,7 +566,7 @@ TEST(Calibrate, SaysWhatItTookForTheMagnitude) {
   const SensorModel truth = accelerometer_truth();
   const Observations observations = observe(truth, {.noise_sd = 1e-4});
   Experiment experiment = experiment_for(truth);
-  experiment.method = Method::joint;
+  experiment.fit.method = Method::joint;
   experiment.field.magnitude.reset();
   experiment.field.in_table = Eigen::Vector3d(0.0, 0.1, 0.93);
   const Calibration doubtful = calibrate(experiment, observations);
@@ -605,7 +605,7 @@ TEST(Calibrate, UsesAMeasuredCube) {
       simulate(truth, make_run_sheet(standard_design(12), 1, 1), options);
   Experiment experiment = experiment_for(truth);
   for (const Method method : {Method::paired, Method::joint}) {
-    experiment.method = method;
+    experiment.fit.method = method;
     experiment.positioner = Positioner();
     const double nominal = (calibrate(experiment, observations).sensor.response.sensitivity -
                             truth.response.sensitivity)
@@ -651,7 +651,7 @@ TEST(Calibrate, NamesWhatTooFewFacesLeaveOpen) {
   const Observations observations = at_points(truth, points);
   for (const Method method : {Method::paired, Method::joint, Method::known}) {
     Experiment experiment = experiment_for(truth);
-    experiment.method = method;
+    experiment.fit.method = method;
     std::string message;
     EXPECT_THAT(undetermined(experiment, observations, message),
                 testing::ElementsAre("x.sensitivity.z", "y.sensitivity.z", "z.sensitivity.z"));
@@ -704,9 +704,9 @@ TEST(Calibrate, ChecksItsArguments) {
   experiment.instrument.axes = {"x", "y"};
   EXPECT_THROW(static_cast<void>(calibrate(experiment, good)), DomainError);
   experiment = experiment_for(truth);
-  experiment.weighting = Weighting::samples;
+  experiment.fit.weighting = Weighting::samples;
   EXPECT_THROW(static_cast<void>(calibrate(experiment, good)), RefusedError);
-  experiment.weighting = Weighting::sd;
+  experiment.fit.weighting = Weighting::sd;
   EXPECT_THROW(static_cast<void>(calibrate(experiment, good)), RefusedError);
   experiment = experiment_for(truth);
   Observations bad_samples = good;
@@ -717,7 +717,7 @@ TEST(Calibrate, ChecksItsArguments) {
   experiment.rotation_sensor_from_positioner *= 2.0;
   EXPECT_THROW(static_cast<void>(calibrate(experiment, good)), DomainError);
   experiment = experiment_for(truth);
-  experiment.method = Method::paired;
+  experiment.fit.method = Method::paired;
   EXPECT_THROW(static_cast<void>(calibrate(experiment, observe(truth, {.points = 6}))),
                RefusedError);
   Observations broken = good;
@@ -747,7 +747,7 @@ TEST(Calibrate, RefusesAnAxisThatDoesNotRespond) {
   observations.response.col(1).setConstant(0.5);
   for (const Method method : {Method::paired, Method::joint, Method::known}) {
     Experiment experiment = experiment_for(truth);
-    experiment.method = method;
+    experiment.fit.method = method;
     try {
       static_cast<void>(calibrate(experiment, observations));
       FAIL() << "accepted";
@@ -764,7 +764,7 @@ TEST(Calibrate, RefusesPairsOfAFieldInTheTablesPlane) {
   Experiment experiment = experiment_for(truth);
   const Observations observations = observe(truth, {});
   EXPECT_EQ(calibrate(experiment, observations).findings.status, CalibrationStatus::ok) << "joint";
-  experiment.method = Method::paired;
+  experiment.fit.method = Method::paired;
   EXPECT_THROW(static_cast<void>(calibrate(experiment, observations)), RefusedError);
   // Nor where it is stated to lie along the normal and does not.
   experiment.field.in_table = Eigen::Vector3d(0.0, 0.0, 1.0);
@@ -774,7 +774,7 @@ TEST(Calibrate, RefusesPairsOfAFieldInTheTablesPlane) {
 TEST(Calibrate, RefusesAMagnitudeThatContradictsTheVector) {
   const SensorModel truth = accelerometer_truth();
   Experiment experiment = experiment_for(truth);
-  experiment.method = Method::known;
+  experiment.fit.method = Method::known;
   experiment.field.in_table = Eigen::Vector3d(0.0, 0.0, 2.0);
   experiment.field.magnitude = 1.0;
   EXPECT_THROW(static_cast<void>(calibrate(experiment, observe(truth, {}))), SetupError);
@@ -819,7 +819,7 @@ TEST(Calibrate, StatesTheStandardErrorOfTheMeanSlopeWithUnequalRepeats) {
         simulate(truth, make_run_sheet(design, 1, 1),
                  {.noise_sd = 1e-4, .seed = static_cast<std::uint64_t>(i) + 1});
     Experiment experiment = experiment_for(truth);
-    experiment.method = Method::paired;
+    experiment.fit.method = Method::paired;
     const Levelness levelness = *calibrate(experiment, observations).fit.levelness;
     squares += std::pow(levelness.mean_x / levelness.standard_error_x, 2) +
                std::pow(levelness.mean_y / levelness.standard_error_y, 2);
@@ -852,7 +852,7 @@ TEST(Calibrate, NamesTheFaceThatDisagreesAboutTheSlope) {
   observations.response.row(run - 1) += Eigen::RowVector3d(0.02, 0.0, 0.0);
   for (const Method method : {Method::paired, Method::joint, Method::known}) {
     Experiment experiment = experiment_for(truth);
-    experiment.method = method;
+    experiment.fit.method = method;
     if (method == Method::known) {
       experiment.table.slope = {0.003, 0.001};
     }
@@ -873,7 +873,7 @@ TEST(Calibrate, NamesAnOutlier) {
   Observations observations = observe(truth, {.replicates = 2, .noise_sd = 1e-4, .seed = 7});
   observations.response(10, 2) += 5e-3;
   Experiment experiment = experiment_for(truth);
-  experiment.method = Method::joint;
+  experiment.fit.method = Method::joint;
   const Calibration result = calibrate(experiment, observations);
   const auto outlier = std::find_if(
       result.findings.warnings.begin(), result.findings.warnings.end(),
@@ -891,7 +891,7 @@ TEST(Calibrate, WarnsOfATableThatMovedBetweenBlocks) {
                    observe(truth, {.slope = {0.001, 0.0}, .noise_sd = 1e-4, .seed = 2})});
   for (const Method method : {Method::paired, Method::joint}) {
     Experiment experiment = experiment_for(truth);
-    experiment.method = method;
+    experiment.fit.method = method;
     EXPECT_THAT(codes(calibrate(experiment, moved)), Contains("table_moved"));
   }
 }
@@ -930,7 +930,7 @@ TEST(Calibrate, RefusesNumbersThatAreNoReadings) {
 TEST(Calibrate, WarnsOfASlopeThatIsNotTheStatedOne) {
   const SensorModel truth = accelerometer_truth();
   Experiment experiment = experiment_for(truth);
-  experiment.method = Method::known;
+  experiment.fit.method = Method::known;
   const Observations observations =
       observe(truth, {.slope = {0.004, 0.0}, .noise_sd = 1e-4, .seed = 7});
   EXPECT_THAT(codes(calibrate(experiment, observations)), Contains("slope"));
@@ -941,7 +941,7 @@ TEST(Calibrate, WarnsOfASlopeThatIsNotTheStatedOne) {
 TEST(Calibrate, WarnsWhereNothingIsLeftToCheck) {
   const SensorModel truth = accelerometer_truth();
   Experiment experiment = experiment_for(truth);
-  experiment.method = Method::known;
+  experiment.fit.method = Method::known;
   const Observations observations = at_points(truth, {{Face::plus_x, Face::plus_y},
                                                       {Face::minus_x, Face::plus_y},
                                                       {Face::plus_y, Face::plus_z},
@@ -959,7 +959,7 @@ TEST(Calibrate, WarnsOfExchangedLabels) {
   ASSERT_NE(observations.readings[2].point->rest(), observations.readings[3].point->rest());
   for (const Method method : {Method::paired, Method::joint, Method::known}) {
     Experiment experiment = experiment_for(truth);
-    experiment.method = method;
+    experiment.fit.method = method;
     const Calibration result = calibrate(experiment, observations);
     EXPECT_EQ(codes(result).at(0), "exchanged");
     EXPECT_EQ(result.findings.warnings[0].runs, (std::vector<int>{3, 4}));
@@ -973,7 +973,7 @@ TEST(Calibrate, GoodRunsHaveNoWarning) {
   int warned = 0;
   constexpr int runs = 600;
   for (int i = 0; i < runs; ++i) {
-    experiment.method = i % 2 == 0 ? Method::paired : Method::joint;
+    experiment.fit.method = i % 2 == 0 ? Method::paired : Method::joint;
     const Calibration result =
         calibrate(experiment, observe(truth, {.replicates = 1 + i % 3,
                                               .slope = {0.005, -0.002},

@@ -40,7 +40,7 @@ TEST_P(Coverage, IsAsStatedAndTheBoundIsReached) {
   const auto [method, points, replicates] = GetParam();
   const SensorModel truth = accelerometer_truth();
   Experiment experiment = experiment_for(truth);
-  experiment.method = method;
+  experiment.fit.method = method;
   const Eigen::Vector2d slope(0.004, -0.002);
   if (method == Method::known) {
     experiment.table.slope = slope;
@@ -118,7 +118,7 @@ INSTANTIATE_TEST_SUITE_P(Designs,
 TEST(Coverage, OfTheJointDirectionIsAsTheMethodSays) {
   const SensorModel truth = accelerometer_truth();
   Experiment experiment = experiment_for(truth);
-  experiment.method = Method::joint;
+  experiment.fit.method = Method::joint;
   for (const int replicates : {1, 2}) {
     Tally tally;
     for (int i = 0; i < 1500; ++i) {

@@ -136,7 +136,7 @@ TEST(Lsm9ds1, AccelerometerTurnedByHandIsAsMagnetoSaysByRobustRegression) {
   const Eigen::MatrixXd v = read_rows(path, 3);
   // Magneto's author left readings with motion out by hand; bisquare does it by itself.
   Experiment experiment = experiment_of("accelerometer", "gravity", 1.0);
-  experiment.robust = true;
+  experiment.fit.robust = true;
   const Calibration result = calibrate(experiment, observations_of(v));
   const Eigen::Vector3d published(-133.33, 72.29, -291.92);
   for (Eigen::Index i = 0; i < 3; ++i) {

@@ -272,9 +272,9 @@ Trial turntable_trial() {
 
 TEST(Turntable, IsPairedAtThreeLevels) {
   Trial trial = turntable_trial();
-  trial.experiment.method = Method::paired;
+  trial.experiment.fit.method = Method::paired;
   expect_truth_and_coverage(trial, 60);
-  trial.experiment.method.reset();
+  trial.experiment.fit.method.reset();
   expect_truth_and_coverage(trial, 60);
 }
 
@@ -381,7 +381,7 @@ TEST(GSensitivity, IsFittedWithBiasAndScale) {
 
 TEST(GSensitivity, AtOneLevelIsRefusedWithWhatToAdd) {
   Trial trial = g_sensitive_trial({1.0});
-  trial.experiment.method = Method::known;
+  trial.experiment.fit.method = Method::known;
   const Observations observations = simulate(trial.truth, make_run_sheet(trial.design, 1, 1),
                                              {.noise_sd = trial.noise, .seed = 1});
   try {
@@ -493,7 +493,7 @@ Experiment transfer_experiment() {
   Experiment experiment;
   experiment.instrument = {.kind = "optical", .axes = {"v"}, .unit = "V"};
   experiment.field = LightField();
-  experiment.method = Method::known;
+  experiment.fit.method = Method::known;
   return experiment;
 }
 
@@ -735,7 +735,7 @@ TEST(RolesOfParts, ThatContradictTheFieldAreRefused) {
   experiment.instrument.one_sided = true;
   experiment.field.of = make_field("light");
   experiment.field.unit = "1";
-  experiment.method = Method::joint;
+  experiment.fit.method = Method::joint;
   experiment.field.role = FieldRole::local;
   experiment.field += FieldSetup(make_field("light"));
   experiment.field.others.front().unit = experiment.field.unit;
@@ -859,12 +859,12 @@ TEST(OwnField, IsMetInItsLengthAtEachReading) {
   experiment.table.fence_azimuth_rad = 0.4;
   const Observations observations = readings_under(*mast, truth, 0.4, 0.0, 1);
   for (const Method method : {Method::joint, Method::known}) {  // S was off by 1.5 %
-    experiment.method = method;
+    experiment.fit.method = method;
     const Calibration result = calibrate(experiment, observations);
     EXPECT_MATRIX_NEAR(result.sensor.response.sensitivity, truth.sensitivity, 1e-8);
     EXPECT_NEAR(result.sensor.field.magnitude, 5.0 * (1.0 + 0.5 * 0.028), 1e-9);
   }
-  experiment.method = Method::magnitude;
+  experiment.fit.method = Method::magnitude;
   EXPECT_THAT(test::complaint_of<RefusedError>(
                   [&] { static_cast<void>(calibrate(experiment, observations)); }),
               HasSubstr("changes its length"));

@@ -18,7 +18,7 @@ using test::observe;
 class Invariance : public testing::TestWithParam<Method> {
  protected:
   Invariance() {
-    experiment_.method = GetParam();
+    experiment_.fit.method = GetParam();
     if (GetParam() == Method::known) {
       experiment_.table.slope = {0.004, -0.003};
     }

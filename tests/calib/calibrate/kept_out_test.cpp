@@ -32,7 +32,7 @@ Observations with_confirmation(const SensorModel& truth, std::uint64_t seed) {
 
 Experiment experiment_by_joint(const SensorModel& truth) {
   Experiment experiment = experiment_for(truth);
-  experiment.method = Method::joint;
+  experiment.fit.method = Method::joint;
   return experiment;
 }
 
@@ -59,7 +59,7 @@ TEST(Confirmation, HasTheIntervalsOfATextbook) {
   Observations all = observe(truth, {.points = 24, .noise_sd = run_noise, .seed = 4});
   all.readings[7].confirm = true;
   Experiment experiment = experiment_for(truth);
-  experiment.method = Method::known;
+  experiment.fit.method = Method::known;
   const Calibration found = calibrate(experiment, all);
   Eigen::MatrixXd X(23, 4);
   Eigen::VectorXd y(23);
@@ -160,7 +160,7 @@ TEST(CheckLabelled, TakesThreeReadings) {
   int alarms = 0;
   constexpr int runs = 100;
   for (std::uint64_t seed = 1; seed <= runs; ++seed) {  // a record has few degrees of freedom
-    experiment.method = seed % 2 == 0 ? Method::paired : Method::joint;
+    experiment.fit.method = seed % 2 == 0 ? Method::paired : Method::joint;
     record = calibrate(experiment, observe(truth, {.points = 24,
                                                    .slope = {0.003, -0.002},
                                                    .noise_sd = run_noise,

@@ -37,7 +37,7 @@ Experiment known_experiment() {
   Experiment experiment;
   experiment.instrument.kind = "accelerometer";
   experiment.field.of = make_field("gravity");
-  experiment.method = Method::known;
+  experiment.fit.method = Method::known;
   return experiment;
 }
 
@@ -93,7 +93,7 @@ TEST(SixPositionsWeighted, AgreeWithTheThesis) {
     observations.response_sd->row(row) << rows[i][2], rows[i][5], rows[i][8];
   }
   Experiment experiment = known_experiment();
-  experiment.weighting = Weighting::sd;
+  experiment.fit.weighting = Weighting::sd;
   const Calibration calibration = calibrate(experiment, observations);
   const SensitivityMatrix& S = calibration.sensor.response.sensitivity;
   const FitStatistics& statistics = *calibration.fit.statistics;

@@ -216,11 +216,11 @@ TEST(SixFaces, WithoutFenceGiveBiasAndScaleByLength) {
   for (Eigen::Index k = 0; k < 3; ++k) {
     EXPECT_NEAR(found.sensor.response.sensitivity(k, k), truth.response.sensitivity(k, k), 2e-3);
   }
-  experiment.method = Method::known;  // the sides taken as upright
+  experiment.fit.method = Method::known;  // the sides taken as upright
   EXPECT_MATRIX_NEAR(calibrate(experiment, run_of(six_faces(truth), experiment).observations)
                          .sensor.response.sensitivity,
                      truth.response.sensitivity, 1e-5);
-  experiment.method = Method::joint;
+  experiment.fit.method = Method::joint;
   EXPECT_THROW(static_cast<void>(run_of(six_faces(truth), experiment)), DataError);
 }
 
@@ -288,8 +288,8 @@ TEST(OwnTemperatures, AreThoseOfEachAxis) {
       }
     }
     Experiment experiment = experiment_for(truth);
-    experiment.method = Method::joint;
-    experiment.temperature.order = 1;
+    experiment.fit.method = Method::joint;
+    experiment.fit.temperature.order = 1;
     const Calibration found = calibrate(experiment, run_of(text, experiment).observations);
     ASSERT_TRUE(found.sensor.temperature && found.sensor.temperature->has_own_sensors());
     // Stated at other references than the truth's.

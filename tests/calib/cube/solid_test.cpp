@@ -59,7 +59,7 @@ class SolidRun : public testing::TestWithParam<SolidCase> {};
 TEST_P(SolidRun, ComesBackExactlyWhereThePositionerIsKnown) {
   const SensorModel truth = test::accelerometer_truth();
   Experiment experiment = test::experiment_for(truth);
-  experiment.method = GetParam().method;
+  experiment.fit.method = GetParam().method;
   for (std::uint64_t seed = 1; seed <= 25; ++seed) {
     experiment.positioner = rough_cube(seed);
     const Eigen::Vector2d slope(0.02 * std::cos(static_cast<double>(seed)), 0.013);
@@ -156,7 +156,7 @@ TEST(SolidRunSeats, ThatCannotBeAreNotAdvised) {
   }
   few.response = run.response(rows, Eigen::seqN(0, run.response.cols()));
   for (const Method method : {Method::paired, Method::joint, Method::known}) {
-    experiment.method = method;
+    experiment.fit.method = method;
     const std::string complaint = test::complaint_of<RankDeficientError>(
         [&] { static_cast<void>(calibrate(experiment, few)); });
     EXPECT_THAT(complaint, HasSubstr("do not determine"));
@@ -171,13 +171,13 @@ class LevelByBlock : public testing::TestWithParam<Method> {};
 TEST_P(LevelByBlock, IsExactForATableThatWasMoved) {
   const SensorModel truth = test::accelerometer_truth();
   Experiment experiment = test::experiment_for(truth);
-  experiment.method = GetParam();
+  experiment.fit.method = GetParam();
   experiment.positioner = rough_cube(3);
   const std::vector<Eigen::Vector2d> slopes = {{0.004, -0.002}, {-0.01, 0.003}, {0.02, 0.015}};
   const Observations run =
       concatenated_blocks(truth, slopes, {.positioner = experiment.positioner});
   EXPECT_GT(worst_error(calibrate(experiment, run), truth), 1e-6);
-  experiment.level_by = LevelBy::block;
+  experiment.fit.level_by = LevelBy::block;
   const Calibration found = calibrate(experiment, run);
   EXPECT_LT(worst_error(found, truth), 1e-12);
   EXPECT_EQ(found.findings.status, CalibrationStatus::ok);
@@ -197,8 +197,8 @@ TEST_P(LevelByBlock, IsExactForATableThatWasMoved) {
 TEST_P(LevelByBlock, StatesItsUncertainty) {
   const SensorModel truth = test::accelerometer_truth();
   Experiment experiment = test::experiment_for(truth);
-  experiment.method = GetParam();
-  experiment.level_by = LevelBy::block;
+  experiment.fit.method = GetParam();
+  experiment.fit.level_by = LevelBy::block;
   const std::vector<Eigen::Vector2d> slopes = {{0.004, -0.002}, {-0.006, 0.003}};
   int covered = 0;
   int levels = 0;
@@ -241,19 +241,19 @@ INSTANTIATE_TEST_SUITE_P(Methods,
 TEST(LevelByBlockSetup, HasTheStatedDegreesOfFreedom) {
   const SensorModel truth = test::accelerometer_truth();
   Experiment experiment = test::experiment_for(truth);
-  experiment.level_by = LevelBy::block;
-  experiment.seats = SeatSetup::none;
+  experiment.fit.level_by = LevelBy::block;
+  experiment.fit.seats = SeatSetup::none;
   const Observations run =
       concatenated_blocks(truth, {{0.001, 0.0}, {0.0, 0.001}}, {.noise_sd = 1e-4});
-  experiment.method = Method::paired;
+  experiment.fit.method = Method::paired;
   // 12 averages, 4 coefficients, a shift between two blocks.
   EXPECT_MATRIX_NEAR(calibrate(experiment, run).fit.statistics->degrees_of_freedom,
                      Eigen::Vector3d::Constant(7.0), 1e-9);
-  experiment.method = Method::joint;
+  experiment.fit.method = Method::joint;
   // 72 readings in all, 12 coefficients, 3 shifts, 2 directions of 2 unknowns each.
   EXPECT_NEAR(calibrate(experiment, run).fit.statistics->degrees_of_freedom.sum(),
               72.0 - 12.0 - 3.0 - 4.0, 1e-9);
-  experiment.method = Method::known;
+  experiment.fit.method = Method::known;
   EXPECT_THAT(
       test::complaint_of<SetupError>([&] { static_cast<void>(calibrate(experiment, run)); }),
       HasSubstr("level by block goes with paired and joint"));
@@ -264,10 +264,10 @@ TEST(LevelByBlockSetup, OneBlockIsTheSameAsTheRun) {
   Experiment experiment = test::experiment_for(truth);
   const Observations run = test::observe(truth, {.slope = {0.01, 0.0}, .noise_sd = 1e-4});
   for (const Method method : {Method::paired, Method::joint}) {
-    experiment.method = method;
-    experiment.level_by = LevelBy::run;
+    experiment.fit.method = method;
+    experiment.fit.level_by = LevelBy::run;
     const Calibration by_run = calibrate(experiment, run);
-    experiment.level_by = LevelBy::block;
+    experiment.fit.level_by = LevelBy::block;
     const Calibration by_block = calibrate(experiment, run);
     EXPECT_EQ(by_run.sensor.response.bias, by_block.sensor.response.bias);
     EXPECT_EQ(by_run.sensor.response.sensitivity, by_block.sensor.response.sensitivity);
@@ -277,8 +277,8 @@ TEST(LevelByBlockSetup, OneBlockIsTheSameAsTheRun) {
 TEST(LevelByBlockSetup, RefusesABlockWithoutOpposites) {
   const SensorModel truth = test::accelerometer_truth();
   Experiment experiment = test::experiment_for(truth);
-  experiment.method = Method::paired;
-  experiment.level_by = LevelBy::block;
+  experiment.fit.method = Method::paired;
+  experiment.fit.level_by = LevelBy::block;
   Observations run = concatenated_blocks(truth, {{0.001, 0.0}, {0.0, 0.001}}, {});
   for (Eigen::Index i = 12; i < 24; ++i) {
     Reading& reading = run.readings[static_cast<std::size_t>(i)];

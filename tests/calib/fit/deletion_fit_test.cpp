@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "axiscal/calib/deletion_fit.hpp"
+#include "calib/fit/deletion_fit.hpp"
 
 #include <cmath>
 #include <vector>

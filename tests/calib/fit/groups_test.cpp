@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "groups.hpp"
+#include "calib/fit/src/groups.hpp"
 
 #include <cstddef>
 #include <utility>

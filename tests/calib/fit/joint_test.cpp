@@ -80,8 +80,8 @@ bool has_least_squares_biases(const Calibration& result) {
 TEST(JointFit, SettlesNoiseAndDirectionTogether) {
   const SensorModel truth = accelerometer_truth();
   Experiment experiment = experiment_for(truth);
-  experiment.method = Method::joint;
-  experiment.drift = DriftSetup::none;
+  experiment.fit.method = Method::joint;
+  experiment.fit.drift = DriftSetup::none;
   int seen = 0;
   for (std::uint64_t seed = 1; seed <= 1000; ++seed) {
     const Observations observations =
@@ -104,7 +104,7 @@ TEST(JointFit, SettlesNoiseAndDirectionTogether) {
 TEST(JointFit, SettlesWhereTheDirectionIsHardlyDetermined) {
   const SensorModel truth = accelerometer_truth();
   Experiment experiment = experiment_for(truth);
-  experiment.method = Method::joint;
+  experiment.fit.method = Method::joint;
   experiment.instrument.axes = {"x", "y"};
   for (std::uint64_t seed = 1; seed <= 40; ++seed) {
     Observations observations = simulate(

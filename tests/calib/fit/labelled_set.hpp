@@ -4,11 +4,11 @@
 #include <cstdint>
 #include <vector>
 
-#include "axiscal/calib/reading_set.hpp"
 #include "axiscal/core/random.hpp"
 #include "axiscal/field/table_field.hpp"
 #include "axiscal/positioner/design.hpp"
 #include "axiscal/positioner/positioner.hpp"
+#include "calib/fit/reading_set.hpp"
 
 namespace axiscal::test {
 

@@ -43,7 +43,7 @@ Observations turned_by_hand(const SensorModel& truth,
 
 Experiment magnitude_experiment(const SensorModel& truth) {
   Experiment experiment = test::experiment_for(truth);
-  experiment.method = Method::magnitude;
+  experiment.fit.method = Method::magnitude;
   return experiment;
 }
 
@@ -119,9 +119,9 @@ Calibration swept(const Observations& run) {
   experiment.instrument.unit = "deg/s";
   experiment.field.of = make_field("earth_rotation");
   experiment.field.magnitude = 1.0;
-  experiment.method = Method::bias;
-  experiment.temperature.automatic = false;
-  experiment.temperature.order = 2;
+  experiment.fit.method = Method::bias;
+  experiment.fit.temperature.automatic = false;
+  experiment.fit.temperature.order = 2;
   return calibrate(experiment, run);
 }
 

@@ -35,7 +35,7 @@ Experiment magnitude_experiment(MagnitudeShape shape = MagnitudeShape::symmetric
   experiment.field.of = make_field("geomagnetic");
   experiment.field.magnitude = 50.0;
   experiment.field.unit = "uT";
-  experiment.shape = shape;
+  experiment.fit.shape = shape;
   return experiment;
 }
 
@@ -143,7 +143,7 @@ TEST(MagnitudeMethod, TurnsTheFrameByLabelsWhereThereAreSome) {
   truth.field.magnitude = 50.0;
   truth.field.in_table = 50.0 * Eigen::Vector3d(0.3, 0.5, -0.8).normalized();
   Experiment experiment = magnitude_experiment();
-  experiment.method = Method::magnitude;
+  experiment.fit.method = Method::magnitude;
   const Observations observations =
       simulate(truth, make_run_sheet(standard_design(24), 1, 1), {.noise_sd = 0.01, .seed = 1});
   const Calibration result = calibrate(experiment, observations);
@@ -201,7 +201,7 @@ TEST(MagnitudeMethod, RobustRegressionPassesOverReadingsThatWereMoved) {
     observations.response.row(i) *= 1.3;
   }
   Experiment experiment = magnitude_experiment();
-  experiment.robust = true;
+  experiment.fit.robust = true;
   const Calibration result = calibrate(experiment, observations);
   EXPECT_MATRIX_NEAR(result.sensor.response.sensitivity, S, 5e-3);
   EXPECT_THAT(result.findings.notes,
@@ -315,7 +315,7 @@ TEST(Sun, IsTakenAtEachReadingsTime) {
   experiment.table.site = site;
   experiment.table.fence_azimuth_rad = 40.0 * rad_per_deg;
   for (const Method method : {Method::known, Method::joint}) {
-    experiment.method = method;
+    experiment.fit.method = method;
     const Calibration result = calibrate(experiment, observations);
     EXPECT_MATRIX_NEAR(result.sensor.response.sensitivity, truth.response.sensitivity, 1e-8);
   }

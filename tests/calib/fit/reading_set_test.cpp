@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "axiscal/calib/reading_set.hpp"
+#include "calib/fit/reading_set.hpp"
 
 #include <Eigen/Geometry>
 #include <gtest/gtest.h>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "axiscal/calib/saturated_axes.hpp"
+#include "calib/fit/saturated_axes.hpp"
 
 #include <cmath>
 #include <random>
@@ -97,7 +97,7 @@ TEST(SaturatedAxes, AreSeenWithoutDirections) {
   std::mt19937_64 random(1909);
   std::normal_distribution<double> normal(0.0, 1.0);
   Experiment experiment = on_a_table();
-  experiment.method = Method::magnitude;
+  experiment.fit.method = Method::magnitude;
   for (const double limit : {2.0, 0.97}) {
     Observations observations;
     observations.response.resize(200, 3);

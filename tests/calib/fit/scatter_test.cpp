@@ -47,7 +47,7 @@ Observations run_with_gains(const SensorModel& truth, const std::array<double, 4
 TEST(BlockSensitivities, ScatterAsTheBlocksDo) {
   const SensorModel truth = test::accelerometer_truth();
   Experiment experiment = test::experiment_for(truth);
-  experiment.method = Method::joint;
+  experiment.fit.method = Method::joint;
   const std::array gains = {1.001, 0.999, 1.0005, 0.9995};
   const Calibration found = calibrate(experiment, run_with_gains(truth, gains));
   const double S = truth.response.sensitivity(0, 0);
@@ -68,7 +68,7 @@ TEST(BlockSensitivities, ScatterAsTheBlocksDo) {
 TEST(BlockSensitivities, OfABlockThatLacksTwoFacesCountByTheirInformation) {
   const SensorModel truth = test::accelerometer_truth();
   Experiment experiment = test::experiment_for(truth);
-  experiment.method = Method::joint;
+  experiment.fit.method = Method::joint;
   constexpr double noise = 1e-4;
   for (std::uint64_t seed = 1; seed <= 10; ++seed) {
     Observations run = simulate(truth, make_run_sheet(standard_design(12), 4, seed),
@@ -90,7 +90,7 @@ TEST(BlockSensitivities, OfABlockThatLacksTwoFacesCountByTheirInformation) {
 TEST(BlockSensitivities, AskForAMountWhereTheAxesPointOtherwise) {
   const SensorModel truth = test::accelerometer_truth();
   Experiment experiment = test::experiment_for(truth);
-  experiment.method = Method::joint;
+  experiment.fit.method = Method::joint;
   const Observations run =
       simulate(truth, make_run_sheet(standard_design(12), 4, 5),
                {.noise_sd = 1e-5, .world = world_of("remount_rad=1e-3"), .seed = 5});
@@ -104,7 +104,7 @@ TEST(BlockSensitivities, AskForAMountWhereTheAxesPointOtherwise) {
 TEST(AFewReadingsTakenAgain, HaveABiasOfTheirOwn) {
   const SensorModel truth = test::accelerometer_truth();
   Experiment experiment = test::experiment_for(truth);
-  experiment.method = Method::joint;
+  experiment.fit.method = Method::joint;
   Observations run =
       simulate(truth, make_run_sheet(standard_design(12), 1, 2), {.noise_sd = 1e-5, .seed = 2});
   const Calibration once = calibrate(experiment, run);
@@ -128,7 +128,7 @@ TEST(AFewReadingsTakenAgain, HaveABiasOfTheirOwn) {
 TEST(AReadingThatStandsOut, IsNotedBeforeItIsWarnedOf) {
   const SensorModel truth = test::accelerometer_truth();
   Experiment experiment = test::experiment_for(truth);
-  experiment.method = Method::joint;
+  experiment.fit.method = Method::joint;
   const Observations good =
       simulate(truth, make_run_sheet(standard_design(24), 1, 2), {.noise_sd = 1e-5, .seed = 11});
   int noted = 0;
@@ -155,7 +155,7 @@ TEST(AReadingThatStandsOut, IsNotedBeforeItIsWarnedOf) {
 TEST(PointsInOneOrder, AreNoted) {
   const SensorModel truth = test::accelerometer_truth();
   Experiment experiment = test::experiment_for(truth);
-  experiment.method = Method::joint;
+  experiment.fit.method = Method::joint;
   const auto note_of = [&](int blocks, bool shuffled) {
     std::vector<RunSheetRow> sheet = make_run_sheet(standard_design(12), 1, 3);
     std::vector<RunSheetRow> all;
@@ -196,7 +196,7 @@ Observations turned_by_hand(int sessions, Eigen::Index each, double shift, std::
 
 Experiment by_hand() {
   Experiment experiment = test::experiment_for(test::accelerometer_truth());
-  experiment.method = Method::magnitude;
+  experiment.fit.method = Method::magnitude;
   experiment.field = FieldSetup();
   experiment.field.of = std::make_shared<const GravityField>();
   experiment.field.magnitude = 1.0;
@@ -225,7 +225,7 @@ TEST(BentResponse, IsToldByMagnitudeAndFittedOnWish) {
   ASSERT_FALSE(warnings.empty());
   EXPECT_EQ(warnings.front().code, WarningCode::nonlinearity);
   EXPECT_GT(std::abs(straight.sensor.response.bias(0)), 1e-3);
-  experiment.squares = true;
+  experiment.fit.squares = true;
   const Calibration bent = calibrate(experiment, run);
   EXPECT_TRUE(bent.findings.warnings.empty());
   EXPECT_NEAR(bent.sensor.response.bias(0), 0.0, bent.fit.statistics->interval_95(0));
@@ -236,7 +236,7 @@ TEST(BentResponse, IsToldByMagnitudeAndFittedOnWish) {
   ASSERT_NE(at, std::string::npos) << notes;
   const double S = bent.sensor.response.sensitivity(0, 0);
   EXPECT_NEAR(std::stod(notes.substr(at + 9)), k2 * S * S, 0.1 * k2 * S * S);
-  experiment.robust = true;  // their fit has no weights, and would leave the record's to chance
+  experiment.fit.robust = true;  // their fit has no weights, and would leave the record's to chance
   EXPECT_THROW(static_cast<void>(calibrate(experiment, run)), SetupError);
 }
 

@@ -5,13 +5,13 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "axiscal/calib/estimation.hpp"
-#include "axiscal/calib/fit.hpp"
-#include "axiscal/calib/generalized_fit.hpp"
-#include "axiscal/calib/parameter_names.hpp"
-#include "axiscal/calib/uncertainty_sources.hpp"
 #include "axiscal/core/error.hpp"
 #include "axiscal/core/rotation.hpp"
+#include "calib/fit/estimation.hpp"
+#include "calib/fit/fit.hpp"
+#include "calib/fit/generalized_fit.hpp"
+#include "calib/fit/uncertainty_sources.hpp"
+#include "calib/record/parameter_names.hpp"
 #include "labelled_set.hpp"
 #include "matchers.hpp"
 
@@ -30,11 +30,11 @@ TEST(WeighSharedErrors, IsGeneralizedLeastSquares) {
   ReadingSet set = test::labelled_set(truth, as_it_is, standard_design(24), 2e-4, 11);
   set.field = as_given;
   Experiment experiment;
-  experiment.method = Method::known;
+  experiment.fit.method = Method::known;
   experiment.stated.slope_u = u;
   Estimate estimate = estimate_known(set, as_given);
   fill_intervals(estimate.statistics);
-  StateOfRun state(set, true);
+  SolvedReadings state(set, true);
   const std::vector<UncertaintySource> sources =
       weigh_shared_errors(experiment, state, Method::known, estimate);
   ASSERT_EQ(sources.size(), 1U);
@@ -80,7 +80,7 @@ TEST(Fit, TakesUpWhatItsColumnsSpan) {
   for (const bool all : {true, false}) {
     ReadingSet set = test::labelled_set(truth, field, all ? standard_design(12) : six, 1e-4, 3);
     set.field = field;
-    StateOfRun state(set, false);
+    SolvedReadings state(set, false);
     const Fit run(state, field, Eigen::VectorXd::Ones(1));
     EXPECT_EQ(run.is_determined(), all);
     const Eigen::MatrixXd& J = run.columns();
@@ -102,7 +102,7 @@ TEST(Fit, HasBasesOfItsColumnsAndTheirRoots) {
     set.field = field;
     set.weights(4, 1) = 0.0;
     set.weights.col(2).head(6).setConstant(0.5);
-    StateOfRun state(set, known);
+    SolvedReadings state(set, known);
     const Fit run(state, field, Eigen::Vector3d(1e-4, 2e-4, 3e-4));
     ASSERT_TRUE(run.is_determined());
     const Eigen::Index q = run.column_count();

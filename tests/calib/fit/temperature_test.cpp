@@ -56,9 +56,9 @@ Observations observe_at(const SensorModel& truth,
 
 Experiment warm_experiment(const SensorModel& truth, Method method, int order) {
   Experiment experiment = experiment_for(truth);
-  experiment.method = method;
-  experiment.temperature.order = order;
-  experiment.temperature.reference = 20.0;
+  experiment.fit.method = method;
+  experiment.fit.temperature.order = order;
+  experiment.fit.temperature.reference = 20.0;
   if (method == Method::known) {
     experiment.table.slope = {0.003, -0.004};
   }
@@ -130,7 +130,7 @@ TEST(Temperature, ChoosesTheOrderThatIsThere) {
         {&quadratic, 2}, {&linear, 1}, {&none, 0}};
     for (const auto& [truth, order] : cases) {
       Experiment experiment = warm_experiment(*truth, Method::joint, 0);
-      experiment.temperature.automatic = true;
+      experiment.fit.temperature.automatic = true;
       const Calibration result =
           calibrate(experiment, observe_at(*truth, {-10.0, 10.0, 30.0, 55.0}, 1e-4, 0.0, seed));
       right +=
@@ -140,7 +140,7 @@ TEST(Temperature, ChoosesTheOrderThatIsThere) {
   EXPECT_GE(right, 26);  // AICc takes one order too many in some 10 %
   // Two levels determine no more than a line.
   Experiment experiment = warm_experiment(quadratic, Method::joint, 0);
-  experiment.temperature.automatic = true;
+  experiment.fit.temperature.automatic = true;
   const Calibration result = calibrate(experiment, observe_at(quadratic, {0.0, 40.0}, 1e-4));
   EXPECT_EQ(result.sensor.temperature->bias.cols(), 1);
   EXPECT_EQ(result.sensor.temperature->trials.size(), 2U);
@@ -230,7 +230,7 @@ TEST(Temperature, ContinuousTemperaturesGoByJoint) {
   options.slope = {0.002, 0.001};
   const Observations observations = simulate(truth, sheet, options);
   Experiment experiment = warm_experiment(truth, Method::joint, 2);
-  experiment.method.reset();
+  experiment.fit.method.reset();
   EXPECT_EQ(choose_method(experiment, observations), Method::joint);
   const Calibration result = calibrate(experiment, observations);
   EXPECT_MATRIX_NEAR(result.sensor.temperature->scale, truth.temperature->scale, 1e-11);
@@ -284,7 +284,7 @@ TEST(Temperature, ReductionOfFourAxesWeighsThemByTheirScale) {
 TEST(Temperature, RecordsKeepTheTerms) {
   const SensorModel truth = warm_truth();
   Experiment experiment = warm_experiment(truth, Method::joint, 0);
-  experiment.temperature.automatic = true;
+  experiment.fit.temperature.automatic = true;
   const Calibration result =
       calibrate(experiment, observe_at(truth, {-10.0, 25.0, 55.0}, 1e-4, 0.05));
   const std::string text = calibration_json(result);
@@ -345,9 +345,9 @@ TEST(BiasMethod, TakesTheSensitivityFromARecordAndTheFieldOut) {
   flat.temperature->scale.setZero();
   const Observations observations = simulate(flat, sheet);
   Experiment experiment = experiment_for(truth);
-  experiment.method = Method::bias;
-  experiment.temperature.order = 2;
-  experiment.temperature.reference = 20.0;
+  experiment.fit.method = Method::bias;
+  experiment.fit.temperature.order = 2;
+  experiment.fit.temperature.reference = 20.0;
   experiment.from =
       std::make_shared<const Calibration>(Calibration{.sensor = accelerometer_truth()});
   const Calibration result = calibrate(experiment, observations);
@@ -391,9 +391,9 @@ TEST(BiasMethod, ReproducesAThermalSweepOfARealGyroscope) {
   experiment.instrument.kind = "gyroscope";
   experiment.instrument.axes = {"imu.gyro.x", "imu.gyro.y", "imu.gyro.z"};
   experiment.field.of = make_field("earth_rotation");
-  experiment.method = Method::bias;
-  experiment.temperature.order = 3;
-  experiment.temperature.reference = 0.0;
+  experiment.fit.method = Method::bias;
+  experiment.fit.temperature.order = 3;
+  experiment.fit.temperature.reference = 0.0;
   const axiscal::Run table = read_observations(csv, {.axes = experiment.instrument.axes});
   const Calibration result = calibrate(experiment, table.observations);
   const Eigen::Vector3d constant(-6.90865875e-02, -1.49698945e-02, 1.63495271e-02);
@@ -415,7 +415,7 @@ TEST(BiasMethod, ReproducesAThermalSweepOfARealGyroscope) {
           .matrix(),
       Eigen::Vector3d::Ones(), 1e-5);
   EXPECT_TRUE(result.findings.warnings.empty());
-  experiment.temperature.automatic = true;
+  experiment.fit.temperature.automatic = true;
   EXPECT_GE(calibrate(experiment, table.observations).sensor.temperature->bias.cols(), 3);
 }
 

@@ -19,7 +19,7 @@ const Eigen::Vector3d equal(1.0, 1.0, 1.0);
 Experiment experiment_of_run(const RandomRun& run, std::optional<Method> method = {}) {
   Experiment experiment = experiment_for(run.truth);
   experiment.field.in_table.reset();
-  experiment.method = method;
+  experiment.fit.method = method;
   return experiment;
 }
 
@@ -40,7 +40,8 @@ TEST_P(SeededMistakes, AreCaughtAndNamed) {
         seed_mistake(GetParam().mistake, GetParam().sigmas * noise, run.truth, run.good, random);
     const Method method = t % 2 == 0 ? Method::paired : Method::joint;
     Experiment experiment = experiment_of_run(run, method);
-    experiment.drift = DriftSetup::none;  // a drift that is found would become a term of the fit
+    experiment.fit.drift =
+        DriftSetup::none;  // a drift that is found would become a term of the fit
     named += judge(calibrate(experiment, seeded.observations), seeded).named ? 1 : 0;
   }
   EXPECT_GE(named, GetParam().least_named);
@@ -79,7 +80,7 @@ struct ManyReadings {
             {.replicates = replicates, .slope = {0.003, -0.002}, .noise_sd = noise, .seed = 5})),
         experiment(experiment_for(truth)) {
     experiment.field.in_table.reset();
-    experiment.level_by = level_by;
+    experiment.fit.level_by = level_by;
   }
 
   SensorModel truth = accelerometer_truth();
@@ -265,7 +266,7 @@ TEST(FindCulprit, FitsToTheEndWhereTheFieldIsHardlyDetermined) {
                                                  "11,2,-Z,-X,2.51122,-0.02634,0.00052\n"
                                                  "12,2,-Z,+X,-0.01324,0.00264,2.52213\n"));
   Experiment experiment = experiment_for(accelerometer_truth());
-  experiment.method = Method::known;
+  experiment.fit.method = Method::known;
   experiment.table.slope = {0.0, 0.0};
   const Calibration calibration = calibrate(experiment, run.observations);
   ASSERT_TRUE(calibration.findings.suggestion.has_value());

@@ -2,9 +2,9 @@
 // The search by itself, on sets that are made by hand.
 #include <gtest/gtest.h>
 
-#include "axiscal/calib/culprit.hpp"
+#include "calib/mistakes/culprit.hpp"
+#include "calib/mistakes/src/mistake_kind.hpp"
 #include "labelled_set.hpp"
-#include "mistake_kind.hpp"
 
 namespace axiscal {
 namespace {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "mistake_kind.hpp"
+#include "calib/mistakes/src/mistake_kind.hpp"
 
 #include <set>
 

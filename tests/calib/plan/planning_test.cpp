@@ -122,8 +122,9 @@ TEST_P(ForecastAgrees, WithSimulationWithinFivePercent) {
                       .level_u_rad = level_u};
   const Forecast result = forecast(setup);
   Experiment experiment = test::experiment_for(setup.nominal);
-  experiment.method = method;
-  experiment.search_for_mistakes = false;  // it changes no coefficient, and takes most of the time
+  experiment.fit.method = method;
+  experiment.fit.search_for_mistakes =
+      false;  // it changes no coefficient, and takes most of the time
   RandomStream random(21);
   Eigen::VectorXd squares = Eigen::VectorXd::Zero(12);
   double pitch_squares = 0.0;
@@ -212,9 +213,9 @@ TEST(Forecast, IsOfGeneralisedLeastSquaresWhereNormalsAreUncertain) {
   StudySetup study;
   study.truth = setup.nominal;
   study.experiment = test::experiment_for(setup.nominal);
-  study.experiment.method = Method::joint;
-  study.experiment.drift = DriftSetup::none;
-  study.experiment.seats = SeatSetup::none;
+  study.experiment.fit.method = Method::joint;
+  study.experiment.fit.drift = DriftSetup::none;
+  study.experiment.fit.seats = SeatSetup::none;
   study.experiment.positioner = setup.positioner;
   study.design = setup.design;
   study.replicates = 2;

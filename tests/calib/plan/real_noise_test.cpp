@@ -28,7 +28,7 @@ StudySetup setup_of(const char* world, int points, int replicates) {
   setup.truth.field.in_table = Eigen::Vector3d::UnitZ();
   setup.experiment = test::experiment_for(setup.truth);
   setup.experiment.field.in_table.reset();
-  setup.experiment.method = Method::joint;
+  setup.experiment.fit.method = Method::joint;
   setup.design = standard_design(points);
   setup.replicates = replicates;
   setup.noise_sd = Eigen::Vector3d::Constant(noise);
@@ -43,7 +43,7 @@ class RealNoise : public testing::TestWithParam<WorldCase> {};
 TEST_P(RealNoise, IsCovered) {
   const WorldCase& one = GetParam();
   StudySetup setup = setup_of(one.world, one.points, one.replicates);
-  setup.experiment.seats = one.seats;
+  setup.experiment.fit.seats = one.seats;
   for (const StudyResult& result : results_of(run_study(setup, 300, 3))) {
     const bool is_bias = result.parameter.ends_with(".bias");
     EXPECT_GE(result.coverage_95, is_bias ? one.least : 0.90) << result.parameter;
@@ -75,7 +75,7 @@ INSTANTIATE_TEST_SUITE_P(
 TEST(Seats, AreFoundAndTakenFromTheNoise) {
   const SensorModel truth = test::accelerometer_truth();
   Experiment experiment = test::experiment_for(truth);
-  experiment.method = Method::joint;
+  experiment.fit.method = Method::joint;
   const SimulationOptions options{.noise_sd = noise, .world = world_of("seat_rad=1e-3"), .seed = 4};
   const Observations run = simulate(truth, make_run_sheet(standard_design(24), 1, 4), options);
   const Calibration found = calibrate(experiment, run);
@@ -85,7 +85,7 @@ TEST(Seats, AreFoundAndTakenFromTheNoise) {
   ASSERT_NE(seats, found.fit.statistics->components.end());
   EXPECT_NEAR(seats->sd(0), 1e-3, 3e-4);
   EXPECT_EQ(seats->unit, "rad");
-  experiment.seats = SeatSetup::none;
+  experiment.fit.seats = SeatSetup::none;
   const Calibration plain = calibrate(experiment, run);
   EXPECT_GT(plain.fit.statistics->residual_sd(0), 5.0 * found.fit.statistics->residual_sd(0));
   EXPECT_GT(plain.fit.statistics->interval_95(1), 3.0 * found.fit.statistics->interval_95(1));
@@ -98,7 +98,7 @@ TEST(Seats, AreFoundAndTakenFromTheNoise) {
 TEST(Seats, CountConsecutiveReadingsAtAPointAsOneLaying) {
   const SensorModel truth = test::accelerometer_truth();
   Experiment experiment = test::experiment_for(truth);
-  experiment.method = Method::joint;
+  experiment.fit.method = Method::joint;
   const SimulationOptions options{.world = world_of("seat_rad=1e-3"), .seed = 5};
   Observations run = simulate(truth, make_run_sheet(standard_design(24), 1, 5), options);
   Observations repeated = run;
@@ -125,7 +125,7 @@ TEST(Seats, CountConsecutiveReadingsAtAPointAsOneLaying) {
 TEST(Mounts, AreFoundAndTakenFromTheNoise) {
   const SensorModel truth = test::accelerometer_truth();
   Experiment experiment = test::experiment_for(truth);
-  experiment.method = Method::joint;
+  experiment.fit.method = Method::joint;
   const Observations run =
       simulate(truth, make_run_sheet(standard_design(12), 8, 4),
                {.noise_sd = noise, .world = world_of("mount_rad=1e-3"), .seed = 4});
@@ -167,7 +167,7 @@ TEST(StatedErrors, RaiseNoAlarms) {
 TEST(Drift, IsATermWhereItIsFound) {
   const SensorModel truth = test::accelerometer_truth();
   Experiment experiment = test::experiment_for(truth);
-  experiment.method = Method::joint;
+  experiment.fit.method = Method::joint;
   const Observations run =
       simulate(truth, make_run_sheet(standard_design(12), 1, 6),
                {.noise_sd = noise, .world = world_of("drift=4e-3"), .seed = 6});
@@ -177,10 +177,10 @@ TEST(Drift, IsATermWhereItIsFound) {
   EXPECT_THAT(found.findings.notes,
               test::HasNote(testing::HasSubstr("drift over the run, by x 0.00")));
   EXPECT_THAT(found.findings.notes, test::HasNote(testing::HasSubstr("repeatability only")));
-  experiment.drift = DriftSetup::none;
+  experiment.fit.drift = DriftSetup::none;
   const Calibration without = calibrate(experiment, run);
   EXPECT_NE(without.findings.status, CalibrationStatus::ok);
-  experiment.drift = DriftSetup::linear;
+  experiment.fit.drift = DriftSetup::linear;
   EXPECT_MATRIX_NEAR(calibrate(experiment, run).sensor.response.bias, found.sensor.response.bias,
                      1e-15);
 }
@@ -238,7 +238,7 @@ TEST(Alarms, ChangeNoFigureOfAStudy) {
   for (const Method method : {Method::known, Method::paired, Method::joint}) {
     for (const char* const world : {"", "ar=0.7", "block_sd=3e-4", "jitter=3e-4", "round=2e-4"}) {
       StudySetup setup = setup_of(world, 12, 2);
-      setup.experiment.method = method;
+      setup.experiment.fit.method = method;
       if (method == Method::known) {
         setup.experiment.field.in_table = Eigen::Vector3d::UnitZ();
         setup.slope_sd = 0.0;
@@ -260,7 +260,7 @@ TEST(Alarms, ChangeNoFigureOfAStudy) {
 // A slope that is off as much as was stated is not called wrong.
 TEST(Alarms, OfAStatedSlopeCountItsUncertainty) {
   StudySetup setup = setup_of("stated=1", 12, 1);
-  setup.experiment.method = Method::known;
+  setup.experiment.fit.method = Method::known;
   setup.experiment.field.in_table = Eigen::Vector3d::UnitZ();
   setup.experiment.stated.slope_u = 1e-3;
   setup.slope_sd = 0.0;

@@ -143,7 +143,7 @@ TEST(FreeRecording, IsCoveredUnderCorrelation) {
     StudySetup setup =
         study_of(test::accelerometer_truth(), {.samples = 4000, .rate_hz = 50.0}, world);
     setup.noise_sd = Eigen::Vector3d::Constant(2e-3);
-    setup.experiment.method = Method::magnitude;
+    setup.experiment.fit.method = Method::magnitude;
     const Coverage coverage = coverage_of(setup, 60);
     EXPECT_GE(coverage.bias, 0.90) << world;
     EXPECT_GE(coverage.sensitivity, 0.90) << world;

@@ -38,8 +38,8 @@ TEST(CalibrationJson, IsWrittenAgainByteForByte) {
   experiment.table.date = "2026-11-20";
   for (const Method method : {Method::paired, Method::joint, Method::known}) {
     for (const bool robust : {false, true}) {
-      experiment.method = method;
-      experiment.robust = robust;
+      experiment.fit.method = method;
+      experiment.fit.robust = robust;
       experiment.leave_out = {3};
       Observations observations =
           observe(truth, {.replicates = 2, .slope = {0.003, -0.002}, .noise_sd = 1e-4, .seed = 3});
@@ -102,7 +102,7 @@ TEST(CalibrationJson, WritesManyReadingsAsATable) {
 TEST(CalibrationJson, HasTheKeysOfTheContract) {
   const SensorModel truth = accelerometer_truth();
   Experiment experiment = experiment_for(truth);
-  experiment.method = Method::paired;
+  experiment.fit.method = Method::paired;
   const json record = json::parse(calibration_json(
       calibrate(experiment, observe(truth, {.slope = {0.003, 0.0}, .noise_sd = 1e-4}))));
   EXPECT_EQ(record["format"], "axiscal-calibration");

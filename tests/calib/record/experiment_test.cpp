@@ -46,9 +46,9 @@ TEST(ParseExperiment, ReadsEverything) {
   EXPECT_EQ(experiment.table.date, "2026.5");
   EXPECT_DOUBLE_EQ(experiment.table.fence_azimuth_rad.value(), 90.0 * rad_per_deg);
   EXPECT_EQ(experiment.table.slope.y(), -0.002);
-  EXPECT_EQ(experiment.method, Method::known);
-  EXPECT_EQ(experiment.weighting, Weighting::sd);
-  EXPECT_TRUE(experiment.robust);
+  EXPECT_EQ(experiment.fit.method, Method::known);
+  EXPECT_EQ(experiment.fit.weighting, Weighting::sd);
+  EXPECT_TRUE(experiment.fit.robust);
   EXPECT_THAT(experiment.leave_out, testing::ElementsAre(3, 4));
 }
 
@@ -240,9 +240,9 @@ TEST(ChooseMethod, FollowsTheContract) {
   EXPECT_EQ(choose_method(experiment, test::observe(truth, {.points = 6})), Method::joint);
   experiment.field.in_table = Eigen::Vector3d(0.0, 0.1, 1.0);
   EXPECT_EQ(choose_method(experiment, twelve), Method::joint);
-  experiment.method = Method::known;
+  experiment.fit.method = Method::known;
   EXPECT_EQ(choose_method(experiment, twelve), Method::known);
-  experiment.method.reset();
+  experiment.fit.method.reset();
   Observations with_field = twelve;
   for (Reading& reading : with_field.readings) {
     reading.field_in_sensor = Eigen::Vector3d::UnitZ();

@@ -13,13 +13,13 @@
 #include "axiscal/calib/drift_check.hpp"
 #include "axiscal/calib/intrinsic.hpp"
 #include "axiscal/calib/limits.hpp"
-#include "axiscal/calib/parameter_names.hpp"
 #include "axiscal/calib/reading_uncertainty.hpp"
 #include "axiscal/calib/reduction.hpp"
 #include "axiscal/calib/simulate.hpp"
 #include "axiscal/calib/study.hpp"
 #include "axiscal/core/error.hpp"
 #include "axiscal/core/units.hpp"
+#include "calib/record/parameter_names.hpp"
 #include "matchers.hpp"
 #include "scenario.hpp"
 
@@ -96,7 +96,7 @@ TEST(Budget, HasTheFieldsMagnitudeInAllSensitivitiesAtOnce) {
 TEST(Budget, HasTheLevelnessAsRefitsShowIt) {
   const SensorModel truth = accelerometer_truth();
   Experiment experiment = experiment_for(truth);
-  experiment.method = Method::known;
+  experiment.fit.method = Method::known;
   experiment.stated.slope_u = 1e-4;
   const Observations observations = observe(truth, {.noise_sd = 1e-4});
   const Calibration result = calibrate(experiment, observations);
@@ -254,7 +254,7 @@ TEST_P(CoverageOfStudy, IsAsStated) {
   setup.truth.field.in_table = Eigen::Vector3d::UnitZ();
   setup.experiment = experiment_for(setup.truth);
   setup.experiment.field.in_table.reset();
-  setup.experiment.method = one.method;
+  setup.experiment.fit.method = one.method;
   setup.design = standard_design(one.points);
   setup.replicates = one.replicates;
   setup.noise_sd = Eigen::Vector3d::Constant(1e-3);
@@ -275,7 +275,7 @@ TEST_P(CoverageOfStudy, IsAsStated) {
     terms.bias = Eigen::Vector3d(1e-4, -1e-4, 2e-4);
     terms.scale = Eigen::Vector3d(2e-4, 1e-4, -1e-4);
     setup.temperatures = {0.0, 20.0, 40.0};
-    setup.experiment.temperature = {.order = 1, .reference = 20.0};
+    setup.experiment.fit.temperature = {.order = 1, .reference = 20.0};
   }
   const Study study = run_study(setup, 600, 11);
   EXPECT_EQ(study.refused, 0);
@@ -343,7 +343,7 @@ TEST(Study, OfTheRegressionAloneAgreesWithTheoryAndWithWholeCalibrations) {
   setup.truth = accelerometer_truth();
   setup.truth.field.in_table = Eigen::Vector3d::UnitZ();
   setup.experiment = experiment_for(setup.truth);
-  setup.experiment.method = Method::known;
+  setup.experiment.fit.method = Method::known;
   setup.design = standard_design(12);
   setup.noise_sd = Eigen::Vector3d(1e-3, 2e-3, 3e-3);
   setup.angles = false;
@@ -449,7 +449,7 @@ TEST(DriftCheck, AtRestHoldsItsLevelForManyReadingsInFewPoses) {
   const SensorModel truth = accelerometer_truth();
   const std::vector<DesignEntry> poses = standard_design(6);
   Experiment experiment = experiment_for(truth);
-  experiment.method = Method::joint;
+  experiment.fit.method = Method::joint;
   for (const std::size_t count : {std::size_t{1}, std::size_t{6}}) {
     int alarms = 0;
     int caught = 0;
@@ -626,9 +626,9 @@ TEST(Limits, AcceptAndRejectByTheirRule) {
 TEST(PolarFit, AgreesWithTheLinearRegression) {
   const SensorModel truth = accelerometer_truth();
   Experiment experiment = experiment_for(truth);
-  experiment.method = Method::known;
-  experiment.compare_polar_fit = true;
-  experiment.seats = SeatSetup::none;
+  experiment.fit.method = Method::known;
+  experiment.fit.compare_polar_fit = true;
+  experiment.fit.seats = SeatSetup::none;
   for (const AxisConvention convention :
        {AxisConvention::forward_left_up, AxisConvention::forward_right_down}) {
     experiment.instrument.convention = convention;

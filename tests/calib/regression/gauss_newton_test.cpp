@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "axiscal/calib/gauss_newton.hpp"
+#include "calib/regression/gauss_newton.hpp"
 
 #include <array>
 #include <cmath>
@@ -7,7 +7,7 @@
 
 #include <Eigen/LU>
 
-#include "axiscal/calib/factor.hpp"
+#include "calib/regression/factor.hpp"
 #include "matchers.hpp"
 
 namespace axiscal {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "axiscal/calib/jackknife.hpp"
+#include "calib/regression/jackknife.hpp"
 
 #include <cmath>
 

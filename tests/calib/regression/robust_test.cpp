@@ -39,14 +39,14 @@ class RobustCalibration : public testing::TestWithParam<Method> {};
 TEST_P(RobustCalibration, ResistsAnOutlierAndCostsLittleWithout) {
   const SensorModel truth = accelerometer_truth();
   Experiment experiment = experiment_for(truth);
-  experiment.method = GetParam();
+  experiment.fit.method = GetParam();
   if (GetParam() == Method::known) {
     experiment.table.slope = {0.002, -0.001};
   }
   Observations observations =
       observe(truth, {.replicates = 3, .slope = {0.002, -0.001}, .noise_sd = 1e-4, .seed = 5});
   const auto error = [&](bool robust) {
-    experiment.robust = robust;
+    experiment.fit.robust = robust;
     const Calibration result = calibrate(experiment, observations);
     EXPECT_EQ(result.fit.robust, robust);
     return (result.sensor.response.sensitivity - truth.response.sensitivity).cwiseAbs().maxCoeff();
@@ -75,8 +75,8 @@ INSTANTIATE_TEST_SUITE_P(Methods,
 TEST(RobustCalibration, NeedsReadingsToSpare) {
   const SensorModel truth = accelerometer_truth();
   Experiment experiment = experiment_for(truth);
-  experiment.robust = true;
-  experiment.method = Method::known;
+  experiment.fit.robust = true;
+  experiment.fit.method = Method::known;
   Observations observations = observe(truth, {.points = 6});
   experiment.leave_out = {1};
   EXPECT_THROW(static_cast<void>(calibrate(experiment, observations)), RefusedError);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "axiscal/calib/serial_correlation.hpp"
+#include "calib/regression/serial_correlation.hpp"
 
 #include <cmath>
 

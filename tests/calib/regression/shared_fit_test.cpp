@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Responses that share coefficients, against dense generalised least squares.
-#include "axiscal/calib/shared_fit.hpp"
+#include "calib/regression/shared_fit.hpp"
 
 #include <cmath>
 #include <vector>
@@ -8,8 +8,8 @@
 #include <Eigen/Dense>
 #include <gtest/gtest.h>
 
-#include "axiscal/calib/factor.hpp"
 #include "axiscal/core/random.hpp"
+#include "calib/regression/factor.hpp"
 
 namespace axiscal {
 namespace {

@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "axiscal/calib/variance_components.hpp"
+#include "calib/regression/variance_components.hpp"
 
 #include <cmath>
 
 #include <Eigen/Eigenvalues>
 #include <Eigen/LU>
 
-#include "axiscal/calib/piecewise_columns.hpp"
 #include "axiscal/core/random.hpp"
+#include "calib/regression/piecewise_columns.hpp"
 #include "matchers.hpp"
 
 namespace axiscal {

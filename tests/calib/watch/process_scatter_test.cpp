@@ -24,10 +24,10 @@ Calibration calibrated(const std::string& serial,
                        std::optional<ProcessScatter> process = {}) {
   const SensorModel truth = accelerometer_truth();
   Experiment experiment = experiment_for(truth);
-  experiment.method = Method::joint;
+  experiment.fit.method = Method::joint;
   experiment.instrument.serial = serial;
   experiment.instrument.model = "M1";
-  experiment.process = std::move(process);
+  experiment.fit.process = std::move(process);
   World world;
   world.block_sd = block_sd;
   return calibrate(experiment, simulate(truth, make_run_sheet(standard_design(12), blocks, seed),

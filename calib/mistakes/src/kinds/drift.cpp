@@ -4,7 +4,7 @@
 #include <utility>
 #include <vector>
 
-#include "mistake_kind.hpp"
+#include "calib/mistakes/src/mistake_kind.hpp"
 
 namespace axiscal {
 namespace {

@@ -6,8 +6,8 @@
 #include <utility>
 #include <vector>
 
-#include "axiscal/calib/reading_step.hpp"
-#include "mistake_kind.hpp"
+#include "calib/fit/reading_step.hpp"
+#include "calib/mistakes/src/mistake_kind.hpp"
 
 namespace axiscal {
 namespace {

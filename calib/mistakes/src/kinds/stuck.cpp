@@ -3,8 +3,8 @@
 #include <string>
 #include <utility>
 
-#include "axiscal/core/formatted.hpp"
-#include "mistake_kind.hpp"
+#include "calib/mistakes/src/mistake_kind.hpp"
+#include "core/formatted.hpp"
 
 namespace axiscal {
 namespace {

@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "axiscal/core/rotation.hpp"
-#include "mistake_kind.hpp"
+#include "calib/mistakes/src/mistake_kind.hpp"
 
 namespace axiscal {
 namespace {

@@ -3,7 +3,7 @@
 #include <utility>
 
 #include "axiscal/core/rotation.hpp"
-#include "mistake_kind.hpp"
+#include "calib/mistakes/src/mistake_kind.hpp"
 
 namespace axiscal {
 namespace {

@@ -3,9 +3,9 @@
 #include <set>
 #include <utility>
 
-#include "axiscal/core/formatted.hpp"
 #include "axiscal/core/number_text.hpp"
-#include "mistake_kind.hpp"
+#include "calib/mistakes/src/mistake_kind.hpp"
+#include "core/formatted.hpp"
 
 namespace axiscal {
 namespace {

@@ -5,9 +5,9 @@
 #include <string>
 #include <utility>
 
-#include "axiscal/core/formatted.hpp"
 #include "axiscal/positioner/design.hpp"
-#include "mistake_kind.hpp"
+#include "calib/mistakes/src/mistake_kind.hpp"
+#include "core/formatted.hpp"
 
 namespace axiscal {
 namespace {

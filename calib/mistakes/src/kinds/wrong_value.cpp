@@ -5,10 +5,10 @@
 #include <string>
 #include <utility>
 
-#include "axiscal/core/formatted.hpp"
 #include "axiscal/core/number_text.hpp"
 #include "axiscal/core/units.hpp"
-#include "mistake_kind.hpp"
+#include "calib/mistakes/src/mistake_kind.hpp"
+#include "core/formatted.hpp"
 
 namespace axiscal {
 namespace {

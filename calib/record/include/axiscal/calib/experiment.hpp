@@ -44,6 +44,33 @@ struct StatedUncertainties {
   double reference_u = 0.0;
 };
 
+/// How coefficients are fitted to readings. The defaults suit nearly all runs.
+///
+/// @par Example
+/// @code
+/// axiscal::Experiment experiment;
+/// experiment.fit.method = axiscal::Method::known;
+/// experiment.fit.temperature.order = 1;
+/// @endcode
+struct FitOptions {
+  std::optional<Method> method;        ///< default: choose_method()
+  std::optional<Weighting> weighting;  ///< default: `samples` if the readings state them
+  bool robust = false;                 ///< bisquare weights
+  TemperatureSetup temperature;
+  LevelBy level_by = LevelBy::run;           ///< methods paired and joint
+  DriftSetup drift = DriftSetup::automatic;  ///< methods paired, joint and known
+  SeatSetup seats = SeatSetup::automatic;    ///< methods paired, joint and known
+  /// The scatter of biases between blocks in earlier calibrations. With it the intervals of a run
+  /// of one block include that scatter.
+  std::optional<ProcessScatter> process;
+  /// The ratio of the noise of the axes, m entries; empty: not known. With it mistakes show better.
+  Eigen::VectorXd noise_ratio;
+  bool search_for_mistakes = true;  ///< whether readings that contradict each other are looked for
+  MagnitudeShape shape = MagnitudeShape::symmetric;  ///< method magnitude: shape of S
+  bool squares = false;            ///< method magnitude: a squared term of each axis is fitted
+  bool compare_polar_fit = false;  ///< whether the known-art form is fitted too, for comparison
+};
+
 /// What is one instrument's own where instruments of several kinds share a run.
 struct SlotSetup {
   std::string slot;
@@ -65,22 +92,7 @@ struct Experiment {
   std::vector<SlotSetup> slots;  ///< instruments of several kinds in one assembly
   FaceNames face_names;          ///< words that the columns rest and fence have for faces
   Eigen::Matrix3d rotation_sensor_from_positioner = Eigen::Matrix3d::Identity();  ///< its mount
-  std::optional<Method> method;                      ///< default: see choose_method()
-  std::optional<Weighting> weighting;                ///< default: samples where they are known
-  MagnitudeShape shape = MagnitudeShape::symmetric;  ///< what method magnitude takes S to be
-  bool squares = false;  ///< method magnitude: a squared term of each axis is fitted beside
-  /// How the noise of the axes compares, m entries; empty: not known. Mistakes then show better.
-  Eigen::VectorXd noise_ratio;
-  bool compare_polar_fit = false;   ///< whether the known-art form is fitted too, for comparison
-  bool search_for_mistakes = true;  ///< whether readings that contradict each other are looked for
-  bool robust = false;              ///< bisquare
-  LevelBy level_by = LevelBy::run;  ///< `block`: for methods paired and joint
-  DriftSetup drift = DriftSetup::automatic;  ///< methods paired, joint and known
-  SeatSetup seats = SeatSetup::automatic;    ///< likewise
-  /// What earlier calibrations say of how biases change between blocks; with it one block, too,
-  /// knows more than what repeats within it.
-  std::optional<ProcessScatter> process;
-  TemperatureSetup temperature;
+  FitOptions fit;  ///< how the coefficients are fitted
   StatedUncertainties stated;
   /// What is not fitted is taken from it: of method `bias` the sensitivity.
   std::shared_ptr<const Calibration> from;

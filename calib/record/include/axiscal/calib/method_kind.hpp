@@ -24,6 +24,12 @@ struct MethodKind {
   std::string_view words{};       ///< what it regresses on
 };
 
+/// Adds a method of a program's own to the table. Not while other threads calibrate.
+/// @param kind  `method` is assigned.
+/// @return its number.
+/// @throws DomainError  if the name is empty or taken.
+Method add_method_kind(MethodKind kind);
+
 /// @return the row of a method.
 [[nodiscard]] const MethodKind& method_kind(Method method);
 

@@ -1,0 +1,68 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <optional>
+#include <vector>
+
+#include "axiscal/calib/calibration.hpp"
+#include "axiscal/calib/experiment.hpp"
+#include "axiscal/calib/method_kind.hpp"
+#include "axiscal/calib/observations.hpp"
+#include "calib/fit/reading_source.hpp"
+
+namespace axiscal {
+
+/// A run that is checked and ready to be fitted: the readings that count, their weights, the
+/// method, and the field as far as it is known.
+class PreparedRun {
+ public:
+  /// @param experiment, observations  must outlive the run.
+  /// @throws SetupError, RefusedError, DomainError  if they contradict each other or the method.
+  PreparedRun(const Experiment& experiment, const Observations& observations);
+
+  PreparedRun(const PreparedRun&) = delete;
+  PreparedRun& operator=(const PreparedRun&) = delete;
+
+  [[nodiscard]] const Experiment& experiment() const { return experiment_; }
+
+  /// @return all observations, with the fields that their attitudes give.
+  [[nodiscard]] const Observations& observations() const {
+    return with_fields_ ? *with_fields_ : given_;
+  }
+
+  /// @return those that are not left out and not kept out to confirm the fit. The responses are
+  ///         not copied.
+  [[nodiscard]] const Observations& used() const { return used_ ? *used_ : observations(); }
+
+  [[nodiscard]] const MethodKind& method() const { return method_kind(method_); }
+  [[nodiscard]] Weighting weighting() const { return weighting_; }
+
+  /// @return whether the readings bring their fields.
+  [[nodiscard]] bool by_field() const { return source_.by_field(); }
+
+  /// @return whether these are of different lengths, as on a rate table.
+  [[nodiscard]] bool field_varies() const { return field_varies_; }
+
+  /// @return the readings without temperature terms and effects of the run.
+  [[nodiscard]] const ReadingSource& source() const { return source_; }
+
+  /// @return the field, part by part.
+  [[nodiscard]] const std::vector<FieldDescription>& parts() const { return parts_; }
+
+  /// @return the record before the fit: instrument, field, method, weights, and notes on them.
+  [[nodiscard]] Calibration described() const;
+
+ private:
+  const Experiment& experiment_;
+  const Observations& given_;
+  std::optional<Observations> with_fields_;
+  std::optional<Observations> used_;
+  Method method_;
+  Weighting weighting_;
+  ReadingSource source_;
+  std::vector<FieldDescription> parts_;
+  bool field_varies_ = false;
+  std::vector<CalibrationNote> notes_;
+};
+
+}  // namespace axiscal

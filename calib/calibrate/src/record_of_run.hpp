@@ -1,0 +1,25 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include "axiscal/calib/calibration.hpp"
+#include "calib/calibrate/src/fitted_run.hpp"
+#include "calib/calibrate/src/prepared_run.hpp"
+#include "calib/fit/cause.hpp"
+
+namespace axiscal {
+
+/// Counts the causes of scatter in the uncertainty of a fit. Method magnitude has none of them;
+/// method faces takes bias and scale from the lengths here.
+[[nodiscard]] CountedEstimate counted_scatter(const PreparedRun& run,
+                                              const FittedRun& fit,
+                                              const SearchedRun& search);
+
+/// The record of a fit: sensor, statistics, levelness, conditions and uncertainty budget. It has no
+/// residuals and no findings but notes on its making.
+/// @param counted  its parts are moved to the record; `seen`, `direction` and notes stay.
+[[nodiscard]] Calibration record_of(const PreparedRun& run,
+                                    const ChosenModel& model,
+                                    const FittedRun& fit,
+                                    CountedEstimate& counted);
+
+}  // namespace axiscal

@@ -1,0 +1,32 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "axiscal/calib/method_kind.hpp"
+#include "axiscal/core/number_text.hpp"
+#include "calib/calibrate/src/rules/rule.hpp"
+#include "core/formatted.hpp"
+
+namespace axiscal {
+namespace {
+
+constexpr double largest_good_condition = 30.0;
+
+void find_condition(const JudgedRun& run, Warnings& found) {
+  if (statistics_of(run).condition_number > largest_good_condition) {
+    found.add(WarningCode::ill_conditioned, {},
+              formatted("the design hardly tells some coefficients apart (condition number {}; a "
+                        "standard design has less than 5), so standard errors are inflated; {}",
+                        number_text(statistics_of(run).condition_number, 3),
+                        run.calibration.sensor.instrument.one_sided
+                            ? "take all 24 points, or move the lamp away from the cube's diagonal"
+                        : method_kind(run.calibration.fit.method).by_magnitude
+                            ? "add orientations all around"
+                            : "take each face turned round as well"));
+  }
+}
+
+}  // namespace
+
+WarningRule condition_rule() {
+  return {.name = "condition", .find = find_condition};
+}
+
+}  // namespace axiscal

@@ -1,0 +1,46 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <cmath>
+#include <string>
+#include <vector>
+
+#include "axiscal/core/number_text.hpp"
+#include "calib/calibrate/src/rules/rule.hpp"
+#include "core/formatted.hpp"
+
+namespace axiscal {
+namespace {
+
+// Probability of a false alarm over a whole run.
+constexpr double false_lack_of_fit = 1e-3;
+
+void find_lack_of_fit(const JudgedRun& run, Warnings& found) {
+  // A curved response looks like a limited axis; repeats show that it is not chance.
+  if (run.mistakes.culprit && run.mistakes.culprit->correction.code != WarningCode::saturated) {
+    return;
+  }
+  const std::vector<LackOfFit>& tests = statistics_of(run).lack_of_fit;
+  for (std::size_t k = 0; k < tests.size(); ++k) {
+    // NaN, where nothing can be tested, is no warning.
+    if (tests[k].p_value * static_cast<double>(tests.size()) < false_lack_of_fit) {
+      found.add(
+          WarningCode::lack_of_fit, {},
+          formatted("axis {}: the readings are further from the model than their repeats allow "
+                    "({}); the cube's faces, its seating or the axis's linearity limit this run, "
+                    "and the standard errors include it",
+                    axis_name(run, static_cast<Eigen::Index>(k)),
+                    std::isfinite(tests[k].f)
+                        ? formatted("F = {}, p = {}", number_text(tests[k].f, 3),
+                                    number_text(tests[k].p_value, 2))
+                        : std::string("which agree to the last digit")));
+      return;
+    }
+  }
+}
+
+}  // namespace
+
+WarningRule lack_of_fit_rule() {
+  return {.name = "lack_of_fit", .find = find_lack_of_fit};
+}
+
+}  // namespace axiscal

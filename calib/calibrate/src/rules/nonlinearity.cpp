@@ -1,0 +1,55 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <algorithm>
+#include <string>
+#include <vector>
+
+#include "axiscal/core/number_text.hpp"
+#include "calib/calibrate/src/rules/rule.hpp"
+#include "core/formatted.hpp"
+
+namespace axiscal {
+namespace {
+
+constexpr double false_nonlinearity = 0.005;
+
+void find_nonlinearity(const JudgedRun& run, Warnings& found) {
+  const std::optional<CurvatureTest>& curvature = run.tests.curvature;
+  // A response that bends looks like an axis that is limited; which of both it is nobody can
+  // tell.
+  const bool explained =
+      run.mistakes.culprit && run.mistakes.culprit->correction.code != WarningCode::saturated;
+  // Where readings scatter more along the field, the ends of the response scatter as well.
+  const std::vector<ScatterComponent>& components = run.calibration.fit.statistics->components;
+  const bool is_noisy_at_ends =
+      std::any_of(components.begin(), components.end(),
+                  [](const ScatterComponent& one) { return one.name.starts_with("field_"); });
+  const double level = false_nonlinearity * (is_noisy_at_ends ? 0.01 : 1.0);
+  if (explained || !curvature || !(curvature->p_value < level)) {
+    return;
+  }
+  Eigen::Index most = 0;
+  curvature->bends.cwiseAbs().maxCoeff(&most);
+  const double bend = curvature->bends(most);
+  const std::string text = formatted(
+      "the response is not straight (p = {}): the square of the field adds {} {} to "
+      "axis {} at full field",
+      number_text(curvature->p_value, 2), number_text(bend, 2),
+      run.calibration.sensor.instrument.unit, axis_name(run, most));
+  found.add(
+      WarningCode::nonlinearity, {},
+      by_magnitude(run)
+          ? formatted("{}, which the biases hold in part; fit squared terms beside them (squares)",
+                      text)
+          : formatted("{}, and its bias holds a third of that; the instrument bends, or opposite "
+                      "faces of the cube are not parallel: state the cube's face normals, or "
+                      "keep in mind that calibrated readings are off by so much",
+                      text));
+}
+
+}  // namespace
+
+WarningRule nonlinearity_rule() {
+  return {.name = "nonlinearity", .find = find_nonlinearity};
+}
+
+}  // namespace axiscal

@@ -1,0 +1,154 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <algorithm>
+#include <cmath>
+#include <set>
+#include <string>
+#include <vector>
+
+#include "axiscal/core/number_text.hpp"
+#include "axiscal/field/field_kind.hpp"
+#include "axiscal/instruments/instrument_kind.hpp"
+#include "calib/calibrate/src/rules/rule.hpp"
+#include "calib/record/calibration_warning.hpp"
+#include "core/formatted.hpp"
+
+namespace axiscal {
+namespace {
+
+// Residual scatter above this part of the full response is a mistake, not noise.
+constexpr double largest_residual_share = 0.02;
+
+// The readings that robust regression gives no weight for an axis.
+std::set<int> runs_without_weight(const JudgedRun& run, Eigen::Index k) {
+  std::set<int> runs;
+  for (Eigen::Index i = 0; i < statistics_of(run).robust_weight.rows(); ++i) {
+    if (statistics_of(run).robust_weight(i, k) == 0.0) {
+      const std::vector<int>& own = statistics_of(run).rows[static_cast<std::size_t>(i)].runs;
+      runs.insert(own.begin(), own.end());
+    }
+  }
+  return runs;
+}
+
+// Whether the field can be set, and no column gives its level.
+bool lacks_level(const JudgedRun& run) {
+  const std::vector<FieldDescription>& parts = run.calibration.sensor.field.parts;
+  const FieldKind& kind = field_kind(run.calibration.sensor.field.kind);
+  const bool can_be_set =
+      parts.empty() ? !kind.name.empty() && !kind.local
+                    : std::any_of(parts.begin(), parts.end(),
+                                  [](const FieldDescription& part) { return part.set_by_level; });
+  return can_be_set && run.calibration.sensor.field.in_table &&
+         !run.calibration.fit.residuals.empty() && !run.calibration.fit.residuals.front().level;
+}
+
+// Further reasons of large residuals, by the kind of field and instrument.
+std::string other_reasons(const JudgedRun& run) {
+  const InstrumentKind& kind = find_instrument_kind(run.calibration.sensor.instrument.kind);
+  std::string reasons;
+  if (lacks_level(run)) {
+    reasons += "; is the column 'level' missing (the multiple of the field that was set)?";
+  }
+  if (kind.sees_one_side && !run.calibration.sensor.instrument.one_sided) {
+    reasons += "; photodiodes that see no light from behind are one-sided: state that";
+  }
+  if (kind.answers_to_gravity && run.calibration.sensor.also.empty()) {
+    reasons += "; if the instrument answers to gravity, state gravity as a second field (also)";
+  }
+  return reasons;
+}
+
+// Without labels a reading has one residual: that of the field's magnitude.
+void find_poor_magnitude(const JudgedRun& run, Warnings& found) {
+  double error =
+      run.calibration.fit.orientations ? run.calibration.fit.orientations->fit_error : 0.0;
+  if (run.calibration.fit.robust) {  // readings that got no weight do not count
+    error = statistics_of(run).residual_sd.maxCoeff() / full_response(run, 0);
+  }
+  // Beyond that the readings are not of one field at rest.
+  constexpr double hopeless = 0.1;
+  if (error > hopeless) {
+    found.add(
+        WarningCode::no_fit, {},
+        formatted(
+            "the magnitude differs from the field's by {} % (rms), so no sensitivity can "
+            "be trusted: the instrument was moving while it was read, or the field here "
+            "is not the model's but changes from place to place (indoors?); take the "
+            "readings again at rest{}",
+            number_text(100.0 * error, 2),
+            run.calibration.fit.robust ? "" : ", or use robust weights if only some are wrong"));
+  } else if (error > largest_residual_share) {
+    found.add(WarningCode::poor_fit, {},
+              formatted("the magnitude differs from the field's by {} % (rms): the instrument was "
+                        "moved while it was read, iron nearby disturbs the field, or the noise is "
+                        "large; {}take the readings again at rest",
+                        number_text(100.0 * error, 2),
+                        run.calibration.fit.robust ? "" : "try robust weights, or "));
+  }
+}
+
+// A mistake can hide in the averages of method paired, so the residuals of the readings count too.
+void find_poor_fit(const JudgedRun& run, Warnings& found) {
+  if (run.mistakes.culprit) {
+    return;
+  }
+  if (by_magnitude(run)) {
+    find_poor_magnitude(run, found);
+    return;
+  }
+  for (Eigen::Index k = 0; k < run.calibration.sensor.response.bias.size(); ++k) {
+    const std::set<int> rejected = runs_without_weight(run, k);
+    const auto counts = [&](const ReadingResidual& residual) {
+      return residual.used && !std::isnan(residual.response(k)) && !rejected.contains(residual.run);
+    };
+    double squares = 0.0;
+    double largest = 0.0;
+    std::size_t count = 0;
+    for (const ReadingResidual& residual : run.calibration.fit.residuals) {
+      if (counts(residual)) {
+        squares += residual.response(k) * residual.response(k);
+        largest = std::max(largest, std::abs(residual.response(k)));
+        ++count;
+      }
+    }
+    if (count < 2 * rejected.size()) {
+      found.add(
+          WarningCode::no_fit, {rejected.begin(), rejected.end()},
+          formatted("axis {}: robust regression gives no weight to {} of {} readings; so many "
+                    "wrong ones cannot be told from right ones: look for wrong labels or units",
+                    axis_name(run, k), rejected.size(), count + rejected.size()));
+      continue;
+    }
+    if (!sees_own(run, k)) {
+      continue;  // a full response is not known
+    }
+    const double rms = std::sqrt(squares / static_cast<double>(count));
+    const double share = std::fmax(statistics_of(run).residual_sd(k), rms) / full_response(run, k);
+    if (!(share > largest_residual_share)) {
+      continue;
+    }
+    std::vector<int> runs;
+    for (const ReadingResidual& residual : run.calibration.fit.residuals) {
+      if (counts(residual) && std::abs(residual.response(k)) > 0.5 * largest) {
+        runs.push_back(residual.run);
+      }
+    }
+    // Nothing of such a fit can be trusted.
+    constexpr double hopeless = 0.2;
+    found.add(
+        share > hopeless ? WarningCode::no_fit : WarningCode::poor_fit, runs,
+        formatted("axis {}: the residuals are {} % of the full response, the largest at {}; a "
+                  "reading may be at the wrong design point, or two exchanged, or the noise is "
+                  "large: correct the labels or take these readings again{}",
+                  axis_name(run, k), number_text(100.0 * share, 2), name_of_runs(runs),
+                  other_reasons(run)));
+  }
+}
+
+}  // namespace
+
+WarningRule poor_fit_rule() {
+  return {.name = "poor_fit", .find = find_poor_fit};
+}
+
+}  // namespace axiscal

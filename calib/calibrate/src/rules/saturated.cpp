@@ -1,0 +1,28 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "axiscal/core/number_text.hpp"
+#include "calib/calibrate/src/rules/rule.hpp"
+#include "calib/record/calibration_warning.hpp"
+#include "core/formatted.hpp"
+
+namespace axiscal {
+namespace {
+
+// Readings at one value although the prediction is beyond it.
+void find_saturated(const JudgedRun& run, Warnings& found) {
+  for (const SaturatedAxis& axis : run.tests.saturated) {
+    found.add(
+        WarningCode::saturated, axis.runs,
+        formatted("{}: axis {} reads {} and nothing beyond, short of what the other readings "
+                  "predict: it is saturated, or its response bends towards that end; state its "
+                  "range, or set the instrument to one that holds the field",
+                  name_of_runs(axis.runs), axis_name(run, axis.axis), number_text(axis.value, 8)));
+  }
+}
+
+}  // namespace
+
+WarningRule saturated_rule() {
+  return {.name = "saturated", .find = find_saturated};
+}
+
+}  // namespace axiscal

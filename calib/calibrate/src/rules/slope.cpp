@@ -1,0 +1,62 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <cmath>
+
+#include "axiscal/calib/distributions.hpp"
+#include "axiscal/core/number_text.hpp"
+#include "calib/calibrate/src/rules/rule.hpp"
+#include "core/formatted.hpp"
+
+namespace axiscal {
+namespace {
+
+constexpr double false_slope = 0.005;
+
+// The stated uncertainty of a direction, x and y in the table [parts of the magnitude].
+double stated_slope_u(const JudgedRun& run) {
+  double variance = 0.0;
+  if (run.calibration.fit.uncertainty) {
+    for (const UncertaintySource& source : run.calibration.fit.uncertainty->sources) {
+      if (source.name == "levelness" || source.name == "field direction") {
+        variance += source.input_u * source.input_u;
+      }
+    }
+  }
+  return std::sqrt(variance);
+}
+
+// F(2, nu) with the stated uncertainty beside that of the differences.
+void find_slope(const JudgedRun& run, Warnings& found) {
+  const std::optional<Levelness>& levelness = run.calibration.fit.levelness;
+  if (!method_kind(run.calibration.fit.method).directions_known || !levelness ||
+      !run.calibration.sensor.field.in_table) {
+    return;
+  }
+  const Eigen::Vector3d given =
+      *run.calibration.sensor.field.in_table / run.calibration.sensor.field.magnitude;
+  const Eigen::Array2d off(levelness->mean_x - given.x(), levelness->mean_y - given.y());
+  const Eigen::Array2d own =
+      Eigen::Array2d(levelness->standard_error_x, levelness->standard_error_y).square();
+  const Eigen::Array2d all = own + stated_slope_u(run) * stated_slope_u(run);
+  const double share = (own / all).mean();
+  constexpr double rounding = 1e-9;
+  const double p = f_upper_p(0.5 * (off.square() / all).sum(), 2.0,
+                             levelness->degrees_of_freedom / (share * share));
+  // NaN, without degrees of freedom, is no warning.
+  if (off.abs().maxCoeff() > rounding && p < false_slope) {
+    found.add(
+        WarningCode::slope, {},
+        formatted(
+            "the field was given as {}, {} in the table's plane (parts of its magnitude), but "
+            "opposite readings show {}, {}; use method paired or joint, or correct the slope",
+            number_text(given.x(), 4), number_text(given.y(), 4), number_text(levelness->mean_x, 4),
+            number_text(levelness->mean_y, 4)));
+  }
+}
+
+}  // namespace
+
+WarningRule slope_rule() {
+  return {.name = "slope", .find = find_slope};
+}
+
+}  // namespace axiscal

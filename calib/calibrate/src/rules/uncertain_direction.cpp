@@ -1,0 +1,29 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "axiscal/core/number_text.hpp"
+#include "calib/calibrate/src/rules/rule.hpp"
+#include "core/formatted.hpp"
+
+namespace axiscal {
+namespace {
+
+// Above this standard error the direction of the field is unknown, and with it S.
+constexpr double largest_direction_se_rad = 0.05;
+
+void find_uncertain_direction(const JudgedRun& run, Warnings& found) {
+  if (run.estimate.direction.se_rad > largest_direction_se_rad) {
+    found.add(
+        WarningCode::uncertain_direction, {},
+        formatted("the readings hardly determine the field's direction in the table (standard "
+                  "error {} rad), so the sensitivities are as uncertain; take each face turned "
+                  "round as well, or use method known if the table is level",
+                  number_text(run.estimate.direction.se_rad, 2)));
+  }
+}
+
+}  // namespace
+
+WarningRule uncertain_direction_rule() {
+  return {.name = "uncertain_direction", .find = find_uncertain_direction};
+}
+
+}  // namespace axiscal

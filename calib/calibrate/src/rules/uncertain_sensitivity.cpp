@@ -1,0 +1,36 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "axiscal/core/number_text.hpp"
+#include "calib/calibrate/src/rules/rule.hpp"
+#include "core/formatted.hpp"
+
+namespace axiscal {
+namespace {
+
+// The sensitivity may belong to another axis.
+void find_uncertain_sensitivity(const JudgedRun& run, Warnings& found) {
+  if (run.mistakes.culprit) {
+    return;
+  }
+  constexpr double largest_share = 0.1;
+  for (Eigen::Index k = 0; k < run.calibration.sensor.response.bias.size() && !by_magnitude(run);
+       ++k) {
+    const double share = statistics_of(run).sensitivity_se.row(k).norm() /
+                         run.calibration.sensor.response.sensitivity.row(k).norm();
+    if (share > largest_share && run.estimate.direction.se_rad > 0.0) {
+      found.add(
+          WarningCode::uncertain_sensitivity, {},
+          formatted("axis {}: its sensitivity is known only to {} % by these readings; too many "
+                    "of them are left out or of one kind: add readings, or use method known if "
+                    "the table is level",
+                    axis_name(run, k), number_text(100.0 * share, 2)));
+    }
+  }
+}
+
+}  // namespace
+
+WarningRule uncertain_sensitivity_rule() {
+  return {.name = "uncertain_sensitivity", .find = find_uncertain_sensitivity};
+}
+
+}  // namespace axiscal

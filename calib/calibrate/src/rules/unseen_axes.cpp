@@ -1,0 +1,35 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <string>
+#include <vector>
+
+#include "axiscal/core/number_text.hpp"
+#include "calib/calibrate/src/rules/rule.hpp"
+#include "core/formatted.hpp"
+
+namespace axiscal {
+namespace {
+
+// A partial design shows the cross-axis terms alone.
+void find_unseen_axes(const JudgedRun& run, Warnings& found) {
+  std::vector<std::string> names;
+  for (Eigen::Index k = 0; k < run.calibration.sensor.response.bias.size(); ++k) {
+    if (!sees_own(run, k)) {
+      names.push_back(axis_name(run, k));
+    }
+  }
+  if (!names.empty()) {
+    found.add(
+        WarningCode::coverage, {},
+        formatted("the fields of the readings have no part along {} {}, so its sensitivity is not "
+                  "determined; add readings that are turned about another axis",
+                  names.size() == 1 ? "axis" : "the axes", joined(names)));
+  }
+}
+
+}  // namespace
+
+WarningRule unseen_axes_rule() {
+  return {.name = "unseen_axes", .find = find_unseen_axes};
+}
+
+}  // namespace axiscal

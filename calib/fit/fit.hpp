@@ -1,0 +1,225 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <memory>
+#include <string>
+#include <vector>
+
+#include <Eigen/Core>
+
+#include "calib/fit/estimation.hpp"
+#include "calib/fit/model.hpp"
+#include "calib/fit/reading_set.hpp"
+#include "calib/fit/solved_readings.hpp"
+
+namespace axiscal {
+
+/// The residuals of a model that is linear about a solution: r = J x + e for all axes, each in
+/// units of its sigma.
+///
+/// There are m rows for each reading. The columns are the own columns of each axis (coefficients
+/// and effects of the run), then the shared ones (Model). J is stored axis by axis because an axis
+/// has no column of another axis. The hat matrix is Q Q^T + P P^T with the two bases below.
+///
+/// The causes of scatter (method.md, section 4), the tests of single readings (section 5) and the
+/// shared errors are all computed from this.
+class Fit {
+ public:
+  /// @param set       must outlive the fit; so do those of the other constructors.
+  /// @param solution  about which the model is linear.
+  /// @param sigma     m standard deviations of a reading of weight 1.
+  Fit(const ReadingSet& set, std::shared_ptr<const Solution> solution, Eigen::VectorXd sigma);
+
+  /// The fit about the best coefficients for a field.
+  Fit(const SolvedReadings& run, const TableField& field, Eigen::VectorXd sigma);
+
+  /// The fit about an estimate. Sigma is its residual_sd, at least the rounding of the axis.
+  Fit(const SolvedReadings& run, const Estimate& estimate);
+
+  [[nodiscard]] const ReadingSet& set() const { return set_; }
+  [[nodiscard]] const Solution& solution() const { return *solution_; }
+  [[nodiscard]] Eigen::Index readings() const { return set_.size(); }
+  [[nodiscard]] Eigen::Index axes() const { return set_.axis_count(); }
+  [[nodiscard]] Eigen::Index row_count() const { return r_.size(); }
+  [[nodiscard]] Eigen::Index column_count() const { return x_.size(); }
+
+  /// @return the row of a reading of an axis.
+  [[nodiscard]] Eigen::Index row_of(Eigen::Index reading, Eigen::Index axis) const {
+    return axes() * reading + axis;
+  }
+
+  /// @return the rows of an axis.
+  [[nodiscard]] auto rows_of_axis(Eigen::Index axis) const {
+    return Eigen::seqN(axis, readings(), axes());
+  }
+
+  /// @return the column of coefficient j of an axis.
+  [[nodiscard]] Eigen::Index column_of(Eigen::Index axis, Eigen::Index j) const {
+    return set_.column_count() * axis + j;
+  }
+
+  /// @return the first shared column.
+  [[nodiscard]] Eigen::Index first_shared() const { return set_.column_count() * axes(); }
+
+  /// @return the number s of shared columns.
+  [[nodiscard]] Eigen::Index shared() const { return x_.size() - first_shared(); }
+
+  /// @return sigma of an axis.
+  [[nodiscard]] double sigma(Eigen::Index axis) const { return sigma_(axis); }
+
+  /// @return r, n m entries, orthogonal to J.
+  [[nodiscard]] const Eigen::VectorXd& residuals() const { return r_; }
+
+  [[nodiscard]] double residual(Eigen::Index reading, Eigen::Index axis) const {
+    return r_(row_of(reading, axis));
+  }
+
+  /// @return x: the coefficients of each axis, then the step of the shared unknowns.
+  [[nodiscard]] const Eigen::VectorXd& unknowns() const { return x_; }
+
+  /// @return the name of each column; neighbours may share a name.
+  [[nodiscard]] std::vector<std::string> names() const;
+
+  /// @return J, (n m) x q. It is assembled at each call.
+  [[nodiscard]] Eigen::MatrixXd columns() const;
+
+  /// @return J^T J, q x q.
+  [[nodiscard]] Eigen::MatrixXd information() const;
+
+  /// @return the rows of an axis in its own and the shared columns, n x (p + s).
+  [[nodiscard]] Eigen::MatrixXd columns_of_axis(Eigen::Index axis) const;
+
+  /// @return the rows of an axis in the shared columns, n x s.
+  [[nodiscard]] Eigen::MatrixXd shared_columns_of_axis(Eigen::Index axis) const;
+
+  /// @return columns of an axis's rows less their projection on its own columns, n x c.
+  [[nodiscard]] Eigen::MatrixXd left_by_own(Eigen::Index axis,
+                                            const Eigen::MatrixXd& columns) const;
+
+  /// @return Q, n x p: an orthonormal basis of the own weighted columns of an axis.
+  [[nodiscard]] const Eigen::MatrixXd& basis_of_axis(Eigen::Index axis) const {
+    return axis_of(axis).design->basis();
+  }
+
+  /// @return true if J has full rank and there are more rows than columns.
+  [[nodiscard]] bool is_determined() const { return has_full_rank_ && degrees_of_freedom() > 0.0; }
+
+  /// @return residuals of weight less columns.
+  [[nodiscard]] double degrees_of_freedom() const { return rows_ - static_cast<double>(x_.size()); }
+
+  // The functions from here to taken_up() need full rank.
+
+  /// @return P, n x s: the rows of an axis in an orthonormal basis of the shared columns less their
+  ///         projection on the own ones.
+  [[nodiscard]] Eigen::MatrixXd shared_basis_of_axis(Eigen::Index axis) const;
+
+  /// @return an entry of the hat matrix.
+  [[nodiscard]] double hat(Eigen::Index axis,
+                           Eigen::Index reading,
+                           Eigen::Index other_axis,
+                           Eigen::Index other_reading) const;
+
+  /// @return the diagonal of the hat matrix, n x m.
+  [[nodiscard]] Eigen::MatrixXd leverage() const;
+
+  /// @return (Q P)^T Z, q x c, for columns Z in units of the axes' sigma, axis below axis.
+  [[nodiscard]] Eigen::MatrixXd in_basis(const Eigen::MatrixXd& Z) const;
+
+  /// Adds to in_basis(Z) the product with one row of Z.
+  void add_in_basis(Eigen::Index axis,
+                    Eigen::Index reading,
+                    const Eigen::Ref<const Eigen::RowVectorXd>& z,
+                    Eigen::MatrixXd& products) const;
+
+  /// @return the degrees of freedom of an axis: its readings less the sum of its leverages.
+  [[nodiscard]] double degrees_of_freedom_of(Eigen::Index axis) const;
+
+  /// @return the covariance of the shared unknowns, s x s.
+  [[nodiscard]] Eigen::MatrixXd covariance_of_shared() const;
+
+  /// @param by  n x m: the combination z_i = sum_k by_ik r_ik of each reading's residuals.
+  /// @return J of such combinations, n x q.
+  [[nodiscard]] Eigen::MatrixXd combined_columns(const Eigen::MatrixXd& by) const;
+
+  /// @return B, n x q: B B^T is the part of such combinations that the fit takes up.
+  [[nodiscard]] Eigen::MatrixXd combined_basis(const Eigen::MatrixXd& by) const;
+
+  /// The rows of an axis's coefficients in a root R of the covariance, R R^T = (J^T J)^-1.
+  struct RootOfAxis {
+    Eigen::MatrixXd own;     ///< p x p, for Q
+    Eigen::MatrixXd shared;  ///< p x s, for P
+  };
+  [[nodiscard]] RootOfAxis root_of_axis(Eigen::Index axis) const;
+
+  /// @param changes  n m x c, rows as residuals().
+  /// @return the change of the unknowns for such changes of the readings, q x c.
+  [[nodiscard]] Eigen::MatrixXd taken_up(const Eigen::MatrixXd& changes) const;
+
+  /// @return S of an axis as in its columns.
+  [[nodiscard]] Eigen::RowVector3d sensitivity(Eigen::Index axis) const {
+    return sensitivity_.row(axis);
+  }
+
+  /// @return the change of a reading per unit of the field in the sensor, in sigma.
+  [[nodiscard]] Eigen::RowVector3d change_with_field(Eigen::Index reading, Eigen::Index axis) const;
+
+  /// @return the part of each reading that the field makes, in sigma; n x m.
+  [[nodiscard]] const Eigen::MatrixXd& along_field() const { return along_; }
+
+  /// @return the own columns of an axis without the run's effects, then the shared ones, not
+  ///         weighted; n x c.
+  [[nodiscard]] Eigen::MatrixXd own_columns(Eigen::Index axis) const;
+
+  /// @return the field in the sensor at each reading as the axis saw it, n x 3.
+  [[nodiscard]] Eigen::Ref<const Eigen::Matrix<double, Eigen::Dynamic, 3>> field_met(
+      Eigen::Index axis) const;
+
+  /// The readings of an axis that have weight, in the columns of its coefficients.
+  struct AxisRows {
+    std::vector<Eigen::Index> readings;
+    Eigen::MatrixXd design;    ///< not weighted, [1, f, ...]
+    Eigen::VectorXd response;  ///< [unit]
+    Eigen::VectorXd weights;
+  };
+  [[nodiscard]] AxisRows rows_of(Eigen::Index axis) const;
+
+ private:
+  [[nodiscard]] const AxisSolution& axis_of(Eigen::Index axis) const {
+    return solution_->axes[static_cast<std::size_t>(axis)];
+  }
+  void find_root_of_shared();
+
+  const ReadingSet& set_;
+  std::shared_ptr<const Solution> solution_;
+  Eigen::VectorXd sigma_;
+  SensitivityMatrix sensitivity_;
+  Eigen::VectorXd r_;
+  Eigen::VectorXd x_;
+  Eigen::MatrixXd root_of_shared_;  // s x s, of the covariance of the shared unknowns
+  bool has_full_rank_ = false;
+  Eigen::MatrixXd along_;
+  double rows_ = 0.0;  // of weight
+};
+
+/// Longer intervals of some parameters for one cause of scatter. An interval is never made shorter.
+class WiderIntervals {
+ public:
+  WiderIntervals(std::string name, Estimate& estimate);
+
+  /// Takes the variance that the cause gives one parameter, with its degrees of freedom.
+  void widen(Eigen::Index parameter, double variance, double degrees_of_freedom);
+
+  /// The component of the scatter, to be described.
+  [[nodiscard]] ScatterComponent& component() { return component_; }
+
+  /// Adds the component to the estimate if an interval became longer.
+  /// @return true if one did.
+  bool put();
+
+ private:
+  Estimate& estimate_;
+  ScatterComponent component_;
+  bool counts_ = false;
+};
+
+}  // namespace axiscal

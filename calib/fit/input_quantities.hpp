@@ -1,0 +1,61 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <functional>
+#include <string>
+#include <vector>
+
+#include <Eigen/Core>
+
+#include "axiscal/calib/experiment.hpp"
+#include "calib/fit/fit.hpp"
+#include "calib/fit/reading_set.hpp"
+
+namespace axiscal {
+
+/// How a reading's field in the sensor changes with the normals of rest and fence face; 3 x 18,
+/// faces in the order of Face.
+///
+/// With z = -n_r, y = n_f less its part along z, x = y cross z (method.md, section 2):
+/// dz = -dn_r,  dy = x (x . dn_f) - z (y . dz),  dx = -y (x . dn_f) - z (x . dz).
+///
+/// @param rotation_table_from_positioner  rows x, y, z.
+/// @param field_in_table  at the reading's level.
+[[nodiscard]] Eigen::Matrix<double, 3, 18> change_with_normals(
+    const Eigen::Matrix3d& rotation_table_from_positioner,
+    const DesignPoint& point,
+    const Eigen::Vector3d& field_in_table);
+
+/// An input of the fit that is not exactly known, and whose error the readings share. The fit
+/// weighs them, the budget lists them and a forecast adds them up, all by this one description.
+struct InputQuantity {
+  std::string name;  ///< what the source is called in the budget
+  double u = 0.0;    ///< its standard uncertainty; NaN where it is no single number
+  std::string unit;  ///< what u is in
+  std::string distribution = "normal";
+  Eigen::Index parts = 0;  ///< q independent errors of standard deviation 1
+  /// How the field in the sensor changes with them, 3 x q, at one reading, as an axis sees it.
+  std::function<Eigen::Matrix3Xd(Eigen::Index, Eigen::Index, const TableField&)> change;
+};
+
+/// The cube's face normals by their covariance; and, where the field is given, the table's slope
+/// and the field's direction by their stated uncertainties.
+///
+/// @param set    must outlive the result.
+/// @param field  as fitted or given; without vectors there are none.
+[[nodiscard]] std::vector<InputQuantity> input_quantities(const Experiment& experiment,
+                                                          const ReadingSet& set,
+                                                          bool known_field,
+                                                          const TableField& field);
+
+/// How the instrument sits in the cube: a turn about each of its axes.
+/// @param set  must outlive the result.
+[[nodiscard]] InputQuantity mount_quantity(double u_rad, const ReadingSet& set);
+
+/// How a run's readings change with inputs' errors: columns beside those of the run, one for each
+/// error, in their sigma.
+[[nodiscard]] Eigen::MatrixXd change_of_readings(const std::vector<InputQuantity>& inputs,
+                                                 const Fit& run,
+                                                 const TableField& field);
+
+}  // namespace axiscal

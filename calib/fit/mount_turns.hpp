@@ -1,0 +1,28 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <map>
+#include <optional>
+
+#include <Eigen/Core>
+
+#include "calib/fit/estimation.hpp"
+#include "calib/fit/reading_set.hpp"
+
+namespace axiscal {
+
+/// The turns of the instrument in its mounts, S_j = S (I + [d_j]x) with d_j that sum to 0.
+struct MountTurns {
+  std::map<int, Eigen::Matrix3d> turns;  ///< by the mount's number
+  double expected = 0.0;  ///< mean square of a component of d_j for the readings' noise alone
+};
+
+/// Fits the turns together with all other unknowns.
+///
+/// @param set  with the turns that are known already in its rotations.
+/// @return `nullopt` for one mount, or if the readings do not determine the turns.
+[[nodiscard]] std::optional<MountTurns> fitted_mounts(const ReadingSet& set,
+                                                      const Estimate& estimate,
+                                                      bool known_field);
+
+}  // namespace axiscal

@@ -1,0 +1,107 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <map>
+#include <memory>
+#include <optional>
+#include <vector>
+
+#include <Eigen/Core>
+
+#include "axiscal/calib/experiment.hpp"
+#include "axiscal/calib/observations.hpp"
+#include "calib/fit/reading_set.hpp"
+
+namespace axiscal {
+
+/// The parts of a model that depend on the run.
+struct ModelChoice {
+  int temperature_order = 0;                    ///< 0: no temperature terms
+  std::optional<double> temperature_reference;  ///< t0 of all sensors; default: the mean
+  EffectSetup effects;                          ///< blocks count only without temperature terms
+  std::map<int, Eigen::Matrix3d> mounts;  ///< turn of the instrument in each mount; empty: none
+};
+
+/// The observations of an experiment in the terms of the estimators: the readings that are used,
+/// their weights, and how the instrument lay in each.
+class ReadingSource {
+ public:
+  /// @param experiment, observations  must outlive the source and its copies.
+  /// @param by_field  whether the readings bring their fields and no design point counts.
+  /// @throws SetupError, RefusedError  for unknown runs, no readings, or missing weights.
+  ReadingSource(const Experiment& experiment,
+                const Observations& observations,
+                Weighting weighting,
+                bool by_field);
+
+  /// @return the same readings under another model.
+  [[nodiscard]] ReadingSource with(ModelChoice choice) const;
+
+  /// @return the source without the readings that some axis cannot use.
+  [[nodiscard]] ReadingSource with_complete_rows() const;
+
+  [[nodiscard]] const ModelChoice& choice() const { return choice_; }
+
+  /// @return the rows of the observations that are used, in their order.
+  [[nodiscard]] const std::vector<std::size_t>& rows() const { return selection_->rows; }
+
+  /// @return the readings in the model's terms. The weight is 0 if an axis does not see a reading.
+  /// @param seen  one row for each of rows(); empty: all that are not saturated.
+  [[nodiscard]] ReadingSet set(const std::vector<FieldDescription>& parts,
+                               const AxisMask& seen) const;
+
+  /// @return the readings that are kept out of the fit to confirm it, in the terms of the set that
+  ///         was fitted. An unknown block counts as the mean of the known ones.
+  [[nodiscard]] ReadingSet kept_out(const ReadingSet& fitted) const;
+
+  /// @return the span of each temperature sensor over the readings, as in TemperatureResponse.
+  [[nodiscard]] const std::vector<TemperatureSpan>& temperature_spans() const { return spans_; }
+
+  /// @return rotation_sensor_from_table of a reading.
+  [[nodiscard]] Eigen::Matrix3d rotation(const Reading& reading) const;
+
+  /// @return ReadingSet::field_then of a reading; the identity if the field does not move.
+  [[nodiscard]] Eigen::Matrix3d field_then(const Reading& reading) const;
+
+  /// @return which readings of all observations are within the range of an axis.
+  [[nodiscard]] const AxisMask& in_range() const { return selection_->in_range; }
+
+  /// @return the mean time of the readings, if the field moves and they have times.
+  [[nodiscard]] std::optional<double> mean_time_s() const { return selection_->mean_time_s; }
+
+  /// @return the second fields, which are known in the table.
+  [[nodiscard]] const std::vector<FieldDescription>& also() const { return selection_->also; }
+
+  [[nodiscard]] bool by_field() const { return by_field_; }
+
+  /// @param field  as Estimate::field.
+  /// @return the field of a reading in the sensor's frame.
+  [[nodiscard]] Eigen::Vector3d field_in_sensor(const Reading& reading,
+                                                const TableField& field) const;
+
+ private:
+  // The same for every model; copies of the source share it.
+  struct Selection {
+    Eigen::MatrixXd weights;
+    std::vector<std::size_t> rows;
+    std::vector<std::size_t> rows_kept_out;
+    std::vector<FieldDescription> also;
+    std::vector<int> blocks;  // of the readings used, if each has its own levelness
+    AxisMask in_range;
+    std::optional<double> mean_time_s;
+  };
+
+  [[nodiscard]] Selection selected(Weighting weighting) const;
+  [[nodiscard]] std::vector<TemperatureSpan> spans_of_sensors() const;
+  void put_readings(const std::vector<std::size_t>& rows, ReadingSet& set) const;
+  void put_temperature(ReadingSet& set) const;
+
+  const Experiment* experiment_;
+  const Observations* observations_;
+  bool by_field_;
+  std::shared_ptr<const Selection> selection_;
+  ModelChoice choice_;
+  std::vector<TemperatureSpan> spans_;  // of one temperature sensor, or of each axis's own
+};
+
+}  // namespace axiscal

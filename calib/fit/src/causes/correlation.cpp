@@ -1,0 +1,114 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <algorithm>
+#include <optional>
+#include <vector>
+
+#include "axiscal/core/number_text.hpp"
+#include "calib/fit/fit.hpp"
+#include "calib/fit/src/causes/causes.hpp"
+#include "calib/regression/serial_correlation.hpp"
+#include "core/formatted.hpp"
+
+namespace axiscal {
+namespace {
+
+// The readings in their order, without columns of the blocks: a shift between blocks is correlation
+// too. Nothing where readings have weights of their own, or the field is known by none of them.
+std::optional<OrderedReadings> ordered_readings(const ReadingSet& set, const Estimate& estimate) {
+  std::vector<Eigen::Index> rows;
+  for (Eigen::Index i = 0; i < set.size(); ++i) {
+    const auto weights = set.weights.row(i).array();
+    const std::vector<int>& blocks = set.effects.blocks;
+    const bool taken_again =
+        set.effects.small_block_columns > 0 &&
+        std::find(blocks.begin(), blocks.end(), set.readings[static_cast<std::size_t>(i)].block) ==
+            blocks.end();
+    if ((weights == 0.0).any() || taken_again) {
+      continue;
+    }
+    constexpr double as_one = 1e-9;
+    if (((weights - set.weights.row(rows.empty() ? i : rows.front()).array()).abs() > as_one)
+            .any()) {
+      return std::nullopt;
+    }
+    rows.push_back(i);
+  }
+  constexpr Eigen::Index fewest_left = 4;
+  const Eigen::Index drift = set.effects.has_drift ? 1 : 0;
+  const Eigen::Index p = set.coefficient_count() + drift;
+  const auto n = static_cast<Eigen::Index>(rows.size());
+  if (n < p + fewest_left) {
+    return std::nullopt;
+  }
+  const AxisDesigns designs(set, estimate.field);
+  OrderedReadings ordered;
+  ordered.responses = set.response(rows, Eigen::all);
+  ordered.places.resize(n);
+  for (Eigen::Index i = 0; i < n; ++i) {
+    if (!set.effects.blocks.empty()) {
+      ordered.blocks.push_back(
+          set.readings[static_cast<std::size_t>(rows[static_cast<std::size_t>(i)])].block);
+    }
+    ordered.places(i) = static_cast<double>(rows[static_cast<std::size_t>(i)]);
+  }
+  for (Eigen::Index k = 0; k < set.axis_count(); ++k) {
+    const Eigen::MatrixXd all = set.all_columns(designs.of(k), k);
+    Eigen::MatrixXd& design = ordered.designs.emplace_back(n, p);
+    design.leftCols(set.coefficient_count()) = all(rows, Eigen::seqN(0, set.coefficient_count()));
+    design.rightCols(drift) = all(rows, Eigen::lastN(drift));
+    if (k == 0 && set.end_of_alike(0, set.weights) == set.axis_count()) {
+      break;  // one for all
+    }
+  }
+  return ordered;
+}
+
+void add_serial_correlation(const SolvedReadings& run, Estimate& estimate) {
+  const ReadingSet& set = run.set();
+  const bool has_soaks =
+      std::any_of(estimate.statistics.components.begin(), estimate.statistics.components.end(),
+                  [](const ScatterComponent& one) { return one.name == "soaks"; });
+  if (has_soaks || set.robust || set.seen.cols() > 0) {
+    return;  // readings of a soak that lies off its curve are alike, and that counts already
+  }
+  const std::optional<OrderedReadings> ordered = ordered_readings(set, estimate);
+  if (!ordered || !(lag_one_score(*ordered) > alike_above)) {
+    return;
+  }
+  const CorrelatedMean mean = mean_under_correlation(*ordered);
+  WiderIntervals wider("correlation", estimate);
+  constexpr double slight = 0.1;  // blocks that differ are alike within too, and count as such
+  if (!(mean.correlation > slight)) {
+    return;
+  }
+  for (Eigen::Index k = 0; k < set.axis_count(); ++k) {
+    if (!(mean.u(k) > set.rounding(k))) {
+      return;
+    }
+  }
+  for (Eigen::Index k = 0; k < set.axis_count(); ++k) {
+    const Eigen::Index at = set.coefficient_count() * k;
+    estimate.response.bias(k) = mean.estimate(k);
+    wider.component().sd(k) = mean.u(k);
+    wider.widen(at, mean.u(k) * mean.u(k), mean.degrees_of_freedom);
+  }
+  wider.put();
+  estimate.notes.push_back(
+      {NoteCode::correlation,
+       formatted("consecutive readings are alike (correlation about {}); the biases are means over "
+                 "models of such noise, and their intervals count it",
+                 number_text(mean.correlation, 1))});
+}
+
+CountedEstimate counted_correlation(const RunToCount& run, CountedEstimate so_far) {
+  add_serial_correlation(run.judged, so_far.estimate);
+  return so_far;
+}
+
+}  // namespace
+
+Cause correlation_cause() {
+  return {.name = "correlation", .counted = counted_correlation};
+}
+
+}  // namespace axiscal

@@ -1,0 +1,349 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <utility>
+#include <vector>
+
+#include "axiscal/calib/distributions.hpp"
+#include "axiscal/core/number_text.hpp"
+#include "calib/fit/fit.hpp"
+#include "calib/fit/src/causes/causes.hpp"
+#include "calib/fit/src/causes/noise_parts.hpp"
+#include "calib/regression/serial_correlation.hpp"
+#include "core/formatted.hpp"
+
+namespace axiscal {
+namespace {
+
+// Mean squares of the residuals in two parts that make up all of them, r' D r and r' (1 - D) r: of
+// white noise their ratio is about F, by the traces of P D P and of its square, P = 1 - K K^T the
+// projection onto what the fit leaves.
+struct NoiseRatio {
+  double ratio = 1.0;
+  double above = 1.0;  // probability of a larger ratio by chance
+  double below = 1.0;  // of a smaller one
+};
+
+NoiseRatio ratio_of(const PartOfNoise& one, const PartOfNoise& other) {
+  constexpr double fewest = 0.5;
+  if (!(one.trace > fewest) || !(other.trace > fewest) || !(other.squares > 0.0)) {
+    return {};
+  }
+  NoiseRatio result{.ratio = (one.squares / one.trace) / (other.squares / other.trace)};
+  result.above = f_upper_p(std::max(result.ratio, 1e-300), one.freedom(), other.freedom());
+  result.below = 1.0 - result.above;
+  return result;
+}
+
+// The hat matrix of an axis's residuals in a fit is K K^T, K = [Q, P]: its own columns' basis and
+// its rows of the shared one.
+struct AxisHat {
+  AxisHat(const Fit& run, Eigen::Index k)
+      : Q(run.basis_of_axis(k)),
+        P(run.shared_basis_of_axis(k)),
+        leverage((Q.rowwise().squaredNorm() + P.rowwise().squaredNorm()).array()) {}
+
+  const Eigen::MatrixXd& Q;  // n x p
+  Eigen::MatrixXd P;         // n x D
+  Eigen::ArrayXd leverage;
+};
+
+// Of the residuals of an axis.
+auto squares_of_axis(const Fit& run, Eigen::Index k) {
+  return run.residuals()(run.rows_of_axis(k)).array().square();
+}
+
+// K^T W K of an axis by its blocks, W the weights of its rows.
+struct WeightedHat {
+  WeightedHat(const AxisHat& axis, const Eigen::ArrayXd& weights)
+      : own(Eigen::MatrixXd::Zero(axis.Q.cols(), axis.Q.cols())),
+        across(Eigen::MatrixXd::Zero(axis.Q.cols(), axis.P.cols())),
+        shared(Eigen::MatrixXd::Zero(axis.P.cols(), axis.P.cols())) {
+    constexpr Eigen::Index rows_at_once = 4096;  // all at once would be a second copy of Q
+    for (Eigen::Index from = 0; from < weights.size(); from += rows_at_once) {
+      const Eigen::Index rows = std::min(rows_at_once, weights.size() - from);
+      const auto Q = axis.Q.middleRows(from, rows);
+      const auto w = weights.segment(from, rows).matrix().asDiagonal();
+      own += Q.transpose() * Eigen::MatrixXd(w * Q);
+      if (axis.P.cols() > 0) {
+        const auto P = axis.P.middleRows(from, rows);
+        const Eigen::MatrixXd WP = w * P;
+        across += Q.transpose() * WP;
+        shared += P.transpose() * WP;
+      }
+    }
+  }
+
+  // Of its own rows and columns, and those that cross to the shared.
+  [[nodiscard]] double squares_of_own() const {
+    return own.squaredNorm() + 2.0 * across.squaredNorm();
+  }
+
+  Eigen::MatrixXd own;
+  Eigen::MatrixXd across;
+  Eigen::MatrixXd shared;
+};
+
+// Of an axis's residuals, each with a weight in 0 .. 1 for the one part.
+NoiseRatio ratio_of_axis(const Fit& run, Eigen::Index k, const Eigen::VectorXd& cosines) {
+  const AxisHat axis(run, k);
+  const auto part_of = [&](const Eigen::ArrayXd& weights, double squares_of_hat) {
+    return PartOfNoise{
+        .squares = (weights * squares_of_axis(run, k)).sum(),
+        .trace = (weights * (1.0 - axis.leverage)).sum(),
+        .trace_of_square = (weights.square() * (1.0 - 2.0 * axis.leverage)).sum() + squares_of_hat};
+  };
+  const Eigen::ArrayXd used = (run.set().weights.col(k).array() > 0.0).cast<double>();
+  const Eigen::ArrayXd along = cosines.array().square() * used;
+  WeightedHat of_hat(axis, along);
+  const double squares_along = of_hat.squares_of_own() + of_hat.shared.squaredNorm();
+  // Across: K^T K, of which Q^T Q is 1 and Q^T P is 0, less that.
+  of_hat.own.diagonal().array() -= 1.0;
+  of_hat.shared -= axis.P.transpose() * axis.P;
+  const double squares_across = of_hat.squares_of_own() + of_hat.shared.squaredNorm();
+  return ratio_of(part_of(along, squares_along), part_of(used - along, squares_across));
+}
+
+// How each axis lies to the field, reading by reading; n x m.
+Eigen::MatrixXd cosines_of(const Fit& run, const Estimate& estimate) {
+  Eigen::MatrixXd cosines(run.readings(), run.axes());
+  for (Eigen::Index k = 0; k < run.axes(); ++k) {
+    const auto met = run.field_met(k);
+    const Eigen::Vector3d S = estimate.response.sensitivity.row(k).normalized();
+    cosines.col(k) =
+        (met * S).cwiseQuotient(met.rowwise().norm().cwiseMax(std::numeric_limits<double>::min()));
+  }
+  return cosines;
+}
+
+// What the residuals say of a coefficient's variance whatever the noise depends on, and with how
+// many degrees of freedom: each residual squared over what is left of it, weighted as the
+// coefficient weighs it.
+struct Sandwich {
+  double variance = 0.0;
+  double degrees_of_freedom = 0.0;
+};
+
+// What the sandwiches of a run's coefficients have in common.
+class Sandwiches {
+ public:
+  explicit Sandwiches(const Fit& run) : run_(run) {
+    axes_.reserve(static_cast<std::size_t>(run.axes()));
+    for (Eigen::Index k = 0; k < run.axes(); ++k) {
+      axes_.push_back(AxisRows{.hat = AxisHat(run, k), .root = run.root_of_axis(k)});
+    }
+  }
+
+  // Of coefficient j of an axis; the other axes know of it by what all share alone.
+  [[nodiscard]] Sandwich of(Eigen::Index k, Eigen::Index j) const {
+    const Fit::RootOfAxis& root = axes_[static_cast<std::size_t>(k)].root;
+    const auto own = root.own.row(j).transpose();
+    const auto by_shared = root.shared.row(j).transpose();
+    double v = 0.0;
+    double E = 0.0;
+    double freedom = 0.0;
+    Eigen::MatrixXd shared = Eigen::MatrixXd::Zero(run_.shared(), run_.shared());
+    for (Eigen::Index a = 0; a < run_.axes(); ++a) {
+      if (a != k && run_.shared() == 0) {
+        continue;
+      }
+      // How the coefficient depends on the axis's readings.
+      const AxisRows& axis = axes_[static_cast<std::size_t>(a)];
+      Eigen::VectorXd g = axis.hat.P * by_shared;
+      if (a == k) {
+        g += axis.hat.Q.lazyProduct(own);
+      }
+      // What the fit passes through has no residual that says anything.
+      constexpr double least_left = 1e-6;
+      const auto left = 1.0 - axis.hat.leverage;
+      const Eigen::ArrayXd w = (left > least_left).select((g.array() / left).square(), 0.0);
+      v += (w * squares_of_axis(run_, a)).sum();
+      E += (w * left).sum();
+      const WeightedHat of_hat(axis.hat, w);
+      freedom += (w.square() * (1.0 - 2.0 * axis.hat.leverage)).sum() + of_hat.squares_of_own();
+      shared += of_hat.shared;
+    }
+    const double variance = own.squaredNorm() + by_shared.squaredNorm();
+    return {.variance = v * variance / E,
+            .degrees_of_freedom = E * E / (freedom + shared.squaredNorm())};
+  }
+
+ private:
+  struct AxisRows {
+    AxisHat hat;
+    Fit::RootOfAxis root;
+  };
+
+  const Fit& run_;
+  std::vector<AxisRows> axes_;
+};
+
+// A run's readings along the direction of their residuals that the field's size changes.
+struct AlongField {
+  Eigen::VectorXd size;         // n: by how much it does
+  Eigen::MatrixXd directions;   // n x m: the unit vector of each reading along that direction
+  Eigen::VectorXd deviations;   // n: of the residuals
+  Eigen::MatrixXd hat_root;     // n x q: K, with K K^T what the fit takes of the deviations
+  Eigen::MatrixXd hat_squares;  // q x q: K^T K
+};
+
+AlongField along_field(const Fit& run) {
+  AlongField along{.size = run.along_field().rowwise().norm(),
+                   .directions = run.along_field(),
+                   .deviations = Eigen::VectorXd::Zero(run.readings()),
+                   .hat_root = {},
+                   .hat_squares = {}};
+  along.directions.array().colwise() /= along.size.array().max(std::numeric_limits<double>::min());
+  for (Eigen::Index k = 0; k < run.axes(); ++k) {
+    along.deviations +=
+        along.directions.col(k).cwiseProduct(run.residuals()(run.rows_of_axis(k)).matrix());
+  }
+  along.hat_root = run.combined_basis(along.directions);
+  along.hat_squares = along.hat_root.transpose() * along.hat_root;
+  return along;
+}
+
+PartOfNoise part_along(const Fit& run, const AlongField& along) {
+  const double taken = along.hat_squares.trace();  // by the fit
+  const auto n = static_cast<double>(run.readings());
+  return {.squares = along.deviations.squaredNorm(),
+          .trace = n - taken,
+          .trace_of_square = n - 2.0 * taken + along.hat_squares.squaredNorm()};
+}
+
+bool can_be_looked_at(const Fit& run) {
+  const ReadingSet& set = run.set();
+  return run.is_determined() && run.readings() >= fewest_looked_at && set.seen.cols() == 0 &&
+         set.visible.empty() && !set.robust;
+}
+
+// Noise that is not the same along the field and across it.
+// @param one  of the noise: that along the field.
+void add_field_noise(const Fit& run, const PartOfNoise& one, Estimate& estimate) {
+  const std::vector<ScatterComponent>& known = estimate.statistics.components;
+  const bool seats_fitted = std::any_of(
+      known.begin(), known.end(), [](const auto& component) { return component.name == "seats"; });
+  if (seats_fitted) {
+    return;
+  }
+  const Eigen::Index m = run.axes();
+  NoiseRatio all;
+  if (m > 1) {
+    const double left = run.degrees_of_freedom();
+    all = ratio_of(one, {.squares = run.residuals().squaredNorm() - one.squares,
+                         .trace = left - one.trace,
+                         .trace_of_square = left + one.trace_of_square - 2.0 * one.trace});
+  }
+  const Eigen::MatrixXd cosines = cosines_of(run, estimate);
+  double one_axis = 1.0;
+  for (Eigen::Index k = 0; k < m; ++k) {
+    one_axis = std::min(one_axis, ratio_of_axis(run, k, cosines.col(k)).above);
+  }
+  const Gate gate(run.readings());
+  if (!(all.above < gate.above) && !(all.below < gate.below) && !(one_axis < gate.above_of_axis)) {
+    return;
+  }
+  const Sandwiches sandwiches(run);
+  WiderIntervals wider("field_noise", estimate);
+  const Eigen::Index p = run.set().coefficient_count();
+  for (Eigen::Index k = 0; k < m; ++k) {
+    for (Eigen::Index l = 1; l <= 3; ++l) {
+      const Sandwich one = sandwiches.of(k, l);
+      if (one.variance > 0.0 && one.degrees_of_freedom > 0.0) {
+        wider.widen(p * k + l, one.variance, std::max(one.degrees_of_freedom, 1.0));
+      }
+    }
+    wider.component().sd(k) = run.sigma(k) * std::sqrt(std::max(all.ratio, 1.0 / all.ratio));
+  }
+  wider.put();
+  constexpr double beyond_chance = 0.005;
+  if (all.above < beyond_chance || one_axis * static_cast<double>(m) < beyond_chance) {
+    estimate.notes.push_back(
+        {NoteCode::field,
+         formatted("noise grows with the field: along it readings scatter {} times as much as "
+                   "across it; does its size, or the turntable's rate, jitter? the sensitivities' "
+                   "intervals count it",
+                   number_text(std::sqrt(std::max(all.ratio, 1.0)), 2))});
+  } else if (all.below < beyond_chance) {
+    estimate.notes.push_back(
+        {NoteCode::seats,
+         formatted("readings scatter {} times as much across the field as along it, as where the "
+                   "cube lies otherwise each time: clean its feet, table and fence; the "
+                   "sensitivities' intervals count it",
+                   number_text(std::sqrt(1.0 / std::max(all.ratio, 1e-6)), 2))});
+  }
+}
+
+// A field whose size wanders slowly over the run, or all gains together.
+void add_field_wander(const Fit& run, AlongField along, bool gains_differ, Estimate& estimate) {
+  const double score = likeness_along(along.deviations, along.hat_root, along.hat_squares);
+  if (!(score > one_sided_5_percent)) {
+    return;
+  }
+  along.hat_root.resize(0, 0);
+  const Eigen::Index n = run.readings();
+  const double size = std::sqrt(along.size.squaredNorm() / static_cast<double>(n));
+  const CorrelatedFit fit =
+      fit_under_wander({.information = run.information(),
+                        .squares = run.residuals().squaredNorm(),
+                        .along = run.combined_columns(along.directions),
+                        .deviations = along.deviations,
+                        .sizes = along.size / size,
+                        .places = Eigen::VectorXd::LinSpaced(n, 0.0, static_cast<double>(n - 1)),
+                        .degrees_of_freedom = run.degrees_of_freedom()});
+  constexpr double slight = 0.1;
+  if (!(fit.correlation > slight)) {
+    return;
+  }
+  WiderIntervals wider("field_wander", estimate);
+  const Eigen::Index p = run.set().coefficient_count();
+  for (Eigen::Index k = 0; k < run.axes(); ++k) {
+    for (Eigen::Index l = 1; l <= 3; ++l) {
+      const Eigen::Index c = run.column_of(k, l);
+      // The estimate stays, and how far it is from that of the models counts.
+      wider.widen(p * k + l, fit.covariance(c, c) + fit.estimate(c) * fit.estimate(c),
+                  fit.degrees_of_freedom);
+    }
+  }
+  wider.component().sd = Eigen::VectorXd::Constant(1, fit.correlation);
+  wider.component().unit = "correlation";
+  wider.put();
+  constexpr double clear = 0.3;
+  constexpr double one_sided_1_percent = 2.326;
+  if (fit.correlation > clear && score > one_sided_1_percent && !gains_differ) {
+    estimate.notes.push_back(
+        {NoteCode::field,
+         formatted("along the field consecutive readings are alike (correlation about {}): its "
+                   "size, or all gains together, wander; the sensitivities hold for the field of "
+                   "that hour, and their intervals count it",
+                   number_text(fit.correlation, 1))});
+  }
+}
+
+void add_field_scatter(const Fit& run, bool gains_differ, Estimate& estimate) {
+  if (!can_be_looked_at(run)) {
+    return;
+  }
+  if (!gains_differ) {  // which look like noise along the field
+    add_field_noise(run, part_along(run, along_field(run)), estimate);
+  }
+  // Made once more: both together would need the most memory of a calibration.
+  add_field_wander(run, along_field(run), gains_differ, estimate);
+}
+
+CountedEstimate counted_field_scatter(const RunToCount& run, CountedEstimate so_far) {
+  // Averages of opposite readings hide the noise along the field.
+  if (!run.is_transfer() && !run.method.averages_pairs) {
+    add_field_scatter(Fit(run.judged, so_far.estimate), so_far.gains_differ, so_far.estimate);
+  }
+  return so_far;
+}
+
+}  // namespace
+
+Cause field_scatter_cause() {
+  return {.name = "field_scatter", .counted = counted_field_scatter};
+}
+
+}  // namespace axiscal

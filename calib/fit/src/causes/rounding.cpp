@@ -1,0 +1,210 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <algorithm>
+#include <cmath>
+#include <optional>
+#include <vector>
+
+#include "axiscal/core/number_text.hpp"
+#include "calib/fit/fit.hpp"
+#include "calib/fit/reading_step.hpp"
+#include "calib/fit/rounding_scatter.hpp"
+#include "calib/fit/src/axis_regression.hpp"
+#include "calib/fit/src/causes/causes.hpp"
+#include "calib/record/parameter_names.hpp"
+#include "calib/regression/factor.hpp"
+#include "core/formatted.hpp"
+
+namespace axiscal {
+namespace {
+
+// The step that counts as known: noise far below one that nobody stated may leave nothing but the
+// field's own differences.
+std::optional<double> counted_step(const std::vector<double>& readings,
+                                   double stated_step,
+                                   double noise_sd) {
+  const std::optional<double> step = step_of_readings(readings, stated_step, noise_sd);
+  constexpr double largest_share = 0.02;
+  const auto [least, most] = std::minmax_element(readings.begin(), readings.end());
+  const bool is_known = step && (*step == stated_step || *step <= largest_share * (*most - *least));
+  return is_known ? step : std::nullopt;
+}
+
+constexpr double wide = 0.4;  // noise below this part of a step does not average it
+
+// The poses of one axis: means of its readings there.
+struct Poses {
+  std::vector<Eigen::Index> first;  // a reading of each
+  Eigen::VectorXd mean;
+  double scatter = 0.0;  // of one reading within a pose; of the fit where none was taken twice
+};
+
+Poses poses_of(const ReadingSet& set, const std::vector<int>& group, Eigen::Index axis, double s) {
+  const auto count = static_cast<std::size_t>(1 + *std::max_element(group.begin(), group.end()));
+  std::vector<double> sum(count, 0.0);
+  std::vector<double> squares(count, 0.0);
+  std::vector<double> readings(count, 0.0);
+  std::vector<Eigen::Index> first(count, -1);
+  for (Eigen::Index i = 0; i < set.size(); ++i) {
+    if (set.weights(i, axis) > 0.0) {
+      const auto g = static_cast<std::size_t>(group[static_cast<std::size_t>(i)]);
+      first[g] = first[g] < 0 ? i : first[g];
+      // From the first of them, so that large readings lose no digits.
+      const double v = set.response(i, axis) - set.response(first[g], axis);
+      sum[g] += v;
+      squares[g] += v * v;
+      readings[g] += 1.0;
+    }
+  }
+  Poses poses;
+  std::vector<double> means;
+  double within = 0.0;
+  double free = 0.0;
+  for (std::size_t g = 0; g < count; ++g) {
+    if (readings[g] > 0.0) {
+      poses.first.push_back(first[g]);
+      means.push_back(set.response(first[g], axis) + sum[g] / readings[g]);
+      within += std::max(squares[g] - sum[g] * sum[g] / readings[g], 0.0);
+      free += readings[g] - 1.0;
+    }
+  }
+  poses.mean =
+      Eigen::Map<const Eigen::VectorXd>(means.data(), static_cast<Eigen::Index>(means.size()));
+  poses.scatter = free > 0.0 ? std::sqrt(within / free) : s;
+  return poses;
+}
+
+// The variances of an axis's coefficients where readings of one digit share an error.
+struct RoundedFit {
+  Eigen::VectorXd variance;
+  double degrees_of_freedom = 0.0;
+};
+
+// @param map  from the design's columns to the coefficients.
+std::optional<RoundedFit> fit_poses(const Poses& poses,
+                                    const Eigen::MatrixXd& design,
+                                    const Eigen::MatrixXd& map,
+                                    double step) {
+  const Eigen::Index n = design.rows();
+  const Eigen::Index c = design.cols();
+  if (n <= c) {
+    return std::nullopt;
+  }
+  const auto [inverse, rank] = ranked_inverse(design);
+  if (rank < c) {
+    return std::nullopt;
+  }
+  const Eigen::MatrixXd G = map * inverse;
+  const Eigen::VectorXd residuals = poses.mean - design * (inverse * poses.mean);
+  const double of_step = step * step / 12.0;
+  RoundedFit fit{.variance = Eigen::VectorXd(map.rows()),
+                 .degrees_of_freedom = static_cast<double>(n - c)};
+  const double s2 = std::max(residuals.squaredNorm() / fit.degrees_of_freedom, of_step);
+  for (Eigen::Index j = 0; j < map.rows(); ++j) {
+    double shared = 0.0;
+    for (Eigen::Index a = 0; a < n; ++a) {
+      for (Eigen::Index b = 0; b < n; ++b) {
+        const bool one_digit = std::abs(poses.mean(a) - poses.mean(b)) < 0.5 * step;
+        shared += one_digit ? of_step * G(j, a) * G(j, b) : 0.0;
+      }
+    }
+    fit.variance(j) = std::max(s2 * G.row(j).squaredNorm(), shared);
+  }
+  return fit;
+}
+
+}  // namespace
+
+bool is_coarsely_rounded(const ReadingSet& set,
+                         double stated_step,
+                         const Eigen::VectorXd& residual_sd) {
+  for (Eigen::Index k = 0; k < set.axis_count(); ++k) {
+    const std::optional<double> step =
+        counted_step(set.readings_of_axis(k), stated_step, residual_sd(k));
+    if (step && residual_sd(k) < wide * *step && *step > 4.0 * set.rounding(k)) {
+      return true;
+    }
+  }
+  return false;
+}
+
+namespace {
+
+void add_rounding_scatter(const SolvedReadings& of, double stated_step, Estimate& estimate) {
+  const ReadingSet& set = of.set();
+  FitStatistics& statistics = estimate.statistics;
+  fill_intervals(statistics);
+  constexpr std::size_t most_poses = 500;
+  if (set.temperature.order > 0 || set.robust) {
+    return;
+  }
+  // Noise decides which step counts, not whether readings have one.
+  bool has_steps = false;
+  for (Eigen::Index k = 0; k < set.axis_count() && !has_steps; ++k) {
+    has_steps = step_of_readings(set.readings_of_axis(k), stated_step).has_value();
+  }
+  if (!has_steps) {
+    return;
+  }
+  const std::vector<int> group = groups_of_readings(set);
+  if (static_cast<std::size_t>(*std::max_element(group.begin(), group.end())) >= most_poses) {
+    return;
+  }
+  const Eigen::Index p = set.coefficient_count();
+  WiderIntervals wider("rounding", estimate);
+  std::optional<Fit> run;
+  std::vector<std::string> axes;
+  double widest = 0.0;
+  for (Eigen::Index k = 0; k < set.axis_count(); ++k) {
+    const Poses poses = poses_of(set, group, k, statistics.residual_sd(k));
+    const std::optional<double> step =
+        counted_step(set.readings_of_axis(k), stated_step, poses.scatter);
+    if (!step || !(poses.scatter < wide * *step) || *step <= 4.0 * set.rounding(k)) {
+      continue;
+    }
+    // What the field's direction takes up is lost to the coefficients. Of a transfer it is known.
+    const bool is_transfer = set.seen.cols() > 0;
+    if (!is_transfer && !run) {
+      run.emplace(of, estimate);
+    }
+    const Eigen::MatrixXd columns =
+        is_transfer ? set.seen_columns(AxisDesigns(set, estimate.field).of(k), k)
+                    : Eigen::MatrixXd(run->own_columns(k));
+    const Eigen::MatrixXd map =
+        is_transfer ? set.map_of_seen() : Eigen::MatrixXd::Identity(columns.cols(), columns.cols());
+    std::optional<RoundedFit> rounded =
+        fit_poses(poses, columns(poses.first, Eigen::all), map, *step);
+    if (!rounded) {
+      continue;
+    }
+    axes.push_back(set.axes[static_cast<std::size_t>(k)]);
+    widest = std::max(widest, *step);
+    wider.component().sd(k) = *step / std::sqrt(12.0);
+    for (Eigen::Index j = 0; j < std::min(p, rounded->variance.size()); ++j) {
+      wider.widen(p * k + j, rounded->variance(j), rounded->degrees_of_freedom);
+    }
+  }
+  if (axes.empty()) {
+    return;
+  }
+  wider.put();
+  estimate.notes.push_back(
+      {NoteCode::rounding,
+       formatted(
+           "axis {}: the readings' step ({}) is wider than their noise, so that repeats do not "
+           "average it out; the uncertainty counts it: take more digits, or a dither of half a "
+           "step before rounding",
+           joined(axes), number_text(widest, 3))});
+}
+
+CountedEstimate counted_rounding(const RunToCount& run, CountedEstimate so_far) {
+  add_rounding_scatter(run.fitted, run.experiment.stated.resolution, so_far.estimate);
+  return so_far;
+}
+
+}  // namespace
+
+Cause rounding_cause() {
+  return {.name = "rounding", .counted = counted_rounding};
+}
+
+}  // namespace axiscal

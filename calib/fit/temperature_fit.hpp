@@ -1,0 +1,34 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <vector>
+
+#include "axiscal/calib/temperature.hpp"
+#include "calib/fit/estimation.hpp"
+
+namespace axiscal {
+
+/// The readings with temperature scale 0, from which the methods start (method.md, section 6).
+///
+/// @param set      with temperature.order and .d.
+/// @param without  the estimate of the same readings without temperature terms.
+/// @throws RankDeficientError  if the temperatures do not determine the terms.
+[[nodiscard]] ReadingSet started_over_temperature(const ReadingSet& set, const Estimate& without);
+
+/// How many temperatures a run has: soak levels, or all of a continuous one.
+[[nodiscard]] int temperature_count(const ReadingSet& set);
+
+/// Corrected Akaike's criterion of one axis's regression on so many columns.
+/// @return infinity where the readings are too few for it.
+[[nodiscard]] double axis_aicc(double residual_sd, double degrees_of_freedom, double columns);
+
+/// The information criterion of a fit, for the choice of the order.
+/// @return infinity where the readings are too few for it.
+[[nodiscard]] TemperatureOrderTrial trial_of(const ReadingSet& set, const Estimate& estimate);
+
+/// The order that the readings ask for: the least AICc; the next one as long as the readings lie
+/// further from the model than their repeats allow, and that one mends it.
+/// @param trials  of orders 0, 1, ...
+[[nodiscard]] int chosen_order(const std::vector<TemperatureOrderTrial>& trials);
+
+}  // namespace axiscal

@@ -1,0 +1,23 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <vector>
+
+#include "axiscal/calib/calibration.hpp"
+#include "axiscal/calib/experiment.hpp"
+#include "calib/fit/reading_set.hpp"
+
+namespace axiscal {
+
+/// The sources of a calibration's uncertainty: the fit, and what the experiment states (method.md,
+/// section 8).
+///
+/// @param set             the readings that were fitted; empty for method `bias`.
+/// @param weighed         those that the fit itself weighed, as weigh_shared_errors() says.
+[[nodiscard]] UncertaintyBudget make_budget(const Experiment& experiment,
+                                            const ReadingSet& set,
+                                            const Calibration& calibration,
+                                            const TableField& field,
+                                            std::vector<UncertaintySource> weighed);
+
+}  // namespace axiscal

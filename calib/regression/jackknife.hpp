@@ -1,0 +1,41 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <Eigen/Core>
+
+#include "calib/regression/gauss_newton.hpp"
+
+namespace axiscal {
+
+/// Into how many contiguous parts a long recording is cut: the degrees of freedom of what they say
+/// are one fewer.
+inline constexpr Eigen::Index jackknife_parts = 10;
+
+/// What leaving out each contiguous tenth of the rows changes of a least-squares solution, by one
+/// step from it. Correlation that is shorter than a tenth is counted, whatever its kind.
+///
+/// @param at_solution  residuals and Jacobian there, rows in the order in which they were taken; 9
+///                     rows of a tenth or more for each unknown.
+/// @return p x 10; NaN where the others do not determine the unknowns.
+/// @par Source
+/// Kuensch, Annals of Statistics 17 (1989) 1217-1241 (the jackknife for dependent observations).
+[[nodiscard]] Eigen::MatrixXd changes_without_parts(const Linearised& at_solution);
+
+/// The standard uncertainties that such changes say, with 9 degrees of freedom.
+/// @param changes  q x 10, of any q linear functions of the unknowns.
+[[nodiscard]] Eigen::VectorXd jackknife_uncertainty(const Eigen::MatrixXd& changes);
+
+/// @return the covariance with other standard uncertainties, its correlations kept; rows of
+///         variance 0 stay.
+[[nodiscard]] Eigen::MatrixXd rescaled_covariance(const Eigen::MatrixXd& covariance,
+                                                  const Eigen::VectorXd& uncertainties);
+
+/// How many consecutive values say as much as one independent one: 1 + 2 sum of the
+/// autocorrelations, by the variance of means of 2, 4, 8, ... of them. The work is linear in n.
+/// @param values  n, of mean 0.
+/// @return 1 or more, at most n / 8 (of 8 values or more).
+/// @par Source
+/// Flyvbjerg & Petersen, J. Chem. Phys. 91 (1989) 461-466.
+[[nodiscard]] double correlation_length(const Eigen::VectorXd& values);
+
+}  // namespace axiscal

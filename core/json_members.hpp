@@ -1,0 +1,359 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <functional>
+#include <optional>
+#include <span>
+#include <string>
+#include <string_view>
+#include <type_traits>
+#include <utility>
+#include <vector>
+
+#include <Eigen/Core>
+
+#include "axiscal/core/not_a_number.hpp"
+#include "core/json_document.hpp"
+
+namespace axiscal {
+
+/// The members of an object by one table for both directions: the same calls put a struct's members
+/// into JSON, or take them from a file, so that what is written is what is read.
+///
+/// A number that does not exist is NaN in the struct and null in the file. Calls throw as JsonValue
+/// does.
+class JsonMembers {
+ public:
+  explicit JsonMembers(Json& to) : to_(&to) {}
+  explicit JsonMembers(JsonColumns& to) : columns_(&to) {}
+  explicit JsonMembers(const JsonValue& from) : from_(&from) {}
+
+  [[nodiscard]] bool reads() const { return from_ != nullptr; }
+
+  /// For what is more than one member: the object itself; a row of a table has none to write to.
+  [[nodiscard]] Json& to() { return *to_; }
+  [[nodiscard]] const JsonValue& from() const { return *from_; }
+
+  /// Writes a member whatever is read.
+  template <typename Value>
+  void put(const char* key, const Value& value) {
+    if constexpr (std::is_base_of_v<Eigen::EigenBase<Value>, Value>) {
+      if (columns_ != nullptr) {
+        columns_->put_numbers(key, value);
+      } else {
+        (*to_)[key] = json_from(value);
+      }
+    } else if (columns_ == nullptr) {
+      (*to_)[key] = value;
+    } else if constexpr (std::is_same_v<Value, double>) {
+      columns_->put_number(key, value);
+    } else if constexpr (std::is_same_v<Value, int>) {
+      columns_->put_integer(key, value);
+    } else if constexpr (std::is_convertible_v<const Value&, std::string_view>) {
+      columns_->put_text(key, value);
+    } else {
+      columns_->put_value(key, value);
+    }
+  }
+
+  /// Takes what was read over into a struct; where it is written, nothing changes.
+  template <typename Value, typename Read>
+  void keep(Value& value, Read&& read) const {
+    if (reads()) {
+      value = std::forward<Read>(read);
+    }
+  }
+
+  /// @return whether a member is in the file, or where it is written whether it is there to write.
+  [[nodiscard]] bool has(const char* key, bool there) const {
+    return reads() ? from_->find(key).has_value() : there;
+  }
+
+  /// A member that must be there: a text, number, flag, or a list of texts or integers.
+  template <typename Value>
+  void need(const char* key, Value& value) {
+    if (reads()) {
+      take(from_->at(key), value);
+    } else {
+      put(key, value);
+    }
+  }
+
+  /// A member that is always written; what is absent in a file stays as it is.
+  template <typename Value>
+  void value(const char* key, Value& value) {
+    if (!reads()) {
+      put(key, value);
+    } else if (const std::optional<JsonValue> found = from_->find(key)) {
+      take(*found, value);
+    }
+  }
+
+  /// The same, not written where there is nothing in it.
+  void value_if_any(const char* key, std::string& text) { value_if(!text.empty(), key, text); }
+  void value_if_any(const char* key, std::vector<int>& all) { value_if(!all.empty(), key, all); }
+  void value_if_any(const char* key, std::vector<std::string>& all) {
+    value_if(!all.empty(), key, all);
+  }
+  void value_if_any(const char* key, int& number) { value_if(number != 0, key, number); }
+  void value_if_any(const char* key, double& number) {
+    value_if(number > 0.0 || number < 0.0, key, number);
+  }
+  template <typename Value>
+  void value_if_any(const char* key, std::optional<Value>& value) {
+    Value present = value.value_or(Value());
+    value_if(value.has_value(), key, present);
+    if (reads() && from_->find(key)) {
+      value = present;
+    }
+  }
+
+  /// Members of the object that are not among these are typing errors.
+  void allow_keys(std::span<const std::string_view> keys) const {
+    if (reads()) {
+      from_->allow_keys(keys);
+    }
+  }
+
+  /// The same, not written where it is what it usually is.
+  void flag_unless(const char* key, bool& flag, bool usual) { value_if(flag != usual, key, flag); }
+
+  /// A member that is one of some names; nothing is an empty one.
+  /// @param name_of  the name of a value; @param parse  the value of a name, or nothing.
+  /// @param known    the names for a complaint; may be left out.
+  template <typename Value, typename NameOf, typename Parse>
+  void choice(
+      const char* key, Value& value, NameOf name_of, Parse parse, std::string_view known = {}) {
+    std::string name(name_of(value));
+    this->value(key, name);
+    choose(key, name, value, parse, known);
+  }
+
+  /// The same, not written where it is nothing.
+  template <typename Value, typename NameOf, typename Parse>
+  void choice_if_any(
+      const char* key, Value& value, NameOf name_of, Parse parse, std::string_view known = {}) {
+    std::string name(name_of(value));
+    value_if_any(key, name);
+    choose(key, name, value, parse, known);
+  }
+
+  /// The same, not written where it is what it usually is.
+  template <typename Value, typename NameOf, typename Parse>
+  void choice_unless(const char* key,
+                     Value& value,
+                     Value usual,
+                     NameOf name_of,
+                     Parse parse,
+                     std::string_view known = {}) {
+    if (reads() ? from_->find(key).has_value() : value != usual) {
+      choice(key, value, name_of, parse, known);
+    }
+  }
+
+  /// A number that is always written; what is absent in a file is NaN.
+  void number(const char* key, double& number) {
+    if (reads()) {
+      number = not_a_number;
+    }
+    value(key, number);
+  }
+
+  /// {"x": .., "y": ..}
+  void xy(const char* key, double& x, double& y);
+
+  /// [low, high], both finite.
+  void need_pair(const char* key, double& low, double& high);
+
+  template <typename Vector>
+  void vector(const char* key, Vector& vector, Eigen::Index size) {
+    if (!reads()) {
+      put(key, vector);
+      return;
+    }
+    const std::optional<JsonValue> value = from_->find(key);
+    vector = value ? value->vector_or_nan(size) : Eigen::VectorXd::Constant(size, not_a_number);
+  }
+
+  template <typename Vector>
+  void need_vector(const char* key, Vector& vector, Eigen::Index size) {
+    if (!reads()) {
+      put(key, vector);
+      return;
+    }
+    vector = from_->at(key).vector(size);
+  }
+
+  template <typename Matrix>
+  void matrix(const char* key, Matrix& matrix, Eigen::Index rows, Eigen::Index columns) {
+    if (!reads()) {
+      (*to_)[key] = json_from_matrix(matrix);
+      return;
+    }
+    const std::optional<JsonValue> value = from_->find(key);
+    matrix = value ? value->matrix_or_nan(rows, columns)
+                   : Eigen::MatrixXd::Constant(rows, columns, not_a_number);
+  }
+
+  template <typename Matrix>
+  void need_matrix(const char* key, Matrix& matrix, Eigen::Index rows, Eigen::Index columns) {
+    if (!reads()) {
+      (*to_)[key] = json_from_matrix(matrix);
+      return;
+    }
+    matrix = from_->at(key).matrix(rows, columns);
+  }
+
+  /// An object of its own, which must be there.
+  /// @param members  called with its JsonMembers.
+  template <typename Members>
+  void need_object(const char* key, const Members& members) {
+    if (reads()) {
+      read_object(from_->at(key), members);
+    } else {
+      write_object((*to_)[key], members);
+    }
+  }
+
+  /// An object of its own; written only `where` there is something in it.
+  template <typename Members>
+  void object(const char* key, bool where, const Members& members) {
+    if (!reads()) {
+      if (where) {
+        write_object((*to_)[key], members);
+      }
+    } else if (const std::optional<JsonValue> value = from_->find(key)) {
+      read_object(*value, members);
+    }
+  }
+
+  /// @param members  called with its JsonMembers and the struct.
+  template <typename Struct, typename Members>
+  void object_if_any(const char* key,
+                     std::optional<Struct>& value,
+                     const Members& members,
+                     const Struct& blank = Struct()) {
+    if (reads() && from_->find(key)) {
+      value = blank;
+    }
+    object(key, value.has_value(), [&](JsonMembers& io) { members(io, *value); });
+  }
+
+  /// An array of objects.
+  /// @param members  called with each one's JsonMembers and struct.
+  /// @param blank    what a struct is before it is read.
+  template <typename Struct, typename Members>
+  void list(const char* key,
+            std::vector<Struct>& all,
+            const Members& members,
+            const Struct& blank = Struct()) {
+    if (!reads()) {
+      Json& array = (*to_)[key] = Json::array();
+      for (Struct& one : all) {
+        write_object(array.emplace_back(), [&](JsonMembers& io) { members(io, one); });
+      }
+    } else if (const std::optional<JsonValue> values = from_->find(key)) {
+      for (const JsonValue& value : values->elements()) {
+        Struct& one = all.emplace_back(blank);
+        read_object(value, [&](JsonMembers& io) { members(io, one); });
+      }
+    }
+  }
+
+  /// A list as above, written as a table where it is long: an object of columns, one for each
+  /// member, so that names are not repeated in every row. Either form is read.
+  template <typename Struct, typename Members>
+  void table(const char* key, std::vector<Struct>& all, const Members& members) {
+    if (!reads()) {
+      constexpr std::size_t most_rows = 200;
+      if (all.size() <= most_rows) {
+        list(key, all, members);
+        return;
+      }
+      JsonColumns columns(all.size());
+      JsonMembers io(columns);
+      for (Struct& one : all) {
+        columns.begin_row();
+        members(io, one);
+      }
+      (*to_)[key] = columns.take();
+    } else if (const std::optional<JsonValue> values = from_->find(key)) {
+      values->for_each_row([&](const JsonValue& value) {
+        Struct& one = all.emplace_back();
+        read_object(value, [&](JsonMembers& io) { members(io, one); });
+      });
+    }
+  }
+
+  template <typename Struct, typename Members>
+  void list_if_any(const char* key,
+                   std::vector<Struct>& all,
+                   const Members& members,
+                   const Struct& blank = Struct()) {
+    if (reads() || !all.empty()) {
+      list(key, all, members, blank);
+    }
+  }
+
+  /// Checks a member that was read; a DomainError becomes that member's complaint.
+  void check(const char* key, const std::function<void()>& check_value) const {
+    if (reads()) {
+      from_->at(key).check(check_value);
+    }
+  }
+
+  /// Complains of a member that was read.
+  void check(const char* key, bool good, std::string_view what) const {
+    if (reads() && !good) {
+      from_->at(key).fail(what);
+    }
+  }
+
+ private:
+  template <typename Value, typename Parse>
+  void choose(
+      const char* key, const std::string& name, Value& value, Parse parse, std::string_view known) {
+    if (!reads() || name.empty()) {
+      return;
+    }
+    const auto parsed = parse(name);
+    if (!parsed) {
+      from_->at(key).fail("'" + name + "' is not known to this version" +
+                          (known.empty() ? "" : "; known: " + std::string(known)));
+    }
+    value = *parsed;
+  }
+
+  static void take(const JsonValue& from, std::string& text) { text = from.text(); }
+  static void take(const JsonValue& from, double& number) { number = from.number(); }
+  static void take(const JsonValue& from, int& number) { number = from.integer(); }
+  static void take(const JsonValue& from, bool& flag) { flag = from.boolean(); }
+  static void take(const JsonValue& from, std::vector<std::string>& all) { all = from.texts(); }
+  static void take(const JsonValue& from, std::vector<int>& all);
+
+  template <typename Value>
+  void value_if(bool written, const char* key, Value& value) {
+    if (reads() || written) {
+      this->value(key, value);
+    }
+  }
+
+  template <typename Members>
+  static void write_object(Json& to, const Members& members) {
+    to = Json::object();
+    JsonMembers io(to);
+    members(io);
+  }
+
+  template <typename Members>
+  static void read_object(const JsonValue& from, const Members& members) {
+    JsonMembers io(from);
+    members(io);
+  }
+
+  Json* to_ = nullptr;
+  JsonColumns* columns_ = nullptr;  // instead, of a row of a table
+  const JsonValue* from_ = nullptr;
+};
+
+}  // namespace axiscal
