@@ -49,8 +49,7 @@ int main() {
   const Eigen::Vector3d found = *result.sensor.field.parts[0].in_table;
   std::printf("the Earth's field in the table: %.1f %.1f %.1f uT\n", found.x(), found.y(),
               found.z());
-  std::printf(
-      "sensitivity of z %.4f +- %.4f (95 %%)\n", result.sensor.response.sensitivity(2, 2),
-      result.fit.statistics->coverage_factor(2) * result.fit.statistics->sensitivity_se(2, 2));
+  const axiscal::Quantity sensitivity = result.parameter("z.sensitivity.z");
+  std::printf("sensitivity of z %.4f +- %.4f (95 %%)\n", sensitivity.value, sensitivity.U);
   return 0;
 }

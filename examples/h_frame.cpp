@@ -36,8 +36,8 @@ int main() {
 
   for (const axiscal::Calibration& found : axiscal::calibrate_assembly(experiment, readings)) {
     std::printf("%-5s: sensitivity of z %.3f V/g, bias of z %+.3f V, slope %.2f, %.2f mrad\n",
-                found.provenance.slot.c_str(), found.sensor.response.sensitivity(2, 2),
-                found.sensor.response.bias(2), 1e3 * found.fit.levelness->mean_x,
+                found.provenance.slot.c_str(), found.parameter("z.sensitivity.z").value,
+                found.parameter("z.bias").value, 1e3 * found.fit.levelness->mean_x,
                 1e3 * found.fit.levelness->mean_y);
     if (found.provenance.slot == "right") {
       const axiscal::CombinedLevelness& both = *found.fit.levelness->combined;

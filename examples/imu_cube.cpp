@@ -41,15 +41,15 @@ int main() {
     std::printf("%s by %s: bias %.1f %.1f %.1f, sensitivity of x %.1f\n",
                 record.provenance.slot.c_str(),
                 std::string(axiscal::method_name(record.fit.method)).c_str(),
-                record.sensor.response.bias(0), record.sensor.response.bias(1),
-                record.sensor.response.bias(2), record.sensor.response.sensitivity(0, 0));
+                record.parameter("x.bias").value, record.parameter("y.bias").value,
+                record.parameter("z.bias").value, record.parameter("x.sensitivity.x").value);
     // Each is a record like any other: axiscal::calibration_json(record) is its file.
     if (axiscal::calibration_json(record).empty()) {
       return 1;
     }
   }
   const double scale_error =
-      found.gyroscope->sensor.response.sensitivity(2, 2) / imu.gyroscope->sensitivity(2, 2) - 1.0;
+      found.gyroscope->parameter("z.sensitivity.z").value / imu.gyroscope->sensitivity(2, 2) - 1.0;
   std::printf("scale of gz: off by %.3f %%\n", 100.0 * scale_error);
   return 0;
 }

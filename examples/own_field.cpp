@@ -39,10 +39,9 @@ int main() {
               result.sensor.field.kind.c_str(), result.sensor.field.magnitude,
               result.sensor.field.in_table->x(), result.sensor.field.in_table->y(),
               result.sensor.field.in_table->z());
-  std::printf(
-      "sensitivity of x: %.3f +- %.3f mV/(m/s^2) (95 %%), by method %s\n",
-      result.sensor.response.sensitivity(0, 0),
-      result.fit.statistics->coverage_factor(0) * result.fit.statistics->sensitivity_se(0, 0),
-      std::string(axiscal::method_name(result.fit.method)).c_str());
+  const axiscal::Quantity sensitivity = result.parameter("x.sensitivity.x");
+  std::printf("sensitivity of x: %.3f +- %.3f %s (95 %%), by method %s\n", sensitivity.value,
+              sensitivity.U, sensitivity.unit.c_str(),
+              std::string(axiscal::method_name(result.fit.method)).c_str());
   return 0;
 }

@@ -8,7 +8,7 @@
 namespace axiscal {
 
 /// calibrate() without its findings, for studies: coefficients, covariance, intervals, uncertainty
-/// budget and slopes. There are no residuals, no tests, no warnings and no status.
+/// budget and slopes. Residuals, tests, warnings and status are left out.
 /// @throws as calibrate().
 [[nodiscard]] Calibration fitted_record(const Experiment& experiment,
                                         const Observations& observations);

@@ -26,9 +26,9 @@ struct JudgedRun {
   const Estimate& estimate;
   const FitTests& tests;
   const MistakeSearch& mistakes;
-  bool searched = false;           ///< whether the readings were searched for mistakes
+  bool searched = false;           ///< true if the readings were searched for mistakes
   std::vector<int> unpaired_runs;  ///< left out by method paired
-  bool field_varies = false;       ///< whether the readings bring fields of different lengths
+  bool field_varies = false;       ///< true if the readings bring fields of different lengths
 };
 
 /// The warnings that rules find.

@@ -25,7 +25,7 @@ struct RunToCount {
   const std::map<int, Eigen::Matrix3d>& mounts;  ///< turn in each mount that was fitted
   double mounts_expected = 0.0;                  ///< as MountTurns::expected
 
-  /// @return whether the readings show the response along fewer than three directions.
+  /// @return True if the readings show the response along fewer than three directions.
   [[nodiscard]] bool is_transfer() const { return fitted.set().seen.cols() > 0; }
 };
 
@@ -33,7 +33,7 @@ struct RunToCount {
 struct CountedEstimate {
   Estimate estimate;
   std::vector<UncertaintySource> weighed;  ///< share of each uncertain input in the covariance
-  bool mounts_counted = false;             ///< whether the turns of the mounts are included
+  bool mounts_counted = false;             ///< True if the turns of the mounts are included.
   bool gains_differ = false;               ///< whether sensitivities differ between blocks
   bool by_lengths = false;                 ///< whether method faces took the lengths of the field
 };

@@ -6,7 +6,7 @@
 
 namespace axiscal {
 
-/// Holds readings that were kept out of a fit against what it predicts of them.
+/// Compares readings that were kept out of a fit with its predictions.
 ///
 /// An error of prediction has the variance s_k^2 / w + J C J^T, J with the tangents of the field's
 /// direction where that was fitted; each is held against its own interval, t(nu_k), and all

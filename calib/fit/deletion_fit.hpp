@@ -42,8 +42,8 @@ class DeletionFit {
   [[nodiscard]] std::optional<double> p_value(const std::vector<std::size_t>& readings,
                                               const Eigen::MatrixXd& contrasts) const;
 
-  /// The same with the tails of the others' noise (NoiseTails). Fisher's method combines contrasts
-  /// and axes.
+  /// As above, with the tails of the noise of the other readings (NoiseTails). Fisher's method
+  /// combines contrasts and axes.
   [[nodiscard]] std::optional<double> p_value_by_tails(const std::vector<std::size_t>& readings,
                                                        const Eigen::MatrixXd& contrasts) const;
 

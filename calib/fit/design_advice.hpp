@@ -26,7 +26,8 @@ using RowsForPoint = std::function<Eigen::MatrixXd(const DesignPoint&, double le
                                         const RowsForPoint& rows_for,
                                         bool levels_help = false);
 
-/// What a design leaves open, for an axis by the readings that it uses.
+/// The coefficients that a design leaves undetermined. Each axis is judged by the readings that it
+/// uses.
 struct OpenParameters {
   std::vector<std::string> names;  // all axes' coefficients; empty: none
   Eigen::MatrixXd seen;            // the design of the first axis that it leaves open
@@ -39,7 +40,8 @@ struct OpenParameters {
 ///
 /// @param rows_for   as above; empty where readings bring their field.
 /// @param turned_round  whether each point must be taken turned round as well (`paired`).
-/// @throws RankDeficientError  naming the open coefficients of every axis and what to add.
+/// @throws RankDeficientError  if a coefficient is undetermined; the error names the coefficients
+///         of every axis and the readings to add.
 void require_determined(const ReadingSet& set,
                         const Eigen::MatrixXd& design,
                         const RowsForPoint& rows_for,

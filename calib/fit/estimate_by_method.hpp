@@ -10,12 +10,12 @@
 
 namespace axiscal {
 
-/// What a method gives, over temperature too where the set has its terms.
+/// The estimate of a method. If the set has temperature terms, they are fitted too.
 /// @param method  paired, joint or known.
 [[nodiscard]] Estimate estimate_by(Method method, const ReadingSet& set, bool by_field);
 
-/// The same for one-sided axes: which rows an axis sees is decided by the fitted model, until it
-/// stays.
+/// As above, for one-sided axes. The fitted model decides which rows an axis sees; the fit is
+/// repeated until the choice stays.
 /// @param seen  those rows.
 [[nodiscard]] Estimate estimate_one_sided(Method method,
                                           const ReadingSource& source,

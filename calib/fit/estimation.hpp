@@ -15,7 +15,7 @@ namespace axiscal {
 
 struct Solution;
 
-/// Whether the responses of the axes bend.
+/// The test whether the responses of the axes bend.
 struct CurvatureTest {
   double p_value = 1.0;   ///< of so large a bend by chance
   Eigen::VectorXd bends;  ///< m: the term in the squared field along each axis at full field [unit]
@@ -48,8 +48,8 @@ struct BlockEstimate {
 /// The part of the field that axes see.
 struct SightEstimate {
   Eigen::Matrix3Xd seen = Eigen::Matrix3Xd(3, 0);  ///< of a transfer, as seen_directions()
-  std::vector<AxisMask> visible;  ///< of one-sided axes under several lights, as ReadingSet has it
-  bool unsettled = false;         ///< whether the readings that one-sided axes see keep changing
+  std::vector<AxisMask> visible;  ///< for one-sided axes under several lights; see ReadingSet
+  bool unsettled = false;  ///< true if the set of readings seen by one-sided axes keeps changing
 };
 
 /// The result of a method.
@@ -84,8 +84,8 @@ struct PairedDesign {
 };
 [[nodiscard]] PairedDesign paired_design(const ReadingSet& set, const Eigen::Vector3d& in_table);
 
-/// All readings, the field's direction in the table unknown (method.md, section 4). It starts from
-/// what is known of the set's field.
+/// Fits all readings with the field's direction in the table unknown (method.md, section 4). The
+/// search starts from the known fields of the set.
 [[nodiscard]] Estimate estimate_joint(const ReadingSet& set);
 
 /// The field known for each reading (method.md, section 4).
@@ -95,7 +95,7 @@ struct PairedDesign {
 /// The set as it would have been read at the reference temperature, in the middle of the run.
 [[nodiscard]] ReadingSet at_reference(ReadingSet set, const Estimate& estimate);
 
-/// The set with weight 0 for what method paired left out.
+/// The set, with weight 0 for the readings that method paired left out.
 [[nodiscard]] ReadingSet without_unpaired(ReadingSet set, const Estimate& estimate);
 
 /// Takes what the columns of an axis's regression say into the estimate.

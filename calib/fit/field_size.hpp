@@ -9,20 +9,20 @@
 
 namespace axiscal {
 
-/// Holds the size of the field, as the calibrated instrument reads it in each orientation, against
-/// what the readings' scatter and the stated uncertainties of cube and table make of it.
+/// Compares the field's length, measured by the calibrated instrument in each orientation, with the
+/// length expected from the readings' scatter and from the stated uncertainties of cube and table.
 ///
-/// An orientation that is not what it was taken for does not change the field's length: what S^-1
-/// (v - b) is too long or too short comes of noise and of what wrong orientations did to b and S.
-/// Of residuals r = P e, P = 1 - J (J^T J)^-1 J^T, the lengths are off by m = A P e to first order,
-/// A of u^T S^-1: their sum of squares is held against its expectation tr(A P V P^T A^T), V of the
-/// noise and of the inputs' shared errors.
+/// A wrong orientation does not change the field's length. A length S^-1 (v - b) is wrong for two
+/// reasons: noise, and the effect of wrong orientations on b and S. The residuals are r = P e, with
+/// P = 1 - J (J^T J)^-1 J^T. To first order the lengths are off by m = A P e, with the rows u^T
+/// S^-1 in A. The test compares their sum of squares with its expectation tr(A P V P^T A^T). V is
+/// the covariance of the noise and of the inputs' shared errors.
 ///
 /// @param run          the readings that were fitted.
 /// @param field        as fitted or given.
 /// @param calibration  with response and statistics.
-/// @return nothing for other than three axes that used all readings, a sum of fields, readings
-///         without design points, or more than 240 of them.
+/// @return nullopt if there are not three axes that used all readings, if the field is a sum, if
+///         readings lack design points, or if there are more than 240 readings.
 /// @par Source
 /// Geist & Gaitan, Metrologia 59 (2022) 052101, for the idea; method.md, section 5.
 [[nodiscard]] std::optional<FieldSizeCheck> check_field_size(const Experiment& experiment,

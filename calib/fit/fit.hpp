@@ -17,9 +17,9 @@ namespace axiscal {
 /// The residuals of a model that is linear about a solution: r = J x + e for all axes, each in
 /// units of its sigma.
 ///
-/// There are m rows for each reading. The columns are the own columns of each axis (coefficients
-/// and effects of the run), then the shared ones (Model). J is stored axis by axis because an axis
-/// has no column of another axis. The hat matrix is Q Q^T + P P^T with the two bases below.
+/// There are m rows for each reading. The columns are first those of each axis (coefficients and
+/// effects of the run), then the shared ones (Model). J is stored axis by axis because an axis has
+/// zeros in the columns of another axis. The hat matrix is Q Q^T + P P^T with the two bases below.
 ///
 /// The causes of scatter (method.md, section 4), the tests of single readings (section 5) and the
 /// shared errors are all computed from this.

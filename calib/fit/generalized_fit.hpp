@@ -15,13 +15,15 @@ namespace axiscal {
 /// itself alone. Generalised least squares, V = diag(sigma_k^2 / w) + tau^2 K K^T + H C H^T,
 /// sigma_k and tau by restricted likelihood (method.md, section 4).
 ///
-/// All readings enter, with the field's direction unknown unless the method knows it. Consecutive
-/// readings at one design point are of one laying. Coefficients, fields, residual_sd, degrees of
-/// freedom, covariance, intervals and components of the estimate are replaced; they stay where
-/// nothing is shared, or the readings do not tell it from noise, which the notes then say.
+/// All readings enter. The field's direction is unknown unless the method knows it. Consecutive
+/// readings at one design point belong to one laying. The call replaces coefficients, fields,
+/// residual_sd, degrees of freedom, covariance, intervals and components of the estimate. They stay
+/// as they are, with a note, if no error is shared or if the readings cannot separate it from
+/// noise.
 ///
 /// @param run  the readings that were fitted.
-/// @return what each uncertain input leaves in the coefficients; none where nothing was weighed.
+/// @return the share of each uncertain input in the covariance of the coefficients; empty if no
+///         input was weighed.
 /// @par Source
 /// Searle, Casella & McCulloch, Variance Components (1992), secs. 6.6, 7.6, 11.1.
 [[nodiscard]] std::vector<UncertaintySource> weigh_shared_errors(const Experiment& experiment,
@@ -29,12 +31,12 @@ namespace axiscal {
                                                                  Method method,
                                                                  Estimate& estimate);
 
-/// The readings without what the errors of uncertain inputs, which they share, most likely add to
-/// them; for tests of single readings, which know nothing of shared errors.
+/// The readings minus the most likely effect of the errors of uncertain inputs. Tests of single
+/// readings use them, because these tests ignore shared errors.
 ///
 /// @param set  the readings that were fitted.
 /// @param of   the readings whose part is taken off: those, or others in their terms.
-/// @return nothing where no input is uncertain, or the readings do not tell.
+/// @return nullopt if no input is uncertain, or if the readings do not determine the errors.
 /// @par Source
 /// method.md, section 5; Robinson, Statistical Science 6 (1991) 15-32 (best linear unbiased
 /// prediction).
@@ -49,7 +51,7 @@ namespace axiscal {
 ///
 /// @param run       the readings that were fitted.
 /// @param estimate  as weigh_shared_errors() leaves it.
-/// @return nothing where the readings do not tell.
+/// @return nullopt if the readings do not determine the errors.
 /// @par Source
 /// method.md, section 5.
 [[nodiscard]] std::optional<CurvatureTest> test_curvature(const Experiment& experiment,

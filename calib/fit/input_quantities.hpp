@@ -13,8 +13,8 @@
 
 namespace axiscal {
 
-/// How a reading's field in the sensor changes with the normals of rest and fence face; 3 x 18,
-/// faces in the order of Face.
+/// The derivative of a reading's field in the sensor with respect to the normals of rest and fence
+/// face; 3 x 18, faces in the order of Face.
 ///
 /// With z = -n_r, y = n_f less its part along z, x = y cross z (method.md, section 2):
 /// dz = -dn_r,  dy = x (x . dn_f) - z (y . dz),  dx = -y (x . dn_f) - z (x . dz).
@@ -29,12 +29,13 @@ namespace axiscal {
 /// An input of the fit that is not exactly known, and whose error the readings share. The fit
 /// weighs them, the budget lists them and a forecast adds them up, all by this one description.
 struct InputQuantity {
-  std::string name;  ///< what the source is called in the budget
-  double u = 0.0;    ///< its standard uncertainty; NaN where it is no single number
-  std::string unit;  ///< what u is in
+  std::string name;  ///< the name of the source in the budget
+  double u = 0.0;    ///< its standard uncertainty; NaN if it is not a single number
+  std::string unit;  ///< the unit of u
   std::string distribution = "normal";
   Eigen::Index parts = 0;  ///< q independent errors of standard deviation 1
-  /// How the field in the sensor changes with them, 3 x q, at one reading, as an axis sees it.
+  /// Derivative of the field in the sensor with respect to the q errors, 3 x q, at one reading and
+  /// for one axis.
   std::function<Eigen::Matrix3Xd(Eigen::Index, Eigen::Index, const TableField&)> change;
 };
 
@@ -48,12 +49,12 @@ struct InputQuantity {
                                                           bool known_field,
                                                           const TableField& field);
 
-/// How the instrument sits in the cube: a turn about each of its axes.
+/// The orientation of the instrument in the cube: a turn about each of its axes.
 /// @param set  must outlive the result.
 [[nodiscard]] InputQuantity mount_quantity(double u_rad, const ReadingSet& set);
 
-/// How a run's readings change with inputs' errors: columns beside those of the run, one for each
-/// error, in their sigma.
+/// Derivatives of a run's readings with respect to the inputs' errors. They are further columns of
+/// the run, one for each error; the rows are in units of the run's sigma.
 [[nodiscard]] Eigen::MatrixXd change_of_readings(const std::vector<InputQuantity>& inputs,
                                                  const Fit& run,
                                                  const TableField& field);

@@ -6,11 +6,12 @@
 
 namespace axiscal {
 
-/// The tests of lack of fit anew where readings share errors of uncertain inputs, which repeats do
-/// not show: means of poses about the model with the covariance V = s^2 / n + H C H^T, s of the
-/// repeats, T = y^T P y / nu_l held against F(nu_l, nu_e / a^2), a the mean share of s^2 in V.
+/// Repeats the tests of lack of fit for readings that share errors of uncertain inputs; repeats do
+/// not show such errors. The means of poses scatter about the model with the covariance V = s^2 / n
+/// + H C H^T, with s of the repeats. T = y^T P y / nu_l is compared with F(nu_l, nu_e / a^2). Here
+/// a is the mean share of s^2 in V.
 ///
-/// Each axis has the field's direction for itself here, where it is fitted.
+/// If the field's direction is fitted, each axis fits it separately here.
 ///
 /// @param set       the readings that were fitted.
 /// @param estimate  its statistics' lack_of_fit is replaced where inputs are uncertain.

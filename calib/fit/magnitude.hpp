@@ -15,7 +15,7 @@ namespace axiscal {
 /// @param set    readings of three axes; their weights and responses count.
 /// @param F      magnitude of the field.
 /// @param noise  covariance of a reading up to a factor; 1 where the axes are alike.
-/// @param squares  whether a squared term of each axis is fitted beside.
+/// @param squares  true fits a squared term of each axis too.
 /// @throws RefusedError, RankDeficientError  for other than three axes, fewer than ten readings, or
 ///                                           orientations that leave coefficients open.
 [[nodiscard]] Estimate estimate_magnitude(const ReadingSet& set,
@@ -24,17 +24,18 @@ namespace axiscal {
                                           const Eigen::Matrix3d& noise,
                                           bool squares = false);
 
-/// The same of two axes that were turned about the direction square to both: an ellipse in their
-/// plane.
+/// The fit of two axes that were turned about the direction perpendicular to both: an ellipse in
+/// their plane.
 ///
-/// A = S^-1 is symmetric; what the axes answer to a field across the plane is not seen, and 0.
+/// A = S^-1 is symmetric. The response of the axes to a field across the plane is not observable;
+/// its entries are 0.
 /// @param F  length of the field in the plane.
 /// @throws RefusedError  for fewer than eight readings, or readings on no ellipse.
 [[nodiscard]] Estimate estimate_ellipse(const ReadingSet& set, double F);
 
-/// Several sessions of one instrument, each a block of the set: each is fitted alone, and each
-/// coefficient is their mean, weighted by what a session's own noise and the scatter between
-/// sessions leave of it.
+/// Several sessions of one instrument, each a block of the set. Each session is fitted alone. A
+/// coefficient is the weighted mean of the sessions; the weights include a session's noise and the
+/// scatter between sessions.
 ///
 /// @return as estimate_magnitude() of all readings where there is one session, or one of them does
 ///         not determine the coefficients.
@@ -50,7 +51,7 @@ namespace axiscal {
 /// @param estimate  its response is turned, its fields become the one in the table.
 void align_by_points(const ReadingSet& set, double F, Estimate& estimate);
 
-/// Refits readings from a fit that is near; for simulations of it.
+/// Refits readings. The search starts from a fit that is near; simulations use it.
 [[nodiscard]] LinearResponse refit_magnitude(const Eigen::MatrixXd& readings,
                                              double F,
                                              MagnitudeShape shape,
@@ -63,7 +64,7 @@ void align_by_points(const ReadingSet& set, double F, Estimate& estimate);
 /// Response and its covariance in another frame: f_new = R f.
 void turn_frame(const Eigen::Matrix3d& R, LinearResponse& response, Eigen::MatrixXd& covariance);
 
-/// What statistics say of such a response, in another frame: covariance, its components, intervals.
+/// Statistics of such a response in another frame: covariance, its components, intervals.
 void turn_frame(const Eigen::Matrix3d& R, FitStatistics& statistics);
 
 }  // namespace axiscal

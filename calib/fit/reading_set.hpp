@@ -19,13 +19,13 @@ namespace axiscal {
 /// n x m: which readings an axis uses.
 using AxisMask = Eigen::Array<bool, Eigen::Dynamic, Eigen::Dynamic>;
 
-/// The temperature terms of the axes while they are fitted (method.md, section 6). The product of
-/// scale and field is linear in the changes of its factors: columns d^j (S f) beside scale(t) f.
+/// The temperature terms of the axes during the fit (method.md, section 6). The product of scale
+/// and field is linearised in both factors: the columns are d^j (S f) and scale(t) f.
 struct TemperatureTerms {
   int order = 0;
   Eigen::MatrixXd d;        // n x m: t - reference, of the sensor that counts for an axis
   std::vector<int> soak;    // n: number of the soak level; empty where temperatures are continuous
-  Eigen::MatrixXd scale;    // m x order: what is known of c
+  Eigen::MatrixXd scale;    // m x order: the present values of c
   SensitivityMatrix along;  // m x 3: S as far as known; at first the main axis alone [P]
 };
 
@@ -35,9 +35,10 @@ struct ReadingSet {
   Eigen::MatrixXd response;              // n x m
   Eigen::MatrixXd weights;               // n x m, of mean 1 per axis
   Rotations rotation_sensor_from_table;  // n; empty where readings bring fields
-  std::function<Eigen::Matrix3d(const DesignPoint&)> orientation;  // the same for any point
-  // n: what has become of the field in the table since the mean time, a turn times the ratio of its
-  // lengths; empty where it stays.
+  std::function<Eigen::Matrix3d(const DesignPoint&)>
+      orientation;  // rotation_sensor_from_table of any design point
+  // n: the motion of the field in the table since the mean time, a turn times the ratio of its
+  // lengths; empty if the field is constant.
   std::vector<Eigen::Matrix3d> field_then;
   std::vector<std::string> axes;            // m names
   std::vector<std::optional<int>> nominal;  // the component each axis is meant to sense; or empty
@@ -53,7 +54,8 @@ struct ReadingSet {
   // m for each part; empty where what one sees all see.
   std::vector<AxisMask> visible;
   TemperatureTerms temperature;
-  RunEffects effects;  // of the run, beside the coefficients; may have no columns
+  RunEffects
+      effects;  // of the run, in addition to the coefficients; the matrix may have zero columns
 
   // Which of the field's tilts a reading was taken at.
   [[nodiscard]] std::size_t tilt_of(std::size_t reading) const {
@@ -91,8 +93,8 @@ struct ReadingSet {
   // @return the axis after those that follow `first` with the columns and the weights that it has.
   [[nodiscard]] Eigen::Index end_of_alike(Eigen::Index first, const Eigen::MatrixXd& of_axes) const;
 
-  // The columns of an axis that its readings tell apart: all of them, but for a transfer, which has
-  // one for each direction that its fields had; and the map that makes these of all columns.
+  // The columns of an axis that its readings can separate, and the map to them from all columns.
+  // These are all columns, except for a transfer, which has one for each direction of its fields.
   [[nodiscard]] Eigen::MatrixXd seen_columns(const Eigen::MatrixXd& design,
                                              Eigen::Index axis) const;
   [[nodiscard]] Eigen::MatrixXd map_of_seen() const;
@@ -102,21 +104,22 @@ struct ReadingSet {
 
   [[nodiscard]] std::vector<std::string> names_of_axis(Eigen::Index axis) const;
 
-  // From a field in the table, at the mean time, to what a reading met of it, frame sensor.
+  // The map from a field in the table, at the mean time, to the field at a reading, in the sensor's
+  // frame.
   [[nodiscard]] Eigen::Matrix3d met_of_field(std::size_t reading) const {
     return field_then.empty()
                ? rotation_sensor_from_table[reading]
                : Eigen::Matrix3d(rotation_sensor_from_table[reading] * field_then[reading]);
   }
 
-  // What a reading met of the field with its vectors; and what that changes with one of them.
+  // The field at a reading for the given vectors, and its derivative with respect to a vector.
   [[nodiscard]] Eigen::Vector3d field_in_table(Eigen::Index reading,
                                                const TableField& field_at) const;
   [[nodiscard]] Eigen::Matrix3d field_change(Eigen::Index reading,
                                              const TableField& field_at,
                                              std::size_t which) const;
 
-  // The same of what an axis saw of it.
+  // The field seen by an axis, and its derivative.
   [[nodiscard]] bool sees(Eigen::Index axis, Eigen::Index reading, std::size_t part) const {
     return visible.empty() || visible[part](reading, axis);
   }
@@ -131,8 +134,8 @@ struct ReadingSet {
   // Whether some axis leaves readings out (weight 0).
   [[nodiscard]] bool leaves_out() const { return (weights.array() == 0.0).any(); }
 
-  // Whether it stays as it is when it has been fitted: no axis comes to see less of it, or to scale
-  // with temperature.
+  // True if the set stays as it is after the fit: it lacks temperature terms, and its axes use all
+  // readings and see all lights.
   [[nodiscard]] bool is_final() const {
     return temperature.order == 0 && visible.empty() && !leaves_out();
   }
@@ -146,7 +149,7 @@ struct ReadingSet {
   /// Residuals of axis k below this are rounding; by the readings that it uses.
   [[nodiscard]] double rounding(Eigen::Index k) const;
 
-  /// The largest of them, where axes are looked at together.
+  /// The largest of the axes' limits, if axes are judged together.
   [[nodiscard]] double rounding() const;
 };
 

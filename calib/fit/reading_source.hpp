@@ -80,7 +80,7 @@ class ReadingSource {
                                                 const TableField& field) const;
 
  private:
-  // The same for every model; copies of the source share it.
+  // One value for every model. Copies of the source share it.
   struct Selection {
     Eigen::MatrixXd weights;
     std::vector<std::size_t> rows;

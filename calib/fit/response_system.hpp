@@ -13,20 +13,22 @@ namespace axiscal {
 // after axis; columns each axis's own p coefficients, then what the axes share: the directions of
 // the fields, and the errors of inputs or the columns of a hypothesis.
 
-/// How the field in the sensor changes with q unknowns: three rows for each reading, (3 n) x q.
+/// Derivative of the field in the sensor with respect to q unknowns: three rows for each reading,
+/// (3 n) x q.
 using FieldChanges = Eigen::MatrixXd;
 
 /// @param axis  that sees the field; where axes see different parts of it what one does not see
 ///              changes nothing.
-/// @return how it changes with a step along the tangents of the field [rad]; those of all its
-///         vectors in their order.
+/// @return derivative with respect to a step along the tangents of the field [rad]; the vectors are
+///         in order.
 [[nodiscard]] FieldChanges changes_with_directions(
     const ReadingSet& set,
     const TableField& field,
     const std::vector<TableField::Tangents>& tangents,
     Eigen::Index axis = 0);
 
-/// @return how an axis's readings change with the same unknowns, not weighted; n x q.
+/// @return derivative of an axis's readings with respect to the same unknowns, without weights; n x
+///         q.
 /// @param S  the axis's row of the sensitivity.
 [[nodiscard]] Eigen::MatrixXd response_changes(const ReadingSet& set,
                                                Eigen::Index axis,

@@ -41,7 +41,8 @@ class Rotations {
   }
 
  private:
-  // Only the latest are looked at: what is missed is kept twice, and costs no more than its space.
+  // Only the latest entries are searched. A missed rotation is stored twice, which costs only
+  // memory.
   std::uint32_t place_of(const Eigen::Matrix3d& rotation) {
     constexpr std::size_t latest = 32;
     const std::size_t count = std::min(latest, distinct_.size());

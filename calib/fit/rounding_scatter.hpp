@@ -7,8 +7,8 @@
 
 namespace axiscal {
 
-/// @return whether the readings' step is so wide beside an axis's scatter that what is left of them
-///         is the step's, not noise.
+/// @return True if the rounding step is wide relative to an axis's scatter: then the residuals are
+///         rounding errors, not noise.
 [[nodiscard]] bool is_coarsely_rounded(const ReadingSet& set,
                                        double stated_step,
                                        const Eigen::VectorXd& residual_sd);

@@ -10,16 +10,18 @@
 
 namespace axiscal {
 
-/// How the bias changes in the course of a run: by as much as it pleases from block to block, and
-/// by a drift (method.md, section 4). These columns are of the run, not of the instrument; the
-/// coefficient beside them is the bias in the mean of the blocks, in the middle of the run.
+/// The change of the bias during a run: a free change from block to block, and a drift (method.md,
+/// section 4). These columns belong to the run, not to the instrument. With them, the bias
+/// coefficient is the mean bias of the blocks, in the middle of the run.
 struct RunEffects {
   Eigen::MatrixXd columns;         ///< n x e: those of the blocks, then the drift's
   std::vector<std::string> names;  ///< e
   std::vector<int> blocks;         ///< numbers of the B blocks; empty where readings tell none
-  Eigen::MatrixXd shift_of_block;  ///< B x e: what the columns are in each block, but for a drift
-  bool has_drift = false;          ///< whether the last column is the drift, 1 over the run
-  Eigen::Index small_block_columns = 0;  ///< of blocks of a few readings, beside the others'
+  Eigen::MatrixXd
+      shift_of_block;      ///< B x e: the values of the columns in each block, except for a drift
+  bool has_drift = false;  ///< true if the last column is the drift, 1 over the run
+  Eigen::Index small_block_columns =
+      0;  ///< for blocks of a few readings, after the columns of the others
 
   /// @return whether blocks have columns; else their shifts are means of residuals.
   [[nodiscard]] bool has_block_columns() const { return block_columns() > 0; }
@@ -35,8 +37,8 @@ struct RunEffects {
   }
 };
 
-/// With more blocks a column for each would cost more than it tells: what blocks do not share then
-/// stays in the scatter of the readings, and their shifts are seen in the residuals.
+/// With more blocks, a column for each block would cost more than it gains. Differences between
+/// blocks then stay in the scatter of the readings, and the residuals show the shifts.
 inline constexpr std::size_t most_block_columns = 40;
 
 /// Which effects a fit has.
@@ -46,11 +48,12 @@ struct EffectSetup {
   bool operator==(const EffectSetup&) const = default;
 };
 
-/// With fewer readings a block's bias is hardly seen beside the other coefficients.
+/// With fewer readings, the other coefficients hide a block's bias.
 inline constexpr int fewest_readings_of_block = 6;
 
-/// @param readings  n; blocks have columns where two or more have at least fewest_readings_of_block
-///                  that every axis uses. Smaller ones beside such have a bias of their own each.
+/// @param readings  n. Blocks have columns if two or more of them have at least
+///                  fewest_readings_of_block readings that every axis uses. Each smaller block in
+///                  such a run has its own bias.
 /// @param weights   n x m; 0 where an axis does not use a reading.
 [[nodiscard]] RunEffects run_effects(const std::vector<Reading>& readings,
                                      const Eigen::MatrixXd& weights,
@@ -58,7 +61,7 @@ inline constexpr int fewest_readings_of_block = 6;
 
 /// The columns of readings that are not of the run, in the terms of those that are: its drift goes
 /// on, and a block that it does not know is as the mean of those it knows.
-/// @param run     the readings of the run, which the effects are of.
+/// @param run     the readings of the run.
 /// @return as RunEffects::columns, for `others`.
 [[nodiscard]] Eigen::MatrixXd effects_at(const RunEffects& effects,
                                          const std::vector<Reading>& run,

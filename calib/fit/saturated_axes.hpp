@@ -14,16 +14,16 @@ struct SaturatedAxis {
   std::vector<int> runs;  ///< that read so
 };
 
-/// What saturated_axes() is to know beside the readings and their fit.
+/// Input of saturated_axes() besides the readings and their fit.
 struct SaturationSearch {
   double magnitude = 0.0;    ///< of the field [its unit]; for readings without known fields
   double stated_step = 0.0;  ///< of the readings [unit]; 0: as they show it
   bool one_sided = false;    ///< the lowest value is the dark, which repeats as it likes
 };
 
-/// Axes that read their largest or smallest value several times where, by the fit of the other
-/// readings, they should have read beyond it by more than step and noise allow. Readings rounded to
-/// a step meet at an end by chance; clipped ones lie short of what the others predict.
+/// Axes that saturate: they read their largest or smallest value several times, although the fit of
+/// the other readings predicts values beyond it by more than step and noise allow. Rounded readings
+/// repeat an extreme value by chance; clipped ones lie short of the prediction.
 ///
 /// For the m readings within half a step q of the extreme x of an axis, p their mean prediction by
 /// the n - m others, of whose fit s^2 is at least q^2 / 12:

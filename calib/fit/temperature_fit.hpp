@@ -15,7 +15,7 @@ namespace axiscal {
 /// @throws RankDeficientError  if the temperatures do not determine the terms.
 [[nodiscard]] ReadingSet started_over_temperature(const ReadingSet& set, const Estimate& without);
 
-/// How many temperatures a run has: soak levels, or all of a continuous one.
+/// The number of temperatures of a run: soak levels, or all of a continuous run.
 [[nodiscard]] int temperature_count(const ReadingSet& set);
 
 /// Corrected Akaike's criterion of one axis's regression on so many columns.

@@ -9,8 +9,8 @@
 
 namespace axiscal {
 
-/// The sources of a calibration's uncertainty: the fit, and what the experiment states (method.md,
-/// section 8).
+/// The sources of a calibration's uncertainty: the fit, and the stated uncertainties of the
+/// experiment (method.md, section 8).
 ///
 /// @param set             the readings that were fitted; empty for method `bias`.
 /// @param weighed         those that the fit itself weighed, as weigh_shared_errors() says.

@@ -11,20 +11,21 @@
 
 namespace axiscal {
 
-/// What the search for a mistake found.
+/// The result of the search for a mistake.
 struct Culprit {
   std::vector<CalibrationWarning> warnings;  // the likeliest first
-  Correction correction;                     // what mends the likeliest
-  double effect = 0.0;  // what the mistake does to the coefficients, in parts of the full response
+  Correction correction;                     // the remedy of the likeliest mistake
+  double effect =
+      0.0;  // the effect of the mistake on the coefficients, in parts of the full response
 };
 
-/// What a search for mistakes says of a run.
+/// The report of a search for mistakes in a run.
 struct MistakeSearch {
   std::optional<Culprit> culprit;  // nothing for a good run
   std::string remark;              // of a reading that may be wrong, or of noise with heavy tails
 };
 
-/// Whether a run can be searched: labelled readings of one field, all used, enough of them.
+/// True if a run can be searched: enough labelled readings of one field, all used.
 [[nodiscard]] bool can_be_searched(const ReadingSet& set, const Estimate& estimate);
 
 /// Looks whether the readings of a run contradict each other, and if so which mistake explains it
@@ -35,8 +36,9 @@ struct MistakeSearch {
 /// and ranked by its likelihood, with a penalty for freedom and for the alternatives of its kind.
 ///
 /// @param known_field  whether the field's direction is given.
-/// @param without_shared_errors  the set as it is without errors that its readings share, which are
-///                     no mistakes: the run must look bad like this too. Null: there are none.
+/// @param without_shared_errors  the set without the shared errors of its readings, because these
+///                               are not mistakes. The run must look bad in this form too. Null:
+///                               shared errors are absent.
 [[nodiscard]] MistakeSearch find_culprit(const ReadingSet& set,
                                          const Estimate& estimate,
                                          bool known_field,

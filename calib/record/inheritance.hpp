@@ -10,8 +10,8 @@
 
 namespace axiscal {
 
-/// What linear functions of a record's parameters inherit, each by its gradient. The readings' own
-/// covariance is made once for any number of functions.
+/// Uncertainties of linear functions of a record's parameters, each function given by its gradient.
+/// The readings' covariance is computed once for any number of functions.
 class Inheritance {
  public:
   /// @param calibration  with statistics; must outlive it.
@@ -21,7 +21,7 @@ class Inheritance {
   [[nodiscard]] VarianceShares scatter(const Eigen::RowVectorXd& gradient) const;
 
   /// @return of all sources of the budget.
-  /// @param by_source  takes what each makes of it.
+  /// @param by_source  receives the contribution of each source.
   [[nodiscard]] VarianceShares all(const Eigen::RowVectorXd& gradient,
                                    std::vector<double>& by_source) const;
 

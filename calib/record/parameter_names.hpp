@@ -26,8 +26,8 @@ namespace axiscal {
     const std::vector<Eigen::Index>& columns,
     const std::vector<std::string>& also_kinds = {});
 
-/// Intervals of the parameters by the covariance and each axis's degrees of freedom, where they are
-/// not there yet.
+/// Intervals of the parameters from the covariance and each axis's degrees of freedom, if they are
+/// missing.
 void fill_intervals(FitStatistics& statistics);
 
 /// Intervals of the parameters by the covariance and the degrees of freedom of each.

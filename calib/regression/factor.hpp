@@ -61,8 +61,8 @@ class PositiveFactor {
   /// @param damping  added to each 1 of the scaled diagonal.
   explicit PositiveFactor(const Eigen::MatrixXd& normal, double damping = 0.0);
 
-  /// @return true if N is positive definite and finite, and more than `open_below` of each
-  ///         column's square is left beside the columns before it.
+  /// @return true if N is positive definite and finite, and more than `open_below` of each column's
+  ///         square remains after projection off the columns before it.
   [[nodiscard]] bool is_determined(double open_below = 0.0) const;
 
   // The functions from here on need a positive definite N.
@@ -106,7 +106,7 @@ class Whitening {
 /// pivots.
 [[nodiscard]] Eigen::MatrixXd solve_symmetric(const Eigen::MatrixXd& A, const Eigen::MatrixXd& B);
 
-/// @return true if a symmetric A has no negative pivot and is finite.
+/// @return true if a symmetric A is positive semidefinite by its pivots, and finite.
 [[nodiscard]] bool is_semi_definite(const Eigen::MatrixXd& A);
 
 /// @return A^-1 of a square matrix by LU with partial pivoting.
@@ -168,7 +168,7 @@ struct RankedInverse {
 /// @return the ratio of the largest to the smallest singular value of J with columns of length 1.
 [[nodiscard]] double condition_of(const Eigen::MatrixXd& J);
 
-/// The same by the normal equations J^T J, with less work.
+/// As above, by the normal equations J^T J, with less work.
 /// @return `nullopt` above 100: there the normal equations lose digits that matter.
 [[nodiscard]] std::optional<double> small_condition_of(const Eigen::MatrixXd& normal);
 

@@ -7,7 +7,7 @@
 
 namespace axiscal {
 
-/// Further columns beside those of a fit: whether they are needed, and what they make of it.
+/// Tests whether further columns of a fit are significant, and gives their effect on it.
 struct FurtherColumns {
   Eigen::VectorXd estimate;         ///< q, of the further columns
   Eigen::VectorXd change;           ///< p, of the fit's own coefficients
@@ -21,8 +21,9 @@ struct FurtherColumns {
 /// @param residuals  n, of the fit.
 /// @param columns    n x q.
 /// @param alike      how many consecutive residuals count as one; 1: they are independent.
-/// @param open_below  a column of which less is left beside the others is dependent.
-/// @return nothing where the columns depend on the fit's, or too few rows are left.
+/// @param open_below  a column is dependent if less than this part remains after projection off the
+///                    others.
+/// @return nullopt if the columns depend on the fit's columns, or if too few rows remain.
 [[nodiscard]] std::optional<FurtherColumns> fit_further_columns(const Eigen::MatrixXd& design,
                                                                 const Eigen::VectorXd& residuals,
                                                                 const Eigen::MatrixXd& columns,

@@ -11,8 +11,8 @@
 
 namespace axiscal {
 
-/// A least-squares problem as it is seen from one place: the residuals there, and what a small step
-/// of the p unknowns changes of them.
+/// A least-squares problem linearised at one place: the residuals there, and their derivative with
+/// respect to the p unknowns.
 struct Linearised {
   Eigen::VectorXd residuals;  ///< n, in units of their noise
   Eigen::MatrixXd jacobian;   ///< n x p
@@ -27,17 +27,17 @@ struct Linearised {
 ///               long as it is not too close to singular.
 [[nodiscard]] Eigen::VectorXd damped_step(const Linearised& linear, double damping, bool by_qr);
 
-/// The same by the normal equations, columns scaled to length 1: quick, and good for steps from
-/// afar.
+/// As above, by the normal equations, with columns scaled to length 1. It is fast, and accurate
+/// enough for steps far from the solution.
 ///
-/// @return nothing where a pivot is not above the smallest one, so that they are too close to
-///         singular.
+/// @return nullopt if a pivot is below the smallest one, that is, if the normal equations are close
+///         to singular.
 [[nodiscard]] std::optional<Eigen::VectorXd> step_by_normal_equations(const Linearised& linear,
                                                                       double damping,
                                                                       double smallest_pivot);
 
-/// What a problem brings for gauss_newton(). `State` is where the search stands, on a manifold or
-/// not; `Linear` is a Linearised, and may keep more.
+/// The interface of a problem for gauss_newton(). `State` is the point of the search, on a manifold
+/// or not; `Linear` is a Linearised, and may hold more.
 template <typename Problem>
 concept GaussNewtonProblem = requires(const Problem problem,
                                       const typename Problem::State at,
@@ -47,10 +47,10 @@ concept GaussNewtonProblem = requires(const Problem problem,
   {problem.linearise(at, linear)};
   // The retraction: the place that a step leads to.
   { problem.moved(at, step) } -> std::convertible_to<typename Problem::State>;
-  // Sum of squares at a place, by the weights that `linear` was made with; not a number, or
-  // infinite, where no solution may be.
+  // Sum of squares at a place, with the weights of `linear`; NaN or infinite at places that cannot
+  // be solutions.
   { problem.cost(at, linear) } -> std::convertible_to<double>;
-  // How far a step from there goes, as the problem measures it; 1 is far.
+  // Length of a step from there, in the problem's measure; 1 is far.
   { problem.length(at, step, linear) } -> std::convertible_to<double>;
 };
 
@@ -60,6 +60,7 @@ struct GaussNewtonOptions {
   double settled = 1e-13;       ///< a step of this length is the last
   double first_damping = 0.0;   ///< of a start from which an undamped step could go anywhere
   double qr_from_below = 1e-6;  ///< steps after one that is shorter than this are by QR
+  double slack = 1e-12;         ///< part of the cost by which a good step may make it larger
 };
 
 template <typename State>
@@ -70,9 +71,9 @@ struct GaussNewtonResult {
   bool converged = false;   ///< no further step is worth taking, or none makes it better
 };
 
-/// Gauss-Newton, damped (Levenberg-Marquardt, columns of length 1) as soon as a step makes the fit
-/// worse. Far from the solution J^T J leads the way; the last steps, which the result rests on, are
-/// by QR where J^T J would spoil them: what it gets wrong of a step is a part of that step.
+/// Gauss-Newton, damped (Levenberg-Marquardt, columns of length 1) once a step makes the fit worse.
+/// Far from the solution the step comes from J^T J. The last steps, which determine the result, use
+/// QR if J^T J is inaccurate; the error of J^T J is only a part of a step.
 ///
 /// @par Source
 /// Nocedal & Wright, Numerical Optimization, 2nd ed. (2006), sec. 10.3; Marquardt, J. SIAM 11
@@ -80,9 +81,8 @@ struct GaussNewtonResult {
 template <GaussNewtonProblem Problem>
 [[nodiscard]] GaussNewtonResult<typename Problem::State> gauss_newton(
     const Problem& problem, typename Problem::State start, const GaussNewtonOptions& options = {}) {
-  constexpr double rounding = 1e-12;  // of a cost: it must not stop the last steps
-  // Of a residual's variance: what a step must promise to be tried shorter. By such a step the
-  // solution moves 1e-4 of what it is uncertain by.
+  // In units of a residual's variance: a shorter step is tried only if it promises this decrease.
+  // Such a step moves the solution by 1e-4 of its uncertainty.
   constexpr double worth_another_try = 1e-8;
   constexpr double no_damping_below = 1e-9;
   constexpr double least_damping = 1e-6;
@@ -105,7 +105,7 @@ template <GaussNewtonProblem Problem>
         break;
       }
       typename Problem::State next = problem.moved(result.state, step);
-      better = problem.cost(next, linear) <= (1.0 + rounding) * cost;
+      better = problem.cost(next, linear) <= (1.0 + options.slack) * cost;
       const double length = problem.length(result.state, step, linear);
       if (attempt == 0) {
         result.left_to_go = length;

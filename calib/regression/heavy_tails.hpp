@@ -29,7 +29,7 @@ class NoiseTails {
   /// @return the probability that one residual is this large or larger, either side.
   [[nodiscard]] double two_sided_p(double t) const;
 
-  /// @return the same of one of the freedoms alone.
+  /// @return as above, for a single number of degrees of freedom.
   [[nodiscard]] static double two_sided_p_of(double freedom, double t);
 
  private:

@@ -7,12 +7,11 @@
 
 namespace axiscal {
 
-/// Into how many contiguous parts a long recording is cut: the degrees of freedom of what they say
-/// are one fewer.
+/// Number of contiguous parts of a long recording; it gives one degree of freedom less.
 inline constexpr Eigen::Index jackknife_parts = 10;
 
-/// What leaving out each contiguous tenth of the rows changes of a least-squares solution, by one
-/// step from it. Correlation that is shorter than a tenth is counted, whatever its kind.
+/// Changes of a least-squares solution when each contiguous tenth of the rows is left out, by one
+/// step. Correlation shorter than a tenth is included, of any kind.
 ///
 /// @param at_solution  residuals and Jacobian there, rows in the order in which they were taken; 9
 ///                     rows of a tenth or more for each unknown.
@@ -30,8 +29,9 @@ inline constexpr Eigen::Index jackknife_parts = 10;
 [[nodiscard]] Eigen::MatrixXd rescaled_covariance(const Eigen::MatrixXd& covariance,
                                                   const Eigen::VectorXd& uncertainties);
 
-/// How many consecutive values say as much as one independent one: 1 + 2 sum of the
-/// autocorrelations, by the variance of means of 2, 4, 8, ... of them. The work is linear in n.
+/// The number of consecutive values that have the information of one independent value: 1 + 2 sum
+/// of the autocorrelations, from the variance of means of 2, 4, 8, ... values. The work is linear
+/// in n.
 /// @param values  n, of mean 0.
 /// @return 1 or more, at most n / 8 (of 8 values or more).
 /// @par Source

@@ -7,7 +7,7 @@
 
 namespace axiscal {
 
-/// Rows below each other, and those columns that are not zero in all of them.
+/// Consecutive rows, and the columns with a nonzero value in at least one of these rows.
 struct ColumnPiece {
   Eigen::Index first = 0;  ///< its first row among all
   std::vector<Eigen::Index> columns;
@@ -20,9 +20,9 @@ struct ReplacedColumns {
   Eigen::MatrixXd to_given;  ///< their coefficients of those of the others
 };
 
-/// Columns W of units of rows, piece by piece, in a basis in which few of them are not zero: where
-/// columns that change from block to block alone tell as many blocks apart as they are, each block
-/// has one of its own. What is not linear in c then costs what a block's columns cost.
+/// Columns W of units of rows, piece by piece, in a sparse basis. Columns that change only from
+/// block to block may separate as many blocks as there are columns; then each block has a column.
+/// Work that is not linear in c then depends only on the columns of one block.
 struct PiecewiseColumns {
   Eigen::Index count = 0;  ///< c
   std::vector<ColumnPiece> pieces;

@@ -10,8 +10,8 @@ namespace axiscal {
 /// Iteratively reweighted least squares: weighs and fits in turn, until the weights stay.
 ///
 /// @param rows, columns  how many weights there are; they begin as 1.
-/// @param weigh          the weights, by what the last fit left.
-/// @param fit            fits anew with them.
+/// @param weigh          gives the weights from the residuals of the last fit.
+/// @param fit            repeats the fit with these weights.
 /// @return the weights of the last fit, after at most 100 rounds.
 Eigen::MatrixXd reweight_until_still(Eigen::Index rows,
                                      Eigen::Index columns,

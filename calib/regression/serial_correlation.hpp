@@ -24,12 +24,13 @@ struct OrderedReadings {
 /// Readings count as alike where a lag_one_score() is above this: one-sided 10 %.
 inline constexpr double alike_above = 1.282;
 
-/// How far the residuals of consecutive readings are more alike than those of independent ones.
+/// The correlation between residuals of consecutive readings.
 ///
 /// The sum over the responses of sum e_i e_(i+1) / sum e^2, each response's residuals first divided
 /// by their standard deviation, less its mean, over its standard deviation for white noise.
 ///
-/// @return a number that is about normal for white noise; 0 where nothing is left over.
+/// @return a number that is approximately standard normal for white noise; 0 without degrees of
+///         freedom.
 /// @par Source
 /// Moments of a ratio of quadratic forms: Durbin & Watson, Biometrika 37 (1950) 409-428.
 [[nodiscard]] double lag_one_score(const OrderedReadings& readings);
@@ -106,8 +107,8 @@ struct CorrelatedMean {
 /// Hoeting et al., Statistical Science 14 (1999) 382-417 (averages over models).
 [[nodiscard]] CorrelatedMean mean_under_correlation(const OrderedReadings& readings);
 
-/// The same of one response that sees the noise of three axes along a direction that turns: each
-/// pair of neighbours counts by the product of their directions, as the noise shows in it.
+/// As above, for one response with the noise of three axes along a changing direction. Each pair of
+/// neighbours is weighted by the product of their directions.
 /// @param design  n x p.
 /// @param along   h, n x 3, as of fit_under_correlation().
 [[nodiscard]] double lag_one_score(const Eigen::MatrixXd& design,
@@ -146,7 +147,7 @@ struct WanderProblem {
   Eigen::MatrixXd information;        ///< J^T J, q x q
   double squares = 0.0;               ///< of all residuals, which are square to J
   const Eigen::MatrixXd& along;       ///< n x q: of J, the direction that the cause has
-  const Eigen::VectorXd& deviations;  ///< n: of the residuals, likewise
+  const Eigen::VectorXd& deviations;  ///< n: the residuals along the same direction
   Eigen::MatrixXd sizes;              ///< h, n x 1; of mean square 1
   Eigen::VectorXd places;             ///< n, as of OrderedReadings
   double degrees_of_freedom = 0.0;    ///< residuals less q

@@ -17,12 +17,13 @@ struct ResponseSums {
   double degrees_of_freedom = 0.0;  ///< readings less own coefficients
 };
 
-/// The coefficients in common, where each response has a variance of its own.
+/// The shared coefficients, if each response has its own variance.
 struct SharedFit {
-  Eigen::VectorXd variance;            ///< m
-  Eigen::VectorXd degrees_of_freedom;  ///< m: nu, less each one's share in what is in common
-  Eigen::VectorXd estimate;            ///< D
-  Eigen::MatrixXd covariance;          ///< D x D
+  Eigen::VectorXd variance;  ///< m
+  Eigen::VectorXd
+      degrees_of_freedom;      ///< m: nu, minus the response's share in the shared coefficients
+  Eigen::VectorXd estimate;    ///< D
+  Eigen::MatrixXd covariance;  ///< D x D
 };
 
 /// Responses' variances by restricted likelihood (REML): with u = ln sigma^2 and N the degrees of
@@ -30,8 +31,8 @@ struct SharedFit {
 /// sigma_k^2 = RSS_k / nu_k; by Newton's method in u.
 ///
 /// @param start     m variances to begin with.
-/// @param smallest  m, below which none is taken: what rounding leaves.
-/// @return nothing where the readings do not determine what is in common.
+/// @param smallest  m, lower limits of the variances: the size of rounding errors.
+/// @return nullopt if the readings do not determine the shared coefficients.
 /// @par Source
 /// Patterson & Thompson, Biometrika 58 (1971) 545-554; Searle, Casella & McCulloch, Variance
 /// Components (1992), sec. 6.6.

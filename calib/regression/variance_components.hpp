@@ -23,14 +23,14 @@ struct VarianceProblem {
   Eigen::VectorXd smallest;  ///< q entries: no component is taken to be less
 };
 
-/// What a restricted likelihood makes of it.
+/// The estimate by restricted likelihood.
 struct VarianceFit {
-  Eigen::VectorXd theta;                     ///< q variances
-  Eigen::MatrixXd theta_covariance;          ///< q x q; 0 where one is at its smallest
-  Eigen::MatrixXd information;               ///< A, q x q: the inverse of half that of all
-  Eigen::VectorXd estimate;                  ///< b, c entries
-  Eigen::MatrixXd covariance;                ///< (W^T V^-1 W + prior)^-1, c x c
-  std::vector<Eigen::MatrixXd> unit_shares;  ///< q: what a theta of 1 adds to b's covariance
+  Eigen::VectorXd theta;             ///< q variances
+  Eigen::MatrixXd theta_covariance;  ///< q x q; 0 where one is at its smallest
+  Eigen::MatrixXd information;  ///< A, q x q: the inverse of half the covariance of all components
+  Eigen::VectorXd estimate;     ///< b, c entries
+  Eigen::MatrixXd covariance;   ///< (W^T V^-1 W + prior)^-1, c x c
+  std::vector<Eigen::MatrixXd> unit_shares;  ///< q: the contribution of theta = 1 to b's covariance
 
   /// The scatter's part of the covariance of b: without that of the prior.
   [[nodiscard]] Eigen::MatrixXd scatter() const;
@@ -38,8 +38,8 @@ struct VarianceFit {
   /// Satterthwaite's degrees of freedom of the scatter's variance of an entry of b, at least 1.
   [[nodiscard]] double degrees_of_freedom(Eigen::Index entry) const;
 
-  /// The same of any variance.
-  /// @param h  q entries: what a theta of 1 makes of it.
+  /// As above, for any variance.
+  /// @param h  q entries: the contribution of theta = 1.
   [[nodiscard]] double degrees_of_freedom_of(const Eigen::VectorXd& h) const;
 
   /// @return the degrees of freedom of a component: 2 theta^2 over its variance.
@@ -51,7 +51,7 @@ struct VarianceFit {
 ///
 /// @param start  q variances, positive.
 /// @param still  relative change of the variances that ends it.
-/// @return nothing where the columns are not determined, or it does not settle.
+/// @return nullopt if the columns are not determined, or if it does not converge.
 /// @par Source
 /// Searle, Casella & McCulloch, Variance Components (1992), secs. 6.6, 11.1; Satterthwaite,
 /// Biometrics Bulletin 2 (1946) 110-114.
@@ -59,11 +59,11 @@ struct VarianceFit {
                                                                  const Eigen::VectorXd& start,
                                                                  double still = 1e-9);
 
-/// How many of its standard errors a component is above 0, by one step of the scoring from where it
-/// is 0 (its score test); what is far below of what would be seen need not be fitted.
+/// The number of standard errors by which a component exceeds 0, by one step of scoring from 0 (its
+/// score test). A component far below significance need not be fitted.
 ///
 /// @param theta  q variances; that of the component is 0.
-/// @return nothing where the columns are not determined.
+/// @return nullopt if the columns are not determined.
 [[nodiscard]] std::optional<double> component_score(const VarianceProblem& problem,
                                                     const Eigen::VectorXd& theta,
                                                     Eigen::Index component);
@@ -81,7 +81,7 @@ struct WeightedFit {
   double squares = 0.0;      ///< y^T P y: about the rows less the columns without a prior
 };
 
-/// @return nothing where the columns are not determined.
+/// @return nullopt if the columns are not determined.
 [[nodiscard]] std::optional<WeightedFit> fit_at_variances(const VarianceProblem& problem,
                                                           const Eigen::VectorXd& theta);
 

@@ -66,22 +66,4 @@ Inclination inclination_from_field(const Eigen::Vector3d& field_in_sensor,
   return result;
 }
 
-Inclination inclination_from_angles(const PitchAndRoll& made,
-                                    const Eigen::Vector3d& field_in_sensor,
-                                    double magnitude,
-                                    const InclinationOptions& options) noexcept {
-  const double x = field_in_sensor.x();
-  const double y = field_in_sensor.y() + 0.0;  // no -0
-  const double z = field_in_sensor.z() + 0.0;
-  Inclination result{.pitch_rad = made.pitch_rad};
-  result.clamped = std::abs(x / magnitude) > 1.0;
-  result.gives_yaw = std::abs(result.pitch_rad) >= options.yaw_above_rad;
-  if (result.gives_yaw) {
-    result.yaw_rad = angle(y, x);
-  } else {
-    result.roll_rad = z == 0.0 ? angle(y, z) : half_open(made.roll_rad) + 0.0;
-  }
-  return result;
-}
-
 }  // namespace axiscal

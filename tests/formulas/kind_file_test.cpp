@@ -40,7 +40,7 @@ TEST(KindFile, DerivesAndDescribesByItsFormulas) {
   truth.instrument.kind = std::string(kind.name);
   const Calibration result = [&] {
     Experiment experiment = test::experiment_for(truth);
-    experiment.method = Method::joint;
+    experiment.fit.method = Method::joint;
     return calibrate(experiment, test::observe(truth, {.noise_sd = 1e-3}));
   }();
   // By hand: the angle from z, and the length of a row of S with its first-order uncertainty.

@@ -93,7 +93,7 @@ void calibrated(std::string_view bytes) {
     return;
   }
   Experiment experiment;
-  experiment.search_for_mistakes = false;  // seconds, where a sanitizer looks at each step
+  experiment.fit.search_for_mistakes = false;  // seconds, where a sanitizer looks at each step
   experiment.instrument.kind = "accelerometer";
   experiment.field.of = make_field("gravity");
   const Calibration calibration = calibrate(experiment, readings);

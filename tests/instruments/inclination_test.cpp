@@ -76,35 +76,6 @@ TEST(Inclination, ClampsAndFlags) {
   EXPECT_DOUBLE_EQ(elevation_of_axis(0.5, 1.0).angle_rad, std::numbers::pi / 6);
 }
 
-// Of angles as whole columns of readings have them: at the poles, behind, and where nothing points
-// up.
-TEST(Inclination, IsTheSameOfAnglesThatAreThere) {
-  RandomStream random(4);
-  std::vector<Eigen::Vector3d> fields;
-  for (const double x : {-1.2, -1.0, -0.3, -0.0, 0.0, 0.5, 1.0}) {
-    for (const double y : {-0.7, -0.0, 0.0, 0.2}) {
-      for (const double z : {-0.8, -0.0, 0.0, 0.9}) {
-        fields.emplace_back(x, y, z);
-      }
-    }
-  }
-  for (int i = 0; i < 500; ++i) {
-    fields.push_back(random.normals<3>());
-  }
-  for (const Eigen::Vector3d& f : fields) {
-    const Inclination one = inclination_from_field(f, 1.0);
-    const PitchAndRoll made{.pitch_rad = std::asin(std::clamp(f.x(), -1.0, 1.0)),
-                            .roll_rad = std::atan2(f.y(), f.z())};
-    const Inclination same = inclination_from_angles(made, f, 1.0, {});
-    EXPECT_EQ(same.pitch_rad, one.pitch_rad) << f.transpose();
-    EXPECT_EQ(same.roll_rad, one.roll_rad) << f.transpose();
-    EXPECT_EQ(std::signbit(same.roll_rad), std::signbit(one.roll_rad)) << f.transpose();
-    EXPECT_EQ(same.yaw_rad, one.yaw_rad) << f.transpose();
-    EXPECT_EQ(same.gives_yaw, one.gives_yaw) << f.transpose();
-    EXPECT_EQ(same.clamped, one.clamped) << f.transpose();
-  }
-}
-
 TEST(Inclination, IsNeverNan) {
   RandomStream random(3);
   for (int i = 0; i < 10000; ++i) {

@@ -137,7 +137,7 @@ TEST_F(Xsens, OneSecondMeansFitNoWorseThanImuTks) {
   options.gyroscope = {"gyr_x", "gyr_y", "gyr_z"};
   options.experiment.field.unit = "m/s^2";
   options.experiment.field.magnitude = g;
-  options.experiment.shape = MagnitudeShape::triangular;
+  options.experiment.fit.shape = MagnitudeShape::triangular;
   const ImuCalibration imu = calibrate_imu(log_, options);
   const Eigen::Matrix3d A =
       Eigen::Matrix3d(imu.accelerometer.sensor.response.sensitivity).inverse();

@@ -68,7 +68,7 @@ TEST(CalibrateImu, OfABareBoard) {
   const ImuSimulation simulation = some_imu();
   const RecordedLog log = simulate_imu_log(simulation, random_attitudes(30, 7));
   ImuOptions options = all_three();
-  options.experiment.shape = MagnitudeShape::triangular;
+  options.experiment.fit.shape = MagnitudeShape::triangular;
   const ImuCalibration imu = calibrate_imu(log, options);
   EXPECT_EQ(imu.rests.intervals.size(), 30U);
   EXPECT_FALSE(imu.seats.has_value());

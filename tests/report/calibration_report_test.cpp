@@ -132,7 +132,7 @@ TEST(QuantityCells, StandBelowEachOtherAtTheDecimalPoint) {
 TEST(CalibrationReport, LeavesALeverageWithoutMeaningOut) {
   const SensorModel truth = accelerometer_truth();
   Experiment experiment = experiment_for(truth);
-  experiment.method = Method::paired;
+  experiment.fit.method = Method::paired;
   const Calibration few =
       calibrate(experiment, observe(truth, {.slope = {0.003, -0.002}, .noise_sd = 1e-4}));
   ASSERT_NEAR(few.fit.statistics->degrees_of_freedom(0), 2.0, 1e-9);

@@ -12,7 +12,7 @@
 namespace axiscal {
 namespace {
 
-// Whether the linear propagation holds against errors that were drawn; it sorts them.
+// Compares the linear propagation with simulated errors; it sorts them.
 MonteCarloCheck check_of(const AttitudeQuantity& quantity, std::vector<double>& errors) {
   const auto trials = static_cast<Eigen::Index>(errors.size());
   const Eigen::Map<const Eigen::VectorXd> all(errors.data(), trials);
@@ -38,7 +38,7 @@ MonteCarloCheck check_of(const AttitudeQuantity& quantity, std::vector<double>& 
 
 }  // namespace
 
-/// Puts a budget together from what the propagation knows.
+/// Builds a budget from the propagated uncertainties.
 class AttitudeBudgetMaker {
  public:
   AttitudeBudgetMaker(const Calibration& calibration,

@@ -28,12 +28,13 @@
 namespace axiscal {
 namespace {
 
-// A direction of the field in the model, and what readings say of it in the sensor.
+// A direction of the field in the model, and its measured value in the sensor.
 struct Direction {
   std::vector<int> rows;
   Eigen::Vector3d in_model;       // unit length
   Eigen::Vector3d in_sensor;      // mean of the reduced readings, unit length
-  Eigen::MatrixXd by_parameters;  // 3 x p: how that turns with them, frame sensor
+  Eigen::MatrixXd by_parameters;  // 3 x p: derivative of the direction with respect to the
+                                  // parameters, frame sensor
 };
 
 // Reduces readings, and says how well.
@@ -176,7 +177,7 @@ void put_total_covariance(const Calibration& calibration, BodyRotation& body) {
                                                         body.by_parameters.transpose();
 }
 
-// Variance of each direction about its reference, where that is stated.
+// Variance of each direction about its reference, if it is stated.
 std::vector<double> stated_variances(const std::vector<Direction>& all,
                                      double noise_variance,
                                      double reference_u_rad) {
@@ -352,7 +353,7 @@ Calibration in_model_frame(Calibration calibration, const BodyRotation& body, bo
     }
   }
   if (correlated) {
-    // The parameters in the model's frame: those of the sensor's, and what these turn with them.
+    // The parameters in the model's frame: those of the sensor, and their effect on the rotation.
     Eigen::MatrixXd T = Eigen::MatrixXd::Identity(count, count);
     for (std::size_t k = 0; k < sensor.instrument.axes.size(); ++k) {
       if (const auto at = statistics.position_of(sensor.instrument.axes[k] + ".sensitivity.x")) {

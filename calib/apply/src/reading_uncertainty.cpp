@@ -63,8 +63,8 @@ double variance_of(const VarianceShares& shares) {
   return sum;
 }
 
-// Beyond F the arcsine stands still: what is left open there is the angle that u of a component
-// makes at the pole, cos(angle) = 1 - u / F [rad].
+// Beyond F the arcsine is constant. The uncertainty there is the angle that u of a component spans
+// at the pole, cos(angle) = 1 - u / F [rad].
 double angle_at_pole(double u, double F) {
   return std::sqrt(2.0 * u / F);
 }
@@ -194,7 +194,8 @@ void ReadingPropagation::find_scatter_of_blocks() {
   const auto put = [&](Eigen::Index k, Eigen::Index j, const std::string& name, double square) {
     const auto at =
         calibration_.fit.statistics->position_of(axes[static_cast<std::size_t>(k)] + name);
-    // What the readings' noise makes of the blocks' scatter is no scatter of blocks.
+    // The noise of the readings also makes the blocks scatter; this part does not belong to the
+    // scatter of blocks.
     const double by_noise = at ? B * of_readings_(*at, *at) : 0.0;
     block_variance_(k, j) = std::max(square - by_noise, 0.0);
   };
@@ -256,13 +257,13 @@ VarianceShares ReadingPropagation::shares_of(const Eigen::RowVectorXd& gradient,
     shares.components.push_back(
         {.variance = variance(part.covariance), .degrees_of_freedom = part.degrees_of_freedom});
   }
-  // What the axes share through the field's direction goes with each in proportion.
+  // The axes share a part through the field's direction; it is divided among them in proportion.
   const Eigen::VectorXd own =
       gradient.transpose().cwiseAbs2().cwiseProduct((B * of_readings_ * B.transpose()).diagonal());
   const double factor = own.sum() > 0.0 ? variance(of_readings_) / own.sum() : 0.0;
   for (Eigen::Index k = 0; k < own.size(); ++k) {
     const double reading = gradient(k) * gradient(k) * reading_variance(k);
-    // Noise that is stated has no scatter to be known by.
+    // Stated noise has an infinite number of degrees of freedom.
     shares.others += noise_.sd ? reading : 0.0;
     shares.axes.push_back(
         {.variance = factor * own(k) + (noise_.sd ? 0.0 : reading), .degrees_of_freedom = nu(k)});
@@ -475,7 +476,7 @@ ReadingPropagation::Axis ReadingPropagation::at_axis(
   result.coverage_factor = variance > 0.0
                                ? factors_.expanded(shares) / std::sqrt(variance)
                                : factors_.at(calibration_.fit.statistics->degrees_of_freedom(k));
-  // Over a step of its uncertainty, as beyond F there is no angle.
+  // Over a step of its uncertainty, because the angle is undefined beyond F.
   const double of_angle = std::hypot(u, ratio_u_ * component);
   const double high = elevation_of_axis(component + of_angle, F).angle_rad;
   const double low = elevation_of_axis(component - of_angle, F).angle_rad;

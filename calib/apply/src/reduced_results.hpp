@@ -11,7 +11,7 @@
 
 namespace axiscal {
 
-/// What a reading says, as one vector: components, residual, then the derived values.
+/// The results of a reading as one vector: components, residual, then the derived values.
 inline constexpr Eigen::Index fixed_results = 4;
 
 /// @param derived  how many derived values are wanted, see derived_count().
@@ -23,7 +23,7 @@ inline constexpr Eigen::Index fixed_results = 4;
 /// @return the names of results_of(), without a direction of up.
 [[nodiscard]] std::vector<std::string> names_of_results(const Reducer& reducer);
 
-/// @return whether a result is an angle [deg], so that differences go the short way round.
+/// @return true if a result is an angle [deg]; its differences are then taken modulo 360.
 [[nodiscard]] bool result_is_angle(const Reducer& reducer, Eigen::Index result);
 
 /// @return a - b; of angles the short way round [deg].

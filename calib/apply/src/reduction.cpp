@@ -14,6 +14,7 @@
 #include "axiscal/core/number_text.hpp"
 #include "axiscal/field/field_kind.hpp"
 #include "axiscal/field/field_unit.hpp"
+#include "axiscal/kernels/reduce_columns.hpp"
 #include "calib/apply/src/changed_parameters.hpp"
 #include "calib/regression/factor.hpp"
 #include "core/formatted.hpp"
@@ -33,7 +34,7 @@ Eigen::VectorXd row_weights(const Calibration& calibration) {
   return Eigen::VectorXd::Ones(m);
 }
 
-// What parameters are multiplied by when the field's unit changes.
+// Factors of the parameters when the field's unit changes.
 Eigen::VectorXd units_of_parameters(const std::vector<std::string>& names, double factor) {
   Eigen::VectorXd units(static_cast<Eigen::Index>(names.size()));
   for (std::size_t i = 0; i < names.size(); ++i) {
@@ -43,7 +44,7 @@ Eigen::VectorXd units_of_parameters(const std::vector<std::string>& names, doubl
   return units;
 }
 
-// What 1 g was where the record was made [m/s^2].
+// The value of 1 g at the place of the record [m/s^2].
 double gravity_of(const FieldDescription& field) {
   if (field.unit == "m/s^2") {
     return field.magnitude;
@@ -95,7 +96,7 @@ FieldConversion gravity_conversion(const FieldDescription& field,
                                    const std::string& unit,
                                    const FieldThere& there) {
   FieldConversion conversion{.unit = unit};
-  const double here = gravity_of(field);  // what 1 g is in the record
+  const double here = gravity_of(field);  // the value of 1 g in the record
   const double at_record = field.unit == "g" ? here * field.magnitude : field.magnitude;
   const double gravity_there = there.gravity_m_s2.value_or(at_record);
   constexpr double same = 1e-9;
@@ -291,39 +292,6 @@ Reducer::Reducer(const SensorModel& sensor,
   }
 }
 
-bool Reducer::has_columns() const {
-  return bias_.size() == 3 && !one_sided_ && !temperature_ && also_.empty();
-}
-
-bool Reducer::has_angle_columns() const {
-  return has_columns() && gives_field_ && kind_->derives_inclination &&
-         inclination_.convention == AxisConvention::forward_left_up &&
-         inclination_.pitch_formula == PitchFormula::arcsine;
-}
-
-ReducedReading Reducer::of_field(const Eigen::Vector3d& field_in_sensor,
-                                 const PitchAndRoll* made) const {
-  ReducedReading result{.field_in_sensor = field_in_sensor};
-  describe({}, made, result);
-  return result;
-}
-
-ColumnReduction Reducer::columns() const {
-  if (!has_columns()) {
-    throw DomainError(
-        "Reducer: whole columns are reduced for three plain axes only; not one-sided, without "
-        "temperature terms and second fields");
-  }
-  ColumnReduction reduction{.magnitude = magnitude_};
-  for (std::size_t k = 0; k < 3; ++k) {
-    reduction.bias[k] = bias_[k];
-    for (std::size_t j = 0; j < 3; ++j) {
-      reduction.inverse[3 * j + k] = inverse_[k](static_cast<Eigen::Index>(j));
-    }
-  }
-  return reduction;
-}
-
 double Reducer::above_bias(std::size_t axis,
                            double reading,
                            const std::optional<SensorTemperature>& temperature) const noexcept {
@@ -418,41 +386,48 @@ double ReducedReading::operator[](std::string_view name) const {
   throw DomainError(formatted("a reduced reading has no '{}'; it has {}", name, joined(known)));
 }
 
-ReducedReading Reducer::reduce(std::span<const double> readings,
-                               const ReadingContext& context) const {
-  if (readings.size() != bias_.size() || !gives_components()) {
+void Reducer::require_components(Eigen::Index readings) const {
+  if (readings != std::ssize(bias_) || !gives_components()) {
     throw DomainError(formatted(
         "Reducer::reduce: needs three readings or more, as many as the record has axes, {}, not {}",
-        bias_.size(), readings.size()));
+        bias_.size(), readings));
   }
-  const std::optional<SensorTemperature>& temperature = context.temperature;
-  ReducedReading result;
-  if (one_sided_) {
-    result.determined = solve_lit(readings, temperature, result.field_in_sensor);
-  } else if (!rows_.empty()) {
-    result.determined = solve_scaled(readings, temperature, result.field_in_sensor);
-  } else {
-    for (std::size_t k = 0; k < bias_.size(); ++k) {
-      result.field_in_sensor += inverse_[k] * above_bias(k, readings[k], temperature);
-    }
-  }
-  result.extrapolated = temperature_ && temperature && temperature_->is_extrapolated(*temperature);
-  if (context.up) {
-    for (const Eigen::Matrix3d& also : also_) {
-      result.field_in_sensor -= also * *context.up;
-    }
-  }
-  describe(context, nullptr, result);
-  return result;
 }
 
-void Reducer::describe(const ReadingContext& context,
-                       const PitchAndRoll* made,
-                       ReducedReading& result) const {
+bool Reducer::solve(std::span<const double> readings,
+                    const ReadingContext& context,
+                    Eigen::Vector3d& field) const noexcept {
+  const std::optional<SensorTemperature>& temperature = context.temperature;
+  field.setZero();
+  bool determined = true;
+  if (one_sided_) {
+    determined = solve_lit(readings, temperature, field);
+  } else if (!rows_.empty()) {
+    determined = solve_scaled(readings, temperature, field);
+  } else {
+    for (std::size_t k = 0; k < bias_.size(); ++k) {
+      field += inverse_[k] * above_bias(k, readings[k], temperature);
+    }
+  }
+  if (context.up) {
+    for (const Eigen::Matrix3d& also : also_) {
+      field -= also * *context.up;
+    }
+  }
+  return determined;
+}
+
+ReducedReading Reducer::reduce(std::span<const double> readings,
+                               const ReadingContext& context) const {
+  require_components(std::ssize(readings));
+  ReducedReading result;
+  result.determined = solve(readings, context, result.field_in_sensor);
+  result.extrapolated =
+      temperature_ && context.temperature && temperature_->is_extrapolated(*context.temperature);
   if (!gives_field_) {
     result.residual = not_a_number;
     result.derived.values.fill(not_a_number);
-    return;
+    return result;
   }
   result.residual = result.field_in_sensor.norm() - magnitude_;
   if (kind_->derive != nullptr && (context.up || !kind_->derives_with_attitude)) {
@@ -461,9 +436,60 @@ void Reducer::describe(const ReadingContext& context,
                                     .magnitude = magnitude_,
                                     .inclination = inclination_,
                                     .up = context.up,
-                                    .declination_rad = declination_rad_,
-                                    .made = made});
+                                    .declination_rad = declination_rad_});
   }
+  return result;
+}
+
+void Reducer::reduce_plain(const Eigen::Ref<const Eigen::MatrixXd>& readings,
+                           Eigen::MatrixX3d& fields) const {
+  ColumnReduction reduction{.magnitude = magnitude_};
+  ReadColumns read;
+  WrittenColumns written;
+  const auto n = static_cast<std::size_t>(readings.rows());
+  for (std::size_t k = 0; k < 3; ++k) {
+    const auto column = static_cast<Eigen::Index>(k);
+    reduction.bias[k] = bias_[k];
+    for (std::size_t j = 0; j < 3; ++j) {
+      reduction.inverse[3 * j + k] = inverse_[k](static_cast<Eigen::Index>(j));
+    }
+    read[k] = {readings.col(column).data(), n};
+    written[k] = {fields.col(column).data(), n};
+  }
+  reduce_columns(reduction, read, written);
+}
+
+Eigen::MatrixX3d Reducer::reduce_rows(const Eigen::Ref<const Eigen::MatrixXd>& readings,
+                                      const Eigen::Ref<const Eigen::MatrixXd>& temperatures) const {
+  require_components(readings.cols());
+  const Eigen::Index given = temperatures.cols();
+  if (temperatures.size() > 0 &&
+      (temperatures.rows() != readings.rows() || (given != 1 && given != readings.cols()))) {
+    throw DomainError(
+        formatted("Reducer::reduce_rows: needs a temperature for each of the {} readings, in one "
+                  "column or in a column for each axis, not {} x {}",
+                  readings.rows(), temperatures.rows(), given));
+  }
+  Eigen::MatrixX3d fields(readings.rows(), 3);
+  if (std::ssize(bias_) == 3 && !one_sided_ && !temperature_) {
+    reduce_plain(readings, fields);
+    return fields;
+  }
+  std::vector<double> row(bias_.size());
+  ReadingContext context;
+  Eigen::Vector3d field;
+  for (Eigen::Index i = 0; i < readings.rows(); ++i) {
+    Eigen::VectorXd::Map(row.data(), readings.cols()) = readings.row(i);
+    if (given == 1) {
+      context.temperature = temperatures(i, 0);
+    } else if (given > 1) {
+      const Eigen::VectorXd own = temperatures.row(i);
+      context.temperature = SensorTemperature(std::vector<double>(own.begin(), own.end()));
+    }
+    const bool determined = solve(row, context, field);
+    fields.row(i) = determined ? field : Eigen::Vector3d::Constant(not_a_number);
+  }
+  return fields;
 }
 
 ReducedAxis Reducer::reduce_axis(

@@ -30,7 +30,7 @@ using Sink = std::function<void(std::string_view)>;
 // Rows in a buffer that grows, or that is handed over where it is large and full.
 class RowWriter {
  public:
-  // @param buffer  to write to; what it holds counts for nothing.
+  // @param buffer  for the output; its old content is discarded.
   // @param sink    null: it grows.
   RowWriter(std::vector<char>& buffer,
             const Sink* sink,
@@ -41,7 +41,7 @@ class RowWriter {
     buffer_.resize(std::max(buffer_.size(), least));
   }
 
-  // What is there and not handed over.
+  // Rows that exist and were not handed out.
   [[nodiscard]] std::string_view rows() const { return {buffer_.data(), used_}; }
 
   // Text, which binary rows have none of.
@@ -221,7 +221,7 @@ class RowReader {
     readings_.resize(axes.size());
   }
 
-  // Reads the row; false where a cell is no number, which defect() is then about.
+  // Reads the row; false if a cell is not a number. Then defect() describes the cell.
   bool read(const Reducer& reducer) {
     saturated_ = false;
     for (std::size_t k = 0; k < plus_.size(); ++k) {
@@ -302,9 +302,6 @@ class RowReduction {
       joint_row_.emplace(csv, options.joint->columns, *options.joint->reducer,
                          options.temperature_column);
     }
-    if (reducer.has_columns() && options.uncertainty == nullptr && !attitude_row_ && !joint_row_) {
-      batch_.emplace(reducer);
-    }
     for (const std::string& name : results_) {
       if (csv.column(name)) {
         throw DataError(csv.path(), csv.line(),
@@ -333,21 +330,13 @@ class RowReduction {
 
   [[nodiscard]] std::string_view rows() const { return out_.rows(); }
 
-  // @param texts_stay  those of rows that were read, while further ones are.
-  ReductionCsvSummary reduce(std::size_t most_rows, bool texts_stay) {
+  ReductionCsvSummary reduce(std::size_t most_rows) {
     while (summary_.rows < most_rows) {
       const CsvReader::Row row = csv_.next();
       if (row == CsvReader::Row::end) {
         break;
       }
       ++summary_.rows;
-      if (row == CsvReader::Row::good && take()) {
-        if (!texts_stay || batch_->count == Batch::most) {
-          put_batch();
-        }
-        continue;
-      }
-      put_batch();
       if (row == CsvReader::Row::defective) {
         refuse(csv_.defect());
         put_defective_row();
@@ -358,79 +347,10 @@ class RowReduction {
       }
       end_row();
     }
-    put_batch();
     return summary_;
   }
 
  private:
-  // Rows that are reduced at once.
-  struct Batch {
-    static constexpr std::size_t most = 256;
-    using Column = std::array<double, most>;
-
-    explicit Batch(const Reducer& reducer)
-        : reduction(reducer.columns()), has_angles(reducer.has_angle_columns()) {}
-
-    // Readings become fields in their place. Whole vectors of them, so that each is the same
-    // wherever it stands.
-    void reduce() {
-      constexpr std::size_t longest_vector = 32;
-      const std::size_t whole = (count + longest_vector - 1) / longest_vector * longest_vector;
-      const auto part = [whole](Column& column) { return std::span(column).first(whole); };
-      const WrittenColumns written = {part(columns[0]), part(columns[1]), part(columns[2])};
-      const ReadColumns read = {written[0], written[1], written[2]};
-      if (has_angles) {
-        reduce_columns(reduction, read, written,
-                       {.pitch_rad = part(pitch_rad), .roll_rad = part(roll_rad)});
-      } else {
-        reduce_columns(reduction, read, written);
-      }
-    }
-
-    ColumnReduction reduction;
-    bool has_angles;
-    std::size_t count = 0;
-    std::array<std::string_view, most> texts;
-    std::array<std::size_t, most> lines{};
-    std::array<Column, 3> columns{};
-    Column pitch_rad{};
-    Column roll_rad{};
-  };
-
-  // Whether the row goes into the batch: it does where its readings are good and no more is asked
-  // than plain axes say.
-  bool take() {
-    if (!batch_ || holds_formula() || !row_.read(reducer_) || row_.saturated()) {
-      return false;
-    }
-    batch_->texts[batch_->count] = csv_.text();
-    batch_->lines[batch_->count] = csv_.line();
-    for (std::size_t k = 0; k < batch_->columns.size(); ++k) {
-      batch_->columns[k][batch_->count] = row_.readings()[k];
-    }
-    ++batch_->count;
-    return true;
-  }
-
-  void put_batch() {
-    if (!batch_ || batch_->count == 0) {
-      return;
-    }
-    batch_->reduce();
-    for (std::size_t i = 0; i < batch_->count; ++i) {
-      const Eigen::Vector3d field(batch_->columns[0][i], batch_->columns[1][i],
-                                  batch_->columns[2][i]);
-      const PitchAndRoll made{.pitch_rad = batch_->pitch_rad[i], .roll_rad = batch_->roll_rad[i]};
-      const ReducedReading reduced = reducer_.of_field(field, batch_->has_angles ? &made : nullptr);
-      out_.put(batch_->texts[i]);
-      if (put_results(reduced, batch_->lines[i])) {
-        put_flag(reduced.derived.clamped, reduced.extrapolated);
-      }
-      end_row();
-    }
-    batch_->count = 0;
-  }
-
   void end_row() {
     out_.put("\n");
     if (options_.every_row) {
@@ -501,7 +421,7 @@ class RowReduction {
     }
   }
 
-  // The readings of an instrument beside the first; nullptr where there is none.
+  // The readings of an instrument next to the first; nullptr if this instrument is absent.
   static RowReader* beside(std::optional<RowReader>& row) { return row ? &*row : nullptr; }
 
   void reduce_row() {
@@ -561,7 +481,7 @@ class RowReduction {
     put_flag(reduced.derived.clamped, reduced.extrapolated || extrapolated, moved);
   }
 
-  // What a reading says; false where it says nothing, which is written then.
+  // The result of a reading; false if it is invalid, and the flag is then written.
   bool put_results(const ReducedReading& reduced, std::size_t line) {
     if (!reduced.determined) {
       refuse("fewer than three axes see the light", line);
@@ -585,7 +505,7 @@ class RowReduction {
     return true;
   }
 
-  // How the other instrument is turned against this one; returns whether that is an alarm.
+  // The turn of the other instrument relative to this one; returns true for an alarm.
   bool put_joint(const Eigen::Vector3d& field, const ReadingContext& context, bool& extrapolated) {
     const JointColumns& joint = *options_.joint;
     const ReducedReading reduced =
@@ -718,7 +638,7 @@ class RowReduction {
                                  row_.temperature());
   }
 
-  // What the two components' uncertainties make of the direction.
+  // The uncertainty of the direction from those of the two components.
   [[nodiscard]] Eigen::Vector3d direction_uncertainty(
       const std::vector<ReadingPropagation::Axis>& components) const {
     Eigen::Vector3d variance = Eigen::Vector3d::Zero();
@@ -754,11 +674,10 @@ class RowReduction {
   const ReductionCsvOptions& options_;
   RowWriter out_;
   std::vector<std::string> results_;
-  std::size_t derived_;  // how many of them the kind of instrument derives
+  std::size_t derived_;  // the number of these that the kind of instrument derives
   RowReader row_;
   std::optional<RowReader> attitude_row_;
   std::optional<RowReader> joint_row_;
-  std::optional<Batch> batch_;
   ReductionCsvSummary summary_;
 };
 
@@ -830,7 +749,7 @@ ReductionCsvSummary reduce_csv(CsvReader& csv,
   RowReduction whole(csv, axes, reducer, options, buffer, &sink);
   whole.put_header();
   if (options.every_row) {
-    return whole.reduce(all, false);
+    return whole.reduce(all);
   }
   sink(whole.rows());
   struct Piece {
@@ -838,12 +757,11 @@ ReductionCsvSummary reduce_csv(CsvReader& csv,
     std::string_view rows;  // in it
     ReductionCsvSummary summary;
   };
-  std::vector<std::vector<char>> spare;  // buffers that have grown to what a piece needs
-  const auto reduced = [&](CsvReader& from, std::size_t most_rows, bool texts_stay,
-                           std::vector<char> to) {
+  std::vector<std::vector<char>> spare;  // buffers that grew to the size of a piece
+  const auto reduced = [&](CsvReader& from, std::size_t most_rows, std::vector<char> to) {
     Piece piece{.buffer = std::move(to)};
     RowReduction rows(from, axes, reducer, options, piece.buffer);
-    piece.summary = rows.reduce(most_rows, texts_stay);
+    piece.summary = rows.reduce(most_rows);
     piece.rows = rows.rows();
     return piece;
   };
@@ -859,11 +777,11 @@ ReductionCsvSummary reduce_csv(CsvReader& csv,
     if (std::optional<CsvReader::Lines> lines = csv.take_lines()) {
       const auto from = std::make_shared<CsvReader>(csv, *std::move(lines));
       const auto to = std::make_shared<std::vector<char>>(spare_buffer());
-      return [&reduced, from, to] { return reduced(*from, all, true, std::move(*to)); };
+      return [&reduced, from, to] { return reduced(*from, all, std::move(*to)); };
     }
     // Rows with quotes end where their reader finds that they do.
     constexpr std::size_t some = 1000;
-    const auto piece = std::make_shared<Piece>(reduced(csv, some, false, spare_buffer()));
+    const auto piece = std::make_shared<Piece>(reduced(csv, some, spare_buffer()));
     return piece->summary.rows > 0 ? std::optional([piece] { return std::move(*piece); })
                                    : std::nullopt;
   };

@@ -209,7 +209,7 @@ CombinedLevelness combine_levelness(const std::vector<SlotLevelness>& slots) {
       combined.suspect = slots[i].slot;
     }
   }
-  // Of two slots both tests are the same one.
+  // For two slots both tests are identical.
   const double tests = slots.size() == 2 ? 1.0 : static_cast<double>(slots.size());
   combined.p_value = std::min(1.0, tests * smallest);
   combined.consistent = !(combined.p_value < disagreement_below);
@@ -262,7 +262,7 @@ bool shows_slope(const Calibration& calibration) {
   return calibration.fit.levelness && field_kind(calibration.sensor.field.kind).vertical;
 }
 
-// What is one slot's own.
+// The part of a single slot.
 Experiment experiment_of_slot(const Experiment& experiment, const std::string& slot) {
   Experiment own = experiment;
   own.slots.clear();
@@ -329,7 +329,7 @@ void take_slope(const std::vector<Calibration>& calibrations,
                 Experiment& experiment) {
   if (!experiment.table.slope.isZero(0.0) || experiment.stated.slope_u > 0.0 ||
       experiment.field.in_table) {
-    return;  // how the field lies is stated
+    return;  // the field's direction is stated
   }
   if (combined) {
     if (combined->consistent) {

@@ -97,7 +97,7 @@ void note_robust_fit(const Experiment& experiment,
            formatted("robust regression gives {} no weight and fits the other readings",
                      name_of_runs(runs))});
     }
-  } catch (const Error&) {  // robust regression is no help
+  } catch (const Error&) {  // robust regression cannot help
     return;
   }
 }

@@ -113,8 +113,8 @@ Eigen::MatrixXd covariance_by_simulation(const Calibration& calibration,
          centred / (trials - 1);
 }
 
-// A mirrored instrument fits as well, with the angle that is left to 180 degrees; only the dip that
-// a model says shows it.
+// A mirrored instrument fits equally well, with 180 degrees minus the angle. Only the dip of a
+// model shows the mirroring.
 void warn_of_mirrored_axes(Calibration& calibration,
                            const Calibration& companion,
                            const Alignment& alignment) {
@@ -163,8 +163,8 @@ std::vector<Eigen::Index> used_of_both(const Calibration& calibration,
 }
 
 // Turns response, covariance and sources to the companion's frame.
-// @param simulated  the covariance as it will be, with what the rotation adds; nothing where it was
-//                   not simulated.
+// @param simulated  the future covariance, with the rotation's part; nullopt if it was not
+//                   simulated.
 void turn_to_companion(const Alignment& alignment,
                        const std::optional<Eigen::MatrixXd>& simulated,
                        Calibration& calibration) {
@@ -191,7 +191,8 @@ void turn_to_companion(const Alignment& alignment,
   } else if (statistics.components.empty()) {
     statistics.covariance = covariance;
   } else {
-    // The simulation's noise is white: what the readings' order says stays where it is more.
+    // The simulation's noise is white. If the uncertainty from the readings' order is larger, it is
+    // kept.
     const Eigen::VectorXd variances =
         covariance.diagonal().cwiseMax(statistics.covariance.diagonal());
     statistics.covariance = rescaled_covariance(covariance, variances.cwiseSqrt());

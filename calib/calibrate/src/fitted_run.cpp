@@ -29,7 +29,7 @@ Eigen::Matrix3d noise_of(const Observations& observations) {
   return observations.response_sd->cwiseAbs2().colwise().mean().asDiagonal();
 }
 
-// Adds to the readings the parts of the estimate that later steps need of them.
+// Stores the parts of the estimate that later steps need in the readings.
 FittedRun completed(FittedRun fit, ReadingSet set) {
   set.seen = fit.estimate.sight.seen;
   set.visible = fit.estimate.sight.visible;

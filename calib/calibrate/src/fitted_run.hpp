@@ -17,7 +17,7 @@ namespace axiscal {
 struct ChosenModel {
   ModelChoice choice;
   std::vector<TemperatureOrderTrial>
-      trials;                              ///< of the temperature order, if it was chosen by them
+      trials;                              ///< for the temperature order, if the readings chose it
   bool temperature_has_no_effect = false;  ///< trials found no need of temperature terms
 };
 

@@ -5,10 +5,10 @@
 
 namespace axiscal {
 
-/// @return whether each reading says which field it met.
+/// @return true if each reading states the field that it met.
 [[nodiscard]] bool brings_field(const Observations& observations);
 
-/// @return whether each reading says at which point it was taken.
+/// @return true if each reading states the point at which it was taken.
 [[nodiscard]] bool has_labels(const Observations& observations);
 
 /// Says in the record what the method takes for granted of the readings.

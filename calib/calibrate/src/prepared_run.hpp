@@ -37,7 +37,7 @@ class PreparedRun {
   [[nodiscard]] const MethodKind& method() const { return method_kind(method_); }
   [[nodiscard]] Weighting weighting() const { return weighting_; }
 
-  /// @return whether the readings bring their fields.
+  /// @return true if the readings bring their fields.
   [[nodiscard]] bool by_field() const { return source_.by_field(); }
 
   /// @return whether these are of different lengths, as on a rate table.

@@ -8,14 +8,14 @@
 
 namespace axiscal {
 
-/// Counts the causes of scatter in the uncertainty of a fit. Method magnitude has none of them;
-/// method faces takes bias and scale from the lengths here.
+/// Adds the causes of scatter to the uncertainty of a fit. Method magnitude does not use them.
+/// Method faces takes bias and scale from the lengths here.
 [[nodiscard]] CountedEstimate counted_scatter(const PreparedRun& run,
                                               const FittedRun& fit,
                                               const SearchedRun& search);
 
-/// The record of a fit: sensor, statistics, levelness, conditions and uncertainty budget. It has no
-/// residuals and no findings but notes on its making.
+/// The record of a fit: sensor, statistics, levelness, conditions and uncertainty budget. It lacks
+/// residuals and findings, except notes on the calibration.
 /// @param counted  its parts are moved to the record; `seen`, `direction` and notes stay.
 [[nodiscard]] Calibration record_of(const PreparedRun& run,
                                     const ChosenModel& model,

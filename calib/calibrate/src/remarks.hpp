@@ -7,8 +7,8 @@
 
 namespace axiscal {
 
-/// Notes of a finished fit that ask for nothing: what few axes cannot say, readings without weight,
-/// a cube that rocks, an uncertain field.
+/// Notes of a finished fit that do not require action: the limits of few axes, readings without
+/// weight, a cube that rocks, an uncertain field.
 void add_notes(Calibration& calibration,
                const Observations& observations,
                const Positioner& positioner);

@@ -11,7 +11,7 @@
 namespace axiscal {
 namespace {
 
-// What the fit says that a reading should be; without labels only its direction is its own.
+// The reading predicted by the fit. Without labels the direction comes from the reading itself.
 Eigen::VectorXd fitted_response(const Calibration& calibration,
                                 const ReadingSource& source,
                                 const Reading& reading,
@@ -60,7 +60,7 @@ std::vector<ReadingResidual> residuals_of(const Observations& observations,
     residual.used = used.row(row).any();
     residual.magnitude = not_a_number;
     if (!residual.used && reading.point && !positioner.seat(*reading.point).defect.empty()) {
-      // Left out as the cube cannot lie so: there is no field to hold the reading against.
+      // Left out because the cube cannot lie so: a field for comparison does not exist.
       residual.response = Eigen::VectorXd::Constant(response.bias.size(), not_a_number);
       residuals.push_back(std::move(residual));
       continue;
@@ -86,8 +86,8 @@ std::vector<ReadingResidual> residuals_of(const Observations& observations,
     }
     residual.response = v - left;
     for (Eigen::Index k = 0; k < left.size(); ++k) {
-      // What an axis does not see, or cannot read, leaves nothing; a reading that was left out
-      // does.
+      // An axis that does not see or cannot read the field has residual NaN. A reading without
+      // weight keeps its residual.
       if (!source.in_range()(row, k) || (residual.used && !used(row, k))) {
         residual.response(k) = not_a_number;
       }

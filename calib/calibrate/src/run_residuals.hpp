@@ -11,7 +11,7 @@ namespace axiscal {
 
 /// Residuals of all readings, left out or not, in the order of the file.
 ///
-/// @param fields  in the table, as fitted; empty: the readings bring theirs, or have no labels.
+/// @param fields  in the table, as fitted; empty: the readings bring their fields, or lack labels.
 /// @param used    which readings each axis used, a row for each of the observations.
 [[nodiscard]] std::vector<ReadingResidual> residuals_of(const Observations& observations,
                                                         const ReadingSource& source,

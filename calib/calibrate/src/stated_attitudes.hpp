@@ -6,7 +6,7 @@
 
 namespace axiscal {
 
-/// @return whether the readings say how they were taken by attitudes.
+/// @return true if the readings state their attitudes.
 [[nodiscard]] bool has_attitudes(const Observations& observations);
 
 /// @return true if the attitudes give the field of each reading. The methods known and bias use
@@ -14,8 +14,8 @@ namespace axiscal {
 ///         A field of rotation also needs a site or a vector.
 [[nodiscard]] bool takes_attitudes(const Experiment& experiment, const Observations& observations);
 
-/// The readings with the fields that their attitudes make of the experiment's: a dividing head or a
-/// sine plate stands on a level table, or on one whose slope is stated.
+/// The readings, with the experiment's field turned to their attitudes: a dividing head or a sine
+/// plate stands on a level table, or on one with a stated slope.
 ///
 /// @throws RefusedError  where a field that is not vertical needs a heading that is not there.
 /// @throws SetupError    where nothing says how the field lies in the table, or it moves.

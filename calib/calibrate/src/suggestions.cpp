@@ -4,7 +4,7 @@
 namespace axiscal {
 namespace {
 
-// The run calibrated again with what the suggestion says.
+// Applies the suggestion to the experiment and to its readings.
 void follow(const Correction& correction, Experiment& experiment, Observations& observations) {
   observations = corrected(std::move(observations), correction);
   experiment.leave_out.insert(experiment.leave_out.end(), correction.leave_out.begin(),

@@ -359,7 +359,7 @@ class Summary {
     }
   }
 
-  // What users of this kind of instrument call the calibration.
+  // The quantities, by their usual names for this kind of instrument.
   void add_quantities() {
     const std::vector<KindQuantity> quantities = quantities_of(c_);
     if (quantities.empty()) {
@@ -459,7 +459,7 @@ class Summary {
     }
   }
 
-  // How the frames of an assembly's instruments are turned against this one's.
+  // The turns of the frames of an assembly's instruments relative to this one's.
   void add_alignments() {
     if (c_.fit.slot_alignments.empty()) {
       return;
@@ -509,7 +509,7 @@ class Summary {
       dof.push_back(formatted("{:.4g}", statistics_.degrees_of_freedom(k)));
       const double r_squared = statistics_.r_squared(k);
       unexplained.push_back(std::isnan(r_squared) ? "-" : formatted("{:.1e}", 1.0 - r_squared));
-      // With next to no degrees of freedom these are huge by chance and tell nothing.
+      // With very few degrees of freedom these are huge by chance and useless.
       constexpr double fewest_degrees_of_freedom = 4.0;
       double largest = std::nan("");
       for (Eigen::Index row = 0; row < statistics_.studentized.rows(); ++row) {

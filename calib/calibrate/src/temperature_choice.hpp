@@ -17,8 +17,8 @@ namespace axiscal {
 [[nodiscard]] bool has_temperatures_enough(const Experiment& experiment,
                                            const Observations& observations);
 
-/// @return whether an order beyond 0 describes the readings so much better that fewer than one run
-///         in a thousand without an effect of temperature would look like it.
+/// @return true if an order above 0 is significant: without an effect of temperature, fewer than
+///         one run in a thousand would show such an improvement.
 [[nodiscard]] bool clearly_needed(const std::vector<TemperatureOrderTrial>& trials);
 
 /// Warns where readings have temperatures that no term of the fit describes, although they span

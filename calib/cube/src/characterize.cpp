@@ -162,7 +162,7 @@ std::vector<SolidReference> solid_references(const std::vector<Reference>& refer
   return solid;
 }
 
-// A mean square and the degrees of freedom that it was estimated with; 0 of them: exactly known.
+// A mean square and its degrees of freedom. 0 stands for an exact value.
 double effective_dof(const std::vector<std::pair<double, double>>& parts) {
   double sum = 0.0;
   double over = 0.0;
@@ -181,7 +181,7 @@ double p_of_difference(const SolidSolution& one, const SolidSolution& others) {
         one.state.normals[face] - others.state.normals[face];
   }
   const Eigen::Matrix<double, 9, 1> d = others.basis.transpose() * difference;
-  // Both covariances in one basis: they differ by what the normals differ.
+  // Both covariances in one basis. The two bases differ because the normals differ.
   const Eigen::Matrix<double, 9, 9> to = others.basis.transpose() * one.basis;
   const Eigen::Matrix<double, 9, 9> V =
       to * (one.noise + one.handed_on) * to.transpose() + others.noise + others.handed_on;
@@ -195,7 +195,7 @@ double p_of_difference(const SolidSolution& one, const SolidSolution& others) {
   return std::isinf(dof) ? chi_squared_upper_p(Q, 9.0) : f_upper_p(Q / 9.0, 9.0, dof);
 }
 
-// Those of one instrument, or all but those, numbered anew.
+// The references of one instrument, or all others, renumbered.
 std::vector<SolidReference> part_of(const std::vector<SolidReference>& references,
                                     std::size_t instrument,
                                     bool without) {
@@ -377,7 +377,7 @@ std::set<DesignPoint> points_of(const std::vector<SolidReference>& solid) {
   return points;
 }
 
-// What a reader of the positioner's file is to know of its figures.
+// Notes on the figures for a reader of the positioner's file.
 void describe_in_notes(const CharacterizeOptions& options,
                        const Characterization& result,
                        bool all_have_covariance,

@@ -9,7 +9,7 @@
 
 namespace axiscal {
 
-/// What a record states of its own errors.
+/// The errors that a record states.
 struct RecordErrors {
   Eigen::MatrixXd covariance;       // covers b, S by axis, 4m x 4m; zero where the record has none
   double degrees_of_freedom = 0.0;  // that covariance's, all axes together; 0: exact
@@ -17,7 +17,7 @@ struct RecordErrors {
   double F = 1.0;                   // field at level 1
 };
 
-/// What is known of an instrument's errors before its readings in the new cube.
+/// The prior for an instrument's errors before its readings in the new cube.
 struct RecordPrior {
   Eigen::MatrixXd root;             // covariance = root root^T, 4m x rank
   double degrees_of_freedom = 0.0;  // its own; 0: exact

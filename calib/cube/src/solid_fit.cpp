@@ -67,13 +67,13 @@ Factor factored(const Eigen::MatrixXd& J, const std::vector<std::string>& names)
 
 }  // namespace
 
-// Where each parameter stands among the columns.
+// The column of each parameter.
 struct SolidFit::Layout {
   Eigen::Matrix<double, 12, 9> gauge;
   Eigen::Matrix<double, 18, 12> tangents;
   std::vector<Eigen::Index>
       reference;                    // first column of each: mount 3, fields 2 L, bias m, scale m
-  std::vector<Eigen::Index> shift;  // where each instrument's begin
+  std::vector<Eigen::Index> shift;  // the first column of each instrument
   std::vector<std::string> names;
   Eigen::Index columns = 0;
 };
@@ -241,8 +241,8 @@ Eigen::VectorXd SolidFit::residuals(const SolidState& state,
 Eigen::MatrixXd SolidFit::jacobian(const SolidState& state,
                                    const Layout& layout,
                                    const std::vector<double>& sigma) const {
-  // How each seat turns with each tangent, by central differences: with feet the turn to the fence
-  // has no simple formula, and rotations are smooth to the last digit that matters here.
+  // The derivative of each seat with respect to each tangent, by central differences. With feet,
+  // the turn to the fence lacks a simple formula. Rotations are smooth to the last relevant digit.
   constexpr double step = 1e-5;
   const Positioner cube = positioner_of(state.normals);
   std::vector<Positioner> forward;
@@ -342,8 +342,8 @@ void SolidFit::move(SolidState& state, const Layout& layout, const Eigen::Vector
   fix_gauge(state);
 }
 
-// The scatter of each reference by what the last fit left; all of them pooled where one has too few
-// degrees of freedom of its own.
+// The scatter of each reference from the residuals of the last fit. If one has too few degrees of
+// freedom, all are pooled.
 std::vector<double> SolidFit::scatter(const std::vector<double>& sigma,
                                       const Eigen::VectorXd& residuals,
                                       const Eigen::VectorXd& leverage,
@@ -462,7 +462,7 @@ SolidSolution SolidFit::solve() const {
   constexpr int rounds_of_scatter = 4;
   for (int outer = 0; outer <= rounds_of_scatter; ++outer) {
     const Problem problem{.fit = *this, .sigma = solution.sigma};
-    if (outer == 0) {  // what is open is said before a search without an end
+    if (outer == 0) {  // an undetermined parameter is reported before an endless search
       static_cast<void>(
           factored(jacobian(place.state, place.layout, solution.sigma), place.layout.names));
     }

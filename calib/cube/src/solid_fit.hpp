@@ -14,7 +14,7 @@
 
 namespace axiscal {
 
-/// What the fit needs of one reference: n readings of m axes.
+/// The fit's input for one reference: n readings of m axes.
 struct SolidReference {
   std::string slot;
   std::vector<Reading> readings;
@@ -49,7 +49,7 @@ struct SolidSolution {
   double calibration_dof = 0.0;           // effective, of the records' part; 0: exact
   Eigen::Matrix<double, 18, 9> basis;     // spans the changes of the normals that the gauge allows
   Eigen::Matrix<double, 9, 9> noise;      // covariance of the normals in it, by the readings
-  Eigen::Matrix<double, 9, 9> handed_on;  // what the instruments' own calibrations add
+  Eigen::Matrix<double, 9, 9> handed_on;  // the part of the instruments' calibrations
   std::vector<Eigen::Matrix3d> mount_noise;  // covariance of each mount, by the readings
 };
 

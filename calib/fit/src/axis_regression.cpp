@@ -50,7 +50,7 @@ void make_robust(AxisRegression& axis,
   axis.fit.residual_sd = bisquare.scale * std::sqrt(bisquare.variance_factor);
   axis.fit.covariance = axis.fit.residual_sd * axis.fit.residual_sd * plain.unscaled_covariance();
   axis.fit.leverage = plain.leverage();
-  // What was given no weight must show: all residuals count, in units of the robust scatter.
+  // Readings of weight 0 must show: all residuals enter, in units of the robust scatter.
   const Eigen::VectorXd weighted = root.cwiseProduct(axis.fit.residuals);
   ResidualDiagnostics diagnostics =
       scale_residuals(weighted, plain.leverage(), axis.fit.residual_sd, p);
@@ -146,7 +146,7 @@ LackOfFit test_lack_of_fit(const std::vector<int>& group,
     sums.residual += root * weighted_residuals(row);
     ++sums.count;
   }
-  // Weighted sum of squares of the groups' means: what is left of the RSS is pure error.
+  // Weighted sum of squares of the groups' means. The remainder of the RSS is pure error.
   double between = 0.0;
   double pure_error_dof = 0.0;
   for (const Sums& sums : groups) {
@@ -210,7 +210,7 @@ void put_diagnostics(FitStatistics& statistics,
                      const ResidualDiagnostics& diagnostics,
                      const Eigen::VectorXd& robust_weights) {
   statistics.leverage.col(k) = leverage;
-  // A row that the axis leaves out has no part in its fit.
+  // A row that the axis leaves out does not enter its fit.
   const auto has_part = leverage.array() > 0.0;
   statistics.studentized.col(k) = has_part.select(diagnostics.studentized, not_a_number);
   statistics.cooks_distance.col(k) = has_part.select(diagnostics.cooks_distance, not_a_number);
@@ -269,7 +269,7 @@ std::vector<int> groups_of_readings(const ReadingSet& set) {
   const bool continuous = set.temperature.order > 0 && set.temperature.soak.empty();
   const auto key_of = [&](std::size_t i) {
     const Reading& reading = set.readings[i];
-    // By method magnitude readings may have neither; nothing is grouped there.
+    // By method magnitude readings may lack both; then no groups are formed.
     const bool has_field = set.rotation_sensor_from_table.empty() && reading.field_in_sensor;
     // No two readings of a continuous temperature repeat each other.
     const int soak = continuous ? static_cast<int>(i) : set.soak_of(i);

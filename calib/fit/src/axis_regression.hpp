@@ -55,7 +55,7 @@ void require_robust_freedom(double degrees_of_freedom);
 /// @param effects             columns of the run's effects, which differ between repeats and so
 ///                            take their degrees of freedom from the pure error.
 /// @param robust_weights      empty unless robust; a reading of weight 0 counts in neither part.
-/// @return F and p are NaN where there are no degrees of freedom for either part.
+/// @return F and p are NaN if one of the two parts has zero degrees of freedom.
 [[nodiscard]] LackOfFit test_lack_of_fit(const std::vector<int>& group,
                                          const Eigen::VectorXd& weights,
                                          const Eigen::VectorXd& weighted_residuals,
@@ -83,7 +83,7 @@ void require_response(const ReadingSet& set);
                                  const std::vector<AxisRegression>& axes,
                                  RegressionRows rows);
 
-/// Numbers readings by what they were taken at: same design point and level, or same field; n.
+/// Numbers readings by their group: the same design point and level, or the same field; n.
 [[nodiscard]] std::vector<int> groups_of_readings(const ReadingSet& set);
 
 /// @return the rows of the regression, with those numbers.

@@ -27,7 +27,7 @@
 namespace axiscal {
 namespace {
 
-// What the constant of the polynomial is.
+// The quantity that the constant of the polynomial stands for.
 enum class Constant {
   bias,         // the bias: the field's part is known and taken out, or there is none
   from_record,  // the field's part is in it, so the bias at the reference is another record's
@@ -204,8 +204,8 @@ void put_freedom_of(const Calibration& from, FitStatistics& statistics) {
   }
 }
 
-// The polynomial's order: as stated, or as the trials have it, which it puts into `temperature`.
-// Throws RankDeficientError where the readings are at too few temperatures.
+// The polynomial's order: the stated one, or the one of the trials, which is stored in
+// `temperature`. Throws RankDeficientError if the readings are at too few temperatures.
 int settled_order(const Experiment& experiment,
                   const ReadingSet& set,
                   TemperatureResponse& temperature) {
@@ -239,8 +239,8 @@ FitStatistics unknown_statistics(Eigen::Index readings, Eigen::Index m) {
   return statistics;
 }
 
-// The polynomial of an axis where the sweep goes up and down: what leaving out tenths of it
-// changes, and how the branches lie about it.
+// The polynomial of an axis for a sweep that goes up and down. Two quantities give its uncertainty:
+// the changes when tenths are left out, and the scatter of the branches about the polynomial.
 struct SweepScatter {
   Eigen::VectorXd u;             // order + 1: by jackknife
   double independent = 0.0;      // as how many readings the recording counts
@@ -289,15 +289,16 @@ SweepScatter scatter_of_sweep(const ReadingSet& set,
   scatter.u = jackknife_uncertainty(changes_without_parts({.residuals = -root.cwiseProduct(left),
                                                            .jacobian = root.asDiagonal() * X}))
                   .head(q);
-  if (!scatter.u.allFinite()) {  // one way lies within a tenth: by the polynomial of both
+  if (!scatter.u
+           .allFinite()) {  // one branch lies within a tenth: use the polynomial of both branches
     scatter.u = jackknife_uncertainty(changes_without_parts(
         {.residuals = -root.cwiseProduct(fit.residuals), .jacobian = root.asDiagonal() * P}));
   }
   return scatter;
 }
 
-// What a long sweep's order shows: that its readings are alike, and that the biases differ between
-// the way up and the way down.
+// The two findings of a long sweep: neighbouring readings are correlated, and the biases differ
+// between the way up and the way down.
 // @param places  of the coefficients of an axis among its parameters.
 void add_sweep_scatter(const ReadingSet& set,
                        const std::vector<Eigen::Index>& places,
@@ -358,8 +359,8 @@ void add_sweep_scatter(const ReadingSet& set,
   }
 }
 
-// Consecutive readings of a sweep that are alike. One sweep is one cycle of the temperature, so
-// that its tenths do not tell it; models of the noise do.
+// Consecutive readings of a sweep that are correlated. One sweep is one cycle of the temperature,
+// so its tenths cannot show the correlation; models of the noise can.
 void add_noise_of_order(const ReadingSet& set,
                         const std::vector<Eigen::Index>& places,
                         const Eigen::MatrixXd& responses,

@@ -13,16 +13,16 @@
 
 namespace axiscal {
 
-/// What a fit with columns f_k^2, one for each axis, or without, comes to.
+/// The result of a fit with columns f_k^2, one for each axis, or without them.
 struct Bend {
   Eigen::VectorXd estimate;         // of the columns
   double squares = 0.0;             // weighted, those of errors that are shared among them
   Eigen::VectorXd squares_of_axis;  // not weighted
 };
 
-/// Whether the axes' responses bend: an F test of the columns f_k^2. A bend swells the scatter of
-/// its axis, so that the axes are weighed as they scatter with the columns, alike where they do not
-/// differ then.
+/// Tests whether the axes' responses bend, by an F test of the columns f_k^2. A bend increases the
+/// scatter of its axis. Therefore the weights of the axes come from the scatter with the columns;
+/// if these do not differ, the weights are equal.
 class BendTest {
  public:
   /// @param layings      of the readings; must outlive it.
@@ -37,8 +37,8 @@ class BendTest {
 
   [[nodiscard]] const Eigen::VectorXd& variances() const { return variances_; }
 
-  /// @param fit  a Bend at the variances as they are then, nothing where the readings do not
-  ///             determine it; called with whether the columns are in it.
+  /// @param fit  gives a Bend at the present variances, or nullopt if the readings do not determine
+  ///             it. Its argument is true if the columns are in the fit.
   /// @param F    the field's length.
   template <typename Fit>
   [[nodiscard]] std::optional<CurvatureTest> by(const Fit& fit, double F) {
@@ -69,7 +69,7 @@ class BendTest {
   }
 
  private:
-  // How many readings an axis has, those of a laying one by one.
+  // The number of readings of an axis, with the readings of a laying counted singly.
   [[nodiscard]] double readings_of(Eigen::Index axis) const;
 
   // One variance for all axes, or in the stated ratio, where what a fit leaves of them does not
@@ -98,8 +98,8 @@ class BentAxes {
   /// @param errors  how many of the shared columns are inputs' errors, of variance 1.
   explicit BentAxes(Eigen::Index errors) : errors_(errors) {}
 
-  /// @param P, y     what the axis's own columns leave of the others, f_k^2 the last of them, and
-  ///                 of the readings.
+  /// @param P, y     the other columns (f_k^2 is the last) and the readings, after projection off
+  ///           the axis's own columns.
   /// @param lengths  squared, of those columns as they are.
   void add(const Eigen::MatrixXd& P, const Eigen::VectorXd& y, const Eigen::VectorXd& lengths) {
     axes_.push_back({.information = P.transpose() * P,

@@ -18,7 +18,7 @@ namespace {
 // If less than this part of a square is left, the others do not determine it.
 constexpr double open_below = 1e-11;
 
-// One axis at the d readings that are left out.
+// One axis at the d deleted readings.
 struct AxisLeftOut {
   // K B with K = (1 - Q Q^T)^-1 = 1 + Q M Q^T.
   [[nodiscard]] Eigen::MatrixXd times_K(const Eigen::MatrixXd& B) const {
@@ -67,9 +67,8 @@ std::optional<Others> others_of(const Solution& solution,
   Others others;
   std::vector<ResponseSums> sums;
   Eigen::VectorXd start(smallest.size());
-  Eigen::VectorXd all = Eigen::VectorXd::Zero(solution.shared_count());  // squares of the columns
-  Eigen::VectorXd left =
-      Eigen::VectorXd::Zero(solution.shared_count());  // and what is left of them
+  Eigen::VectorXd all = Eigen::VectorXd::Zero(solution.shared_count());   // squares of the columns
+  Eigen::VectorXd left = Eigen::VectorXd::Zero(solution.shared_count());  // and the remaining part
   for (const AxisSolution& axis : solution.axes) {
     const auto k = static_cast<Eigen::Index>(sums.size());
     std::optional<AxisLeftOut> own = left_out_of(axis, rows);

@@ -16,7 +16,7 @@ namespace axiscal {
 namespace {
 
 Eigen::Index rank_for_advice(const Eigen::MatrixXd& matrix) {
-  constexpr double worthwhile = 1e-6;  // a point that determines something only just is no advice
+  constexpr double worthwhile = 1e-6;  // a point that barely determines a coefficient does not help
   return Factor(matrix, worthwhile).rank();
 }
 

@@ -32,7 +32,7 @@ struct EllipsoidCloud {
   Eigen::VectorXd root_weights;  // n
   Eigen::Matrix3d noise;         // covariance up to a factor
   MagnitudeShape shape = MagnitudeShape::symmetric;
-  std::vector<std::string> names;  // what the parameters are called in errors
+  std::vector<std::string> names;  // names of the parameters for errors
 
   [[nodiscard]] Eigen::Index size() const { return v.rows(); }
 };
@@ -42,7 +42,7 @@ struct EllipsoidCloud {
                                         const EllipsoidParameters& step,
                                         MagnitudeShape shape);
 
-/// Deviations |f| - 1 and what changes them, in units of a reading's noise.
+/// Deviations |f| - 1 and their derivatives, in units of a reading's noise.
 struct LinearisedEllipsoid : Linearised {
   Eigen::VectorXd scale;  // n: 1 / standard deviation of |f|, for noise of 1
 };

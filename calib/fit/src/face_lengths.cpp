@@ -201,8 +201,8 @@ Scatter scatter_of(const ReadingSet& set,
           .degrees_of_freedom = statistics.degrees_of_freedom.sum()};
 }
 
-// How far the readings of other faces are off an axis, mean square in parts of F: what sides lean,
-// and cross-axis terms.
+// The distance of the readings of the other faces from an axis, mean square in parts of F: leaning
+// sides and cross-axis terms.
 Eigen::VectorXd transverse_squares(const ReadingSet& set,
                                    const std::vector<int>& faces,
                                    const Diagonal& at,
@@ -246,7 +246,7 @@ bool fit_face_lengths(const ReadingSet& given, double F, Estimate& estimate) {
   const Scatter scatter = scatter_of(set, solution, estimate);
   const Eigen::VectorXd transverse = transverse_squares(set, *faces, at, F);
   const Eigen::MatrixXd C = scatter.sd * scatter.sd * solution.unscaled_covariance;
-  // What is left of the lean in the second order, of b in parts of s F and of s in parts of s.
+  // The second-order effect of the lean on b in parts of s F, and on s in parts of s.
   const double second = 0.5 * transverse.sum();
   statistics.covariance.setZero();
   estimate.response.bias = at.b;

@@ -52,8 +52,8 @@ Noise noise_of(const FitStatistics& statistics) {
   return repeats.by_repeats ? repeats : own;
 }
 
-// That the lengths scatter so much more than expected by chance. Lengths that are a part of the
-// residuals are held against the rest of them.
+// The probability that the lengths scatter so much by chance. If the lengths are a part of the
+// residuals, they are compared with the rest.
 double p_of(double ratio, double own_dof, const Noise& noise, bool noise_alone) {
   const double rest = noise.degrees_of_freedom - own_dof;
   if (noise.by_repeats || !noise_alone || !(rest >= 1.0)) {
@@ -65,7 +65,7 @@ double p_of(double ratio, double own_dof, const Noise& noise, bool noise_alone) 
   return left > 0.0 ? f_upper_p(std::max(ratio * rest / left, 1e-12), own_dof, rest) : 0.0;
 }
 
-// What the readings' noise makes of the lengths, and what errors that they share do.
+// The contributions of the readings' noise and of shared errors to the lengths.
 struct LengthScatter {
   double squares = 0.0;  // of the lengths less the field's
   double by_noise = 0.0;
@@ -103,8 +103,9 @@ LengthScatter scatter_of_lengths(const Fit& run, const LengthSetup& setup) {
     }
     scatter.squares += std::pow((met + setup.inverse * above).norm() - met.norm(), 2);
   }
-  // The lengths' covariance A (1 - K K^T) V (1 - K K^T) A^T, V the noise and K K^T what the fit
-  // takes of readings. Of an axis K_k = [Q_k, P_k], square to each other, with Q_k^T Q_k = 1.
+  // The lengths' covariance A (1 - K K^T) V (1 - K K^T) A^T. V is the covariance of the noise, and
+  // K K^T is the projection onto the fit. For an axis K_k = [Q_k, P_k]; the two are orthogonal, and
+  // Q_k^T Q_k = 1.
   Eigen::MatrixXd in_shared = Eigen::MatrixXd::Zero(n, run.shared_basis_of_axis(0).cols());
   const bool shares = in_shared.cols() > 0;
   for (Eigen::Index k = 0; k < 3 && shares; ++k) {

@@ -74,8 +74,8 @@ class GeneralizedFit {
     }
   }
 
-  // Whether seats may be seen at all, by one look at the readings without them. What is seen at
-  // last is 1.6 standard errors, of which those with seats are the larger ones.
+  // Decides from one fit without seats if seats could be significant. The final threshold is 1.6
+  // standard errors; with seats in the fit these are larger.
   [[nodiscard]] bool may_see_seats() {
     constexpr double clearly_less = 0.5;
     const Eigen::Index m = set_.axis_count();
@@ -85,8 +85,8 @@ class GeneralizedFit {
            clearly_less;
   }
 
-  // @param seats_at_least  degrees of freedom of the seats' variance: with less in the first round,
-  //                        which the others hardly change, it is not gone on.
+  // @param seats_at_least  degrees of freedom of the seats' variance. If the first round finds
+  //                        fewer, the search ends, because later rounds hardly change them.
   // @return false where the readings do not determine it, or its seats are less.
   bool solve(double seats_at_least = 0.0) {
     const Eigen::Index m = set_.axis_count();
@@ -184,7 +184,7 @@ class GeneralizedFit {
     put_intervals(statistics);
   }
 
-  // What the inputs' errors, as predicted, add to the readings of a set; n x m.
+  // The predicted effect of the inputs' errors on the readings of a set; n x m.
   // @param inputs  of that set.
   [[nodiscard]] Eigen::MatrixXd shared_parts(const ReadingSet& set,
                                              const std::vector<InputQuantity>& inputs) const {
@@ -205,7 +205,7 @@ class GeneralizedFit {
     return parts;
   }
 
-  // What each input adds to the coefficients' covariance.
+  // The contribution of each input to the coefficients' covariance.
   [[nodiscard]] std::vector<Eigen::MatrixXd> shares() const {
     std::vector<Eigen::MatrixXd> all;
     const Eigen::MatrixXd to_all = fit_->covariance(set_.places_of_coefficients(), Eigen::all);
@@ -339,7 +339,7 @@ class GeneralizedFit {
   std::optional<VarianceFit> fit_;
 };
 
-// Whether the cube's seats are looked for.
+// True if the fit looks for the cube's seats.
 bool looks_for_seats(const Experiment& experiment,
                      const ReadingSet& set,
                      const Layings& layings,
@@ -350,7 +350,7 @@ bool looks_for_seats(const Experiment& experiment,
       !estimate.field.has_vectors() || set.axis_count() < 2 || set.field.is_sum()) {
     return false;
   }
-  // What steps of the readings leave is nobody's noise, and parts no seats from it.
+  // Rounding errors are not noise, so the seats cannot be separated from rounding.
   return experiment.fit.seats == SeatSetup::fit ||
          (layings.set().size() >= fewest && layings.set().size() <= most &&
           !is_coarsely_rounded(set, experiment.stated.resolution, estimate.statistics.residual_sd));

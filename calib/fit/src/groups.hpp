@@ -72,7 +72,7 @@ class Groups {
         ++starts_[static_cast<std::size_t>(number)];
       }
     }
-    std::partial_sum(starts_.begin(), starts_.end(), starts_.begin());  // where each group ends
+    std::partial_sum(starts_.begin(), starts_.end(), starts_.begin());  // the end of each group
     members_.resize(starts_.back());
     for (std::size_t i = numbers_.size(); i-- > 0;) {
       if (numbers_[i] != none) {

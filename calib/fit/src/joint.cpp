@@ -90,7 +90,7 @@ Estimate robust_estimate(const ReadingSet& set, const Model& given, const JointS
 }
 
 // (S, f) and (-S, -f) fit alike: a given direction decides, else the sign expected of S.
-// @return whether the fields are to be reversed; nothing where neither tells.
+// @return true if the fields are to be reversed; nullopt if neither choice is supported.
 std::optional<bool> is_reversed(const ReadingSet& set,
                                 const Solution& state,
                                 const std::vector<FieldDescription>& parts) {

@@ -38,7 +38,7 @@ void describe_direction(const ReadingSet& set, const JointSolution& solution, Es
         state.field().change_of_mean(s) * (state.field().step_unit(s) * state.tangents[s]);
     const Eigen::Index own = state.tangents[s].cols();
     const Eigen::MatrixXd spread = C.block(first, first, own, own);
-    // A small part, as the Earth's rotation beside a turntable's, may point where it likes.
+    // A small part, for example the Earth's rotation on a turntable, may have any direction.
     const double weight = set.field.is_sum() ? state.field().step_unit(s) / largest : 1.0;
     estimate.direction.se_rad = std::max(
         estimate.direction.se_rad, weight * std::sqrt(symmetric_eigen(spread).values.maxCoeff()));

@@ -20,7 +20,7 @@
 namespace axiscal {
 namespace {
 
-// What a reading at another point, of the first levelness, would add to the Jacobian.
+// The rows that a reading at another point, of the first levelness, would add to the Jacobian.
 Eigen::MatrixXd jacobian_rows(const ReadingSet& set,
                               const JointSolution& solution,
                               const DesignPoint& point,

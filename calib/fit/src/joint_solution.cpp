@@ -11,7 +11,7 @@
 namespace axiscal {
 namespace {
 
-// All axes have one scatter here; it is 1 where nothing tells it.
+// All axes have one scatter here; it is 1 if the readings cannot determine it.
 double pooled_scatter(const ReadingSet& set, const Solution& state, double dof) {
   if (!(dof > 0.5)) {
     return 1.0;
@@ -150,8 +150,8 @@ BestSolution best_solution(const ReadingSet& set,
   if (starts.size() == 1) {
     return {.solution = solve_joint(set, model, starts.front()), .ambiguity = ""};
   }
-  // A few rounds from each start; then to the end from the best, and from what is as good
-  // elsewhere.
+  // Takes a few rounds from each start. Then it continues from the best one, and from different
+  // solutions that fit equally well.
   constexpr double another_rad = 0.05;
   constexpr double as_likely = 6.0;  // likelihoods within a factor of 20
   const std::vector<std::shared_ptr<const Solution>> found = few_rounds_from(set, model, starts);

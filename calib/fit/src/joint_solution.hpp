@@ -13,7 +13,7 @@
 
 namespace axiscal {
 
-/// What method joint found, before anything is said of it.
+/// The result of method joint, before it is described.
 struct JointSolution {
   std::shared_ptr<const Solution> state;
   Eigen::VectorXd sigma;
@@ -21,7 +21,7 @@ struct JointSolution {
   bool weights_are_estimated = false;
 };
 
-/// The best of what the starts lead to, and in words what fits as well.
+/// The best of the solutions from all starts, and a description of others that fit equally well.
 struct BestSolution {
   JointSolution solution;
   std::string ambiguity;
@@ -35,8 +35,8 @@ struct BestSolution {
 /// @param run  linear about the solution; of no small condition number.
 void require_direction(const Fit& run, const JointSolution& solution);
 
-/// Without a degree of freedom to spare for each axis there is neither an uncertainty nor a check,
-/// and the direction may be anything that noise makes of it.
+/// Without a spare degree of freedom for each axis the uncertainty and the check are missing, and
+/// noise alone may set the direction.
 /// @throws RankDeficientError
 void require_degrees_of_freedom(const ReadingSet& set, const JointSolution& solution);
 

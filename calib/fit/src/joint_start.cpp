@@ -33,8 +33,9 @@ Eigen::Vector3d with_sign(const Eigen::Vector3d& direction, const FieldDescripti
   return std::copysign(1.0, given != 0.0 ? given : direction(largest)) * direction;
 }
 
-// The field whose directions follow linearly, their sign open. A levelness with too few readings of
-// its own starts from that of all readings. Nothing where they do not follow.
+// The field from a linear solution of its directions, up to the sign. A levelness with too few
+// readings starts from the direction of all readings. nullopt if the readings do not determine the
+// directions.
 std::optional<TableField> linear_start(const ReadingSet& set) {
   if (set.field.turns()) {
     return {};  // then its parts are not linear in the level
@@ -142,7 +143,7 @@ std::vector<TableField> start_fields(const ReadingSet& set) {
   if (std::optional<TableField> linear = linear_start(set)) {
     return {std::move(*linear)};
   }
-  // All combinations of what the parts' directions may be.
+  // All combinations of the possible directions of the parts.
   const TableField stated = set.field.as_stated();
   std::vector<std::vector<Eigen::Vector3d>> all(1);
   for (std::size_t p = 0; p < set.field.parts().size(); ++p) {

@@ -35,7 +35,7 @@ std::shared_ptr<const Solution> determined_state(const ReadingSet& set,
         model.solved(model.at(model.start(field)), Eigen::VectorXd::Ones(set.axis_count())).state;
   } catch (const RankDeficientError&) {
     say_what_is_open();
-    require_response(set);  // an axis that is dead says more than what it leaves open
+    require_response(set);  // a dead axis is a clearer message than its undetermined coefficients
     throw;
   }
   constexpr double clearly_determined = 1e-4;  // and so without weights and effects of the run

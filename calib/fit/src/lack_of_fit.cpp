@@ -39,7 +39,7 @@ PoseMeans means_of_axis(const ReadingSet& set,
                   .response = Eigen::VectorXd::Zero(poses),
                   .design = Eigen::MatrixXd::Zero(poses, p + tangents.cols()),
                   .errors = Eigen::MatrixXd::Zero(poses, errors.cols())};
-  // Effects of the run are no part of a pose: what the fit says of them is taken off.
+  // Effects of the run do not belong to a pose, so their fitted values are subtracted.
   const Eigen::Index effects = set.effects.columns.cols();
   const Eigen::VectorXd of_effects = axis.X().rightCols(effects) * axis.estimate.tail(effects);
   for (Eigen::Index i = 0; i < set.size(); ++i) {

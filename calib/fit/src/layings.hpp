@@ -10,12 +10,12 @@
 
 namespace axiscal {
 
-/// Readings of which each is the mean of one laying, with what the laying's own scatter says.
+/// Readings that are each the mean of one laying, with the scatter within the laying.
 struct Layings {
   [[nodiscard]] const ReadingSet& set() const { return own ? *own : given; }
 
   const ReadingSet& given;             // must outlive it
-  std::optional<ReadingSet> own;       // where they are others than those
+  std::optional<ReadingSet> own;       // if their values differ
   Eigen::VectorXd squares;             // m: sums of squares within layings
   Eigen::VectorXd degrees_of_freedom;  // m
 };

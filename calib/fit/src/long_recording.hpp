@@ -18,22 +18,22 @@ namespace axiscal {
 /// out its tenths says, as a component "correlation" with 9 degrees of freedom; the intervals
 /// follow.
 ///
-/// @param uncertainties  of the parameters, by jackknife_uncertainty(); where one is no number
-///                       nothing changes but a note.
+/// @param uncertainties  of the parameters, by jackknife_uncertainty(). If one is NaN, only a note
+///                       is added.
 /// @par Source
 /// method.md, section 4.
 void add_long_correlation(const Eigen::VectorXd& uncertainties,
                           FitStatistics& statistics,
                           std::vector<CalibrationNote>& notes);
 
-/// The same by models of the noise: intervals become longer where these say so, and a component
-/// "correlation" is added or grows.
+/// As above, by models of the noise. Intervals become longer if the models ask for it, and a
+/// component "correlation" is added or increased.
 /// @param uncertainties  of the parameters, with so many degrees of freedom.
 void add_correlation(const Eigen::VectorXd& uncertainties,
                      double degrees_of_freedom,
                      FitStatistics& statistics);
 
-/// What to say of a recording that is short for its own noise.
+/// The note about a recording that is short relative to the correlation of its noise.
 /// @param independent  as how many independent readings it counts.
 /// @return none, or one remark.
 [[nodiscard]] std::vector<std::string> remarks_on_length(double independent);

@@ -38,7 +38,7 @@ struct EllipsoidFit {
   Eigen::MatrixXd unscaled_covariance;  // 9 x 9
   Eigen::VectorXd leverage;             // n
   Eigen::VectorXd robust;               // n; empty unless robust
-  Eigen::MatrixXd further;  // n x q: columns that were fitted beside the nine; mostly none
+  Eigen::MatrixXd further;  // n x q: columns that were fitted in addition to the nine; mostly none
   double condition_number = 1.0;
   double sd = 0.0;  // scatter of a reading of weight 1, in the cloud's units
   double dof = 0.0;
@@ -190,7 +190,7 @@ EllipsoidParameters bias_by_bootstrap(const EllipsoidCloud& all, const Ellipsoid
   EllipsoidCloud made = cloud;
   EllipsoidParameters sum = EllipsoidParameters::Zero();
   for (int t = 0; t < pairs; ++t) {
-    // Noise of either sign: what is odd in it cancels, and the bias of order sigma^2 is left.
+    // Noise of either sign: its odd part cancels, and the bias of order sigma^2 remains.
     const Eigen::MatrixXd noise = fit.sd * noise_of(cloud, random);
     for (const double sign : {1.0, -1.0}) {
       made.v = exact + sign * noise;
@@ -264,14 +264,15 @@ Linearised all_columns(const EllipsoidFit& fit) {
 }
 
 // @param T  of the nine.
-// @return the same of all columns of the fit: further ones change no parameter.
+// @return T for all columns of the fit. The further columns have zeros, because they do not change
+//         a parameter.
 Eigen::MatrixXd with_further(const Eigen::MatrixXd& T, const EllipsoidFit& fit) {
   Eigen::MatrixXd all = Eigen::MatrixXd::Zero(T.rows(), T.cols() + fit.further.cols());
   all.leftCols(T.cols()) = T;
   return all;
 }
 
-// What leaving out tenths of the readings changes of b and S, 12 x 10, in the cloud's units.
+// The changes of b and S when tenths of the readings are left out, 12 x 10, in the cloud's units.
 // @param independent  set to as how many readings the recording counts.
 Eigen::MatrixXd changes_by_order(const EllipsoidFit& fit,
                                  const Eigen::MatrixXd& T,
@@ -282,8 +283,8 @@ Eigen::MatrixXd changes_by_order(const EllipsoidFit& fit,
     at_solution.residuals.array() *= root.array();
     at_solution.jacobian.array().colwise() *= root.array();
   }
-  // The deviations, and what of them is along each axis: while the instrument turns, noise that is
-  // slow in an axis is quick in |f|.
+  // The deviations, and their components along each axis. While the instrument turns, slow noise of
+  // an axis is fast noise of |f|.
   double longest = correlation_length(at_solution.residuals);
   for (Eigen::Index k = 0; k < 3; ++k) {
     longest = std::max(
@@ -294,7 +295,7 @@ Eigen::MatrixXd changes_by_order(const EllipsoidFit& fit,
   return with_further(T, fit) * changes_without_parts(at_solution);
 }
 
-// How |f| changes with what the squared field along each axis adds to its reading; n x 3.
+// The change of |f| with a squared term in the reading of each axis; n x 3.
 Eigen::MatrixXd changes_with_squares(const EllipsoidCloud& cloud, const EllipsoidFit& fit) {
   Eigen::MatrixXd columns(cloud.size(), 3);
   for (Eigen::Index i = 0; i < cloud.size(); ++i) {
@@ -305,7 +306,7 @@ Eigen::MatrixXd changes_with_squares(const EllipsoidCloud& cloud, const Ellipsoi
   return columns;
 }
 
-// The squared terms of the axes, fitted beside bias and sensitivity.
+// The squared terms of the axes, fitted together with bias and sensitivity.
 struct SquaredTerms {
   Eigen::Vector3d k2;          // at full field, in the cloud's units
   Eigen::MatrixXd covariance;  // of the nine, unscaled
@@ -389,8 +390,8 @@ void add_noise_of_order(const EllipsoidFit& fit,
                      : "")});
 }
 
-// What the numbers support as the cause: an axis that is dead, scatter, or too few orientations.
-// They are judged on the sphere through the readings, as scatter draws an ellipsoid out.
+// The cause that the numbers support: a dead axis, scatter, or too few orientations. They are
+// judged on the sphere through the readings, because scatter stretches an ellipsoid.
 std::string cause_of(const ReadingSet& set, const EllipsoidCloud& cloud) {
   const Eigen::RowVector3d range = cloud.v.colwise().maxCoeff() - cloud.v.colwise().minCoeff();
   Eigen::Index least = 0;
@@ -435,7 +436,7 @@ void require_determined(const ReadingSet& set,
                         const EllipsoidFit& fit,
                         double bias_in_se) {
   constexpr double largest_relative_se = 0.1;
-  constexpr double largest_bias_in_se = 1.5;  // a correction beyond that is no small one
+  constexpr double largest_bias_in_se = 1.5;  // a larger correction is not a small one
   const Eigen::VectorXd se = fit.sd * fit.unscaled_covariance.diagonal().cwiseSqrt();
   const double size = fit.at.A.norm() / std::sqrt(3.0);
   const double worst = std::max(se.head<3>().maxCoeff() * size, se.tail<6>().maxCoeff() / size);
@@ -489,7 +490,8 @@ Estimate estimate_magnitude(const ReadingSet& set,
   const EllipsoidParameters bias = bias_by_bootstrap(cloud, fit);
   const double bias_in_se = (bias.array().abs() / se.array().max(1e-300)).maxCoeff();
   constexpr double worth_correcting = 0.1;  // standard errors
-  constexpr double rounding = 1e-12;  // in parts of the field: less is no noise, and makes no bias
+  constexpr double rounding =
+      1e-12;  // in parts of the field; smaller values are rounding, and do not make a bias
   const bool plain_noise = fit.sd > rounding && !set.robust && is_plain_noise(fit);
   const bool correct = bias_in_se > worth_correcting && plain_noise;
   require_determined(set, cloud, fit, plain_noise ? bias_in_se : 0.0);

@@ -66,7 +66,7 @@ Eigen::MatrixXd open_basis(const Solution& solution, const Eigen::VectorXd& sigm
   return root_of_pseudo_inverse(projected, Model::open_below * std::sqrt(whole));
 }
 
-// What gauss_newton() asks of a model, each axis in units of its sigma.
+// The callback of gauss_newton() for a model, each axis in units of its sigma.
 class ModelProblem {
  public:
   using State = std::shared_ptr<const Solution>;
@@ -317,7 +317,7 @@ Place Model::moved(const Solution& from, const Eigen::VectorXd& step) const {
   Place place = from.place;
   Eigen::VectorXd turn = step.head(from.direction_count());
   for (std::size_t v = 0; v < from.tangents.size(); ++v) {
-    constexpr double longest_step_rad = 0.5;  // a linear step is no guide farther away
+    constexpr double longest_step_rad = 0.5;  // a linear step is unreliable farther away
     auto part = turn.segment(from.first_direction(v), from.tangents[v].cols());
     part *= std::min(1.0, longest_step_rad / std::max(part.norm(), 1e-300));
   }
@@ -352,7 +352,11 @@ GaussNewtonResult<std::shared_ptr<const Solution>> Model::solved(
   if (is_linear() || (start->shared_count() == 0 && readings_.temperature.order == 0)) {
     return {.state = std::move(start), .rounds = 0, .left_to_go = 0.0, .converged = true};
   }
-  return gauss_newton(ModelProblem(*this, sigma), std::move(start), {.most_rounds = most_rounds});
+  // The columns d^j (S f) already describe a change of the scale before it is taken over. Taking it
+  // over need not make the cost smaller.
+  const double slack = readings_.temperature.order > 0 ? 0.01 : GaussNewtonOptions().slack;
+  return gauss_newton(ModelProblem(*this, sigma), std::move(start),
+                      {.most_rounds = most_rounds, .slack = slack});
 }
 
 std::optional<AxisNoise> Model::noise(const Solution& solution,

@@ -18,7 +18,7 @@ namespace {
 // edge of a housing shades it, and noise must not decide.
 constexpr double grazing = 0.05;
 
-// What the axes see.
+// The lights that the axes see.
 struct Sight {
   AxisMask counted;               // n x m: the readings that count for each axis
   std::vector<AxisMask> visible;  // of each part, where a light stays on; else empty
@@ -30,7 +30,7 @@ struct Sight {
   }
 };
 
-// Whether a part of the field is a light that stays on beside others that can be set.
+// True if this part of the field is a light that stays on, and other parts can be set.
 bool stays_on(const ReadingSet& set, std::size_t part) {
   return set.field.is_sum() && !set.rotation_sensor_from_table.empty() &&
          !set.field.parts()[part].set_by_level;
@@ -57,7 +57,7 @@ Sight everything(const ReadingSet& set) {
   return sight;
 }
 
-// What an axis reads in each pose with nothing on that can be set; of readings that it uses.
+// The reading of an axis in each pose with all settable lights off, from the readings that it uses.
 std::map<DesignPoint, double> readings_in_the_dark(const ReadingSet& set, Eigen::Index axis) {
   std::map<DesignPoint, double> dark;
   for (Eigen::Index i = 0; i < set.size(); ++i) {
@@ -143,9 +143,9 @@ std::vector<Eigen::Vector3d> lights_of(const ReadingSet& set,
   return lights;
 }
 
-// What the fitted model says. A reading counts for an axis where every light that is set is in
-// front of it, and one that stays on clearly in front or behind. A light that stays on of which an
-// axis cannot tell what it reads from noise is anywhere.
+// The view of the fitted model. A reading counts for an axis if every settable light is in front of
+// the axis, and if a constant light is clearly in front or behind. If the reading of a constant
+// light cannot be separated from noise, its side is ignored.
 Sight sight_by_model(const ReadingSet& set, const Estimate& estimate) {
   Sight sight = everything(set);
   for (Eigen::Index i = 0; i < set.size(); ++i) {

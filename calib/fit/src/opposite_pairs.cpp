@@ -14,10 +14,11 @@
 namespace axiscal {
 namespace {
 
-// What is seen only through cross-axis terms is no estimate of a face.
+// A component that is seen only through cross-axis terms does not estimate a face.
 constexpr double smallest_pivot_of_a_face = 0.2;
 
-// Of an axis's readings; an axis that leaves all of them out has no mean, and weight 0.
+// For the readings of an axis. An axis that leaves all of them out has weight 0 and an undefined
+// mean.
 struct WeightedMean {
   double value = 0.0;
   double weight = 0.0;  // their sum
@@ -34,7 +35,7 @@ WeightedMean mean_of(const ReadingSet& set, std::span<const std::size_t> rows, E
   return mean;
 }
 
-// From a field in the table to what readings met of it, their mean.
+// The mean of the maps from a field in the table to the fields at the readings.
 Eigen::Matrix3d mean_met(const ReadingSet& set, std::span<const std::size_t> rows) {
   if (set.field_then.empty()) {
     return set.met_of_field(rows.front());
@@ -58,7 +59,7 @@ struct PlaneFit {
   Eigen::Index rows = 0;
 };
 
-// The differences of one rest face in one block: some of the rows of all.
+// The differences of one rest face in one block: a subset of the rows.
 struct FaceDifferences {
   const OppositePair* pair = nullptr;  // its first
   Eigen::Index first = 0;

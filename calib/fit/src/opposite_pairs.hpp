@@ -31,11 +31,11 @@ struct OppositePair {
   Eigen::Matrix3d half_rotation = Eigen::Matrix3d::Zero();  // (R_a - R_b) / 2
 };
 
-/// Pairs within blocks and levels, repeats averaged; and the readings that have no opposite.
+/// Pairs within blocks and levels, with repeats averaged; and the readings without an opposite.
 struct OppositePairs {
   std::vector<OppositePair> pairs;  // in the order of their first reading
   std::vector<std::size_t> unpaired;
-  // What the pairs point into.
+  // The arrays that the pairs point into.
   std::vector<std::size_t> readings;
   Eigen::MatrixXd averages;  // m x 3 of each pair
 
@@ -58,17 +58,17 @@ struct OppositePairs {
 
 /// The field's components in the table's plane from the half differences (method.md, section 5).
 ///
-/// @param fields  as fitted, one for each levelness: what is along the normal drops out of the
-///                differences only where the field does not move.
+/// @param fields  as fitted, one for each levelness. The component along the normal cancels in the
+///                differences only if the field is constant.
 /// @param F  magnitude of the field at level 1.
-/// @return nothing where the differences do not determine both components of each levelness.
+/// @return nullopt if the differences do not determine both components of each levelness.
 [[nodiscard]] std::optional<Levelness> estimate_levelness(const ReadingSet& set,
                                                           const std::vector<OppositePair>& pairs,
                                                           const SensitivityMatrix& sensitivity,
                                                           const TableField& field,
                                                           double F);
 
-/// The same for what a fit gave, the readings taken to the reference temperature.
+/// As above, for the values of a fit, with the readings reduced to the reference temperature.
 /// @param pairs  of the set.
 [[nodiscard]] std::optional<Levelness> levelness_of(const ReadingSet& set,
                                                     const std::vector<OppositePair>& pairs,

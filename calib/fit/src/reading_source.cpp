@@ -241,7 +241,7 @@ void ReadingSource::put_readings(const std::vector<std::size_t>& rows, ReadingSe
     const auto from = static_cast<Eigen::Index>(row);
     const Reading& reading = observations_->readings[row];
     set.readings.push_back(reading);
-    if (!set.field.is_sum()) {  // its one part's level is that of all
+    if (!set.field.is_sum()) {  // the level of its only part is the level of the sum
       set.readings.back().level = reading.level.of(set.field.parts().front().level_name());
     }
     set.response.row(i) = observations_->response.row(from);
@@ -292,7 +292,7 @@ ReadingSet ReadingSource::set(const std::vector<FieldDescription>& parts,
     return experiment->rotation_sensor_from_positioner *
            experiment->positioner.rotation_table_from_positioner(point).transpose();
   };
-  if (!parts.empty()) {  // method bias has no field
+  if (!parts.empty()) {  // method bias does not use a field
     set.field = TableField(parts);
   }
   if (!selection_->blocks.empty()) {
@@ -357,7 +357,7 @@ Eigen::Vector3d ReadingSource::field_in_sensor(const Reading& reading,
   if (field.is_sum()) {
     return rotation(reading) * field.at(reading.level);  // none moves
   }
-  // The mean field where a block that was left out has no levelness of its own.
+  // The mean field, if a block without readings does not have a levelness.
   const std::vector<int>& blocks = field.blocks();
   const bool has_own = std::binary_search(blocks.begin(), blocks.end(), reading.block);
   const Eigen::Vector3d in_table =

@@ -31,7 +31,7 @@ bool are_multiples(const std::vector<double>& readings, double step) {
   });
 }
 
-// How many decimals all values have; nothing where they have as many as doubles can.
+// The number of decimals of all values; nullopt if they need the full precision of doubles.
 std::optional<int> decimals_of(const std::vector<double>& values) {
   constexpr int most = 15;
   constexpr double largest_whole = 4503599627370496.0;  // 2^52
@@ -63,15 +63,15 @@ double digits_of_step(const std::vector<double>& distinct, double per_unit) {
   return g > 1.0 && steps_tried * std::pow(g, -others) < by_chance ? g : 1.0;
 }
 
-// A step that the digits do not show, as of counts that were multiplied with a factor: the least
-// gap or a whole part of it.
+// A step that the digits do not show, for example of counts multiplied by a factor: the least gap
+// or an integer fraction of it.
 // @param tolerance  half of the last digit.
 std::optional<double> scaled_step(const std::vector<double>& distinct, double tolerance) {
   double gap = std::numeric_limits<double>::infinity();
   for (std::size_t i = 1; i < distinct.size(); ++i) {
     gap = std::min(gap, distinct[i] - distinct[i - 1]);
   }
-  // The first difference that is clearly more than the gap, in gaps: most parts are none of it.
+  // The first difference that clearly exceeds the gap, in gaps; this excludes most fractions.
   double in_gaps = 1.0;
   for (std::size_t i = 1; i < distinct.size() && in_gaps < 1.5; ++i) {
     in_gaps = (distinct[i] - distinct.front()) / gap;
@@ -88,8 +88,8 @@ std::optional<double> scaled_step(const std::vector<double>& distinct, double to
     double products = 0.0;
     double squares = 0.0;
     bool fits = true;
-    // From near to far, so that the step is known well enough to count ever more of them; until one
-    // is further off than all tolerances together.
+    // From near to far, so the step becomes accurate enough to count more steps. The loop ends if a
+    // difference is off by more than the sum of all tolerances.
     for (std::size_t i = 1; i < distinct.size() && fits; ++i) {
       const double difference = distinct[i] - distinct.front();
       const double count = nearest(difference / step);

@@ -10,13 +10,14 @@
 
 namespace axiscal {
 
-/// Whether the deviations of a recording, in their order, are more alike than white noise by one
-/// sided 10 %, and what follows for the unknowns if so: their change and their covariance as means
+/// Tests whether the deviations of a recording, in order, are more correlated than white noise
+/// (one-sided, 10 %). If so, it gives the change of the unknowns and their covariance, as means
 /// over models of such noise.
 ///
 /// @param at_solution  deviations, as functions of the unknowns.
-/// @param along        n x 3: how each deviation changes with the three axes' readings.
-/// @return nothing where they are not alike.
+/// @param along        n x 3: the derivative of each deviation with respect to the three axes'
+///                     readings.
+/// @return nullopt if they are not correlated.
 [[nodiscard]] std::optional<CorrelatedFit> noise_of_recording(const Linearised& at_solution,
                                                               const Eigen::MatrixX3d& along);
 

@@ -11,8 +11,8 @@
 namespace axiscal {
 namespace {
 
-// Changes of B values that sum to 0, orthonormal; without a trend over `at`, where that is asked
-// for. B x (B - 1) or B x (B - 2).
+// Changes of B values that sum to 0, orthonormal; optionally without a trend over `at`. B x (B - 1)
+// or B x (B - 2).
 Eigen::MatrixXd contrasts(const Eigen::VectorXd& at, bool without_trend) {
   const Eigen::Index B = at.size();
   Eigen::MatrixXd fixed(B, without_trend ? 2 : 1);
@@ -43,10 +43,10 @@ Eigen::VectorXd progress_of_run(const std::vector<Reading>& readings) {
 
 namespace {
 
-// More blocks of a few readings are no readings taken again, but another way to number them.
+// Many blocks of a few readings are not repeated readings, but another way to number them.
 constexpr std::size_t most_small_blocks = 12;
 
-// A column for each block of a few readings, beside those of the others.
+// A column for each block of a few readings, in addition to those of the others.
 void put_small_blocks(const std::vector<Reading>& readings,
                       const std::map<int, Eigen::Index>& small,
                       RunEffects& effects) {
@@ -92,7 +92,7 @@ RunEffects run_effects(const std::vector<Reading>& readings,
     block.count += 1.0;
     block.progress += progress(row);
   }
-  // A few readings taken again have a bias of their own, which says nothing of how biases scatter.
+  // A few repeated readings have their own bias. It does not show the scatter of biases.
   std::map<int, Eigen::Index> small;  // and the column of each
   std::erase_if(seen, [&](const auto& one) {
     const bool is_small = one.second.readings.minCoeff() < fewest_readings_of_block;

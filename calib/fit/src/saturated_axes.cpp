@@ -28,8 +28,9 @@ struct EndOfAxis {
   std::vector<Eigen::Index> others;
 };
 
-// Whether an end is read more than once, but for the last bits, which a mean may have otherwise:
-// readings that differ by more differ by a step, if they have one that nobody stated.
+// True if an extreme value is read more than once. The comparison ignores the last bits, because
+// means may differ in them. Readings that differ by more differ by a step, perhaps one that was not
+// stated.
 bool are_met(const std::vector<double>& values, double end) {
   constexpr double last_bits = 16.0 * std::numeric_limits<double>::epsilon();
   return std::count_if(values.begin(), values.end(), [&](double value) {
@@ -38,7 +39,7 @@ bool are_met(const std::vector<double>& values, double end) {
 }
 
 // @param values  of the axis, as readings_of_axis().
-// @return nothing where too few lie there, or elsewhere.
+// @return nullopt if too few readings lie there, or elsewhere.
 std::optional<EndOfAxis> end_of_axis(const ReadingSet& set,
                                      Eigen::Index k,
                                      const std::vector<double>& values,
@@ -70,8 +71,8 @@ double probability_of(double excess, double sd, double degrees_of_freedom) {
   return sd > 0.0 ? upper_tail(excess / sd, degrees_of_freedom) : 1.0;
 }
 
-// How likely the others' fit lets the readings at the end lie so far short by chance; nothing where
-// it does not determine them.
+// The probability that the readings at the extreme lie so far short of the other readings' fit by
+// chance; nullopt if the others do not determine the fit.
 std::optional<double> p_by_others(const ReadingSet& set,
                                   const Eigen::MatrixXd& design,
                                   const EndOfAxis& end) {
@@ -100,7 +101,7 @@ std::optional<double> p_by_others(const ReadingSet& set,
       static_cast<double>(nu));
 }
 
-// The same by the field's magnitude, where directions are not known but by the readings.
+// The same test by the field's magnitude, if the readings are the only source of the directions.
 double p_by_magnitude(const ReadingSet& set,
                       const Estimate& estimate,
                       double magnitude,
@@ -127,7 +128,7 @@ std::vector<SaturatedAxis> saturated_axes(const ReadingSet& set,
   constexpr double false_alarm = 0.02;  // by simulation at most 0.2 % of good runs are called so
   const bool by_magnitude = !estimate.field.has_vectors() && !set.readings.front().field_in_sensor;
   const double ends = static_cast<double>(set.axis_count()) * (search.one_sided ? 1.0 : 2.0);
-  std::optional<AxisDesigns> designs;  // where they are asked for
+  std::optional<AxisDesigns> designs;  // if requested
   std::vector<SaturatedAxis> found;
   for (Eigen::Index k = 0; k < set.axis_count(); ++k) {
     const std::vector<double> values = set.readings_of_axis(k);

@@ -10,7 +10,7 @@ namespace axiscal {
 /// @param temperatures  in the order of the readings.
 [[nodiscard]] Eigen::VectorXd ways_of_sweep(const Eigen::VectorXd& temperatures);
 
-/// @return whether the temperature goes both ways, each over half of the range or more.
+/// @return true if the temperature goes both ways, each over half of the range or more.
 [[nodiscard]] bool goes_both_ways(const Eigen::VectorXd& temperatures, const Eigen::VectorXd& ways);
 
 }  // namespace axiscal

@@ -30,7 +30,7 @@ Eigen::Matrix3Xd along_axes(const Eigen::Matrix3Xd& directions) {
   return axes.cols() == directions.cols() ? axes : directions;
 }
 
-// Whether the squared field bends the response, by the field along one direction.
+// True if the squared field bends the response, from the field along one direction.
 std::optional<CurvatureTest> curvature_along(const ReadingSet& set,
                                              const Eigen::MatrixXd& columns,
                                              const Eigen::VectorXd& along,
@@ -64,7 +64,8 @@ Eigen::Matrix3Xd seen_directions(const ReadingSet& set,
   if (!set.also_in_table.empty()) {
     return all;
   }
-  // About their mean: what does not change is in the biases, as on a cone about an axis.
+  // Differences from their mean. A constant component belongs to the biases, for example on a cone
+  // about an axis.
   const Eigen::ArrayXd used = (set.weights.array() > 0.0).rowwise().any().cast<double>();
   Eigen::MatrixXd fields = design.middleCols<3>(1);
   const double size = fields.norm();

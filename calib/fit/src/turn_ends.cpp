@@ -49,8 +49,8 @@ Direction direction_of(const Calibration& accelerometer,
   return direction;
 }
 
-// How a cube's attitude changes with its normals: the rotation vector of dC C^T, which dC does to
-// each of the table's axes.
+// The derivative of a cube's attitude with respect to its normals: the rotation vector of dC C^T.
+// It follows from the change of each of the table's axes by dC.
 Eigen::Matrix3Xd attitude_errors(const Positioner& positioner,
                                  const Eigen::Matrix3d& rotation_sensor_from_positioner,
                                  const DesignPoint& point,
@@ -131,7 +131,7 @@ void look_at_order(const Eigen::MatrixX3d& means, RestFit& fit) {
   const Eigen::VectorXd progress = Eigen::VectorXd::LinSpaced(n, -0.5, 0.5);
   const double length = progress.squaredNorm();
   const auto left = static_cast<double>(n - 2);
-  double drop = 0.0;  // each axis in its own scatter about its line
+  double drop = 0.0;  // each axis in units of its scatter about its line
   Eigen::Vector3d sd;
   Eigen::Vector3d drift;
   for (int k = 0; k < 3; ++k) {

@@ -31,7 +31,7 @@ Eigen::Matrix3d informative_rows(const GyroscopeTurn& turn) {
   return rows;
 }
 
-// What a small rotation of R(T), in the frame before, makes of a turn's residual.
+// The effect of a small rotation of R(T), in the frame before the turn, on a turn's residual.
 Eigen::Matrix3d change_with_rotation(const GyroscopeTurn& turn, const Eigen::Matrix3d& R) {
   return turn.rotation_before_from_after ? Eigen::Matrix3d(-Eigen::Matrix3d::Identity())
                                          : cross_matrix(R * turn.up_after.normalized());
@@ -42,11 +42,11 @@ struct SharedErrors {
   std::string name;
   double input_u = not_a_number;
   std::string unit;
-  Eigen::MatrixXd columns;  // 3 n x q: what they make of the residuals
+  Eigen::MatrixXd columns;  // 3 n x q: their effect on the residuals
 };
 
-// What the Earth's rotation, where it differs from what is stated, makes of the residuals. The
-// attitude goes on from turn to turn; where the chain is broken the heading is another.
+// The effect of an error of the Earth's rotation on the residuals. The attitude continues from turn
+// to turn; if the chain is broken, the heading starts again.
 SharedErrors rotation_of_earth(const TurnSystem& system, const TurnFitOptions& options) {
   const auto n = static_cast<Eigen::Index>(system.turns.size());
   const Eigen::Index chains =
@@ -76,7 +76,7 @@ SharedErrors rotation_of_earth(const TurnSystem& system, const TurnFitOptions& o
           .columns = columns.rightCols(columns.cols() - (options.earth_up_u > 0.0 ? 0 : 1))};
 }
 
-// What the errors of the directions, or of the cube's faces, make of the residuals.
+// The effect of errors of the directions, or of the cube's faces, on the residuals.
 SharedErrors errors_at_rests(const TurnSystem& system) {
   const auto n = static_cast<Eigen::Index>(system.turns.size());
   const Eigen::Index parts = system.turns.front().errors_before.cols();
@@ -99,7 +99,8 @@ SharedErrors errors_at_rests(const TurnSystem& system) {
 // other such units, but for the one rest between.
 std::vector<std::pair<Eigen::Index, Eigen::Index>> units_of(std::span<const GyroscopeTurn> turns) {
   constexpr Eigen::Index most = 24;
-  std::vector<std::pair<Eigen::Index, Eigen::Index>> units;  // first turn, how many
+  std::vector<std::pair<Eigen::Index, Eigen::Index>>
+      units;  // index of the first turn, number of turns
   for (std::size_t i = 0; i < turns.size(); ++i) {
     if (units.empty() || !turns[i].follows || units.back().second == most) {
       units.emplace_back(static_cast<Eigen::Index>(i), 0);
@@ -165,8 +166,8 @@ class TurnWeighing {
     return rows;
   }
 
-  // Unknowns: the sensitivities, and the biases if they are free; with a prior the biases, by their
-  // standard deviations, else; and what the turns share.
+  // The unknowns are the sensitivities, the biases, and the errors shared by the turns. If the
+  // biases are not free, their standard deviations are a prior.
   void put_columns(bool fit_bias) {
     const bool prior = !fit_bias && rests_.bias_covariance.trace() > 0.0;
     const Eigen::Index free = 9 + (fit_bias ? 3 : 0);
@@ -194,7 +195,7 @@ class TurnWeighing {
     problem_.y = -by_units(system_.residuals);
   }
 
-  // The same of rows whose errors have nothing in common.
+  // As above, for rows with independent errors.
   [[nodiscard]] Eigen::MatrixXd apart(Eigen::MatrixXd by_units) const {
     for (std::size_t u = 0; u < units_.size(); ++u) {
       by_units.middleRows(first_row(u), rows_) =
@@ -203,7 +204,7 @@ class TurnWeighing {
     return by_units;
   }
 
-  // K of a unit: what errors of the rests, three each, make of its rows.
+  // K of a unit: the effect of the rests' errors, three each, on its rows.
   [[nodiscard]] Eigen::MatrixXd errors_at_rests_of(
       const std::pair<Eigen::Index, Eigen::Index>& unit) const {
     const auto& [first, count] = unit;
@@ -363,7 +364,7 @@ class TurnWeighing {
   const RestFit& rests_;
   std::vector<std::pair<Eigen::Index, Eigen::Index>> units_;
   std::vector<SharedErrors> shared_;
-  Eigen::Index rows_ = 0;  // of a unit, of which the last ones may say nothing
+  Eigen::Index rows_ = 0;  // rows of a unit; the last ones may be empty
   std::vector<Eigen::MatrixXd> to_apart_;
   VarianceProblem problem_;
   Eigen::Index bias_columns_ = 0;

@@ -17,7 +17,7 @@ struct TurnSystem {
   Eigen::VectorXd residuals;               ///< 3 for each turn, frame before [rad]
   Eigen::MatrixXd jacobian;                ///< 3 n x 12, of the record's parameters
   std::vector<Eigen::Matrix3d> rotations;  ///< R(T) of each: before from after
-  /// What the sampling may make of the residuals, 3 for each turn; empty: not looked at.
+  /// The possible effect of the sampling on the residuals, 3 for each turn; empty if ignored.
   Eigen::VectorXd sampling;
 };
 
@@ -34,12 +34,12 @@ struct WeighedTurns {
   std::vector<UncertaintySource> sources;
 };
 
-/// Generalised least squares of turns whose errors are their own and those of the rests at their
-/// ends, by restricted likelihood; what they share besides is an unknown with a prior. Linear in
-/// the turns.
+/// Generalised least squares, linear in the turns. A turn has its own error and the errors of the
+/// rests at its ends; restricted likelihood estimates the variances. Other shared errors are
+/// unknowns with a prior.
 ///
 /// @param start_sd_rad  of a component of a turn's error, roughly.
-/// @throws RefusedError  where the turns do not determine the gyroscope beside its uncertain bias.
+/// @throws RefusedError  if the turns do not determine the gyroscope and its uncertain bias.
 [[nodiscard]] WeighedTurns weigh_turns(const TurnSystem& system,
                                        const RestFit& rests,
                                        const TurnFitOptions& options,

@@ -68,7 +68,7 @@ class TurnSet {
       const auto t = static_cast<std::size_t>(i);
       const GyroscopeTurn& turn = turns_[t];
       const Eigen::Matrix3d& R = state.rotations.emplace_back(earth_[t] * rotation_of(turns[t]));
-      Eigen::Matrix<double, 3, 12> turned;  // what R turns by
+      Eigen::Matrix<double, 3, 12> turned;  // the turn of R for a change of each unknown
       for (Eigen::Index row = 0; row < 3; ++row) {
         for (Eigen::Index pq = 0; pq < 9; ++pq) {
           turned(row, pq) =
@@ -118,10 +118,10 @@ class TurnSet {
 
   std::span<const GyroscopeTurn> turns_;
   PackedTurns packed_;
-  std::vector<Eigen::Matrix3d> earth_;  // what the Earth turns in the meantime
+  std::vector<Eigen::Matrix3d> earth_;  // the Earth's rotation during the turn
 };
 
-// Where the search stands: B, and the bias if it is fitted too; and what they leave.
+// The state of the search: B, the bias if it is fitted, and the residuals.
 struct Candidate {
   Eigen::Matrix3d B = Eigen::Matrix3d::Identity();
   Eigen::Vector3d bias = Eigen::Vector3d::Zero();
@@ -238,9 +238,10 @@ Eigen::Matrix<double, 12, 12> unknowns_by_parameters(const Eigen::Matrix3d& B) {
   return change;
 }
 
-// What the sampling may make of the residuals: a sixth of what they differ by, when every other
-// sample is left out, and then the others. Where the rate has a corner right at a sample the
-// trapezium rule is off by just so much, elsewhere by less (method.md, section 4, turns).
+// The possible effect of the sampling on the residuals. It is a sixth of the difference between two
+// results: one without the odd samples, one without the even ones. At a corner of the rate, exactly
+// at a sample, the trapezium rule is off by just this amount; elsewhere by less (method.md, section
+// 4, turns).
 class HalvedTurns {
  public:
   explicit HalvedTurns(std::span<const GyroscopeTurn> turns) : turns_(turns) {}
@@ -292,7 +293,8 @@ std::vector<std::string> names_of_unknowns(Eigen::Index unknowns) {
   return names;
 }
 
-// What exact turns leave open noise seems to tell, a hundred times worse than the rest.
+// Noise seems to determine directions that exact turns leave undetermined, a hundred times worse
+// than the rest.
 std::vector<Eigen::Index> open_unknowns(const Eigen::MatrixXd& J) {
   constexpr double open_below = 5e-3;
   return confounded_columns(J, open_below, 0.1);
@@ -395,7 +397,7 @@ TurnFit fit_turns(std::span<const GyroscopeTurn> turns,
   if (!options.rotations_only) {
     require_determined(found.state.jacobian.leftCols(unknowns), fit, turns.size());
   } else if (leaves_room(start.state.jacobian.leftCols<9>())) {
-    found = start;  // one scale for all axes: what is open could have become anything
+    found = start;  // one scale for all axes, because an undetermined value may be arbitrary
   }
   fit.residual_sd_rad = std::sqrt(found.state.cost() / fit.degrees_of_freedom);
   // The last step, in which every error counts as it is made.

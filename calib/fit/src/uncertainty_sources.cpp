@@ -103,8 +103,8 @@ class BudgetMaker {
         change * change.transpose());
   }
 
-  // A reference that is off scales all readings, and with them biases and sensitivities; what is
-  // relative to these (the scale over temperature) stays.
+  // An error of the reference scales all readings, and with them biases and sensitivities. Relative
+  // quantities (the scale over temperature) do not change.
   void add_reference() {
     const double u = experiment_.stated.reference_u;
     if (!(u > 0.0)) {
@@ -155,8 +155,8 @@ class BudgetMaker {
     return *run_;
   }
 
-  // What the coefficients take up of changes of the readings. Where the directions are fitted, they
-  // take up their part of them first.
+  // The change of the coefficients with the readings. If the directions are fitted, they absorb
+  // their part first.
   [[nodiscard]] Eigen::MatrixXd taken_up(const Eigen::MatrixXd& changes) {
     return run().taken_up(changes)(set_.places_of_coefficients(), Eigen::all);
   }
@@ -191,7 +191,7 @@ class BudgetMaker {
     add("mount", "normal", mount->repeatability_rad, "rad", std::move(covariance));
   }
 
-  // Whether the scatter has the steps of an axis already.
+  // True if the scatter already includes the rounding of an axis.
   [[nodiscard]] bool is_counted_as_scatter(Eigen::Index axis) const {
     return std::any_of(statistics_.components.begin(), statistics_.components.end(),
                        [axis](const ScatterComponent& component) {
@@ -199,7 +199,7 @@ class BudgetMaker {
                        });
   }
 
-  // Steps that are wider than the scatter do not show in it: what it lacks is added.
+  // Steps wider than the scatter do not show in it: the missing part is added.
   void add_resolution() {
     const double q = experiment_.stated.resolution;
     if (!(q > 0.0)) {

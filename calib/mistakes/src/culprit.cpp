@@ -57,8 +57,8 @@ std::string better(const SuspectRun& run, const HypothesisFit& fit) {
   return number_text(ratio, ratio < 100.0 ? 2 : static_cast<int>(std::log10(ratio)) + 1);
 }
 
-// Of one reading that says something else than the others expect: what it says, what they expect,
-// and what was probably typed for it.
+// For one reading that contradicts the others: its value, the expected value, and the value that
+// was probably meant.
 std::string expected_words(const SuspectRun& run, const Correction& correction) {
   const bool is_value = correction.code == WarningCode::sign ||
                         correction.code == WarningCode::unit_factor ||
@@ -72,7 +72,8 @@ std::string expected_words(const SuspectRun& run, const Correction& correction) 
   const Eigen::VectorXd typed = run.set().response.row(static_cast<Eigen::Index>(*found));
   const Eigen::VectorXd expected =
       expected_by_others(run, one_reading(run.set(), *found), run.without(*found));
-  // In parts of the full response: the scatter of a run with a mistake says nothing of its noise.
+  // In parts of the full response, because a mistake spoils the scatter of a run as a measure of
+  // noise.
   Eigen::VectorXd off(run.m());
   for (Eigen::Index k = 0; k < run.m(); ++k) {
     off(k) = std::abs(typed(k) - expected(k)) / run.full_response(k);
@@ -111,7 +112,7 @@ bool same_data(const Explanation& a, const Explanation& b) {
   return difference < 1e-6;
 }
 
-// What a mistake does to the coefficients, in parts of the full response.
+// The effect of a mistake on the coefficients, in parts of the full response.
 double effect_of(const SuspectRun& run, const Explanation& explanation) {
   double effect = 0.0;
   for (Eigen::Index k = 0; k < run.m(); ++k) {
@@ -220,8 +221,8 @@ MistakeSearch find_culprit(const ReadingSet& set,
       return find_culprit(*few, estimate, known_field, judged ? &*judged : nullptr);
     }
   }
-  // A direction that was stated wrongly is no mistake of a reading: where opposite readings show it
-  // they are judged without it.
+  // A wrongly stated direction is not a mistake in a reading. If opposite readings show one, the
+  // readings are judged without it.
   const bool stated = known_field && !estimate.levelness;
   if (without_shared_errors != nullptr) {
     SuspectRun run(*without_shared_errors, estimate, stated);

@@ -21,7 +21,7 @@ constexpr double false_alarm = 0.016;
 // Below this probability of the axes' scatters their noise clearly differs.
 constexpr double unequal_below = 0.01;
 constexpr double false_alarm_by_axis = 0.001;
-// Where each reading is judged by the others, that test and those of other mistakes share the
+// If each reading is judged by the others, this test and the tests of other mistakes share the
 // level.
 constexpr double false_alarm_of_deletion = 0.003;
 constexpr double false_alarm_of_others = 0.008;
@@ -40,7 +40,7 @@ double single_p(const SuspectRun& run, const HypothesisFit& fit) {
                                                                  static_cast<double>(run.m())));
 }
 
-// The same of the kinds that have a quick test of their own.
+// The smallest probability of the kinds that have a fast test.
 double added_p(const SuspectRun& run, const HypothesisFit& fit) {
   double smallest = 1.0;
   for (const MistakeKind& kind : mistake_kinds()) {
@@ -51,8 +51,9 @@ double added_p(const SuspectRun& run, const HypothesisFit& fit) {
   return smallest;
 }
 
-// Whether the axes' noise clearly differs once the worst readings are out; all fits anew then,
-// twice: which readings are the worst of a quiet axis shows only once a noisy one counts less.
+// Tests whether the axes' noise clearly differs after the worst readings are removed. Each fit is
+// made twice, because a quiet axis shows its worst readings only after a noisy axis has less
+// weight.
 bool weigh_axes(SuspectRun& run) {
   const auto clean = [&]() -> const HypothesisFit& {
     return run.best_pair().fitted ? run.best_pair() : run.without(run.by_deletion().front());
@@ -67,10 +68,10 @@ bool weigh_axes(SuspectRun& run) {
   return true;
 }
 
-// A noisy axis looks like a mistake in a few of its readings. What may be that counts less: where
-// the scatters of the axes differ (`equality`, before the hypothesis), and where it takes its sum
-// of squares from an axis that scatters more than the others even after it. Tuned (MC) so that
-// good runs with noise 1 : 1 : 3 are called bad in 1 %.
+// A noisy axis looks like a mistake in a few of its readings. Two findings reduce the weight of a
+// hypothesis: the scatters of the axes differ (`equality`, before the hypothesis), or the gain
+// comes from an axis that scatters more than the others even afterwards. The limits are tuned by
+// simulation: good runs with noise 1 : 1 : 3 are called bad in 1 %.
 double allowance(const SuspectRun& run, const HypothesisFit& with, double equality, bool of_few) {
   if (run.stated_ratio()) {
     return 1.0;
@@ -97,7 +98,7 @@ double nested_p(const SuspectRun& run, const HypothesisFit& with) {
              : 1.0;
 }
 
-// Each axis by its own scatter, put together by Fisher's method.
+// Each axis in units of its own scatter, combined by Fisher's method.
 double nested_p_by_axis(const SuspectRun& run, const HypothesisFit& with) {
   if (!with.fitted) {
     return 1.0;
@@ -111,9 +112,9 @@ double nested_p_by_axis(const SuspectRun& run, const HypothesisFit& with) {
   return axes.p_value();
 }
 
-// The fit of all readings with the axes weighed by what it leaves of them, where they differ: else
-// a noisy axis, by the field's direction, hides what a quiet one shows. Each round once, where it
-// is asked for.
+// The fit of all readings, with weights from the axes' residuals if these differ. Otherwise a noisy
+// axis hides the findings of a quiet one through the field's direction. Each round is computed at
+// most once, on demand.
 class WeighedFit {
  public:
   explicit WeighedFit(const SuspectRun& run) : run_(run) {}
@@ -143,7 +144,7 @@ class WeighedFit {
     HypothesisFit fit;
     HypothesisFitter fitter;
   };
-  // Whether it was looked for, and what was found.
+  // The search's result, and whether it was made.
   using Round = std::optional<std::optional<Weighed>>;
 
   static const HypothesisFit* fit_of(const Round& round) {
@@ -174,9 +175,9 @@ struct Unlikely {
   double sum = 0.0;
 };
 
-// The most unlikely readings by the scatter of each axis, the worst first: of what the fit of all
-// leaves of each, as if the others had been fitted alone. Exact but for the weights by axis, which
-// are those of all.
+// The least likely readings by the scatter of each axis, the worst first. They use the residuals of
+// the fit of all readings, corrected as if the others had been fitted alone. This is exact except
+// for the axis weights, which come from all readings.
 std::vector<Unlikely> roughly_by_others(const SuspectRun& run,
                                         const HypothesisFit& fit,
                                         std::size_t most) {
@@ -195,8 +196,8 @@ std::vector<Unlikely> roughly_by_others(const SuspectRun& run,
   for (Eigen::Index k = 0; k < run.m(); ++k) {
     ratios.col(k) = ratios_of(k);
   }
-  // Student's tails are no shorter than the normal distribution's, which bounds each sum: of
-  // thousands of readings few need their own.
+  // Student's tails are at least as long as the normal distribution's, which bounds each sum. Among
+  // thousands of readings few need the exact value.
   std::vector<Unlikely> bounds(run.count());
   for (std::size_t i = 0; i < bounds.size(); ++i) {
     bounds[i].reading = i;
@@ -225,7 +226,8 @@ std::vector<Unlikely> roughly_by_others(const SuspectRun& run,
   return worst;
 }
 
-// How unlikely the worst reading is by the others, each axis by its own scatter, over all readings.
+// The probability of the worst reading given the others, over all readings; each axis has its own
+// scatter.
 double deletion_p(const SuspectRun& run, WeighedFit& weighed) {
   if (!run.is_judged_by_others() || run.only_rounding()) {
     return 1.0;
@@ -253,7 +255,7 @@ double deletion_p(const SuspectRun& run, WeighedFit& weighed) {
   return std::min(1.0, readings * smallest);
 }
 
-// How unlikely the worst two are by the others, likewise; as if they were the only two.
+// The probability of the worst two given the others, as if they were the only two.
 double pair_p(const SuspectRun& run, WeighedFit& weighed) {
   if (!run.best_pair().fitted || run.only_rounding()) {
     return 1.0;
@@ -321,7 +323,7 @@ bool is_bad(SuspectRun& run) {
   constexpr double rare = 100.0;  // two independent mistakes
   const double pairs = rare * 0.5 * readings * (readings - 1.0);
   const bool many = run.is_judged_by_others();
-  if (many) {  // what the others say of each judges it at any noise of the axes
+  if (many) {  // valid for any noise of the axes, because the others judge each reading
     smallest = pairs * pair_p(run, weighed);
   } else {
     consider(run.without(run.by_deletion().front()), {.tests = readings, .of_few = true});

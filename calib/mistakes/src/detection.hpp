@@ -12,11 +12,12 @@ inline constexpr double large_share = 0.003;  // of scatter, in the full respons
 // Above this probability of the axes' scatters nothing says that their noise differs.
 inline constexpr double may_be_equal = 0.5;
 
-/// Whether a closer look is worth its time: by all axes alike, and by each in its own scatter.
+/// True if a closer search is worthwhile: for all axes together, and for each in units of its
+/// scatter.
 [[nodiscard]] bool looks_bad(const SuspectRun& run);
 
-/// Whether the readings contradict each other: nested F tests of what may have happened, for the
-/// classes of mistakes together.
+/// Tests whether the readings contradict each other, by nested F tests of the possible mistakes,
+/// for all classes together.
 /// @param run  whose readings were left out one by one; on return two by two as well, and with axes
 ///             that count as they scatter where their noise clearly differs.
 [[nodiscard]] bool is_bad(SuspectRun& run);
@@ -24,8 +25,8 @@ inline constexpr double may_be_equal = 0.5;
 /// By how much smaller a hypothesis makes the scatter.
 [[nodiscard]] double times_better(const SuspectRun& run, const HypothesisFit& fit);
 
-/// Whether a hypothesis explains what the fit as it is does not: it makes the scatter smaller by a
-/// clear part, or of many readings by more than chance does.
+/// True if a hypothesis explains the residuals of the plain fit: it reduces the scatter by a clear
+/// part, or by more than chance does if readings are many.
 [[nodiscard]] bool is_clearly_better(const SuspectRun& run, const HypothesisFit& with);
 
 }  // namespace axiscal

@@ -20,7 +20,7 @@ struct HypothesisFit {
   Eigen::VectorXd rss;                 ///< m: sums of squares, each axis in its scale
   Eigen::VectorXd degrees_of_freedom;  ///< m
   Eigen::VectorXd added;               ///< q: estimates of the added columns
-  Eigen::VectorXd information;         ///< q: on each of them, at unit noise
+  Eigen::VectorXd information;         ///< q: information on each of these estimates, at unit noise
   Eigen::MatrixXd residuals;           ///< n x m, weighted, in the axes' scale
   std::shared_ptr<const Fit> fit;      ///< null after forget_readings()
 
@@ -34,7 +34,7 @@ struct HypothesisFit {
   [[nodiscard]] double dof() const { return degrees_of_freedom.sum(); }
 };
 
-/// Fits readings under hypotheses: without some of them, or with further columns.
+/// Fits readings under hypotheses: without some readings, or with further columns.
 class HypothesisFitter {
  public:
   /// @param field        to start from, or as given.

@@ -26,7 +26,7 @@ double likelihood(const HypothesisFit& fit,
   return value - std::log(alternatives);
 }
 
-// What a fit leaves of readings across the field that each met.
+// The residuals of a fit perpendicular to the field of each reading.
 struct Leftover {
   double squares = 0.0;
   double degrees_of_freedom = 0.0;

@@ -12,7 +12,7 @@
 
 namespace axiscal {
 
-// Ranges of what a mistake adds (method.md, section 5), in rad and parts of the full response.
+// Ranges of a mistake's parameters (method.md, section 5), in rad and parts of the full response.
 inline constexpr double angle_range_rad = 0.08;
 inline constexpr double value_range = 4.0;
 inline constexpr double drift_range = 0.04;
@@ -28,7 +28,7 @@ struct Explanation {
   std::string words;  // behind "run 7: ", without how much better
 };
 
-/// What explains a run, in the order in which it was tried.
+/// The explanations of a run, in the order of the trials.
 class Explanations {
  public:
   /// @param fit           under the explanation; one that is not fitted explains nothing.
@@ -49,29 +49,28 @@ class Explanations {
   std::vector<Explanation> all_;
 };
 
-/// What to do about a mistake, by the code of its warning.
+/// The remedy for a mistake, by the code of its warning.
 struct MistakeAdvice {
   WarningCode code;
-  std::string_view one;   // where it concerns one reading, or the run
+  std::string_view one;   // for one reading, or for the run
   std::string_view many;  // where several; empty: the same
 };
 
 /// A hypothesis that a run may be better described by.
 struct Considered {
-  double tests = 1.0;     ///< how many like it are tried
-  bool of_few = false;    ///< whether it is about a few readings
-  double at_least = 0.0;  ///< what else says that it fits as well by chance
+  double tests = 1.0;     ///< the number of similar hypotheses
+  bool of_few = false;    ///< true if it concerns a few readings
+  double at_least = 0.0;  ///< the probability that another test gives for chance
 };
 using Consider = std::function<void(const HypothesisFit& with, const Considered& how)>;
 
-/// A kind of mistake: how it is detected, how it explains a reading or the run, and what to do
-/// about it. What none of its kind can be detected by but readings that are left out, as a wrong
-/// pose, has no detection of its own.
+/// A kind of mistake: its detection, its explanation of a reading or of the run, and its remedy. A
+/// kind without its own detection, such as a wrong pose, is detected by leaving readings out.
 struct MistakeKind {
   std::span<const MistakeAdvice> advice;
   void (*of_reading)(const SuspectRun& run, std::size_t i, Explanations& found) = nullptr;
   void (*of_run)(const SuspectRun& run, Explanations& found) = nullptr;
-  /// The smallest probability of what it adds to a fit, to first order: no fit is made for it.
+  /// The smallest probability of its gain, to first order; no fit is made for it.
   double (*quick_p)(const SuspectRun& run, const HypothesisFit& fit) = nullptr;
   /// Its hypotheses, fitted, for the nested tests.
   void (*detect)(const SuspectRun& run, const Consider& consider) = nullptr;
@@ -101,8 +100,9 @@ void add_mistake_kind(const MistakeKind& kind);
 /// A hypothesis that frees no parameter, such as another pose, is not nested: no F test judges it.
 [[nodiscard]] double nested_f_p(double total, double dof, double drop, double q);
 
-/// The same by what readings say across the field they met alone: where the cube lies anew each
-/// time they scatter there and not along it, and that is what a turn has to be held against.
+/// As above, with the residuals perpendicular to the field of each reading. If the cube lies
+/// differently each time, these residuals scatter more than those along the field, so a turn is
+/// compared with them.
 [[nodiscard]] double nested_p_across_field(const SuspectRun& run, const HypothesisFit& with);
 
 /// @return a correction of that code about these readings.
@@ -113,15 +113,16 @@ void add_mistake_kind(const MistakeKind& kind);
 /// A run of one reading alone.
 [[nodiscard]] ReadingSet one_reading(const ReadingSet& set, std::size_t i);
 
-/// How far a response lies from what the other readings say, in the scale of its axes, squared.
+/// The squared distance of a response from the other readings' prediction, in units of its axes'
+/// scale.
 /// @param one  the reading alone, as one_reading(), in the pose that is tried.
 [[nodiscard]] double distance_squared(const SuspectRun& run,
                                       const ReadingSet& one,
                                       const HypothesisFit& without,
                                       const Eigen::VectorXd& response);
 
-/// What the fit without a reading expects of it, m entries [unit].
-/// @param one  that reading alone, as one_reading() has it.
+/// The prediction without a reading for this reading, m entries [unit].
+/// @param one  that reading alone, see one_reading().
 [[nodiscard]] Eigen::VectorXd expected_by_others(const SuspectRun& run,
                                                  const ReadingSet& one,
                                                  const HypothesisFit& without);

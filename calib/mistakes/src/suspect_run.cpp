@@ -138,8 +138,8 @@ std::vector<Eigen::Index> SuspectRun::rows_of(const std::vector<std::size_t>& re
 
 namespace {
 
-// e^T (1 - H)^-1 e over the readings that are left out.
-// @tparam Count  how many rows there are, where that is known.
+// e^T (1 - H)^-1 e over the deleted readings.
+// @tparam Count  the number of rows, if it is known at compile time.
 // @tparam Most   how many at most: few need no memory of their own.
 template <int Count, int Most>
 double drop_of_rows(const HypothesisFit& fit,
@@ -156,13 +156,13 @@ double drop_of_rows(const HypothesisFit& fit,
       M(a, b) = (a == b ? 1.0 : 0.0) - fit.fit->hat(a % m, i, b % m, j);
     }
   }
-  // A reading that alone determines something has no residual to tell by.
+  // If a reading alone determines a coefficient, its residual holds zero information.
   return squares_by(M, e, 1e-9);
 }
 
 }  // namespace
 
-// What leaving readings out takes from the sum of squares, to first order.
+// The reduction of the sum of squares without these readings, to first order.
 double SuspectRun::drop_without(const HypothesisFit& fit,
                                 std::span<const std::size_t> readings) const {
   constexpr int of_triad = 3;
@@ -175,7 +175,7 @@ double SuspectRun::drop_without(const HypothesisFit& fit,
                      : drop_of_rows<Eigen::Dynamic, Eigen::Dynamic>(fit, readings, m());
 }
 
-// What added columns take from it; the residuals are square to the basis.
+// The reduction by added columns. The residuals are orthogonal to the basis.
 double SuspectRun::drop_with(const HypothesisFit& fit, Eigen::MatrixXd Z) const {
   for (Eigen::Index k = 0; k < m(); ++k) {
     Z.middleRows(n() * k, n()).array().colwise() *=
@@ -187,7 +187,7 @@ double SuspectRun::drop_with(const HypothesisFit& fit, Eigen::MatrixXd Z) const 
   return squares_by(left, c, 1e-9 * Z.colwise().squaredNorm().maxCoeff());
 }
 
-// The same with one column.
+// The reduction by one column.
 double SuspectRun::drop_with_shift(const HypothesisFit& fit,
                                    Eigen::Index axis,
                                    const std::vector<std::size_t>& readings) const {

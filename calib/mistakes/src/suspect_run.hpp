@@ -14,8 +14,8 @@
 
 namespace axiscal {
 
-/// A run that may hold a mistake: its fit as it is, and without each reading and each two. What may
-/// have happened to it the kinds of mistakes know.
+/// A run that may hold a mistake: its plain fit, and its fits without one or two readings. The
+/// kinds of mistakes define the hypotheses.
 ///
 /// Up to `each_is_fitted` readings each is left out by a fit of its own; of more, the
 /// fitted_of_many() that count most to first order: the time stays linear in the readings.
@@ -23,7 +23,7 @@ class SuspectRun {
  public:
   static constexpr std::size_t each_is_fitted = 200;
 
-  /// Where each block has its own levelness a fit is dear: fewer are made then.
+  /// If each block has its own levelness, a fit is slow; then fewer are made.
   [[nodiscard]] std::size_t fitted_of_many() const {
     constexpr Eigen::Index many_directions = 24;
     return plain_.fit->shared() > many_directions ? 8 : 48;
@@ -42,7 +42,7 @@ class SuspectRun {
   /// Positions of the readings in the order in which they were taken.
   [[nodiscard]] const std::vector<std::size_t>& order() const { return order_; }
 
-  /// Whether the ratio of the axes' noise was stated.
+  /// True if the ratio of the axes' noise was stated.
   [[nodiscard]] bool stated_ratio() const { return stated_ratio_; }
 
   /// The fit of all readings.
@@ -63,7 +63,7 @@ class SuspectRun {
   /// All pairs where readings are few, else of those that count most.
   void delete_pairs();
 
-  /// From now on axes count as they scatter; all is fitted anew.
+  /// Weights the axes by their scatter from now on, and repeats all fits.
   /// @param clean  a fit without the worst readings.
   void weigh_axes_by(const HypothesisFit& clean);
 
@@ -72,7 +72,7 @@ class SuspectRun {
     return plain_.coefficients.col(k).segment<3>(1).norm() * plain_.field.magnitude();
   }
 
-  /// From so many readings on each is judged by what the others say, axis by axis.
+  /// From this number of readings on, each reading is judged by the others, axis by axis.
   static constexpr Eigen::Index fewest_for_deletion = 24;
   [[nodiscard]] bool is_judged_by_others() const { return n() >= fewest_for_deletion; }
 
@@ -81,12 +81,13 @@ class SuspectRun {
 
   [[nodiscard]] std::vector<std::size_t> largest_residuals(std::size_t most) const;
 
-  /// What leaving readings out, or added columns, take from the sum of squares, to first order.
+  /// The reduction of the sum of squares without some readings, or with added columns, to first
+  /// order.
   [[nodiscard]] double drop_without(const HypothesisFit& fit,
                                     std::span<const std::size_t> readings) const;
   [[nodiscard]] double drop_with(const HypothesisFit& fit, Eigen::MatrixXd columns) const;
 
-  /// What a shift of some readings of an axis takes from it.
+  /// The reduction by a shift of some readings of an axis.
   [[nodiscard]] double drop_with_shift(const HypothesisFit& fit,
                                        Eigen::Index axis,
                                        const std::vector<std::size_t>& readings) const;

@@ -39,9 +39,9 @@ Eigen::MatrixXd orientation_rows(const std::vector<DesignEntry>& design) {
   return X;
 }
 
-// The direction u, |u| = 1, that makes u^T A u + 2 c^T u largest, A not negative: each step of
-// u <- A u + c, normalised, cannot make it smaller. From both ends of each principal axis; where
-// all directions are alike, as in the best designs, along z.
+// The direction u, |u| = 1, that maximises u^T A u + 2 c^T u, with A positive semidefinite. A step
+// u <- A u + c, normalised, cannot decrease it. The search starts from both ends of each principal
+// axis. If all directions are equal, as in the best designs, it starts along z.
 Eigen::Vector3d worst_direction(const Eigen::Matrix3d& A, const Eigen::Vector3d& c) {
   const auto value = [&](const Eigen::Vector3d& u) { return u.dot(A * u) + 2.0 * c.dot(u); };
   const Eigen::Matrix3d axes = symmetric_eigen(A).vectors;

@@ -32,7 +32,7 @@ namespace {
 struct LinearMap {
   Eigen::MatrixXd coefficients_from_readings;  // 4m x n m
   Eigen::MatrixXd columns;                     // n m x c: of a fit to all readings, b and S first
-  Eigen::VectorXd degrees_of_freedom;          // what one replicate leaves
+  Eigen::VectorXd degrees_of_freedom;          // left by one replicate
   double parameters = 4.0;                     // per axis, of any number of replicates
 };
 
@@ -136,10 +136,10 @@ LinearMap linear_map(const ForecastSetup& setup, const Fit& run) {
   return map;
 }
 
-// What an error that the readings share changes of them, in columns of standard deviation 1.
+// The effect of a shared error on the readings, in columns of standard deviation 1.
 using SharedErrors = Eigen::MatrixXd;  // n m x q
 
-// What each input that is not exactly known changes of the readings, by its name.
+// The effect of each uncertain input on the readings, by its name.
 std::map<std::string, SharedErrors> errors_of_inputs(const ForecastSetup& setup,
                                                      const Fit& run,
                                                      const TableField& field) {
@@ -159,8 +159,8 @@ std::map<std::string, SharedErrors> errors_of_inputs(const ForecastSetup& setup,
   return errors;
 }
 
-// What a world adds to the coefficients' covariance. In random order readings that are alike are so
-// by as much as any two of a run in the mean.
+// The contribution of a world to the coefficients' covariance. In random order, correlated readings
+// have the mean correlation of any two readings of the run.
 // @param L  from one replicate's readings to the coefficients.
 Eigen::MatrixXd covariance_in_world(const ForecastSetup& setup,
                                     const Eigen::MatrixXd& L,
@@ -250,7 +250,7 @@ Eigen::MatrixXd part_of_world(const ForecastSetup& setup,
                                 : covariance_in_world(setup, L, replicates);
 }
 
-// What shared errors make of the coefficients.
+// The effect of shared errors on the coefficients.
 Eigen::MatrixXd part_of(const SharedErrors& errors, const Eigen::MatrixXd& map) {
   if (errors.size() == 0) {
     return Eigen::MatrixXd::Zero(map.rows(), map.rows());

@@ -12,7 +12,7 @@
 namespace axiscal {
 namespace {
 
-// The field of each reading in the sensor: what an ideal instrument would read.
+// The field of each reading in the sensor: the reading of an ideal instrument.
 Eigen::MatrixXd fields_in_sensor(const StudySetup& setup) {
   SensorModel ideal = setup.truth;
   ideal.instrument.axes = {"x", "y", "z"};

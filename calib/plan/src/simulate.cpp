@@ -20,7 +20,7 @@ namespace axiscal {
 
 SensorModel on_level_table(SensorModel truth) {
   FieldDescription& field = truth.field;
-  // What gravity, or else a turntable's axis, says of the table's slope.
+  // The table's slope seen by gravity, or otherwise by a turntable's axis.
   const Eigen::Vector3d* up = nullptr;
   if (field.parts.empty() && field.in_table && field_kind(field.kind).along_normal) {
     up = &*field.in_table;

@@ -84,7 +84,7 @@ class Trial {
                          : fitted_record(setup_.experiment, run.observations);
   }
 
-  // What a calibration of the run can find out, at best: the truth, the bias as it was in its mean.
+  // The best possible result of a calibration of the run: the truth, with the mean bias of the run.
   [[nodiscard]] SensorModel truth() const {
     SensorModel truth = setup_.truth;
     truth.response.bias += bias_of_run_;
@@ -92,7 +92,7 @@ class Trial {
     return free ? in_shape(std::move(truth), setup_.experiment.fit.shape) : truth;
   }
 
-  // Errors, stated u and U of what one reading says in some attitude.
+  // Errors, stated u and U of the result of one reading in an attitude.
   void add_angles(const Calibration& calibration, std::vector<StudySums>& sums, std::size_t from) {
     constexpr double highest = 0.984807753012208;  // sin 80 degrees
     const double sine = highest * (2.0 * random_.uniform() - 1.0);
@@ -197,7 +197,7 @@ class Trial {
   Eigen::VectorXd bias_of_run_;
 };
 
-// The truth as a calibration states it: polynomials about that one's reference temperature.
+// The truth in the form of a calibration: polynomials about its reference temperature.
 SensorModel truth_about(SensorModel truth, const Calibration& calibration) {
   if (!truth.temperature || !calibration.sensor.temperature) {
     return truth;
@@ -237,7 +237,7 @@ SensorModel truth_about(SensorModel truth, const Calibration& calibration) {
   return truth;
 }
 
-// What tells one study from another (FNV-1a of its description).
+// The identity of a study (FNV-1a of its description).
 std::string digest_of(const StudySetup& setup) {
   Experiment described = setup.experiment;
   Calibration record;
@@ -297,7 +297,7 @@ bool gives_angles(const StudySetup& setup) {
          find_instrument_kind(setup.truth.instrument.kind).has_axis_elevation;
 }
 
-// A root of the covariance of the positioner's normals, where these are to be drawn.
+// A root of the covariance of the positioner's normals, if these are simulated.
 Eigen::MatrixXd root_of_normals(const StudySetup& setup) {
   const auto& covariance = setup.experiment.positioner.description().normal_covariance;
   if (!setup.random_normals && !(setup.simulation.world.stated && covariance)) {
@@ -309,7 +309,7 @@ Eigen::MatrixXd root_of_normals(const StudySetup& setup) {
   return covariance_root(*covariance);
 }
 
-// What the trials of a block add up to.
+// The sums over the trials of a block.
 struct StudyBlock {
   std::vector<std::string> parameters;
   std::vector<StudySums> sums;

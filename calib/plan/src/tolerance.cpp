@@ -76,7 +76,7 @@ CalibrationErrors errors_from(const Sums& sums, double count) {
           .angle_rad = std::sqrt(sums.angle / count)};
 }
 
-// The largest angle over attitudes between the field and what calibrated readings say of it.
+// The largest angle over attitudes between the field and the calibrated readings.
 double worst_angle(const LinearResponse& found, const LinearResponse& truth, double F) {
   const Eigen::MatrixXd inverse = pseudo_inverse(found.sensitivity);
   const Eigen::Vector3d e = inverse * (truth.bias - found.bias);
@@ -124,7 +124,7 @@ Experiment experiment_of(const ToleranceStudy& study, Method method) {
   experiment.field = setup_of(study.nominal.field, true);
   experiment.fit.method = method;
   experiment.positioner = Positioner(study.drawing, study.surface);  // as drawn
-  experiment.fit.search_for_mistakes = false;  // what is off is the cube, not a reading
+  experiment.fit.search_for_mistakes = false;  // the cube is wrong, not a reading
   return experiment;
 }
 

@@ -11,8 +11,9 @@
 namespace axiscal {
 namespace {
 
-// Streams of one seed: 0 shuffles run sheets, small numbers are the noise of the instruments. What
-// all instruments of a run share comes from one stream, their own troubles from one for each.
+// Streams of one seed: 0 shuffles run sheets, small numbers are the noise of the instruments.
+// Effects that all instruments of a run share come from one stream. Each instrument has one more
+// stream.
 constexpr std::uint32_t stream_of_cube = 1U << 20U;
 constexpr std::uint32_t stream_of_world = 1U << 21U;
 

@@ -12,7 +12,7 @@
 
 namespace axiscal {
 
-/// What the world does to the readings of one instrument, one after another.
+/// The world's effects on the readings of one instrument, one after another.
 class Troubles {
  public:
   /// @param noise_sd  of each axis; must outlive it, as the world.
@@ -25,20 +25,20 @@ class Troubles {
   /// Goes on to the next reading.
   void next(int block);
 
-  /// The cube is laid anew.
+  /// The cube is laid down again.
   void lay();
 
-  /// How the field that the table holds is seen in the sensor, the cube lying as it now does.
+  /// The table's field in the sensor, with the cube in its present position.
   [[nodiscard]] Eigen::Matrix3d as_seated(const Eigen::Matrix3d& rotation_sensor_from_table) const {
     return mount_ * rotation_sensor_from_table * seat_;
   }
 
-  /// How many times the field, and each axis's sensitivities, are what they are in the mean.
+  /// The factors of the field, and of each axis's sensitivities, relative to their means.
   [[nodiscard]] double size_of_field() const { return size_; }
   [[nodiscard]] const Eigen::VectorXd& gains() const { return gains_; }
 
-  /// What is added to the response.
-  /// @param random  of the noise, which a white world takes its numbers from alone.
+  /// The addition to the response.
+  /// @param random  the noise's stream; a white world takes all its numbers from this stream.
   /// @param along   of each axis, the part of the full field that lies along it; asked for where it
   ///                counts.
   [[nodiscard]] Eigen::VectorXd added(RandomStream& random,
@@ -47,7 +47,7 @@ class Troubles {
   [[nodiscard]] const Eigen::VectorXd& bias_of_run() const { return walked_; }
 
  private:
-  // What a normal number is multiplied with to be Student's, of standard deviation 1.
+  // The factor that turns a normal number into Student's, of standard deviation 1.
   double spread();
 
   const World& world_;
@@ -72,7 +72,7 @@ class Troubles {
 /// @return of each axis, the part of the full field that lies along it; m entries.
 [[nodiscard]] Eigen::VectorXd parts_along(const SensorModel& truth, const Eigen::Vector3d& field);
 
-/// What the squared and cubed field along each axis adds.
+/// The contribution of the squared and cubed field along each axis.
 [[nodiscard]] Eigen::VectorXd nonlinear_part(const World& world,
                                              const SensorModel& truth,
                                              const Eigen::Vector3d& field);

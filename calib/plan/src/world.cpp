@@ -45,7 +45,7 @@ constexpr std::array entries = {
     Entry{.name = "stated"},
 };
 
-// What an entry may be; drift, k2 and k3 have a sign.
+// The limits of an entry; drift, k2 and k3 have a sign.
 void check_value(std::string_view name, double value) {
   const auto must_be = [&](bool is_so, std::string_view what) {
     if (!is_so || !std::isfinite(value)) {

@@ -17,8 +17,8 @@
 namespace axiscal {
 namespace {
 
-// Each struct's members(), in the order of the file, serve for writing and for reading. What is
-// only written, as it follows from the rest, is put in where the table does not read.
+// Each struct's members(), in the order of the file, serve for writing and for reading. Derived
+// members are only written; they are inserted while the table writes.
 
 void members(JsonMembers& io, OrientationQuality& quality) {
   io.number("fit_error", quality.fit_error);
@@ -40,7 +40,8 @@ void members(JsonMembers& io, CompanionAlignment& companion) {
   io.number("residual_sd", alignment.residual_sd);
 }
 
-// What notes say and, beside it, what each is about: files of earlier versions lack the latter.
+// The texts of notes, and a second list with the subject of each; files of earlier versions lack
+// the second list.
 void notes_members(JsonMembers& io, std::vector<CalibrationNote>& notes) {
   std::vector<std::string> messages;
   std::vector<std::string> codes;
@@ -60,7 +61,7 @@ void notes_members(JsonMembers& io, std::vector<CalibrationNote>& notes) {
   }
 }
 
-// What users of this kind of instrument call it.
+// The quantities, by their usual names for this kind of instrument.
 Json quantities_json(const Calibration& calibration) {
   Json list = Json::array();
   for (const KindQuantity& quantity : quantities_of(calibration)) {
@@ -308,7 +309,7 @@ void members(JsonMembers& io, Correction& correction) {
   io.value("message", correction.message);
 }
 
-// What would mend the run, with where its readings were probably taken, or what they should say.
+// The remedy for the run, with the probable poses or the proposed values of its readings.
 void suggestion_members(JsonMembers& io, Correction& correction, Eigen::Index m) {
   members(io, correction);
   io.list_if_any(
@@ -392,7 +393,7 @@ void members(JsonMembers& io, CalibrationConditions& conditions, Eigen::Index m)
   }
 }
 
-// What was fitted, and how well.
+// The fit and its quality.
 void result_members(JsonMembers& io, Calibration& calibration) {
   const Eigen::Index m = calibration.sensor.instrument.axis_count();
   io.need_object("coefficients", [&](JsonMembers& one) { coefficient_members(one, calibration); });
@@ -440,7 +441,7 @@ void members(JsonMembers& io, FieldSizeCheck& check) {
   io.number("p_value", check.p_value);
 }
 
-// `readings` is how many; what became of each is `details`.
+// `readings` is the number; `details` holds the result of each.
 void members(JsonMembers& io, Confirmation& confirmation, Eigen::Index m) {
   if (!io.reads()) {
     io.to()["readings"] = confirmation.readings.size();
@@ -574,13 +575,13 @@ Json document_of(const Calibration& calibration) {
   constexpr std::size_t most_members = 64;
   json.get_ref<Json::object_t&>().reserve(most_members);  // which copies when it grows
   JsonMembers io(json);
-  // One table serves both directions; where it writes, it changes nothing.
+  // One table serves both directions; writing does not change the calibration.
   members(io,
           const_cast<Calibration&>(calibration));  // NOLINT(cppcoreguidelines-pro-type-const-cast)
   return json;
 }
 
-// Nothing is stored that could not be read again.
+// Only readable records are stored.
 // @param json  after its text was made.
 void require_readable(Json json) {
   constexpr std::string_view name = "the record";

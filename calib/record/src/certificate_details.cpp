@@ -12,7 +12,7 @@
 namespace axiscal {
 namespace {
 
-// The template's places that are still to be filled in, as "<name>", state nothing.
+// The template's places that are still to be filled in, such as "<name>", count as empty.
 std::string stated(std::string text) {
   return text.starts_with('<') && text.ends_with('>') ? std::string() : text;
 }

@@ -120,7 +120,7 @@ class ExperimentMembers {
 
   void instrument() { instrument_member(io_, e_.instrument); }
 
-  // By the slots' names; what a slot does not state of its instrument or field is as usual.
+  // By the slots' names. Missing parts of a slot's instrument or field have their defaults.
   void slots() {
     io_.object("slots", !e_.slots.empty(), [&](JsonMembers& all) {
       if (all.reads()) {

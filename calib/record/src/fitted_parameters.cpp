@@ -65,7 +65,7 @@ bool are_good(const std::vector<std::string>& axes) {
   }
 }
 
-// The variances that a budget's sources add to the fit's; nothing where they are not plain.
+// The variances that a budget's sources add to the fit's; nullopt if they are not plain.
 std::optional<Eigen::VectorXd> variances_of_sources(std::string_view sources, Eigen::Index size) {
   Eigen::VectorXd sum = Eigen::VectorXd::Zero(size);
   if (sources.empty()) {
@@ -95,7 +95,7 @@ std::optional<Eigen::VectorXd> variances_of_sources(std::string_view sources, Ei
   return sum;
 }
 
-// Of a record as this program writes it; nothing where the reader of all records must look.
+// For a record written by this program; nullopt if the general reader must parse it.
 std::optional<FittedParameters> quickly_read(std::string_view text) {
   static constexpr std::array<std::string_view, 11> members = {"/format",
                                                                "/version",

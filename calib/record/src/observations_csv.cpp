@@ -60,7 +60,7 @@ class Table {
   bool next() {
     CsvReader::Row row = csv_.next();
     while (row == CsvReader::Row::good && csv_.cell_count() > 1 && is_empty(csv_.cells())) {
-      row = csv_.next();  // what spreadsheets leave behind a table
+      row = csv_.next();  // empty cells that spreadsheets append to a table
     }
     if (row == CsvReader::Row::defective) {
       const bool longer = csv_.cell_count() > csv_.header().size();
@@ -172,7 +172,7 @@ class Table {
 
   [[nodiscard]] std::size_t line() const { return csv_.line(); }
 
-  // What follows a prefix in the columns' names, in their order.
+  // The rest of each column name that begins with a prefix, in order.
   [[nodiscard]] std::vector<std::string> names_after(const std::string& prefix) const {
     std::vector<std::string> names;
     for (const std::string& name : csv_.header()) {
@@ -347,7 +347,8 @@ struct Columns {
   std::optional<std::size_t> pitch, roll, heading;
   double angle_in_rad = rad_per_deg;       // of pitch and roll
   std::optional<std::size_t> size, along;  // of a known field: how large, along which axis
-  Eigen::Vector3d along_all = Eigen::Vector3d::Zero();  // its direction if no column says it
+  Eigen::Vector3d along_all =
+      Eigen::Vector3d::Zero();  // its direction if it is not stated in a column
   TemperatureColumns temperature;
   LevelColumns level;
   std::vector<std::size_t> axes;

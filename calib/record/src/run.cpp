@@ -41,7 +41,7 @@ void note_ignored_columns(const Run& file, std::vector<std::string>& notes) {
   }
 }
 
-// What a file says of every reading joins what the earlier ones say; an empty text stands for the
+// A file's statement about every reading joins those of earlier files. An empty text stands for the
 // readings of a file without the column.
 void join_texts(std::vector<std::string> texts,
                 std::size_t size,

@@ -5,7 +5,8 @@
 
 namespace axiscal {
 
-/// @return what a component of the scatter means, in a sentence; empty for one that is not known.
+/// @return the meaning of a component of the scatter, as a sentence; empty for an unknown
+///         component.
 [[nodiscard]] std::string_view meaning_of_scatter(std::string_view name);
 
 }  // namespace axiscal

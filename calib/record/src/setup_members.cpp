@@ -57,7 +57,7 @@ std::vector<std::string> axis_texts(const Instrument& instrument) {
   return texts;
 }
 
-// One part of a sum; what they have in common is said once, of the whole.
+// One part of a sum; the common members are written once, for the sum.
 void part_members(JsonMembers& io, FieldDescription& part) {
   io.need("kind", part.kind);
   io.value_if_any("name", part.name);

@@ -8,12 +8,12 @@
 
 namespace axiscal {
 
-/// What was calibrated, and in which field, as a record's file has them; for both directions.
+/// The instrument and the field in a record's file, for both directions.
 void members(JsonMembers& io, Instrument& instrument);
 void members(JsonMembers& io, FieldDescription& field);
 
-/// An instrument as an experiment states it: as far as it is stated, its axes as set_axes() takes
-/// them.
+/// An instrument in an experiment file: the stated members, with its axes in the form that
+/// set_axes() takes.
 void stated_members(JsonMembers& io, Instrument& instrument);
 
 /// Second fields that the instrument answers to.

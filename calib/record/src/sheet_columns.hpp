@@ -68,7 +68,7 @@ class SheetColumns {
 
   [[nodiscard]] std::vector<std::string> cells(const Reading& reading) const {
     std::vector<std::string> cells = {std::to_string(reading.run), std::to_string(reading.block)};
-    if (with_point_) {  // a free pose among labelled ones has none of either
+    if (with_point_) {  // a free pose among labelled ones has neither label
       cells.emplace_back(reading.point ? face_name(reading.point->rest()) : "");
       cells.emplace_back(reading.point ? face_name(reading.point->fence()) : "");
     }

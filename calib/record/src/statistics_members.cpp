@@ -11,7 +11,7 @@
 namespace axiscal {
 namespace {
 
-// A matrix as files have it: a vector of m numbers in each row of a list.
+// A matrix in a file: each row of a list has a vector of m numbers.
 class RowVectors {
  public:
   RowVectors(const char* key, Eigen::MatrixXd& matrix, Eigen::Index m)
@@ -33,7 +33,7 @@ class RowVectors {
     }
   }
 
-  // What was taken becomes the matrix, if there was something in every row.
+  // The values become the matrix, if every row has one.
   void finish(std::size_t rows) {
     if (rows > 0 && taken_.size() == rows * static_cast<std::size_t>(m_)) {
       using ByRow = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
@@ -109,8 +109,7 @@ void interval_members(JsonMembers& io, FitStatistics& statistics, Eigen::Index m
   if (p < 1 || statistics.interval_95.size() != count) {
     return;
   }
-  // Biases alone, as method `bias` fits them, have no sensitivities beside them.
-  // A transfer has fewer than three.
+  // Biases of method `bias` are without sensitivities. A transfer has fewer than three.
   Eigen::Index sensitivities = 0;
   while (1 + sensitivities < p &&
          statistics.parameter_names[static_cast<std::size_t>(1 + sensitivities)].find(

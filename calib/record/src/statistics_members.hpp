@@ -8,7 +8,7 @@
 
 namespace axiscal {
 
-/// `rest` and `fence` of a design point; nothing where the file has none.
+/// `rest` and `fence` of a design point; nullopt if the file lacks them.
 void point_members(JsonMembers& io, std::optional<DesignPoint>& point);
 
 /// The statistics of a fit, as a record's file has them; for both directions.

@@ -98,8 +98,8 @@ std::vector<int> soak_levels(const std::vector<double>& temperatures) {
   if (n == 0 || temperatures[order.front()] == temperatures[order.back()]) {
     return std::vector<int>(n, 0);
   }
-  // The wider gaps part the levels, where they are clearly wider than what is left within levels:
-  // the largest ratio between neighbours in the sorted list of gaps.
+  // The wider gaps separate the levels, if they are clearly wider than the gaps within levels: the
+  // cut is at the largest ratio between neighbours in the sorted list of gaps.
   std::vector<double> gaps;
   for (std::size_t i = 1; i < n; ++i) {
     gaps.push_back(temperatures[order[i]] - temperatures[order[i - 1]]);
@@ -158,7 +158,7 @@ SoakState soak_state(std::span<const double> time_s,
   };
   const std::size_t from = start_of(time_s.back());
   const std::span<const double> t = time_s.subspan(from);
-  // A log that began less than half a window ago says nothing yet.
+  // A log of less than half a window is too short for a decision.
   if (t.size() < 3 || !(t.back() - t.front() > 0.5 * window_s)) {
     return state;
   }

@@ -62,7 +62,7 @@ std::vector<Eigen::Index> places_that_count(const Eigen::RowVectorXd& gradient) 
   return places;
 }
 
-// Whether the budget has a source whose name begins like this.
+// True if the name of a source in the budget begins with this text.
 bool has_source(const Calibration& calibration, std::string_view beginning) {
   return calibration.fit.uncertainty && std::any_of(calibration.fit.uncertainty->sources.begin(),
                                                     calibration.fit.uncertainty->sources.end(),
@@ -151,7 +151,8 @@ VarianceShares Inheritance::scatter(const Eigen::RowVectorXd& gradient,
         {.variance = share,
          .degrees_of_freedom = statistics().degrees_of_freedom(static_cast<Eigen::Index>(k))});
   }
-  // `joint`: what the axes share through the field's direction goes with each in proportion.
+  // `joint`: the axes share a part through the field's direction; it is divided among them in
+  // proportion.
   const double all = variance(gradient, of_readings_, places);
   for (VarianceShare& share : shares.axes) {
     share.variance *= sum > 0.0 ? all / sum : 1.0;
@@ -163,7 +164,7 @@ VarianceShares Inheritance::all(const Eigen::RowVectorXd& gradient,
                                 std::vector<double>& by_source) const {
   const std::vector<Eigen::Index> places = places_that_count(gradient);
   VarianceShares own = scatter(gradient, places);
-  // Without components the covariance is that of the readings, which the axes share.
+  // Without components the covariance is that of the readings: the sum of the axes' shares.
   const double variance_of_fit =
       own.components.empty()
           ? std::accumulate(own.axes.begin(), own.axes.end(), 0.0,
@@ -389,7 +390,7 @@ CombinedUncertainty uncertainty_of(const Inheritance& inheritance,
     uncertainty.by_source = std::move(by_source);
     return uncertainty;
   }
-  // The interval is known better than by the shares: the fit states it.
+  // The fit states the interval; it is more accurate than the shares.
   uncertainty.u = std::sqrt(effective_freedom(all).variance);
   uncertainty.by_source = std::move(by_source);
   const double nu = statistics.interval_dof(parameter);
@@ -401,7 +402,7 @@ CombinedUncertainty uncertainty_of(const Inheritance& inheritance,
           uncertainty.u * uncertainty.u - statistics.covariance(parameter, parameter), 0.0)};
   uncertainty.expanded = expanded_of(shares, effective_freedom(shares), coverage);
   uncertainty.coverage_factor = uncertainty.expanded / uncertainty.u;
-  // With nothing beside the scatter the factor is t of its own degrees of freedom.
+  // If scatter is the only source, the factor is t for its degrees of freedom.
   constexpr double rounding = 1e-14;
   const bool is_scatter_alone = scatter > 0.0 && shares.others == 0.0 && nu < as_good_as_infinite &&
                                 std::abs(uncertainty.u - scatter) <= rounding * scatter;
@@ -473,7 +474,7 @@ Advice advice_to_halve(const CombinedUncertainty& uncertainty,
                             advice.source, number_text(100.0 * std::sqrt((all - own) / all), 2));
     return advice;
   }
-  const double factor = own / allowed;  // what the variance is multiplied with
+  const double factor = own / allowed;  // the factor of the variance
   if (advice.source == "fit") {
     advice.text = formatted(
         "it halves with {} readings instead of {}, or a reading's noise divided by {}",

@@ -93,8 +93,8 @@ double guessed_inverse(double factor, double coverage) {
   return inverse;
 }
 
-// The root of a smooth function, from a guess that is close; nothing where secants do not settle
-// between the bounds.
+// The root of a smooth function, from a close guess; nullopt if secants do not converge between the
+// bounds.
 template <typename Function>
 std::optional<double> root_by_secants(const Function& function,
                                       double guess,
@@ -118,7 +118,7 @@ std::optional<double> root_by_secants(const Function& function,
     if (!is_inside(here)) {
       return std::nullopt;
     }
-    // What is left is about the product of the last two steps.
+    // The remaining error is approximately the product of the last two steps.
     constexpr double rounding = 1e-15;
     if (std::abs(step * last_step) <= rounding * here * here) {
       return here;
@@ -132,7 +132,8 @@ double found_freedom_of_factor(double factor, double coverage) {
   // In 1 / nu, in which t is nearly linear.
   constexpr double as_good_as_infinite = 1e6;
   constexpr double fewest = 0.05;
-  constexpr double rounding = 1e-6;  // what it makes of them where a factor is that of so many
+  constexpr double rounding = 1e-6;  // relative error of 1 / nu by rounding, for a factor with
+                                     // as_good_as_infinite degrees of freedom
   double low = (1.0 + rounding) / as_good_as_infinite;
   double high = 1.0 / fewest;
   // The distribution function is much cheaper than its inverse.
@@ -146,7 +147,7 @@ double found_freedom_of_factor(double factor, double coverage) {
     constexpr double last_digits = 1e-13;
     return std::abs(nu - whole) <= last_digits * nu ? whole : nu;
   }
-  // Between the two values about the guess, where they are on either side.
+  // Between the two values around the guess, if they enclose the root.
   const auto narrowed = [&](double& end, double to, double sign) {
     const double value = to > low && to < high ? beyond(to) : 0.0;
     end = sign * value > 0.0 ? to : end;
@@ -194,10 +195,10 @@ bool is_odd(double whole) {
   return (static_cast<int>(whole) & 1) == 1;
 }
 
-// I_x(a, b) where a and b are halves of whole numbers, as a sum that ends: from I_x(a_0, b_0) of
-// the least ones up in b, where terms are added, then in a, where they are taken off and cost as
-// many digits as the result is below 1. What is small is a series of positive terms instead.
-// Source: Abramowitz & Stegun, Handbook of Mathematical Functions (1964), 26.5.4, 26.5.16,
+// I_x(a, b) for a and b that are multiples of 1/2, as a finite sum. The sum goes from I_x(a_0, b_0)
+// of the smallest ones up in b, which adds terms, then up in a, which subtracts them; subtraction
+// loses as many digits as the result is below 1. A small result is a series of positive terms
+// instead. Source: Abramowitz & Stegun, Handbook of Mathematical Functions (1964), 26.5.4, 26.5.16,
 // 26.6.4-26.6.8.
 double incomplete_beta(double x, double twice_a, double twice_b) {
   const double y = 1.0 - x;

@@ -31,7 +31,7 @@ class DoubleDouble {
   }
 
   [[nodiscard]] double value() const { return high_; }  ///< the nearest double
-  [[nodiscard]] double low() const { return low_; }     ///< what the nearest double leaves
+  [[nodiscard]] double low() const { return low_; }  ///< the rounding error of the nearest double
 
  private:
   void renormalize() {

@@ -251,7 +251,7 @@ FactoredDesign::Solution FactoredDesign::refined(const Eigen::VectorXd& b,
     const Eigen::VectorXd dr = qr_->householderQ() * d;
     const double change = dx.norm() + dr.norm();
     if (!(change < last_change)) {
-      break;  // no nearer: what is left is rounding
+      break;  // the remaining error is rounding
     }
     last_change = change;
     for (Eigen::Index j = 0; j < p; ++j) {

@@ -74,8 +74,8 @@ std::vector<Eigen::Index> slow_columns(const RowsOfUnits& own) {
                     fewest_units) <= own.W.rows());
 }
 
-// What the slow columns are in each block, a row for each, and which block a row is of; more rows
-// than columns where they do not tell the blocks apart one by one.
+// The values of the slow columns in each block, a row for each, and the block of each row; more
+// rows than columns if the columns do not separate the blocks singly.
 struct Blocks {
   std::vector<Eigen::RowVectorXd> values;
   std::vector<std::size_t> of_row;

@@ -19,7 +19,7 @@ namespace {
 // A reading's numbers lie side by side.
 using Rows = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
 
-// The mean of each row's neighbours: A x, with half of their weights beside the diagonal.
+// The mean of each row's neighbours: A x, with half of their weights on the off-diagonals.
 // @param weights  n - 1, of each pair of neighbours.
 Eigen::MatrixXd beside(const Eigen::MatrixXd& x, const Eigen::VectorXd& weights) {
   const Eigen::Index n = x.rows();
@@ -41,7 +41,7 @@ struct Model {
 constexpr std::array correlations = {0.0, 0.2, 0.4, 0.6, 0.75, 0.85, 0.92, 0.96, 0.985, 0.995};
 constexpr std::array white_parts = {0.0, 0.1, 0.3, 1.0, 3.0, 10.0};
 
-// Correlated noise and white noise beside it.
+// The sum of correlated noise and white noise.
 // @param largest  of the correlations.
 std::vector<Model> correlated_models(double largest) {
   std::vector<Model> all;
@@ -70,7 +70,7 @@ std::vector<Model> models_of_run(bool with_blocks) {
   return all;
 }
 
-// White noise, and a common cause that wanders more or less slowly beside it.
+// The sum of white noise and a common cause that changes more or less slowly.
 std::vector<Model> wandering_models() {
   constexpr std::array slow = {0.0, 0.5, 0.8, 0.92, 0.98};
   constexpr std::array sizes = {0.3, 1.0, 3.0, 10.0, 30.0};
@@ -161,14 +161,14 @@ Whitened whiten(const Model& model,
   return {.products = products, .log_determinant = log_determinant};
 }
 
-// What one model says of one response.
+// The result of one model for one response.
 struct ModelFit {
   double log_likelihood = 0.0;
   Eigen::VectorXd estimate;
   Eigen::MatrixXd covariance;
 };
 
-// What one says of a response's first coefficient: by how much it is another than by the plain fit.
+// The result for a response's first coefficient: its change from the plain fit.
 struct FirstCoefficient {
   double log_likelihood = 0.0;
   double change = 0.0;
@@ -207,8 +207,8 @@ ModelFit fit_by_sums(const Eigen::MatrixXd& N,
   return fit;
 }
 
-// A regression in an orthonormal basis of its columns, and what it leaves: a model of the noise
-// moves its solution by little, which is found by sums without loss of digits.
+// A regression in an orthonormal basis of its columns, and its residuals. A model of the noise
+// changes its solution by a small amount; sums give this amount without loss of digits.
 class PlainFit {
  public:
   // @param Y  n x r.
@@ -220,18 +220,18 @@ class PlainFit {
     both_ << Q, Y - Q * in_basis_;
   }
 
-  // The basis and the residuals beside it, n x (p + r).
+  // The basis and then the residuals, n x (p + r).
   [[nodiscard]] const Rows& basis_and_residuals() const { return both_; }
 
-  // What a model says of the only response, in the basis.
+  // The result of a model for the only response, in the basis.
   [[nodiscard]] ModelFit under(const Whitened& sums) const {
     return fit_by_sums(sums.products.topLeftCorner(p_, p_), sums.log_determinant,
                        static_cast<double>(both_.rows() - p_),
                        sums.products.row(p_).head(p_).transpose(), sums.products(p_, p_));
   }
 
-  // What it says of each response's first coefficient alone.
-  // @param first  takes r of them.
+  // Its result for each response's first coefficient only.
+  // @param first  receives r results.
   void first_under(const Whitened& sums, std::span<FirstCoefficient> first) const {
     // With N = L L^T the product of two N^-1 x is that of two L^-1 x.
     Eigen::MatrixXd forward(p_, 1 + r_);
@@ -257,7 +257,8 @@ class PlainFit {
     return root_.row(0).dot(in_basis_.col(response));
   }
 
-  // What models say of the only response's coefficients, from the basis to the design.
+  // The results of models for the only response's coefficients, transformed from the basis to the
+  // design.
   [[nodiscard]] CorrelatedFit in_design(const CorrelatedFit& mean) const {
     CorrelatedFit result = mean;
     result.estimate = root_ * (in_basis_.col(0) + mean.estimate);
@@ -297,7 +298,7 @@ double correlation_of(const std::vector<Model>& models, const std::vector<double
   return sum;
 }
 
-// The mean over models of one response's coefficients; what parts the models counts as well.
+// The mean over models of one response's coefficients; the scatter between models is included.
 CorrelatedFit mean_over(const std::vector<Model>& models,
                         const std::vector<ModelFit>& fits,
                         double degrees_of_freedom) {
@@ -321,7 +322,7 @@ CorrelatedFit mean_over(const std::vector<Model>& models,
   return mean;
 }
 
-// How many standard deviations sum c_i z_i z_(i+1) is above what it would be for white noise.
+// The excess of sum c_i z_i z_(i+1) over its expectation for white noise, in standard deviations.
 // @param Q        n x p: the covariance of z is I - Q Q^T, in its variance.
 // @param QQ       Q^T Q.
 // @param weights  c, n - 1, of neighbours.
@@ -411,7 +412,7 @@ CorrelatedMean mean_under_correlation(const OrderedReadings& readings) {
     for (std::size_t g = 0; g < models.size(); ++g) {
       change += weights[g] * of_models[g][k].change;
     }
-    double variance = 0.0;  // what parts the models counts as well
+    double variance = 0.0;  // the scatter between models is included
     for (std::size_t g = 0; g < models.size(); ++g) {
       const double off = of_models[g][k].change - change;
       variance += weights[g] * (of_models[g][k].variance + off * off);
@@ -435,7 +436,7 @@ CorrelatedFit fit_under_correlation(const Eigen::MatrixXd& design,
                                     const Eigen::VectorXd& response,
                                     const Eigen::MatrixX3d& along) {
   const Eigen::Index n = design.rows();
-  // Where there are more rows than tell the models apart, means of consecutive ones stand for them.
+  // If there are more rows than the models need, means of consecutive rows replace them.
   constexpr Eigen::Index most = 1500;
   const Eigen::Index each = (n + most - 1) / most;
   const Eigen::Index rows = n / each;

@@ -12,8 +12,8 @@
 namespace axiscal {
 namespace {
 
-// Of variances at which the sum of the P_k^T P_k has no root the misfit is not a number, and so
-// never less than another.
+// For some variances the sum of the P_k^T P_k does not have a root. Then the misfit is NaN, and so
+// never smaller than another.
 struct AtVariances {
   AtVariances(const std::vector<ResponseSums>& responses, const Eigen::VectorXd& at)
       : log_variance(at), weight((-at.array()).exp()) {
@@ -56,7 +56,7 @@ struct AtVariances {
                                             bool& is_newton) const {
     const auto m = log_variance.size();
     const Eigen::VectorXd gradient = degrees_of_freedom - squares;
-    // Those that stay at their lowest have no step, and no part in that of the others.
+    // Variances at their lower limit do not have a step, and do not enter that of the others.
     const auto is_open = [&](Eigen::Index k) {
       return log_variance(k) > lowest(k) || gradient(k) < 0.0;
     };
@@ -88,7 +88,7 @@ struct AtVariances {
     }
     const PositiveFactor cholesky(H);
     is_newton = cholesky.is_determined();
-    // Where the likelihood is not convex: what sigma_k^2 = RSS_k / nu_k asks for, at least by its
+    // If the likelihood is not convex: the step towards sigma_k^2 = RSS_k / nu_k, at least with its
     // sign.
     const Eigen::VectorXd step = is_newton
                                      ? Eigen::VectorXd(-cholesky.solve(g))
@@ -107,7 +107,7 @@ struct AtVariances {
   Eigen::MatrixXd covariance;          // of z, D x D
 };
 
-// With nothing in common each has its mean square.
+// Without shared coefficients each response has its mean square.
 SharedFit apart(const std::vector<ResponseSums>& responses, const Eigen::VectorXd& smallest) {
   const auto m = static_cast<Eigen::Index>(responses.size());
   SharedFit fit{.variance = Eigen::VectorXd(m),
@@ -150,7 +150,7 @@ std::optional<AtVariances> least_misfit(const std::vector<ResponseSums>& respons
         is_newton = false;
       }
     }
-    // What is left after a step of Newton's is about its square.
+    // The remaining error of Newton's step is approximately its square.
     const double still = is_newton ? 1e-8 : 1e-13;
     if (!better || step.cwiseAbs().maxCoeff() < still) {
       break;

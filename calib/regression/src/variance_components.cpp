@@ -24,7 +24,7 @@ struct Solved {
   Eigen::VectorXd left;            // n m: V^-1 (y - W b)
 };
 
-// All that one round needs beside it.
+// All other quantities of one round.
 struct Round : Solved {
   Eigen::MatrixXd A;
   Eigen::VectorXd g;
@@ -118,7 +118,7 @@ class Likelihood {
   }
 
  private:
-  // V^-1 of each unit, and V^-1 W. A row that is left out has the variance 1.
+  // V^-1 of each unit, and V^-1 W. A row that is left out gets the variance 1.
   void weigh_units(const Eigen::VectorXd& theta, Solved& solved) const {
     const Eigen::Index m = problem_.rows;
     Eigen::RowVectorXd of_roots(roots_.cols());
@@ -152,7 +152,7 @@ class Likelihood {
   }
 
   // Adds the units of a piece to A, g and B.
-  // @param U  V^-1 W of it.
+  // @param U  V^-1 W of the piece.
   void add_piece(const ColumnPiece& piece, const Eigen::MatrixXd& U, Round& round) const {
     const Eigen::Index m = problem_.rows;
     const std::size_t count = problem_.roots.size();
@@ -200,8 +200,8 @@ class Likelihood {
   std::vector<Eigen::Index> first_root_;  // of each component, and behind the last
 };
 
-// A theta = g over the components that are open; what would fall below its smallest is set to that
-// and the others are solved again.
+// Solves A theta = g over the free components. A component below its lower limit is set to the
+// limit, and the others are solved again.
 Eigen::VectorXd next_theta(const Round& round,
                            const Eigen::VectorXd& scale,
                            const Eigen::VectorXd& smallest,
@@ -290,8 +290,8 @@ std::optional<VarianceFit> fit_variance_components(const VarianceProblem& proble
       return std::nullopt;
     }
     const Eigen::VectorXd scale = theta.cwiseMax(1e-8 * start);
-    // Nothing falls by more than a factor of ten at once: at 0 a variance that is needed would
-    // leave others without weight. What has all but gone may go.
+    // A variance falls by at most a factor of ten in one step, because a necessary variance of 0
+    // would leave other rows without weight. A variance that is almost 0 may become 0.
     constexpr double gone = 1e-9;
     Eigen::VectorXd lowest = smallest;
     for (Eigen::Index q = 0; q < theta.size(); ++q) {

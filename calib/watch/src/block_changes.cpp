@@ -12,15 +12,15 @@
 namespace axiscal {
 namespace {
 
-// Parameters that are looked at together: biases, main terms, cross terms. All in the variance that
-// the readings' noise makes of them.
+// Parameters that are tested together: biases, main terms, cross terms. Each is in units of its
+// variance from the readings' noise.
 struct ParameterClass {
   FisherSum parameters;  // against the noise
   FisherSum by_one;      // each the less likely to be a change of both scatters
   double squares = 0.0;  // of the differences, by 1 / blocks + 1 / new blocks
   double scatter = 0.0;  // of the blocks' mean squares
   double scatter_squared = 0.0;
-  double degrees_of_freedom = 0.0;  // of one of them
+  double degrees_of_freedom = 0.0;  // of the mean square of one parameter
 
   void add(double p_by_noise) { parameters.add(p_by_noise); }
   void add_blocks(double square, double mean_square, double freedom, double p_by_noise) {
@@ -31,7 +31,7 @@ struct ParameterClass {
     scatter_squared += mean_square * mean_square;
     degrees_of_freedom = freedom;
   }
-  // The less likely to be a change of both.
+  // The larger of the two probabilities.
   [[nodiscard]] double p() const {
     if (!(parameters.count() > 0.0)) {
       return 1.0;

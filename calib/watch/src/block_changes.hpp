@@ -9,27 +9,27 @@
 
 namespace axiscal {
 
-/// How much readings that are taken in a further block may differ from a record of several blocks.
+/// The possible difference between readings in a further block and a record of several blocks.
 struct BlockScatter {
-  double mean_square = 0.0;         ///< M, of one block's parameter about the mean of them
+  double mean_square = 0.0;         ///< M, for one block's parameter, about the mean of the blocks
   double degrees_of_freedom = 0.0;  ///< 0: unknown
   double blocks = 1.0;
 };
 
 /// @param parameter  a bias or a sensitivity of the record.
-/// @return what the record's blocks say of it.
+/// @return the scatter of the parameter between the record's blocks.
 [[nodiscard]] BlockScatter scatter_of_blocks(const Calibration& record,
                                              const std::string& parameter);
 
 /// The covariance of a record's parameters without the components that blocks make.
 [[nodiscard]] Eigen::MatrixXd covariance_within_blocks(const Calibration& record);
 
-/// How likely two records of one unit differ by as much as they do by chance, where at least one of
-/// them has several blocks: biases, main terms and cross terms against the scatter of blocks and
-/// against that of readings, the less likely to be a change of both, three tests (method.md,
-/// section 8).
+/// The probability of the difference between two records of one unit by chance, if at least one of
+/// them has several blocks. Biases, main terms and cross terms are compared with the scatter of
+/// blocks and with that of readings. For each class the larger of the two probabilities counts. The
+/// result is corrected for three tests (method.md, section 8).
 ///
-/// @return nothing where neither record says how blocks differ.
+/// @return nullopt if neither record shows the scatter between blocks.
 [[nodiscard]] std::optional<double> p_of_block_changes(const Calibration& old,
                                                        const Calibration& fresh,
                                                        std::vector<std::string>& notes);

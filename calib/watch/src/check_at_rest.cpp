@@ -49,11 +49,12 @@ struct PosePart {
   double degrees_of_freedom = 0.0;
 };
 
-// What the biases of another block than the record's may be off by, along each axis of the field.
+// The possible error of the biases in a block other than the record's, along each axis of the
+// field.
 struct BlockOffset {
   double variance = 0.0;  // M (1 + 1 / B) [field unit squared]
   double degrees_of_freedom = 0.0;
-  double gain_variance = 0.0;  // the same of the sensitivities, relative
+  double gain_variance = 0.0;  // relative variance of the sensitivities in such a block
 };
 
 std::optional<BlockOffset> offset_of_block(const Calibration& calibration) {
@@ -203,7 +204,7 @@ InSituCheck check_in_situ(const Calibration& calibration,
   InSituCheck check;
   std::vector<Pose> poses;
   const auto n = static_cast<double>(observations.size());
-  // What a single reading may be off by is known as well as how blocks differ.
+  // The possible error of a single reading is as accurate as the scatter of blocks.
   const std::optional<BlockOffset> blocks = offset_of_block(calibration);
   const double of_readings = calibration.fit.statistics->degrees_of_freedom.minCoeff();
   const double nu = blocks ? std::min(of_readings, blocks->degrees_of_freedom) : of_readings;

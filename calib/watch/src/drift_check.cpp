@@ -293,7 +293,7 @@ std::vector<ParameterChange> intrinsic_changes(const Calibration& old, const Cal
   return changes;
 }
 
-// Where the error of an angle is largest, what both covariances leave open of it; three axes.
+// The shares of the variance of the largest angle error, from both covariances; three axes.
 VarianceShares shares_of_error(const Calibration& old,
                                const Calibration& fresh,
                                const WorstAngle& worst) {

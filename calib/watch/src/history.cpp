@@ -26,10 +26,10 @@ namespace {
 
 constexpr double seconds_per_year = 365.2425 * 86400.0;
 
-// What a history needs of a record; of thousands little is kept.
+// A summary of a record for a history, small enough for thousands of records.
 struct Entry {
   std::string path;
-  std::string failure;  // why it is no record; empty else
+  std::string failure;  // the reason why it is not a record; otherwise empty
   FittedParameters fitted;
   double time_s = 0.0;
 };
@@ -97,7 +97,8 @@ void put_date_of_limit(const Eigen::Vector2d& line,
   }
 }
 
-// A line through the values; where their uncertainties are known by these, else by the scatter.
+// A line through the values, weighted by their uncertainties if these exist, otherwise with equal
+// weights.
 void put_trend(const std::vector<double>& years, ParameterTrend& trend) {
   const auto n = static_cast<Eigen::Index>(years.size());
   trend.slope_per_year = not_a_number;
@@ -202,7 +203,7 @@ std::vector<Calibration> read_records(const std::string& folder) {
 
 namespace {
 
-// What a history needs of a record; or why it is none.
+// The summary of a record for a history, or the reason why it is not a record.
 Entry entry_of(const std::string& path) {
   Entry entry{.path = path};
   try {

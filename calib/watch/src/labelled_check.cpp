@@ -71,8 +71,8 @@ double freedom_with_blocks(const Eigen::MatrixXd& V,
   return 1.0 / (share * share / nu + (1.0 - share) * (1.0 - share) / of_blocks);
 }
 
-// By how much the cube turns each time it is laid, about each axis, as far as the record tells it
-// from other scatter [rad]; 0 if it does not.
+// The turn of the cube each time it is laid down, about each axis, if the record separates it from
+// other scatter [rad]; otherwise 0.
 double seat_scatter_rad(const Calibration& record) {
   for (const ScatterComponent& component : record.fit.statistics->components) {
     if (component.name == "seats" && component.sd.size() > 0) {

@@ -35,7 +35,7 @@ struct Measured {
 
 constexpr double as_good_as_infinite = 1e6;
 
-// The probability that a quantity is not above a limit, by what was measured of it.
+// The probability that a quantity is at most a limit, from its measured value.
 double probability_below(const Measured& one, double limit) {
   const double nu = std::min(one.degrees_of_freedom, as_good_as_infinite);
   if (one.is_scatter) {
@@ -61,7 +61,7 @@ double scatter_guard_band(double s, double nu) {
   return s * (std::sqrt(nu / chi_squared_quantile(risk, nu)) - 1.0);
 }
 
-// What the calibration's own uncertainty leaves of the pitch, expanded, in the worst attitude.
+// The expanded uncertainty of the pitch from the calibration, in the worst attitude.
 double pitch_uncertainty_deg(const Calibration& calibration) {
   ReadingNoise silent;
   silent.sd = Eigen::VectorXd::Zero(calibration.sensor.instrument.axis_count());

@@ -10,10 +10,7 @@ constexpr std::array<std::string_view, 3> names = {"pitch_deg", "roll_deg", "yaw
 
 DerivedValues derive(const DeriveInput& input) noexcept {
   const Inclination angles =
-      input.made != nullptr
-          ? inclination_from_angles(*input.made, input.field_in_sensor, input.magnitude,
-                                    input.inclination)
-          : inclination_from_field(input.field_in_sensor, input.magnitude, input.inclination);
+      inclination_from_field(input.field_in_sensor, input.magnitude, input.inclination);
   return {.values = {angles.pitch_rad * deg_per_rad,
                      angles.gives_yaw ? not_a_number : angles.roll_rad * deg_per_rad,
                      angles.gives_yaw ? angles.yaw_rad * deg_per_rad : not_a_number},
@@ -26,7 +23,6 @@ InstrumentKind accelerometer_kind() {
   return {.name = "accelerometer",
           .derived_names = names,
           .derive = derive,
-          .derives_inclination = true,
           .has_axis_elevation = true,
           .usual_field = "gravity",
           .sensor = VehicleSensor::accelerometer,

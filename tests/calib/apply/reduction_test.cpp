@@ -30,30 +30,37 @@ SensorModel truth_with_axes(int m, const std::string& kind) {
   return test::truth_of(response, kind);
 }
 
-// Whole columns give what single readings give.
-TEST(Reducer, ReducesColumnsAsSingleReadings) {
-  const SensorModel truth = truth_with_axes(3, "accelerometer");
-  const Reducer reducer(truth, {.magnitude = 1.0});
-  RandomStream random(6);
-  constexpr std::size_t n = 37;
-  std::array<std::vector<double>, 3> v, f;
-  std::vector<double> pitch(n), roll(n);
-  for (std::size_t k = 0; k < 3; ++k) {
-    f[k].resize(n);
-    for (std::size_t i = 0; i < n; ++i) {
-      v[k].push_back(random.normal());
+// A matrix gives the fields of single readings, for each kind of record.
+TEST(Reducer, ReducesMatricesAsSingleReadings) {
+  SensorModel warm = truth_with_axes(4, "generic");
+  warm.temperature = TemperatureResponse{.spans = {{.reference = 20.0, .low = -10.0, .high = 50.0}},
+                                         .bias = 1e-3 * Eigen::MatrixXd::Ones(4, 1),
+                                         .scale = Eigen::Vector4d(1e-3, -2e-3, 3e-3, 0.0)};
+  for (const SensorModel& truth : {truth_with_axes(3, "accelerometer"), warm}) {
+    const Reducer reducer(truth, {.magnitude = 1.0});
+    RandomStream random(6);
+    const auto m = static_cast<Eigen::Index>(reducer.axis_count());
+    constexpr Eigen::Index n = 37;
+    const Eigen::MatrixXd readings =
+        Eigen::MatrixXd::NullaryExpr(n, m, [&] { return random.normal(); });
+    const Eigen::VectorXd temperatures = Eigen::VectorXd::LinSpaced(n, 0.0, 40.0);
+    const Eigen::MatrixX3d fields = reducer.needs_temperature()
+                                        ? reducer.reduce_rows(readings, temperatures)
+                                        : reducer.reduce_rows(readings);
+    for (Eigen::Index i = 0; i < n; ++i) {
+      const Eigen::VectorXd v = readings.row(i);
+      ReadingContext context;
+      if (reducer.needs_temperature()) {
+        context.temperature = temperatures(i);
+      }
+      const ReducedReading one =
+          reducer.reduce(std::span(v.data(), static_cast<std::size_t>(m)), context);
+      EXPECT_LT((fields.row(i).transpose() - one.field_in_sensor).norm(), 1e-14);
     }
+    EXPECT_THROW(static_cast<void>(reducer.reduce_rows(readings.leftCols(2))), DomainError);
+    EXPECT_THROW(static_cast<void>(reducer.reduce_rows(readings, temperatures.head(3))),
+                 DomainError);
   }
-  reduce_columns(reducer.columns(), {v[0], v[1], v[2]}, {f[0], f[1], f[2]}, {pitch, roll});
-  for (std::size_t i = 0; i < n; ++i) {
-    const ReducedReading one = reducer.reduce(std::array{v[0][i], v[1][i], v[2][i]});
-    for (std::size_t k = 0; k < 3; ++k) {
-      EXPECT_NEAR(f[k][i], one.field_in_sensor(static_cast<Eigen::Index>(k)), 1e-14);
-    }
-    EXPECT_NEAR(roll[i], std::atan2(one.field_in_sensor.y(), one.field_in_sensor.z()), 1e-13);
-    EXPECT_NEAR(pitch[i], std::asin(std::clamp(one.field_in_sensor.x(), -1.0, 1.0)), 1e-7);
-  }
-  EXPECT_THROW(static_cast<void>(Reducer(truth_with_axes(4, "generic")).columns()), DomainError);
 }
 
 TEST(Reducer, InvertsTheResponse) {

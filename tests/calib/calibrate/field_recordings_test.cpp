@@ -144,7 +144,7 @@ TEST(Lsm9ds1, AccelerometerTurnedByHandIsAsMagnetoSaysByRobustRegression) {
     EXPECT_NEAR(result.sensor.response.sensitivity(i, i), 16457.0, 330.0);
   }
   Experiment plain = experiment;
-  plain.robust = false;
+  plain.fit.robust = false;
   const Eigen::Vector3d by_all = calibrate(plain, observations_of(v)).sensor.response.bias;
   EXPECT_LT((result.sensor.response.bias - published).norm(), (by_all - published).norm());
 }

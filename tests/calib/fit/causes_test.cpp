@@ -1,5 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Each cause of scatter alone: it makes the right intervals longer if it is there, and no others.
+#include "calib/fit/src/causes/causes.hpp"
+
 #include <algorithm>
 #include <cmath>
 
@@ -11,7 +13,6 @@
 #include "calib/fit/cause.hpp"
 #include "calib/fit/method_fit.hpp"
 #include "calib/fit/reading_source.hpp"
-#include "calib/fit/src/causes/causes.hpp"
 #include "calib/record/parameter_names.hpp"
 #include "scenario.hpp"
 
@@ -59,10 +60,11 @@ Experiment experiment() {
 }
 
 Observations good_run(int replicates, std::uint64_t seed) {
-  Observations observations = test::observe(
-      test::accelerometer_truth(),
-      {.points = 12, .replicates = replicates, .slope = {0.002, -0.001}, .noise_sd = run_noise,
-       .seed = seed});
+  Observations observations = test::observe(test::accelerometer_truth(), {.points = 12,
+                                                                          .replicates = replicates,
+                                                                          .slope = {0.002, -0.001},
+                                                                          .noise_sd = run_noise,
+                                                                          .seed = seed});
   return observations;
 }
 
@@ -108,9 +110,8 @@ TEST(BlocksCause, SaysNothingOfOneBlock) {
 
 TEST(BlocksCause, TakesEarlierCalibrations) {
   Experiment with = experiment();
-  with.fit.process = ProcessScatter{.mean_square = Eigen::Vector3d::Constant(1e-6),
-                                    .degrees_of_freedom = 12.0,
-                                    .records = 5};
+  with.fit.process = ProcessScatter{
+      .mean_square = Eigen::Vector3d::Constant(1e-6), .degrees_of_freedom = 12.0, .records = 5};
   const OneCause run(with, good_run(1, 3));
   const CountedEstimate counted = run.counted(blocks_cause());
   EXPECT_EQ(longer(run.estimate(), counted.estimate), (std::vector<Eigen::Index>{0, 4, 8}));
@@ -123,7 +124,8 @@ TEST(BlockSensitivitiesCause, CountsGainsThatDifferBetweenBlocks) {
   for (std::size_t i = 0; i < observations.readings.size(); ++i) {
     const double gain = 1.0 + 2e-3 * (observations.readings[i].block - 2.5);
     const auto row = static_cast<Eigen::Index>(i);
-    const Eigen::RowVectorXd sensed = observations.response.row(row) - truth.response.bias.transpose();
+    const Eigen::RowVectorXd sensed =
+        observations.response.row(row) - truth.response.bias.transpose();
     observations.response.row(row) = truth.response.bias.transpose() + gain * sensed;
   }
   const OneCause run(experiment(), observations);
@@ -164,7 +166,8 @@ TEST(FieldScatterCause, CountsAFieldWhoseSizeJitters) {
   RandomStream random(8);
   for (Eigen::Index i = 0; i < observations.size(); ++i) {
     const double size = 1.0 + 1e-3 * random.normal();
-    const Eigen::RowVectorXd sensed = observations.response.row(i) - truth.response.bias.transpose();
+    const Eigen::RowVectorXd sensed =
+        observations.response.row(i) - truth.response.bias.transpose();
     observations.response.row(i) = truth.response.bias.transpose() + size * sensed;
   }
   const OneCause run(experiment(), observations);
@@ -214,10 +217,8 @@ TEST(InputsAndSeatsCause, FindsACubeThatIsLaidAnew) {
   RandomStream random(14);
   for (Eigen::Index i = 0; i < observations.size(); ++i) {
     const Eigen::Vector3d turn = 1e-3 * random.normals<3>();
-    const Eigen::Vector3d field =
-        Eigen::Matrix3d(truth.response.sensitivity)
-            .inverse() *
-        (observations.response.row(i).transpose() - truth.response.bias);
+    const Eigen::Vector3d field = Eigen::Matrix3d(truth.response.sensitivity).inverse() *
+                                  (observations.response.row(i).transpose() - truth.response.bias);
     observations.response.row(i) += (truth.response.sensitivity * turn.cross(field)).transpose();
   }
   const OneCause run(experiment(), observations);

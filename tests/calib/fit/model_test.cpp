@@ -131,14 +131,12 @@ TEST(Model, FindsTheScaleOverTemperature) {
   for (Eigen::Index i = 0; i < set.size(); ++i) {
     const double d = (i * 7) % 24 < 12 ? -10.0 : 10.0;
     set.temperature.d.row(i).setConstant(d);
-    const Eigen::RowVectorXd sensed =
-        set.response.row(i) - test::some_response().bias.transpose();
+    const Eigen::RowVectorXd sensed = set.response.row(i) - test::some_response().bias.transpose();
     set.response.row(i) += (drift * d + scale * d * sensed.array()).matrix();
   }
   for (const bool known : {true, false}) {
     const Model model(set, known);
-    const TableField field =
-        known ? test::gravity_in_table(test::sloping_gravity) : level_field();
+    const TableField field = known ? test::gravity_in_table(test::sloping_gravity) : level_field();
     const auto found = model.solved(model.at(model.start(field)), ones(set));
     ASSERT_TRUE(found.converged);
     EXPECT_LT((found.state->place.scale.array() - scale).abs().maxCoeff(), 1e-5) << known;
@@ -254,8 +252,8 @@ TEST_P(FitOfRun, TakesUpChangesAsLeastSquaresDo) {
         root.own * root.own.transpose() + root.shared * root.shared.transpose();
     EXPECT_TRUE(own.isApprox(C.block(fit.column_of(k, 0), fit.column_of(k, 0), 4, 4), 1e-7));
   }
-  EXPECT_TRUE(fit.covariance_of_shared().isApprox(
-      C.bottomRightCorner(fit.shared(), fit.shared()), 1e-7));
+  EXPECT_TRUE(
+      fit.covariance_of_shared().isApprox(C.bottomRightCorner(fit.shared(), fit.shared()), 1e-7));
 }
 
 // Rows axis below axis, as hypotheses have them.
@@ -279,12 +277,13 @@ TEST_P(FitOfRun, ProjectsColumnsOnItsBasis) {
   EXPECT_TRUE(products.isApprox(sums, 1e-9));
   const Eigen::MatrixXd J = fit.columns();
   const Eigen::MatrixXd hat = J * (J.transpose() * J).inverse() * J.transpose();
-  EXPECT_TRUE((products.transpose() * products)
-                  .isApprox(by_reading.transpose() * hat * by_reading, 1e-7));
+  EXPECT_TRUE(
+      (products.transpose() * products).isApprox(by_reading.transpose() * hat * by_reading, 1e-7));
 }
 
-INSTANTIATE_TEST_SUITE_P(Directions, FitOfRun, testing::Bool(),
-                         [](const auto& known) { return known.param ? "known" : "fitted"; });
+INSTANTIATE_TEST_SUITE_P(Directions, FitOfRun, testing::Bool(), [](const auto& known) {
+  return known.param ? "known" : "fitted";
+});
 
 TEST(WiderIntervals, NeverMakesOneShorter) {
   Estimate estimate;

@@ -35,8 +35,8 @@ TEST(Factor, SolvesColumnsOfAnySize) {
   const Eigen::MatrixXd T = factor.root_of_covariance();
   EXPECT_TRUE(((J * T).transpose() * (J * T)).isIdentity(1e-12));
   const Eigen::Vector3d sizes(1e-6, 1.0, 1e7);
-  const Eigen::Matrix3d N = sizes.cwiseInverse().asDiagonal() * (J.transpose() * J) *
-                            sizes.cwiseInverse().asDiagonal();
+  const Eigen::Matrix3d N =
+      sizes.cwiseInverse().asDiagonal() * (J.transpose() * J) * sizes.cwiseInverse().asDiagonal();
   const Eigen::Matrix3d C = sizes.asDiagonal() * factor.covariance() * sizes.asDiagonal();
   EXPECT_TRUE(C.isApprox(N.inverse(), 1e-10));
 }
@@ -49,7 +49,7 @@ TEST(Factor, HasTheLeverageOfTheHatMatrix) {
 
 TEST(Factor, CountsNearlyDependentColumnsByItsThreshold) {
   Eigen::MatrixXd J = random_matrix(8, 3, 3);
-  J.col(2) = J.col(0) + 1e-9 * J.col(1);
+  J.col(2) = J.col(0) + 1e-9 * J.col(2);
   EXPECT_TRUE(Factor(J).has_full_rank());
   EXPECT_FALSE(Factor(J, 1e-7).has_full_rank());
   EXPECT_EQ(Factor(J, 1e-7).rank(), 2);
@@ -95,8 +95,8 @@ TEST(SymmetricEigen, OrdersAscending) {
   A << 2.0, 1.0, 0.0, 1.0, 2.0, 0.0, 0.0, 0.0, -5.0;
   const SymmetricEigen eigen = symmetric_eigen(A);
   EXPECT_TRUE(eigen.values.isApprox(Eigen::Vector3d(-5.0, 1.0, 3.0), 1e-12));
-  EXPECT_TRUE((eigen.vectors * eigen.values.asDiagonal() * eigen.vectors.transpose())
-                  .isApprox(A, 1e-12));
+  EXPECT_TRUE(
+      (eigen.vectors * eigen.values.asDiagonal() * eigen.vectors.transpose()).isApprox(A, 1e-12));
 }
 
 TEST(SingularValues, GiveTheMatrixBack) {

@@ -20,7 +20,7 @@ void find_lack_of_fit(const JudgedRun& run, Warnings& found) {
   }
   const std::vector<LackOfFit>& tests = statistics_of(run).lack_of_fit;
   for (std::size_t k = 0; k < tests.size(); ++k) {
-    // NaN, where nothing can be tested, is no warning.
+    // NaN means that the test was impossible; it does not give a warning.
     if (tests[k].p_value * static_cast<double>(tests.size()) < false_lack_of_fit) {
       found.add(
           WarningCode::lack_of_fit, {},

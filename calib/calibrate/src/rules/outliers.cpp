@@ -20,7 +20,7 @@ constexpr double false_by_its_company = 0.01;  // in a run of its own tails
 struct Outlier {
   const RegressionRow* row = nullptr;
   Eigen::Index axis = 0;
-  double deviation = 0.0;  // standard deviations from what the others say
+  double deviation = 0.0;  // standard deviations from the others' prediction
 };
 
 std::vector<Outlier> find_outliers(const Calibration& calibration) {
@@ -69,8 +69,8 @@ std::vector<Outlier> find_outliers(const Calibration& calibration) {
   return outliers;
 }
 
-// By `paired` a mistake shows in the differences, which the levelness test sees, or spreads over
-// averages that have too few degrees of freedom to name one.
+// With `paired`, a mistake shows in the differences, and the levelness test sees it. Otherwise it
+// spreads over averages that have too few degrees of freedom to name a reading.
 std::optional<CalibrationWarning> warning_of_outliers(const Calibration& calibration) {
   std::vector<Outlier> outliers;
   if (!method_kind(calibration.fit.method).averages_pairs) {

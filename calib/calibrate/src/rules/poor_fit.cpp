@@ -30,7 +30,7 @@ std::set<int> runs_without_weight(const JudgedRun& run, Eigen::Index k) {
   return runs;
 }
 
-// Whether the field can be set, and no column gives its level.
+// True if the field can be set, and a column for its level is missing.
 bool lacks_level(const JudgedRun& run) {
   const std::vector<FieldDescription>& parts = run.calibration.sensor.field.parts;
   const FieldKind& kind = field_kind(run.calibration.sensor.field.kind);
@@ -133,7 +133,7 @@ void find_poor_fit(const JudgedRun& run, Warnings& found) {
         runs.push_back(residual.run);
       }
     }
-    // Nothing of such a fit can be trusted.
+    // Such a fit is unreliable in every respect.
     constexpr double hopeless = 0.2;
     found.add(
         share > hopeless ? WarningCode::no_fit : WarningCode::poor_fit, runs,

@@ -26,7 +26,7 @@ namespace axiscal {
 /// No reading has the field near some direction.
 [[nodiscard]] WarningRule gap_rule();
 
-/// The fields have no part along an axis.
+/// The fields lack a component along an axis.
 [[nodiscard]] WarningRule unseen_axes_rule();
 
 /// The search for mistakes found one.

@@ -24,7 +24,7 @@ double stated_slope_u(const JudgedRun& run) {
   return std::sqrt(variance);
 }
 
-// F(2, nu) with the stated uncertainty beside that of the differences.
+// F(2, nu) with the stated uncertainty added to that of the differences.
 void find_slope(const JudgedRun& run, Warnings& found) {
   const std::optional<Levelness>& levelness = run.calibration.fit.levelness;
   if (!method_kind(run.calibration.fit.method).directions_known || !levelness ||
@@ -41,7 +41,7 @@ void find_slope(const JudgedRun& run, Warnings& found) {
   constexpr double rounding = 1e-9;
   const double p = f_upper_p(0.5 * (off.square() / all).sum(), 2.0,
                              levelness->degrees_of_freedom / (share * share));
-  // NaN, without degrees of freedom, is no warning.
+  // NaN means zero degrees of freedom; it does not give a warning.
   if (off.abs().maxCoeff() > rounding && p < false_slope) {
     found.add(
         WarningCode::slope, {},

@@ -19,7 +19,7 @@
 namespace axiscal {
 namespace {
 
-// The sensitivities of each block by its own readings, each with its own bias.
+// The sensitivities of each block, from its readings only; each block has its own bias.
 struct BlockFits {
   std::vector<Eigen::Matrix3Xd> S;             // of each block, 3 x m
   std::vector<Eigen::MatrixXd> unit_variance;  // of each block, 3 x m, of noise 1
@@ -44,9 +44,9 @@ struct BlockFits {
   }
 };
 
-// An entry of S over the blocks that determine it, each by its information: random effects by
-// DerSimonian and Laird (1986), their variance by Hartung and Knapp (2001). Blocks that know it
-// alike have the plain mean and its usual variance.
+// The mean of an entry of S over the blocks that determine it, weighted by information: random
+// effects by DerSimonian and Laird (1986), their variance by Hartung and Knapp (2001). Blocks with
+// equal information give the plain mean and its usual variance.
 struct EntryMean {
   double mean = 0.0;
   double variance = 0.0;    // of the mean, by how the blocks scatter
@@ -156,7 +156,8 @@ struct Entries {
   void add(Eigen::Index component, Eigen::Index axis) { all.emplace_back(component, axis); }
 };
 
-// How the turns of S between blocks scatter, as an instrument that is mounted anew has them.
+// The scatter of the turns of S between blocks, for example of an instrument that is mounted again
+// for each block.
 double p_of_turns(const BlockFits& fits, const Eigen::MatrixXd& mean, const Eigen::VectorXd& s2) {
   std::vector<std::size_t> blocks(fits.S.size());  // that determine all nine entries
   std::iota(blocks.begin(), blocks.end(), std::size_t{0});
@@ -202,7 +203,7 @@ bool add_block_sensitivities(const Fit& run, bool mounts_known, Estimate& estima
   if (fits.S.size() < 2) {
     return false;
   }
-  // The field's directions are fitted to all of them.
+  // All blocks share the fit of the field's directions.
   fits.free.array() -=
       static_cast<double>(run.column_count() - set.column_count() * m) / static_cast<double>(m);
   Eigen::VectorXd s2 = fits.squares.cwiseQuotient(fits.free);
@@ -259,7 +260,8 @@ bool add_block_sensitivities(const Fit& run, bool mounts_known, Estimate& estima
     }
     group.p_value = f_upper_p(std::max(sum / free_of_blocks, 1e-300), free_of_blocks, free);
   }
-  // Where nothing says that they differ one S for all is as good and its intervals are shorter.
+  // If a difference is not significant, one S for all blocks has the same accuracy and shorter
+  // intervals.
   constexpr double all_differ_below = 0.25;
   constexpr double one_differs_below = 0.1;
   WiderIntervals wider("block_sensitivities", estimate);
@@ -270,7 +272,8 @@ bool add_block_sensitivities(const Fit& run, bool mounts_known, Estimate& estima
     }
     for (const auto& [l, k] : groups[g].all) {
       const EntryMean& one = entry(l, k);
-      if (one.blocks > 1.0) {  // else all readings together know it better than a block
+      if (one.blocks >
+          1.0) {  // otherwise all readings together determine S better than a block does
         estimate.response.sensitivity(k, l) = one.mean;
         wider.widen(p * k + 1 + l, one.variance, one.blocks - 1.0);
         wider.widen(p * k + 1 + l, one.within, fits.free(k));

@@ -15,7 +15,7 @@
 namespace axiscal {
 namespace {
 
-// The bias of each block less the mean of them, for each axis; B x m.
+// The bias of each block minus the mean of all blocks, for each axis; B x m.
 Eigen::MatrixXd shifts_of_blocks(const ReadingSet& set, const Estimate& estimate) {
   const RunEffects& effects = set.effects;
   if (effects.has_block_columns()) {

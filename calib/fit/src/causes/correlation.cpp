@@ -12,8 +12,8 @@
 namespace axiscal {
 namespace {
 
-// The readings in their order, without columns of the blocks: a shift between blocks is correlation
-// too. Nothing where readings have weights of their own, or the field is known by none of them.
+// The readings in order, without the columns of the blocks, because a shift between blocks is
+// correlation too. nullopt if readings have weights, or if the field of no reading is known.
 std::optional<OrderedReadings> ordered_readings(const ReadingSet& set, const Estimate& estimate) {
   std::vector<Eigen::Index> rows;
   for (Eigen::Index i = 0; i < set.size(); ++i) {

@@ -16,9 +16,9 @@
 namespace axiscal {
 namespace {
 
-// Mean squares of the residuals in two parts that make up all of them, r' D r and r' (1 - D) r: of
-// white noise their ratio is about F, by the traces of P D P and of its square, P = 1 - K K^T the
-// projection onto what the fit leaves.
+// Mean squares of the residuals in two parts that add up to all of them, r' D r and r' (1 - D) r.
+// For white noise their ratio is approximately F, with degrees of freedom from the traces of P D P
+// and of its square. P = 1 - K K^T is the projection onto the residual space.
 struct NoiseRatio {
   double ratio = 1.0;
   double above = 1.0;  // probability of a larger ratio by chance
@@ -105,7 +105,7 @@ NoiseRatio ratio_of_axis(const Fit& run, Eigen::Index k, const Eigen::VectorXd& 
   return ratio_of(part_of(along, squares_along), part_of(used - along, squares_across));
 }
 
-// How each axis lies to the field, reading by reading; n x m.
+// The cosine of the angle between each axis and the field, reading by reading; n x m.
 Eigen::MatrixXd cosines_of(const Fit& run, const Estimate& estimate) {
   Eigen::MatrixXd cosines(run.readings(), run.axes());
   for (Eigen::Index k = 0; k < run.axes(); ++k) {
@@ -117,15 +117,15 @@ Eigen::MatrixXd cosines_of(const Fit& run, const Estimate& estimate) {
   return cosines;
 }
 
-// What the residuals say of a coefficient's variance whatever the noise depends on, and with how
-// many degrees of freedom: each residual squared over what is left of it, weighted as the
-// coefficient weighs it.
+// The variance of a coefficient from the residuals, for noise that may depend on anything, with its
+// degrees of freedom. Each squared residual is divided by its share left by the fit and weighted by
+// its influence on the coefficient.
 struct Sandwich {
   double variance = 0.0;
   double degrees_of_freedom = 0.0;
 };
 
-// What the sandwiches of a run's coefficients have in common.
+// The common part of the sandwich estimates of a run's coefficients.
 class Sandwiches {
  public:
   explicit Sandwiches(const Fit& run) : run_(run) {
@@ -135,7 +135,7 @@ class Sandwiches {
     }
   }
 
-  // Of coefficient j of an axis; the other axes know of it by what all share alone.
+  // For coefficient j of an axis. The other axes contribute through the shared unknowns only.
   [[nodiscard]] Sandwich of(Eigen::Index k, Eigen::Index j) const {
     const Fit::RootOfAxis& root = axes_[static_cast<std::size_t>(k)].root;
     const auto own = root.own.row(j).transpose();
@@ -148,13 +148,13 @@ class Sandwiches {
       if (a != k && run_.shared() == 0) {
         continue;
       }
-      // How the coefficient depends on the axis's readings.
+      // The influence of the axis's readings on the coefficient.
       const AxisRows& axis = axes_[static_cast<std::size_t>(a)];
       Eigen::VectorXd g = axis.hat.P * by_shared;
       if (a == k) {
         g += axis.hat.Q.lazyProduct(own);
       }
-      // What the fit passes through has no residual that says anything.
+      // The fit passes through this reading, so its residual holds zero information.
       constexpr double least_left = 1e-6;
       const auto left = 1.0 - axis.hat.leverage;
       const Eigen::ArrayXd w = (left > least_left).select((g.array() / left).square(), 0.0);
@@ -181,10 +181,10 @@ class Sandwiches {
 
 // A run's readings along the direction of their residuals that the field's size changes.
 struct AlongField {
-  Eigen::VectorXd size;         // n: by how much it does
-  Eigen::MatrixXd directions;   // n x m: the unit vector of each reading along that direction
-  Eigen::VectorXd deviations;   // n: of the residuals
-  Eigen::MatrixXd hat_root;     // n x q: K, with K K^T what the fit takes of the deviations
+  Eigen::VectorXd size;        // n: by how much it does
+  Eigen::MatrixXd directions;  // n x m: the unit vector of each reading along that direction
+  Eigen::VectorXd deviations;  // n: of the residuals
+  Eigen::MatrixXd hat_root;  // n x q: K; K K^T is the part of the deviations that the fit takes up
   Eigen::MatrixXd hat_squares;  // q x q: K^T K
 };
 

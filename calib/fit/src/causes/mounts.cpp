@@ -17,7 +17,7 @@ namespace {
 // The scatter of the mounts leaves the turn of S uncertain: a component "mounts" of the covariance
 // with 3 (B - 1) degrees of freedom. Fitting the turns cost degrees of freedom; they are shared
 // over the axes (method.md, section 4).
-// @return false if the turns leave no degrees of freedom; then nothing is counted.
+// @return false, and no change, if the turns leave zero degrees of freedom.
 bool add_mount_scatter(const std::map<int, Eigen::Matrix3d>& turns,
                        double expected,
                        Estimate& estimate) {

@@ -48,7 +48,7 @@ Poses poses_of(const ReadingSet& set, const std::vector<int>& group, Eigen::Inde
     if (set.weights(i, axis) > 0.0) {
       const auto g = static_cast<std::size_t>(group[static_cast<std::size_t>(i)]);
       first[g] = first[g] < 0 ? i : first[g];
-      // From the first of them, so that large readings lose no digits.
+      // Differences from the first one, so large readings keep their digits.
       const double v = set.response(i, axis) - set.response(first[g], axis);
       sum[g] += v;
       squares[g] += v * v;
@@ -161,7 +161,8 @@ void add_rounding_scatter(const SolvedReadings& of, double stated_step, Estimate
     if (!step || !(poses.scatter < wide * *step) || *step <= 4.0 * set.rounding(k)) {
       continue;
     }
-    // What the field's direction takes up is lost to the coefficients. Of a transfer it is known.
+    // The direction of the field takes part of the information from the coefficients. For a
+    // transfer the direction is known.
     const bool is_transfer = set.seen.cols() > 0;
     if (!is_transfer && !run) {
       run.emplace(of, estimate);

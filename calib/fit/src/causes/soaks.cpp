@@ -15,7 +15,8 @@ namespace {
 
 constexpr double same_above = 0.25;  // probability above which soaks and readings scatter alike
 
-// The soaks' places on the curves: powers of their mean temperatures, and what is across these.
+// The soaks' places on the curves: powers of their mean temperatures, and the directions
+// perpendicular to them.
 struct Soaks {
   Eigen::MatrixXd powers;   // L x (order + 1)
   Eigen::MatrixXd across;   // L x q, orthonormal
@@ -43,7 +44,7 @@ Soaks soaks_of(const ReadingSet& set) {
   return soaks;
 }
 
-// How far biases or scales of soaks lie off their curve.
+// The distances of the soaks' biases or scales from their curve.
 struct OffCurve {
   double mean_square = 0.0;  // of a soak
   double variance = 0.0;     // beyond the readings' noise
@@ -58,16 +59,16 @@ OffCurve off_curve(const Eigen::VectorXd& off, const Eigen::MatrixXd& covariance
           .p_value = f_upper_p(std::max(f, 1e-300), q, nu)};
 }
 
-// The soaks' scatter of an axis, where it shows.
+// The soaks' scatter of an axis, if it is significant.
 struct SoaksOfAxis {
   Eigen::Index axis = 0;
   OffCurve bias;
   OffCurve scale;  // of the sensitivity, relative
 };
 
-// A test of nested models for each axis: each soak has a bias and a scale of its own beside the
-// polynomials. If they are needed, the scatter of the soaks about the curves is a component "soaks"
-// of the covariance with L - order - 1 degrees of freedom (method.md, section 6).
+// A test of nested models for each axis: each soak has its own bias and scale in addition to the
+// polynomials. If they are significant, the scatter of the soaks about the curves is a component
+// "soaks" of the covariance with L - order - 1 degrees of freedom (method.md, section 6).
 void add_soak_scatter(const ReadingSet& set, Estimate& estimate) {
   const TemperatureTerms& terms = set.temperature;
   if (terms.order == 0 || terms.soak.empty() || set.robust || set.also_kinds.size() > 0 ||
@@ -144,7 +145,8 @@ void add_soak_scatter(const ReadingSet& set, Estimate& estimate) {
   statistics.covariance = of_readings + of_components;
   fill_intervals(statistics);
   put_intervals(statistics);
-  // Each power by the soaks' scatter about the polynomials, where that says more than the readings.
+  // Each power's variance from the soaks' scatter about the polynomials, if that is larger than the
+  // one from the readings.
   ScatterComponent component{.name = "soaks",
                              .sd = Eigen::VectorXd::Zero(m),
                              .unit = {},

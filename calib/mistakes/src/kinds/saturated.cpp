@@ -18,7 +18,7 @@ constexpr std::array saturated_advice = {
                          "curved response looks the "
                          "same."}};
 
-// How far each reading is along its axis by a fit; n.
+// The coordinate of each reading along its axis, by a fit; n.
 // @param base  field_design() of the fit.
 Eigen::VectorXd sensed_by(const HypothesisFit& fit,
                           Eigen::Index axis,
@@ -45,7 +45,7 @@ std::vector<std::size_t> extremes(const SuspectRun& run, Eigen::Index axis, bool
   return extremes(sensed_by(fit, axis, field_design(run.set(), fit.field)), top);
 }
 
-// A shift of them, as a column.
+// A shift of some readings, as a column.
 Eigen::MatrixXd extreme_columns(const SuspectRun& run, Eigen::Index axis, bool top) {
   Eigen::MatrixXd Z = Eigen::MatrixXd::Zero(run.n() * run.m(), 1);
   for (const std::size_t i : extremes(run, axis, top)) {

@@ -16,7 +16,7 @@ constexpr std::array stuck_advice = {
 constexpr double sure = 200.0;
 constexpr std::size_t most_repeats = 3;
 
-// A value repeated to the last digit in another pose tells nothing of its reading.
+// A value repeated to the last digit in another pose is useless for that pose.
 void explain_by_repeat(const SuspectRun& run, std::size_t i, Explanations& found) {
   const auto row = static_cast<Eigen::Index>(i);
   std::size_t said = 0;

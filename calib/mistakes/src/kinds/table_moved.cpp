@@ -16,7 +16,8 @@ constexpr std::array table_moved_advice = {MistakeAdvice{
     .one = "See that nothing moves the table, and take all readings again, or give each part its "
            "own block and level by block."}};
 
-// What one reading, one row for each axis, changes with a turn of the field in the table.
+// The derivative of one reading, one row for each axis, with respect to a turn of the field in the
+// table.
 Eigen::MatrixX2d table_rows(const SuspectRun& run,
                             std::size_t i,
                             const TableField& field,
@@ -43,9 +44,9 @@ Eigen::MatrixXd table_columns(const SuspectRun& run,
   return Z;
 }
 
-// What the table moved after each reading takes from the sum of squares, to first order; by cut.
-// The columns of one cut are those of the next and one reading more, so their products with the
-// basis and the residuals, which are square to it, are running sums.
+// The reduction of the sum of squares if the table moved after a reading, to first order; one entry
+// for each cut. The columns of a cut are those of the next one plus one reading. Therefore their
+// products with the basis and with the residuals are running sums.
 std::vector<double> drops_with_table_moved(const SuspectRun& run, const HypothesisFit& fit) {
   std::vector<double> drops(run.count(), 0.0);
   Eigen::MatrixXd in_basis = Eigen::MatrixXd::Zero(fit.fit->column_count(), 2);

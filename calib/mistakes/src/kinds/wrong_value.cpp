@@ -44,7 +44,7 @@ void try_value(const SuspectRun& run,
     return;
   }
   const auto row = static_cast<Eigen::Index>(i);
-  // Where readings are many, only a pose that comes near to what the others say is worth a fit.
+  // If readings are many, only a pose close to the others' prediction is worth a fit.
   if (run.count() > SuspectRun::each_is_fitted) {
     const ReadingSet one = one_reading(run.set(), i);
     const Eigen::VectorXd stated = run.set().response.row(row);

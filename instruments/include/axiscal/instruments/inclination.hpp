@@ -45,21 +45,6 @@ struct Inclination {
                                                  double magnitude,
                                                  const InclinationOptions& options = {}) noexcept;
 
-/// Pitch and roll of a field in forward-left-up axes that are there already, as where they were
-/// made for many readings at once: asin(f_x / F), its argument clamped, and atan2(f_y, f_z).
-struct PitchAndRoll {
-  double pitch_rad = 0.0;
-  double roll_rad = 0.0;
-};
-
-/// The same of those angles.
-/// @param made     of that field and magnitude.
-/// @param options  forward-left-up and by the arcsine.
-[[nodiscard]] Inclination inclination_from_angles(const PitchAndRoll& made,
-                                                  const Eigen::Vector3d& field_in_sensor,
-                                                  double magnitude,
-                                                  const InclinationOptions& options) noexcept;
-
 /// How an instrument lies whose attitude is stated, as by a dividing head: turned by its heading,
 /// then nose up by its pitch, then right side down by its roll.
 ///

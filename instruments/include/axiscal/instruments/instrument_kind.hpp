@@ -26,8 +26,6 @@ struct DeriveInput {
   /// Specific force at rest in the same frame [any unit], from an accelerometer.
   std::optional<Eigen::Vector3d> up;
   double declination_rad = 0.0;  ///< added to magnetic headings
-  /// Of that field, where they were made for many readings at once; null: not.
-  const PitchAndRoll* made = nullptr;
 };
 
 /// What a kind of instrument derives from the field: at most four numbers, NaN for an empty one.
@@ -79,7 +77,6 @@ struct InstrumentKind {
   std::function<DerivedValues(const DeriveInput& input)> derive;
 
   bool derives_with_attitude = false;  ///< derive() needs DeriveInput::up, and is left out without
-  bool derives_inclination = false;    ///< derive() takes DeriveInput::made
   bool has_axis_elevation = false;     ///< with fewer than three axes: angle above the horizontal
 
   std::string_view usual_field;  ///< kind of field where none is stated; empty: one must be

@@ -15,21 +15,23 @@
 
 namespace axiscal {
 
-/// How a sensor sits in the model or vehicle whose angles are wanted, with what is known of it.
+/// The rotation of a sensor in the model or vehicle whose angles are measured, with its
+/// uncertainty.
 ///
-/// An error of the calibration turns what the references said and what is read later alike, so that
-/// it partly cancels: the rotation's own part of it, -K dtheta, is kept with its sign.
+/// An error of the calibration turns the references and the later readings by the same amount, so
+/// it partly cancels. The rotation's share of this error, -K dtheta, is stored with its sign.
 ///
 /// @par Source
 /// method.md, section 11.
 struct BodyRotation {
   Eigen::Matrix3d rotation_model_from_sensor = Eigen::Matrix3d::Identity();
-  /// Of the rotation's error about the model's axes [rad^2], all of it.
+  /// Total covariance of the rotation's error about the model's axes [rad^2].
   Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();
   /// Of it what the references and the readings of them make, without the calibration.
   Eigen::Matrix3d covariance_of_references = Eigen::Matrix3d::Zero();
   double degrees_of_freedom = 0.0;  ///< of that; infinite where it is stated, not seen
-  /// K, 3 x p: how the rotation turns with the calibration's parameters [rad per unit of each].
+  /// K, 3 x p: derivative of the rotation with respect to the calibration's parameters [rad per
+  /// unit of each].
   Eigen::MatrixXd by_parameters;
   std::vector<std::string> parameter_names;  ///< p
   int readings = 0;                          ///< of the references
@@ -42,7 +44,7 @@ struct BodyRotation {
 
 /// One reading at a reference: an attitude of the model, or one of its faces on a table.
 struct ReferenceReading {
-  int row = 0;  ///< where it stands in its file, for messages
+  int row = 0;  ///< its place in its file, for messages
   Eigen::VectorXd readings;
   std::optional<SensorTemperature> temperature;
   std::optional<StatedAttitude> attitude;  ///< of the model; its heading is not looked at
@@ -52,8 +54,8 @@ struct ReferenceReading {
 struct BodyOptions {
   /// Standard uncertainty of the references' directions [rad]; not stated: as they scatter.
   std::optional<double> reference_u_rad;
-  /// Of tared(): whether the rotation was found with the same record; else it counts as independent
-  /// of it.
+  /// For tared(): true if the rotation was found with the same record; otherwise the two are
+  /// independent.
   bool same_record = true;
 };
 
@@ -79,7 +81,8 @@ struct BodyOptions {
                                               const std::vector<ReferenceReading>& references,
                                               const BodyOptions& options = {});
 
-/// The rotation turned by the least so that readings in one attitude of the model say it.
+/// Turns the rotation by the smallest angle that makes it agree with readings in one attitude of
+/// the model.
 ///
 /// It sets two angles; the turn about the vertical stays, without references as well as a mounting
 /// by eye is known, 1 degree. A bias that shifted looks the same there,
@@ -109,12 +112,12 @@ struct BodyOptions {
 [[nodiscard]] BodyRotation parse_body_rotation(std::string_view text, const std::string& path);
 [[nodiscard]] BodyRotation read_body_rotation(const std::string& path);
 
-/// How two instruments in one model, on both sides of a mechanical joint, are turned against each
-/// other by one reading of both.
+/// The turn between two instruments in one model, on both sides of a mechanical joint, from one
+/// reading of both.
 struct JointMovement {
   double angle_rad = 0.0;  ///< between the verticals that they say
   double u_rad = 0.0;      ///< its standard uncertainty; NaN where a record states none
-  double p_value = 1.0;    ///< that the angle is by chance; NaN likewise
+  double p_value = 1.0;    ///< probability of such an angle by chance; NaN if not tested
 };
 
 /// @param first, second        the fields that they say, in the model's axes.
@@ -128,15 +131,15 @@ struct JointMovement {
                                            const std::optional<Eigen::Matrix3d>& second_covariance,
                                            double degrees_of_freedom);
 
-/// How a rotation differs from an earlier one. Of the same calibration the error cancels as far as
-/// the references were the same, and is not counted.
+/// The difference between a rotation and an earlier one. If both have the same calibration, its
+/// error cancels as far as the references were the same; the comparison leaves this error out.
 struct BodyChange {
   Eigen::Vector3d turn_rad = Eigen::Vector3d::Zero();  ///< about the model's x, y, z
   Eigen::Vector3d u_rad = Eigen::Vector3d::Zero();
   double p_value = 1.0;  ///< that it is by chance
 };
 
-/// @throws RefusedError  if one of them has no uncertainty about some axis.
+/// @throws RefusedError  if the uncertainty about an axis is zero for both.
 [[nodiscard]] BodyChange compare_rotations(const BodyRotation& before, const BodyRotation& after);
 
 }  // namespace axiscal

@@ -17,7 +17,7 @@
 
 namespace axiscal {
 
-/// What is known of new readings, besides the calibration.
+/// Uncertainties of new readings, besides the calibration's.
 struct ReadingNoise {
   /// Standard deviation of one reading [unit], for each axis; default: the fit's residual_sd, with
   /// its degrees of freedom.
@@ -26,26 +26,26 @@ struct ReadingNoise {
   double temperature_u = 0.0;  ///< standard uncertainty of the temperature output
 };
 
-/// @return what a record states of readings: their resolution, the temperature output's
-/// uncertainty; their scatter is that of the fit.
+/// @return the readings' uncertainties in a record: their resolution and the temperature output's
+///         uncertainty. The scatter is that of the fit.
 [[nodiscard]] ReadingNoise stated_noise(const Calibration& calibration);
 
-/// Uncertainties of what a reading says, in the same units.
+/// Uncertainties of a reading's results, in their units.
 struct UncertaintyOfResults {
   Eigen::Vector3d field_in_sensor = Eigen::Vector3d::Zero();  ///< [field unit]
   double residual = 0.0;
   std::array<double, DerivedValues{}.values.size()> derived{};  ///< NaN where the value is
 };
 
-/// Standard uncertainties of what a reading says, and the expanded ones.
+/// Standard and expanded uncertainties of a reading's results.
 struct ReducedUncertainty : UncertaintyOfResults {
   UncertaintyOfResults expanded;  ///< half widths of intervals of the stated probability
 };
 
 /// @param field  that is read [field unit of the record].
-/// @return how a reading changes with the calibration's parameters, m x p, in the order of their
-///         names.
-/// @throws DomainError  if the record has no statistics.
+/// @return derivative of a reading with respect to the calibration's parameters, m x p, in the
+///         order of their names.
+/// @throws DomainError  if the record lacks statistics.
 [[nodiscard]] Eigen::MatrixXd change_with_parameters(const Calibration& calibration,
                                                      const Eigen::Vector3d& field,
                                                      const ReadingContext& context);
@@ -54,14 +54,14 @@ class ReadingPropagation;
 
 /// @param propagation  of the same record.
 /// @param direction    of the field, unit vector, frame sensor.
-/// @return the expanded uncertainty (95 %) of the angle between the field and what is read [deg],
-///         across the direction where it is largest.
+/// @return the expanded uncertainty (95 %) of the angle between the field and the result [deg],
+///         about the axis with the largest uncertainty.
 [[nodiscard]] double direction_uncertainty_deg(const Calibration& calibration,
                                                const ReadingPropagation& propagation,
                                                const Eigen::Vector3d& direction);
 
-/// Propagates a calibration's uncertainty and a reading's own to field components and what is
-/// derived from them, in whatever attitude they were read (method.md, section 8).
+/// Propagates the uncertainties of a calibration and of a reading to field components and to
+/// quantities derived from them, in any attitude (method.md, section 8).
 ///
 /// An error of the parameters acts like one of the readings, of B C B^T with B = dv / d(parameters)
 /// at the field that was read; the results' change with the readings is taken over a step as large
@@ -87,15 +87,15 @@ class ReadingPropagation {
                      double factor = 1.0,
                      double probability = 0.95);
 
-  /// From now on what is known of the fields here and there counts as the conversion says; before,
-  /// readings are in the field of the calibration.
+  /// Sets the uncertainties of the fields at both sites, as given by the conversion. Before this
+  /// call, readings are taken in the calibration's field.
   void set_field_u(const FieldConversion& conversion) {
     component_u_ = conversion.component_u;
     ratio_u_ = conversion.ratio_u;
   }
 
-  /// From now on `up` is by an instrument that was calibrated in the same cube: what its face
-  /// normals are off by turns both fields alike, and counts once.
+  /// States that `up` comes from an instrument that was calibrated in the same cube. An error of
+  /// the cube's face normals turns both fields by the same amount and counts once.
   void share_cube();
 
   /// @param readings, context  as Reducer::reduce().
@@ -119,11 +119,12 @@ class ReadingPropagation {
       std::span<const double> readings,
       const std::optional<SensorTemperature>& temperature = {}) const;
 
-  /// Of one axis where there are fewer than three; what lies across it is not known, up to F.
+  /// For a single axis of an instrument with fewer than three. The component perpendicular to it is
+  /// unknown, up to F.
   struct Axis {
     double component = 0.0;  ///< [field unit]
     double angle_rad = 0.0;
-    double coverage_factor = 0.0;  ///< of both, for that probability
+    double coverage_factor = 0.0;  ///< coverage factor for both, for that probability
   };
   [[nodiscard]] Axis at_axis(std::size_t axis,
                              double reading,
@@ -179,10 +180,10 @@ class ReadingPropagation {
   double component_u_ = 0.0;      // as FieldConversion's
   double ratio_u_ = 0.0;          // likewise
   Eigen::MatrixXd covariance_;    // covers the parameters, without the field's magnitude
-  Eigen::MatrixXd of_readings_;   // of it, what the readings' scatter makes
+  Eigen::MatrixXd of_readings_;   // the part from the readings' scatter
   Eigen::MatrixXd of_inputs_;     // likewise, type B
-  std::vector<Part> components_;  // likewise, blocks, seats, ...
-  // Independent errors of the cube that `up` shares: what each adds to S, and S^-1 of that.
+  std::vector<Part> components_;  // the part from blocks, seats, ...
+  // Independent errors of the cube that `up` shares: the effect of each on S, and S^-1 times it.
   struct CubeError {
     SensitivityMatrix of_sensitivity;
     Eigen::Matrix3d of_field;
@@ -190,14 +191,14 @@ class ReadingPropagation {
   std::vector<CubeError> cube_errors_;
 };
 
-/// One quantity in one attitude, as a budget states it.
+/// One quantity in one attitude, as in an uncertainty budget.
 struct AttitudeQuantity {
   std::string name;  ///< "field_x", "pitch_deg", ...
   double value = 0.0;
   CombinedUncertainty uncertainty;  ///< by_source: as AttitudeBudget::sources
 };
 
-/// The budget of what one reading says in an attitude.
+/// The uncertainty budget of one reading in an attitude.
 struct AttitudeBudget {
   std::vector<std::string> sources;  ///< the calibration's, then "reading", "resolution", ...
   std::vector<AttitudeQuantity> quantities;
@@ -217,16 +218,16 @@ struct AttitudeBudget {
                                                 double pitch_rad,
                                                 double roll_rad);
 
-/// How far linear propagation holds, by Monte Carlo (JCGM 101).
+/// Tests the validity of the linear propagation by Monte Carlo (JCGM 101).
 struct MonteCarloCheck {
   std::string name;
   double linear_u = 0.0;
   double linear_expanded = 0.0;
-  double mean_error = 0.0;  ///< how far the results' mean lies from the value
+  double mean_error = 0.0;  ///< distance of the results' mean from the value
   double sd = 0.0;
   double low_95 = 0.0;  ///< probabilistically symmetric interval of the errors
   double high_95 = 0.0;
-  bool agrees = true;  ///< both ends are where linear_expanded puts them, within a tenth of it
+  bool agrees = true;  ///< both ends agree with linear_expanded within a tenth
 };
 
 /// Draws parameters and readings from their distributions (the fit's as t), reduces them, and holds

@@ -12,7 +12,6 @@
 #include "axiscal/calib/calibration.hpp"
 #include "axiscal/core/eigen_alignment.hpp"
 #include "axiscal/instruments/instrument_kind.hpp"
-#include "axiscal/kernels/reduce_columns.hpp"
 
 namespace axiscal {
 
@@ -24,7 +23,7 @@ struct ReductionOptions {
   double declination_rad = 0.0;    ///< added to magnetic headings
 };
 
-/// What is known of the field where readings are taken.
+/// The field at the place of the readings.
 struct FieldThere {
   std::optional<double> magnitude;     ///< F [unit of the results]; default: the record's, in `g` 1
   double magnitude_u = 0.0;            ///< its standard uncertainty [that unit]
@@ -32,7 +31,7 @@ struct FieldThere {
   double gravity_u_m_s2 = 0.0;         ///< its standard uncertainty
 };
 
-/// In what unit results are, and of which magnitude the field is where readings are taken.
+/// The unit of the results, and the field's magnitude at the place of the readings.
 struct FieldConversion {
   std::string unit;
   double factor = 1.0;     ///< results = factor * field in the record's unit
@@ -44,30 +43,30 @@ struct FieldConversion {
   double ratio_u = 0.0;
 };
 
-/// Takes a record from the field of its site to that of another.
+/// The conversion of a record from the field of its site to the field at another site.
 ///
-/// Units of one quantity convert (nT, uT, T; rad/s, deg/s, deg/h). A record in `g`, whose 1 g was
-/// the gravity of its site, and one in m/s^2 convert to each other and to another site's `g` by the
-/// two sites' gravity.
+/// Units of one quantity convert to each other (nT, uT, T; rad/s, deg/s, deg/h). The gravity of the
+/// two sites converts between `g` of a record, `g` of another site, and m/s^2.
 ///
-/// @param field      the record's.
-/// @param unit       of the results; empty: the record's.
-/// @param there      where readings are taken; as where the record was made, if nothing is stated.
-/// @throws DomainError  if the units do not convert, or the record does not say what its g was.
+/// @param field      the field of the record.
+/// @param unit       unit of the results; empty: that of the record.
+/// @param there      the place of the readings; by default the place of the record.
+/// @throws DomainError  if the units do not convert, or if a record in `g` lacks the gravity of its
+/// site.
 [[nodiscard]] FieldConversion field_conversion(const FieldDescription& field,
                                                const std::string& unit,
                                                const FieldThere& there = {});
 
-/// The same calibration in another unit of the field.
+/// A calibration in another unit of the field.
 /// @param conversion  as field_conversion(); its magnitude becomes the record's.
 [[nodiscard]] Calibration converted(Calibration calibration, const FieldConversion& conversion);
 
-/// The same calibration in the frame of the assembly that it was calibrated in, so that several
-/// instruments answer alike, a mirrored one of an H frame among them; as it is where the record
-/// states none.
+/// The same calibration in the frame of its assembly, so that all instruments of the assembly
+/// (mirrored ones of an H frame too) give the field in one frame. A record without an assembly is
+/// returned unchanged.
 [[nodiscard]] Calibration in_assembly_frame(Calibration calibration);
 
-/// What is known beside the readings of an instrument.
+/// Additional inputs besides the readings of an instrument.
 struct ReadingContext {
   /// Specific force at rest in the sensor's frame, from an accelerometer in its frame: for
   /// headings, and [unit of the second field] to take out what the instrument answers to it.
@@ -78,59 +77,68 @@ struct ReadingContext {
   std::optional<Eigen::Matrix3d> up_covariance;  ///< for uncertainties [unit of up, squared]
 };
 
-/// What a reading of three or more axes says.
+/// The result of a reading of three or more axes.
 struct ReducedReading {
   Eigen::Vector3d field_in_sensor = Eigen::Vector3d::Zero();  ///< f_hat [field unit]
   double residual = 0.0;      ///< |f_hat| - F [field unit]; NaN where the biases hold the field
-  DerivedValues derived;      ///< as the kind of instrument says; likewise
+  DerivedValues derived;      ///< of the kind of instrument; NaN if the biases contain the field
   bool determined = true;     ///< false: fewer than three one-sided axes see the light
   bool extrapolated = false;  ///< the temperature is outside the calibrated range
   std::span<const std::string_view> derived_names;  ///< of the values in `derived`
 
-  /// @param name  "x", "y", "z" of the field, "residual", or of what the kind of instrument
-  ///              derives, as "pitch_deg".
+  /// @param name  "x", "y", "z" of the field, "residual", or a derived value of the kind of
+  ///              instrument, for example "pitch_deg".
   /// @return that number.
   /// @throws DomainError  for another name; the message lists them.
   [[nodiscard]] double operator[](std::string_view name) const;
 };
 
-/// What a reading of one axis says where there are fewer than three.
+/// The result of a reading of one axis, for an instrument with fewer than three.
 struct ReducedAxis {
   double component = 0.0;  ///< field along the sensing axis [field unit]
-  /// How far the axis points above the horizontal; 0 where the kind has none, NaN where the bias
-  /// holds the field.
+  /// Elevation of the axis above the horizontal; 0 if the kind does not have one, NaN if the bias
+  /// contains the field.
   double angle_rad = 0.0;
   bool clamped = false;
   bool extrapolated = false;
 };
 
-/// The way back: raw readings to field components, residual and derived quantities.
+/// Converts readings to the field in the sensor's frame, to its residual, and to the quantities
+/// that the kind of instrument derives: pitch and roll of an accelerometer, heading of a
+/// magnetometer.
 ///
-///     f_hat = S^-1 T_s (v - b(t)), T_s = diag(1 / scale_k(t)), without temperature terms 1;
-///     m > 3: least squares weighted by scale_k^2 / s_k^2
+///     f_hat = S^-1 T_s (v - b(t)),   T_s = diag(1 / scale_k(t)), without temperature terms 1
 ///
-/// Of a record whose biases hold the field (gives_field()) f_hat is only how far a reading is from
-/// bias(t): it has no residual and no direction.
+/// The result depends on the number m of axes:
 ///
-/// Of one-sided axes those count that see the light, by the reduced field itself, until it stays.
+/// - m >= 3: reduce() for one reading, reduce_rows() for a matrix of readings. If m > 3, the
+///   field is a least-squares solution with the weights scale_k^2 / s_k^2. One-sided axes
+///   (photodiodes) count if the reduced field is in front of them.
+/// - m < 3: reduce_axis() gives the component along each axis. Two axes of a sun sensor
+///   determine the whole direction, see closed_field().
 ///
-/// After construction nothing is allocated: fit for use in real time.
+/// If the biases of a record contain the field (gives_field()), f_hat is only the difference
+/// between a reading and bias(t); it does not have a residual or a direction.
+///
+/// A reducer does not change after its construction, so several threads may share one. reduce()
+/// does not allocate memory and takes constant time; it can be used in real time.
 ///
 /// @code
 /// const axiscal::Reducer reduce(axiscal::read_calibration("cal.json"));
-/// const double pitch_deg = reduce(std::array{0.01, -0.02, 0.99})["pitch_deg"];
+/// const double pitch_deg = reduce(std::array{0.01, -0.02, 0.99})["pitch_deg"];  // one reading
+/// const Eigen::MatrixX3d fields = reduce.reduce_rows(volts);                    // n x 3
 /// @endcode
 ///
 /// @par Source
 /// method.md, section 7; US 7,467,536.
 class Reducer {
  public:
-  /// @throws DomainError  if m >= 3 axes do not determine the field (S of rank below 3), an axis
-  ///                      has no sensitivity, or the magnitude is not positive.
+  /// @throws DomainError  if m >= 3 axes do not determine the field (the rank of S is below 3), if
+  ///         the sensitivity of an axis is zero, or if the magnitude is not positive.
   explicit Reducer(const SensorModel& sensor, const ReductionOptions& options = {});
 
-  /// As by its sensor; of more than three axes each counts as it scatters, and biases that hold the
-  /// field (gives_field()) are known as such.
+  /// As above, with the statistics of the record: if m > 3, the weights of the axes come from their
+  /// residual standard deviations. It also knows if the biases contain the field (gives_field()).
   /// @throws RefusedError  if the calibration was refused and `force` is `no`.
   explicit Reducer(const Calibration& calibration,
                    const ReductionOptions& options = {},
@@ -139,104 +147,102 @@ class Reducer {
   /// @return m, the number of readings that reduce() takes.
   [[nodiscard]] std::size_t axis_count() const { return bias_.size(); }
 
-  /// @return whether reduce() may be called: three or more axes.
+  /// @return true if reduce() may be called: three or more axes.
   [[nodiscard]] bool gives_components() const { return bias_.size() >= 3; }
 
   [[nodiscard]] const InstrumentKind& kind() const { return *kind_; }
 
-  /// @return F, the field's magnitude that residuals and angles refer to [field unit].
+  /// @return F, the field's magnitude for residuals and angles [field unit].
   [[nodiscard]] double magnitude() const { return magnitude_; }
 
-  /// @param readings  axis_count() finite readings [unit], in the order of the axes; m >= 3.
-  /// @param context   what is known beside them.
-  /// @throws DomainError  if these are not axis_count() readings, or fewer than three. It allocates
-  ///                      nothing otherwise.
+  /// Reduces one reading of three or more axes.
+  ///
+  /// @param readings  m finite readings [unit], in the order of the axes.
+  /// @param context   additional inputs: the temperature if needs_temperature() (the default is the
+  ///                  calibration's reference), and the direction up for headings.
+  /// @throws DomainError  if there are not axis_count() readings, or fewer than three.
   [[nodiscard]] ReducedReading reduce(std::span<const double> readings,
                                       const ReadingContext& context = {}) const;
 
-  /// The same in short: `reduce(volts)["pitch_deg"]`.
+  /// Short form of reduce(): `reduce(volts)["pitch_deg"]`.
   [[nodiscard]] ReducedReading operator()(std::span<const double> readings,
                                           const ReadingContext& context = {}) const {
     return reduce(readings, context);
   }
 
-  /// @return whether the record has temperature terms, so that reduce() needs a temperature.
+  /// Reduces a matrix of readings of three or more axes.
+  ///
+  /// @param readings      n x m, a row for each reading [unit].
+  /// @param temperatures  n x 1, or n x m if each axis has a sensor; empty: the reference.
+  /// @return n x 3, the field in the sensor's frame for each row [field unit], as by reduce(), up
+  ///         to rounding; NaN if the row does not determine it.
+  /// @throws DomainError  if the sizes disagree, or if m is below three.
+  [[nodiscard]] Eigen::MatrixX3d reduce_rows(
+      const Eigen::Ref<const Eigen::MatrixXd>& readings,
+      const Eigen::Ref<const Eigen::MatrixXd>& temperatures = Eigen::MatrixXd()) const;
+
+  /// @return true if the record has temperature terms; then reduce() needs a temperature.
   [[nodiscard]] bool needs_temperature() const { return temperature_.has_value(); }
 
-  /// @return whether it needs one for each axis.
+  /// @return true if it needs a temperature for each axis.
   [[nodiscard]] bool has_own_temperatures() const {
     return temperature_ && temperature_->has_own_sensors();
   }
 
-  /// @return whether a reading is at or beyond the range of its axis.
+  /// @return true if a reading is at or beyond the range of its axis.
   [[nodiscard]] bool is_saturated(double reading) const noexcept {
     return range_ && (reading <= range_->low || reading >= range_->high);
   }
 
-  /// @return whether columns() may be called: three plain axes.
-  [[nodiscard]] bool has_columns() const;
-
-  /// @return whether pitch and roll as reduce_columns() makes them are those that reduce() derives:
-  /// an instrument of inclination in forward-left-up axes, its pitch by the arcsine.
-  [[nodiscard]] bool has_angle_columns() const;
-
-  /// What a reading says whose field was reduced with many others, by columns().
-  /// @param made  its angles, where they are made too (has_angle_columns()); null: they are made
-  /// here.
-  [[nodiscard]] ReducedReading of_field(const Eigen::Vector3d& field_in_sensor,
-                                        const PitchAndRoll* made = nullptr) const;
-
-  /// The reduction of three plain axes as reduce_columns() and reduce_rows() take it: whole arrays
-  /// at once, at the speed of memory. Components in the results' unit; pitch and roll in
-  /// forward-left-up axes.
-  /// @throws DomainError  for other than three axes, one-sided ones, temperature terms or second
-  ///                      fields: those need reduce(), reading by reading.
-  [[nodiscard]] ColumnReduction columns() const;
-
-  /// The field along one sensing axis: (v - b) / |S_k|; any m.
+  /// Reduces a reading of one axis to the component of the field along it, (v - b) / |S_k|. It
+  /// works for any m.
   ///
   /// @param axis     0 .. m - 1.
   /// @param reading  [unit], finite.
-  /// @param temperature  as reduce().
+  /// @param temperature  as in reduce().
   [[nodiscard]] ReducedAxis reduce_axis(
       std::size_t axis,
       double reading,
       const std::optional<SensorTemperature>& temperature = {}) const noexcept;
 
-  /// @return |S_k|, what an axis reads more in one unit of the results' field along it.
+  /// @return |S_k|, the increase of an axis's reading for one unit of the results' field along it.
   [[nodiscard]] double sensitivity_of(std::size_t axis) const { return length_[axis]; }
 
-  /// @return whether two axes give the whole field: what they leave open follows from its
-  /// magnitude, and it is in front of them, as the sun is of a sun sensor.
+  /// @return true if two axes give the whole field: the third component follows from its magnitude,
+  ///         and the field is in front of the axes, for example the sun before a sun sensor.
   [[nodiscard]] bool closes_by_magnitude() const { return open_direction_.has_value(); }
 
   /// The field by two axes and its magnitude.
   struct ClosedField {
     Eigen::Vector3d in_sensor = Eigen::Vector3d::Zero();  ///< f_hat [field unit]
-    bool clamped = false;  ///< the axes see more than F, so that nothing is left open
+    bool clamped = false;  ///< the axes see more than F, so the third component is 0
   };
 
-  /// What two axes see, and square to both, on the side of first x second,
-  /// sqrt(F^2 - |what they see|^2).
+  /// The two measured components, and the perpendicular one on the side of first x second,
+  /// sqrt(F^2 - |measured|^2).
   ///
   /// @param first, second  readings of the two axes [unit], finite.
-  /// @param temperature    as reduce().
+  /// @param temperature    as in reduce().
   /// @throws DomainError  unless closes_by_magnitude().
   [[nodiscard]] ClosedField closed_field(
       double first, double second, const std::optional<SensorTemperature>& temperature = {}) const;
 
  private:
-  // What is known of a sensor besides what it is.
+  // Data besides the sensor model, from the record.
   struct Knowledge {
     Eigen::VectorXd weights;  // of the axes' equations
     bool gives_field = true;
   };
   Reducer(const SensorModel& sensor, const Knowledge& knowledge, const ReductionOptions& options);
 
-  // What follows from the field that a reading was reduced to.
-  void describe(const ReadingContext& context,
-                const PitchAndRoll* made,
-                ReducedReading& result) const;
+  void require_components(Eigen::Index readings) const;
+  // f_hat of m >= 3 axes; false if the readings do not determine it.
+  bool solve(std::span<const double> readings,
+             const ReadingContext& context,
+             Eigen::Vector3d& field) const noexcept;
+  // The fields of three axes by the vector kernel.
+  void reduce_plain(const Eigen::Ref<const Eigen::MatrixXd>& readings,
+                    Eigen::MatrixX3d& fields) const;
 
   const InstrumentKind* kind_;
   double magnitude_;

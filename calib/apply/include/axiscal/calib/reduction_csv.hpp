@@ -34,8 +34,8 @@ struct ReadingColumn {
 using TemperaturePlaces = std::vector<std::size_t>;
 
 /// @param axes    where the readings are.
-/// @param column  of a single sensor; of a slot SLOT.column where that is there. Axes with sensors
-///                of their own have AXIS_temperature or temperature_AXIS.
+/// @param column  of a single sensor; for a slot, SLOT.column if it exists. Axes with separate
+///                sensors have AXIS_temperature or temperature_AXIS.
 /// @throws DataError  where one is missing.
 [[nodiscard]] TemperaturePlaces temperature_places(const CsvReader& csv,
                                                    const std::vector<ReadingColumn>& axes,
@@ -50,8 +50,8 @@ struct JointColumns {
   const ReadingPropagation* uncertainty = nullptr;
   const ReadingPropagation* own_uncertainty = nullptr;
   double degrees_of_freedom = 0.0;  ///< of the scatter that these rest on
-  /// A larger angle that is not by chance (p < 0.001) is flagged `moved`; where that cannot be told
-  /// any larger one, if it is not 0.
+  /// A larger angle that is significant (p < 0.001) is flagged `moved`. If the test is impossible,
+  /// every larger angle is flagged, unless alarm_rad is 0.
   double alarm_rad = 0.0;
 };
 
@@ -66,10 +66,10 @@ struct ReductionCsvOptions {
   /// An accelerometer's, for headings and second fields; null without one.
   const Reducer* attitude = nullptr;
   std::vector<ReadingColumn> attitude_columns;
-  /// Column of the sensor's temperature, for records with temperature terms; where each axis has a
-  /// sensor of its own AXIS_temperature or temperature_AXIS.
+  /// Column of the sensor's temperature, for records with temperature terms. If each axis has a
+  /// separate sensor, the column is AXIS_temperature or temperature_AXIS.
   std::string temperature_column = "temperature";
-  /// States the uncertainty of each result; null: not. That of `attitude` beside it.
+  /// Gives the uncertainty of each result, and of `attitude`; null: omitted.
   const ReadingPropagation* uncertainty = nullptr;
   const ReadingPropagation* attitude_uncertainty = nullptr;
   std::optional<JointColumns> joint;  ///< adds `joint_deg`, with uncertainties `u_joint_deg`
@@ -99,15 +99,15 @@ struct ReductionCsvSummary {
   std::size_t moved = 0;                  ///< rows in which a joint moved beyond the alarm
 };
 
-/// Reduces a table row by row (formats.md, Reduced readings), in constant memory, on the machine's
-/// cores: what it writes is the same on any number of them.
+/// Reduces a table row by row (formats.md, Reduced readings), in constant memory, on all cores of
+/// the machine. The output does not depend on the number of cores.
 ///
-/// Each row's cells are copied as they are, and the results appended: `field_x,field_y,field_z,
-/// residual`, what the kind of instrument derives, and `flag`. With fewer than three axes instead:
-/// `component_AXIS` for each axis, and `angle_AXIS_deg` where the kind has angles. A row that
-/// cannot be reduced keeps its place, with empty results and the flag `unreadable` or `saturated`.
-/// With `uncertainty` the same names follow with u_ before them, with `expanded` again with U_ and
-/// with k_ before them.
+/// Each row's cells are copied unchanged, and the results are appended: `field_x,field_y,field_z,
+/// residual`, the derived values of the kind of instrument, and `flag`. With fewer than three axes
+/// these are `component_AXIS` for each axis, and `angle_AXIS_deg` if the kind has angles. A row
+/// that cannot be reduced keeps its place, with empty results and the flag `unreadable` or
+/// `saturated`. With `uncertainty`, the names follow again with the prefix u_; with `expanded`,
+/// again with the prefixes U_ and k_.
 ///
 /// @param csv      the readings, positioned behind their header.
 /// @param axes     the columns to reduce, in the reducer's order.
@@ -121,8 +121,8 @@ ReductionCsvSummary reduce_csv(CsvReader& csv,
                                const ReductionCsvOptions& options,
                                const std::function<void(std::string_view)>& sink);
 
-/// What stands before binary rows in a file of NumPy's: their columns by name; as long for any
-/// number of rows.
+/// The header before binary rows in a NumPy file: the names of the columns. Its length does not
+/// depend on the number of rows.
 [[nodiscard]] std::string reduction_npy_header(const std::vector<ReadingColumn>& axes,
                                                const Reducer& reducer,
                                                const ReductionCsvOptions& options,

@@ -20,21 +20,22 @@ struct SlotObservations {
 /// Parts the readings of several instruments.
 ///
 /// @param run  its responses are the axes of the first slot, then those of the second, ...
-/// @throws DomainError  if there are no slots, or the responses are not as many as their axes.
+/// @throws DomainError  if the list of slots is empty, or if the number of responses differs from
+///         the number of axes.
 [[nodiscard]] std::vector<SlotObservations> split_by_slot(const Run& run);
 
-/// How the instrument of a slot sits in its positioner.
+/// The orientation of a slot's instrument in its positioner.
 ///
 /// Mounts that characterize() wrote are those of its reference instruments, and hold for these
 /// alone: they must be asked for by name.
 ///
 /// @param slot  its name, or empty where none is stated.
-/// @return the rotation of the positioner's mount of that name; where none is stated that of
-///         its only mount, unless it is a reference's; else 1.
+/// @return the rotation of the positioner's mount with that name. If a name is not stated, it is
+///         the rotation of the only mount, unless that mount belongs to a reference; otherwise 1.
 /// @throws SetupError  if the positioner has mounts, but none for the slot.
 [[nodiscard]] Eigen::Matrix3d mount_rotation(const Positioner& positioner, const std::string& slot);
 
-/// @return whether the slot's mount is that of an instrument that the positioner was measured with.
+/// @return true if the slot's mount belongs to an instrument that the positioner was measured with.
 [[nodiscard]] bool is_of_reference(const Positioner& positioner, const std::string& slot);
 
 /// The mounts of an assembly's slots.
@@ -50,14 +51,15 @@ struct SlotLevelness {
   Levelness levelness;
 };
 
-/// What several instruments on one table say of its levelness together.
+/// The joint result of several instruments on one table for its levelness.
 ///
-/// The slots' own mounts do not matter to it: a slope follows from differences of readings with the
-/// sensitivity that the same readings gave. What it sees is a loose instrument, a table that gives
-/// way under one, readings of other points. The slopes (of the last block, where each has its own)
-/// are weighted by 1 / variance. Each slot is held against the mean of the others, F(2, nu) with
-/// both variances and their degrees of freedom, Bonferroni over the slots; below 0.001 the worst
-/// one is named (of two, both disagree and neither is).
+/// The slots' mounts do not affect the test: a slope follows from differences of readings, divided
+/// by the sensitivity from the same readings. The test finds a loose instrument, a table that gives
+/// way under one, or readings of other points. The slopes (those of the last block, if each block
+/// has its own levelness) are weighted by 1 / variance. Each slot is compared with the mean of the
+/// others, by F(2, nu) with both variances and their degrees of freedom, with Bonferroni's
+/// correction over the slots. Below 0.001 the worst slot is named. If there are two slots, they
+/// disagree with each other, and neither is named.
 ///
 /// @param slots  two or more.
 /// @throws DomainError  if there are fewer.
@@ -65,20 +67,20 @@ struct SlotLevelness {
 /// method.md, section 9; beyond US 7,467,536.
 [[nodiscard]] CombinedLevelness combine_levelness(const std::vector<SlotLevelness>& slots);
 
-/// How the axes of one instrument are turned against those of another: each frame is the rotation
-/// that comes nearest to its axes' directions, so that what is not square in an instrument turns
-/// its frame by the least. What is not known of the cube turns both alike and is not counted.
+/// The turns between the axes of one instrument and those of another. An instrument's frame is the
+/// rotation closest to its axes' directions, so non-orthogonality turns the frame as little as
+/// possible. An error of the cube turns both frames by the same amount and is not counted.
 ///
 /// @param from, to  of instruments of three axes, calibrated in one cube.
-/// @return to's frame seen from that of `from`, with its uncertainty by the scatter of both.
+/// @return the orientation of to's frame relative to that of `from`, with its uncertainty from the
+///         scatter of both.
 /// @throws DomainError  for other than three axes.
 /// @par Source
 /// method.md, section 9.
 [[nodiscard]] SlotAlignment alignment_of(const Calibration& from, const Calibration& to);
 
-/// @return the turn of the other's frame beside its quarter turns (of a mirrored one), as a
-/// rotation
-///         vector [rad].
+/// @return the turn of the other's frame in addition to its quarter turns (and mirroring), as a
+///         rotation vector [rad].
 [[nodiscard]] Eigen::Vector3d turn_beside_quarters(const SlotAlignment& alignment);
 
 /// Calibrates several instruments from one run: each in its slot, with its mount's rotation.
@@ -87,8 +89,8 @@ struct SlotLevelness {
 /// table: where some of them measure the table's slope and none is stated, the others, whose field
 /// is known at the site, take it as known with its standard error.
 ///
-/// @param experiment  of all of them; its slot and mount, and of several kinds instrument and
-///                    field, are set for each in turn.
+/// @param experiment  of all slots; its slot and mount are set for each slot in turn, and also
+///                    instrument and field if the kinds differ.
 /// @param slots       the readings of each.
 /// @return a calibration for each slot, in their order, with the levelness that those in one kind
 ///         of field say together, and the alignments with the others; a slot that disagrees with

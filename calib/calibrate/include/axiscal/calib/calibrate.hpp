@@ -15,9 +15,9 @@ namespace axiscal {
 
 /// The method that suits an experiment where none is stated (formats.md, Experiment).
 ///
-/// `known` if the readings bring their field or have no fence faces, `magnitude` if they have no
-/// labels, else `joint`. `paired`, the method of the patent, is taken only if it is stated: its
-/// averages of 12 readings leave 2 degrees of freedom an axis, `joint` 7.3 with the same estimates.
+/// `known` if the readings bring their field or lack fence faces, `magnitude` if they lack labels,
+/// else `joint`. `paired`, the method of the patent, must be stated: its averages of 12 readings
+/// leave 2 degrees of freedom for an axis, `joint` 7.3 with the same estimates.
 [[nodiscard]] Method choose_method(const Experiment& experiment, const Observations& observations);
 
 /// Calibrates an instrument: from readings to bias and sensitivity with their uncertainty.
@@ -40,13 +40,14 @@ namespace axiscal {
 ///         direction of the field remains too uncertain for the coefficients to mean anything.
 /// @throws SetupError          if the experiment lacks what it needs.
 /// @throws RankDeficientError  if the design does not determine a coefficient; the message names
-///                             it and what to add.
+///         the coefficient and the readings to add.
 /// @throws RefusedError        if the readings are too few, or do not suit the method.
 /// @par Source
 /// method.md, sections 2 to 5; US 7,467,536.
 [[nodiscard]] Calibration calibrate(const Experiment& experiment, const Observations& observations);
 
-/// The same for arrays: reading i was taken at points[i], and row i of `response` is what it said.
+/// As above, for arrays: reading i was taken at points[i], and row i of `response` holds its
+/// values.
 ///
 /// @code
 /// std::vector<axiscal::DesignPoint> points;
@@ -62,9 +63,9 @@ namespace axiscal {
                                     std::span<const DesignPoint> points,
                                     const Eigen::Ref<const Eigen::MatrixXd>& response);
 
-/// The same, and where readings contradict each other calibrates again with what the likeliest
-/// explanation says: a label, a value, a level corrected, or the reading left out; up to three
-/// times. Findings::corrections and notes say what was done.
+/// As above. If readings contradict each other, it applies the likeliest explanation and calibrates
+/// again: it corrects a label, a value or a level, or leaves the reading out. It does so up to
+/// three times. Findings::corrections and notes describe the changes.
 [[nodiscard]] Calibration calibrate_with_suggestions(Experiment experiment,
                                                      Observations observations);
 

@@ -10,7 +10,7 @@
 
 namespace axiscal {
 
-/// What becomes of readings that contradict each other.
+/// The treatment of readings that contradict each other.
 enum class Suggestions {
   name,    ///< a warning says what is most likely wrong
   accept,  ///< as calibrate_with_suggestions(), for one instrument, not for an assembly's slots
@@ -28,12 +28,13 @@ enum class Suggestions {
 /// @throws RefusedError  if two files do not agree; the message names them and the difference.
 void require_one_instrument(const Experiment& experiment, const Run& run);
 
-/// Calibrates what was read: one record, or one for each slot of an assembly; each with the files
-/// that it came from, and with notes on what was taken for granted about the mounts.
+/// Calibrates a run: one record, or one for each slot of an assembly. Each record has the names of
+/// its files, and notes on assumptions about the mounts.
 ///
-/// @param experiment  its positioner has the mounts; where no slot is stated see slot_of().
-/// @throws SetupError  if a slot is stated beside those of the columns, or suggestions are to be
-///                     accepted for an assembly; else as calibrate(), calibrate_assembly().
+/// @param experiment  its positioner has the mounts. If a slot is not stated, see slot_of().
+/// @throws SetupError  if a slot is stated in addition to those of the columns, or if suggestions
+///         are to be accepted for an assembly. Other errors as in calibrate() and
+///         calibrate_assembly().
 [[nodiscard]] std::vector<Calibration> calibrate_run(Experiment experiment,
                                                      const Run& run,
                                                      Suggestions suggestions = Suggestions::name);

@@ -8,12 +8,13 @@
 
 namespace axiscal {
 
-/// Turns an instrument's frame to that of another that was recorded with it: a magnetometer's to
-/// its accelerometer's, so that headings can be tilt-compensated.
+/// Turns an instrument's frame to that of another instrument in the same recording: a
+/// magnetometer's to its accelerometer's, so that headings can be tilt-compensated.
 ///
-/// Method `magnitude` leaves the frame open; the constant angle between the two fields closes it
-/// but for what both share. Both must have been read at the same times: row by row, runs left out
-/// of neither. Warnings say where the rotation is uncertain, or the angle is not the site's.
+/// Method `magnitude` leaves the frame undetermined. The constant angle between the two fields
+/// determines it, except for a common rotation. Both instruments must have been read at the same
+/// times: row by row, without removing runs from one of the tables. Warnings are given if the
+/// rotation is uncertain, or if the angle differs from the site's.
 ///
 /// @param calibration   of the instrument, three axes; its sensitivity, covariance and quantities
 ///                      come out in the companion's frame, and `alignment` says how it was turned.

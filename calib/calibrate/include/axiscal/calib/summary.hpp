@@ -8,8 +8,8 @@
 namespace axiscal {
 
 enum class SummaryDetail {
-  brief,  ///< what most people come for, on a screen of 80 x 24 for three axes
-  full,   ///< sensing axes, levelness by block, quality of the fit, all of it
+  brief,  ///< the main results, on a screen of 80 x 24 for three axes
+  full,   ///< everything: sensing axes, levelness by block, quality of the fit
 };
 
 /// The end of a summary.
@@ -18,21 +18,21 @@ enum class SummaryEnd {
   fit,       ///< without them: they are printed elsewhere
 };
 
-/// A calibration for people: what was done, coefficients with their expanded uncertainties,
-/// levelness, quality, warnings and verdict; plain text, its tables of 80 columns.
+/// A report of a calibration as plain text, with tables of 80 columns: the procedure, coefficients
+/// with their expanded uncertainties, levelness, quality, warnings and verdict.
 [[nodiscard]] std::string summary(const Calibration& calibration,
                                   SummaryDetail detail = SummaryDetail::brief,
                                   SummaryEnd end = SummaryEnd::findings);
 
-/// @return whether it holds, in a sentence: "Calibrated. Nothing in the readings speaks against
-/// it."
+/// @return the verdict as a sentence: "Calibrated. Nothing in the readings speaks against it."
 [[nodiscard]] std::string words_of_verdict(const Calibration& calibration);
 
 /// FieldSizeCheck in a sentence: "the reading of g agrees over 24 orientations to 12 ppm; ...";
 /// empty where there is none.
 [[nodiscard]] std::string words_of_field_size(const Calibration& calibration);
 
-/// What the readings say that were kept out of the fit, in a sentence; empty where there are none.
+/// The result of the readings that were kept out of the fit, as a sentence; empty if there are
+/// none.
 [[nodiscard]] std::string words_of_confirmation(const Calibration& calibration);
 
 }  // namespace axiscal

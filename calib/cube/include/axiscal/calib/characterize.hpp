@@ -18,14 +18,14 @@ namespace axiscal {
 /// A calibrated instrument's readings in the positioner that is to be measured.
 struct Reference {
   std::string slot;  ///< name of its mount, each its own
-  /// The instrument: references of one name are one instrument, fitted anew.
+  /// The instrument. References with equal names are one instrument that was mounted again.
   std::string instrument;
   Calibration calibration;    ///< its record, three axes or more
   Observations observations;  ///< its readings, with design points
 };
 
 struct CharacterizeOptions {
-  std::string id;  ///< what the new positioner is called
+  std::string id;  ///< the name of the new positioner
   /// Bias and length of each sensing axis are fitted with the rest, as the parts along the normals
   /// determine them: only the angles between the axes are taken from the records.
   bool free_bias_and_scale = true;
@@ -35,24 +35,24 @@ struct CharacterizeOptions {
   Positioner drawing;
 };
 
-/// What was found of one reference.
+/// The result for one reference.
 struct ReferenceResult {
   std::string slot;
   Eigen::Matrix3d rotation_sensor_from_positioner = Eigen::Matrix3d::Identity();
   Eigen::Vector3d mount_se_rad = Eigen::Vector3d::Zero();  ///< about the sensor's axes
   double residual_sd = 0.0;  ///< scatter of a reading, all axes alike [field unit]
   int worst_run = 0;         ///< the reading that is furthest from the fit
-  Eigen::Vector2d slope = Eigen::Vector2d::Zero();  ///< how the table sloped, mean of its blocks
-  /// Probability that this instrument's normals differ so much from the others' by chance; NaN
-  /// where there is no other instrument.
+  Eigen::Vector2d slope = Eigen::Vector2d::Zero();  ///< slope of the table, mean over its blocks
+  /// Probability that this instrument's normals differ so much from the others' by chance; NaN if
+  /// there is only one instrument.
   double p_value = 0.0;
 };
 
-/// What remounting an instrument changes.
+/// The effect of remounting an instrument.
 struct MountRepeatability {
   std::string instrument;
-  std::vector<std::string> slots;  ///< its mounts of nearly one orientation
-  double sd_rad = 0.0;  ///< how much each small rotation scatters, the fit's own noise taken out
+  std::vector<std::string> slots;   ///< its mounts of nearly one orientation
+  double sd_rad = 0.0;              ///< the scatter of each small rotation, without the fit's noise
   double degrees_of_freedom = 0.0;  ///< 3 (mounts - 1)
 };
 
@@ -69,10 +69,10 @@ struct Characterization {
   /// nobody knows which, so empty.
   std::string suspect;
   bool consistent = true;
-  std::vector<std::string> warnings;  ///< what asks for attention, a sentence each
+  std::vector<std::string> warnings;  ///< warnings, a sentence each
 };
 
-/// How far refits of one instrument scatter: rotations of nearly one orientation.
+/// The scatter of refits of one instrument: rotations of nearly one orientation.
 ///
 /// @param mounts        rotation_sensor_from_positioner of each, two or more, within 0.1 rad.
 /// @param fit_variance  mean variance of a mount's rotation about one axis, of the fit [rad^2].
@@ -88,22 +88,22 @@ struct Characterization {
 ///     v = b + (1 + scale) S M_k R_i(n)^T f_table,   R_i the seat by the normals n,
 ///
 /// with unknown normals n, mounts M_k, a slope of the table for each run and, by default, bias and
-/// scale of each axis. Generalised Procrustes of the averages over opposite points is the start,
-/// then Gauss-Newton on all readings, weighted by each reference's own scatter, so that the table's
-/// tilt does not matter. Gauge: of all frames in which the cube could be described the one that
-/// fits the nominal cube best (sum of e_r cross n_r is 0). The records' covariances are propagated
-/// to the normals: what K independent calibrations hand on shrinks as 1 / sqrt(K); what they share
-/// (one reference cube, one method's error) stays and is not in the covariance. An instrument that
-/// was also fitted in a mount turned by more than 0.5 rad determines the angles between its axes
-/// too.
+/// scale of each axis. The start is a generalised Procrustes fit of the averages over opposite
+/// points. Gauss-Newton then uses all readings, weighted by each reference's scatter, so the
+/// table's tilt does not matter. Gauge: among all frames, the one that fits the nominal cube best
+/// (sum of e_r cross n_r is 0). The records' covariances are propagated to the normals. The
+/// uncertainty from K independent calibrations decreases as 1 / sqrt(K). Their shared errors (one
+/// reference cube, the error of one method) remain and are not in the covariance. An instrument
+/// that was also fitted in a mount turned by more than 0.5 rad determines the angles between its
+/// axes too.
 ///
 /// @param references  one or more, each with all six rest faces between them, and opposite
 /// readings.
 /// @throws RefusedError  if there are none left, a field is not along the table's normal, an
 ///                       instrument has fewer than three axes, a face was never the rest face, or
 ///                       the readings do not determine the cube.
-/// @throws DomainError   if slots have no names of their own, or readings and record differ in
-///                       their number of axes.
+/// @throws DomainError   if a slot lacks a name or two slots share one, or if readings and record
+///         differ in their number of axes.
 /// @throws SetupError    if leave_out names a slot that is not there.
 /// @par Source
 /// method.md, section 9; US 7,467,536; beyond it.

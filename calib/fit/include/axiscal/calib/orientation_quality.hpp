@@ -25,10 +25,10 @@ inline constexpr double largest_good_gap_rad = 60.0 * rad_per_deg;
 
 /// Aligns two three-axis instruments by the constancy of the angle between their fields.
 ///
-/// Whatever the orientation, gravity and the geomagnetic field make one angle, the dip plus 90
-/// degrees; that fixes the rotation between the two instruments, but not how they sit in anything
-/// else. The rotation is as good at any dip (the heading that comes of it is not: it goes as 1 /
-/// cos(dip)).
+/// In every orientation the angle between gravity and the geomagnetic field is the dip plus 90
+/// degrees. This fixes the rotation between the two instruments, but not their rotation in the
+/// vehicle. The dip does not change the quality of the rotation. It does change the heading: its
+/// error is proportional to 1 / cos(dip).
 ///
 /// @param fields     calibrated readings of the one, n x 3, n at least 5.
 /// @param companion  calibrated readings of the other at the same times, n x 3.

@@ -14,9 +14,9 @@ namespace axiscal {
 /// does; kept for comparison. The linear regression gives the same fit in one step, and is not
 /// singular where the axis is not coned.
 ///
-/// @param field_in_sensor  n x 3, what each reading met [field unit]; n >= 4.
+/// @param field_in_sensor  n x 3, the field at each reading [field unit]; n >= 4.
 /// @param response         n readings of the axis [unit].
-/// @param nominal_axis     0, 1, 2: what the axis is nominally along.
+/// @param nominal_axis     0, 1 or 2: the nominal direction of the axis.
 /// @throws DomainError  for sizes that disagree, fewer than 4 readings, or another axis.
 /// @par Source
 /// Tripp and Tcheng, NASA/TP-1999-209835; method.md, section 3.1.

@@ -16,7 +16,7 @@
 
 namespace axiscal {
 
-/// How a gyroscope of three axes was turned from one rest to the next.
+/// The turn of a three-axis gyroscope from one rest to the next.
 struct GyroscopeTurn {
   std::array<std::span<const double>, 3> readings;  ///< raw, n samples of each axis [unit]
   std::span<const double> time_s;                   ///< n times, ascending
@@ -28,23 +28,24 @@ struct GyroscopeTurn {
   std::optional<Eigen::Matrix3d> rotation_before_from_after;
   /// The Earth's rotation in the sensor's frame at the rest before [rad/s], as far as it is known.
   Eigen::Vector3d earth_rate_in_sensor = Eigen::Vector3d::Zero();
-  /// What errors of variance 1 that all turns share make of what is known at the rests, 3 x q: of
-  /// the direction up, or where the seats are known of the attitude, as a rotation vector in the
-  /// sensor's frame there [rad]. All turns have as many, or none.
+  /// Effect of shared errors of variance 1 on the known quantities at the rests, 3 x q. The
+  /// quantity is the direction up or, if the seats are known, the attitude as a rotation vector
+  /// [rad]; both are in the sensor's frame at the rest. All turns have the same q.
   Eigen::Matrix3Xd errors_before, errors_after;
-  /// Whether it begins at the rest where the turn before it ended, whose error both have.
+  /// True if the turn begins at the rest that ended the turn before it; the two turns then share
+  /// the error of that rest.
   bool follows = true;
 };
 
-/// Puts in what an accelerometer says at the rests before and after: the directions up, and what
-/// its calibration leaves of them.
+/// Sets the directions up at the rests before and after the turn from an accelerometer, with the
+/// uncertainty left by its calibration.
 /// @param mean_before, mean_after  its readings there.
 void between_directions(const Calibration& accelerometer,
                         const Eigen::Vector3d& mean_before,
                         const Eigen::Vector3d& mean_after,
                         GyroscopeTurn& turn);
 
-/// Puts in the rotation between two seats of a cube, and what its face normals leave of it.
+/// Sets the rotation between two seats of a cube, with the uncertainty left by its face normals.
 void between_seats(const Positioner& positioner,
                    const Eigen::Matrix3d& rotation_sensor_from_positioner,
                    const DesignPoint& before,
@@ -59,7 +60,7 @@ void take_out_earth(const std::optional<Site>& site,
                     std::vector<GyroscopeTurn>& turns,
                     TurnFitOptions& options);
 
-/// What the rests say of a gyroscope: its bias, and how that changes with gravity.
+/// The result of the rests of a gyroscope: its bias, and the change of the bias with gravity.
 struct RestFit {
   Eigen::Vector3d bias = Eigen::Vector3d::Zero();
   Eigen::Matrix3d bias_covariance = Eigen::Matrix3d::Zero();
@@ -81,18 +82,18 @@ struct TurnFitOptions {
   /// rad/s per unit of the readings, roughly; default: found among the usual ones.
   std::optional<double> rate_per_unit;
   std::optional<Eigen::Matrix3d> start;  ///< B of a fit that is near, instead
-  /// Whether the turns determine the bias too, instead of the rests. For logs in which it wanders,
-  /// or the rests are short.
+  /// True if the turns determine the bias too, instead of the rests. Use it for logs with a
+  /// wandering bias or with short rests.
   bool fit_bias = false;
-  /// Relative change of B at which the search ends. 1e-4 is enough to compare fits: what the
-  /// residuals say is then exact to 1e-8.
+  /// Relative change of B at which the search ends. 1e-4 is enough to compare fits: the sum of
+  /// squares is then exact to 1e-8.
   double tolerance = 1e-10;
-  /// Standard uncertainties of the Earth's rotation, beside what each turn states of it [rad/s]:
-  /// along up, and along each of two horizontal directions.
+  /// Standard uncertainties of the Earth's rotation that the turns state [rad/s]: along up, and
+  /// along each of two horizontal directions.
   double earth_up_u = 0.0;
   double earth_across_u = 0.0;
-  /// Whether all that the uncertainty is made of is looked at: errors of the rests, sampling, the
-  /// Earth, the directions. To compare fits it need not be.
+  /// True if the uncertainty includes all its sources: errors of the rests, sampling, the Earth,
+  /// the directions. A comparison of fits does not need them.
   bool whole_budget = true;
   /// Whether no more is asked for than roughly how it was turned (integrated_rotations()): then the
   /// turns may leave a part open, one scale is taken for all axes then, and no uncertainty is said.
@@ -104,15 +105,17 @@ struct TurnFit {
   LinearResponse response;  ///< [unit, unit per rad/s]
   Eigen::Matrix3d inverse =
       Eigen::Matrix3d::Identity();  ///< B = S^-1: w = B (v - b) [rad/s per unit]
-  /// Of the parameters x.bias, x.sensitivity.x, ..., by all scatter: 12 x 12; half widths of their
-  /// 95 % intervals, and the degrees of freedom of these.
+  /// For the parameters x.bias, x.sensitivity.x, ..., from all scatter: the 12 x 12 covariance, the
+  /// half widths of the 95 % intervals, and their degrees of freedom.
   Eigen::MatrixXd covariance;
   Eigen::VectorXd interval_95;
   Eigen::VectorXd interval_dof;
   double degrees_of_freedom = 0.0;  ///< of the turns' scatter: the least of a sensitivity
-  /// What the covariance holds besides it: `bias`, that of the rests.
+  /// Parts of the covariance besides the turns' scatter: `bias` comes from the scatter of the
+  /// rests.
   std::vector<ScatterComponent> components;
-  /// What no scatter shows: `directions` or `positioner`, `rotation of the Earth`, `sampling`.
+  /// Parts that scatter cannot show: `directions` or `positioner`, `rotation of the Earth`,
+  /// `sampling`.
   std::vector<UncertaintySource> sources;
   double residual_sd_rad = 0.0;            ///< scatter of one component of a turn's attitude error
   double rest_sd_rad = 0.0;                ///< of it that of a rest, which two turns share
@@ -120,7 +123,7 @@ struct TurnFit {
   double most_revolutions = 0.0;  ///< that one turn makes by the fit, there and back counted both
   int rounds = 0;
   bool converged = false;
-  bool has_rotations = false;  ///< whether all three components of each turn counted
+  bool has_rotations = false;  ///< true if all three components of each turn entered the fit
 };
 
 /// Gyroscope scale factors and misalignments from turns between rests, without a rate table.
@@ -130,10 +133,10 @@ struct TurnFit {
 ///
 /// Gauss-Newton in B = S^-1, with the analytic derivative -integral of R(t) e_p (v - b)_q dt.
 ///
-/// The errors of a turn are its own, and those of the rests at its ends, which the turns before and
-/// after have too (from 18 degrees of freedom on); their variances are found by restricted
-/// likelihood. What else the turns share, the rests' bias first, are unknowns with a prior: the
-/// turns' residuals show them too (method.md, section 8).
+/// A turn has errors of its own. It also has the errors of the rests at its ends; the turns before
+/// and after share them (from 18 degrees of freedom on). Restricted likelihood estimates both
+/// variances. Other shared errors, above all the bias at the rests, are unknowns with a prior,
+/// because the residuals show them too (method.md, section 8).
 ///
 /// @param turns  three or more about different axes.
 /// @param rests  bias, covariance of their mean, 0: it is exact, and its degrees of freedom count.

@@ -27,9 +27,9 @@ struct ForecastSetup {
   Positioner positioner;      ///< its normal_covariance counts where there is one
   double normal_u_rad = 0.0;  ///< more uncertainty of each face normal, two directions, independent
   double level_u_rad = 0.0;   ///< `known`: of the table's slope along x and y; others measure it
-  Mount mount;                ///< how the instrument sits; its repeatability counts
-  Eigen::Vector2d slope = Eigen::Vector2d::Zero();  ///< how the table is expected to slope
-  World world;  ///< what readings suffer besides white noise; each replicate is a block
+  Mount mount;                ///< the instrument's orientation; its repeatability counts
+  Eigen::Vector2d slope = Eigen::Vector2d::Zero();  ///< the expected slope of the table
+  World world;  ///< the errors of the readings besides white noise; each replicate is a block
 };
 
 /// An instrument as an experiment describes it: no bias, no cross-axis terms, and on each axis the
@@ -38,8 +38,8 @@ struct ForecastSetup {
 /// @throws SetupError  as make_field_description().
 [[nodiscard]] SensorModel nominal_sensor(const Experiment& experiment, double sensitivity);
 
-/// What an experiment and one replicate of its design say of a forecast; its noise, samples and the
-/// uncertainties of face normals and levelness are left to be stated.
+/// The inputs of a forecast for one replicate of an experiment's design. Noise, samples and the
+/// uncertainties of face normals and levelness must still be stated.
 ///
 /// Where the experiment states no method it is the one that calibrate() would choose; with fewer
 /// than ten points, which leave the field's direction open, a table known to be level.
@@ -50,13 +50,13 @@ struct ForecastSetup {
                                            std::vector<DesignEntry> design,
                                            double sensitivity = 1.0);
 
-/// What a calibration will reach: root mean square errors, as covariances by source.
+/// The expected uncertainty of a calibration: root mean square errors, as covariances by source.
 struct Forecast {
   Eigen::MatrixXd noise;       ///< covers b, S by axis (as FitStatistics::covariance), 4m x 4m
   Eigen::MatrixXd positioner;  ///< replicates do not average it
   Eigen::MatrixXd level;
-  Eigen::MatrixXd mount;               ///< what its repeatability adds; a refit would average it
-  Eigen::MatrixXd world;               ///< what the world adds
+  Eigen::MatrixXd mount;               ///< the part of its repeatability; a refit would average it
+  Eigen::MatrixXd world;               ///< the part of the world
   Eigen::VectorXd degrees_of_freedom;  ///< per axis, of the residual scatter
   LinearResponse response;             ///< the nominal one
   double magnitude = 1.0;              ///< F [field unit]
@@ -69,9 +69,9 @@ struct Forecast {
 /// Propagates noise, face normals, levelness and the mount's repeatability to the coefficients by
 /// the method's own linear map from readings to coefficients.
 ///
-/// Of a world counts what scatters: block_sd, seat_rad, mount_rad, remount_rad, gain, jitter,
-/// wander, ends, ar, ar_white, walk_sd, round and periodic, in random order; a drift, k2 and k3 are
-/// no scatter and are left to study().
+/// The forecast counts the entries of a world that scatter: block_sd, seat_rad, mount_rad,
+/// remount_rad, gain, jitter, wander, ends, ar, ar_white, walk_sd, round and periodic, in random
+/// order. A drift, k2 and k3 are not scatter; use study() for them.
 ///
 /// One levelness for the run is assumed. The figures are root mean squares over many
 /// calibrations; the mean of the standard errors that they will state is lower, by 11 % at 2
@@ -83,13 +83,13 @@ struct Forecast {
 /// method.md, sections 8 and 10; JCGM 100.
 [[nodiscard]] Forecast forecast(const ForecastSetup& setup);
 
-/// What calibrated readings will say of an attitude.
+/// The expected uncertainty of calibrated readings in an attitude.
 struct AngleUncertainty {
   double pitch_rad = 0.0;  ///< standard uncertainty that the calibration alone leaves
   double roll_rad = 0.0;   ///< grows as 1 / cos(pitch)
 };
 
-/// @param covariance  of b, S by axis; as Forecast::covariance(), or a part of it.
+/// @param covariance  of b, S by axis: Forecast::covariance(), or a part of it.
 /// @param pitch_rad, roll_rad  the attitude; axes forward-left-up.
 /// @throws DomainError  if the instrument does not determine the field (fewer than three axes).
 /// @par Source
@@ -109,8 +109,8 @@ struct AngleUncertainty {
 /// Replicates for a wanted uncertainty.
 ///
 /// @param wanted_rad  largest_angle_uncertainty() to be reached.
-/// @return how many replicates (of setup.samples each) are enough, a whole number, up to 1e15;
-///         nothing where no number is, as positioner or level alone are worse.
+/// @return the number of replicates (of setup.samples each) that is enough, an integer, up to 1e15;
+///         nullopt if no number is enough, because positioner or level alone exceed the limit.
 /// @throws DomainError  if `wanted_rad` is not positive; else as forecast().
 [[nodiscard]] std::optional<double> replicates_for_angle(const ForecastSetup& setup,
                                                          double wanted_rad);

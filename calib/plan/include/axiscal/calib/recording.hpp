@@ -15,14 +15,14 @@
 
 namespace axiscal {
 
-/// How a recording is taken that has no readings by hand.
+/// The procedure of a recording without readings by hand.
 enum class RecordingKind {
   free,   ///< turned by hand in all directions, in a field of constant magnitude
   sweep,  ///< at rest, while the temperature goes up and down once
   turns,  ///< rests in the seats of a run sheet, and the turns between them
 };
 
-/// @return the kind of that name ("free", "sweep", "turns"), or nothing.
+/// @return the kind of that name ("free", "sweep", "turns"), or nullopt.
 [[nodiscard]] std::optional<RecordingKind> parse_recording(std::string_view name);
 
 struct Recording {
@@ -74,7 +74,8 @@ struct SimulatedTurns {
                                             const Eigen::Vector3d& earth_in_table,
                                             const SimulationOptions& options = {});
 
-/// Calibrates it by its turns, the seats known, as calibrate_imu() does with a log.
+/// Calibrates the recording by its turns, with known seats; calibrate_imu() does the same with a
+/// log.
 /// @param cube  what is believed of the cube.
 [[nodiscard]] Calibration calibrate_turns(const SimulatedTurns& recording,
                                           const std::vector<RunSheetRow>& sheet,

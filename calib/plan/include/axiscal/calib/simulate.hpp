@@ -19,7 +19,7 @@ namespace axiscal {
 struct SimulationOptions {
   double noise_sd = 0.0;      ///< each reading's [unit of the readings]
   Eigen::VectorXd noise_sds;  ///< one for each axis, in place of noise_sd; may be empty
-  World world;                ///< what else the readings suffer from
+  World world;                ///< other errors of the readings
   Eigen::Vector2d slope = Eigen::Vector2d::Zero();  ///< the table is tilted further by this
   double fence_azimuth_rad = 0.0;  ///< the fence's; the truth's field is that of one to the north
   Positioner positioner;           ///< the cube
@@ -44,8 +44,8 @@ struct SimulationOptions {
 /// A simulated run.
 struct SimulatedRun {
   Observations observations;
-  /// What the walk of the bias adds to it in the mean of the run, m entries [unit]: no calibration
-  /// can know it from the bias.
+  /// The mean effect of the bias's random walk on the run, m entries [unit]. A calibration cannot
+  /// separate it from the bias.
   Eigen::VectorXd bias_of_run;
 };
 
@@ -67,8 +67,8 @@ struct SimulatedRun {
                                         const std::vector<RunSheetRow>& sheet,
                                         const SimulationOptions& options = {});
 
-/// The same with the stream that its noise is drawn from, stream_of_noise() for the same numbers: a
-/// caller that draws from several seeds them together.
+/// As above, with the noise's stream stream_of_noise() for the same numbers. A caller that draws
+/// from several streams seeds them together.
 [[nodiscard]] SimulatedRun simulate_run(const SensorModel& truth,
                                         const std::vector<RunSheetRow>& sheet,
                                         const SimulationOptions& options,

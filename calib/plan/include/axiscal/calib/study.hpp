@@ -16,10 +16,10 @@
 
 namespace axiscal {
 
-/// What is simulated and calibrated again and again (method.md, section 8).
+/// The subject of repeated simulations and calibrations (method.md, section 8).
 struct StudySetup {
   SensorModel truth;      ///< instrument, field, response; its `in_table` is the field there
-  Experiment experiment;  ///< how each run is calibrated; its positioner is what is believed
+  Experiment experiment;  ///< the settings of each calibration; its positioner is the assumed one
   std::vector<DesignEntry> design;
   int replicates = 1;
   std::vector<double> temperatures;  ///< soak levels; none: no temperatures
@@ -60,19 +60,20 @@ struct StudySums {
   double covered = 0.0;
 };
 
-/// What came of some trials. Trials are summed by blocks, blocks in their order, so that it does
-/// not matter which shard did which.
+/// The result of some trials. Trials are summed by blocks in the order of the blocks, so the result
+/// does not depend on the division into shards.
 struct Study {
   std::uint64_t seed = 1;
-  std::int64_t trials = 0;  ///< how many the whole study has
+  std::int64_t trials = 0;  ///< number of trials of the whole study
   std::int64_t block = 0;   ///< trials in a block
-  std::string setup;        ///< a digest of what was simulated: shards of one study have the same
+  std::string
+      setup;  ///< a digest of the simulation's settings; shards of one study have equal digests
   std::vector<std::string> parameters;
   std::vector<std::int64_t> blocks;          ///< numbers of those that were done
   std::vector<std::vector<StudySums>> sums;  ///< for each block, one for each parameter
   std::int64_t refused = 0;                  ///< trials that gave no calibration
-  /// How many trials gave a warning, by its name, and `any` for any; empty where none were looked
-  /// for.
+  /// The number of trials with a warning, by its name, and `any` for at least one; empty if
+  /// warnings were off.
   std::map<std::string, std::int64_t> warnings;
 };
 
@@ -80,7 +81,7 @@ struct Study {
 struct StudyResult {
   std::string parameter;
   double mean_error = 0.0;   ///< bias of the estimate
-  double sd = 0.0;           ///< how much its errors scatter
+  double sd = 0.0;           ///< the scatter of its errors
   double stated_u = 0.0;     ///< root mean square of the stated standard uncertainties
   double coverage_95 = 0.0;  ///< share of the stated 95 % intervals that held the truth
 };
@@ -90,18 +91,18 @@ struct StudyResult {
 /// as well, as a drift that is found is fitted.
 ///
 /// @param progress  told how many trials are done; may be empty; never called twice at once.
-/// @throws DomainError  for fewer than 1 trial, a shard that is none, or `regression_only` with
-///                      what it cannot do (worlds, alarms, temperature terms, second fields,
-///                      one-sided axes); for a recording `sweep`, whose biases hold the field's
-///                      part.
-/// @throws SetupError, RefusedError  as calibrate(), if the first trial has no calibration.
+/// @throws DomainError  for fewer than 1 trial, for an invalid shard, or if `regression_only` is
+///         combined with settings that it does not support (worlds, alarms, temperature terms,
+///         second fields, one-sided axes); also for a recording `sweep`, because its biases contain
+///         the field's part.
+/// @throws SetupError, RefusedError  as in calibrate(), if the first trial cannot be calibrated.
 [[nodiscard]] Study run_study(const StudySetup& setup,
                               std::int64_t trials,
                               std::uint64_t seed,
                               const Shard& shard = {},
                               const std::function<void(std::int64_t)>& progress = {});
 
-/// @return how many blocks the whole study has.
+/// @return the number of blocks of the whole study.
 [[nodiscard]] std::int64_t block_count(const Study& study);
 
 /// Puts shards together.
@@ -114,7 +115,7 @@ struct StudyResult {
 /// @param with_blocks  whether its sums are in it, for merge().
 [[nodiscard]] std::string study_json(const Study& study, bool with_blocks);
 
-/// @throws DataError  for a text that is no study with its sums.
+/// @throws DataError  for a text that is not a study with its sums.
 [[nodiscard]] Study parse_study(std::string_view text, const std::string& path);
 
 }  // namespace axiscal

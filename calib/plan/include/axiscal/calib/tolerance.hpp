@@ -13,10 +13,10 @@ namespace axiscal {
 
 /// How exactly a cube is made: standard deviations.
 struct Tolerances {
-  double foot_height_m = 0.0;   ///< how much each ball stands out along its face's normal
-  double ball_radius_m = 0.0;   ///< how much each ball's radius differs
-  double squareness_rad = 0.0;  ///< how much each face as a whole turns, about both of its edges
-  double fence_rad = 0.0;       ///< how much the fence leans
+  double foot_height_m = 0.0;   ///< the height of each ball along its face's normal
+  double ball_radius_m = 0.0;   ///< the variation of each ball's radius
+  double squareness_rad = 0.0;  ///< the turn of each face as a whole, about both of its edges
+  double fence_rad = 0.0;       ///< the lean of the fence
 };
 
 /// A cube made to a drawing, as it may turn out.
@@ -33,8 +33,8 @@ struct Tolerances {
 [[nodiscard]] NormalCovariance normal_covariance_of(const CubeFeet& drawing,
                                                     const Tolerances& tolerances);
 
-/// Root mean square errors of a calibration that takes the cube as drawn, in parts of the field (of
-/// biases divided by the axis's sensitivity, of sensitivities likewise).
+/// Root mean square errors of a calibration that takes the cube as drawn, in parts of the field.
+/// Biases and sensitivities are divided by the axis's sensitivity.
 struct CalibrationErrors {
   double bias = 0.0;
   double sensitivity = 0.0;  ///< error of each axis's main component
@@ -43,14 +43,14 @@ struct CalibrationErrors {
   double angle_rad = 0.0;
 };
 
-/// What a cube's tolerances do to calibrations by one method.
+/// The effect of a cube's tolerances on calibrations by one method.
 struct ToleranceEffect {
   Method method = Method::paired;
   CalibrationErrors closed_form;  ///< linear in the tolerances; on a level table
   CalibrationErrors
       simulated;     ///< cubes made, seated, simulated and calibrated; on the table given
-  int unusable = 0;  ///< how many cubes could not lie at a point, or were no cubes
-  double worst_angle_95_rad = 0.0;  ///< 95 % of the cubes have no larger error in any attitude
+  int unusable = 0;  ///< number of cubes that could not lie at a point, or were not cubes
+  double worst_angle_95_rad = 0.0;  ///< 95 % of the cubes have a smaller error in every attitude
 };
 
 struct ToleranceStudy {
@@ -60,7 +60,7 @@ struct ToleranceStudy {
   Surface surface;
   Tolerances tolerances;
   Eigen::Vector2d slope =
-      Eigen::Vector2d::Zero();  ///< how the table slopes, which the calibration does not know
+      Eigen::Vector2d::Zero();  ///< the slope of the table, unknown to the calibration
   int trials = 1000;
   std::uint64_t seed = 1;
 };
@@ -68,7 +68,7 @@ struct ToleranceStudy {
 /// The errors that a cube's tolerances leave in calibrations, by each method that the design
 /// allows.
 ///
-/// No noise: what it adds is in forecast(). `known` takes the table as level, so that the slope is
+/// Noise is left out; forecast() gives its effect. `known` assumes a level table, so the slope is
 /// part of its error.
 /// @return paired (where each point has its opposite), joint and known (where they are determined).
 /// @throws DomainError  for fewer than 1 trial, a negative tolerance, or fewer than three axes.

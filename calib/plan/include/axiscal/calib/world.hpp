@@ -7,12 +7,13 @@
 
 namespace axiscal {
 
-/// How a run differs from readings with white noise of one standard deviation (method.md, section
-/// 8). An entry of 0 is not there; with all at 0 noise is white and normal.
+/// The differences between a run and readings with white noise of one standard deviation
+/// (method.md, section 8). An entry of 0 is off; if all are 0, noise is white and normal.
 struct World {
-  double block_sd = 0.0;     ///< scatter of the bias from block to block, each axis [unit]
-  double seat_rad = 0.0;     ///< turn of the cube each time it is laid, about x, y and z each [rad]
-  double mount_rad = 0.0;    ///< turn of the instrument in the cube in each block, likewise [rad]
+  double block_sd = 0.0;  ///< scatter of the bias from block to block, each axis [unit]
+  double seat_rad = 0.0;  ///< turn of the cube each time it is laid, about x, y and z each [rad]
+  double mount_rad =
+      0.0;  ///< turn of the instrument in the cube in each block, about x, y and z each [rad]
   double remount_rad = 0.0;  ///< the same, of mounts that nobody wrote down [rad]
   double gain = 0.0;         ///< scatter of each axis's sensitivities from block to block, relative
   double jitter = 0.0;       ///< scatter of the field's size from reading to reading, relative
@@ -25,13 +26,13 @@ struct World {
   double drift = 0.0;     ///< change of the bias over the run, linear in its order [unit]
   double round = 0.0;     ///< readings are rounded to multiples of it [unit]
   int tails = 0;          ///< degrees of freedom of Student's noise, 3 or more; 0: normal
-  /// What the squared, the cubed part of the field along an axis adds at full field, as one number
-  /// for all axes or one for each [unit]; empty: nothing.
+  /// The effect of the squared or cubed field along an axis at full field, as one number for all
+  /// axes or one for each [unit]; empty: none.
   std::vector<double> k2;
   std::vector<double> k3;
   bool stated = false;  ///< stated uncertainties are drawn: face normals, slope, direction, F
 
-  /// @return whether noise is white and normal, and nothing else is there.
+  /// @return true if noise is white and normal, and all other entries are off.
   [[nodiscard]] bool is_white() const;
 };
 

@@ -19,17 +19,17 @@ namespace axiscal {
 struct CalibrationWarning {
   WarningCode code = WarningCode::other;
   std::vector<int> runs;  ///< the readings concerned; may be empty
-  std::string message;    ///< what is so and what to do
+  std::string message;    ///< the finding and the action
 };
 
-/// What a calibration says of itself: whether it holds, and what to look at.
+/// The findings of a calibration: whether it is valid, and the points to look at.
 struct Findings {
   CalibrationStatus status = CalibrationStatus::ok;
   std::optional<Verdict> verdict;            ///< where limits were applied
   std::optional<Confirmation> confirmation;  ///< where readings were kept out of the fit for it
   std::vector<CalibrationWarning> warnings;
-  std::optional<Correction> suggestion;  ///< what would mend the run, where a mistake was found
-  std::vector<Correction> corrections;   ///< made on request; how the readings were corrected is
+  std::optional<Correction> suggestion;  ///< the remedy for the run, if a mistake was found
+  std::vector<Correction> corrections;   ///< made on request; the corrected readings are
                                          ///< not kept in the file
   std::vector<CalibrationNote> notes;
 };
@@ -38,7 +38,7 @@ struct Findings {
 struct InputFileDigest {
   std::string path;
   std::string sha256;
-  bool is_log = false;  ///< whose rests were the readings; else a table of them
+  bool is_log = false;  ///< true: a log, whose rests are the readings; false: a table of readings
 };
 
 /// Where a calibration comes from.
@@ -48,7 +48,7 @@ struct Provenance {
   std::string software;     ///< e.g. "axiscal 0.1.0"
   std::string operated_by;  ///< who took the readings; empty if not stated
   std::vector<InputFileDigest> inputs;
-  /// What was calibrated, and how, as experiment_json() writes it; empty where that is not known.
+  /// The experiment as written by experiment_json(); empty if unknown.
   std::string experiment;
   std::string positioner;  ///< its id; empty for the nominal cube
   std::string slot;        ///< where in an assembly the instrument sat; may be empty
@@ -64,12 +64,12 @@ struct Provenance {
 struct Quantity {
   double value = 0.0;
   double u = 0.0;    ///< combined standard uncertainty; NaN where none is known
-  double U = 0.0;    ///< expanded, half the width of the 95 % interval; NaN likewise
-  double dof = 0.0;  ///< effective degrees of freedom; NaN likewise
+  double U = 0.0;    ///< expanded uncertainty, half the width of the 95 % interval; NaN if unknown
+  double dof = 0.0;  ///< effective degrees of freedom; NaN if unknown
   std::string unit;  ///< of value, u and U
 };
 
-/// The result of a calibration: what a record file holds (formats.md, Record). Each part can be
+/// The result of a calibration: the content of a record file (formats.md, Record). Each part can be
 /// used alone: the sensor to reduce readings, the fit to judge it.
 struct Calibration {
   SensorModel sensor;
@@ -77,7 +77,7 @@ struct Calibration {
   Findings findings;
   Provenance provenance;
 
-  /// @return whether it holds: ok, warning or refused.
+  /// @return the status: ok, warning or refused.
   [[nodiscard]] CalibrationStatus status() const { return findings.status; }
 
   /// @param name  "x.bias", "x.sensitivity.y", "z.scale.d2", ...
@@ -86,7 +86,7 @@ struct Calibration {
   [[nodiscard]] Quantity parameter(const std::string& name) const;
 };
 
-/// Whether a refused calibration is used all the same.
+/// The treatment of a refused calibration; `yes` uses it too.
 enum class Force { no, yes };
 
 /// @throws RefusedError  if a calibration was refused and `force` is `no`; the message is the first
@@ -97,11 +97,12 @@ void require_unrefused(const Calibration& calibration, Force force = Force::no);
 ///         another one's sensitivities, has in its biases what the instrument met of the field.
 [[nodiscard]] bool gives_field(const Calibration& calibration);
 
-/// @return whether a record was made from one of these files, by their SHA-256.
+/// @return true if a record was made from one of these files, by their SHA-256.
 [[nodiscard]] bool is_made_from(const Calibration& calibration,
                                 const std::vector<InputFileDigest>& inputs);
 
-/// @return what users of this kind of instrument call the calibration: hard iron, responsivity, ...
+/// @return the usual names of the coefficients for this kind of instrument: hard iron,
+///         responsivity, ...
 [[nodiscard]] std::vector<KindQuantity> quantities_of(const Calibration& calibration);
 
 }  // namespace axiscal

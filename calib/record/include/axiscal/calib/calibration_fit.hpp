@@ -19,7 +19,7 @@
 
 namespace axiscal {
 
-/// What the fit leaves of one reading.
+/// The residual of one reading.
 struct ReadingResidual {
   int run = 1;
   std::optional<DesignPoint> point;
@@ -40,8 +40,8 @@ struct PolarFit {
   bool converged = false;
 };
 
-/// How well orientations without labels cover the sphere, and how well the fit explains them: the
-/// figures that users know from magneto and MotionCal.
+/// The coverage of the sphere by orientations without labels, and the quality of the fit: the
+/// figures known from magneto and MotionCal.
 struct OrientationQuality {
   double fit_error = 0.0;         ///< rms of |f| - F, relative to F
   double magnitude_spread = 0.0;  ///< standard deviation of |f|, relative to F
@@ -59,13 +59,13 @@ struct Alignment {
   double residual_sd = 0.0;  ///< scatter of the cosine of that angle
 };
 
-/// How the instrument's frame was turned to that of another that was recorded with it.
+/// The turn of the instrument's frame to that of another one in the same recording.
 struct CompanionAlignment {
   std::string record;  ///< the companion's, as given
   Alignment alignment;
 };
 
-/// How the frames of two instruments of one assembly are turned against each other.
+/// The turn between the frames of two instruments of one assembly.
 struct SlotAlignment {
   std::string slot;  ///< of the other instrument
   Eigen::Matrix3d rotation_other_from_sensor = Eigen::Matrix3d::Identity();
@@ -73,28 +73,29 @@ struct SlotAlignment {
   Eigen::Vector3d expanded_rad = Eigen::Vector3d::Zero();  ///< half widths of 95 % intervals
 };
 
-/// The field's size as the calibrated instrument reads it in all orientations, which asks nothing
-/// of how it lay: a type A check of what is stated of cube and table.
+/// The field's length, measured by the calibrated instrument in all orientations. It does not
+/// depend on the orientation, so it is a type A check of the stated uncertainties of cube and
+/// table.
 struct FieldSizeCheck {
   int orientations = 0;           ///< readings of it
   double relative_sd = 0.0;       ///< scatter of |f_hat| / F over the readings of the fit
-  double by_noise = 0.0;          ///< what the readings' scatter explains of it, relative
-  double by_inputs = 0.0;         ///< what the stated uncertainties of cube and table explain
+  double by_noise = 0.0;          ///< the part from the readings' scatter, relative
+  double by_inputs = 0.0;         ///< the part from the stated uncertainties of cube and table
   double degrees_of_freedom = 0;  ///< of the scatter
-  double p_value = 1.0;           ///< that so much or more comes of both
+  double p_value = 1.0;           ///< probability that noise and inputs give this scatter or more
 };
 
-/// How a sensor's coefficients were found, and how well.
+/// The procedure and the quality of a sensor's fit.
 struct CalibrationFit {
-  std::optional<Method> method;  ///< nothing where another software did it
+  std::optional<Method> method;  ///< nullopt if other software made the fit
   Weighting weights = Weighting::none;
   bool robust = false;
-  bool level_by_block = false;          ///< whether each block has its own levelness
+  bool level_by_block = false;          ///< true if each block has its own levelness
   std::vector<int> left_out;            ///< runs not used
-  std::vector<PolarFit> polar_fit;      ///< the known-art fit of each axis, where it was asked for
+  std::vector<PolarFit> polar_fit;      ///< the known-art fit of each axis, if it was requested
   std::optional<MagnitudeShape> shape;  ///< how method magnitude takes S
   std::optional<FitStatistics> statistics;
-  std::optional<UncertaintyBudget> uncertainty;    ///< where there are statistics
+  std::optional<UncertaintyBudget> uncertainty;    ///< if there are statistics
   CalibrationConditions conditions;                ///< of the scatter in the statistics
   std::optional<OrientationQuality> orientations;  ///< method magnitude
   /// Method turns: the attitude error after each turn [rad], in the sensor's frame before it.

@@ -9,14 +9,15 @@
 namespace axiscal {
 
 /// @return the record as JSON (formats.md, Record); NaN is written as null.
-/// @throws DomainError  if parse_calibration() would refuse it: a coefficient that is no number,
-/// ...
+/// @throws DomainError  if parse_calibration() would refuse it, for example a coefficient that is
+///         not a number.
 [[nodiscard]] std::string calibration_json(const Calibration& calibration);
 
 /// @return a verdict as it stands in a record.
 [[nodiscard]] std::string verdict_json(const Verdict& verdict);
 
-/// Reads a record. What calibration_json() wrote comes back so that it is written the same again.
+/// Reads a record. A record written by calibration_json() is read and written again without a
+/// change.
 ///
 /// Needed are `format`, `version`, `instrument.kind`, `.axes`, `.unit`, `field.kind`, `.unit`,
 /// `.magnitude` and `coefficients`; the rest is optional, unknown keys are passed over.
@@ -26,7 +27,7 @@ namespace axiscal {
 ///                    (a later version, temperature terms).
 [[nodiscard]] Calibration parse_calibration(std::string_view text, const std::string& path);
 
-/// Writes a record's file; one that is there is replaced at once or not at all.
+/// Writes a record's file. An existing file is replaced in one step or not at all.
 /// @throws RefusedError  if the calibration was refused and `force` is `no`.
 /// @throws OutputError   if it cannot be written; DomainError as calibration_json().
 void write(const Calibration& calibration, const std::string& path, Force force = Force::no);

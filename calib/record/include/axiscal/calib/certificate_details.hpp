@@ -18,16 +18,16 @@ struct CertificateParty {
   std::string mark;           ///< of the accreditation; a PNG file, its path
 };
 
-/// What a certificate says that a record does not know (ISO/IEC 17025:2017, 7.8.2 and 7.8.4).
+/// Data of a certificate that a record lacks (ISO/IEC 17025:2017, 7.8.2 and 7.8.4).
 struct CertificateDetails {
   std::string number;  ///< unique, on every page
   CertificateParty laboratory;
   CertificateParty customer;
   std::string country;       ///< where the laboratory is, two letters (ISO 3166-1): "DE"
-  std::string place;         ///< where it was calibrated, if not at the laboratory
+  std::string place;         ///< place of the calibration, if it is not the laboratory
   std::string manufacturer;  ///< who made the instrument
   std::string model;
-  std::string condition;   ///< how the instrument was as received
+  std::string condition;   ///< condition of the instrument when received
   std::string received;    ///< dates, ISO 8601
   std::string calibrated;  ///< default: the record's, Provenance::date()
   std::string issued;
@@ -44,13 +44,13 @@ struct CertificateDetails {
 /// "mark.png"} (files named from the folder of this one), "customer": {..}, "country", "place",
 /// "manufacturer", "model", "condition", "received", "calibrated", "issued", "environment",
 /// "procedure", "traceability": [..], "decision_rule", "remarks": [..], "authorised": [{"name",
-/// "function"}]}`. A text in angle brackets, as the template has it ("<name>"), is still to be
-/// filled in and states nothing.
+/// "function"}]}`. A text in angle brackets, as in the template ("<name>"), is still to be filled
+/// in and counts as empty.
 /// @throws DataError  for another file, an unknown key, a value of the wrong kind.
 [[nodiscard]] CertificateDetails read_certificate_details(const std::string& path);
 
-/// @throws RefusedError  if a calibration may have no certificate: it was refused, or states no
-///                       uncertainty.
+/// @throws RefusedError  if a certificate is not allowed: the calibration was refused, or it lacks
+///         an uncertainty.
 void check_certifiable(const Calibration& calibration);
 
 }  // namespace axiscal

@@ -4,11 +4,10 @@
 #include <optional>
 #include <string_view>
 
-// What an experiment chooses and a record states, with the names that files and options have for
-// it.
+// The choices of an experiment, also stated in records, with their names in files and options.
 namespace axiscal {
 
-/// How the parameters are estimated (method.md, section 4).
+/// The estimation method of the parameters (method.md, section 4).
 enum class Method {
   paired,
   joint,
@@ -22,13 +21,13 @@ enum class Method {
 /// @return "paired", "joint", "known", "magnitude", "bias", "turns", "faces"; empty for nothing.
 [[nodiscard]] std::string_view method_name(std::optional<Method> method);
 
-/// @return the method of that name, or nothing.
+/// @return the method of that name, or nullopt.
 [[nodiscard]] std::optional<Method> parse_method(std::string_view name);
 
 /// @return the method of that name, if an experiment can choose it.
 [[nodiscard]] std::optional<Method> parse_chosen_method(std::string_view name);
 
-/// What a calibration is worth.
+/// The status of a calibration.
 enum class CalibrationStatus {
   ok,
   warning,  ///< something asks for attention, see its warnings
@@ -38,55 +37,55 @@ enum class CalibrationStatus {
 /// @return "ok", "warning", "refused".
 [[nodiscard]] std::string_view status_name(CalibrationStatus status);
 
-/// @return the status of that name, or nothing.
+/// @return the status of that name, or nullopt.
 [[nodiscard]] std::optional<CalibrationStatus> parse_status(std::string_view name);
 
-/// What weights readings get.
+/// The weights of readings.
 enum class Weighting {
   none,     ///< all alike
   samples,  ///< as many as samples were averaged
   sd,       ///< 1 / AXIS_sd^2
 };
 
-/// @return the weighting of that name ("samples", "sd", "none"), or nothing.
+/// @return the weighting of that name ("samples", "sd", "none"), or nullopt.
 [[nodiscard]] std::optional<Weighting> parse_weighting(std::string_view name);
 
 /// @return "none", "samples", "sd".
 [[nodiscard]] std::string_view weighting_name(Weighting weighting);
 
-/// What has one levelness of the table.
+/// The scope of one levelness of the table.
 enum class LevelBy {
   run,    ///< all readings
   block,  ///< each block its own: taken on different days, or the table moved between them
 };
 
-/// @return the choice of that name ("run", "block"), or nothing.
+/// @return the choice of that name ("run", "block"), or nullopt.
 [[nodiscard]] std::optional<LevelBy> parse_level_by(std::string_view name);
 
 /// @return "run", "block".
 [[nodiscard]] std::string_view level_by_name(LevelBy level_by);
 
-/// Whether a drift of the bias over the run is a term of the fit.
+/// The term for a drift of the bias over the run.
 enum class DriftSetup {
   automatic,  ///< where the readings show one
   none,
   linear,
 };
 
-/// @return the choice of that name ("auto", "none", "linear"), or nothing.
+/// @return the choice of that name ("auto", "none", "linear"), or nullopt.
 [[nodiscard]] std::optional<DriftSetup> parse_drift(std::string_view name);
 
 /// @return "auto", "none", "linear".
 [[nodiscard]] std::string_view drift_name(DriftSetup drift);
 
-/// Whether the turn of the cube each time it is laid is a component of the scatter.
+/// The component of the scatter for the turn of the cube each time it is laid down.
 enum class SeatSetup {
   automatic,  ///< from 24 readings on
   fit,
   none,
 };
 
-/// @return the choice of that name ("auto", "fit", "none"), or nothing.
+/// @return the choice of that name ("auto", "fit", "none"), or nullopt.
 [[nodiscard]] std::optional<SeatSetup> parse_seats(std::string_view name);
 
 /// @return "auto", "fit", "none".
@@ -98,7 +97,7 @@ enum class MagnitudeShape {
   triangular,  ///< upper triangular: z along its axis (Tedaldi et al. 2014)
 };
 
-/// @return the shape of that name ("symmetric", "triangular"), or nothing.
+/// @return the shape of that name ("symmetric", "triangular"), or nullopt.
 [[nodiscard]] std::optional<MagnitudeShape> parse_shape(std::string_view name);
 
 /// @return "symmetric", "triangular"; empty for nothing.

@@ -9,7 +9,7 @@
 
 namespace axiscal {
 
-/// A reading that was kept out of a fit, and what the fit predicts of it.
+/// A reading that was kept out of a fit, and its prediction by the fit.
 struct ConfirmationReading {
   int run = 1;
   Eigen::VectorXd error;       ///< reading less prediction, m entries [unit]; NaN: not seen
@@ -17,11 +17,12 @@ struct ConfirmationReading {
   bool within = true;          ///< whether every axis's error is within its interval
 };
 
-/// What readings that were kept out of a fit say of it (method.md, section 5).
+/// The comparison of a fit with readings that were kept out (method.md, section 5).
 struct Confirmation {
   std::vector<ConfirmationReading> readings;
-  double p_value = 1.0;  ///< that they lie so far from what was predicted by chance, all together
-  bool passed = true;    ///< not below 0.05
+  double p_value =
+      1.0;  ///< the probability of such distances from the prediction by chance, for all together
+  bool passed = true;  ///< not below 0.05
 };
 
 }  // namespace axiscal

@@ -14,19 +14,19 @@
 
 namespace axiscal {
 
-/// What would mend a mistake in the readings. Nothing is ever corrected unasked.
+/// The remedy for a mistake in the readings. It is applied only on request.
 struct Correction {
   WarningCode code = WarningCode::other;                   ///< which warning suggests it
-  std::string message;                                     ///< what that warning says
+  std::string message;                                     ///< the finding of that warning
   std::vector<int> runs;                                   ///< the readings concerned
   std::vector<std::pair<int, DesignPoint>> points;         ///< run and the point it was taken at
-  std::vector<std::pair<int, Eigen::VectorXd>> responses;  ///< run and what it should say
+  std::vector<std::pair<int, Eigen::VectorXd>> responses;  ///< the run and the proposed value
   std::vector<std::pair<int, FieldLevel>> levels;          ///< run and the level it was taken at
   std::vector<int> leave_out;                              ///< runs that only leaving out mends
 };
 
-/// @return the observations with points, responses and levels corrected; what is to be left out is
-///         still there.
+/// @return the observations with points, responses and levels corrected. Readings to be left out
+///         are still in it.
 [[nodiscard]] Observations corrected(Observations observations, const Correction& correction);
 
 }  // namespace axiscal

@@ -31,16 +31,17 @@ struct TemperatureSetup {
   std::optional<double> reference;  ///< t0; default: mean of the readings
 };
 
-/// What is not exactly known and no scatter of readings shows: standard uncertainties, 0 for none.
-/// Those of the field's magnitude, face normals and mounts are stated with these.
+/// Standard uncertainties of inputs whose errors do not show in the readings' scatter; 0 means an
+/// exact input. The uncertainties of the field's magnitude, of face normals and of mounts are
+/// stated with these.
 struct StatedUncertainties {
   double resolution = 0.0;  ///< smallest step of a reading [unit of the readings]; rectangular
-  double slope_u = 0.0;     ///< how well the known slope is known, x and y [rad]; method known
+  double slope_u = 0.0;  ///< standard uncertainty of the known slope, x and y [rad]; method known
   double direction_u_rad =
-      0.0;  ///< how well the known field's direction is known, any way; method known
-  double temperature_u = 0.0;  ///< how well the temperature output is known [its unit]
-  /// How well the reference of the readings' unit is known (a voltmeter's), relative: it scales
-  /// biases and sensitivities together.
+      0.0;  ///< standard uncertainty of the known field's direction, about any axis; method known
+  double temperature_u = 0.0;  ///< standard uncertainty of the temperature output [its unit]
+  /// Relative standard uncertainty of the reference of the readings' unit (for example a
+  /// voltmeter): it scales biases and sensitivities together.
   double reference_u = 0.0;
 };
 
@@ -68,10 +69,10 @@ struct FitOptions {
   bool search_for_mistakes = true;  ///< whether readings that contradict each other are looked for
   MagnitudeShape shape = MagnitudeShape::symmetric;  ///< method magnitude: shape of S
   bool squares = false;            ///< method magnitude: a squared term of each axis is fitted
-  bool compare_polar_fit = false;  ///< whether the known-art form is fitted too, for comparison
+  bool compare_polar_fit = false;  ///< true fits the known-art form too, for comparison
 };
 
-/// What is one instrument's own where instruments of several kinds share a run.
+/// The settings of one instrument if instruments of several kinds share a run.
 struct SlotSetup {
   std::string slot;
   Instrument instrument;
@@ -83,28 +84,28 @@ struct Experiment {
   Instrument instrument;  ///< of all slots, where `slots` states none
   FieldSetup field;
   std::vector<FieldSetup> also;  ///< second fields that it answers to, known in the table
-  TablePlace table;              ///< where the table stands, how it lies, and when
-  /// What the axes' main sensitivities should be [unit per field unit]; mistakes in a whole run
-  /// show against it. Not stated: see expected_sensitivity().
+  TablePlace table;              ///< the place of the table, its slope, and the date
+  /// The expected main sensitivities of the axes [unit per field unit]. They reveal mistakes that
+  /// affect a whole run. If not stated: see expected_sensitivity().
   std::optional<double> nominal_sensitivity;
   Positioner positioner;
   std::string slot;              ///< where in an assembly the instrument sits; may be empty
   std::vector<SlotSetup> slots;  ///< instruments of several kinds in one assembly
   FaceNames face_names;          ///< words that the columns rest and fence have for faces
   Eigen::Matrix3d rotation_sensor_from_positioner = Eigen::Matrix3d::Identity();  ///< its mount
-  FitOptions fit;  ///< how the coefficients are fitted
+  FitOptions fit;  ///< the options of the fit
   StatedUncertainties stated;
-  /// What is not fitted is taken from it: of method `bias` the sensitivity.
+  /// Source of the coefficients that are not fitted; method `bias` takes the sensitivity from it.
   std::shared_ptr<const Calibration> from;
   std::vector<int> leave_out;  ///< runs not used
 };
 
-/// What the axes' sensitivities should be: as stated; else, where readings are in a unit of the
-/// field's quantity, what their unit makes of one unit of the field (for g and m/s^2 by standard
-/// gravity).
+/// The expected sensitivities of the axes: the stated ones. Otherwise, if readings are in a unit of
+/// the field's quantity, the value of one field unit in that unit (standard gravity converts
+/// between g and m/s^2).
 ///
 /// @param field_unit  of the reference field.
-/// @return [unit per field unit]; nothing where neither says it.
+/// @return [unit per field unit]; nullopt if neither is available.
 [[nodiscard]] std::optional<double> expected_sensitivity(const Experiment& experiment,
                                                          const std::string& field_unit);
 
@@ -116,7 +117,7 @@ void take_usual_field(const Instrument& instrument, const TablePlace& place, Fie
 
 /// The field of an experiment before anything is measured, part by part: resolve_field() at its
 /// table.
-/// @param time_s   for a field that moves, where the readings tell it; else the table's date.
+/// @param time_s   for a field that moves, if the readings state it; otherwise the table's date.
 /// @param largest  length of the largest field that the readings bring, if they bring them.
 [[nodiscard]] std::vector<FieldDescription> resolve_field(const Experiment& experiment,
                                                           std::optional<double> time_s = {},
@@ -127,12 +128,12 @@ void take_usual_field(const Instrument& instrument, const TablePlace& place, Fie
                                                       std::optional<double> time_s = {},
                                                       std::optional<double> largest = {});
 
-/// @return whether the field turns in the table while readings are taken, as the sun does, or one
-///         of the user's own that says so.
+/// @return true if the field turns in the table during the readings, like the sun, or like a user's
+///         field that says so.
 [[nodiscard]] bool field_moves(const Experiment& experiment);
 
-/// @return how it changes from one time to the other, as change_of_field().
-/// @throws SetupError  also where second fields stand beside one that moves.
+/// @return the change of the field from one time to the other, as change_of_field().
+/// @throws SetupError  also if second fields are combined with one that moves.
 [[nodiscard]] Eigen::Matrix3d change_of_field(const Experiment& experiment,
                                               double from_s,
                                               double to_s);

@@ -12,7 +12,7 @@ namespace axiscal {
 /// The files that an experiment file names. They are relative to it, and are read as such.
 struct ExperimentPaths {
   std::vector<std::string> observations;
-  std::string limits;  ///< what a unit must meet; may be empty
+  std::string limits;  ///< the limits for a unit; may be empty
 };
 
 /// An experiment with the files that it names.
@@ -22,7 +22,8 @@ struct ExperimentFile {
 };
 
 /// Reads an experiment file (formats.md, Experiment), with the positioner and the record that it
-/// names or holds. What experiment_json() wrote comes back so that it is written the same again.
+/// names or contains. A file written by experiment_json() is read and written again without a
+/// change.
 ///
 /// @param text  the file's content.
 /// @param path  its name, for messages and relative paths.
@@ -33,8 +34,8 @@ struct ExperimentFile {
 /// As parse_experiment(), from a file.
 [[nodiscard]] ExperimentFile read_experiment(const std::string& path);
 
-/// @return whether a file can hold the experiment: no part of its fields is a program's own class
-///         of a kind that was not added by add_field_kind().
+/// @return true if a file can hold the experiment. It cannot if a part of its fields is a program's
+///         class of a kind that was not added by add_field_kind().
 [[nodiscard]] bool can_be_stated(const Experiment& experiment);
 
 /// @return the experiment as such a file; a positioner that is not the nominal one and the record

@@ -21,7 +21,7 @@ struct LevelnessEstimate {
   double y = 0.0;
 };
 
-/// The levelness of one block, where each has its own.
+/// The levelness of one block, if each block has one.
 struct BlockLevelness {
   int block = 1;
   double x = 0.0;  ///< as in LevelnessEstimate
@@ -52,18 +52,19 @@ struct Levelness {
   double sd_x = 0.0;  ///< spread of the estimates; NaN for fewer than two
   double sd_y = 0.0;
   double standard_error_x =
-      0.0;  ///< how well the mean is known, from the scatter within the differences
+      0.0;  ///< standard uncertainty of the mean, from the scatter within the differences
   double standard_error_y = 0.0;
   double degrees_of_freedom = 0.0;  ///< those of the standard errors
   bool consistent = true;           ///< p_value is not below 0.005
   double p_value = 0.0;        ///< that estimates differ so much by chance; NaN where not testable
   double block_p_value = 1.0;  ///< that blocks differ so much by chance; NaN where not testable
-  std::optional<LevelnessEstimate> suspect;   ///< where not consistent: the face that disagrees
-  std::vector<BlockLevelness> blocks;         ///< where each block has its own; else empty
-  std::optional<CombinedLevelness> combined;  ///< what an assembly's slots say together
+  std::optional<LevelnessEstimate> suspect;  ///< where not consistent: the face that disagrees
+  std::vector<BlockLevelness>
+      blocks;  ///< the levelness of each block, if each block has one; otherwise empty
+  std::optional<CombinedLevelness> combined;  ///< the joint result of an assembly's slots
 
-  /// @return how the table stands after the run: the last block's where each has its own, else the
-  ///         mean of all.
+  /// @return the slope of the table after the run: that of the last block if each block has one,
+  ///         otherwise the mean of the run.
   [[nodiscard]] BlockLevelness as_it_stands() const {
     return blocks.empty() ? BlockLevelness{.x = mean_x,
                                            .y = mean_y,

@@ -8,8 +8,8 @@
 
 namespace axiscal {
 
-/// What holds of a method by itself, whatever it is given: one row for each. Who asks what a method
-/// needs or does asks here.
+/// The properties of a method that do not depend on the data: one row for each method. Code that
+/// needs such a property reads it here.
 struct MethodKind {
   Method method = Method::joint;
   std::string_view name;
@@ -21,7 +21,7 @@ struct MethodKind {
   bool by_turns = false;          ///< a gyroscope's attitudes from rest to rest
   bool fits_sensitivity = true;   ///< else biases alone
   bool is_chosen = true;          ///< an experiment can choose it
-  std::string_view words{};       ///< what it regresses on
+  std::string_view words{};       ///< the quantity on which it regresses
 };
 
 /// Adds a method of a program's own to the table. Not while other threads calibrate.

@@ -7,28 +7,28 @@
 
 namespace axiscal {
 
-/// What a note of a record is about (docs/messages.md). A note asks for nothing.
+/// The subject of a record's note (docs/messages.md). A note does not require action.
 enum class NoteCode {
-  input,          ///< what of the files was taken, joined or left out
-  imported,       ///< what another software's file held, and lacked
-  axes,           ///< what fewer than three axes can say
+  input,          ///< the parts of the files that were used, joined or left out
+  imported,       ///< the contents and gaps of another software's file
+  axes,           ///< the limits of fewer than three axes
   unseen,         ///< parameters that no reading shows
   method,         ///< which method was taken, or would do better
   conditions,     ///< repeatability only, how blocks differ, earlier calibrations
   correlation,    ///< readings that are alike, recordings that are short for their noise
   rounding,       ///< steps of the readings that are wider than their noise
-  seats,          ///< how the cube, or the instrument in it, lies anew
+  seats,          ///< the repeatability of the cube's seat, or of the instrument in it
   face_normals,   ///< errors of the cube's faces that are not counted
   mount,          ///< in which frame the instrument is described
   temperature,    ///< the order of its terms, soaks off their curve
   hysteresis,     ///< biases on the way up and on the way down
   drift,          ///< a drift that is part of the fit
   field,          ///< its magnitude, unit and uncertainty
-  pose,           ///< method bias: what is not known of the pose
+  pose,           ///< method bias: the unknown part of the pose
   weights,        ///< readings that the robust regression gives none
   tails,          ///< a reading that is wrong, or noise with heavy tails
   corrected,      ///< a mistake that was mended as suggested
-  estimate_bias,  ///< method magnitude: what its estimate is off by itself
+  estimate_bias,  ///< method magnitude: the error of the estimator itself
   turns,          ///< method turns: attitude errors, turns left out, g-sensitivity
   other           ///< a program's own, or of an earlier version
 };

@@ -15,22 +15,22 @@
 
 namespace axiscal {
 
-/// How an instrument was held, as a dividing head, a sine plate or a tumble fixture says it.
+/// The attitude of an instrument, as stated by a dividing head, a sine plate or a tumble fixture.
 struct StatedAttitude {
   double pitch_rad = 0.0;             ///< nose up is positive
   double roll_rad = 0.0;              ///< right side down is positive
   std::optional<double> heading_rad;  ///< clockwise from north; a vertical field does without
 };
 
-/// What is known of one reading besides its responses.
+/// The data of one reading besides its responses.
 struct Reading {
   int run = 1;                                   ///< number of the reading, in the order taken
   int block = 1;                                 ///< replicate of the whole design
-  int mount = 1;                                 ///< how often the instrument was mounted anew
-  bool confirm = false;                          ///< kept out of the fit, which is judged by it
-  std::optional<DesignPoint> point;              ///< how the cube lay
+  int mount = 1;                                 ///< number of the instrument's mounting
+  bool confirm = false;                          ///< kept out of the fit, which it tests
+  std::optional<DesignPoint> point;              ///< the pose of the cube
   FieldLevel level;                              ///< multiple of the induced field
-  std::optional<SensorTemperature> temperature;  ///< what temperature sensors said, any unit
+  std::optional<SensorTemperature> temperature;  ///< outputs of temperature sensors, any unit
   std::optional<double> time_s;                  ///< when it was taken [s]
   Rare<Eigen::Vector3d> field_in_sensor;         ///< instead of a design point [field unit]
   Rare<StatedAttitude> attitude;                 ///< instead of either
@@ -40,14 +40,14 @@ struct Reading {
 struct Observations {
   std::vector<Reading> readings;               ///< n
   Eigen::MatrixXd response;                    ///< n x m [unit of the instrument]
-  std::optional<Eigen::VectorXd> samples;      ///< how many samples each reading averages, n
+  std::optional<Eigen::VectorXd> samples;      ///< number of samples averaged in each reading, n
   std::optional<Eigen::MatrixXd> response_sd;  ///< their standard deviations, n x m [same unit]
   /// n x m: readings of a differential axis one of whose two columns is at or beyond the range.
   std::optional<Eigen::Array<bool, Eigen::Dynamic, Eigen::Dynamic>> saturated;
   bool has_block = false;  ///< whether blocks, levels were stated
   bool has_level = false;
-  /// Whether the fence faces were stated; else those of the points mean nothing, and the table must
-  /// be level.
+  /// True if the fence faces were stated. If not, those of the points are meaningless, and the
+  /// table must be level.
   bool has_fence = true;
 
   [[nodiscard]] Eigen::Index size() const { return static_cast<Eigen::Index>(readings.size()); }

@@ -17,20 +17,20 @@ namespace axiscal {
 ///
 /// @param csv      the table, positioned behind its header.
 /// @param wanted   what it must have; more is read where it is there.
-/// @throws DataError  `PATH:LINE: column 'x': ...` for a missing needed column, an unknown face, a
-///                    cell that is no finite number, a ragged row and the like.
+/// @throws DataError  `PATH:LINE: column 'x': ...` for a missing column, an unknown face, a cell
+///         that is not a finite number, a ragged row and similar defects.
 [[nodiscard]] Run read_observations(CsvReader& csv, const ObservationColumns& wanted);
 
-/// @return whether a column says how a reading was taken, or which field it met: rest, fx,
-///         pitch_deg, angle, rate, ...
+/// @return true if a column states the pose or the field of a reading: rest, fx, pitch_deg, angle,
+///         rate, ...
 [[nodiscard]] bool is_label_of_pose(std::string_view name);
 
-/// @return the columns of a table that say nothing of how a reading was taken: its axes, or another
-///         program's.
+/// @return the columns of a table without a pose or a field: its axes, or another program's
+///         columns.
 [[nodiscard]] std::vector<std::string> columns_without_meaning(
     const std::vector<std::string>& header);
 
-/// Reads a design or run sheet: columns `rest`, `fence` and, where it is there, `level`.
+/// Reads a design or run sheet: columns `rest`, `fence` and, if it exists, `level`.
 /// @throws DataError  as read_observations().
 [[nodiscard]] std::vector<DesignEntry> read_design(CsvReader& csv);
 
@@ -39,18 +39,18 @@ namespace axiscal {
 /// @throws DataError  as read_observations().
 [[nodiscard]] std::vector<RunSheetRow> read_run_sheet(CsvReader& csv);
 
-/// @return what is known of the readings of a sheet before they are taken.
+/// @return the planned data of the readings of a sheet.
 [[nodiscard]] std::vector<Reading> readings_of(const std::vector<RunSheetRow>& sheet);
 
-/// @param axes  of the instrument; empty: the sheet has no room for readings.
-/// @return the sheet as CSV: `run,block,rest,fence[,level]`, `level` where one is not 1; then for
-///         each axis an empty column, to be filled in, and `temperature`, empty where none is
-///         planned. The filled sheet is what is calibrated; where no temperature is noted its
-///         column may stay empty.
+/// @param axes  of the instrument; empty: the sheet lacks columns for readings.
+/// @return the sheet as CSV: `run,block,rest,fence[,level]`, with `level` if one differs from 1;
+///         then an empty column for each axis, to be filled in, and `temperature`, empty if
+///         temperatures are not planned. The filled sheet is the input of a calibration; its
+///         temperature column may stay empty.
 [[nodiscard]] std::string run_sheet_csv(const std::vector<RunSheetRow>& sheet,
                                         const std::vector<std::string>& axes = {});
 
-/// What a sheet says of each step, without readings and temperatures.
+/// The content of a sheet for each step, without readings and temperatures.
 struct RunSheetCells {
   std::vector<std::string> header;             ///< "run", "block", "rest", "fence", "level"
   std::vector<std::vector<std::string>> rows;  ///< one a step

@@ -7,8 +7,8 @@
 
 namespace axiscal {
 
-/// How the biases of a unit, or of units of its model, changed from block to block in earlier
-/// calibrations: the process's standard deviation that a check standard shows (NIST/SEMATECH
+/// The change of a unit's biases from block to block in earlier calibrations, for this unit or for
+/// units of its model: the process's standard deviation, found by a check standard (NIST/SEMATECH
 /// e-Handbook, 2.4.5).
 struct ProcessScatter {
   Eigen::VectorXd mean_square;      ///< m: of blocks' biases about their mean [unit^2]

@@ -16,20 +16,19 @@
 
 namespace axiscal {
 
-/// The readings of a run with what their files say of them: of one instrument, of the slots of an
-/// assembly, or of many units one after another. One file, or several joined.
+/// The readings of a run with the other contents of their files: for one instrument, for the slots
+/// of an assembly, or for many units one after another. A run is one file, or several joined.
 struct Run {
   Observations observations;
   std::vector<InputFileDigest> inputs;  ///< the files; empty for arrays
-  /// How many readings came from each of the files, one file after another; empty if that is not
-  /// known.
+  /// The number of readings from each file, one file after another; empty if unknown.
   std::vector<std::size_t> rows_of_inputs;
   std::vector<std::string> notes;
-  std::vector<std::string> axes;       ///< the response columns' names; of an assembly one slot's
-  std::string field_unit;              ///< of the known fields, if a column's name states it
-  std::string serial;                  ///< the unit under test, of the first reading that states it
-  std::vector<std::string> serials;    ///< every reading's; empty without such a column
-  std::vector<std::string> dates;      ///< column `date` of every reading; empty without one
+  std::vector<std::string> axes;     ///< the response columns' names; of an assembly one slot's
+  std::string field_unit;            ///< unit of the known fields, if a column's name states it
+  std::string serial;                ///< the unit under test, from the first reading that states it
+  std::vector<std::string> serials;  ///< every reading's; empty without such a column
+  std::vector<std::string> dates;    ///< column `date` of every reading; empty without one
   std::vector<std::string> operators;  ///< column `operator` of every reading; empty without one
   std::string measured;                ///< stated date of the readings; else see measured_at()
   /// Where the columns are SLOT.axis: the slots in the columns' order; the responses are those of
@@ -48,7 +47,7 @@ struct SlotColumns {
 
 /// When a run was measured: as stated; else the last time in the column `time` if its times are
 /// dates, or the last date in the column `date`.
-/// @return ISO 8601, UTC; empty if nothing tells it.
+/// @return ISO 8601, UTC; empty if unknown.
 [[nodiscard]] std::string measured_at(const Run& run);
 
 /// @return the names in the column `operator`, each once: "A. Smith, B. Jones"; empty without one.
@@ -72,8 +71,8 @@ struct ObservationColumns {
 /// Reads a run from a file (formats.md, Observations).
 ///
 /// @param path     CSV; `-` is standard input.
-/// @param columns  what it must have; if x, y, z are asked for and none of them is there, every
-///                 column that has no meaning of its own is an axis.
+/// @param columns  the required columns. If x, y, z are requested and all three are absent, every
+///                 column without another meaning is an axis.
 /// @throws DataError  as read_observations().
 [[nodiscard]] Run read_run(const std::string& path, const ObservationColumns& columns = {});
 
@@ -85,7 +84,7 @@ struct ObservationColumns {
 [[nodiscard]] Run make_run(std::span<const DesignPoint> points,
                            const Eigen::Ref<const Eigen::MatrixXd>& response);
 
-/// Whether the readings may be of more than one unit under test.
+/// The number of units under test in the readings: one, or several.
 enum class Units { one, several };
 
 /// @return the columns that an experiment's files need.
@@ -97,7 +96,7 @@ enum class Units { one, several };
 ///                    are of several units, or is not the same where only one unit is taken.
 [[nodiscard]] Run join_runs(std::vector<Run> files, Units units);
 
-/// @return whether the readings are of more than one unit under test.
+/// @return true if the readings are from more than one unit under test.
 [[nodiscard]] bool has_several_units(const Run& run);
 
 /// The units of a run in the order in which they first come; without a column `serial` all readings
@@ -111,17 +110,18 @@ class UnitsOfRun {
   [[nodiscard]] const std::string& serial(std::size_t unit) const { return serials_[unit]; }
   [[nodiscard]] Run operator[](std::size_t unit) const;
 
-  /// @return how many readings a unit has.
+  /// @return the number of readings of a unit.
   [[nodiscard]] std::size_t readings(std::size_t unit) const;
 
-  /// @return how many readings most units have; the larger of two that are as frequent.
+  /// @return the most frequent number of readings of a unit; the larger one of two equally frequent
+  ///         numbers.
   [[nodiscard]] std::size_t usual_readings() const;
 
  private:
-  Run run_;  // its readings' serials are in what follows
+  Run run_;  // the serials of its readings are in the following lists
   std::vector<std::string> serials_;
   std::vector<std::size_t> rows_;    // of all units, one after another; empty without a column
-  std::vector<std::size_t> begins_;  // where each unit's begin among those, and the end
+  std::vector<std::size_t> begins_;  // the first index of each unit in those, and the end
 };
 
 /// @return all of them at once.

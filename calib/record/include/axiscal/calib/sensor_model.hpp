@@ -15,7 +15,7 @@
 
 namespace axiscal {
 
-/// What an instrument answers to besides its field: a gyroscope to gravity.
+/// The response of an instrument besides its field: a gyroscope's to gravity.
 struct AlsoResponse {
   std::string kind;
   std::string unit;
@@ -24,12 +24,12 @@ struct AlsoResponse {
   SensitivityMatrix sensitivity_se;                    ///< its standard errors
 };
 
-/// What a calibrated sensor is: an instrument of m axes, and what it reads in a field.
+/// A calibrated sensor: an instrument of m axes, and its readings in a field.
 ///
 ///     v = bias(t) + scale(t) S f + the responses to second fields
 ///
-/// It is the part of a Calibration that reductions, simulations and exports need; where it came
-/// from does not matter to them. A program that knows its sensor otherwise fills it in itself.
+/// The part of a Calibration that reductions, simulations and exports need. They do not need its
+/// origin. A program with another source of the sensor's data fills it in itself.
 ///
 /// @code
 /// axiscal::SensorModel sensor;
@@ -44,9 +44,9 @@ struct SensorModel {
   Instrument instrument;
   FieldDescription field;   ///< in which it was calibrated, or is read
   LinearResponse response;  ///< the coefficients; over temperature at its reference
-  std::optional<TemperatureResponse> temperature;  ///< where it was modelled
+  std::optional<TemperatureResponse> temperature;  ///< if it was modelled
   std::vector<AlsoResponse> also;                  ///< one for each second field
-  /// How it sits in the cube or assembly that it was calibrated in; where that is stated.
+  /// The orientation in the cube or assembly of the calibration, if it is stated.
   std::optional<Eigen::Matrix3d> rotation_sensor_from_assembly;
 };
 
@@ -59,7 +59,7 @@ struct SensorModel {
                                           const Eigen::Vector3d& field_in_sensor,
                                           const std::optional<SensorTemperature>& temperature);
 
-/// The way back: what would have been read at the reference temperature.
+/// The inverse: the reading at the reference temperature.
 /// @param readings     v, m entries [unit].
 /// @param temperature  at which they were taken; without one, or without terms, they stay.
 [[nodiscard]] Eigen::VectorXd reading_at_reference(
@@ -73,8 +73,8 @@ struct SensorModel {
 
 /// @param covariance  of bias and sensitivity, 4 for each axis, in the order of the axes; empty
 ///                    where it is not known.
-/// @return what users of this kind of instrument call its coefficients: hard iron, responsivity,
-/// ...
+/// @return the usual names of its coefficients for this kind of instrument: hard iron,
+///         responsivity, ...
 [[nodiscard]] std::vector<KindQuantity> quantities_of(const SensorModel& sensor,
                                                       const Eigen::MatrixXd& covariance = {});
 

@@ -10,8 +10,8 @@
 
 namespace axiscal {
 
-/// What the temperature sensor of an instrument says beside a reading: one number for all of its
-/// axes, or where each axis has a sensor of its own one number for each.
+/// The outputs of an instrument's temperature sensors at a reading: one number for all axes, or one
+/// number for each axis if each has a sensor.
 class SensorTemperature {
  public:
   /// One output for all axes. Not explicit, as most instruments have one sensor.
@@ -26,10 +26,10 @@ class SensorTemperature {
     return of_axes_ ? (*of_axes_)[static_cast<std::size_t>(axis)] : mean_;
   }
 
-  /// @return the mean over the axes: what stands for all of them where one number is asked for.
+  /// @return the mean over the axes, for uses that need one number.
   [[nodiscard]] double mean() const { return mean_; }
 
-  /// @return whether each axis has an output of its own.
+  /// @return true if each axis has a separate output.
   [[nodiscard]] bool has_own() const { return of_axes_.has_value(); }
 
   /// @return each axis's output; empty where one counts for all.

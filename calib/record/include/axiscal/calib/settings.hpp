@@ -3,7 +3,7 @@
 
 #include "axiscal/core/setting.hpp"
 
-/// What an experiment is asked for besides its field and its instrument.
+/// The options of an experiment besides its field and its instrument.
 namespace axiscal::settings {
 
 inline constexpr Setting each{"each"};  ///< a record of each file

@@ -13,14 +13,14 @@
 
 namespace axiscal {
 
-/// How a polynomial order fits, for the choice among several.
+/// The fit of a polynomial order, for the choice among several.
 struct TemperatureOrderTrial {
   int order = 0;
   double aicc = 0.0;                 ///< corrected Akaike's criterion over all axes; less is better
   double lack_of_fit_p_value = 0.0;  ///< smallest of the axes'; NaN where not testable
 };
 
-/// What a calibration saw of a temperature sensor's output t [its unit].
+/// The range of a temperature sensor's output t during a calibration [its unit].
 struct TemperatureSpan {
   double reference = 0.0;  ///< t0, at which the coefficients are stated
   double low = 0.0;        ///< lowest and highest t
@@ -64,7 +64,8 @@ struct TemperatureResponse {
   /// @param reading       v [unit].
   /// @param at_reference  b_k, the bias of the axis [unit].
   /// @param t             temperature output.
-  /// @return (v - bias_k(t)) / scale_k(t): what is above the bias, as at the reference [unit].
+  /// @return (v - bias_k(t)) / scale_k(t): the response above the bias, reduced to the reference
+  ///         [unit].
   [[nodiscard]] double above_bias(Eigen::Index axis,
                                   double reading,
                                   double at_reference,
@@ -72,7 +73,7 @@ struct TemperatureResponse {
     return (reading - at_reference - bias_shift(axis, t)) / scale_at(axis, t);
   }
 
-  /// @return whether an output lies outside what was calibrated.
+  /// @return true if an output lies outside the calibrated range.
   [[nodiscard]] bool is_extrapolated(const SensorTemperature& t) const;
 };
 
@@ -86,11 +87,11 @@ struct TemperatureResponse {
 /// Finds the soak levels in temperatures that were held: groups that are much narrower than the
 /// gaps between them.
 ///
-/// @param temperatures  n of them, any order.
+/// @param temperatures  n outputs, any order.
 /// @return for each its level, 0 for the coldest; empty where the temperatures are continuous.
 [[nodiscard]] std::vector<int> soak_levels(const std::vector<double>& temperatures);
 
-/// Whether an instrument has taken on the temperature of its chamber.
+/// The state of an instrument's temperature in its chamber.
 struct SoakState {
   bool steady = false;
   double rate = 0.0;         ///< trend of the output over the window [unit per second]
@@ -102,8 +103,8 @@ struct SoakState {
 /// Looks at the last readings of a temperature sensor: steady when the trend over the window, its
 /// uncertainty (95 %) included, changes the output by no more than the tolerance.
 ///
-/// @param time_s       ascending, n of them.
-/// @param temperature  outputs at these times, n of them.
+/// @param time_s       n times, ascending.
+/// @param temperature  outputs at these times, n values.
 /// @param window_s     how far back to look, and how long the next readings will take.
 /// @param tolerance    largest change of the output during that time.
 /// @throws DomainError  if sizes differ, times do not ascend, or window or tolerance are not

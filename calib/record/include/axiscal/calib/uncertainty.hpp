@@ -35,7 +35,7 @@ struct VarianceShares {
   std::vector<VarianceShare> components;  ///< of blocks, seats, ...
   double others = 0.0;                    ///< known well: infinite degrees of freedom
 
-  /// Those of another, independent part beside these.
+  /// Appends the shares of another, independent part.
   VarianceShares& operator+=(const VarianceShares& more);
 };
 
@@ -84,14 +84,14 @@ class CoverageFactors {
                                             VarianceShares* shares = nullptr);
 
 /// @param gradient  of the quantity by the parameters.
-/// @return what the scatter of a fit makes of such a quantity.
+/// @return the shares of the quantity's variance from the scatter of a fit.
 [[nodiscard]] VarianceShares scatter_shares(const Calibration& calibration,
                                             const Eigen::RowVectorXd& gradient);
 
 /// @return covariance of the parameters from all sources; empty where none is stated.
 [[nodiscard]] Eigen::MatrixXd parameter_covariance(const Calibration& calibration);
 
-/// One parameter as a budget states it.
+/// One parameter in a budget.
 struct ParameterUncertainty {
   std::string name;  ///< "x.bias", ...
   double value = 0.0;
@@ -108,24 +108,24 @@ struct ParameterUncertainty {
 /// @return the unit of a parameter of the record: "V", "V/g", "V per d2", "1 per d".
 [[nodiscard]] std::string parameter_unit(const Calibration& calibration, const std::string& name);
 
-/// @return whether the budget holds how well the field's magnitude is known, or that does not
-/// matter (methods bias and turns); without it nothing can be claimed in SI units.
+/// @return true if the budget includes the uncertainty of the field's magnitude, or if it does not
+///         matter (methods bias and turns). Otherwise an uncertainty in SI units cannot be claimed.
 [[nodiscard]] bool counts_magnitude(const Calibration& calibration);
 
-/// What the stated uncertainty does not hold, as nobody stated how well it is known: of a run on a
-/// table the cube's face normals, the field's magnitude, of readings in volts or amperes what they
-/// are referred to.
+/// Inputs that the stated uncertainty leaves out, because their uncertainty was not stated: for a
+/// run on a table the cube's face normals and the field's magnitude; for readings in volts or
+/// amperes their reference.
 /// @return in words, to stand behind "not counted: "; empty without statistics.
 [[nodiscard]] std::vector<std::string> not_counted(const Calibration& calibration);
 
 /// @return that in a sentence; empty where all is counted.
 [[nodiscard]] std::string words_of_not_counted(const Calibration& calibration);
 
-/// What to do about the source that counts most.
+/// The action against the largest source.
 struct Advice {
   std::string source;  ///< the one with the largest part of the variance
   double share = 0.0;  ///< that part
-  std::string text;    ///< what would halve the combined uncertainty
+  std::string text;    ///< an action that would halve the combined uncertainty
 };
 
 /// @param uncertainty  of one quantity, its parts in the order of the budget's sources.

@@ -7,20 +7,20 @@
 
 namespace axiscal {
 
-/// One limit and what came of it.
+/// One limit and its result.
 struct LimitVerdict {
   std::string parameter;
   double value = 0.0;
   double u = 0.0;           ///< standard uncertainty; NaN where there is none
-  double guard_band = 0.0;  ///< how much the limits were narrowed
+  double guard_band = 0.0;  ///< the guard band of the limits
   std::optional<double> low;
   std::optional<double> high;
   bool passed = true;
   double conformity = 0.0;  ///< probability that the true value is within the limits; NaN: unknown
-  std::string note;         ///< what the limit cannot mean; may be empty
+  std::string note;         ///< a restriction of the limit's meaning; may be empty
 };
 
-/// Whether a unit is accepted.
+/// The decision to accept a unit.
 struct Verdict {
   bool passed = true;
   std::string rule;  ///< "simple" or "guarded"

@@ -5,7 +5,7 @@
 
 namespace axiscal {
 
-/// What a warning is about; docs/messages.md says of each when it is given and what to do.
+/// The subject of a warning. For each code, docs/messages.md states the condition and the action.
 enum class WarningCode {
   wrong_pose,
   exchanged,
@@ -51,10 +51,10 @@ enum class WarningCode {
   other,  ///< of a record that another version wrote
 };
 
-/// What is special to a warning.
+/// The special property of a warning.
 struct WarningKind {
   std::string_view name;      ///< in records: "wrong_pose"
-  bool refuses = false;       ///< nothing of the run can be used
+  bool refuses = false;       ///< the whole run is useless
   bool spoils_slope = false;  ///< the table's slope is not to be trusted either
 };
 

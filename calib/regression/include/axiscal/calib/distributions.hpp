@@ -7,7 +7,7 @@ namespace axiscal {
 ///
 /// @param coverage            probability between 0 and 1, e.g. 0.95.
 /// @param degrees_of_freedom  positive, not necessarily whole.
-/// @return t such that P(|T| <= t) = coverage; NaN where there are no degrees of freedom.
+/// @return t such that P(|T| <= t) = coverage; NaN for zero degrees of freedom.
 /// @par Source
 /// Boost.Math.
 [[nodiscard]] double student_t_factor(double coverage, double degrees_of_freedom);
@@ -17,11 +17,11 @@ namespace axiscal {
 ///
 /// @param factor    k, of expanded uncertainties.
 /// @param coverage  in (0, 1).
-/// @return infinity where k is the normal distribution's or less; NaN where k is no number.
+/// @return infinity if k is at most the normal distribution's; NaN if k is NaN.
 [[nodiscard]] double freedom_of_factor(double factor, double coverage);
 
-/// @return P(|T| > |t|) for Student's t; NaN where an argument is NaN or there are no degrees of
-///         freedom.
+/// @return P(|T| > |t|) for Student's t; NaN if an argument is NaN or the degrees of freedom are
+///         zero.
 [[nodiscard]] double student_t_two_sided_p(double t, double degrees_of_freedom);
 
 /// @return P(F > f) for Fisher's F with (numerator, denominator) degrees of freedom; NaN where an
@@ -41,15 +41,15 @@ namespace axiscal {
 /// Fisher, Statistical Methods for Research Workers, 4th ed. (1932), sec. 21.1.
 class FisherSum {
  public:
-  /// @return what a probability adds to the sum; one of 0 counts as 1e-300.
+  /// @return the contribution of a probability to the sum; a probability of 0 counts as 1e-300.
   [[nodiscard]] static double term(double p);
 
   void add(double p);
 
-  /// @return how many were added.
+  /// @return the number of probabilities.
   [[nodiscard]] double count() const { return count_; }
 
-  /// @return the probability of all of them; NaN where there are none, or one is NaN.
+  /// @return the combined probability; NaN if the list is empty or contains NaN.
   [[nodiscard]] double p_value() const;
 
  private:

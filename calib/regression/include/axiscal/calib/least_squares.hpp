@@ -13,33 +13,58 @@
 
 namespace axiscal {
 
-/// What a linear regression of one response gives; n observations, p parameters.
+/// The result of a linear regression of one response; n observations, p parameters.
+///
+/// The errors of the observations are taken as independent, with the variances sigma^2 / w_i. If
+/// n = p, the fit passes through the observations and sigma is unknown: the covariance,
+/// residual_sd and the studentised residuals are then NaN.
 struct LeastSquaresFit {
-  Eigen::VectorXd estimate;         ///< p entries [unit of y / unit of the column]
-  Eigen::MatrixXd covariance;       ///< s^2 (X^T W X)^-1, p x p; NaN without degrees of freedom
+  Eigen::VectorXd estimate;         ///< b, p entries [unit of y / unit of the column]
+  Eigen::MatrixXd covariance;       ///< s^2 (X^T W X)^-1, p x p
   Eigen::VectorXd residuals;        ///< y - X b, n entries [unit of y], not weighted
-  double degrees_of_freedom = 0.0;  ///< observations of non-zero weight less p
-  double residual_sd = 0.0;         ///< s of an observation of weight 1 [unit of y]; NaN as above
-  double r_squared = 0.0;       ///< about the mean where the columns span a constant, else about 0
-  Eigen::VectorXd leverage;     ///< diagonal of the hat matrix, n entries in 0 .. 1
-  Eigen::VectorXd studentized;  ///< externally studentised residuals; NaN where not defined
-  Eigen::VectorXd cooks_distance;  ///< NaN where not defined
+  double degrees_of_freedom = 0.0;  ///< observations of non-zero weight minus p
+  double residual_sd = 0.0;         ///< s, for an observation of weight 1 [unit of y]
+  double r_squared = 0.0;           ///< about the mean if the columns span a constant, else about 0
+  Eigen::VectorXd leverage;         ///< diagonal of the hat matrix, n entries in 0 .. 1
+  Eigen::VectorXd studentized;      ///< externally studentised residuals; NaN if undefined
+  Eigen::VectorXd cooks_distance;   ///< NaN if undefined
 };
 
-/// The names of a design's parameters, made where somebody asks for them.
+/// Fits `y = X b + e` by least squares, with independent errors of one variance.
+///
+/// @code
+/// Eigen::MatrixXd X(4, 2);                                 // a line: constant and slope
+/// X << 1, 0, 1, 1, 1, 2, 1, 3;
+/// const axiscal::LeastSquaresFit line =
+///     axiscal::fit_least_squares(X, Eigen::Vector4d(0.1, 1.9, 4.1, 5.9));
+/// const double slope = line.estimate(1);                   // 1.96
+/// const double its_u = std::sqrt(line.covariance(1, 1));   // standard uncertainty
+/// @endcode
+///
+/// It fails if the columns of X are dependent: the observations then do not determine every
+/// parameter, and the error names those that they leave undetermined. Use LeastSquaresDesign for
+/// weights, for the names of the parameters, or for several responses of one design.
+///
+/// @param design        X, n x p with n >= p; column j in [unit of y / unit of b_j].
+/// @param observations  y, n entries in one unit.
+/// @throws DomainError         if the sizes disagree, or an entry is not finite.
+/// @throws RankDeficientError  if the columns are dependent to working precision.
+[[nodiscard]] LeastSquaresFit fit_least_squares(
+    const Eigen::Ref<const Eigen::MatrixXd>& design,
+    const Eigen::Ref<const Eigen::VectorXd>& observations);
+
+/// A function that gives the names of a design's parameters; it is called for an error only.
 using DesignNames = std::function<std::vector<std::string>()>;
 
-/// The design of a linear regression `y = X b + e`, factored once for any number of responses.
+/// The design of a linear regression `y = X b + e`, factored once for any number of responses. It
+/// gives estimates; LeastSquaresDesign adds the statistics of a fit.
 ///
-/// The errors e are independent with variances sigma^2 / w_i. W^1/2 X P = Q R by Householder QR
-/// with column pivoting, columns scaled by powers of two; the normal equations are never formed.
-/// Estimates take one more step by the same factor, for their last digits. Where the condition
-/// number (of columns scaled to equal length) exceeds refinement_above, the solution, its residuals
-/// and the covariance are refined by Bjorck's augmented system with residuals in double-double, so
-/// that nearly all digits that the data determine are right.
-///
-/// This core knows nothing of instruments. This much of it gives estimates alone; statistics are
-/// LeastSquaresDesign's.
+/// W^1/2 X P = Q R by Householder QR with column pivoting, with columns scaled by powers of two.
+/// The normal equations are not used. Estimates take one more step with the same factor, for their
+/// last digits. If the condition number (with columns scaled to equal length) exceeds
+/// refinement_above, the solution, its residuals and the covariance are refined by Bjorck's
+/// augmented system with residuals in double-double. Then nearly all digits that the data determine
+/// are right.
 ///
 /// @par Source
 /// Golub & Van Loan, Matrix Computations, 4th ed. (2013), secs. 5.3, 5.4; A. Bjorck, "Iterative
@@ -51,24 +76,25 @@ class FactoredDesign {
 
   /// @param design   X, n x p with n >= p; any units.
   /// @param weights  n weights, not negative; empty: all 1. A weight 0 leaves the row out.
-  /// @param names    of the parameters, asked for where there is an error to name them in; none:
-  ///                 "parameter 1", ...
-  /// @throws DomainError         if sizes disagree, or an entry is not finite, or a weight
-  /// negative.
+  /// @param names    gives the names of the parameters for errors; by default "parameter 1", ...
+  /// @throws DomainError         if sizes disagree, if an entry is not finite, or if a weight is
+  ///                             negative.
   /// @throws RankDeficientError  if the columns are dependent to working precision; it names the
   ///                             parameters that the design leaves undetermined.
   explicit FactoredDesign(const Eigen::Ref<const Eigen::MatrixXd>& design,
                           const Eigen::Ref<const Eigen::VectorXd>& weights = Eigen::VectorXd(),
                           const DesignNames& names = {});
 
-  /// @return the estimate alone, without statistics.
+  /// @param y  n observations [unit of y].
+  /// @return b, p entries.
   [[nodiscard]] Eigen::VectorXd estimate(const Eigen::Ref<const Eigen::VectorXd>& y) const;
 
-  /// @return those of several responses, p x r.
+  /// @param Y  n x r, a column for each response.
+  /// @return the estimates, p x r.
   [[nodiscard]] Eigen::MatrixXd estimates(const Eigen::Ref<const Eigen::MatrixXd>& Y) const;
 
   /// @return ratio of the largest to the smallest singular value of W^1/2 X with columns of
-  /// length 1, found when it is asked for.
+  /// length 1; it is computed on each call.
   [[nodiscard]] double condition_number() const;
 
   /// @return Q, n x p: orthonormal columns that span those of W^1/2 X.
@@ -77,7 +103,7 @@ class FactoredDesign {
   /// @return T, p x p, with W^1/2 X T = Q, and so T T^T = (X^T W X)^-1 before any refinement.
   [[nodiscard]] Eigen::MatrixXd root_of_covariance() const { return scale_.asDiagonal() * root_; }
 
-  /// @return the smallest pivot of columns of like length as a part of the largest.
+  /// @return the ratio of the smallest to the largest pivot, for columns of equal length.
   [[nodiscard]] double smallest_pivot() const;
 
   /// @return W^1/2, n entries.
@@ -105,29 +131,36 @@ class FactoredDesign {
   Eigen::MatrixXd R_;      // p x p, of the scaled columns in the order of the pivots
   Eigen::MatrixXd root_;   // P R^-1 of the scaled columns
   Eigen::MatrixXd basis_;  // Q
-  bool refines_ = false;   // whether the condition number is above refinement_above
+  bool refines_ = false;   // true if the condition number is above refinement_above
   Eigen::Index observations_ = 0;
 
  private:
-  // @return the columns that are left undetermined.
+  // @return the columns whose coefficients are undetermined.
   [[nodiscard]] std::vector<Eigen::Index> factor(const Eigen::Ref<const Eigen::MatrixXd>& design,
                                                  const Eigen::Ref<const Eigen::VectorXd>& weights);
 };
 
-/// The same with all statistics of a response's fit.
+/// A factored design that gives the statistics of each response's fit too.
+///
+/// @code
+/// const axiscal::LeastSquaresDesign design(X, weights, {"x.bias", "x.sensitivity.x"});
+/// for (Eigen::Index k = 0; k < responses.cols(); ++k) {
+///   const axiscal::LeastSquaresFit fit = design.fit(responses.col(k));
+/// }
+/// @endcode
 ///
 /// @par Source
 /// Belsley, Kuh & Welsch, Regression Diagnostics (1980) for leverage, studentised residuals and
 /// Cook's distance.
 class LeastSquaresDesign : public FactoredDesign {
  public:
-  /// As FactoredDesign.
-  /// @param names  of the parameters, for the error.
+  /// @param design, weights  as in FactoredDesign.
+  /// @param names            of the parameters, for errors.
   explicit LeastSquaresDesign(const Eigen::Ref<const Eigen::MatrixXd>& design,
                               const Eigen::Ref<const Eigen::VectorXd>& weights = Eigen::VectorXd(),
                               const std::vector<std::string>& names = {});
 
-  /// @param design  X of what was factored.
+  /// @param design  X of the factorisation.
   LeastSquaresDesign(FactoredDesign factored, const Eigen::Ref<const Eigen::MatrixXd>& design);
 
   /// Fits one response.
@@ -151,29 +184,22 @@ class LeastSquaresDesign : public FactoredDesign {
   bool spans_constant_ = false;
 };
 
-/// Fit `y = X b + e` by least squares, the errors independent and of one variance.
-///
-/// @param design        X, n x p with n >= p; column j in [unit of y / unit of b_j].
-/// @param observations  y, n entries in one common unit.
-/// @throws DomainError, RankDeficientError  as LeastSquaresDesign.
-[[nodiscard]] LeastSquaresFit fit_least_squares(
-    const Eigen::Ref<const Eigen::MatrixXd>& design,
-    const Eigen::Ref<const Eigen::VectorXd>& observations);
-
-/// Which parameters a design leaves open: those with a non-zero entry in a basis of its null space.
+/// The parameters that a design leaves undetermined: those with a non-zero entry in a basis of its
+/// null space.
 ///
 /// @param design  X, n x p; any n.
 /// @return positions of the columns, ascending; empty for full rank.
 [[nodiscard]] std::vector<Eigen::Index> undetermined_columns(
     const Eigen::Ref<const Eigen::MatrixXd>& design);
 
-/// Variance inflation factor of each column: how much wider its variance is than if the column were
-/// square to all others, a constant among them: VIF_j = C_jj sum_i w_i (x_ij - mean_j)^2.
+/// Variance inflation factor of each column: the ratio of its variance to the variance if the
+/// column were orthogonal to all others, including a constant: VIF_j = C_jj sum_i w_i (x_ij -
+/// mean_j)^2.
 ///
 /// @param design               X, n x p.
 /// @param weights              n weights.
-/// @param unscaled_covariance  C = (X^T W X)^-1, or a larger one's block where further parameters
-///                             are fitted.
+/// @param unscaled_covariance  C = (X^T W X)^-1, or its block in a larger matrix if further
+///                             parameters are fitted.
 /// @return p factors, at least 1; NaN for a constant column.
 /// @par Source
 /// Belsley, Kuh & Welsch, Regression Diagnostics (1980), sec. 3.2.
@@ -182,7 +208,7 @@ class LeastSquaresDesign : public FactoredDesign {
     const Eigen::Ref<const Eigen::VectorXd>& weights,
     const Eigen::Ref<const Eigen::MatrixXd>& unscaled_covariance);
 
-/// Externally studentised residuals and Cook's distances from what any fit gives.
+/// Externally studentised residuals and Cook's distances from the results of a fit.
 struct ResidualDiagnostics {
   Eigen::VectorXd studentized;
   Eigen::VectorXd cooks_distance;
@@ -202,7 +228,7 @@ struct ResidualDiagnostics {
     double degrees_of_freedom,
     double parameters);
 
-/// The same for a scatter that is known otherwise: t_i = r_i / (s sqrt(1 - h_i)).
+/// As above, for a known scatter: t_i = r_i / (s sqrt(1 - h_i)).
 ///
 /// @param scatter  s, standard deviation of a residual of weight 1.
 [[nodiscard]] ResidualDiagnostics scale_residuals(

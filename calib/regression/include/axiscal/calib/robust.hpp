@@ -19,8 +19,8 @@ struct BisquareWeights {
 ///
 ///     u_i = r_i / (4.685 s sqrt(1 - h_i)),   w_i = (1 - u_i^2)^2 for |u_i| < 1, else 0
 ///
-/// with s the median absolute deviation / 0.6745, taken without the p smallest (which the fit may
-/// have made zero). variance_factor is Huber's: K^2 n / (n - p) * sum psi^2 / (sum psi')^2 * n.
+/// s is the median absolute deviation / 0.6745, without the p smallest residuals (the fit may have
+/// made them zero). variance_factor is Huber's: K^2 n / (n - p) * sum psi^2 / (sum psi')^2 * n.
 ///
 /// @param weighted_residuals  residuals times the square root of their given weights.
 /// @param leverage            of the fit without robust weights.

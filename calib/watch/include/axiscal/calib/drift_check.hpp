@@ -19,7 +19,7 @@ struct ParameterChange {
   double e_n = 0.0;  ///< for intrinsic parameters, see e_n_score(); else NaN
 };
 
-/// Whether a calibration still holds.
+/// Checks if a calibration is still valid.
 struct DriftCheck {
   bool drifted = false;
   double p_value = 1.0;                    ///< that all coefficients differ so much by chance
@@ -40,8 +40,8 @@ struct DriftCheck {
 /// both covariances, put together by Fisher's method, so that scatters estimated with few degrees
 /// of freedom are paid for.
 ///
-/// What both have in common, the cube's normals of one positioner and the field's magnitude of one
-/// model, does not count as a difference between them.
+/// Errors that both share (the cube's normals of one positioner, the field's magnitude of one
+/// model) do not count as a difference.
 ///
 /// @param fresh  of the same axes; its field's unit is converted.
 /// @throws DomainError  if axes or fields are not the same, or neither states a covariance.
@@ -51,9 +51,10 @@ struct DriftCheck {
                                      const Calibration& fresh,
                                      double alpha = 0.01);
 
-/// Holds fresh biases against those of a record of method bias whose biases hold the field
-/// (gives_field()): axis by axis at the fresh readings' temperature, put together by Fisher's
-/// method. Such a record says nothing of directions, and the instrument must lie as it did.
+/// Compares fresh biases with those of a record of method bias whose biases contain the field
+/// (gives_field()). Each axis is compared at the fresh readings' temperature; Fisher's method
+/// combines them. Such a record lacks directions, so the instrument must be in its former
+/// orientation.
 ///
 /// @param fresh        by method bias, of readings taken to the old record's reference
 ///                     (at_reference_temperature()), without temperature terms.

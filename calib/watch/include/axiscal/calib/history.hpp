@@ -18,7 +18,7 @@ struct ParameterTrend {
   std::vector<double> u;        ///< their standard uncertainties; NaN where not stated
   double slope_per_year = 0.0;  ///< weighted line through them; NaN with fewer than two dates
   double slope_u_per_year = 0.0;
-  double p_value = 1.0;       ///< that there is no trend; NaN with fewer than three
+  double p_value = 1.0;  ///< probability of such a slope without a trend; NaN with fewer than three
   std::optional<double> low;  ///< the limits that were given
   std::optional<double> high;
   bool outside = false;        ///< the newest value does not meet its limits
@@ -38,7 +38,7 @@ struct UnitHistory {
 
 /// Reads the calibration records of a folder (*.json; others are passed over) by serial number.
 /// @param limits  for the dates at which tolerances will be met.
-/// @param passed_over  takes why files are no records; null: not needed.
+/// @param passed_over  receives the reasons why files are not records; null: not needed.
 /// @param not_held     takes the parameters of limits that a history does not hold, as the residual
 ///                     sd; null: not needed.
 /// @throws DataError    for a folder that cannot be read.
@@ -52,14 +52,15 @@ struct UnitHistory {
 /// @throws DataError  for a folder that cannot be read.
 [[nodiscard]] std::vector<Calibration> read_records(const std::string& folder);
 
-/// How an instrument's biases changed between blocks in earlier calibrations: of the records of its
-/// serial number, with a model those of its model. A record of several blocks brings its own mean
-/// square; of a unit whose records have one block each, the scatter between the records counts.
-/// Records of methods paired, joint and known count, of the same readings the first.
+/// The change of an instrument's biases between blocks in earlier calibrations. It uses the records
+/// of its serial number and, with a model, those of its model. A record of several blocks gives its
+/// own mean square. If a unit's records have one block each, the scatter between the records
+/// counts. Records of methods paired, joint and known count; if several records share readings,
+/// only the first counts.
 ///
 /// @param leave_out  digests (SHA-256) of files whose records do not count: those of the run
 /// itself.
-/// @return nothing where no earlier record says anything.
+/// @return nullopt if earlier records do not show it.
 /// @par Source
 /// method.md, section 4; NIST/SEMATECH e-Handbook of Statistical Methods, 2.4.5.
 [[nodiscard]] std::optional<ProcessScatter> process_scatter(

@@ -11,13 +11,13 @@
 
 namespace axiscal {
 
-/// What of a calibration does not depend on how the instrument was mounted: each axis's bias b_k
-/// and sensitivity |S_k|, and the angles between axes.
+/// The part of a calibration that does not depend on the mounting of the instrument: each axis's
+/// bias b_k and sensitivity |S_k|, and the angles between axes.
 struct IntrinsicParameters {
   std::vector<std::string> names;  ///< "x.bias", "x.sensitivity", "angle.x.y" [rad]
   Eigen::VectorXd values;
   std::vector<CombinedUncertainty> uncertainty;  ///< empty where the record states none
-  Eigen::MatrixXd covariance;                    ///< by all sources; empty likewise
+  Eigen::MatrixXd covariance;                    ///< from all sources; empty if unknown
 };
 
 /// @par Source

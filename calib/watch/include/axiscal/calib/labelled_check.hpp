@@ -8,13 +8,13 @@
 
 namespace axiscal {
 
-/// Holds a few labelled readings, too few for a calibration of their own, against what a record
-/// predicts of them: three say whether it still holds.
+/// Compares a few labelled readings with the predictions of a record. The readings are too few for
+/// a calibration; three are enough to check the record.
 ///
-/// The direction of the field in the table is not known from the calibration and is fitted, two
-/// unknowns; what is left has the covariance of the readings' noise and of the record's
-/// coefficients, J C J^T, and is held axis by axis against F(q_k, nu_k), put together by Fisher's
-/// method. The changes that it names are those of the biases, the sensitivities taken as they were.
+/// The direction of the field in the table is unknown and is fitted, with two unknowns. The
+/// residuals have the covariance of the readings' noise and of the record's coefficients, J C J^T.
+/// They are tested axis by axis against F(q_k, nu_k) and combined by Fisher's method. The changes
+/// in the report are those of the biases, with constant sensitivities.
 ///
 /// @param experiment    how the instrument sits in its cube, and its field.
 /// @param observations  with design points, as many axes, at the record's reference temperature.

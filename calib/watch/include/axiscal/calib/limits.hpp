@@ -20,7 +20,7 @@ struct Limit {
   std::optional<double> high;
 };
 
-/// What a unit must meet (formats.md, Limits).
+/// The requirements for a unit (formats.md, Limits).
 struct Limits {
   std::string path;             ///< of their file, for messages
   std::string rule = "simple";  ///< "simple" or "guarded"
@@ -28,10 +28,9 @@ struct Limits {
   std::vector<Limit> limits;
 };
 
-/// @return whether a limit may be stated of a parameter of that name: a coefficient, the angle
-/// between
-///         two axes, `AXIS.residual_sd`, `levelness.x`, `pitch_error_deg`, `drift_p_value`, or how
-///         many `readings` and `design_points` a calibration rests on.
+/// @return true if a limit may be stated for a parameter of that name: a coefficient, the angle
+///         between two axes, `AXIS.residual_sd`, `levelness.x`, `pitch_error_deg`, `drift_p_value`,
+///         or the number of `readings` or `design_points` of a calibration.
 [[nodiscard]] bool is_limit_parameter(std::string_view name, const std::vector<std::string>& axes);
 
 /// Reads limits from JSON.
@@ -50,8 +49,9 @@ struct Limits {
 ///
 /// A parameter is a coefficient's name ("x.sensitivity.x", "z.bias.d"), an axis's residual_sd, an
 /// intrinsic parameter ("x.sensitivity", "angle.x.y" in rad), "levelness.x", "levelness.y",
-/// "pitch_error_deg" (of a check the largest error of the pitch that the drift makes; of a
-/// calibration what its own uncertainty leaves of it, expanded), or "drift_p_value" of a check.
+/// "pitch_error_deg" or "drift_p_value". "pitch_error_deg" of a check is the largest error of the
+/// pitch from the drift; for a calibration it is the expanded uncertainty of the pitch.
+/// "drift_p_value" belongs to a check.
 ///
 /// @param check  where the limits are applied to a check; else null.
 /// @throws DomainError  for a parameter that there is not; the message lists what there is.
