@@ -26,6 +26,7 @@ struct JudgedRun {
   const Estimate& estimate;
   const FitTests& tests;
   const MistakeSearch& mistakes;
+  const std::vector<CalibrationWarning>& taken_in;  ///< of mistakes that the fit has terms for
   bool searched = false;           ///< true if the readings were searched for mistakes
   std::vector<int> unpaired_runs;  ///< left out by method paired
   bool field_varies = false;       ///< true if the readings bring fields of different lengths

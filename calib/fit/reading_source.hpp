@@ -19,6 +19,8 @@ struct ModelChoice {
   int temperature_order = 0;                    ///< 0: no temperature terms
   std::optional<double> temperature_reference;  ///< t0 of all sensors; default: the mean
   EffectSetup effects;                          ///< blocks count only without temperature terms
+  /// Weighting samples: the part of the mean variance of a reading that samples do not average.
+  double variance_floor = 0.0;
   std::map<int, Eigen::Matrix3d> mounts;  ///< turn of the instrument in each mount; empty: none
 };
 
@@ -94,6 +96,8 @@ class ReadingSource {
   [[nodiscard]] Selection selected(Weighting weighting) const;
   [[nodiscard]] std::vector<TemperatureSpan> spans_of_sensors() const;
   void put_readings(const std::vector<std::size_t>& rows, ReadingSet& set) const;
+  // The weight of an observation, not yet normalised; the floor of the variance counts.
+  [[nodiscard]] double weight(Eigen::Index row, Eigen::Index axis) const;
   void put_temperature(ReadingSet& set) const;
 
   const Experiment* experiment_;

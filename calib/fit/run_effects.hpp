@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -10,18 +11,29 @@
 
 namespace axiscal {
 
-/// The change of the bias during a run: a free change from block to block, and a drift (method.md,
-/// section 4). These columns belong to the run, not to the instrument. With them, the bias
-/// coefficient is the mean bias of the blocks, in the middle of the run.
+/// A step of the biases within a block (method.md, section 4).
+struct BiasStep {
+  int after_run = 0;  ///< the last reading before the step
+  int block = 0;
+  double mean = 0.0;  ///< part of the run's readings that lie behind it
+};
+
+/// The effects of the course of a run on its readings: a free change of the bias from block to
+/// block, a step, a drift, and a memory (method.md, section 4). These columns belong to the run,
+/// not to the instrument. With them, the bias coefficient is the mean bias of the run.
 struct RunEffects {
-  Eigen::MatrixXd columns;         ///< n x e: those of the blocks, then the drift's
+  /// n x e: those of the blocks, then the step's, the drift's, and zeros for the memory.
+  Eigen::MatrixXd columns;
   std::vector<std::string> names;  ///< e
   std::vector<int> blocks;         ///< numbers of the B blocks; empty where readings tell none
   Eigen::MatrixXd
       shift_of_block;      ///< B x e: the values of the columns in each block, except for a drift
-  bool has_drift = false;  ///< true if the last column is the drift, 1 over the run
-  Eigen::Index small_block_columns =
-      0;  ///< for blocks of a few readings, after the columns of the others
+  bool has_drift = false;  ///< a column is the drift, 1 over the run
+  std::optional<BiasStep> step;
+  /// n x m: the last column of each axis, its reading before minus its reading [unit]; 0 x 0: none.
+  Eigen::MatrixXd memory;
+  /// Blocks of a few readings. Each has a column, after those of the others.
+  std::vector<int> small_blocks;
 
   /// @return whether blocks have columns; else their shifts are means of residuals.
   [[nodiscard]] bool has_block_columns() const { return block_columns() > 0; }
@@ -33,8 +45,30 @@ struct RunEffects {
   }
 
   [[nodiscard]] Eigen::Index block_columns() const {
-    return columns.cols() - small_block_columns - (has_drift ? 1 : 0);
+    return columns.cols() - static_cast<Eigen::Index>(small_blocks.size()) -
+           columns_within_blocks();
   }
+
+  /// @return the number of columns that change within a block; they are the last ones.
+  [[nodiscard]] Eigen::Index columns_within_blocks() const {
+    return (step ? 1 : 0) + (has_drift ? 1 : 0) + (memory.size() > 0 ? 1 : 0);
+  }
+
+  /// @return the place of the step among the columns.
+  [[nodiscard]] Eigen::Index step_column() const {
+    return columns.cols() - columns_within_blocks();
+  }
+
+  /// @return the place of the drift among the columns.
+  [[nodiscard]] Eigen::Index drift_column() const {
+    return columns.cols() - 1 - (memory.size() > 0 ? 1 : 0);
+  }
+
+  /// @return the columns of one reading, as an axis has them.
+  [[nodiscard]] Eigen::RowVectorXd row(Eigen::Index reading, Eigen::Index axis) const;
+
+  /// @return the columns of means over groups of readings.
+  [[nodiscard]] RunEffects of_means(const std::vector<std::vector<Eigen::Index>>& groups) const;
 };
 
 /// With more blocks, a column for each block would cost more than it gains. Differences between
@@ -45,6 +79,8 @@ inline constexpr std::size_t most_block_columns = 40;
 struct EffectSetup {
   bool blocks = false;  ///< shifts of blocks, where the readings tell them
   bool drift = false;   ///< a drift, linear in time or order
+  bool memory = false;  ///< each reading keeps a part of the change since the one before it
+  std::optional<int> step_after_run = {};  ///< a step of the biases behind that run, in its block
   bool operator==(const EffectSetup&) const = default;
 };
 
@@ -59,8 +95,21 @@ inline constexpr int fewest_readings_of_block = 6;
                                      const Eigen::MatrixXd& weights,
                                      EffectSetup setup);
 
+/// Adds the column of a memory to the effects.
+/// @param response  n x m [unit].
+void add_memory(const std::vector<Reading>& readings,
+                const Eigen::MatrixXd& response,
+                RunEffects& effects);
+
+/// For each reading its response minus that of the reading before it, with the sign reversed; 0 for
+/// the first one. Readings are ordered by their run numbers.
+/// @return n x m [unit].
+[[nodiscard]] Eigen::MatrixXd changes_before(const std::vector<Reading>& readings,
+                                             const Eigen::MatrixXd& response);
+
 /// The columns of readings that are not of the run, in the terms of those that are: its drift goes
-/// on, and a block that it does not know is as the mean of those it knows.
+/// on, the level behind a step stays in its block, and a block that it does not know is as the mean
+/// of those it knows. A memory is not continued.
 /// @param run     the readings of the run.
 /// @return as RunEffects::columns, for `others`.
 [[nodiscard]] Eigen::MatrixXd effects_at(const RunEffects& effects,

@@ -4,10 +4,12 @@
 #include <Eigen/Core>
 
 #include "axiscal/calib/calibration.hpp"
+#include "calib/record/parameter_names.hpp"
 
 namespace axiscal {
 
-/// Takes all covariances of a record's parameters to parameters T theta.
+/// Takes all covariances, intervals and standard errors of a record's parameters to parameters
+/// T theta. If T is not diagonal, the intervals follow from the new covariance.
 /// @param T  p x p; the record has statistics. Covariances of another size stay.
 inline void change_parameters(const Eigen::MatrixXd& T, CalibrationFit& fit) {
   const auto change = [&](Eigen::MatrixXd& covariance) {
@@ -23,6 +25,14 @@ inline void change_parameters(const Eigen::MatrixXd& T, CalibrationFit& fit) {
     for (UncertaintySource& source : fit.uncertainty->sources) {
       change(source.covariance);
     }
+  }
+  FitStatistics& statistics = *fit.statistics;
+  if (statistics.interval_95.size() == T.rows() && T.isDiagonal()) {
+    statistics.interval_95 = T.diagonal().cwiseAbs().cwiseProduct(statistics.interval_95);
+  } else if (statistics.interval_95.size() == T.rows()) {
+    statistics.interval_95.resize(0);
+    statistics.interval_dof.resize(0);
+    fill_intervals(statistics);
   }
 }
 

@@ -17,31 +17,6 @@
 namespace axiscal {
 namespace {
 
-// Change of the results from `below` to `above`, which are `step` away on either side of `at`. Next
-// to where an angle gives way to another only one side has it.
-Eigen::VectorXd slope(const Reducer& reducer,
-                      const Eigen::VectorXd& below,
-                      const Eigen::VectorXd& at,
-                      const Eigen::VectorXd& above,
-                      double step) {
-  Eigen::VectorXd result(at.size());
-  for (Eigen::Index r = 0; r < at.size(); ++r) {
-    const bool angle = result_is_angle(reducer, r);
-    if (std::isnan(at(r))) {
-      result(r) = not_a_number;
-    } else if (std::isnan(below(r))) {
-      result(r) = difference_of_results(above(r), at(r), angle) / step;
-    } else if (std::isnan(above(r))) {
-      result(r) = difference_of_results(at(r), below(r), angle) / step;
-    } else {
-      result(r) = (difference_of_results(above(r), at(r), angle) +
-                   difference_of_results(at(r), below(r), angle)) /
-                  (2.0 * step);
-    }
-  }
-  return result;
-}
-
 // Adds shares of the same causes.
 void add(const VarianceShares& more, VarianceShares& shares) {
   for (std::size_t i = 0; i < shares.axes.size(); ++i) {
@@ -239,7 +214,7 @@ Eigen::MatrixXd ReadingPropagation::change_with_readings(std::span<const double>
     const double smallest = 1e-7 * calibration_.sensor.response.sensitivity.row(axis).norm() *
                             calibration_.sensor.field.magnitude;
     const double h = std::max(step(axis), smallest);
-    G.col(axis) = slope(reducer_, at(k, -h), here, at(k, h), h);
+    G.col(axis) = slope_of_results(reducer_, at(k, -h), here, at(k, h), h);
   }
   return G;
 }
@@ -300,7 +275,7 @@ ReducedUncertainty ReadingPropagation::at(std::span<const double> readings,
                                    .up_covariance = {}};
         return results_of(reducer_.reduce(readings, moved), derived);
       };
-      by_up.col(j) = slope(reducer_, with_up(-h), here, with_up(h), h);
+      by_up.col(j) = slope_of_results(reducer_, with_up(-h), here, with_up(h), h);
     }
     Eigen::VectorXd more = (by_up * up_covariance).cwiseProduct(by_up).rowwise().sum();
     for (const CubeError& error : cube_errors_) {
@@ -361,7 +336,7 @@ void ReadingPropagation::add_magnitude(const ReducedReading& reduced,
   };
   const Eigen::VectorXd here = results_of(reducer_.reduce(readings, context), derived);
   const Eigen::VectorXd change =
-      slope(reducer_, scaled(1.0 - ratio), here, scaled(1.0 + ratio), 1.0);
+      slope_of_results(reducer_, scaled(1.0 - ratio), here, scaled(1.0 + ratio), 1.0);
   for (Eigen::Index r = fixed_results; r < change.size(); ++r) {
     shares[static_cast<std::size_t>(r)].others += change(r) * change(r);
   }

@@ -3,6 +3,8 @@
 
 #include <cmath>
 
+#include "axiscal/core/not_a_number.hpp"
+
 namespace axiscal {
 
 Eigen::VectorXd results_of(const ReducedReading& reduced, std::size_t derived) {
@@ -38,6 +40,29 @@ bool result_is_angle(const Reducer& reducer, Eigen::Index result) {
   return result >= fixed_results &&
          reducer.kind().derived_names[static_cast<std::size_t>(result - fixed_results)].ends_with(
              "_deg");
+}
+
+Eigen::VectorXd slope_of_results(const Reducer& reducer,
+                                 const Eigen::VectorXd& below,
+                                 const Eigen::VectorXd& at,
+                                 const Eigen::VectorXd& above,
+                                 double step) {
+  Eigen::VectorXd result(at.size());
+  for (Eigen::Index r = 0; r < at.size(); ++r) {
+    const bool angle = result_is_angle(reducer, r);
+    if (std::isnan(at(r))) {
+      result(r) = not_a_number;
+    } else if (std::isnan(below(r))) {
+      result(r) = difference_of_results(above(r), at(r), angle) / step;
+    } else if (std::isnan(above(r))) {
+      result(r) = difference_of_results(at(r), below(r), angle) / step;
+    } else {
+      result(r) = (difference_of_results(above(r), at(r), angle) +
+                   difference_of_results(at(r), below(r), angle)) /
+                  (2.0 * step);
+    }
+  }
+  return result;
 }
 
 }  // namespace axiscal

@@ -29,4 +29,12 @@ inline constexpr Eigen::Index fixed_results = 4;
 /// @return a - b; of angles the short way round [deg].
 [[nodiscard]] double difference_of_results(double a, double b, bool angle);
 
+/// @return the change of the results from `below` to `above`, per unit; both are `step` away from
+///         `at`. Next to a gap between two angles only one side has the angle.
+[[nodiscard]] Eigen::VectorXd slope_of_results(const Reducer& reducer,
+                                               const Eigen::VectorXd& below,
+                                               const Eigen::VectorXd& at,
+                                               const Eigen::VectorXd& above,
+                                               double step);
+
 }  // namespace axiscal

@@ -2,6 +2,7 @@
 #include "axiscal/calib/calibrate.hpp"
 
 #include <algorithm>
+#include <optional>
 #include <utility>
 
 #include "axiscal/calib/calibrate_run.hpp"
@@ -44,11 +45,21 @@ SolvedRun solved(const PreparedRun& run) {
   ChosenModel model = choose_model(run);
   FittedRun fit = solve(run, model);
   SearchedRun search = find_mistakes(run, fit);
-  const bool may_drift = run.experiment().fit.drift == DriftSetup::automatic;
-  if (search.found_drift() && may_drift && !fit.set->effects.has_drift) {
-    model = with_drift(std::move(model));
-    fit = with_note_of_drift(run, solve(run, model));
-    search = find_mistakes(run, fit);
+  constexpr int most_terms = 3;  // a step, a drift and a memory
+  for (int round = 0; round < most_terms; ++round) {
+    const std::optional<ChosenModel> extended = with_found_term(run, model, search);
+    if (!extended) {
+      break;
+    }
+    FittedRun refit = solve(run, *extended);
+    if (refit.source.choice().effects != extended->choice.effects) {
+      break;  // the readings do not determine the term
+    }
+    SearchedRun again = find_mistakes(run, refit);
+    again.taken_in = warnings_of_terms(run, fit, refit, search);
+    model = *extended;
+    fit = with_note_of_drift(run, std::move(refit));
+    search = std::move(again);
   }
   return {.model = std::move(model), .fit = std::move(fit), .search = std::move(search)};
 }

@@ -2,6 +2,7 @@
 #include "calib/calibrate/src/fitted_run.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <utility>
 
@@ -16,6 +17,7 @@
 #include "calib/fit/magnitude.hpp"
 #include "calib/fit/mount_turns.hpp"
 #include "calib/fit/temperature_fit.hpp"
+#include "calib/record/calibration_warning.hpp"
 #include "core/formatted.hpp"
 
 namespace axiscal {
@@ -85,6 +87,19 @@ FittedRun with_mounts(const PreparedRun& run, FittedRun fit) {
   return fit;
 }
 
+FittedRun with_note_of_floor(FittedRun fit) {
+  const double floor = fit.source.choice().variance_floor;
+  if (floor > 0.0) {
+    constexpr double percent = 0.01;
+    fit.estimate.notes.push_back(
+        {NoteCode::weights,
+         formatted("the readings' scatter shows a part of the variance that samples do not average "
+                   "({} % at the mean number of samples); the weights include it",
+                   number_text(floor / percent, 2))});
+  }
+  return fit;
+}
+
 void require_one_length(const ReadingSet& set) {
   for (const Eigen::Matrix3d& change : set.field_then) {
     constexpr double same = 1e-9;
@@ -123,6 +138,43 @@ FittedRun solved_without_labels(const PreparedRun& run) {
   return completed(std::move(fit), std::move(set));
 }
 
+// The part of the mean variance of a reading that samples do not average, by the likelihood of the
+// residuals of a fit with equal weights (method.md, section 4.1). 0 if the evidence is weak.
+double floor_of_samples(const PreparedRun& run, ChosenModel model) {
+  const std::optional<Eigen::VectorXd>& samples = run.observations().samples;
+  if (run.weighting() != Weighting::samples || run.experiment().fit.weighting ||
+      run.method().by_magnitude || run.experiment().instrument.one_sided ||
+      !(samples->minCoeff() < samples->maxCoeff())) {
+    return 0.0;
+  }
+  model.choice.variance_floor = 1.0;
+  const FittedRun alike = solve(run, model);
+  const auto solution = alike.readings(run.method()).at(alike.estimate.field);
+  const auto n = static_cast<Eigen::Index>(alike.source.rows().size());
+  Eigen::ArrayXd by_samples = (*samples)(alike.source.rows()).array().inverse();
+  by_samples /= by_samples.mean();
+  const auto likelihood = [&](double floor) {
+    const Eigen::ArrayXd variance = floor + (1.0 - floor) * by_samples;
+    double sum = 0.0;
+    for (const AxisSolution& axis : solution->axes) {
+      const double squares = (axis.residuals.array().square() / variance).sum();
+      sum -= 0.5 * (variance.log().sum() + static_cast<double>(n) * std::log(squares));
+    }
+    return sum;
+  };
+  constexpr double clear_gain = 2.0;  // of the log likelihood
+  constexpr std::array<double, 6> floors = {0.1, 0.25, 0.5, 0.75, 0.9, 1.0};
+  double best = 0.0;
+  double highest = likelihood(0.0) + clear_gain;
+  for (const double floor : floors) {
+    if (const double one = likelihood(floor); one > highest) {
+      highest = one;
+      best = floor;
+    }
+  }
+  return best;
+}
+
 }  // namespace
 
 ChosenModel choose_model(const PreparedRun& run) {
@@ -132,6 +184,7 @@ ChosenModel choose_model(const PreparedRun& run) {
                           .drift = run.experiment().fit.drift == DriftSetup::linear};
   model.choice.temperature_reference = setup.reference;
   model.choice.temperature_order = setup.order;
+  model.choice.variance_floor = floor_of_samples(run, model);
   const bool looks = has_temperatures_enough(run.experiment(), run.observations());
   if (setup.automatic || looks) {
     model.trials = try_orders(run.method().method, run.source(), run.parts(), run.by_field());
@@ -145,9 +198,23 @@ ChosenModel choose_model(const PreparedRun& run) {
   return model;
 }
 
-ChosenModel with_drift(ChosenModel model) {
-  model.choice.effects.drift = true;
-  return model;
+std::optional<ChosenModel> with_found_term(const PreparedRun& run,
+                                           ChosenModel model,
+                                           const SearchedRun& search) {
+  if (!search.mistakes.culprit || run.experiment().fit.drift != DriftSetup::automatic) {
+    return std::nullopt;
+  }
+  const Correction& found = search.mistakes.culprit->correction;
+  EffectSetup& effects = model.choice.effects;
+  const EffectSetup before = effects;
+  if (found.code == WarningCode::drift) {
+    effects.drift = true;
+  } else if (found.code == WarningCode::memory) {
+    effects.memory = true;
+  } else if (found.code == WarningCode::bias_step && !effects.step_after_run) {
+    effects.step_after_run = found.runs.front();
+  }
+  return effects != before ? std::optional(std::move(model)) : std::nullopt;
 }
 
 FittedRun solve(const PreparedRun& run, const ChosenModel& model) {
@@ -156,7 +223,7 @@ FittedRun solve(const PreparedRun& run, const ChosenModel& model) {
   }
   const ReadingSource source = run.source().with(model.choice);
   try {
-    return with_mounts(run, solved_once(run, source));
+    return with_note_of_floor(with_mounts(run, solved_once(run, source)));
   } catch (const RefusedError&) {
     ModelChoice without = source.choice();
     if (without.effects == EffectSetup{}) {
@@ -165,10 +232,6 @@ FittedRun solve(const PreparedRun& run, const ChosenModel& model) {
     without.effects = {};
     return with_mounts(run, solved_once(run, source.with(without)));
   }
-}
-
-bool SearchedRun::found_drift() const {
-  return mistakes.culprit && mistakes.culprit->correction.code == WarningCode::drift;
 }
 
 SearchedRun find_mistakes(const PreparedRun& run, const FittedRun& fit) {
@@ -192,14 +255,61 @@ SearchedRun find_mistakes(const PreparedRun& run, const FittedRun& fit) {
   return result;
 }
 
-FittedRun with_note_of_drift(const PreparedRun& run, FittedRun fit) {
-  const Eigen::MatrixXd& effects = fit.estimate.effects;
-  std::string changes;
-  for (Eigen::Index k = 0; k < effects.cols() && fit.set->effects.has_drift; ++k) {
-    changes += formatted("{}{} {}", changes.empty() ? "" : ", ",
-                         run.experiment().instrument.axes[static_cast<std::size_t>(k)],
-                         number_text(effects(effects.rows() - 1, k), 2));  // the last effect
+namespace {
+
+// One effect of the run for each axis: "x 0.0012, y -0.0003, z 0.0001".
+std::string effect_by_axis(const PreparedRun& run,
+                           const FittedRun& fit,
+                           Eigen::Index effect,
+                           double unit = 1.0) {
+  std::vector<std::string> changes;
+  for (Eigen::Index k = 0; k < fit.estimate.effects.cols(); ++k) {
+    changes.push_back(formatted("{} {}",
+                                run.experiment().instrument.axes[static_cast<std::size_t>(k)],
+                                number_text(fit.estimate.effects(effect, k) / unit, 2)));
   }
+  return joined(changes);
+}
+
+}  // namespace
+
+std::vector<CalibrationWarning> warnings_of_terms(const PreparedRun& run,
+                                                  const FittedRun& before,
+                                                  const FittedRun& fit,
+                                                  const SearchedRun& search) {
+  std::vector<CalibrationWarning> warnings = search.taken_in;
+  const RunEffects& effects = fit.set->effects;
+  const std::string& unit = run.experiment().instrument.unit;
+  if (effects.step && !before.set->effects.step) {
+    const std::vector<int>& runs = search.mistakes.culprit->correction.runs;
+    warnings.push_back(
+        {.code = WarningCode::bias_step,
+         .runs = runs,
+         .message = formatted(
+             "the biases step between {}, by {} {}. The step is a term of the fit, and the biases "
+             "are the means of the run. Look for a knock, a loose cable or a changed range there, "
+             "and take the readings again.",
+             name_of_runs(runs), effect_by_axis(run, fit, effects.step_column()), unit)});
+  }
+  if (effects.memory.size() > 0 && before.set->effects.memory.size() == 0) {
+    constexpr double percent = 0.01;
+    warnings.push_back(
+        {.code = WarningCode::memory,
+         .runs = {},
+         .message = formatted(
+             "each reading keeps a part of the change since the reading before it (hysteresis), by "
+             "{} %. The memory is a term of the fit. Exercise the instrument over its whole range "
+             "before each reading, and wait longer.",
+             effect_by_axis(run, fit, effects.columns.cols() - 1, percent))});
+  }
+  return warnings;
+}
+
+FittedRun with_note_of_drift(const PreparedRun& run, FittedRun fit) {
+  if (!fit.set->effects.has_drift || run.experiment().fit.drift == DriftSetup::linear) {
+    return fit;
+  }
+  const std::string changes = effect_by_axis(run, fit, fit.set->effects.drift_column());
   fit.estimate.notes.push_back(
       {NoteCode::drift,
        formatted("the biases drift over the run, by {} {}; a linear drift is a term of the fit, "

@@ -25,9 +25,6 @@ struct ChosenModel {
 /// @throws RefusedError  if the readings determine no fit at all.
 [[nodiscard]] ChosenModel choose_model(const PreparedRun& run);
 
-/// @return the same model with a linear drift.
-[[nodiscard]] ChosenModel with_drift(ChosenModel model);
-
 /// A run after its fit.
 struct FittedRun {
   ReadingSource source;                   ///< under the model that was fitted
@@ -54,13 +51,27 @@ struct SearchedRun {
   std::unique_ptr<const ReadingSet> judged;  ///< null: the readings share no errors
   ReadingSet kept_out;                       ///< the readings to be confirmed, in the same terms
 
-  /// @return true if a drift of the biases explains the readings best.
-  [[nodiscard]] bool found_drift() const;
+  std::vector<CalibrationWarning> taken_in;  ///< of mistakes that the fit has terms for
 };
 
 [[nodiscard]] SearchedRun find_mistakes(const PreparedRun& run, const FittedRun& fit);
 
-/// @return the fit with a note of its drift.
+/// @return the model with a term for the mistake that explains the readings best: a drift, a step
+/// of
+///         the biases, or a memory. nullopt if it is another mistake, if the model has the term, or
+///         if terms of the course of the run are switched off.
+[[nodiscard]] std::optional<ChosenModel> with_found_term(const PreparedRun& run,
+                                                         ChosenModel model,
+                                                         const SearchedRun& search);
+
+/// @return the warnings of the terms so far, and that of the term which `fit` has and `before`
+/// lacks.
+[[nodiscard]] std::vector<CalibrationWarning> warnings_of_terms(const PreparedRun& run,
+                                                                const FittedRun& before,
+                                                                const FittedRun& fit,
+                                                                const SearchedRun& search);
+
+/// @return the fit with a note of a drift that was found.
 [[nodiscard]] FittedRun with_note_of_drift(const PreparedRun& run, FittedRun fit);
 
 }  // namespace axiscal

@@ -204,6 +204,7 @@ void judge(const PreparedRun& run,
                                             .estimate = estimate,
                                             .tests = tests,
                                             .mistakes = search.mistakes,
+                                            .taken_in = search.taken_in,
                                             .searched = search.searched,
                                             .unpaired_runs = unpaired_runs(run, fit, estimate),
                                             .field_varies = run.field_varies()});

@@ -181,8 +181,8 @@ void note_weights(const Experiment& experiment,
       observations.samples->minCoeff() < observations.samples->maxCoeff()) {
     calibration.findings.notes.push_back(
         {NoteCode::weights,
-         "readings are weighted by how many samples they average: twice as many count twice; the "
-         "weighting none takes all alike"});
+         "readings are weighted by their numbers of samples; the weighting none gives all of them "
+         "one weight"});
   }
   if (weights == Weighting::sd && observations.response_sd) {
     std::vector<int> runs;

@@ -32,6 +32,7 @@ ReadingSet both_of(ReadingSet set, const ReadingSet& kept_out) {
   set.response = below(set.response, kept_out.response);
   set.weights = below(set.weights, kept_out.weights);
   set.effects.columns = below(set.effects.columns, kept_out.effects.columns);
+  set.effects.memory = below(set.effects.memory, kept_out.effects.memory);
   if (set.temperature.order > 0) {
     set.temperature.d = below(set.temperature.d, kept_out.temperature.d);
     set.temperature.soak.clear();

@@ -46,7 +46,7 @@ ReadingSet at_reference(ReadingSet set, const Estimate& estimate) {
   for (Eigen::Index i = 0; i < set.size(); ++i) {
     for (Eigen::Index k = 0; k < set.axis_count(); ++k) {
       double shift =
-          set.effects.names.empty() ? 0.0 : set.effects.columns.row(i).dot(estimate.effects.col(k));
+          set.effects.names.empty() ? 0.0 : set.effects.row(i, k).dot(estimate.effects.col(k));
       double factor = 1.0;
       double power = 1.0;
       for (int j = 0; j < set.temperature.order; ++j) {

@@ -32,6 +32,7 @@ Eigen::MatrixXd jacobian_rows(const ReadingSet& set,
   one.field_then.clear();                        // at the mean time
   one.temperature.d = Eigen::VectorXd::Zero(1);  // at the reference
   one.effects.columns = Eigen::MatrixXd::Zero(1, set.effects.columns.cols());
+  one.effects.memory.resize(0, 0);
   const Solution& state = *solution.state;
   const Eigen::MatrixXd base = field_design(one, state.field());
   const FieldChanges changes = changes_with_directions(one, state.field(), state.tangents);

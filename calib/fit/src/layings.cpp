@@ -25,28 +25,27 @@ Layings layings_of(const ReadingSet& given, const Estimate& estimate) {
     return now.point == before.point && now.block == before.block && now.level == before.level &&
            set.met_of_field(i) == set.met_of_field(i - 1);
   };
-  std::vector<Eigen::Index> firsts;
-  firsts.reserve(set.readings.size());
+  std::vector<std::vector<Eigen::Index>> members;
   for (std::size_t i = 0; i < set.readings.size(); ++i) {
     if (i == 0 || !continues(i)) {
-      firsts.push_back(static_cast<Eigen::Index>(i));
+      members.emplace_back();
     }
+    members.back().push_back(static_cast<Eigen::Index>(i));
   }
-  if (firsts.size() == set.readings.size()) {
+  if (members.size() == set.readings.size()) {
     return layings;
   }
   ReadingSet means = set;
-  const auto count = static_cast<Eigen::Index>(firsts.size());
+  const auto count = static_cast<Eigen::Index>(members.size());
   means.readings.clear();
   means.rotation_sensor_from_table.clear();
   means.field_then.clear();
   means.response.resize(count, m);
   means.weights.resize(count, m);
-  means.effects.columns.resize(count, set.effects.columns.cols());
+  means.effects = set.effects.of_means(members);
   for (Eigen::Index s = 0; s < count; ++s) {
-    const Eigen::Index first = firsts[static_cast<std::size_t>(s)];
-    const Eigen::Index rows =
-        (s + 1 < count ? firsts[static_cast<std::size_t>(s) + 1] : set.size()) - first;
+    const Eigen::Index first = members[static_cast<std::size_t>(s)].front();
+    const auto rows = static_cast<Eigen::Index>(members[static_cast<std::size_t>(s)].size());
     means.readings.push_back(set.readings[static_cast<std::size_t>(first)]);
     means.rotation_sensor_from_table.push_back(
         set.rotation_sensor_from_table[static_cast<std::size_t>(first)]);
@@ -63,9 +62,6 @@ Layings layings_of(const ReadingSet& given, const Estimate& estimate) {
       layings.squares(k) += w.dot((v.array() - mean).square().matrix());
       layings.degrees_of_freedom(k) +=
           std::max(static_cast<double>((w.array() > 0.0).count()) - 1.0, 0.0);
-    }
-    if (!set.effects.names.empty()) {
-      means.effects.columns.row(s) = set.effects.columns.middleRows(first, rows).colwise().mean();
     }
   }
   layings.own = std::move(means);

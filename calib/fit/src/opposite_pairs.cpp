@@ -330,7 +330,7 @@ std::optional<Levelness> levelness_of(const ReadingSet& set,
                                       double F) {
   const SensitivityMatrix& S = estimate.response.sensitivity;
   // Shifts of whole blocks cancel in the differences.
-  if (set.temperature.order == 0 && !set.effects.has_drift) {
+  if (set.temperature.order == 0 && set.effects.columns_within_blocks() == 0) {
     return estimate_levelness(set, pairs, S, estimate.field, F);
   }
   const ReadingSet still = at_reference(set, estimate);

@@ -101,7 +101,7 @@ Eigen::RowVectorXd ReadingSet::all_columns(const Eigen::RowVectorXd& row,
     }
   }
   if (effects.columns.cols() > 0) {
-    full.tail(effects.columns.cols()) = effects.columns.row(reading);
+    full.tail(effects.columns.cols()) = effects.row(reading, axis);
   }
   return full;
 }
@@ -129,7 +129,7 @@ std::vector<std::string> ReadingSet::names_of_axis(Eigen::Index axis) const {
 Eigen::Index ReadingSet::end_of_alike(Eigen::Index first, const Eigen::MatrixXd& of_axes) const {
   Eigen::Index end = first + 1;
   while (end < axis_count() && temperature.order == 0 && visible.empty() &&
-         of_axes.col(end) == of_axes.col(first)) {
+         effects.memory.size() == 0 && of_axes.col(end) == of_axes.col(first)) {
     ++end;
   }
   return end;

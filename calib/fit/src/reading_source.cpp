@@ -228,6 +228,16 @@ std::vector<TemperatureSpan> ReadingSource::spans_of_sensors() const {
   return spans;
 }
 
+double ReadingSource::weight(Eigen::Index row, Eigen::Index axis) const {
+  const double plain = selection_->weights(row, axis);
+  if (!(choice_.variance_floor > 0.0)) {
+    return plain;
+  }
+  const auto used = selection_->weights(selection_->rows, axis).array();
+  const double mean_variance = used.inverse().mean();
+  return 1.0 / (choice_.variance_floor + (1.0 - choice_.variance_floor) / (plain * mean_variance));
+}
+
 // Readings, responses and how the instrument lay in them; the weights are those of the
 // observations.
 void ReadingSource::put_readings(const std::vector<std::size_t>& rows, ReadingSet& set) const {
@@ -246,7 +256,7 @@ void ReadingSource::put_readings(const std::vector<std::size_t>& rows, ReadingSe
     }
     set.response.row(i) = observations_->response.row(from);
     for (Eigen::Index k = 0; k < set.weights.cols(); ++k) {
-      set.weights(i, k) = selection_->in_range(from, k) ? selection_->weights(from, k) : 0.0;
+      set.weights(i, k) = selection_->in_range(from, k) ? weight(from, k) : 0.0;
     }
     if (!by_field_ && reading.point) {
       set.rotation_sensor_from_table.push_back(rotation(reading));
@@ -319,6 +329,9 @@ ReadingSet ReadingSource::set(const std::vector<FieldDescription>& parts,
   }
   put_temperature(set);
   set.effects = run_effects(set.readings, set.weights, choice_.effects);
+  if (choice_.effects.memory) {
+    add_memory(set.readings, set.response, set.effects);
+  }
   return set;
 }
 
@@ -337,7 +350,7 @@ ReadingSet ReadingSource::kept_out(const ReadingSet& fitted) const {
     for (std::size_t i = 0; i < rows().size(); ++i) {
       const auto row = static_cast<Eigen::Index>(rows()[i]);
       const bool counts = fitted.weights(static_cast<Eigen::Index>(i), k) > 0.0;
-      sum += counts ? selection_->weights(row, k) : 0.0;
+      sum += counts ? weight(row, k) : 0.0;
       used += counts ? 1.0 : 0.0;
     }
     set.weights.col(k) *= used / sum;
@@ -346,6 +359,8 @@ ReadingSet ReadingSource::kept_out(const ReadingSet& fitted) const {
   set.temperature.scale = fitted.temperature.scale;
   set.temperature.along = fitted.temperature.along;
   set.effects.columns = effects_at(fitted.effects, fitted.readings, set.readings);
+  set.effects.memory.setZero(fitted.effects.memory.size() > 0 ? set.size() : 0,
+                             fitted.effects.memory.cols());
   return set;
 }
 

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cstddef>
 #include <map>
+#include <numeric>
 
 #include "calib/regression/factor.hpp"
 #include "core/formatted.hpp"
@@ -56,9 +57,9 @@ void put_small_blocks(const std::vector<Reading>& readings,
   effects.columns.rightCols(more).setZero();
   effects.shift_of_block.conservativeResize(Eigen::NoChange, first + more);
   effects.shift_of_block.rightCols(more).setZero();
-  effects.small_block_columns = more;
   for (const auto& [number, column] : small) {
     effects.names.push_back(formatted("shift of block {}", number));
+    effects.small_blocks.push_back(number);
     for (std::size_t i = 0; i < readings.size(); ++i) {
       if (readings[i].block == number) {
         effects.columns(static_cast<Eigen::Index>(i), first + column) = 1.0;
@@ -68,6 +69,87 @@ void put_small_blocks(const std::vector<Reading>& readings,
 }
 
 }  // namespace
+
+namespace {
+
+// A column that changes within blocks.
+void add_column(const Eigen::VectorXd& column, std::string name, RunEffects& effects) {
+  const Eigen::Index count = effects.columns.cols() + 1;
+  effects.columns.conservativeResize(column.size(), count);
+  effects.columns.rightCols<1>() = column;
+  effects.shift_of_block.conservativeResize(static_cast<Eigen::Index>(effects.blocks.size()),
+                                            count);
+  effects.shift_of_block.rightCols<1>().setZero();
+  effects.names.push_back(std::move(name));
+}
+
+bool is_behind(const BiasStep& step, const Reading& reading) {
+  return reading.block == step.block && reading.run > step.after_run;
+}
+
+void put_step(const std::vector<Reading>& readings, int after_run, RunEffects& effects) {
+  const auto before = std::find_if(readings.begin(), readings.end(),
+                                   [&](const Reading& r) { return r.run == after_run; });
+  if (before == readings.end()) {
+    return;
+  }
+  BiasStep step{.after_run = after_run, .block = before->block};
+  Eigen::VectorXd column(static_cast<Eigen::Index>(readings.size()));
+  for (std::size_t i = 0; i < readings.size(); ++i) {
+    column(static_cast<Eigen::Index>(i)) = is_behind(step, readings[i]) ? 1.0 : 0.0;
+  }
+  step.mean = column.mean();
+  effects.step = step;
+  add_column(column.array() - step.mean, formatted("step after run {}", after_run), effects);
+}
+
+}  // namespace
+
+Eigen::RowVectorXd RunEffects::row(Eigen::Index reading, Eigen::Index axis) const {
+  Eigen::RowVectorXd of_axis = columns.row(reading);
+  if (memory.size() > 0) {
+    of_axis(of_axis.size() - 1) = memory(reading, axis);
+  }
+  return of_axis;
+}
+
+RunEffects RunEffects::of_means(const std::vector<std::vector<Eigen::Index>>& groups) const {
+  RunEffects means = *this;
+  const auto count = static_cast<Eigen::Index>(groups.size());
+  means.columns.resize(count, columns.cols());
+  means.memory.resize(memory.size() > 0 ? count : 0, memory.cols());
+  for (Eigen::Index g = 0; g < count; ++g) {
+    const std::vector<Eigen::Index>& members = groups[static_cast<std::size_t>(g)];
+    if (columns.cols() > 0) {
+      means.columns.row(g) = columns(members, Eigen::all).colwise().mean();
+    }
+    if (memory.size() > 0) {
+      means.memory.row(g) = memory(members, Eigen::all).colwise().mean();
+    }
+  }
+  return means;
+}
+
+Eigen::MatrixXd changes_before(const std::vector<Reading>& readings,
+                               const Eigen::MatrixXd& response) {
+  std::vector<std::size_t> order(readings.size());
+  std::iota(order.begin(), order.end(), std::size_t{0});
+  std::stable_sort(order.begin(), order.end(),
+                   [&](std::size_t a, std::size_t b) { return readings[a].run < readings[b].run; });
+  Eigen::MatrixXd changes = Eigen::MatrixXd::Zero(response.rows(), response.cols());
+  for (std::size_t at = 1; at < order.size(); ++at) {
+    const auto i = static_cast<Eigen::Index>(order[at]);
+    changes.row(i) = response.row(static_cast<Eigen::Index>(order[at - 1])) - response.row(i);
+  }
+  return changes;
+}
+
+void add_memory(const std::vector<Reading>& readings,
+                const Eigen::MatrixXd& response,
+                RunEffects& effects) {
+  add_column(Eigen::VectorXd::Zero(response.rows()), "memory", effects);
+  effects.memory = changes_before(readings, response);
+}
 
 RunEffects run_effects(const std::vector<Reading>& readings,
                        const Eigen::MatrixXd& weights,
@@ -132,13 +214,11 @@ RunEffects run_effects(const std::vector<Reading>& readings,
     }
     put_small_blocks(readings, small, effects);
   }
+  if (setup.step_after_run) {
+    put_step(readings, *setup.step_after_run, effects);
+  }
   if (effects.has_drift) {
-    effects.columns.conservativeResize(Eigen::NoChange, effects.columns.cols() + 1);
-    effects.columns.rightCols<1>() = progress;
-    effects.shift_of_block.conservativeResize(static_cast<Eigen::Index>(effects.blocks.size()),
-                                              effects.columns.cols());
-    effects.shift_of_block.rightCols<1>().setZero();
-    effects.names.emplace_back("drift");
+    add_column(progress, "drift", effects);
   }
   return effects;
 }
@@ -187,8 +267,17 @@ Eigen::MatrixXd effects_at(const RunEffects& effects,
     if (block != effects.blocks.end()) {
       columns.row(row) = effects.shift_of_block.row(block - effects.blocks.begin());
     }
+    const auto small =
+        std::find(effects.small_blocks.begin(), effects.small_blocks.end(), others[i].block);
+    if (small != effects.small_blocks.end()) {
+      columns(row, effects.block_columns() + (small - effects.small_blocks.begin())) = 1.0;
+    }
+    if (effects.step) {
+      columns(row, effects.step_column()) =
+          (is_behind(*effects.step, others[i]) ? 1.0 : 0.0) - effects.step->mean;
+    }
     if (effects.has_drift && span > 0.0) {
-      columns(row, columns.cols() - 1) = at(others[i]) / span - 0.5;
+      columns(row, effects.drift_column()) = at(others[i]) / span - 0.5;
     }
   }
   return columns;

@@ -238,10 +238,8 @@ Eigen::Matrix<double, 12, 12> unknowns_by_parameters(const Eigen::Matrix3d& B) {
   return change;
 }
 
-// The possible effect of the sampling on the residuals. It is a sixth of the difference between two
-// results: one without the odd samples, one without the even ones. At a corner of the rate, exactly
-// at a sample, the trapezium rule is off by just this amount; elsewhere by less (method.md, section
-// 4, turns).
+// The possible effect of the sampling on the residuals (method.md, section 4, turns): a sixth of
+// the difference between the results without the odd and without the even samples.
 class HalvedTurns {
  public:
   explicit HalvedTurns(std::span<const GyroscopeTurn> turns) : turns_(turns) {}

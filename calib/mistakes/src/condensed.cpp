@@ -61,7 +61,7 @@ std::optional<ReadingSet> condensed(const ReadingSet& set, std::size_t most) {
   few.response.resize(n, set.axis_count());
   few.weights.resize(n, set.axis_count());
   few.temperature.d.resize(set.temperature.d.rows() > 0 ? n : 0, set.temperature.d.cols());
-  few.effects.columns.resize(n, set.effects.columns.cols());
+  few.effects = set.effects.of_means(groups);
   for (Eigen::Index g = 0; g < n; ++g) {
     const std::vector<Eigen::Index>& members = groups[static_cast<std::size_t>(g)];
     const auto first = static_cast<std::size_t>(members.front());
@@ -78,7 +78,6 @@ std::optional<ReadingSet> condensed(const ReadingSet& set, std::size_t most) {
     if (!set.temperature.soak.empty()) {
       few.temperature.soak.push_back(set.temperature.soak[first]);
     }
-    few.effects.columns.row(g) = set.effects.columns(members, Eigen::all).colwise().mean();
     if (!set.field_then.empty()) {
       Eigen::Matrix3d sum = Eigen::Matrix3d::Zero();
       for (const Eigen::Index i : members) {

@@ -6,8 +6,10 @@
 #include <set>
 #include <utility>
 
+#include "axiscal/calib/distributions.hpp"
 #include "axiscal/core/number_text.hpp"
 #include "calib/fit/deletion_fit.hpp"
+#include "calib/fit/src/layings.hpp"
 #include "calib/mistakes/src/condensed.hpp"
 #include "calib/mistakes/src/detection.hpp"
 #include "calib/mistakes/src/mistake_kind.hpp"
@@ -197,6 +199,47 @@ MistakeSearch culprit_of(const SuspectRun& run, std::vector<Explanation> explana
   return {.culprit = std::move(result), .remark = {}};
 }
 
+// @return the means of layings, with weights of mean 1; nullopt if each laying has one reading.
+std::optional<ReadingSet> means_of(Layings layings) {
+  if (!layings.own || layings.own->size() == layings.given.size()) {
+    return std::nullopt;
+  }
+  ReadingSet means = *std::move(layings.own);
+  const Eigen::RowVectorXd readings_of_mean = means.weights.colwise().mean();
+  means.weights.array().rowwise() /= readings_of_mean.array();
+  return means;
+}
+
+// Consecutive readings of a pose share an error if the cube was not laid again between them. Then
+// only their means are independent, and the means scatter more than their readings do.
+bool scatter_by_layings(const ReadingSet& set,
+                        const Layings& layings,
+                        const ReadingSet& means,
+                        const Estimate& estimate,
+                        bool known_field) {
+  constexpr double fewest_within = 6.0;
+  if (layings.degrees_of_freedom.minCoeff() < fewest_within) {
+    return false;
+  }
+  const SuspectRun run(means, estimate, known_field);
+  const HypothesisFit& plain = run.plain();
+  if (!plain.fitted || plain.degrees_of_freedom.minCoeff() < 1.0) {
+    return false;
+  }
+  const Eigen::RowVectorXd readings_of_mean = layings.set().weights.colwise().mean();
+  FisherSum axes;
+  for (Eigen::Index k = 0; k < set.axis_count(); ++k) {
+    const double scale = run.fitter().scale()(k);
+    const double between =
+        readings_of_mean(k) * plain.rss(k) * scale * scale / plain.degrees_of_freedom(k);
+    const double within = layings.squares(k) / layings.degrees_of_freedom(k);
+    axes.add(
+        f_upper_p(between / within, plain.degrees_of_freedom(k), layings.degrees_of_freedom(k)));
+  }
+  constexpr double differs = 0.05;
+  return axes.p_value() < differs;
+}
+
 }  // namespace
 
 bool can_be_searched(const ReadingSet& set, const Estimate& estimate) {
@@ -220,6 +263,14 @@ MistakeSearch find_culprit(const ReadingSet& set,
     if (few && judged.has_value() == (without_shared_errors != nullptr)) {
       return find_culprit(*few, estimate, known_field, judged ? &*judged : nullptr);
     }
+  }
+  const Layings layings = layings_of(set, estimate);
+  if (const std::optional<ReadingSet> means = means_of(layings);
+      means && scatter_by_layings(set, layings, *means, estimate, known_field)) {
+    const std::optional<ReadingSet> judged =
+        without_shared_errors != nullptr ? means_of(layings_of(*without_shared_errors, estimate))
+                                         : std::nullopt;
+    return find_culprit(*means, estimate, known_field, judged ? &*judged : nullptr);
   }
   // A wrongly stated direction is not a mistake in a reading. If opposite readings show one, the
   // readings are judged without it.

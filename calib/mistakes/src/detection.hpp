@@ -6,7 +6,7 @@
 namespace axiscal {
 
 // Levels of the quick tests.
-inline constexpr double classes = 6.0;        // over which levels are shared
+inline constexpr double classes = 8.0;        // over which levels are shared
 inline constexpr double worth_a_look = 0.04;  // probability in the quick tests, before any refit
 inline constexpr double large_share = 0.003;  // of scatter, in the full response
 // Above this probability of the axes' scatters nothing says that their noise differs.

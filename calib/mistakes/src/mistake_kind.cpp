@@ -64,7 +64,8 @@ namespace {
 std::vector<MistakeKind>& all_kinds() {
   static std::vector<MistakeKind> kinds = {wrong_pose_kind(),  exchanged_kind(), wrong_value_kind(),
                                            wrong_level_kind(), stuck_kind(),     tilted_seat_kind(),
-                                           table_moved_kind(), drift_kind(),     saturated_kind()};
+                                           table_moved_kind(), drift_kind(),     saturated_kind(),
+                                           bias_step_kind(),   memory_kind()};
   return kinds;
 }
 
@@ -142,9 +143,7 @@ ReadingSet one_reading(const ReadingSet& set, std::size_t i) {
   if (!set.field_then.empty()) {
     one.field_then = {set.field_then[i]};
   }
-  if (!set.effects.names.empty()) {
-    one.effects.columns = set.effects.columns.row(row);
-  }
+  one.effects = set.effects.of_means({{row}});
   if (set.temperature.order > 0) {
     one.temperature.d = set.temperature.d.row(row);
     one.temperature.soak = {set.soak_of(i)};

@@ -88,6 +88,8 @@ struct MistakeKind {
 [[nodiscard]] MistakeKind table_moved_kind();
 [[nodiscard]] MistakeKind drift_kind();
 [[nodiscard]] MistakeKind saturated_kind();
+[[nodiscard]] MistakeKind bias_step_kind();
+[[nodiscard]] MistakeKind memory_kind();
 
 /// @return all kinds.
 [[nodiscard]] std::span<const MistakeKind> mistake_kinds();

@@ -152,7 +152,7 @@ Run join_runs(std::vector<Run> files, Units units) {
     without_serial = file.serials.empty() ? file.inputs.front().path : without_serial;
     run.slots = file.slots;
     run.axes_of_slots = file.axes_of_slots;
-    run.serial = file.serial.empty() ? run.serial : file.serial;
+    run.serial = run.serial.empty() ? file.serial : run.serial;
     note_ignored_columns(file, run.notes);
     run.inputs.insert(run.inputs.end(), file.inputs.begin(), file.inputs.end());
     run.axes = file.axes;

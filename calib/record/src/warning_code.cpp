@@ -30,6 +30,8 @@ constexpr std::array warning_kinds = {
     WarningKind{.name = "sensitivity"},
     WarningKind{.name = "reading_unit", .refuses = true},
     WarningKind{.name = "saturated"},
+    WarningKind{.name = "bias_step"},
+    WarningKind{.name = "memory"},
     WarningKind{.name = "two_solutions"},
     WarningKind{.name = "one_sided_unsettled", .refuses = true},
     WarningKind{.name = "coverage"},

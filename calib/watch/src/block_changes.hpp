@@ -14,6 +14,11 @@ struct BlockScatter {
   double mean_square = 0.0;         ///< M, for one block's parameter, about the mean of the blocks
   double degrees_of_freedom = 0.0;  ///< 0: unknown
   double blocks = 1.0;
+
+  /// @return the variance of the parameter of another block about the record's.
+  [[nodiscard]] double of_another_block() const {
+    return degrees_of_freedom > 0.0 ? mean_square * (1.0 + 1.0 / blocks) : 0.0;
+  }
 };
 
 /// @param parameter  a bias or a sensitivity of the record.

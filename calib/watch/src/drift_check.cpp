@@ -400,14 +400,13 @@ DriftCheck check_drift(const Calibration& old_record,
   }
   FisherSum axes;
   const Eigen::Index m = old.sensor.instrument.axis_count();
+  // The scatters of each record count here, so before they are pooled.
+  const std::optional<double> p_of_blocks = p_of_block_changes(old, fresh, check.notes);
   pool_scatters(old, fresh);
   for (Eigen::Index k = 0; k < m; ++k) {
     axes.add(compare_axis(old, fresh, k, check.changes));
   }
-  check.p_value = axes.p_value();
-  if (const std::optional<double> p = p_of_block_changes(old, fresh, check.notes)) {
-    check.p_value = *p;
-  }
+  check.p_value = p_of_blocks.value_or(axes.p_value());
   check.drifted = check.p_value < alpha;
 
   check.intrinsic = intrinsic_changes(old, fresh);

@@ -54,23 +54,6 @@ Observations wanted_of(const Experiment& experiment, const Observations& observa
   return select_rows(observations, rows);
 }
 
-// Satterthwaite's degrees of freedom of an axis's share, part of it by the scatter of blocks.
-double freedom_with_blocks(const Eigen::MatrixXd& V,
-                           const Eigen::MatrixXd& within,
-                           Eigen::Index axis,
-                           Eigen::Index m,
-                           double nu,
-                           double of_blocks) {
-  if (!(of_blocks > 0.0)) {
-    return nu;
-  }
-  const auto rows = Eigen::seq(axis, V.rows() - 1, m);
-  const Eigen::MatrixXd own = V(rows, rows);
-  const double share =
-      solve_symmetric(own, within(rows, rows)).trace() / static_cast<double>(own.rows());
-  return 1.0 / (share * share / nu + (1.0 - share) * (1.0 - share) / of_blocks);
-}
-
 // The turn of the cube each time it is laid down, about each axis, if the record separates it from
 // other scatter [rad]; otherwise 0.
 double seat_scatter_rad(const Calibration& record) {
@@ -82,11 +65,13 @@ double seat_scatter_rad(const Calibration& record) {
   return 0.0;
 }
 
-// That what is left is by chance: each axis has its own scatter, known from the calibration by its
-// own degrees of freedom; Fisher's method puts them together.
-double p_of(const WeighedFit& fit, const Eigen::VectorXd& degrees_of_freedom) {
+// Adds the probability of each axis's residuals by chance. The calibration gives the scatter of an
+// axis and its degrees of freedom.
+void add_residuals(const WeighedFit& fit,
+                   const Eigen::VectorXd& degrees_of_freedom,
+                   FisherSum& tests) {
+  constexpr double fewest_left = 0.5;
   const Eigen::Index m = degrees_of_freedom.size();
-  FisherSum axes;
   for (Eigen::Index k = 0; k < m; ++k) {
     double squares = 0.0;
     double q = 0.0;
@@ -94,17 +79,35 @@ double p_of(const WeighedFit& fit, const Eigen::VectorXd& degrees_of_freedom) {
       squares += fit.left(i) * fit.left(i);
       q += fit.left_share(i);
     }
-    axes.add(f_upper_p(std::max(squares / q, 1e-12), q, degrees_of_freedom(k)));
+    if (q > fewest_left) {
+      tests.add(f_upper_p(std::max(squares / q, 1e-12), q, degrees_of_freedom(k)));
+    }
   }
-  return axes.p_value();
+}
+
+// Adds the probability of each bias's change by chance: noise and the scatter of blocks, the latter
+// by its own degrees of freedom (Satterthwaite).
+void add_changes_of_biases(const WeighedFit& shifted,
+                           const std::vector<BlockScatter>& blocks,
+                           const Eigen::VectorXd& degrees_of_freedom,
+                           FisherSum& tests) {
+  for (Eigen::Index k = 0; k < degrees_of_freedom.size(); ++k) {
+    const BlockScatter& scatter = blocks[static_cast<std::size_t>(k)];
+    const double by_noise = shifted.covariance(2 + k, 2 + k);
+    const double between = scatter.of_another_block();
+    const double share = by_noise / (by_noise + between);
+    const double nu =
+        1.0 / (share * share / degrees_of_freedom(k) +
+               (between > 0.0 ? (1.0 - share) * (1.0 - share) / scatter.degrees_of_freedom : 0.0));
+    tests.add(student_t_two_sided_p(shifted.estimate(2 + k) / std::sqrt(by_noise + between), nu));
+  }
 }
 
 // The readings less the values that a record predicts for them, at a field in the table.
 struct Deviations : Linearised {
-  Eigen::VectorXd e;                   // reading by reading
-  Eigen::MatrixXd A;                   // change of the predictions with a turn of the field [1/rad]
-  Eigen::MatrixXd V;                   // covariance of e
-  Eigen::VectorXd degrees_of_freedom;  // m, of an axis's part of V
+  Eigen::VectorXd e;  // reading by reading
+  Eigen::MatrixXd A;  // change of the predictions with a turn of the field [1/rad]
+  Eigen::MatrixXd V;  // covariance of e, without the scatter of blocks
 };
 
 // The direction of the field in the table, for gauss_newton().
@@ -176,8 +179,7 @@ class DirectionProblem {
     return e;
   }
 
-  // The scatter of the readings, of the seats and of the blocks in V. The readings are of another
-  // block than those of the record.
+  // The scatter of the readings and of the seats in V.
   void add_scatter(const Eigen::Vector3d& field, Deviations& linear) const {
     const Eigen::Index n = observations_.size();
     const LinearResponse& response = record_.sensor.response;
@@ -191,20 +193,6 @@ class DirectionProblem {
       const Eigen::MatrixXd turned = seat_rad_ * response.sensitivity *
                                      rotations_[static_cast<std::size_t>(i)] * cross_matrix(field);
       V.block(m * i, m * i, m, m) += turned * turned.transpose();
-    }
-    const Eigen::MatrixXd within = V;
-    linear.degrees_of_freedom = record_.fit.statistics->degrees_of_freedom;
-    for (Eigen::Index k = 0; k < m; ++k) {
-      const BlockScatter blocks = scatter_of_blocks(
-          record_, record_.sensor.instrument.axes[static_cast<std::size_t>(k)] + ".bias");
-      const double between = blocks.mean_square * (1.0 + 1.0 / blocks.blocks);
-      for (Eigen::Index i = k; blocks.degrees_of_freedom > 0.0 && i < n * m; i += m) {
-        for (Eigen::Index j = k; j < n * m; j += m) {
-          V(i, j) += between;
-        }
-      }
-      linear.degrees_of_freedom(k) = freedom_with_blocks(
-          V, within, k, m, linear.degrees_of_freedom(k), blocks.degrees_of_freedom);
     }
   }
 
@@ -268,12 +256,28 @@ DriftCheck check_labelled(const Calibration& record,
                    .pitch_error_deg = not_a_number,
                    .pitch_error_u_deg = not_a_number,
                    .pitch_error_expanded_deg = not_a_number};
-  check.p_value = p_of(fit, at.degrees_of_freedom);
-  check.drifted = check.p_value < alpha;
   const WeighedFit shifted = fit_weighed(at.e, with_biases, at.V);
+  const Eigen::VectorXd& freedom = record.fit.statistics->degrees_of_freedom;
+  // The readings are of another block than those of the record. Its offset has few degrees of
+  // freedom, the other residuals have many, so each has its test.
+  std::vector<BlockScatter> blocks;
+  for (const std::string& axis : sensor.instrument.axes) {
+    blocks.push_back(scatter_of_blocks(record, axis + ".bias"));
+  }
+  FisherSum tests;
+  if (std::any_of(blocks.begin(), blocks.end(),
+                  [](const BlockScatter& one) { return one.degrees_of_freedom > 0.0; })) {
+    add_residuals(shifted, freedom, tests);
+    add_changes_of_biases(shifted, blocks, freedom, tests);
+  } else {
+    add_residuals(fit, freedom, tests);
+  }
+  check.p_value = tests.p_value();
+  check.drifted = check.p_value < alpha;
   for (Eigen::Index k = 0; k < m; ++k) {
     const double change = shifted.estimate(2 + k);
-    const double u = std::sqrt(shifted.covariance(2 + k, 2 + k));
+    const double u = std::sqrt(shifted.covariance(2 + k, 2 + k) +
+                               blocks[static_cast<std::size_t>(k)].of_another_block());
     check.changes.push_back(
         {.parameter = sensor.instrument.axes[static_cast<std::size_t>(k)] + ".bias",
          .old_value = sensor.response.bias(k),

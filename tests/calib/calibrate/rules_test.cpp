@@ -31,6 +31,7 @@ class Rule : public testing::Test {
                .estimate = estimate_,
                .tests = tests_,
                .mistakes = mistakes_,
+               .taken_in = taken_in_,
                .searched = searched_,
                .unpaired_runs = unpaired_,
                .field_varies = false},
@@ -49,6 +50,7 @@ class Rule : public testing::Test {
   Estimate estimate_;
   FitTests tests_;
   MistakeSearch mistakes_;
+  std::vector<CalibrationWarning> taken_in_;
   bool searched_ = false;
   std::vector<int> unpaired_;
 };

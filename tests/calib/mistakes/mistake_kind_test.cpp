@@ -19,10 +19,10 @@ TEST(MistakeKind, SaysWhatToDoForEachCodeOnce) {
     }
   }
   // The codes of docs/messages.md that are about contradicting readings.
-  EXPECT_EQ(codes,
-            (std::set<std::string_view>{"wrong_pose", "exchanged", "columns_exchanged", "sign",
-                                        "unit_factor", "outlier", "wrong_level", "stuck",
-                                        "tilted_seat", "table_moved", "drift", "saturated"}));
+  EXPECT_EQ(codes, (std::set<std::string_view>{"wrong_pose", "exchanged", "columns_exchanged",
+                                               "sign", "unit_factor", "outlier", "wrong_level",
+                                               "stuck", "tilted_seat", "table_moved", "drift",
+                                               "saturated", "bias_step", "memory"}));
 }
 
 TEST(Explanations, AreRankedByTheirLikelihood) {

@@ -100,9 +100,11 @@ BlockFits fit_blocks(const Fit& run, const Estimate& estimate) {
   std::map<int, Own> blocks;
   for (Eigen::Index k = 0; k < m; ++k) {
     Fit::AxisRows rows = run.rows_of(k);
-    if (set.effects.has_drift) {
-      rows.response -= set.effects.columns(rows.readings, Eigen::last) *
-                       estimate.effects(estimate.effects.rows() - 1, k);
+    const Eigen::Index within = set.effects.columns_within_blocks();
+    for (std::size_t i = 0; i < rows.readings.size() && within > 0; ++i) {
+      rows.response(static_cast<Eigen::Index>(i)) -= set.effects.row(rows.readings[i], k)
+                                                         .tail(within)
+                                                         .dot(estimate.effects.col(k).tail(within));
     }
     std::map<int, std::vector<Eigen::Index>> of_block;
     for (std::size_t i = 0; i < rows.readings.size(); ++i) {

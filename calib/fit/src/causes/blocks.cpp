@@ -43,8 +43,9 @@ Eigen::MatrixXd shifts_of_blocks(const ReadingSet& set, const Estimate& estimate
         left -= estimate.also[a].row(k).dot(
             base.row(i).segment<3>(4 + 3 * static_cast<Eigen::Index>(a)));
       }
-      if (effects.has_drift) {
-        left -= effects.columns(i, 0) * estimate.effects(0, k);
+      const Eigen::Index within = effects.columns_within_blocks();
+      if (within > 0) {
+        left -= effects.row(i, k).tail(within).dot(estimate.effects.col(k).tail(within));
       }
       sums(block, k) += set.weights(i, k) * left;
       weights(block, k) += set.weights(i, k);

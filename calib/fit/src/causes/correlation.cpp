@@ -20,7 +20,7 @@ std::optional<OrderedReadings> ordered_readings(const ReadingSet& set, const Est
     const auto weights = set.weights.row(i).array();
     const std::vector<int>& blocks = set.effects.blocks;
     const bool taken_again =
-        set.effects.small_block_columns > 0 &&
+        !set.effects.small_blocks.empty() &&
         std::find(blocks.begin(), blocks.end(), set.readings[static_cast<std::size_t>(i)].block) ==
             blocks.end();
     if ((weights == 0.0).any() || taken_again) {
@@ -34,8 +34,8 @@ std::optional<OrderedReadings> ordered_readings(const ReadingSet& set, const Est
     rows.push_back(i);
   }
   constexpr Eigen::Index fewest_left = 4;
-  const Eigen::Index drift = set.effects.has_drift ? 1 : 0;
-  const Eigen::Index p = set.coefficient_count() + drift;
+  const Eigen::Index within = set.effects.columns_within_blocks();
+  const Eigen::Index p = set.coefficient_count() + within;
   const auto n = static_cast<Eigen::Index>(rows.size());
   if (n < p + fewest_left) {
     return std::nullopt;
@@ -55,7 +55,7 @@ std::optional<OrderedReadings> ordered_readings(const ReadingSet& set, const Est
     const Eigen::MatrixXd all = set.all_columns(designs.of(k), k);
     Eigen::MatrixXd& design = ordered.designs.emplace_back(n, p);
     design.leftCols(set.coefficient_count()) = all(rows, Eigen::seqN(0, set.coefficient_count()));
-    design.rightCols(drift) = all(rows, Eigen::lastN(drift));
+    design.rightCols(within) = all(rows, Eigen::lastN(within));
     if (k == 0 && set.end_of_alike(0, set.weights) == set.axis_count()) {
       break;  // one for all
     }

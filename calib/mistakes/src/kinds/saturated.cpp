@@ -97,8 +97,12 @@ void explain_by_saturation(const SuspectRun& run, Explanations& found) {
     for (const bool top : {true, false}) {
       const std::vector<std::size_t> readings = extremes(run, k, top);
       Correction correction = about(run, WarningCode::saturated, readings);
-      found.add(fit_saturated(run, k, top), {drift_range * run.full_response(k)},
-                count_of_ends(run), std::move(correction),
+      HypothesisFit fit = fit_saturated(run, k, top);
+      if (fit.fitted && (fit.added(0) > 0.0) == top) {
+        continue;  // a limited upper end reads too low, a limited lower end too high
+      }
+      found.add(std::move(fit), {drift_range * run.full_response(k)}, count_of_ends(run),
+                std::move(correction),
                 std::string("with axis ") + run.set().axes[static_cast<std::size_t>(k)] +
                     (top ? " limited at its upper end" : " limited at its lower end"));
     }

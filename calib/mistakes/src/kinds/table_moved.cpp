@@ -22,9 +22,11 @@ Eigen::MatrixX2d table_rows(const SuspectRun& run,
                             std::size_t i,
                             const TableField& field,
                             const Eigen::MatrixXd& coefficients) {
-  const Eigen::Vector3d& vector = field.vector(run.set().tilt_of(i));
-  const Eigen::Matrix<double, 3, 2> change = run.set().readings[i].level.of_all() * vector.norm() *
-                                             run.set().met_of_field(i) * tangents_of(vector);
+  const std::size_t tilt = run.set().tilt_of(i);
+  // The tangents stay those of the plain fit: the basis of tangents_of() jumps at some directions.
+  const Eigen::Matrix<double, 3, 2> change = run.set().readings[i].level.of_all() *
+                                             field.vector(tilt).norm() * run.set().met_of_field(i) *
+                                             tangents_of(run.plain().field.vector(tilt));
   return coefficients.middleRows<3>(1).transpose().lazyProduct(change);
 }
 

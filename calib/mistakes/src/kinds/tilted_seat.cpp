@@ -21,10 +21,11 @@ HypothesisFit fit_tilted(const SuspectRun& run, std::size_t i) {
   return run.fitter().fit(
       run.set(), {},
       [&, i, row](const TableField& field, const Eigen::MatrixXd& c) -> Eigen::MatrixXd {
-        const Eigen::Vector3d met =
-            run.set().rotation_sensor_from_table[i] * run.set().field_in_table(row, field);
+        const Eigen::Matrix3d& rotation = run.set().rotation_sensor_from_table[i];
+        const Eigen::Vector3d met = rotation * run.set().field_in_table(row, field);
+        const Eigen::Vector3d start = rotation * run.set().field_in_table(row, run.plain().field);
         Eigen::MatrixXd Z = Eigen::MatrixXd::Zero(run.n() * run.m(), 2);
-        const Eigen::Matrix<double, 3, 2> change = met.norm() * tangents_of(met);
+        const Eigen::Matrix<double, 3, 2> change = met.norm() * tangents_of(start);
         for (Eigen::Index k = 0; k < run.m(); ++k) {
           Z.row(run.n() * k + row) = c.col(k).segment<3>(1).transpose() * change;
         }

@@ -27,6 +27,8 @@ enum class WarningCode {
   sensitivity,
   reading_unit,
   saturated,
+  bias_step,
+  memory,
   two_solutions,
   one_sided_unsettled,
   coverage,

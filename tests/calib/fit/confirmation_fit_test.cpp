@@ -1,0 +1,293 @@
+// SPDX-License-Identifier: Apache-2.0
+// Readings that were kept out of a fit against the prediction intervals of a textbook.
+#include "calib/fit/confirmation_fit.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include <Eigen/Dense>
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "axiscal/calib/distributions.hpp"
+#include "axiscal/core/error.hpp"
+#include "calib/fit/estimation.hpp"
+#include "labelled_set.hpp"
+#include "matchers.hpp"
+
+namespace axiscal {
+namespace {
+
+constexpr double kept_noise = 1e-3;
+
+ReadingSet set_with_rows(const ReadingSet& set, const std::vector<std::size_t>& rows) {
+  ReadingSet some = set;
+  some.readings.clear();
+  some.rotation_sensor_from_table.clear();
+  std::vector<Eigen::Index> at;
+  for (const std::size_t i : rows) {
+    some.readings.push_back(set.readings[i]);
+    some.rotation_sensor_from_table.push_back(set.rotation_sensor_from_table[i]);
+    at.push_back(static_cast<Eigen::Index>(i));
+  }
+  some.response = set.response(at, Eigen::all);
+  some.weights = set.weights(at, Eigen::all);
+  if (set.effects.columns.cols() > 0) {
+    some.effects.columns = set.effects.columns(at, Eigen::all);
+  }
+  return some;
+}
+
+// A run of 24 readings, some of which are kept out.
+struct KeptOutRun {
+  KeptOutRun(const ReadingSet& all, const std::vector<std::size_t>& gone)
+      : kept_out(set_with_rows(all, gone)) {
+    std::vector<std::size_t> rest;
+    for (std::size_t i = 0; i < all.readings.size(); ++i) {
+      if (std::find(gone.begin(), gone.end(), i) == gone.end()) {
+        rest.push_back(i);
+      }
+    }
+    fitted = set_with_rows(all, rest);
+  }
+
+  [[nodiscard]] Confirmation confirmed_by_known() const {
+    return confirmed(fitted, kept_out, fitted.field, true);
+  }
+
+  ReadingSet fitted;
+  ReadingSet kept_out;
+};
+
+ReadingSet run_of_24(std::uint64_t seed, double noise = kept_noise) {
+  return test::labelled_set(test::some_response(), test::gravity_in_table(test::sloping_gravity),
+                            standard_design(24), noise, seed);
+}
+
+ReadingSet weighed_run(std::uint64_t seed) {
+  ReadingSet all = run_of_24(seed);
+  for (Eigen::Index i = 0; i < all.size(); ++i) {
+    for (Eigen::Index k = 0; k < 3; ++k) {
+      all.weights(i, k) = 0.4 + 0.3 * static_cast<double>((i + k) % 5);
+    }
+  }
+  return all;
+}
+
+// Draper & Smith, Applied Regression Analysis, sec. 3.1; q readings together by F(q, nu), the axes
+// by Fisher's method.
+void expect_textbook(const KeptOutRun& run) {
+  const Confirmation confirmation = run.confirmed_by_known();
+  const Eigen::MatrixXd A = test::rows_of(run.fitted, test::sloping_gravity);
+  const Eigen::MatrixXd X = test::rows_of(run.kept_out, test::sloping_gravity);
+  const auto q = static_cast<double>(run.kept_out.size());
+  ASSERT_EQ(confirmation.readings.size(), run.kept_out.readings.size());
+  double fisher = 0.0;
+  for (Eigen::Index k = 0; k < 3; ++k) {
+    const Eigen::VectorXd w = run.fitted.weights.col(k);
+    const Eigen::MatrixXd C = (A.transpose() * w.asDiagonal() * A).inverse();
+    const Eigen::VectorXd b = C * (A.transpose() * w.cwiseProduct(run.fitted.response.col(k)));
+    const double nu = static_cast<double>(run.fitted.size()) - 4.0;
+    const double s2 = w.dot((run.fitted.response.col(k) - A * b).cwiseAbs2()) / nu;
+    const Eigen::VectorXd e = run.kept_out.response.col(k) - X * b;
+    Eigen::MatrixXd V = s2 * X * C * X.transpose();
+    V.diagonal() += s2 * run.kept_out.weights.col(k).cwiseInverse();
+    for (Eigen::Index i = 0; i < e.size(); ++i) {
+      const ConfirmationReading& one = confirmation.readings[static_cast<std::size_t>(i)];
+      EXPECT_NEAR(one.error(k), e(i), 1e-12);
+      EXPECT_NEAR(one.half_width(k), student_t_factor(0.95, nu) * std::sqrt(V(i, i)), 1e-12);
+    }
+    fisher -= 2.0 * std::log(f_upper_p(e.dot(V.inverse() * e) / q, q, nu));
+  }
+  const double expected = chi_squared_upper_p(fisher, 6.0);
+  EXPECT_NEAR(confirmation.p_value, expected, 1e-4 * expected);
+  EXPECT_EQ(confirmation.passed, expected >= 0.05);
+}
+
+TEST(Confirmed, HasThePredictionIntervalOfOneReading) {
+  expect_textbook(KeptOutRun(run_of_24(1), {9}));
+}
+
+TEST(Confirmed, TestsSeveralReadingsTogether) {
+  expect_textbook(KeptOutRun(run_of_24(2), {0, 5, 11, 18}));
+}
+
+TEST(Confirmed, CountsTheWeightsOfBoth) {
+  expect_textbook(KeptOutRun(weighed_run(3), {2, 7, 16}));
+}
+
+// More readings than coefficients.
+TEST(Confirmed, TakesMoreReadingsThanColumns) {
+  expect_textbook(KeptOutRun(weighed_run(4), {1, 3, 5, 7, 9, 11, 13}));
+}
+
+TEST(Confirmed, KnowsTheReadingThatIsOff) {
+  ReadingSet all = run_of_24(5);
+  all.response(16, 1) += 20.0 * kept_noise;
+  const Confirmation confirmation = KeptOutRun(all, {4, 16, 21}).confirmed_by_known();
+  EXPECT_FALSE(confirmation.passed);
+  EXPECT_LT(confirmation.p_value, 1e-4);
+  ASSERT_EQ(confirmation.readings.size(), 3U);
+  EXPECT_EQ(confirmation.readings[1].run, 17);
+  EXPECT_FALSE(confirmation.readings[1].within);
+  EXPECT_NEAR(confirmation.readings[1].error(1), 20.0 * kept_noise, 5.0 * kept_noise);
+  EXPECT_LT(std::abs(confirmation.readings[1].error(0)), confirmation.readings[1].half_width(0));
+  // One that was kept out does not bear on another.
+  const Confirmation alone = KeptOutRun(all, {4, 21, 16}).confirmed_by_known();
+  EXPECT_MATRIX_NEAR(alone.readings[0].error, confirmation.readings[0].error, 1e-14);
+  EXPECT_MATRIX_NEAR(alone.readings[2].error, confirmation.readings[1].error, 1e-14);
+  EXPECT_NEAR(alone.p_value, confirmation.p_value, 1e-6 * confirmation.p_value);
+}
+
+TEST(Confirmed, DoesNotKnowTheUnitOfAnAxis) {
+  ReadingSet all = run_of_24(6);
+  const Confirmation before = KeptOutRun(all, {3, 8}).confirmed_by_known();
+  all.response.col(2) *= 250.0;
+  const Confirmation after = KeptOutRun(all, {3, 8}).confirmed_by_known();
+  EXPECT_NEAR(after.p_value, before.p_value, 1e-6 * before.p_value);
+  EXPECT_NEAR(after.readings[1].error(2), 250.0 * before.readings[1].error(2), 1e-10);
+  EXPECT_NEAR(after.readings[1].half_width(2), 250.0 * before.readings[1].half_width(2), 1e-10);
+}
+
+TEST(Confirmed, HasNoErrorForAnAxisThatDoesNotUseTheReading) {
+  ReadingSet all = run_of_24(7);
+  all.weights(5, 0) = 0.0;
+  all.response(5, 0) += 3.0;
+  const Confirmation confirmation = KeptOutRun(all, {5}).confirmed_by_known();
+  EXPECT_TRUE(std::isnan(confirmation.readings[0].error(0)));
+  EXPECT_TRUE(std::isnan(confirmation.readings[0].half_width(0)));
+  EXPECT_FALSE(std::isnan(confirmation.readings[0].error(1)));
+  all.weights(5, 0) = 1.0;
+  EXPECT_FALSE(KeptOutRun(all, {5}).confirmed_by_known().passed);
+  // Without the other axes' errors: those of axes 1 and 2 alone decide.
+  const double p = confirmation.p_value;
+  all.response(5, 0) -= 1e3;
+  all.weights(5, 0) = 0.0;
+  EXPECT_NEAR(KeptOutRun(all, {5}).confirmed_by_known().p_value, p, 1e-12);
+}
+
+// All axes share the direction: an independent fit of all columns at once, with the sigmas of the
+// axes equal by construction of the noise.
+TEST(Confirmed, CountsTheDirectionThatWasFitted) {
+  const ReadingSet all = run_of_24(8);
+  const KeptOutRun run(all, {6, 19});
+  const Estimate estimate = estimate_joint(run.fitted);
+  const Confirmation joint = confirmed(run.fitted, run.kept_out, estimate.field, false);
+  const Confirmation known = confirmed(run.fitted, run.kept_out, estimate.field, true);
+  const Eigen::MatrixXd S = estimate.response.sensitivity;
+  const Eigen::Vector3d f = estimate.field.vector(0);
+  const auto jacobian = [&](const ReadingSet& set) {
+    const Eigen::MatrixXd X = test::rows_of(set, f);
+    Eigen::MatrixXd J = Eigen::MatrixXd::Zero(3 * set.size(), 14);
+    for (Eigen::Index i = 0; i < set.size(); ++i) {
+      for (Eigen::Index k = 0; k < 3; ++k) {
+        J.row(3 * i + k).segment<4>(4 * k) = X.row(i);
+        J.row(3 * i + k).tail<2>() =
+            S.row(k) * set.rotation_sensor_from_table[static_cast<std::size_t>(i)].leftCols<2>();
+      }
+    }
+    return J;
+  };
+  // Each axis in units of its noise, as the fit has found it.
+  const Eigen::MatrixXd J = jacobian(run.fitted);
+  const Eigen::MatrixXd K = jacobian(run.kept_out);
+  Eigen::VectorXd sigma(3);
+  for (Eigen::Index k = 0; k < 3; ++k) {
+    sigma(k) = estimate.statistics.residual_sd(k);
+  }
+  const Eigen::MatrixXd scaled =
+      sigma.cwiseInverse().replicate(run.fitted.size(), 1).asDiagonal() * J;
+  const Eigen::MatrixXd C = (scaled.transpose() * scaled).inverse();
+  for (Eigen::Index i = 0; i < 2; ++i) {
+    const auto one = static_cast<std::size_t>(i);
+    for (Eigen::Index k = 0; k < 3; ++k) {
+      const Eigen::RowVectorXd row = K.row(3 * i + k);
+      const double sd = std::sqrt(sigma(k) * sigma(k) + row.dot(C * row.transpose()));
+      const double t = student_t_factor(0.95, estimate.statistics.degrees_of_freedom(k));
+      EXPECT_NEAR(joint.readings[one].half_width(k) / (t * sd), 1.0, 0.02);
+      const double predicted = estimate.response.bias(k) +
+                               S.row(k).dot(run.kept_out.rotation_sensor_from_table[one] * f);
+      EXPECT_NEAR(joint.readings[one].error(k), run.kept_out.response(i, k) - predicted, 1e-5);
+    }
+    EXPECT_GT(joint.readings[one].half_width.norm(), known.readings[one].half_width.norm());
+  }
+}
+
+TEST(Confirmed, FollowsTheDriftOfTheRun) {
+  ReadingSet all = run_of_24(9);
+  all.effects = run_effects(all.readings, all.weights, {.drift = true});
+  all.response += 0.3 * all.effects.columns.col(0) * Eigen::RowVector3d(1.0, -1.0, 2.0);
+  const Confirmation confirmation = KeptOutRun(all, {0, 12, 23}).confirmed_by_known();
+  EXPECT_GT(confirmation.p_value, 1e-3);
+  for (const ConfirmationReading& one : confirmation.readings) {
+    EXPECT_LT(one.error.cwiseAbs().maxCoeff(), 6.0 * kept_noise);
+  }
+  // The ends of the run are known less well than its middle.
+  EXPECT_GT(confirmation.readings[0].half_width(0), confirmation.readings[1].half_width(0));
+  all.effects = {};
+  EXPECT_LT(KeptOutRun(all, {0, 12, 23}).confirmed_by_known().readings[1].half_width(0), 1.0);
+  EXPECT_GT(KeptOutRun(all, {0, 12, 23}).confirmed_by_known().readings[1].half_width(0),
+            10.0 * confirmation.readings[1].half_width(0));
+}
+
+TEST(Confirmed, FollowsTheTemperature) {
+  ReadingSet all = run_of_24(10);
+  all.temperature.order = 1;
+  all.temperature.d = Eigen::MatrixXd::Zero(24, 3);
+  all.temperature.scale = Eigen::MatrixXd::Zero(3, 1);
+  all.temperature.along = test::some_response().sensitivity;
+  for (Eigen::Index i = 0; i < 24; ++i) {
+    all.temperature.d.row(i).setConstant(static_cast<double>((7 * i) % 24) - 11.5);
+    all.response.row(i).array() += 0.02 * all.temperature.d(i, 0);
+  }
+  const std::vector<std::size_t> gone = {2, 13};
+  KeptOutRun run(all, gone);
+  run.kept_out.temperature.d = all.temperature.d({2, 13}, Eigen::all);
+  Eigen::MatrixXd d(22, 3);
+  for (Eigen::Index i = 0, row = 0; i < 24; ++i) {
+    if (i != 2 && i != 13) {
+      d.row(row++) = all.temperature.d.row(i);
+    }
+  }
+  run.fitted.temperature.d = d;
+  const Confirmation confirmation = run.confirmed_by_known();
+  EXPECT_GT(confirmation.p_value, 1e-3);
+  for (const ConfirmationReading& one : confirmation.readings) {
+    EXPECT_LT(one.error.cwiseAbs().maxCoeff(), 6.0 * kept_noise);
+    EXPECT_LT(one.half_width.maxCoeff(), 6.0 * kept_noise);
+  }
+}
+
+TEST(Confirmed, RefusesAFitThatPredictsNone) {
+  const ReadingSet all = run_of_24(11);
+  std::vector<std::size_t> gone;
+  for (std::size_t i = 4; i < 24; ++i) {
+    gone.push_back(i);
+  }
+  const KeptOutRun run(all, gone);
+  EXPECT_THAT([&] { static_cast<void>(run.confirmed_by_known()); },
+              testing::ThrowsMessage<RefusedError>(testing::HasSubstr("take more of them")));
+}
+
+// Of good runs 5 % fail, and 5 % of the errors are outside their interval.
+TEST(Confirmed, IsRightAboutGoodRuns) {
+  constexpr int trials = 300;
+  int failed = 0;
+  int outside = 0;
+  for (int trial = 0; trial < trials; ++trial) {
+    const KeptOutRun run(run_of_24(static_cast<std::uint64_t>(1000 + trial)), {1, 10, 20});
+    const Estimate estimate = estimate_joint(run.fitted);
+    const Confirmation confirmation = confirmed(run.fitted, run.kept_out, estimate.field, false);
+    failed += confirmation.passed ? 0 : 1;
+    for (const ConfirmationReading& one : confirmation.readings) {
+      outside += static_cast<int>((one.error.array().abs() > one.half_width.array()).count());
+    }
+  }
+  EXPECT_GE(failed, 3);
+  EXPECT_LE(failed, 32);
+  EXPECT_NEAR(static_cast<double>(outside) / (9.0 * trials), 0.05, 0.02);
+}
+
+}  // namespace
+}  // namespace axiscal
