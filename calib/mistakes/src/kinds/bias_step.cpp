@@ -69,6 +69,9 @@ void add_steps(const SuspectRun& run,
 // All steps, the largest reduction first.
 std::vector<Step> steps_of(const SuspectRun& run, const HypothesisFit& fit) {
   std::vector<Step> steps;
+  if (run.set().temperature.order > 0) {
+    return steps;  // soaks that lie off the polynomials look like steps
+  }
   for (std::size_t first = 0; first < run.count();) {
     const std::size_t end = end_of_block(run, first);
     for (Eigen::Index k = 0; k < run.m(); ++k) {
