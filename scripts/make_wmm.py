@@ -76,7 +76,7 @@ def source(model):
     text = """// SPDX-License-Identifier: Apache-2.0
 // Made by scripts/make_wmm.py from field/data/wmm-2025.json; do not edit.
 // clang-format off
-#include "wmm2025_coefficients.hpp"
+#include "field/src/wmm2025_coefficients.hpp"
 
 namespace axiscal {
 
