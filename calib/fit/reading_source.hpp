@@ -24,6 +24,14 @@ struct ModelChoice {
   std::map<int, Eigen::Matrix3d> mounts;  ///< turn of the instrument in each mount; empty: none
 };
 
+/// The variance of a reading in units of the mean variance (method.md, section 4.1).
+/// @param floor       the part that samples do not average.
+/// @param by_samples  1 / samples, in units of its mean.
+template <typename Value>
+[[nodiscard]] Value variance_of_samples(double floor, const Value& by_samples) {
+  return floor + (1.0 - floor) * by_samples;
+}
+
 /// The observations of an experiment in the terms of the estimators: the readings that are used,
 /// their weights, and how the instrument lay in each.
 class ReadingSource {
@@ -85,6 +93,7 @@ class ReadingSource {
   // One value for every model. Copies of the source share it.
   struct Selection {
     Eigen::MatrixXd weights;
+    Eigen::RowVectorXd mean_variance;  // m: mean of 1 / weight over `rows`
     std::vector<std::size_t> rows;
     std::vector<std::size_t> rows_kept_out;
     std::vector<FieldDescription> also;

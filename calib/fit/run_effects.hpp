@@ -20,7 +20,7 @@ struct BiasStep {
 
 /// The effects of the course of a run on its readings: a free change of the bias from block to
 /// block, a step, a drift, and a memory (method.md, section 4). These columns belong to the run,
-/// not to the instrument. With them, the bias coefficient is the mean bias of the run.
+/// not to the instrument. If a fit has these columns, its bias is the mean bias of the run.
 struct RunEffects {
   /// n x e: those of the blocks, then the step's, the drift's, and zeros for the memory.
   Eigen::MatrixXd columns;
@@ -102,7 +102,7 @@ void add_memory(const std::vector<Reading>& readings,
                 RunEffects& effects);
 
 /// For each reading its response minus that of the reading before it, with the sign reversed; 0 for
-/// the first one. Readings are ordered by their run numbers.
+/// the first one in order_of_runs().
 /// @return n x m [unit].
 [[nodiscard]] Eigen::MatrixXd changes_before(const std::vector<Reading>& readings,
                                              const Eigen::MatrixXd& response);
@@ -115,6 +115,9 @@ void add_memory(const std::vector<Reading>& readings,
 [[nodiscard]] Eigen::MatrixXd effects_at(const RunEffects& effects,
                                          const std::vector<Reading>& run,
                                          const std::vector<Reading>& others);
+
+/// @return positions of the readings in the order in which they were taken, by their run numbers.
+[[nodiscard]] std::vector<std::size_t> order_of_runs(const std::vector<Reading>& readings);
 
 /// When readings were taken, from -1/2 to 1/2: by their times where all have one, else by their
 /// order; n.

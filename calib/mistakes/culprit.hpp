@@ -3,6 +3,7 @@
 
 #include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "axiscal/calib/calibration.hpp"
@@ -24,6 +25,9 @@ struct MistakeSearch {
   std::optional<Culprit> culprit;  // nothing for a good run
   std::string remark;              // of a reading that may be wrong, or of noise with heavy tails
 };
+
+/// @return the remedy for a mistake, as a sentence.
+[[nodiscard]] std::string_view advice_of(const Correction& correction);
 
 /// True if a run can be searched: enough labelled readings of one field, all used.
 [[nodiscard]] bool can_be_searched(const ReadingSet& set, const Estimate& estimate);

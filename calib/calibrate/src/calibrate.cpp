@@ -45,18 +45,13 @@ SolvedRun solved(const PreparedRun& run) {
   ChosenModel model = choose_model(run);
   FittedRun fit = solve(run, model);
   SearchedRun search = find_mistakes(run, fit);
-  constexpr int most_terms = 3;  // a step, a drift and a memory
-  for (int round = 0; round < most_terms; ++round) {
-    const std::optional<ChosenModel> extended = with_found_term(run, model, search);
-    if (!extended) {
-      break;
-    }
+  while (const std::optional<ChosenModel> extended = with_found_term(run, model, search)) {
     FittedRun refit = solve(run, *extended);
     if (refit.source.choice().effects != extended->choice.effects) {
       break;  // the readings do not determine the term
     }
     SearchedRun again = find_mistakes(run, refit);
-    again.taken_in = warnings_of_terms(run, fit, refit, search);
+    again.taken_in = warnings_of_terms(run, refit, search);
     model = *extended;
     fit = with_note_of_drift(run, std::move(refit));
     search = std::move(again);

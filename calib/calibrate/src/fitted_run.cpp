@@ -154,7 +154,7 @@ double floor_of_samples(const PreparedRun& run, ChosenModel model) {
   Eigen::ArrayXd by_samples = (*samples)(alike.source.rows()).array().inverse();
   by_samples /= by_samples.mean();
   const auto likelihood = [&](double floor) {
-    const Eigen::ArrayXd variance = floor + (1.0 - floor) * by_samples;
+    const Eigen::ArrayXd variance = variance_of_samples(floor, by_samples);
     double sum = 0.0;
     for (const AxisSolution& axis : solution->axes) {
       const double squares = (axis.residuals.array().square() / variance).sum();
@@ -222,15 +222,18 @@ FittedRun solve(const PreparedRun& run, const ChosenModel& model) {
     return solved_without_labels(run);
   }
   const ReadingSource source = run.source().with(model.choice);
+  const auto solved_by = [&](ReadingSource readings) {
+    return with_note_of_floor(with_mounts(run, solved_once(run, std::move(readings))));
+  };
   try {
-    return with_note_of_floor(with_mounts(run, solved_once(run, source)));
+    return solved_by(source);
   } catch (const RefusedError&) {
     ModelChoice without = source.choice();
     if (without.effects == EffectSetup{}) {
       throw;
     }
     without.effects = {};
-    return with_mounts(run, solved_once(run, source.with(without)));
+    return solved_by(source.with(without));
   }
 }
 
@@ -274,33 +277,30 @@ std::string effect_by_axis(const PreparedRun& run,
 }  // namespace
 
 std::vector<CalibrationWarning> warnings_of_terms(const PreparedRun& run,
-                                                  const FittedRun& before,
                                                   const FittedRun& fit,
                                                   const SearchedRun& search) {
   std::vector<CalibrationWarning> warnings = search.taken_in;
+  const Correction& found = search.mistakes.culprit->correction;
   const RunEffects& effects = fit.set->effects;
-  const std::string& unit = run.experiment().instrument.unit;
-  if (effects.step && !before.set->effects.step) {
-    const std::vector<int>& runs = search.mistakes.culprit->correction.runs;
+  if (found.code == WarningCode::bias_step && effects.step) {
     warnings.push_back(
         {.code = WarningCode::bias_step,
-         .runs = runs,
+         .runs = found.runs,
          .message = formatted(
              "the biases step between {}, by {} {}. The step is a term of the fit, and the biases "
-             "are the means of the run. Look for a knock, a loose cable or a changed range there, "
-             "and take the readings again.",
-             name_of_runs(runs), effect_by_axis(run, fit, effects.step_column()), unit)});
+             "are the means of the run. {}",
+             name_of_runs(found.runs), effect_by_axis(run, fit, effects.step_column()),
+             run.experiment().instrument.unit, advice_of(found))});
   }
-  if (effects.memory.size() > 0 && before.set->effects.memory.size() == 0) {
+  if (found.code == WarningCode::memory) {
     constexpr double percent = 0.01;
     warnings.push_back(
         {.code = WarningCode::memory,
          .runs = {},
          .message = formatted(
              "each reading keeps a part of the change since the reading before it (hysteresis), by "
-             "{} %. The memory is a term of the fit. Exercise the instrument over its whole range "
-             "before each reading, and wait longer.",
-             effect_by_axis(run, fit, effects.columns.cols() - 1, percent))});
+             "{} %. The memory is a term of the fit. {}",
+             effect_by_axis(run, fit, effects.columns.cols() - 1, percent), advice_of(found))});
   }
   return warnings;
 }

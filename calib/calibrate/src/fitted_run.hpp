@@ -64,10 +64,9 @@ struct SearchedRun {
                                                          ChosenModel model,
                                                          const SearchedRun& search);
 
-/// @return the warnings of the terms so far, and that of the term which `fit` has and `before`
-/// lacks.
+/// @param fit  with a term for the mistake that the search found.
+/// @return the warnings of the terms so far, and that of the new term.
 [[nodiscard]] std::vector<CalibrationWarning> warnings_of_terms(const PreparedRun& run,
-                                                                const FittedRun& before,
                                                                 const FittedRun& fit,
                                                                 const SearchedRun& search);
 

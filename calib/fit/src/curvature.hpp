@@ -9,7 +9,7 @@
 
 #include "axiscal/calib/distributions.hpp"
 #include "calib/fit/estimation.hpp"
-#include "calib/fit/src/layings.hpp"
+#include "calib/fit/layings.hpp"
 
 namespace axiscal {
 

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "calib/fit/src/layings.hpp"
+#include "calib/fit/layings.hpp"
 
 #include <algorithm>
+#include <numeric>
 #include <utility>
 #include <vector>
 
@@ -25,15 +26,21 @@ Layings layings_of(const ReadingSet& given, const Estimate& estimate) {
     return now.point == before.point && now.block == before.block && now.level == before.level &&
            set.met_of_field(i) == set.met_of_field(i - 1);
   };
-  std::vector<std::vector<Eigen::Index>> members;
+  std::vector<std::size_t> firsts;
+  firsts.reserve(set.readings.size());
   for (std::size_t i = 0; i < set.readings.size(); ++i) {
     if (i == 0 || !continues(i)) {
-      members.emplace_back();
+      firsts.push_back(i);
     }
-    members.back().push_back(static_cast<Eigen::Index>(i));
   }
-  if (members.size() == set.readings.size()) {
+  if (firsts.size() == set.readings.size()) {
     return layings;
+  }
+  std::vector<std::vector<Eigen::Index>> members(firsts.size());
+  for (std::size_t s = 0; s < firsts.size(); ++s) {
+    const std::size_t end = s + 1 < firsts.size() ? firsts[s + 1] : set.readings.size();
+    members[s].resize(end - firsts[s]);
+    std::iota(members[s].begin(), members[s].end(), static_cast<Eigen::Index>(firsts[s]));
   }
   ReadingSet means = set;
   const auto count = static_cast<Eigen::Index>(members.size());

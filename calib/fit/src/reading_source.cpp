@@ -149,6 +149,8 @@ ReadingSource::Selection ReadingSource::selected(Weighting weighting) const {
                            ? "no readings are left to calibrate with"
                            : "all readings are kept out of the fit (confirm): none is left for it");
   }
+  selection.mean_variance =
+      selection.weights(selection.rows, Eigen::all).cwiseInverse().colwise().mean();
   if (field_moves(*experiment_) && !by_field_) {
     selection.mean_time_s = mean_time_of(*experiment_, *observations_, selection.rows);
   }
@@ -233,9 +235,8 @@ double ReadingSource::weight(Eigen::Index row, Eigen::Index axis) const {
   if (!(choice_.variance_floor > 0.0)) {
     return plain;
   }
-  const auto used = selection_->weights(selection_->rows, axis).array();
-  const double mean_variance = used.inverse().mean();
-  return 1.0 / (choice_.variance_floor + (1.0 - choice_.variance_floor) / (plain * mean_variance));
+  return 1.0 / variance_of_samples(choice_.variance_floor,
+                                   1.0 / (plain * selection_->mean_variance(axis)));
 }
 
 // Readings, responses and how the instrument lay in them; the weights are those of the

@@ -26,6 +26,14 @@ Eigen::MatrixXd contrasts(const Eigen::VectorXd& at, bool without_trend) {
 
 }  // namespace
 
+std::vector<std::size_t> order_of_runs(const std::vector<Reading>& readings) {
+  std::vector<std::size_t> order(readings.size());
+  std::iota(order.begin(), order.end(), std::size_t{0});
+  std::stable_sort(order.begin(), order.end(),
+                   [&](std::size_t a, std::size_t b) { return readings[a].run < readings[b].run; });
+  return order;
+}
+
 Eigen::VectorXd progress_of_run(const std::vector<Reading>& readings) {
   const auto n = static_cast<Eigen::Index>(readings.size());
   const bool timed = std::all_of(readings.begin(), readings.end(),
@@ -67,10 +75,6 @@ void put_small_blocks(const std::vector<Reading>& readings,
     }
   }
 }
-
-}  // namespace
-
-namespace {
 
 // A column that changes within blocks.
 void add_column(const Eigen::VectorXd& column, std::string name, RunEffects& effects) {
@@ -114,10 +118,15 @@ Eigen::RowVectorXd RunEffects::row(Eigen::Index reading, Eigen::Index axis) cons
 }
 
 RunEffects RunEffects::of_means(const std::vector<std::vector<Eigen::Index>>& groups) const {
-  RunEffects means = *this;
   const auto count = static_cast<Eigen::Index>(groups.size());
-  means.columns.resize(count, columns.cols());
-  means.memory.resize(memory.size() > 0 ? count : 0, memory.cols());
+  RunEffects means{.columns = Eigen::MatrixXd(count, columns.cols()),
+                   .names = names,
+                   .blocks = blocks,
+                   .shift_of_block = shift_of_block,
+                   .has_drift = has_drift,
+                   .step = step,
+                   .memory = Eigen::MatrixXd(memory.size() > 0 ? count : 0, memory.cols()),
+                   .small_blocks = small_blocks};
   for (Eigen::Index g = 0; g < count; ++g) {
     const std::vector<Eigen::Index>& members = groups[static_cast<std::size_t>(g)];
     if (columns.cols() > 0) {
@@ -132,10 +141,7 @@ RunEffects RunEffects::of_means(const std::vector<std::vector<Eigen::Index>>& gr
 
 Eigen::MatrixXd changes_before(const std::vector<Reading>& readings,
                                const Eigen::MatrixXd& response) {
-  std::vector<std::size_t> order(readings.size());
-  std::iota(order.begin(), order.end(), std::size_t{0});
-  std::stable_sort(order.begin(), order.end(),
-                   [&](std::size_t a, std::size_t b) { return readings[a].run < readings[b].run; });
+  const std::vector<std::size_t> order = order_of_runs(readings);
   Eigen::MatrixXd changes = Eigen::MatrixXd::Zero(response.rows(), response.cols());
   for (std::size_t at = 1; at < order.size(); ++at) {
     const auto i = static_cast<Eigen::Index>(order[at]);

@@ -7,7 +7,7 @@
 #include <tuple>
 #include <utility>
 
-#include "calib/mistakes/src/suspect_run.hpp"
+#include "calib/fit/run_effects.hpp"
 
 namespace axiscal {
 namespace {
@@ -30,7 +30,7 @@ std::vector<std::vector<Eigen::Index>> groups_of(const ReadingSet& set, std::siz
   if (poses.size() > most) {
     return {};
   }
-  const std::vector<std::size_t> order = by_run(set);
+  const std::vector<std::size_t> order = order_of_runs(set.readings);
   const std::size_t parts = std::max<std::size_t>(1, most / poses.size());
   std::map<std::pair<std::size_t, Pose>, std::size_t> places;
   std::vector<std::vector<Eigen::Index>> groups;

@@ -9,7 +9,7 @@
 #include "axiscal/calib/distributions.hpp"
 #include "axiscal/core/number_text.hpp"
 #include "calib/fit/deletion_fit.hpp"
-#include "calib/fit/src/layings.hpp"
+#include "calib/fit/layings.hpp"
 #include "calib/mistakes/src/condensed.hpp"
 #include "calib/mistakes/src/detection.hpp"
 #include "calib/mistakes/src/mistake_kind.hpp"
@@ -41,17 +41,6 @@ std::vector<Explanation> explain(const SuspectRun& run) {
     }
   }
   return std::move(found).ranked();
-}
-
-std::string_view advice_of(const Correction& correction) {
-  for (const MistakeKind& kind : mistake_kinds()) {
-    for (const MistakeAdvice& advice : kind.advice) {
-      if (advice.code == correction.code) {
-        return correction.runs.size() > 1 && !advice.many.empty() ? advice.many : advice.one;
-      }
-    }
-  }
-  return "";
 }
 
 std::string better(const SuspectRun& run, const HypothesisFit& fit) {
@@ -199,39 +188,22 @@ MistakeSearch culprit_of(const SuspectRun& run, std::vector<Explanation> explana
   return {.culprit = std::move(result), .remark = {}};
 }
 
-// @return the means of layings, with weights of mean 1; nullopt if each laying has one reading.
-std::optional<ReadingSet> means_of(Layings layings) {
-  if (!layings.own || layings.own->size() == layings.given.size()) {
-    return std::nullopt;
-  }
-  ReadingSet means = *std::move(layings.own);
-  const Eigen::RowVectorXd readings_of_mean = means.weights.colwise().mean();
-  means.weights.array().rowwise() /= readings_of_mean.array();
-  return means;
-}
-
 // Consecutive readings of a pose share an error if the cube was not laid again between them. Then
 // only their means are independent, and the means scatter more than their readings do.
-bool scatter_by_layings(const ReadingSet& set,
-                        const Layings& layings,
-                        const ReadingSet& means,
-                        const Estimate& estimate,
-                        bool known_field) {
+bool scatter_by_layings(const Layings& layings, const Estimate& estimate, bool known_field) {
   constexpr double fewest_within = 6.0;
   if (layings.degrees_of_freedom.minCoeff() < fewest_within) {
     return false;
   }
-  const SuspectRun run(means, estimate, known_field);
+  const SuspectRun run(layings.set(), estimate, known_field);
   const HypothesisFit& plain = run.plain();
   if (!plain.fitted || plain.degrees_of_freedom.minCoeff() < 1.0) {
     return false;
   }
-  const Eigen::RowVectorXd readings_of_mean = layings.set().weights.colwise().mean();
   FisherSum axes;
-  for (Eigen::Index k = 0; k < set.axis_count(); ++k) {
+  for (Eigen::Index k = 0; k < run.m(); ++k) {
     const double scale = run.fitter().scale()(k);
-    const double between =
-        readings_of_mean(k) * plain.rss(k) * scale * scale / plain.degrees_of_freedom(k);
+    const double between = plain.rss(k) * scale * scale / plain.degrees_of_freedom(k);
     const double within = layings.squares(k) / layings.degrees_of_freedom(k);
     axes.add(
         f_upper_p(between / within, plain.degrees_of_freedom(k), layings.degrees_of_freedom(k)));
@@ -240,7 +212,26 @@ bool scatter_by_layings(const ReadingSet& set,
   return axes.p_value() < differs;
 }
 
+// @return the means of layings, with weights of mean 1.
+ReadingSet means_of(const Layings& layings) {
+  ReadingSet means = layings.set();
+  const Eigen::RowVectorXd readings_of_mean = means.weights.colwise().mean();
+  means.weights.array().rowwise() /= readings_of_mean.array();
+  return means;
+}
+
 }  // namespace
+
+std::string_view advice_of(const Correction& correction) {
+  for (const MistakeKind& kind : mistake_kinds()) {
+    for (const MistakeAdvice& advice : kind.advice) {
+      if (advice.code == correction.code) {
+        return correction.runs.size() > 1 && !advice.many.empty() ? advice.many : advice.one;
+      }
+    }
+  }
+  return "";
+}
 
 bool can_be_searched(const ReadingSet& set, const Estimate& estimate) {
   const bool labelled =
@@ -264,13 +255,14 @@ MistakeSearch find_culprit(const ReadingSet& set,
       return find_culprit(*few, estimate, known_field, judged ? &*judged : nullptr);
     }
   }
-  const Layings layings = layings_of(set, estimate);
-  if (const std::optional<ReadingSet> means = means_of(layings);
-      means && scatter_by_layings(set, layings, *means, estimate, known_field)) {
-    const std::optional<ReadingSet> judged =
-        without_shared_errors != nullptr ? means_of(layings_of(*without_shared_errors, estimate))
-                                         : std::nullopt;
-    return find_culprit(*means, estimate, known_field, judged ? &*judged : nullptr);
+  if (const Layings layings = layings_of(set, estimate);
+      scatter_by_layings(layings, estimate, known_field)) {
+    const ReadingSet means = means_of(layings);
+    if (without_shared_errors == nullptr) {
+      return find_culprit(means, estimate, known_field);
+    }
+    const ReadingSet judged = means_of(layings_of(*without_shared_errors, estimate));
+    return find_culprit(means, estimate, known_field, &judged);
   }
   // A wrongly stated direction is not a mistake in a reading. If opposite readings show one, the
   // readings are judged without it.

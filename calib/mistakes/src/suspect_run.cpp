@@ -14,15 +14,6 @@ std::vector<std::size_t> first_of(const std::vector<std::size_t>& order, std::si
           order.begin() + static_cast<std::ptrdiff_t>(std::min(count, order.size()))};
 }
 
-std::vector<std::size_t> by_run(const ReadingSet& set) {
-  std::vector<std::size_t> order(set.readings.size());
-  std::iota(order.begin(), order.end(), std::size_t{0});
-  std::stable_sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) {
-    return set.readings[a].run < set.readings[b].run;
-  });
-  return order;
-}
-
 SuspectRun::SuspectRun(const ReadingSet& set, const Estimate& estimate, bool known_field)
     : set_(set),
       fitter_(estimate.field,
@@ -31,7 +22,7 @@ SuspectRun::SuspectRun(const ReadingSet& set, const Estimate& estimate, bool kno
                   ? set.noise_ratio
                   : Eigen::VectorXd(Eigen::VectorXd::Ones(set.axis_count()))),
       stated_ratio_(set.noise_ratio.size() > 0),
-      order_(by_run(set)),
+      order_(order_of_runs(set.readings)),
       plain_(fitter_.fit(set)) {}
 
 void SuspectRun::delete_each() {

@@ -144,7 +144,4 @@ template <typename Square, typename Vector>
 [[nodiscard]] std::vector<std::size_t> first_of(const std::vector<std::size_t>& order,
                                                 std::size_t count);
 
-/// @return positions of the readings in the order in which they were taken.
-[[nodiscard]] std::vector<std::size_t> by_run(const ReadingSet& set);
-
 }  // namespace axiscal

@@ -244,7 +244,6 @@ DriftCheck check_labelled(const Calibration& record,
       gauss_newton(problem, here.in_table.value_or(here.magnitude * Eigen::Vector3d::UnitZ()));
   Deviations at;
   problem.linearise(found.state, at);
-  const WeighedFit fit = fit_weighed(at.e, at.A, at.V);
   Eigen::MatrixXd with_biases(n * m, 2 + m);
   with_biases << at.A, Eigen::MatrixXd::Identity(m, m).replicate(n, 1);
   if (!found.converged || Factor(with_biases).rank() < with_biases.cols()) {
@@ -270,7 +269,7 @@ DriftCheck check_labelled(const Calibration& record,
     add_residuals(shifted, freedom, tests);
     add_changes_of_biases(shifted, blocks, freedom, tests);
   } else {
-    add_residuals(fit, freedom, tests);
+    add_residuals(fit_weighed(at.e, at.A, at.V), freedom, tests);
   }
   check.p_value = tests.p_value();
   check.drifted = check.p_value < alpha;

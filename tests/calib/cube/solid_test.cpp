@@ -359,7 +359,7 @@ TEST(CalibrateAssembly, CombinesTheSlopesByTheirVariances) {
     warned += combined.consistent ? 0 : 1;
   }
   EXPECT_NEAR(static_cast<double>(within) / trials, 0.95, 0.03);
-  EXPECT_NEAR(std::sqrt(squares / stated), 1.0, 0.13);
+  EXPECT_NEAR(std::sqrt(squares / stated), 1.0, 0.12);
   EXPECT_LE(warned, 4);
 }
 

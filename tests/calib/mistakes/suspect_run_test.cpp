@@ -72,7 +72,7 @@ TEST(ByRun, OrdersByNumberAndKeepsTheOrderOfEqualNumbers) {
   for (const int run : {7, 2, 7, 1, 2}) {
     set.readings.push_back(Reading{.run = run});
   }
-  EXPECT_EQ(by_run(set), (std::vector<std::size_t>{3, 1, 4, 0, 2}));
+  EXPECT_EQ(order_of_runs(set.readings), (std::vector<std::size_t>{3, 1, 4, 0, 2}));
 }
 
 TEST(SquaresBy, SolvesAsAnyFactorisation) {

@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <span>
 #include <utility>
 #include <vector>
 
@@ -84,16 +85,15 @@ std::vector<Step> steps_of(const SuspectRun& run, const HypothesisFit& fit) {
   return steps;
 }
 
-// Neighbouring steps are correlated, so fewer of them are independent.
-double independent_tests(const std::vector<Step>& steps) {
-  constexpr double independent = 0.5;
-  return std::max(1.0, independent * static_cast<double>(steps.size()));
+std::span<const Step> likeliest(const std::vector<Step>& steps) {
+  return std::span(steps).first(std::min(steps.size(), most_fitted));
 }
 
 HypothesisFit fit_step(const SuspectRun& run, const Step& step) {
   return run.fitter().fit(run.set(), {}, [&](const auto&, const auto&) -> Eigen::MatrixXd {
     Eigen::MatrixXd Z = Eigen::MatrixXd::Zero(run.n() * run.m(), 1);
-    for (std::size_t at = step.cut; at < end_of_block(run, step.cut); ++at) {
+    const std::size_t end = end_of_block(run, step.cut);
+    for (std::size_t at = step.cut; at < end; ++at) {
       Z(run.n() * step.axis + static_cast<Eigen::Index>(run.order()[at]), 0) = 1.0;
     }
     return Z;
@@ -103,29 +103,23 @@ HypothesisFit fit_step(const SuspectRun& run, const Step& step) {
 double quick_p_of_step(const SuspectRun& run, const HypothesisFit& fit) {
   const std::vector<Step> steps = steps_of(run, fit);
   return steps.empty() ? 1.0
-                       : independent_tests(steps) *
+                       : static_cast<double>(steps.size()) *
                              nested_f_p(fit.total(), fit.dof(), steps.front().drop, 1.0);
 }
 
-std::vector<Step> likeliest_steps(const SuspectRun& run, double& tests) {
-  std::vector<Step> steps = steps_of(run, run.plain());
-  tests = independent_tests(steps);
-  steps.resize(std::min(steps.size(), most_fitted));
-  return steps;
-}
-
 void detect_step(const SuspectRun& run, const Consider& consider) {
-  double tests = 1.0;
-  for (const Step& step : likeliest_steps(run, tests)) {
-    consider(fit_step(run, step), {.tests = tests, .of_few = true});
+  const std::vector<Step> steps = steps_of(run, run.plain());
+  for (const Step& step : likeliest(steps)) {
+    consider(fit_step(run, step), {.tests = static_cast<double>(steps.size()), .of_few = true});
   }
 }
 
 void explain_by_step(const SuspectRun& run, Explanations& found) {
-  double tests = 1.0;
-  for (const Step& step : likeliest_steps(run, tests)) {
+  const std::vector<Step> steps = steps_of(run, run.plain());
+  for (const Step& step : likeliest(steps)) {
     found.add(
-        fit_step(run, step), {drift_range * run.full_response(step.axis)}, tests,
+        fit_step(run, step), {drift_range * run.full_response(step.axis)},
+        static_cast<double>(steps.size()),
         about(run, WarningCode::bias_step, {run.order()[step.cut - 1], run.order()[step.cut]}),
         formatted("with a step of the bias of {} between them",
                   run.set().axes[static_cast<std::size_t>(step.axis)]));

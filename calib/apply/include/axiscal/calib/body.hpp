@@ -112,8 +112,8 @@ struct BodyOptions {
 [[nodiscard]] BodyRotation parse_body_rotation(std::string_view text, const std::string& path);
 [[nodiscard]] BodyRotation read_body_rotation(const std::string& path);
 
-/// The turn between two instruments in one model, on both sides of a mechanical joint, from one
-/// reading of both.
+/// The turn between two instruments on the two sides of a mechanical joint in a model, from one
+/// reading of each instrument.
 struct JointMovement {
   double angle_rad = 0.0;  ///< between the verticals that they say
   double u_rad = 0.0;      ///< its standard uncertainty; NaN where a record states none

@@ -61,7 +61,7 @@ class ReadingPropagation;
                                                const Eigen::Vector3d& direction);
 
 /// Propagates the uncertainties of a calibration and of a reading to field components and to
-/// quantities derived from them, in any attitude (method.md, section 8).
+/// derived quantities, in any attitude (method.md, section 8).
 ///
 /// An error of the parameters acts like one of the readings, of B C B^T with B = dv / d(parameters)
 /// at the field that was read; the results' change with the readings is taken over a step as large

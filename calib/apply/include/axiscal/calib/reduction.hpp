@@ -112,8 +112,8 @@ struct ReducedAxis {
 /// The result depends on the number m of axes:
 ///
 /// - m >= 3: reduce() for one reading, reduce_rows() for a matrix of readings. If m > 3, the
-///   field is a least-squares solution with the weights scale_k^2 / s_k^2. One-sided axes
-///   (photodiodes) count if the reduced field is in front of them.
+///   field is a least-squares solution with the weights scale_k^2 / s_k^2. A one-sided axis
+///   (photodiode) counts if the reduced field is in front of the axis.
 /// - m < 3: reduce_axis() gives the component along each axis. Two axes of a sun sensor
 ///   determine the whole direction, see closed_field().
 ///

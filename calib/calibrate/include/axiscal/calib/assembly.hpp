@@ -73,7 +73,7 @@ struct SlotLevelness {
 ///
 /// @param from, to  of instruments of three axes, calibrated in one cube.
 /// @return the orientation of to's frame relative to that of `from`, with its uncertainty from the
-///         scatter of both.
+///         scatter of both instruments.
 /// @throws DomainError  for other than three axes.
 /// @par Source
 /// method.md, section 9.
