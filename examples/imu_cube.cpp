@@ -6,6 +6,8 @@
 #include <axiscal/logs/imu.hpp>
 #include <axiscal/logs/simulate_log.hpp>
 #include <cstdio>
+#include <string>
+#include <vector>
 
 int main() {
   // What nobody knows: raw counts of an MPU-9250 or so, with errors of some per cent.
@@ -38,18 +40,21 @@ int main() {
     std::printf("%s\n", note.c_str());
   }
   for (const axiscal::Calibration& record : found.records()) {
-    std::printf("%s by %s: bias %.1f %.1f %.1f, sensitivity of x %.1f\n",
-                record.provenance.slot.c_str(),
-                std::string(axiscal::method_name(record.fit.method)).c_str(),
-                record.parameter("x.bias").value, record.parameter("y.bias").value,
-                record.parameter("z.bias").value, record.parameter("x.sensitivity.x").value);
+    // A parameter is named after its axis, and an axis after its column of the log: "ax.bias".
+    const std::vector<std::string>& axes = record.sensor.instrument.axes;
+    std::printf(
+        "%s by %s: bias %.1f %.1f %.1f, sensitivity of x %.1f\n", record.provenance.slot.c_str(),
+        std::string(axiscal::method_name(record.fit.method)).c_str(),
+        record.parameter(axes[0] + ".bias").value, record.parameter(axes[1] + ".bias").value,
+        record.parameter(axes[2] + ".bias").value,
+        record.parameter(axes[0] + ".sensitivity.x").value);
     // Each is a record like any other: axiscal::calibration_json(record) is its file.
     if (axiscal::calibration_json(record).empty()) {
       return 1;
     }
   }
   const double scale_error =
-      found.gyroscope->parameter("z.sensitivity.z").value / imu.gyroscope->sensitivity(2, 2) - 1.0;
+      found.gyroscope->parameter("gz.sensitivity.z").value / imu.gyroscope->sensitivity(2, 2) - 1.0;
   std::printf("scale of gz: off by %.3f %%\n", 100.0 * scale_error);
   return 0;
 }

@@ -28,11 +28,9 @@ HypothesisFit HypothesisFitter::fit(const ReadingSet& given,
   const Model model = added ? plain.with(added) : plain;
   std::shared_ptr<const Solution> solution;
   try {
-    const auto found = model.solved(model.at(model.start(field_)), scale_);
-    if (!found.converged) {
-      return result;
-    }
-    solution = found.state;
+    // Readings with a large mistake have no clear minimum. A fit that does not settle has too large
+    // a sum of squares, so that its hypothesis is not preferred.
+    solution = model.solved(model.at(model.start(field_)), scale_).state;
   } catch (const RankDeficientError&) {
     return result;
   }

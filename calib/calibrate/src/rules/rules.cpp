@@ -7,12 +7,12 @@ namespace {
 
 std::vector<WarningRule>& all_rules() {
   static std::vector<WarningRule> rules = {
+      mistake_rule(),
       uncertain_direction_rule(),
       two_solutions_rule(),
       one_sided_unsettled_rule(),
       gap_rule(),
       unseen_axes_rule(),
-      mistake_rule(),
       levelness_rule(),
       outliers_rule(),
       uncertain_sensitivity_rule(),
