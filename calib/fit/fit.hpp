@@ -111,7 +111,9 @@ class Fit {
 
   /// @return P, n x s: the rows of an axis in an orthonormal basis of the shared columns less their
   ///         projection on the own ones.
-  [[nodiscard]] Eigen::MatrixXd shared_basis_of_axis(Eigen::Index axis) const;
+  [[nodiscard]] const Eigen::MatrixXd& shared_basis_of_axis(Eigen::Index axis) const {
+    return shared_basis_[static_cast<std::size_t>(axis)];
+  }
 
   /// @return an entry of the hat matrix.
   [[nodiscard]] double hat(Eigen::Index axis,
@@ -195,7 +197,8 @@ class Fit {
   SensitivityMatrix sensitivity_;
   Eigen::VectorXd r_;
   Eigen::VectorXd x_;
-  Eigen::MatrixXd root_of_shared_;  // s x s, of the covariance of the shared unknowns
+  Eigen::MatrixXd root_of_shared_;             // s x s, of the covariance of the shared unknowns
+  std::vector<Eigen::MatrixXd> shared_basis_;  // P of each axis
   bool has_full_rank_ = false;
   Eigen::MatrixXd along_;
   double rows_ = 0.0;  // of weight

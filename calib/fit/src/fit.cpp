@@ -111,6 +111,11 @@ void Fit::find_root_of_shared() {
     }
     root_of_shared_ = cholesky.root_of_inverse();
   }
+  for (Eigen::Index k = 0; k < axes(); ++k) {
+    shared_basis_.push_back(
+        D > 0 ? Eigen::MatrixXd(axis_of(k).projected * (root_of_shared_ / sigma_(k)))
+              : Eigen::MatrixXd(readings(), 0));
+  }
   has_full_rank_ = true;
 }
 
@@ -127,27 +132,15 @@ Eigen::MatrixXd Fit::shared_columns_of_axis(Eigen::Index axis) const {
   return axis_of(axis).shared / sigma_(axis);
 }
 
-Eigen::MatrixXd Fit::shared_basis_of_axis(Eigen::Index axis) const {
-  if (shared() == 0) {
-    return Eigen::MatrixXd(readings(), 0);
-  }
-  return axis_of(axis).projected * (root_of_shared_ / sigma_(axis));
-}
-
 double Fit::hat(Eigen::Index axis,
                 Eigen::Index reading,
                 Eigen::Index other_axis,
                 Eigen::Index other_reading) const {
-  double entry = 0.0;
+  const Eigen::MatrixXd& P = shared_basis_of_axis(axis);
+  double entry = P.row(reading).dot(shared_basis_of_axis(other_axis).row(other_reading));
   if (axis == other_axis) {
     const Eigen::MatrixXd& Q = basis_of_axis(axis);
-    entry = Q.row(reading).dot(Q.row(other_reading));
-  }
-  if (shared() > 0) {
-    const Eigen::RowVectorXd one = axis_of(axis).projected.row(reading) * root_of_shared_;
-    const Eigen::RowVectorXd other =
-        axis_of(other_axis).projected.row(other_reading) * root_of_shared_;
-    entry += one.dot(other) / (sigma_(axis) * sigma_(other_axis));
+    entry += Q.row(reading).dot(Q.row(other_reading));
   }
   return entry;
 }
@@ -178,10 +171,7 @@ void Fit::add_in_basis(Eigen::Index axis,
                        Eigen::MatrixXd& products) const {
   const Eigen::Index p = set_.column_count();
   products.middleRows(p * axis, p) += basis_of_axis(axis).row(reading).transpose() * z;
-  if (shared() > 0) {
-    products.bottomRows(shared()) +=
-        (axis_of(axis).projected.row(reading) * root_of_shared_).transpose() * (z / sigma_(axis));
-  }
+  products.bottomRows(shared()) += shared_basis_of_axis(axis).row(reading).transpose() * z;
 }
 
 double Fit::degrees_of_freedom_of(Eigen::Index axis) const {

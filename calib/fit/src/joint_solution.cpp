@@ -60,7 +60,8 @@ JointSolution solve_joint(const ReadingSet& set, const Model& model, const Table
     // The directions go all their way before the noise is asked again: one step only, of readings
     // that hardly determine them, could go round in circles.
     solution.state = model.solved(solution.state, solution.sigma).state;
-    if (change < 1e-10) {
+    constexpr double still = 1e-7;  // the next change would be far smaller
+    if (change < still) {
       solution.shares = Model::cost_of_shared(*solution.state, solution.sigma);
       return solution;
     }
