@@ -38,14 +38,17 @@ class DeletionFit {
   ///
   /// @param readings   d positions in the set.
   /// @param contrasts  q x d.
+  /// @param loss       of degrees of freedom (loss_by_common_noise()); 1: the axes are independent.
   /// @return `nullopt` if the others do not determine the contrasts.
   [[nodiscard]] std::optional<double> p_value(const std::vector<std::size_t>& readings,
-                                              const Eigen::MatrixXd& contrasts) const;
+                                              const Eigen::MatrixXd& contrasts,
+                                              double loss = 1.0) const;
 
   /// As above, with the tails of the noise of the other readings (NoiseTails). Fisher's method
   /// combines contrasts and axes.
   [[nodiscard]] std::optional<double> p_value_by_tails(const std::vector<std::size_t>& readings,
-                                                       const Eigen::MatrixXd& contrasts) const;
+                                                       const Eigen::MatrixXd& contrasts,
+                                                       double loss = 1.0) const;
 
   /// The error of the others' prediction of one reading, for each axis. `sd` includes the noise of
   /// the reading and the uncertainty of the prediction.

@@ -168,7 +168,8 @@ DeletionFit::DeletionFit(const SolvedReadings& run, const TableField& field)
     : set_(run.set()), solution_(run.at(field)), smallest_(variances_of_rounding(run.set())) {}
 
 std::optional<double> DeletionFit::p_value(const std::vector<std::size_t>& readings,
-                                           const Eigen::MatrixXd& contrasts) const {
+                                           const Eigen::MatrixXd& contrasts,
+                                           double loss) const {
   const std::optional<Others> others = others_of(*solution_, readings, smallest_);
   if (!others) {
     return std::nullopt;
@@ -184,11 +185,12 @@ std::optional<double> DeletionFit::p_value(const std::vector<std::size_t>& readi
                          others->fit.degrees_of_freedom(static_cast<Eigen::Index>(k))));
     }
   }
-  return axes.count() > 0.0 ? std::optional(axes.p_value()) : std::nullopt;
+  return axes.count() > 0.0 ? std::optional(axes.p_value(loss)) : std::nullopt;
 }
 
 std::optional<double> DeletionFit::p_value_by_tails(const std::vector<std::size_t>& readings,
-                                                    const Eigen::MatrixXd& contrasts) const {
+                                                    const Eigen::MatrixXd& contrasts,
+                                                    double loss) const {
   const std::optional<Others> others = others_of(*solution_, readings, smallest_);
   if (!others) {
     return std::nullopt;
@@ -218,7 +220,7 @@ std::optional<double> DeletionFit::p_value_by_tails(const std::vector<std::size_
     for (const double t : deviations) {
       all.add(NoiseTails::two_sided_p_of(NoiseTails::freedoms[v], t));
     }
-    p += weights[v] * all.p_value();
+    p += weights[v] * all.p_value(loss);
   }
   return p;
 }

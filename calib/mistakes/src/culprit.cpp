@@ -130,7 +130,10 @@ double p_by_tails(const SuspectRun& run, const Correction& correction) {
   }
   const DeletionFit others(run.set(), run.plain().field, run.fitter().known_field());
   return static_cast<double>(run.n()) *
-         others.p_value_by_tails({*found}, Eigen::MatrixXd::Ones(1, 1)).value_or(0.0);
+         others
+             .p_value_by_tails({*found}, Eigen::MatrixXd::Ones(1, 1),
+                               loss_without(run.plain(), {&*found, 1}))
+             .value_or(0.0);
 }
 
 MistakeSearch culprit_of(const SuspectRun& run, std::vector<Explanation> explanations) {

@@ -92,10 +92,10 @@ double allowance(const SuspectRun& run, const HypothesisFit& with, double equali
 }
 
 double nested_p(const SuspectRun& run, const HypothesisFit& with) {
-  return with.fitted
-             ? nested_f_p(run.plain().total(), run.plain().dof(),
-                          run.plain().total() - with.total(), run.plain().dof() - with.dof())
-             : 1.0;
+  return with.fitted ? nested_f_p(run.plain().total(), run.plain().dof(),
+                                  run.plain().total() - with.total(),
+                                  run.plain().dof() - with.dof(), with.loss)
+                     : 1.0;
 }
 
 // Each axis in units of its own scatter, combined by Fisher's method.
@@ -109,7 +109,7 @@ double nested_p_by_axis(const SuspectRun& run, const HypothesisFit& with) {
                         run.plain().rss(k) - with.rss(k),
                         run.plain().degrees_of_freedom(k) - with.degrees_of_freedom(k)));
   }
-  return axes.p_value();
+  return axes.p_value(with.loss);
 }
 
 // The fit of all readings, with weights from the axes' residuals if these differ. Otherwise a noisy
@@ -246,11 +246,13 @@ double deletion_p(const SuspectRun& run, WeighedFit& weighed) {
   double smallest = 1.0;
   for (const auto& [i, sum] : worst) {
     const Eigen::MatrixXd one = Eigen::MatrixXd::Ones(1, 1);
-    const double p = others.p_value({i}, one).value_or(1.0);
+    const double loss = loss_without(fit, {&i, 1});
+    const double p = others.p_value({i}, one, loss).value_or(1.0);
     constexpr double worth_their_tails = 0.005;
-    smallest = std::min(smallest, readings * p < worth_their_tails
-                                      ? std::max(p, others.p_value_by_tails({i}, one).value_or(1.0))
-                                      : p);
+    smallest =
+        std::min(smallest, readings * p < worth_their_tails
+                               ? std::max(p, others.p_value_by_tails({i}, one, loss).value_or(1.0))
+                               : p);
   }
   return std::min(1.0, readings * smallest);
 }
@@ -261,7 +263,9 @@ double pair_p(const SuspectRun& run, WeighedFit& weighed) {
     return 1.0;
   }
   const DeletionFit others(run.set(), weighed.best().field, run.fitter().known_field());
-  return others.p_value({run.pair()[0], run.pair()[1]}, Eigen::MatrixXd::Identity(2, 2))
+  return others
+      .p_value({run.pair()[0], run.pair()[1]}, Eigen::MatrixXd::Identity(2, 2),
+               loss_without(weighed.best(), run.pair()))
       .value_or(1.0);
 }
 

@@ -6,8 +6,17 @@
 #include <utility>
 
 #include "axiscal/core/error.hpp"
+#include "calib/regression/common_noise.hpp"
 
 namespace axiscal {
+
+double loss_without(const HypothesisFit& fit, std::span<const std::size_t> readings) {
+  Eigen::MatrixXd residuals = fit.residuals;
+  for (const std::size_t i : readings) {
+    residuals.row(static_cast<Eigen::Index>(i)).setZero();
+  }
+  return loss_by_common_noise(residuals, fit.degrees_of_freedom.mean());
+}
 
 HypothesisFitter HypothesisFitter::by_scatter_of(const HypothesisFit& fit) const {
   const Eigen::VectorXd own =
@@ -56,6 +65,7 @@ HypothesisFit HypothesisFitter::fit(const ReadingSet& given,
     result.rss(k) = std::max(result.residuals.col(k).squaredNorm(),
                              least * std::max(result.degrees_of_freedom(k), 0.0));
   }
+  result.loss = loss_by_common_noise(result.residuals, result.degrees_of_freedom.mean());
   return result;
 }
 

@@ -103,13 +103,13 @@ std::vector<Explanation> Explanations::ranked() && {
   return std::move(all_);
 }
 
-double nested_f_p(double total, double dof, double drop, double q) {
+double nested_f_p(double total, double dof, double drop, double q, double loss) {
   const double left = total - drop;
   constexpr double none_freed = 0.5;
   if (!(dof - q >= 1.0) || !(q > none_freed) || !(drop > 0.0)) {
     return 1.0;
   }
-  return left > 0.0 ? f_upper_p((drop / q) / (left / (dof - q)), q, dof - q) : 0.0;
+  return left > 0.0 ? f_upper_p((drop / q) / (left / (dof - q)), q / loss, (dof - q) / loss) : 0.0;
 }
 
 double nested_p_across_field(const SuspectRun& run, const HypothesisFit& with) {
@@ -120,7 +120,7 @@ double nested_p_across_field(const SuspectRun& run, const HypothesisFit& with) {
   const Leftover before = across_field(run, run.plain());
   const Leftover after = across_field(run, with);
   return nested_f_p(before.squares, before.degrees_of_freedom, before.squares - after.squares,
-                    run.plain().dof() - with.dof());
+                    run.plain().dof() - with.dof(), with.loss);
 }
 
 Correction about(const SuspectRun& run,

@@ -100,7 +100,8 @@ void add_mistake_kind(const MistakeKind& kind);
 /// The probability that q parameters take so much from a fit's sum of squares by chance.
 ///
 /// A hypothesis that frees no parameter, such as another pose, is not nested: no F test judges it.
-[[nodiscard]] double nested_f_p(double total, double dof, double drop, double q);
+/// @param loss  of degrees of freedom, of both sums of squares (loss_by_common_noise()).
+[[nodiscard]] double nested_f_p(double total, double dof, double drop, double q, double loss = 1.0);
 
 /// As above, with the residuals perpendicular to the field of each reading. If the cube lies
 /// differently each time, these residuals scatter more than those along the field, so a turn is

@@ -295,8 +295,8 @@ void FisherSum::add(double p) {
   count_ += 1.0;
 }
 
-double FisherSum::p_value() const {
-  return chi_squared_upper_p(std::max(sum_, 1e-12), 2.0 * count_);
+double FisherSum::p_value(double loss) const {
+  return chi_squared_upper_p(std::max(sum_, 1e-12) / loss, 2.0 * count_ / loss);
 }
 
 double chi_squared_quantile(double probability, double degrees_of_freedom) {

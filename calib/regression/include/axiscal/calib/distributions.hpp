@@ -49,8 +49,10 @@ class FisherSum {
   /// @return the number of probabilities.
   [[nodiscard]] double count() const { return count_; }
 
+  /// @param loss  of degrees of freedom, if the tests are not independent (Brown, Biometrics 31
+  ///              (1975) 987-992).
   /// @return the combined probability; NaN if the list is empty or contains NaN.
-  [[nodiscard]] double p_value() const;
+  [[nodiscard]] double p_value(double loss = 1.0) const;
 
  private:
   double sum_ = 0.0;
