@@ -24,6 +24,7 @@ struct RunToCount {
   const MethodKind& method;
   const std::map<int, Eigen::Matrix3d>& mounts;  ///< turn in each mount that was fitted
   double mounts_expected = 0.0;                  ///< as MountTurns::expected
+  bool has_mistake = false;                      ///< true if a mistake in the readings was named
 
   /// @return True if the readings show the response along fewer than three directions.
   [[nodiscard]] bool is_transfer() const { return fitted.set().seen.cols() > 0; }

@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <cstddef>
 #include <optional>
+#include <vector>
 
 #include <Eigen/Core>
 
@@ -9,6 +11,11 @@
 #include "calib/fit/reading_set.hpp"
 
 namespace axiscal {
+
+/// Consecutive readings at one design point, level and block are one laying. Over temperature, and
+/// without design points, each reading stands for itself.
+/// @return the position of the first reading of each laying.
+[[nodiscard]] std::vector<std::size_t> first_of_layings(const ReadingSet& set);
 
 /// Readings that are each the mean of one laying, with the scatter within the laying.
 struct Layings {
@@ -20,8 +27,7 @@ struct Layings {
   Eigen::VectorXd degrees_of_freedom;  // m
 };
 
-/// Readings that the estimate left unpaired do not count. Consecutive readings at one design point,
-/// level and block are one laying. Over temperature each reading stands for itself.
+/// Readings that the estimate left unpaired do not count.
 [[nodiscard]] Layings layings_of(const ReadingSet& given, const Estimate& estimate);
 
 }  // namespace axiscal

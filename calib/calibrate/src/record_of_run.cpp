@@ -125,7 +125,8 @@ CountedEstimate counted_scatter(const PreparedRun& run,
                                            .judged = judged,
                                            .method = method,
                                            .mounts = fit.source.choice().mounts,
-                                           .mounts_expected = fit.mounts_expected},
+                                           .mounts_expected = fit.mounts_expected,
+                                           .has_mistake = search.mistakes.culprit.has_value()},
                                           fit.estimate);
   if (method.by_length) {
     take_face_lengths(run, fit, counted);

@@ -16,6 +16,7 @@
 #include "axiscal/core/not_a_number.hpp"
 #include "axiscal/core/number_text.hpp"
 #include "axiscal/instruments/settings.hpp"
+#include "calib/fit/layings.hpp"
 #include "calib/fit/src/groups.hpp"
 #include "calib/regression/reweighting.hpp"
 #include "core/formatted.hpp"
@@ -106,13 +107,14 @@ void require_robust_freedom(double degrees_of_freedom) {
   }
 }
 
-LackOfFit test_lack_of_fit(const std::vector<int>& group,
+LackOfFit test_lack_of_fit(const RegressionRows& rows,
                            const Eigen::VectorXd& given_weights,
                            const Eigen::VectorXd& all_residuals,
                            double degrees_of_freedom,
                            double rounding,
                            Eigen::Index effects,
                            const Eigen::VectorXd& robust_weights) {
+  const std::vector<int>& group = rows.group;
   Eigen::VectorXd weights = given_weights;
   Eigen::VectorXd weighted_residuals = all_residuals;
   for (Eigen::Index i = 0; i < robust_weights.size(); ++i) {
@@ -123,40 +125,65 @@ LackOfFit test_lack_of_fit(const std::vector<int>& group,
     }
   }
   struct Sums {
+    void add(double w, double r) {
+      weight += w;
+      residual += w * r;
+      ++count;
+    }
+    [[nodiscard]] double square() const {
+      return weight > 0.0 ? residual * residual / weight : 0.0;
+    }
     double weight = 0.0;
     double residual = 0.0;
     int count = 0;
     double first = 0.0;  // of its residuals, not weighted
   };
-  std::vector<Sums> groups(
-      group.empty() ? 0
-                    : static_cast<std::size_t>(1 + *std::max_element(group.begin(), group.end())));
+  const auto sums_of = [](const std::vector<int>& numbers) {
+    return std::vector<Sums>(
+        numbers.empty()
+            ? 0
+            : static_cast<std::size_t>(1 + *std::max_element(numbers.begin(), numbers.end())));
+  };
+  std::vector<Sums> groups = sums_of(group);
+  std::vector<Sums> layings = sums_of(rows.laying);
   bool scatters = false;
+  double squares = 0.0;  // of the layings' means
+  double count = 0.0;    // of the layings
   for (std::size_t i = 0; i < group.size(); ++i) {
     const auto row = static_cast<Eigen::Index>(i);
     if (weights(row) == 0.0) {
       continue;
     }
     Sums& sums = groups[static_cast<std::size_t>(group[i])];
-    const double root = std::sqrt(weights(row));
-    const double residual = weighted_residuals(row) / root;
+    const double residual = weighted_residuals(row) / std::sqrt(weights(row));
     sums.first = sums.count == 0 ? residual : sums.first;
     scatters = scatters || std::abs(residual - sums.first) > rounding;
-    sums.weight += weights(row);
-    sums.residual += root * weighted_residuals(row);
-    ++sums.count;
-  }
-  // Weighted sum of squares of the groups' means. The remainder of the RSS is pure error.
-  double between = 0.0;
-  double pure_error_dof = 0.0;
-  for (const Sums& sums : groups) {
-    if (sums.count > 0) {
-      between += sums.weight > 0.0 ? sums.residual * sums.residual / sums.weight : 0.0;
-      pure_error_dof += sums.count - 1;
+    sums.add(weights(row), residual);
+    if (layings.empty()) {
+      squares += weighted_residuals(row) * weighted_residuals(row);
+      count += 1.0;
+    } else {
+      layings[static_cast<std::size_t>(rows.laying[i])].add(weights(row), residual);
     }
   }
+  for (const Sums& laying : layings) {
+    squares += laying.square();
+    count += laying.count > 0 ? 1.0 : 0.0;
+  }
+  // Weighted sum of squares of the groups' means. The remainder of that of the layings' is pure
+  // error.
+  double between = 0.0;
+  double groups_seen = 0.0;
+  double readings = 0.0;
+  for (const Sums& sums : groups) {
+    between += sums.square();
+    groups_seen += sums.count > 0 ? 1.0 : 0.0;
+    readings += sums.count;
+  }
+  double pure_error_dof = count - groups_seen;
+  const double lack_of_fit_dof =
+      degrees_of_freedom - (readings - groups_seen) + static_cast<double>(effects);
   pure_error_dof -= static_cast<double>(effects);
-  const double lack_of_fit_dof = degrees_of_freedom - pure_error_dof;
   LackOfFit result{.pure_error_sd = not_a_number,
                    .pure_error_dof = pure_error_dof,
                    .lack_of_fit_dof = lack_of_fit_dof,
@@ -166,8 +193,7 @@ LackOfFit test_lack_of_fit(const std::vector<int>& group,
     return result;
   }
   // Readings that are all the same have none.
-  const double pure_error =
-      scatters ? std::max(weighted_residuals.squaredNorm() - between, 0.0) / pure_error_dof : 0.0;
+  const double pure_error = scatters ? std::max(squares - between, 0.0) / pure_error_dof : 0.0;
   result.pure_error_sd = std::sqrt(pure_error);
   if (!(lack_of_fit_dof > 0.0)) {
     return result;
@@ -258,8 +284,8 @@ Estimate summarize(const ReadingSet& set,
                     axis.robust_weights);
     const Eigen::VectorXd weighted = axis.weights.cwiseSqrt().cwiseProduct(fit.residuals);
     statistics.lack_of_fit.push_back(
-        test_lack_of_fit(rows.group, axis.weights, weighted, fit.degrees_of_freedom,
-                         set.rounding(k), set.effects.columns.cols(), axis.robust_weights));
+        test_lack_of_fit(rows, axis.weights, weighted, fit.degrees_of_freedom, set.rounding(k),
+                         set.effects.columns.cols(), axis.robust_weights));
   }
   return estimate;
 }
@@ -283,7 +309,14 @@ std::vector<int> groups_of_readings(const ReadingSet& set) {
 }
 
 RegressionRows rows_of_readings(const ReadingSet& set) {
-  RegressionRows rows{.rows = {}, .group = groups_of_readings(set)};
+  RegressionRows rows{.rows = {}, .group = groups_of_readings(set), .laying = {}};
+  const std::vector<std::size_t> firsts = first_of_layings(set);
+  if (firsts.size() < set.readings.size()) {
+    for (std::size_t i = 0; i < set.readings.size(); ++i) {
+      const auto next = std::upper_bound(firsts.begin(), firsts.end(), i);
+      rows.laying.push_back(static_cast<int>(next - firsts.begin()) - 1);
+    }
+  }
   rows.rows.reserve(set.readings.size());
   for (const Reading& reading : set.readings) {
     rows.rows.push_back({.runs = {reading.run}, .point = reading.point, .block = reading.block});

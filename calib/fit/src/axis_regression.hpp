@@ -25,6 +25,7 @@ struct AxisRegression {
 struct RegressionRows {
   std::vector<RegressionRow> rows;  // their diagnostics are filled in by summarize()
   std::vector<int> group;           // rows of one number are replicates
+  std::vector<int> laying;          // rows of one number are one laying; empty: each its own
 };
 
 /// Some axes of a set, of one design and one weight for each row: they share a factorisation.
@@ -50,13 +51,14 @@ void require_robust_freedom(double degrees_of_freedom);
                                           const Eigen::VectorXd& weights,
                                           const Eigen::VectorXd& weighted_residuals);
 
-/// Pure error against lack of fit for one axis.
+/// Pure error against lack of fit for one axis. Pure error is the scatter of the means of layings
+/// within a group: readings of one laying share its error.
 /// @param weighted_residuals  sqrt(w_i) (y_i - fit_i).
 /// @param effects             columns of the run's effects, which differ between repeats and so
 ///                            take their degrees of freedom from the pure error.
 /// @param robust_weights      empty unless robust; a reading of weight 0 counts in neither part.
 /// @return F and p are NaN if one of the two parts has zero degrees of freedom.
-[[nodiscard]] LackOfFit test_lack_of_fit(const std::vector<int>& group,
+[[nodiscard]] LackOfFit test_lack_of_fit(const RegressionRows& rows,
                                          const Eigen::VectorXd& weights,
                                          const Eigen::VectorXd& weighted_residuals,
                                          double degrees_of_freedom,

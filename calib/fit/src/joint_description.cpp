@@ -102,10 +102,9 @@ Estimate describe_joint(const ReadingSet& set,
                     set.robust ? scale_residuals(axis.residuals, leverage, s, parameters)
                                : diagnose_residuals(axis.residuals, leverage, nu, parameters),
                     set.robust ? robust_weights.col(k) : Eigen::VectorXd());
-    statistics.lack_of_fit.push_back(
-        test_lack_of_fit(rows.group, set.weights.col(k), axis.residuals, nu, set.rounding(k),
-                         set.effects.columns.cols(),
-                         set.robust ? Eigen::VectorXd(robust_weights.col(k)) : Eigen::VectorXd()));
+    statistics.lack_of_fit.push_back(test_lack_of_fit(
+        rows, set.weights.col(k), axis.residuals, nu, set.rounding(k), set.effects.columns.cols(),
+        set.robust ? Eigen::VectorXd(robust_weights.col(k)) : Eigen::VectorXd()));
   }
   describe_direction(set, solution, estimate);
   return estimate;

@@ -8,6 +8,25 @@
 
 namespace axiscal {
 
+std::vector<std::size_t> first_of_layings(const ReadingSet& set) {
+  const bool may_continue =
+      set.temperature.order == 0 && set.rotation_sensor_from_table.size() == set.readings.size();
+  const auto continues = [&](std::size_t i) {
+    const Reading& now = set.readings[i];
+    const Reading& before = set.readings[i - 1];
+    return may_continue && now.point == before.point && now.block == before.block &&
+           now.level == before.level && set.met_of_field(i) == set.met_of_field(i - 1);
+  };
+  std::vector<std::size_t> firsts;
+  firsts.reserve(set.readings.size());
+  for (std::size_t i = 0; i < set.readings.size(); ++i) {
+    if (i == 0 || !continues(i)) {
+      firsts.push_back(i);
+    }
+  }
+  return firsts;
+}
+
 Layings layings_of(const ReadingSet& given, const Estimate& estimate) {
   const Eigen::Index m = given.axis_count();
   Layings layings{.given = given,
@@ -17,22 +36,7 @@ Layings layings_of(const ReadingSet& given, const Estimate& estimate) {
                   .squares = Eigen::VectorXd::Zero(m),
                   .degrees_of_freedom = Eigen::VectorXd::Zero(m)};
   const ReadingSet& set = layings.set();
-  if (set.temperature.order > 0) {
-    return layings;
-  }
-  const auto continues = [&](std::size_t i) {
-    const Reading& now = set.readings[i];
-    const Reading& before = set.readings[i - 1];
-    return now.point == before.point && now.block == before.block && now.level == before.level &&
-           set.met_of_field(i) == set.met_of_field(i - 1);
-  };
-  std::vector<std::size_t> firsts;
-  firsts.reserve(set.readings.size());
-  for (std::size_t i = 0; i < set.readings.size(); ++i) {
-    if (i == 0 || !continues(i)) {
-      firsts.push_back(i);
-    }
-  }
+  const std::vector<std::size_t> firsts = first_of_layings(set);
   if (firsts.size() == set.readings.size()) {
     return layings;
   }

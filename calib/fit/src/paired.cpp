@@ -55,11 +55,15 @@ class Pooled {
 };
 
 RegressionRows rows_of(const Pooled& pooled, const ReadingSet& set) {
-  RegressionRows rows{.rows = {}, .group = Groups(pooled.size(), [&](std::size_t q) {
-                                             const OppositePair& first = pooled.front(q);
-                                             return std::tuple(first.point.rest(), first.soak,
-                                                               first.level);
-                                           }).numbers()};
+  RegressionRows rows{.rows = {},
+                      .group = Groups(pooled.size(),
+                                      [&](std::size_t q) {
+                                        const OppositePair& first = pooled.front(q);
+                                        return std::tuple(first.point.rest(), first.soak,
+                                                          first.level);
+                                      })
+                                   .numbers(),
+                      .laying = {}};
   rows.rows.reserve(pooled.size());
   for (std::size_t q = 0; q < pooled.size(); ++q) {
     const OppositePair& first = pooled.front(q);

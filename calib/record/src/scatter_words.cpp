@@ -21,6 +21,8 @@ constexpr std::array all_words = {
                  "The sessions differ by more than the noise of each: the coefficients are their "
                  "mean."},
     ScatterWords{"seats", "The cube lies otherwise each time it is laid down."},
+    ScatterWords{"layings", "Consecutive readings of a pose share an error."},
+    ScatterWords{"poses", "Each pose has an error of its own, which repeats in all blocks."},
     ScatterWords{"mounts", "The instrument sits otherwise in the cube each time it is mounted."},
     ScatterWords{"field_noise",
                  "Readings scatter more along the field than across it, or less: its size jitters, "

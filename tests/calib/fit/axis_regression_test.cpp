@@ -16,6 +16,30 @@
 namespace axiscal {
 namespace {
 
+RegressionRows rows_in(std::vector<int> group) {
+  return {.rows = {}, .group = std::move(group), .laying = {}};
+}
+
+// Readings of one laying count as their mean: the same F as from the means with their weights.
+TEST(LackOfFitOfLayings, IsThatOfTheirMeans) {
+  const RegressionRows rows{.rows = {},
+                            .group = {0, 0, 0, 0, 1, 1, 1, 1, 2, 2, 2, 2},
+                            .laying = {0, 0, 1, 1, 2, 2, 3, 3, 4, 4, 5, 5}};
+  Eigen::VectorXd residuals(12);
+  residuals << 0.3, -0.5, 0.7, 0.1, -0.4, 0.2, -0.6, -0.1, 0.5, 0.4, -0.2, -0.3;
+  Eigen::VectorXd means(6);
+  for (Eigen::Index i = 0; i < 6; ++i) {
+    means(i) = std::sqrt(2.0) * residuals.segment<2>(2 * i).mean();
+  }
+  const LackOfFit test = test_lack_of_fit(rows, Eigen::VectorXd::Ones(12), residuals, 10.0, 0.0, 0);
+  const LackOfFit of_means = test_lack_of_fit(
+      rows_in({0, 0, 1, 1, 2, 2}), Eigen::VectorXd::Constant(6, 2.0), means, 4.0, 0.0, 0);
+  EXPECT_EQ(test.pure_error_dof, 3.0);
+  EXPECT_EQ(test.lack_of_fit_dof, of_means.lack_of_fit_dof);
+  EXPECT_NEAR(test.f, of_means.f, 1e-12);
+  EXPECT_NEAR(test.pure_error_sd, of_means.pure_error_sd, 1e-12);
+}
+
 using testing::ElementsAre;
 using testing::HasSubstr;
 
@@ -140,7 +164,7 @@ TEST(PureErrorTest, AgreesWithTheOneWayAnova) {
   for (int i = 0; i < 18; ++i) {
     group.push_back(i / 6);
   }
-  const LackOfFit test = test_lack_of_fit(group, Eigen::VectorXd::Ones(18),
+  const LackOfFit test = test_lack_of_fit(rows_in(group), Eigen::VectorXd::Ones(18),
                                           (y.array() - y.mean()).matrix(), 17.0, 0.0, 0);
   EXPECT_EQ(test.pure_error_dof, 15.0);
   EXPECT_EQ(test.lack_of_fit_dof, 2.0);
@@ -182,7 +206,7 @@ TEST_F(LineWithRepeats, ComparesTheLineWithAFreeValueOfEachPlace) {
   const Eigen::VectorXd root = w_.cwiseSqrt().cwiseProduct(y_);
   const double pure = (root - free * free.householderQr().solve(root)).squaredNorm();
   const double all = residuals().squaredNorm();
-  const LackOfFit test = test_lack_of_fit(group_, w_, residuals(), 13.0, 0.0, 0);
+  const LackOfFit test = test_lack_of_fit(rows_in(group_), w_, residuals(), 13.0, 0.0, 0);
   EXPECT_EQ(test.pure_error_dof, 10.0);
   EXPECT_EQ(test.lack_of_fit_dof, 3.0);
   EXPECT_NEAR(test.pure_error_sd, std::sqrt(pure / 10.0), 1e-12);
@@ -191,8 +215,8 @@ TEST_F(LineWithRepeats, ComparesTheLineWithAFreeValueOfEachPlace) {
 }
 
 TEST_F(LineWithRepeats, DoesNotKnowTheUnit) {
-  const LackOfFit one = test_lack_of_fit(group_, w_, residuals(), 13.0, 0.0, 0);
-  const LackOfFit other = test_lack_of_fit(group_, w_, 1e3 * residuals(), 13.0, 0.0, 0);
+  const LackOfFit one = test_lack_of_fit(rows_in(group_), w_, residuals(), 13.0, 0.0, 0);
+  const LackOfFit other = test_lack_of_fit(rows_in(group_), w_, 1e3 * residuals(), 13.0, 0.0, 0);
   EXPECT_NEAR(other.pure_error_sd, 1e3 * one.pure_error_sd, 1e-9);
   EXPECT_NEAR(other.f, one.f, 1e-9);
   EXPECT_NEAR(other.p_value, one.p_value, 1e-12);
@@ -200,8 +224,8 @@ TEST_F(LineWithRepeats, DoesNotKnowTheUnit) {
 
 // Effects of the run differ between repeats: they cost pure error, not lack of fit.
 TEST_F(LineWithRepeats, TakesEffectsOfTheRunFromThePureError) {
-  const LackOfFit plain = test_lack_of_fit(group_, w_, residuals(), 13.0, 0.0, 0);
-  const LackOfFit with = test_lack_of_fit(group_, w_, residuals(), 11.0, 0.0, 2);
+  const LackOfFit plain = test_lack_of_fit(rows_in(group_), w_, residuals(), 13.0, 0.0, 0);
+  const LackOfFit with = test_lack_of_fit(rows_in(group_), w_, residuals(), 11.0, 0.0, 2);
   EXPECT_EQ(with.pure_error_dof, 8.0);
   EXPECT_EQ(with.lack_of_fit_dof, 3.0);
   EXPECT_NEAR(with.f / plain.f, 8.0 / 10.0, 1e-12);
@@ -212,7 +236,7 @@ TEST_F(LineWithRepeats, LeavesOutReadingsOfRobustWeightZero) {
   Eigen::VectorXd robust = Eigen::VectorXd::Ones(15);
   robust(2) = 0.0;
   robust(11) = 0.0;
-  const LackOfFit test = test_lack_of_fit(group_, w_, all, 13.0, 0.0, 0, robust);
+  const LackOfFit test = test_lack_of_fit(rows_in(group_), w_, all, 13.0, 0.0, 0, robust);
   std::vector<int> group;
   std::vector<Eigen::Index> rows;
   for (Eigen::Index i = 0; i < 15; ++i) {
@@ -221,7 +245,7 @@ TEST_F(LineWithRepeats, LeavesOutReadingsOfRobustWeightZero) {
       rows.push_back(i);
     }
   }
-  const LackOfFit without = test_lack_of_fit(group, w_(rows), all(rows), 11.0, 0.0, 0);
+  const LackOfFit without = test_lack_of_fit(rows_in(group), w_(rows), all(rows), 11.0, 0.0, 0);
   EXPECT_EQ(test.pure_error_dof, 8.0);
   EXPECT_NEAR(test.pure_error_sd, without.pure_error_sd, 1e-12);
   EXPECT_NEAR(test.f, without.f, 1e-12);
@@ -229,7 +253,7 @@ TEST_F(LineWithRepeats, LeavesOutReadingsOfRobustWeightZero) {
 }
 
 TEST(PureErrorTest, HasNoAnswerWithoutRepeats) {
-  const LackOfFit test = test_lack_of_fit({0, 1, 2, 3}, Eigen::VectorXd::Ones(4),
+  const LackOfFit test = test_lack_of_fit(rows_in({0, 1, 2, 3}), Eigen::VectorXd::Ones(4),
                                           Eigen::Vector4d(1.0, -1.0, 1.0, -1.0), 2.0, 0.0, 0);
   EXPECT_EQ(test.pure_error_dof, 0.0);
   EXPECT_TRUE(std::isnan(test.pure_error_sd));
@@ -239,11 +263,11 @@ TEST(PureErrorTest, HasNoAnswerWithoutRepeats) {
 TEST(PureErrorTest, TakesRoundingForNoLackOfFit) {
   const Eigen::VectorXd ones = Eigen::VectorXd::Ones(4);
   const Eigen::Vector4d residuals(1e-9, 1e-9, -1e-9, -1e-9);
-  const LackOfFit fine = test_lack_of_fit({0, 0, 1, 1}, ones, residuals, 3.0, 1e-6, 0);
+  const LackOfFit fine = test_lack_of_fit(rows_in({0, 0, 1, 1}), ones, residuals, 3.0, 1e-6, 0);
   EXPECT_EQ(fine.pure_error_sd, 0.0);
   EXPECT_EQ(fine.p_value, 1.0);
   // Repeats agree exactly and their means differ by more than rounding.
-  const LackOfFit coarse = test_lack_of_fit({0, 0, 1, 1}, ones, residuals, 3.0, 1e-12, 0);
+  const LackOfFit coarse = test_lack_of_fit(rows_in({0, 0, 1, 1}), ones, residuals, 3.0, 1e-12, 0);
   EXPECT_LT(coarse.p_value, 1e-6);
 }
 

@@ -9,10 +9,15 @@ namespace axiscal {
 namespace {
 
 std::vector<Cause>& all_causes() {
-  static std::vector<Cause> causes = {
-      inputs_and_seats_cause(), mounts_cause(),     soaks_cause(),
-      rounding_cause(),         blocks_cause(),     block_sensitivities_cause(),
-      field_scatter_cause(),    correlation_cause()};
+  static std::vector<Cause> causes = {inputs_and_seats_cause(),
+                                      mounts_cause(),
+                                      soaks_cause(),
+                                      rounding_cause(),
+                                      poses_cause(),
+                                      blocks_cause(),
+                                      block_sensitivities_cause(),
+                                      field_scatter_cause(),
+                                      correlation_cause()};
   return causes;
 }
 

@@ -17,6 +17,9 @@ namespace axiscal {
 /// Steps of the readings that are wider than their noise.
 [[nodiscard]] Cause rounding_cause();
 
+/// Errors that the readings of a laying or of a pose share.
+[[nodiscard]] Cause poses_cause();
+
 /// Biases that differ from block to block.
 [[nodiscard]] Cause blocks_cause();
 

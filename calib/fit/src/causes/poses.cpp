@@ -1,0 +1,119 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <algorithm>
+#include <utility>
+#include <vector>
+
+#include "axiscal/calib/distributions.hpp"
+#include "calib/fit/fit.hpp"
+#include "calib/fit/layings.hpp"
+#include "calib/fit/src/causes/causes.hpp"
+#include "calib/record/parameter_names.hpp"
+
+namespace axiscal {
+namespace {
+
+// A mean square of the residuals of means, and that of the readings about these means.
+struct MeanSquares {
+  double between = 0.0;
+  double degrees_of_freedom = 0.0;
+  double p_value = 1.0;  // of between over within
+};
+
+// Means over layings, for each axis; empty if no laying has several readings.
+std::vector<MeanSquares> of_layings(const ReadingSet& set, const Estimate& estimate) {
+  const Layings layings = layings_of(set, estimate);
+  const FitStatistics& statistics = estimate.statistics;
+  std::vector<MeanSquares> axes;
+  for (Eigen::Index k = 0; k < set.axis_count(); ++k) {
+    const double nu = statistics.degrees_of_freedom(k);
+    const double within_dof = layings.degrees_of_freedom(k);
+    const double dof = nu - within_dof;
+    const double squares = nu * statistics.residual_sd(k) * statistics.residual_sd(k);
+    if (!(within_dof > 0.0) || !(dof >= 1.0) || !(layings.squares(k) > 0.0)) {
+      return {};
+    }
+    const double between = std::max(squares - layings.squares(k), 0.0) / dof;
+    const double within = layings.squares(k) / within_dof;
+    axes.push_back({.between = between,
+                    .degrees_of_freedom = dof,
+                    .p_value = f_upper_p(between / within, dof, within_dof)});
+  }
+  return axes;
+}
+
+// Means over poses, for each axis; empty if poses were not laid several times.
+std::vector<MeanSquares> of_poses(const FitStatistics& statistics) {
+  std::vector<MeanSquares> axes;
+  for (const LackOfFit& test : statistics.lack_of_fit) {
+    if (!(test.f > 0.0) || !(test.pure_error_sd > 0.0)) {
+      return {};
+    }
+    axes.push_back({.between = test.f * test.pure_error_sd * test.pure_error_sd,
+                    .degrees_of_freedom = test.lack_of_fit_dof,
+                    .p_value = test.p_value});
+  }
+  return axes;
+}
+
+// Takes the mean square of the means for that of the readings if it is clearly larger.
+// @return true if an interval became longer.
+bool widen_by(const std::vector<MeanSquares>& axes, const std::string& name, Estimate& estimate) {
+  constexpr double clearly_larger = 0.02;
+  FisherSum tests;
+  for (const MeanSquares& axis : axes) {
+    tests.add(axis.p_value);
+  }
+  if (axes.empty() || !(tests.p_value() < clearly_larger)) {
+    return false;
+  }
+  const FitStatistics& statistics = estimate.statistics;
+  const Eigen::MatrixXd of_readings = statistics.covariance_of_readings();
+  const auto m = static_cast<Eigen::Index>(axes.size());
+  const Eigen::Index p = statistics.covariance.rows() / m;
+  WiderIntervals wider(name, estimate);
+  for (Eigen::Index k = 0; k < m; ++k) {
+    const MeanSquares& axis = axes[static_cast<std::size_t>(k)];
+    const double ratio = axis.between / (statistics.residual_sd(k) * statistics.residual_sd(k));
+    for (Eigen::Index j = p * k; j < p * (k + 1) && ratio > 1.0; ++j) {
+      wider.widen(j, ratio * of_readings(j, j), axis.degrees_of_freedom);
+    }
+  }
+  return wider.put();
+}
+
+// Readings of one laying share its error, and all readings of a pose share that of the pose: dirt
+// under a foot, a cable, the cube itself. Then the residuals of the means scatter more than the
+// readings about them, and only the means count.
+CountedEstimate counted_poses(const RunToCount& run, CountedEstimate so_far) {
+  Estimate& estimate = so_far.estimate;
+  const FitStatistics& statistics = estimate.statistics;
+  // Seats and uncertain inputs are errors of this kind that the covariance already contains.
+  // A mistake in a reading looks like an error of its pose.
+  const bool is_weighed = !so_far.weighed.empty() || !statistics.components.empty();
+  if (is_weighed || run.has_mistake || run.is_transfer() || run.experiment.fit.robust ||
+      run.fitted.set().temperature.order > 0 || !(statistics.residual_sd.minCoeff() > 0.0)) {
+    return so_far;
+  }
+  if (!run.method.averages_pairs &&
+      widen_by(of_layings(run.fitted.set(), estimate), "layings", estimate)) {
+    estimate.notes.push_back(
+        {NoteCode::correlation,
+         "consecutive readings of a pose share an error. The intervals count each laying of the "
+         "cube once"});
+  }
+  if (widen_by(of_poses(statistics), "poses", estimate)) {
+    estimate.notes.push_back(
+        {NoteCode::seats,
+         "each pose has an error of its own, which repeats in all blocks. The intervals count it. "
+         "Clean the feet and the table, and look at the cable"});
+  }
+  return so_far;
+}
+
+}  // namespace
+
+Cause poses_cause() {
+  return {.name = "poses", .counted = counted_poses};
+}
+
+}  // namespace axiscal

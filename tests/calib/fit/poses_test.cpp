@@ -1,0 +1,108 @@
+// SPDX-License-Identifier: Apache-2.0
+// Errors that the readings of a laying or of a pose share.
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <string>
+
+#include "axiscal/calib/calibrate.hpp"
+#include "axiscal/calib/simulate.hpp"
+#include "axiscal/core/random.hpp"
+#include "matchers.hpp"
+#include "scenario.hpp"
+
+namespace axiscal {
+namespace {
+
+constexpr double noise = 1e-5;
+
+const ScatterComponent* component_of(const Calibration& calibration, const std::string& name) {
+  const auto& all = calibration.fit.statistics->components;
+  const auto found =
+      std::find_if(all.begin(), all.end(), [&](const auto& one) { return one.name == name; });
+  return found != all.end() ? &*found : nullptr;
+}
+
+// Runs of four blocks whose poses have errors of their own, in units of the noise.
+struct PoseRuns {
+  explicit PoseRuns(double size) {
+    const SensorModel truth = test::accelerometer_truth();
+    const Experiment experiment = test::experiment_for(truth);
+    for (std::uint64_t seed = 1; seed <= runs; ++seed) {
+      Observations run = simulate(truth, make_run_sheet(standard_design(12), 4, seed),
+                                  {.noise_sd = noise, .seed = seed});
+      RandomStream random(seed, 7);
+      std::map<DesignPoint, Eigen::RowVector3d> errors;
+      for (const DesignEntry& entry : standard_design(12)) {
+        errors.emplace(entry.point,
+                       size * noise * Eigen::RowVector3d::NullaryExpr([&](Eigen::Index) {
+                         return random.normal();
+                       }));
+      }
+      for (Eigen::Index i = 0; i < run.size(); ++i) {
+        run.response.row(i) += errors.at(*run.readings[static_cast<std::size_t>(i)].point);
+      }
+      const Calibration found = calibrate(experiment, run);
+      told += component_of(found, "poses") != nullptr ? 1 : 0;
+      for (Eigen::Index k = 0; k < 3; ++k) {
+        const double error =
+            found.sensor.response.sensitivity(k, k) - truth.response.sensitivity(k, k);
+        covered += std::abs(error) <= found.fit.statistics->interval_95(4 * k + 1 + k) ? 1 : 0;
+      }
+    }
+  }
+
+  static constexpr std::uint64_t runs = 60;
+  int told = 0;
+  int covered = 0;  // of 3 * runs
+};
+
+TEST(ErrorsOfPoses, AreToldAndCounted) {
+  const PoseRuns one(1.0);
+  EXPECT_GE(one.told, 42);
+  EXPECT_GE(one.covered, 157);  // of 180: at least 87 %
+}
+
+TEST(ErrorsOfPoses, AreNotSeenInWhiteReadings) {
+  const PoseRuns none(0.0);
+  EXPECT_LE(none.told, 5);
+  EXPECT_GE(none.covered, 164);
+}
+
+// Five readings of each laying with one error: the covariance is that of the twelve means.
+TEST(ErrorsOfLayings, CountEachLayingOnce) {
+  const SensorModel truth = test::accelerometer_truth();
+  Experiment experiment = test::experiment_for(truth);
+  experiment.fit.method = Method::known;
+  experiment.fit.search_for_mistakes = false;
+  Observations means = simulate(truth, make_run_sheet(standard_design(12), 1, 5),
+                                {.noise_sd = 10.0 * noise, .seed = 5});
+  constexpr int rows = 5;
+  Observations run;
+  run.response.resize(rows * means.size(), 3);
+  RandomStream random(2, 9);
+  for (Eigen::Index i = 0; i < means.size(); ++i) {
+    Eigen::MatrixXd within =
+        noise * Eigen::MatrixXd::NullaryExpr(
+                    rows, 3, [&](Eigen::Index, Eigen::Index) { return random.normal(); });
+    within.rowwise() -= within.colwise().mean().eval();
+    for (int r = 0; r < rows; ++r) {
+      run.readings.push_back(means.readings[static_cast<std::size_t>(i)]);
+      run.readings.back().run = static_cast<int>(run.readings.size());
+      run.response.row(rows * i + r) = means.response.row(i) + within.row(r);
+    }
+  }
+  const Calibration of_means = calibrate(experiment, means);
+  const Calibration of_rows = calibrate(experiment, run);
+  ASSERT_NE(component_of(of_rows, "layings"), nullptr);
+  for (Eigen::Index k = 0; k < 3; ++k) {
+    for (const Eigen::Index j : {4 * k + 1, 4 * k + 2, 4 * k + 3}) {
+      const double expected = of_means.fit.statistics->interval_95(j);
+      EXPECT_GE(of_rows.fit.statistics->interval_95(j), 0.99 * expected);
+      EXPECT_LE(of_rows.fit.statistics->interval_95(j), 2.0 * expected);  // of consecutive ones too
+    }
+  }
+}
+
+}  // namespace
+}  // namespace axiscal
