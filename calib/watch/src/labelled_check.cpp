@@ -222,10 +222,10 @@ DriftCheck check_labelled(const Calibration& record,
         "design");
   }
   if (observations.response.cols() != m || n * m < m + 3) {
-    throw RefusedError(
-        formatted("{} readings say nothing beyond the field's direction and the "
-                  "biases: take {} or more at different faces",
-                  n, (m + 3 + m - 1) / m));
+    throw RefusedError(formatted(
+        "too few readings ({}): they determine no more than the field's direction and the "
+        "biases. Take {} or more at different faces",
+        n, (m + 3 + m - 1) / m));
   }
   if (!observations.has_fence) {
     throw RefusedError(

@@ -264,7 +264,8 @@ TEST(CheckOfLabelled, SaysWhyItIsRefused) {
   };
   EXPECT_EQ(refusal([](Calibration&, Observations&) {}), "accepted");
   EXPECT_THAT(refusal([](Calibration&, Observations& o) { o = select_rows(o, {0}); }),
-              HasSubstr("1 readings say nothing beyond the field's direction and the biases: take "
+              HasSubstr("too few readings (1): they determine no more than the field's direction "
+                        "and the biases. Take "
                         "2 or more"));
   EXPECT_THAT(refusal([](Calibration&, Observations& o) {
                 o = select_rows(o, {1, 1, 1});
