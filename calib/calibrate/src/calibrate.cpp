@@ -47,8 +47,9 @@ SolvedRun solved(const PreparedRun& run) {
   SearchedRun search = find_mistakes(run, fit);
   while (const std::optional<ChosenModel> extended = with_found_term(run, model, search)) {
     FittedRun refit = solve(run, *extended);
-    if (refit.source.choice().effects != extended->choice.effects) {
-      break;  // the readings do not determine the term
+    if (refit.source.choice().effects != extended->choice.effects ||
+        !(refit.estimate.statistics.degrees_of_freedom.minCoeff() > 0.0)) {
+      break;  // the readings do not determine the term, or determine nothing beside it
     }
     SearchedRun again = find_mistakes(run, refit);
     again.taken_in = warnings_of_terms(run, refit, search);
