@@ -49,7 +49,7 @@ SolvedRun solved(const PreparedRun& run) {
     FittedRun refit = solve(run, *extended);
     if (refit.source.choice().effects != extended->choice.effects ||
         !(refit.estimate.statistics.degrees_of_freedom.minCoeff() > 0.0)) {
-      break;  // the readings do not determine the term, or determine nothing beside it
+      break;  // the readings do not determine the term, or it takes all degrees of freedom
     }
     SearchedRun again = find_mistakes(run, refit);
     again.taken_in = warnings_of_terms(run, refit, search);

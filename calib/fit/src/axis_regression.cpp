@@ -107,6 +107,55 @@ void require_robust_freedom(double degrees_of_freedom) {
   }
 }
 
+namespace {
+
+// Sums over the readings of one number, for example of a laying.
+struct ReadingSums {
+  double weight = 0.0;
+  double residual = 0.0;  // weighted
+  double first = 0.0;     // of the residuals
+  int count = 0;
+};
+
+std::vector<ReadingSums> sums_by_number(const std::vector<int>& numbers,
+                                        const Eigen::VectorXd& weights,
+                                        const Eigen::VectorXd& weighted_residuals) {
+  std::vector<ReadingSums> all(
+      numbers.empty()
+          ? 0
+          : static_cast<std::size_t>(1 + *std::max_element(numbers.begin(), numbers.end())));
+  for (std::size_t i = 0; i < numbers.size(); ++i) {
+    const auto row = static_cast<Eigen::Index>(i);
+    if (weights(row) == 0.0) {
+      continue;
+    }
+    ReadingSums& sums = all[static_cast<std::size_t>(numbers[i])];
+    const double root = std::sqrt(weights(row));
+    sums.first = sums.count == 0 ? weighted_residuals(row) / root : sums.first;
+    sums.weight += weights(row);
+    sums.residual += root * weighted_residuals(row);
+    ++sums.count;
+  }
+  return all;
+}
+
+// The weighted sum of squares of means, and their number.
+struct SquaresOfMeans {
+  double squares = 0.0;
+  double count = 0.0;
+};
+
+SquaresOfMeans squares_of_means(const std::vector<ReadingSums>& all) {
+  SquaresOfMeans means;
+  for (const ReadingSums& sums : all) {
+    means.squares += sums.weight > 0.0 ? sums.residual * sums.residual / sums.weight : 0.0;
+    means.count += sums.count > 0 ? 1.0 : 0.0;
+  }
+  return means;
+}
+
+}  // namespace
+
 LackOfFit test_lack_of_fit(const RegressionRows& rows,
                            const Eigen::VectorXd& given_weights,
                            const Eigen::VectorXd& all_residuals,
@@ -114,7 +163,6 @@ LackOfFit test_lack_of_fit(const RegressionRows& rows,
                            double rounding,
                            Eigen::Index effects,
                            const Eigen::VectorXd& robust_weights) {
-  const std::vector<int>& group = rows.group;
   Eigen::VectorXd weights = given_weights;
   Eigen::VectorXd weighted_residuals = all_residuals;
   for (Eigen::Index i = 0; i < robust_weights.size(); ++i) {
@@ -124,66 +172,25 @@ LackOfFit test_lack_of_fit(const RegressionRows& rows,
       degrees_of_freedom -= 1.0;
     }
   }
-  struct Sums {
-    void add(double w, double r) {
-      weight += w;
-      residual += w * r;
-      ++count;
-    }
-    [[nodiscard]] double square() const {
-      return weight > 0.0 ? residual * residual / weight : 0.0;
-    }
-    double weight = 0.0;
-    double residual = 0.0;
-    int count = 0;
-    double first = 0.0;  // of its residuals, not weighted
-  };
-  const auto sums_of = [](const std::vector<int>& numbers) {
-    return std::vector<Sums>(
-        numbers.empty()
-            ? 0
-            : static_cast<std::size_t>(1 + *std::max_element(numbers.begin(), numbers.end())));
-  };
-  std::vector<Sums> groups = sums_of(group);
-  std::vector<Sums> layings = sums_of(rows.laying);
+  const std::vector<ReadingSums> groups = sums_by_number(rows.group, weights, weighted_residuals);
   bool scatters = false;
-  double squares = 0.0;  // of the layings' means
-  double count = 0.0;    // of the layings
-  for (std::size_t i = 0; i < group.size(); ++i) {
+  for (std::size_t i = 0; i < rows.group.size(); ++i) {
     const auto row = static_cast<Eigen::Index>(i);
-    if (weights(row) == 0.0) {
-      continue;
-    }
-    Sums& sums = groups[static_cast<std::size_t>(group[i])];
-    const double residual = weighted_residuals(row) / std::sqrt(weights(row));
-    sums.first = sums.count == 0 ? residual : sums.first;
-    scatters = scatters || std::abs(residual - sums.first) > rounding;
-    sums.add(weights(row), residual);
-    if (layings.empty()) {
-      squares += weighted_residuals(row) * weighted_residuals(row);
-      count += 1.0;
-    } else {
-      layings[static_cast<std::size_t>(rows.laying[i])].add(weights(row), residual);
-    }
+    const double first = groups[static_cast<std::size_t>(rows.group[i])].first;
+    scatters = scatters ||
+               (weights(row) > 0.0 &&
+                std::abs(weighted_residuals(row) / std::sqrt(weights(row)) - first) > rounding);
   }
-  for (const Sums& laying : layings) {
-    squares += laying.square();
-    count += laying.count > 0 ? 1.0 : 0.0;
-  }
-  // Weighted sum of squares of the groups' means. The remainder of that of the layings' is pure
-  // error.
-  double between = 0.0;
-  double groups_seen = 0.0;
-  double readings = 0.0;
-  for (const Sums& sums : groups) {
-    between += sums.square();
-    groups_seen += sums.count > 0 ? 1.0 : 0.0;
-    readings += sums.count;
-  }
-  double pure_error_dof = count - groups_seen;
-  const double lack_of_fit_dof =
-      degrees_of_freedom - (readings - groups_seen) + static_cast<double>(effects);
-  pure_error_dof -= static_cast<double>(effects);
+  const auto readings = static_cast<double>((weights.array() > 0.0).count());
+  const SquaresOfMeans of_groups = squares_of_means(groups);
+  const SquaresOfMeans of_layings =
+      rows.laying.empty()
+          ? SquaresOfMeans{.squares = weighted_residuals.squaredNorm(), .count = readings}
+          : squares_of_means(sums_by_number(rows.laying, weights, weighted_residuals));
+  const double between = of_groups.squares;
+  const auto taken = static_cast<double>(effects);
+  const double pure_error_dof = of_layings.count - of_groups.count - taken;
+  const double lack_of_fit_dof = degrees_of_freedom - (readings - of_groups.count - taken);
   LackOfFit result{.pure_error_sd = not_a_number,
                    .pure_error_dof = pure_error_dof,
                    .lack_of_fit_dof = lack_of_fit_dof,
@@ -193,7 +200,8 @@ LackOfFit test_lack_of_fit(const RegressionRows& rows,
     return result;
   }
   // Readings that are all the same have none.
-  const double pure_error = scatters ? std::max(squares - between, 0.0) / pure_error_dof : 0.0;
+  const double pure_error =
+      scatters ? std::max(of_layings.squares - between, 0.0) / pure_error_dof : 0.0;
   result.pure_error_sd = std::sqrt(pure_error);
   if (!(lack_of_fit_dof > 0.0)) {
     return result;
@@ -311,11 +319,10 @@ std::vector<int> groups_of_readings(const ReadingSet& set) {
 RegressionRows rows_of_readings(const ReadingSet& set) {
   RegressionRows rows{.rows = {}, .group = groups_of_readings(set), .laying = {}};
   const std::vector<std::size_t> firsts = first_of_layings(set);
-  if (firsts.size() < set.readings.size()) {
-    for (std::size_t i = 0; i < set.readings.size(); ++i) {
-      const auto next = std::upper_bound(firsts.begin(), firsts.end(), i);
-      rows.laying.push_back(static_cast<int>(next - firsts.begin()) - 1);
-    }
+  std::size_t laying = 0;
+  for (std::size_t i = 0; i < set.readings.size() && firsts.size() < set.readings.size(); ++i) {
+    laying += laying < firsts.size() && firsts[laying] == i ? 1 : 0;
+    rows.laying.push_back(static_cast<int>(laying) - 1);
   }
   rows.rows.reserve(set.readings.size());
   for (const Reading& reading : set.readings) {

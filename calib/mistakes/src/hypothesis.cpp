@@ -37,8 +37,8 @@ HypothesisFit HypothesisFitter::fit(const ReadingSet& given,
   const Model model = added ? plain.with(added) : plain;
   std::shared_ptr<const Solution> solution;
   try {
-    // Readings with a large mistake have no clear minimum. A fit that does not settle has too large
-    // a sum of squares, so that its hypothesis is not preferred.
+    // If a reading has a large mistake, the fit of all readings may not converge. Its sum of
+    // squares is then too large, which never favours a hypothesis.
     solution = model.solved(model.at(model.start(field_)), scale_).state;
   } catch (const RankDeficientError&) {
     return result;

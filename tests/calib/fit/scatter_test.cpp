@@ -133,7 +133,7 @@ TEST(AReadingThatStandsOut, IsNotedBeforeItIsWarnedOf) {
       simulate(truth, make_run_sheet(standard_design(24), 1, 2), {.noise_sd = 1e-5, .seed = 11});
   int noted = 0;
   int warned = 0;
-  for (double off = 0.0; off <= 10.0; off += 0.1) {
+  for (double off = 0.0; off <= 30.0; off += 0.1) {
     Observations run = good;
     run.response(7, 0) += off * 1e-5;
     run.response(7, 1) += off * 1e-5;

@@ -81,13 +81,13 @@ bool widen_by(const std::vector<MeanSquares>& axes, const std::string& name, Est
   return wider.put();
 }
 
-// Readings of one laying share its error, and all readings of a pose share that of the pose: dirt
-// under a foot, a cable, the cube itself. Then the residuals of the means scatter more than the
-// readings about them, and only the means count.
+// All readings of one laying have the same laying error. All readings of one pose have the same
+// pose error, for example from dirt under a foot, from a cable or from the cube. With such errors
+// the means scatter more than the readings about them do, and the means decide the uncertainty.
 CountedEstimate counted_poses(const RunToCount& run, CountedEstimate so_far) {
   Estimate& estimate = so_far.estimate;
   const FitStatistics& statistics = estimate.statistics;
-  // Seats and uncertain inputs are errors of this kind that the covariance already contains.
+  // The covariance may already contain such errors: seats, mounts, soaks or uncertain inputs.
   // A mistake in a reading looks like an error of its pose.
   const bool is_weighed = !so_far.weighed.empty() || !statistics.components.empty();
   if (is_weighed || run.has_mistake || run.is_transfer() || run.experiment.fit.robust ||
