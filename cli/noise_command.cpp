@@ -92,6 +92,27 @@ void fill_missing(const std::string& name, std::vector<double>& samples, LogNois
 }
 
 // The rate of the times, and warnings where they are not even.
+// The mean step without gaps; nullopt if there are too many gaps to tell it.
+std::optional<double> usual_step(const std::vector<double>& times, double seconds) {
+  std::vector<double> steps(times.size() - 1);
+  for (std::size_t i = 0; i < steps.size(); ++i) {
+    steps[i] = (times[i + 1] - times[i]) * seconds;
+  }
+  const double median = upper_median(steps);
+  constexpr double gap = 5.0;  // median steps
+  constexpr double most_gaps = 0.01;
+  double sum = 0.0;
+  double count = 0.0;
+  for (const double step : steps) {
+    if (step <= gap * median) {
+      sum += step;
+      count += 1.0;
+    }
+  }
+  const bool are_few = count > (1.0 - most_gaps) * static_cast<double>(steps.size());
+  return median > 0.0 && are_few ? std::optional(sum / count) : std::nullopt;
+}
+
 double rate_of(const RecordedLog& log,
                const LogOptions& options,
                const std::optional<TimeColumn>& time,
@@ -123,7 +144,7 @@ double rate_of(const RecordedLog& log,
                           "spaced all the same",
                           gaps));
   }
-  return 1.0 / mean_step;
+  return 1.0 / usual_step(times, unit.seconds).value_or(mean_step);
 }
 
 // Whether the five kinds describe the curve.

@@ -81,7 +81,8 @@ void print_remarks(const std::vector<Calibration>& calibrations) {
                                  ? formatted("slot {}: ", calibration.provenance.slot)
                                  : "";
     for (const CalibrationNote& note : calibration.findings.notes) {
-      if (said.insert(note.message).second) {
+      const bool in_summary = note.code == NoteCode::not_counted;
+      if (!in_summary && said.insert(note.message).second) {
         print_remark("note", note.message);
       }
     }

@@ -5,6 +5,8 @@
 #include <optional>
 #include <vector>
 
+#include <Eigen/Core>
+
 namespace axiscal {
 
 /// The rounding step of an axis's readings. It is the stated step, if the readings are multiples of
@@ -21,5 +23,18 @@ namespace axiscal {
     std::vector<double> readings,
     double stated_step,
     double noise_sd = std::numeric_limits<double>::infinity());
+
+/// The rounding step of each reading. A meter that changes its range, or that shows a fixed number
+/// of digits, rounds large readings to a wider step than small ones. The wider step is sought among
+/// the largest readings of all axes.
+///
+/// @param response  n x m [unit].
+/// @param weights   n x m; readings of weight 0 do not count.
+/// @param noise_sd  m: of one reading of each axis [unit].
+/// @return n x m [unit]; 0: the readings do not show a step.
+[[nodiscard]] Eigen::MatrixXd steps_of_responses(const Eigen::MatrixXd& response,
+                                                 const Eigen::MatrixXd& weights,
+                                                 double stated_step,
+                                                 const Eigen::VectorXd& noise_sd);
 
 }  // namespace axiscal

@@ -3,7 +3,9 @@
 
 #include <Eigen/Core>
 
+#include "calib/fit/estimation.hpp"
 #include "calib/fit/reading_set.hpp"
+#include "calib/fit/solved_readings.hpp"
 
 namespace axiscal {
 
@@ -12,5 +14,17 @@ namespace axiscal {
 [[nodiscard]] bool is_coarsely_rounded(const ReadingSet& set,
                                        double stated_step,
                                        const Eigen::VectorXd& residual_sd);
+
+/// @return True if no reading is farther from the model than its rounding step. Rounding alone may
+///         then explain all residuals, and tests for mistakes and for lack of fit tell nothing.
+[[nodiscard]] bool rounding_explains(const SolvedReadings& of,
+                                     double stated_step,
+                                     const Estimate& estimate);
+
+/// Allows for rounding in the tests of lack of fit. Repeats of one digit show no noise, and all
+/// readings in a pose share the error of that digit: of r readings in each pose, the mean square of
+/// the poses about the model contains r step^2 / 12. The test of an axis whose repeats agree
+/// better than its step allows is made against this.
+void allow_for_rounding(const ReadingSet& set, double stated_step, FitStatistics& statistics);
 
 }  // namespace axiscal

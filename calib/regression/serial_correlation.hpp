@@ -24,6 +24,10 @@ struct OrderedReadings {
 /// Readings count as alike where a lag_one_score() is above this: one-sided 10 %.
 inline constexpr double alike_above = 1.282;
 
+/// A note says that readings are alike if a lag_one_score() is above this: one-sided 1 %. Below it
+/// the intervals count what may be chance.
+inline constexpr double told_alike_above = 2.326;
+
 /// The correlation between residuals of consecutive readings.
 ///
 /// The sum over the responses of sum e_i e_(i+1) / sum e^2, each response's residuals first divided

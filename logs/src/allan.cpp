@@ -50,6 +50,13 @@ void add_intervals(std::vector<AllanPoint>& points, double phases) {
     const bool is_long = static_cast<double>(point.samples) * 100.0 > phases;
     point.degrees_of_freedom = degrees_of_freedom(is_long ? std::max(slope, -0.5) : slope, phases,
                                                   static_cast<double>(point.samples));
+    point.fewest_degrees_of_freedom = point.degrees_of_freedom;
+    if (is_long) {
+      constexpr double walk = 0.5;
+      point.fewest_degrees_of_freedom =
+          std::min(point.degrees_of_freedom,
+                   degrees_of_freedom(walk, phases, static_cast<double>(point.samples)));
+    }
     const double nu = point.degrees_of_freedom;
     point.low = point.deviation * std::sqrt(nu / chi_squared_quantile(1.0 - tail, nu));
     point.high = point.deviation * std::sqrt(nu / chi_squared_quantile(tail, nu));

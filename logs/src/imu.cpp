@@ -495,7 +495,8 @@ class ImuCalibrator {
   void calibrate_gyroscope() {
     const Eigen::MatrixX3d ups =
         fields_by(result_.accelerometer.sensor.response, accelerations_).rowwise().normalized();
-    const RestFit rests = fit_rests(means_of(result_.rests, options_.gyroscope), ups);
+    const RestFit rests = fit_rests(means_of(result_.rests, options_.gyroscope), ups,
+                                    mean_uncertainties_of(result_.rests, options_.gyroscope));
     std::vector<std::size_t> between;
     for (const std::size_t rest : all_rests(result_.rests)) {
       if (!result_.seats || result_.seats->points[rest]) {

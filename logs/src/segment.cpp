@@ -566,19 +566,40 @@ std::string segmentation_csv(const Segmentation& segmentation,
   return text;
 }
 
-Eigen::MatrixXd means_of(const Segmentation& segmentation,
-                         const std::vector<std::string>& columns) {
-  Eigen::MatrixXd means(static_cast<Eigen::Index>(segmentation.intervals.size()),
-                        static_cast<Eigen::Index>(columns.size()));
+namespace {
+
+// One number for each rest and each of some columns.
+template <typename Number>
+Eigen::MatrixXd by_rests(const Segmentation& segmentation,
+                         const std::vector<std::string>& columns,
+                         const Number& number) {
+  Eigen::MatrixXd numbers(static_cast<Eigen::Index>(segmentation.intervals.size()),
+                          static_cast<Eigen::Index>(columns.size()));
   for (std::size_t j = 0; j < columns.size(); ++j) {
     const auto column =
         static_cast<Eigen::Index>(find_column(segmentation.columns, columns[j]).value());
     for (std::size_t i = 0; i < segmentation.intervals.size(); ++i) {
-      means(static_cast<Eigen::Index>(i), static_cast<Eigen::Index>(j)) =
-          segmentation.intervals[i].mean(column);
+      numbers(static_cast<Eigen::Index>(i), static_cast<Eigen::Index>(j)) =
+          number(segmentation.intervals[i], column);
     }
   }
-  return means;
+  return numbers;
+}
+
+}  // namespace
+
+Eigen::MatrixXd means_of(const Segmentation& segmentation,
+                         const std::vector<std::string>& columns) {
+  return by_rests(segmentation, columns, [](const StaticInterval& rest, Eigen::Index column) {
+    return rest.mean(column);
+  });
+}
+
+Eigen::MatrixXd mean_uncertainties_of(const Segmentation& segmentation,
+                                      const std::vector<std::string>& columns) {
+  return by_rests(segmentation, columns, [](const StaticInterval& rest, Eigen::Index column) {
+    return rest.sd(column) / std::sqrt(rest.effective_samples(column));
+  });
 }
 
 }  // namespace axiscal

@@ -81,7 +81,9 @@ std::string run_section(const Calibration& calibration) {
   }
   std::vector<std::string> notes;
   for (const CalibrationNote& note : calibration.findings.notes) {
-    notes.push_back(note.message);
+    if (note.code != NoteCode::not_counted) {  // the verdict says it
+      notes.push_back(note.message);
+    }
   }
   return html + bullets(notes);
 }

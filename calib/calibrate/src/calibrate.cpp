@@ -12,6 +12,7 @@
 #include "calib/calibrate/src/judgement.hpp"
 #include "calib/calibrate/src/prepared_run.hpp"
 #include "calib/calibrate/src/record_of_run.hpp"
+#include "calib/calibrate/src/repeated_readings.hpp"
 #include "calib/fit/bias_fit.hpp"
 #include "calib/fit/uncertainty_sources.hpp"
 #include "calib/record/calibration_warning.hpp"
@@ -60,12 +61,30 @@ SolvedRun solved(const PreparedRun& run) {
   return {.model = std::move(model), .fit = std::move(fit), .search = std::move(search)};
 }
 
+Calibration calibrated(const Experiment& experiment, const Observations& observations);
+
+Calibration calibrated_without_copies(const Experiment& experiment,
+                                      const Observations& observations,
+                                      const std::vector<RepeatedReadings>& repeats) {
+  Calibration record = calibrated(experiment, without_copies(observations, repeats));
+  for (const RepeatedReadings& one : repeats) {
+    add_warning(record, warning_of(one, observations));
+  }
+  std::vector<CalibrationWarning>& warnings = record.findings.warnings;
+  std::rotate(warnings.begin(), warnings.end() - static_cast<std::ptrdiff_t>(repeats.size()),
+              warnings.end());
+  return record;
+}
+
 Calibration calibrated(const Experiment& experiment, const Observations& observations) {
   const PreparedRun run(experiment, observations);  // which readings count, and how each lay
   if (!run.method().fits_sensitivity) {
     return calibration_of_biases(run);
   }
-  auto [model, fit, search] = solved(run);                          // method.md, sections 4 to 6
+  auto [model, fit, search] = solved(run);  // method.md, sections 4 to 6
+  if (const auto repeats = find_repeats(run, fit); !repeats.empty()) {
+    return calibrated_without_copies(experiment, observations, repeats);
+  }
   fit = tested(run, std::move(fit), search);                        // levelness, lack of fit
   CountedEstimate counted = counted_scatter(run, fit, search);      // section 4.1
   const FitTests tests = tests_of(run, fit, counted);               // saturation, curvature

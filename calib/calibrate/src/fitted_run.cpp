@@ -16,6 +16,7 @@
 #include "calib/fit/generalized_fit.hpp"
 #include "calib/fit/magnitude.hpp"
 #include "calib/fit/mount_turns.hpp"
+#include "calib/fit/rounding_scatter.hpp"
 #include "calib/fit/temperature_fit.hpp"
 #include "calib/record/calibration_warning.hpp"
 #include "core/formatted.hpp"
@@ -251,7 +252,10 @@ SearchedRun find_mistakes(const PreparedRun& run, const FittedRun& fit) {
   }
   result.searched = experiment.fit.search_for_mistakes && !run.method().by_magnitude &&
                     can_be_searched(*fit.set, fit.estimate);
-  if (result.searched) {
+  const bool may_be_rounding =
+      result.searched &&
+      rounding_explains(fit.readings(run.method()), experiment.stated.resolution, fit.estimate);
+  if (result.searched && !may_be_rounding) {
     result.mistakes =
         find_culprit(*fit.set, fit.estimate, run.method().directions_known, result.judged.get());
   }

@@ -17,6 +17,8 @@
 #include "calib/fit/lack_of_fit.hpp"
 #include "calib/fit/levelness_test.hpp"
 #include "calib/fit/magnitude.hpp"
+#include "calib/fit/reading_step.hpp"
+#include "calib/fit/rounding_scatter.hpp"
 
 namespace axiscal {
 namespace {
@@ -152,6 +154,18 @@ CalibrationStatus status_of(const Calibration& record, const MistakeSearch& mist
 
 }  // namespace
 
+namespace {
+
+// True if errors of rounding can bend the response so far.
+bool is_within_steps(const PreparedRun& run, const FittedRun& fit, const Eigen::VectorXd& bends) {
+  const Eigen::MatrixXd steps =
+      steps_of_responses(fit.set->response, fit.set->weights, run.experiment().stated.resolution,
+                         fit.estimate.statistics.residual_sd);
+  return (bends.array().abs() <= steps.colwise().maxCoeff().transpose().array()).all();
+}
+
+}  // namespace
+
 FittedRun tested(const PreparedRun& run, FittedRun fit, const SearchedRun& search) {
   if (run.method().by_magnitude || fit.set->seen.cols() > 0) {
     return fit;
@@ -159,6 +173,7 @@ FittedRun tested(const PreparedRun& run, FittedRun fit, const SearchedRun& searc
   const SolvedReadings judged = judged_readings(run, fit, search);
   test_levelness(judged, fit.estimate);
   test_lack_of_fit_of_inputs(run.experiment(), *fit.set, run.method().method, fit.estimate);
+  allow_for_rounding(*fit.set, run.experiment().stated.resolution, fit.estimate.statistics);
   return fit;
 }
 
@@ -173,6 +188,9 @@ FitTests tests_of(const PreparedRun& run, const FittedRun& fit, const CountedEst
   if (!run.method().by_magnitude && fit.set->seen.cols() == 0 && !counted.by_lengths) {
     tests.curvature = test_curvature(run.experiment(), fit.readings(run.method()),
                                      run.method().method, counted.estimate);
+  }
+  if (tests.curvature && is_within_steps(run, fit, tests.curvature->bends)) {
+    tests.curvature.reset();
   }
   return tests;
 }
@@ -192,6 +210,7 @@ void judge(const PreparedRun& run,
   }
   put_residuals(run, fit, estimate, record);
   add_notes(record, run.observations(), experiment.positioner);
+  note_stated_inputs(experiment.stated.resolution, *fit.set, record);
   if (experiment.fit.compare_polar_fit) {
     compare_polar_fit(*fit.set, estimate.field, record);
   }

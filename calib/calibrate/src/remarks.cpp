@@ -11,11 +11,13 @@
 #include <vector>
 
 #include "axiscal/calib/method_kind.hpp"
+#include "axiscal/calib/uncertainty.hpp"
 #include "axiscal/core/number_text.hpp"
 #include "axiscal/core/units.hpp"
 #include "axiscal/field/field_kind.hpp"
 #include "axiscal/instruments/instrument_kind.hpp"
 #include "axiscal/positioner/design.hpp"
+#include "calib/fit/reading_step.hpp"
 #include "calib/record/calibration_warning.hpp"
 #include "core/formatted.hpp"
 
@@ -171,6 +173,38 @@ void add_notes(Calibration& calibration,
          "them apart"});
   }
   note_field_uncertainty(calibration);
+}
+
+void note_stated_inputs(double resolution, const ReadingSet& set, Calibration& calibration) {
+  std::vector<CalibrationNote>& notes = calibration.findings.notes;
+  if (std::string missing = words_of_not_counted(calibration); !missing.empty()) {
+    notes.push_back({NoteCode::not_counted, std::move(missing)});
+  }
+  double finest = resolution;
+  for (Eigen::Index k = 0; k < set.axis_count() && resolution > 0.0; ++k) {
+    const double noise = calibration.fit.statistics->residual_sd(k);
+    finest = std::min(
+        finest, step_of_readings(set.readings_of_axis(k), resolution, noise).value_or(resolution));
+  }
+  if (finest < 0.5 * resolution) {
+    notes.push_back({NoteCode::stated,
+                     formatted("The stated resolution is {} {}, but the readings have steps of {}. "
+                               "The uncertainties may be too large",
+                               number_text(resolution, 3), calibration.sensor.instrument.unit,
+                               number_text(finest, 3))});
+  }
+  const std::optional<FieldSizeCheck>& size = calibration.fit.field_size;
+  constexpr double too_small = 0.995;
+  if (size && size->by_inputs > size->by_noise && size->p_value > too_small) {
+    constexpr double ppm = 1e6;
+    notes.push_back(
+        {NoteCode::stated,
+         formatted("The reading of the field agrees over the orientations to {} ppm, but the "
+                   "stated uncertainties of cube and table make {} ppm. They may be stated too "
+                   "large",
+                   number_text(size->relative_sd * ppm, 2),
+                   number_text(size->by_inputs * ppm, 2))});
+  }
 }
 
 void note_weights(const Experiment& experiment,

@@ -4,6 +4,7 @@
 #include "axiscal/calib/calibration.hpp"
 #include "axiscal/calib/experiment.hpp"
 #include "axiscal/calib/observations.hpp"
+#include "calib/fit/reading_set.hpp"
 
 namespace axiscal {
 
@@ -12,6 +13,12 @@ namespace axiscal {
 void add_notes(Calibration& calibration,
                const Observations& observations,
                const Positioner& positioner);
+
+/// Notes on inputs without a stated uncertainty, and on stated inputs that the readings contradict:
+/// a resolution wider than the readings' steps, or uncertainties of cube and table that are far
+/// larger than the scatter of the field's size.
+/// @param resolution  the stated one [unit]; 0: none.
+void note_stated_inputs(double resolution, const ReadingSet& set, Calibration& calibration);
 
 /// Notes on weights that nobody stated, and on standard deviations of 0 that others stand for.
 void note_weights(const Experiment& experiment,

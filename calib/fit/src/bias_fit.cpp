@@ -382,7 +382,8 @@ void add_noise_of_order(const ReadingSet& set,
   for (Eigen::Index k = 0; k < set.axis_count(); ++k) {
     ordered.designs.push_back(powers(set.temperature.d.col(k), order));
   }
-  if (!(lag_one_score(ordered) > alike_above)) {
+  const double score = lag_one_score(ordered);
+  if (!(score > alike_above)) {
     return;
   }
   FitStatistics& statistics = *calibration.fit.statistics;
@@ -404,10 +405,12 @@ void add_noise_of_order(const ReadingSet& set,
     freedom = fit.degrees_of_freedom;
   }
   add_correlation(u, freedom, statistics);
-  calibration.findings.notes.push_back(
-      {NoteCode::correlation,
-       formatted("consecutive readings are alike (correlation about {}); the intervals count it",
-                 number_text(correlation, 1))});
+  if (score > told_alike_above) {
+    calibration.findings.notes.push_back(
+        {NoteCode::correlation,
+         formatted("Consecutive readings are correlated (about {}). The intervals allow for it",
+                   number_text(correlation, 1))});
+  }
 }
 
 // Of the biases and their polynomials, by the covariance.

@@ -471,7 +471,9 @@ std::vector<UncertaintySource> weigh_shared_errors(const Experiment& experiment,
       continue;
     }
     fit.put(estimate);
-    if (seats) {
+    // Seats that may be chance count in the intervals, and are not told.
+    constexpr double clear = 17.0;
+    if (seats && (!may_be_nothing || fit.sees_seats(clear))) {
       estimate.notes.push_back(
           {NoteCode::seats,
            formatted("each time it is laid the cube lies anew by {} rad about each axis (standard "

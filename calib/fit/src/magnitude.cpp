@@ -253,12 +253,17 @@ Eigen::MatrixXd change_of_response(const Ellipsoid& at, MagnitudeShape shape) {
   return T;
 }
 
-// All columns of the fit: the nine, then the further ones.
+// All columns of the fit: the nine, then the further ones; with the robust weights.
 Linearised all_columns(const EllipsoidFit& fit) {
   Linearised all = fit.linear;
   if (fit.further.cols() > 0) {
     all.jacobian.resize(fit.linear.jacobian.rows(), ellipsoid_parameters + fit.further.cols());
     all.jacobian << fit.linear.jacobian, fit.further;
+  }
+  if (fit.robust.size() > 0) {
+    const Eigen::VectorXd root = fit.robust.cwiseSqrt();
+    all.residuals.array() *= root.array();
+    all.jacobian.array().colwise() *= root.array();
   }
   return all;
 }
@@ -277,12 +282,7 @@ Eigen::MatrixXd with_further(const Eigen::MatrixXd& T, const EllipsoidFit& fit) 
 Eigen::MatrixXd changes_by_order(const EllipsoidFit& fit,
                                  const Eigen::MatrixXd& T,
                                  double& independent) {
-  Linearised at_solution = all_columns(fit);
-  if (fit.robust.size() > 0) {
-    const Eigen::VectorXd root = fit.robust.cwiseSqrt();
-    at_solution.residuals.array() *= root.array();
-    at_solution.jacobian.array().colwise() *= root.array();
-  }
+  const Linearised at_solution = all_columns(fit);
   // The deviations, and their components along each axis. While the instrument turns, slow noise of
   // an axis is fast noise of |f|.
   double longest = correlation_length(at_solution.residuals);
@@ -295,54 +295,105 @@ Eigen::MatrixXd changes_by_order(const EllipsoidFit& fit,
   return with_further(T, fit) * changes_without_parts(at_solution);
 }
 
-// The change of |f| with a squared term in the reading of each axis; n x 3.
-Eigen::MatrixXd changes_with_squares(const EllipsoidCloud& cloud, const EllipsoidFit& fit) {
-  Eigen::MatrixXd columns(cloud.size(), 3);
+// The change of the readings, n x 3, with each term that is fitted beside bias and sensitivity.
+using TermChanges = std::vector<Eigen::MatrixX3d>;
+
+// A squared term of each axis, which is taken off its reading.
+TermChanges squared_terms(const EllipsoidCloud& cloud, const Ellipsoid& at) {
+  TermChanges terms(3, Eigen::MatrixX3d::Zero(cloud.size(), 3));
   for (Eigen::Index i = 0; i < cloud.size(); ++i) {
-    const Eigen::Vector3d f = (fit.at.A * (cloud.v.row(i).transpose() - fit.at.b)).normalized();
-    // A squared term is taken off the reading, and so changes the deviation as the bias does.
-    columns.row(i) = fit.linear.jacobian.row(i).head<3>().cwiseProduct(f.cwiseAbs2().transpose());
+    const Eigen::Vector3d f = (at.A * (cloud.v.row(i).transpose() - at.b)).normalized();
+    for (int k = 0; k < 3; ++k) {
+      terms[static_cast<std::size_t>(k)](i, k) = -f(k) * f(k);
+    }
+  }
+  return terms;
+}
+
+// The lag of a low-pass filter. While the field turns by an angle a from one reading to the next,
+// a filter of time constant tau shortens the reading by the part tau^2 a^2 / 2 (tau in readings).
+// The term, in units of that part, makes it longer again.
+TermChanges lag_term(const EllipsoidCloud& cloud, const Ellipsoid& at) {
+  const Eigen::MatrixX3d f = (cloud.v.rowwise() - at.b.transpose()) * at.A.transpose();
+  const Eigen::Index n = cloud.size();
+  const Eigen::VectorXd turned = (f.bottomRows(n - 1) - f.topRows(n - 1)).rowwise().squaredNorm();
+  Eigen::VectorXd share(n);
+  share << turned(0), turned;
+  const Eigen::MatrixX3d along = f.rowwise().normalized() * at.A.inverse().transpose();
+  return {0.5 * (along.array().colwise() * share.array()).matrix()};
+}
+
+// The change of |f| with each term, n x terms.
+Eigen::MatrixXd changes_with(const TermChanges& terms, const EllipsoidFit& fit) {
+  Eigen::MatrixXd columns(fit.linear.jacobian.rows(), static_cast<Eigen::Index>(terms.size()));
+  for (std::size_t j = 0; j < terms.size(); ++j) {
+    // |f| changes with a reading as with the bias, with the opposite sign.
+    columns.col(static_cast<Eigen::Index>(j)) =
+        -fit.linear.jacobian.leftCols<3>().cwiseProduct(terms[j]).rowwise().sum();
   }
   return columns;
 }
 
-// The squared terms of the axes, fitted together with bias and sensitivity.
-struct SquaredTerms {
-  Eigen::Vector3d k2;          // at full field, in the cloud's units
-  Eigen::MatrixXd covariance;  // of the nine, unscaled
-};
-
-SquaredTerms fit_with_squares(const EllipsoidCloud& cloud, EllipsoidFit& fit) {
-  SquaredTerms terms{.k2 = Eigen::Vector3d::Zero(), .covariance = {}};
+// The fit with further terms, as fit_cloud().
+// @param terms_of  the terms of readings at an ellipsoid.
+// @param names     of the terms, for errors.
+// @return the terms, in the cloud's units.
+template <typename TermsOf>
+Eigen::VectorXd fit_with_terms(const EllipsoidCloud& cloud,
+                               const TermsOf& terms_of,
+                               const std::vector<std::string>& names,
+                               EllipsoidFit& fit) {
   EllipsoidCloud straight = cloud;
+  TermChanges terms = terms_of(straight, fit.at);
+  Eigen::VectorXd sizes = Eigen::VectorXd::Zero(static_cast<Eigen::Index>(terms.size()));
   constexpr int most_rounds = 30;
   constexpr double still = 1e-12;
   double step = 1.0;
   for (int round = 0; round < most_rounds && step > still; ++round) {
-    const std::optional<FurtherColumns> squares = fit_further_columns(
-        fit.linear.jacobian, -fit.linear.residuals, changes_with_squares(straight, fit));
-    if (!squares) {
+    const std::optional<FurtherColumns> further =
+        fit_further_columns(fit.linear.jacobian, -fit.linear.residuals, changes_with(terms, fit));
+    if (!further) {
       throw RankDeficientError(
-          "the orientations do not determine squared terms beside bias and sensitivity; add "
-          "orientations, or fit without them",
-          {"x.k2", "y.k2", "z.k2"});
+          formatted("the orientations do not determine {} beside bias and sensitivity; add "
+                    "orientations, or fit without them",
+                    joined(names)),
+          names);
     }
-    terms.k2 += squares->estimate;
-    step = squares->estimate.cwiseAbs().maxCoeff();
-    fit.at = moved_ellipsoid(fit.at, squares->change, cloud.shape);
-    for (Eigen::Index i = 0; i < cloud.size(); ++i) {
-      const Eigen::Vector3d f =
-          (fit.at.A * (straight.v.row(i).transpose() - fit.at.b)).normalized();
-      straight.v.row(i) = cloud.v.row(i) - terms.k2.cwiseProduct(f.cwiseAbs2()).transpose();
+    sizes += further->estimate;
+    step = further->estimate.cwiseAbs().maxCoeff();
+    fit.at = moved_ellipsoid(fit.at, further->change, cloud.shape);
+    terms = terms_of(straight, fit.at);
+    straight.v = cloud.v;
+    for (std::size_t j = 0; j < terms.size(); ++j) {
+      straight.v += sizes(static_cast<Eigen::Index>(j)) * terms[j];
     }
     fit = describe(straight, fit.at, {});
-    terms.covariance =
-        squares->covariance.topLeftCorner<ellipsoid_parameters, ellipsoid_parameters>();
-    fit.sd = squares->residual_sd;
-    fit.dof = squares->degrees_of_freedom;
+    fit.unscaled_covariance =
+        further->covariance.topLeftCorner<ellipsoid_parameters, ellipsoid_parameters>();
+    fit.sd = further->residual_sd;
+    fit.dof = further->degrees_of_freedom;
   }
-  fit.further = changes_with_squares(straight, fit);
-  return terms;
+  fit.further = changes_with(terms, fit);
+  return sizes;
+}
+
+// A low-pass filter that the readings show, as the largest part by which it shortens a reading;
+// nullopt if there is none.
+std::optional<double> fit_lag(const EllipsoidCloud& cloud, EllipsoidFit& fit) {
+  constexpr double false_lag = 0.001;
+  const TermChanges terms = lag_term(cloud, fit.at);
+  const std::optional<FurtherColumns> lag =
+      fit_further_columns(fit.linear.jacobian, -fit.linear.residuals, changes_with(terms, fit),
+                          correlation_length(fit.linear.residuals));
+  if (!lag || !(lag->p_value < false_lag) || !(lag->estimate(0) > 0.0)) {
+    return std::nullopt;
+  }
+  const auto of_given = [&](const EllipsoidCloud&, const Ellipsoid& at) {
+    return lag_term(cloud, at);  // the angles are those of the readings as they were taken
+  };
+  const Eigen::VectorXd size = fit_with_terms(cloud, of_given, {"the lag"}, fit);
+  return size(0) *
+         (lag_term(cloud, fit.at).front() * fit.at.A.transpose()).rowwise().norm().maxCoeff();
 }
 
 // A bend of the response that nobody asked for, as a warning in the notes' words.
@@ -354,8 +405,8 @@ void test_squares(const ReadingSet& set,
   // Consecutive deviations that are alike count as fewer.
   const std::optional<FurtherColumns> squares =
       set.robust ? std::nullopt
-                 : fit_further_columns(fit.linear.jacobian, -fit.linear.residuals,
-                                       changes_with_squares(cloud, fit),
+                 : fit_further_columns(all_columns(fit).jacobian, -fit.linear.residuals,
+                                       changes_with(squared_terms(cloud, fit.at), fit),
                                        correlation_length(fit.linear.residuals));
   if (squares) {
     estimate.curvature =
@@ -368,10 +419,19 @@ void test_squares(const ReadingSet& set,
 void add_noise_of_order(const EllipsoidFit& fit,
                         const Eigen::MatrixXd& to_parameters,
                         Estimate& estimate) {
-  const std::optional<CorrelatedFit> noise =
-      fit.robust.size() > 0
-          ? std::nullopt
-          : noise_of_recording(all_columns(fit), fit.linear.jacobian.leftCols<3>());
+  Linearised all = all_columns(fit);
+  if (fit.robust.size() > 0) {
+    std::vector<Eigen::Index> kept;
+    for (Eigen::Index i = 0; i < fit.robust.size(); ++i) {
+      if (fit.robust(i) > 0.0) {
+        kept.push_back(i);
+      }
+    }
+    all.residuals = all.residuals(kept).eval();
+    all.jacobian = all.jacobian(kept, Eigen::all).eval();
+  }
+  const Eigen::MatrixX3d along = all.jacobian.leftCols<3>();
+  const std::optional<CorrelatedFit> noise = noise_of_recording(all, along);
   constexpr double slight = 0.1;
   if (!noise || !(noise->correlation > slight)) {
     return;
@@ -381,13 +441,14 @@ void add_noise_of_order(const EllipsoidFit& fit,
   const Eigen::MatrixXd to = with_further(to_parameters, fit);
   add_correlation((to * C * to.transpose()).diagonal().cwiseSqrt(), noise->degrees_of_freedom,
                   estimate.statistics);
-  estimate.notes.push_back(
-      {NoteCode::correlation,
-       formatted("consecutive readings are alike (correlation about {}); the intervals count it{}",
-                 number_text(noise->correlation, 1),
-                 fit.linear.residuals.size() < 60
-                     ? ", but so few readings tell it only roughly (the recording is short)"
-                     : "")});
+  if (lag_one_score(all.jacobian, all.residuals, along) > told_alike_above) {
+    estimate.notes.push_back(
+        {NoteCode::correlation,
+         formatted(
+             "Consecutive readings are correlated (about {}). The intervals allow for it{}",
+             number_text(noise->correlation, 1),
+             fit.linear.residuals.size() < 60 ? ", roughly, because the recording is short" : "")});
+  }
 }
 
 // The cause that the numbers support: a dead axis, scatter, or too few orientations. They are
@@ -481,10 +542,12 @@ Estimate estimate_magnitude(const ReadingSet& set,
   require_open_nothing(set, linearise_ellipsoid(cloud, ellipsoid_start(cloud)));
   EllipsoidFit fit = fit_cloud(cloud, set.robust);
   require_open_nothing(set, fit.linear);
-  std::optional<SquaredTerms> squared;
+  Eigen::VectorXd squared;    // at full field, in the cloud's units; empty: not fitted
+  std::optional<double> lag;  // nullopt: none was found
   if (squares) {
-    squared = fit_with_squares(cloud, fit);
-    fit.unscaled_covariance = squared->covariance;
+    squared = fit_with_terms(cloud, squared_terms, {"x.k2", "y.k2", "z.k2"}, fit);
+  } else if (!set.robust) {
+    lag = fit_lag(cloud, fit);
   }
   const Eigen::VectorXd se = fit.sd * fit.unscaled_covariance.diagonal().cwiseSqrt();
   const EllipsoidParameters bias = bias_by_bootstrap(cloud, fit);
@@ -548,13 +611,21 @@ Estimate estimate_magnitude(const ReadingSet& set,
       estimate.notes.push_back({NoteCode::correlation, std::move(remark)});
     }
   }
-  if (squared) {
+  if (lag) {
+    estimate.notes.push_back(
+        {NoteCode::method,
+         formatted("The readings lag behind the field, as behind a low-pass filter: while the "
+                   "instrument turns they are up to {} % too short. The fit includes this. Turn "
+                   "more slowly, or filter less",
+                   number_text(100.0 * *lag, 2))});
+  }
+  if (squared.size() > 0) {
     estimate.notes.push_back(
         {NoteCode::method,
          formatted("squared terms were fitted beside bias and sensitivity; at full field they add "
                    "{}, {}, {}, and are no part of the record's response",
-                   number_text(size * squared->k2.x(), 2), number_text(size * squared->k2.y(), 2),
-                   number_text(size * squared->k2.z(), 2))});
+                   number_text(size * squared(0), 2), number_text(size * squared(1), 2),
+                   number_text(size * squared(2), 2))});
   } else {
     test_squares(set, cloud, fit, size, estimate);
   }

@@ -6,6 +6,8 @@
 #include <cstdint>
 #include <limits>
 #include <numeric>
+#include <set>
+#include <utility>
 
 namespace axiscal {
 namespace {
@@ -113,6 +115,67 @@ std::optional<double> scaled_step(const std::vector<double>& distinct, double to
   return std::nullopt;
 }
 
+// A wide step that the first of some readings share.
+struct WideStep {
+  std::ptrdiff_t readings = 0;  // that have it; 0: there is none
+  double steps = 1.0;           // its size in steps of all readings
+};
+
+// @param readings  in the order of the search.
+// @param least     step of all of them.
+WideStep wide_step_of_first(const std::vector<double>& readings, double least) {
+  WideStep widest;
+  std::int64_t common = 0;
+  std::set<std::int64_t> distinct;
+  for (std::size_t i = 0; i < readings.size() && common != 1; ++i) {
+    const auto count = static_cast<std::int64_t>(std::llround((readings[i] - readings[0]) / least));
+    common = std::gcd(common, count);
+    distinct.insert(count);
+    const auto g = static_cast<double>(common);
+    const auto differences = static_cast<double>(distinct.size()) - 1.0;
+    // Of whole numbers by chance, the share that have a common factor of g or more is the sum of
+    // h^-differences over h from g.
+    constexpr double ends_tried = 10.0;
+    const double share = std::pow(g, 1.0 - differences) / (differences - 1.0);
+    if (g > 1.0 && differences >= 3.0 && g >= widest.steps && ends_tried * share < by_chance) {
+      widest = {.readings = static_cast<std::ptrdiff_t>(i) + 1, .steps = g};
+    }
+  }
+  return widest;
+}
+
+// Raises the steps of large readings, range by range from the largest readings down.
+void add_steps_by_range(const Eigen::MatrixXd& response,
+                        const Eigen::MatrixXd& weights,
+                        Eigen::MatrixXd& steps) {
+  std::vector<std::pair<Eigen::Index, Eigen::Index>> places;  // of the readings that count
+  for (Eigen::Index k = 0; k < response.cols(); ++k) {
+    for (Eigen::Index i = 0; i < response.rows(); ++i) {
+      if (weights(i, k) > 0.0) {
+        places.emplace_back(i, k);
+      }
+    }
+  }
+  const auto value = [&](const auto& place) { return response(place.first, place.second); };
+  std::sort(places.begin(), places.end(),
+            [&](const auto& a, const auto& b) { return std::abs(value(a)) > std::abs(value(b)); });
+  std::vector<double> readings(places.size());
+  std::transform(places.begin(), places.end(), readings.begin(), value);
+  constexpr double by_digits = 0.0;  // no noise: the step is sought in the digits alone
+  for (auto first = places.begin(); first != places.end();) {
+    const std::optional<double> least = step_of_readings(readings, 0.0, by_digits);
+    const WideStep wide = least ? wide_step_of_first(readings, *least) : WideStep();
+    if (wide.readings == 0) {
+      return;
+    }
+    for (const auto end = first + wide.readings; first != end; ++first) {
+      double& one = steps(first->first, first->second);
+      one = std::max(one, wide.steps * *least);
+    }
+    readings.erase(readings.begin(), readings.begin() + wide.readings);
+  }
+}
+
 }  // namespace
 
 std::optional<double> step_of_readings(std::vector<double> readings,
@@ -142,6 +205,26 @@ std::optional<double> step_of_readings(std::vector<double> readings,
     }
   }
   return step > 0.0 ? std::optional(step) : std::nullopt;
+}
+
+Eigen::MatrixXd steps_of_responses(const Eigen::MatrixXd& response,
+                                   const Eigen::MatrixXd& weights,
+                                   double stated_step,
+                                   const Eigen::VectorXd& noise_sd) {
+  Eigen::MatrixXd steps(response.rows(), response.cols());
+  for (Eigen::Index k = 0; k < response.cols(); ++k) {
+    std::vector<double> readings;
+    readings.reserve(static_cast<std::size_t>(response.rows()));
+    for (Eigen::Index i = 0; i < response.rows(); ++i) {
+      if (weights(i, k) > 0.0) {
+        readings.push_back(response(i, k));
+      }
+    }
+    steps.col(k).setConstant(
+        step_of_readings(std::move(readings), stated_step, noise_sd(k)).value_or(0.0));
+  }
+  add_steps_by_range(response, weights, steps);
+  return steps;
 }
 
 }  // namespace axiscal

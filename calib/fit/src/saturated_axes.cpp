@@ -129,6 +129,7 @@ std::vector<SaturatedAxis> saturated_axes(const ReadingSet& set,
   const bool by_magnitude = !estimate.field.has_vectors() && !set.readings.front().field_in_sensor;
   const double ends = static_cast<double>(set.axis_count()) * (search.one_sided ? 1.0 : 2.0);
   std::optional<AxisDesigns> designs;  // if requested
+  Eigen::MatrixXd steps;               // if requested
   std::vector<SaturatedAxis> found;
   for (Eigen::Index k = 0; k < set.axis_count(); ++k) {
     const std::vector<double> values = set.readings_of_axis(k);
@@ -139,7 +140,12 @@ std::vector<SaturatedAxis> saturated_axes(const ReadingSet& set,
     if (!(search.stated_step > 0.0) && !are_met(values, *lowest) && !are_met(values, *highest)) {
       continue;
     }
-    const double step = step_of_readings(values, search.stated_step).value_or(0.0);
+    if (steps.size() == 0) {
+      const double any_noise = std::numeric_limits<double>::infinity();
+      steps = steps_of_responses(set.response, set.weights, search.stated_step,
+                                 Eigen::VectorXd::Constant(set.axis_count(), any_noise));
+    }
+    const double step = steps.col(k).maxCoeff();
     for (const double sign : {1.0, -1.0}) {
       if (sign < 0.0 && search.one_sided) {
         continue;

@@ -9,6 +9,7 @@
 #include "axiscal/core/number_text.hpp"
 #include "calib/fit/magnitude.hpp"
 #include "calib/record/parameter_names.hpp"
+#include "calib/regression/common_mean.hpp"
 #include "calib/regression/jackknife.hpp"
 #include "core/formatted.hpp"
 
@@ -35,42 +36,6 @@ ReadingSet part_of(const ReadingSet& set, const std::vector<Eigen::Index>& rows)
   part.weights = set.weights(rows, Eigen::all);
   part.effects.columns = Eigen::MatrixXd(static_cast<Eigen::Index>(rows.size()), 0);
   return part;
-}
-
-// Values with their standard uncertainties, and the mean that they have in common.
-struct CommonMean {
-  double mean = 0.0;
-  double u = 0.0;         // by the scatter of the values
-  double u_within = 0.0;  // by their uncertainties alone
-  double between = 0.0;   // standard deviation beyond these
-};
-
-CommonMean common_mean(const Eigen::VectorXd& x, const Eigen::VectorXd& u) {
-  const auto left = static_cast<double>(x.size() - 1);
-  const auto mean_at = [&](double tau2, double& excess) {
-    const Eigen::ArrayXd w = (u.array().square() + tau2).inverse();
-    const double mean = (w * x.array()).sum() / w.sum();
-    excess = (w * (x.array() - mean).square()).sum() - left;
-    return mean;
-  };
-  CommonMean result;
-  double excess = 0.0;
-  double low = 0.0;
-  result.mean = mean_at(0.0, excess);
-  if (excess > 0.0) {
-    double high = (x.array() - x.mean()).square().sum() + u.squaredNorm();
-    constexpr int halvings = 100;
-    for (int i = 0; i < halvings; ++i) {
-      const double middle = 0.5 * (low + high);
-      result.mean = mean_at(middle, excess);
-      (excess > 0.0 ? low : high) = middle;
-    }
-  }
-  const Eigen::ArrayXd w = (u.array().square() + low).inverse();
-  result.between = std::sqrt(low);
-  result.u = std::sqrt((w * (x.array() - result.mean).square()).sum() / (left * w.sum()));
-  result.u_within = 1.0 / std::sqrt(u.array().square().inverse().sum());
-  return result;
 }
 
 }  // namespace

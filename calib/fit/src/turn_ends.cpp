@@ -14,6 +14,7 @@
 #include "axiscal/core/units.hpp"
 #include "axiscal/field/earth_rotation_field.hpp"
 #include "calib/fit/input_quantities.hpp"
+#include "calib/regression/common_mean.hpp"
 #include "calib/regression/factor.hpp"
 #include "calib/regression/serial_correlation.hpp"
 #include "core/formatted.hpp"
@@ -174,9 +175,32 @@ void look_at_order(const Eigen::MatrixX3d& means, RestFit& fit) {
   }
 }
 
+// The change of the bias from rest to rest: a drift, warming up, or the attitude. It is not more
+// than the whole scatter of the rests.
+void compare_rests(const Eigen::MatrixX3d& means, const Eigen::MatrixX3d& mean_u, RestFit& fit) {
+  constexpr double coverage = 0.95;
+  const auto left = static_cast<double>(means.rows() - 1);
+  for (int k = 0; k < 3; ++k) {
+    double between = fit.sd(k);
+    double freedom = left;
+    if (mean_u.col(k).minCoeff() > 0.0) {
+      const CommonMean common = common_mean(means.col(k), mean_u.col(k));
+      if (common.between * student_t_factor(coverage, common.between_degrees_of_freedom) <
+          fit.sd(k) * student_t_factor(coverage, left)) {
+        between = common.between;
+        freedom = common.between_degrees_of_freedom;
+      }
+    }
+    fit.between_rests(k) = between;
+    fit.between_degrees_of_freedom(k) = freedom;
+  }
+}
+
 }  // namespace
 
-RestFit fit_rests(const Eigen::MatrixX3d& means, const Eigen::MatrixX3d& ups) {
+RestFit fit_rests(const Eigen::MatrixX3d& means,
+                  const Eigen::MatrixX3d& ups,
+                  const Eigen::MatrixX3d& mean_u) {
   RestFit fit;
   const auto n = static_cast<double>(means.rows());
   fit.degrees_of_freedom = n - 1.0;
@@ -188,6 +212,9 @@ RestFit fit_rests(const Eigen::MatrixX3d& means, const Eigen::MatrixX3d& ups) {
   }
   if (means.rows() < 8) {
     return fit;
+  }
+  if (mean_u.rows() > 0) {
+    compare_rests(means, mean_u, fit);
   }
   look_at_order(means, fit);
   Eigen::MatrixXd X(means.rows(), 4);

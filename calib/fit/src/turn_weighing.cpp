@@ -299,8 +299,21 @@ class TurnWeighing {
            .covariance = by_bias,
            .degrees_of_freedom = std::min(rests_.degrees_of_freedom, as_good_as_infinite)});
     }
+    // The bias at a rest of the log, which is not that of another rest.
+    Eigen::MatrixXd by_rest = Eigen::MatrixXd::Zero(parameters, parameters);
+    if (bias_columns_ > 0 && rests_.between_rests.maxCoeff() > 0.0) {
+      for (Eigen::Index k = 0; k < 3; ++k) {
+        by_rest(4 * k, 4 * k) = rests_.between_rests(k) * rests_.between_rests(k);
+      }
+      result.components.push_back(
+          {.name = "rests",
+           .sd = rests_.between_rests,
+           .unit = {},
+           .covariance = by_rest,
+           .degrees_of_freedom = rests_.between_degrees_of_freedom.minCoeff()});
+    }
     for (Eigen::Index i = 0; i < parameters; ++i) {
-      const CombinedUncertainty interval = interval_of(fit, i, by_bias(i, i));
+      const CombinedUncertainty interval = interval_of(fit, i, by_bias(i, i), by_rest(i, i));
       result.interval_95(i) = interval.expanded;
       result.interval_dof(i) = interval.degrees_of_freedom;
       if (i % 4 > 0) {  // a sensitivity
@@ -308,14 +321,15 @@ class TurnWeighing {
             std::min(result.degrees_of_freedom, interval.degrees_of_freedom);
       }
     }
-    result.covariance += by_bias;
+    result.covariance += by_bias + by_rest;
     add_sources(fit, at, result.sources);
     return result;
   }
 
   [[nodiscard]] CombinedUncertainty interval_of(const VarianceFit& fit,
                                                 Eigen::Index parameter,
-                                                double by_bias) const {
+                                                double by_bias,
+                                                double by_rest) const {
     Eigen::VectorXd h(fit.theta.size());
     for (Eigen::Index q = 0; q < h.size(); ++q) {
       const Eigen::RowVectorXd row = to_parameters_.row(parameter);
@@ -327,6 +341,11 @@ class TurnWeighing {
     if (by_bias > 0.0) {
       shares.components.push_back(
           {.variance = by_bias, .degrees_of_freedom = rests_.degrees_of_freedom});
+    }
+    if (by_rest > 0.0) {
+      shares.components.push_back(
+          {.variance = by_rest,
+           .degrees_of_freedom = rests_.between_degrees_of_freedom(parameter / 4)});
     }
     return combine(shares);
   }

@@ -218,14 +218,16 @@ Calibration calibrate_turns(const SimulatedTurns& recording,
                             const std::optional<Site>& site) {
   const auto count = static_cast<Eigen::Index>(recording.rests.size());
   Eigen::MatrixX3d means(count, 3);
+  Eigen::MatrixX3d mean_u(count, 3);
   Eigen::MatrixX3d ups(count, 3);
   for (Eigen::Index r = 0; r < count; ++r) {
     const auto [first, length] = recording.rests[static_cast<std::size_t>(r)];
-    means.row(r) =
-        recording.readings
-            .middleRows(static_cast<Eigen::Index>(first), static_cast<Eigen::Index>(length))
-            .colwise()
-            .mean();
+    const auto samples = recording.readings.middleRows(static_cast<Eigen::Index>(first),
+                                                       static_cast<Eigen::Index>(length));
+    const auto n = static_cast<double>(length);
+    means.row(r) = samples.colwise().mean();
+    mean_u.row(r) =
+        ((samples.rowwise() - means.row(r)).colwise().squaredNorm() / (n * (n - 1.0))).cwiseSqrt();
     ups.row(r) = recording.up.row(static_cast<Eigen::Index>(first));
   }
   std::vector<GyroscopeTurn> turns;
@@ -244,7 +246,7 @@ Calibration calibrate_turns(const SimulatedTurns& recording,
     between_seats(cube, rotation_sensor_from_positioner, sheet[r].entry.point,
                   sheet[r + 1].entry.point, turn);
   }
-  const RestFit rests = fit_rests(means, ups);
+  const RestFit rests = fit_rests(means, ups, mean_u);
   TurnFitOptions options;
   take_out_earth(site, turns, options);
   return turn_calibration(fit_turns(turns, rests, options), instrument, rests.sd);

@@ -9,11 +9,11 @@ namespace axiscal {
 namespace {
 
 // In the order of NoteCode.
-constexpr std::array<std::string_view, 22> note_names = {
-    "input",       "imported",      "axes",  "unseen",       "method",  "conditions",
-    "correlation", "rounding",      "seats", "face_normals", "mount",   "temperature",
-    "hysteresis",  "drift",         "field", "pose",         "weights", "tails",
-    "corrected",   "estimate_bias", "turns", "other"};
+constexpr std::array<std::string_view, 24> note_names = {
+    "input",       "imported",    "axes",       "unseen",        "method", "conditions",
+    "correlation", "not_counted", "stated",     "rounding",      "seats",  "face_normals",
+    "mount",       "temperature", "hysteresis", "drift",         "field",  "pose",
+    "weights",     "tails",       "corrected",  "estimate_bias", "turns",  "other"};
 static_assert(note_names.size() == static_cast<std::size_t>(NoteCode::other) + 1);
 
 }  // namespace

@@ -24,6 +24,9 @@ constexpr std::array all_words = {
     ScatterWords{"layings", "Consecutive readings of a pose share an error."},
     ScatterWords{"poses", "Each pose has an error of its own, which repeats in all blocks."},
     ScatterWords{"mounts", "The instrument sits otherwise in the cube each time it is mounted."},
+    ScatterWords{"rests",
+                 "The bias changes from rest to rest: it drifts, warms up, or depends on the "
+                 "attitude."},
     ScatterWords{"field_noise",
                  "Readings scatter more along the field than across it, or less: its size jitters, "
                  "or the cube lies otherwise each time."},

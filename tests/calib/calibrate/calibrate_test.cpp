@@ -313,7 +313,9 @@ TEST(Calibrate, WeighsRepeatsAsTheirMean) {
     reading.run = 13 + copy;
     repeated.readings.push_back(reading);
     repeated.response.conservativeResize(13 + copy, Eigen::NoChange);
-    repeated.response.row(12 + copy) = repeated.response.row(3);
+    constexpr double apart = 1e-7;  // equal rows are copies, and do not count
+    repeated.response.row(12 + copy) =
+        repeated.response.row(3).array() + (copy == 0 ? apart : -apart);
   }
   for (const Method method : {Method::paired, Method::known}) {
     Experiment experiment = experiment_for(truth);
@@ -322,8 +324,8 @@ TEST(Calibrate, WeighsRepeatsAsTheirMean) {
     const Calibration b = calibrate(experiment, repeated);
     EXPECT_EQ(a.fit.weights, Weighting::samples);
     EXPECT_EQ(b.fit.weights, Weighting::none);
-    EXPECT_MATRIX_NEAR(a.sensor.response.sensitivity, b.sensor.response.sensitivity, 1e-13);
-    EXPECT_MATRIX_NEAR(a.sensor.response.bias, b.sensor.response.bias, 1e-13);
+    EXPECT_MATRIX_NEAR(a.sensor.response.sensitivity, b.sensor.response.sensitivity, 1e-12);
+    EXPECT_MATRIX_NEAR(a.sensor.response.bias, b.sensor.response.bias, 1e-12);
   }
 }
 
@@ -381,7 +383,7 @@ TEST(Calibrate, FindsNoPureErrorInReadingsThatAreAllTheSame) {
       experiment.fit.method = method;
       const Calibration calibration = calibrate(experiment, observations);
       for (const LackOfFit& test : calibration.fit.statistics->lack_of_fit) {
-        EXPECT_EQ(test.pure_error_sd, 0.0);
+        EXPECT_EQ(test.pure_error_sd, 0.0) << method_name(method) << ", seed " << seed;
       }
     }
   }

@@ -401,7 +401,8 @@ TEST(BiasFit, CountsNoiseThatWanders) {
   }
   const Calibration record = sweep.fitted();
   ASSERT_NE(component_in(record, "correlation"), nullptr);
-  EXPECT_THAT(record.findings.notes, test::HasNote(HasSubstr("consecutive readings are alike")));
+  EXPECT_THAT(record.findings.notes,
+              test::HasNote(HasSubstr("Consecutive readings are correlated")));
   const std::vector<double> temperatures = slow_sweep(100, false);
   const Eigen::MatrixXd X = temperature_powers(temperatures, mean_temperature(temperatures), 2);
   const double white =

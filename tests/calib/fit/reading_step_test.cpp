@@ -51,5 +51,36 @@ TEST(ReadingStep, OfContinuousReadingsIsNoMoreThanTheirLastDigit) {
   }
 }
 
+// Steps of 2.5 mV for readings above 0.5 V and of 0.25 mV below, as of a meter that changes its
+// range.
+TEST(StepsOfResponses, FindsAWiderStepOfLargeReadings) {
+  const Eigen::MatrixXd response = (Eigen::MatrixXd(8, 3) << 2.5175, -0.01225, 0.04875,  //
+                                    -2.4925, 0.0215, -0.03775,                           //
+                                    2.515, -0.01475, 0.05225,                            //
+                                    0.0315, 2.6025, -0.0105,                             //
+                                    -0.02775, -2.5875, 0.00825,                          //
+                                    0.03675, 2.605, -0.00625,                            //
+                                    0.01425, -0.06175, 2.3975,                           //
+                                    -0.01675, 0.05825, -2.4025)
+                                       .finished();
+  const Eigen::MatrixXd steps = steps_of_responses(response, Eigen::MatrixXd::Ones(8, 3), 0.0,
+                                                   Eigen::Vector3d::Constant(1e-4));
+  for (Eigen::Index i = 0; i < 8; ++i) {
+    for (Eigen::Index k = 0; k < 3; ++k) {
+      const double expected = std::abs(response(i, k)) > 0.5 ? 2.5e-3 : 2.5e-4;
+      EXPECT_NEAR(steps(i, k), expected, 1e-9) << i << ' ' << k;
+    }
+  }
+}
+
+TEST(StepsOfResponses, IsOneStepIfAllReadingsHaveIt) {
+  Eigen::MatrixXd response = Eigen::MatrixXd::Random(30, 3);
+  response = (response.array() / 0.004).round() * 0.004;
+  const Eigen::MatrixXd steps = steps_of_responses(response, Eigen::MatrixXd::Ones(30, 3), 0.0,
+                                                   Eigen::Vector3d::Constant(1e-3));
+  EXPECT_NEAR(steps.minCoeff(), 0.004, 1e-9);
+  EXPECT_NEAR(steps.maxCoeff(), 0.004, 1e-9);
+}
+
 }  // namespace
 }  // namespace axiscal

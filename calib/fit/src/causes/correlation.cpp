@@ -72,7 +72,8 @@ void add_serial_correlation(const SolvedReadings& run, Estimate& estimate) {
     return;  // readings of a soak that lies off its curve are alike, and that counts already
   }
   const std::optional<OrderedReadings> ordered = ordered_readings(set, estimate);
-  if (!ordered || !(lag_one_score(*ordered) > alike_above)) {
+  const double score = ordered ? lag_one_score(*ordered) : 0.0;
+  if (!(score > alike_above)) {
     return;
   }
   const CorrelatedMean mean = mean_under_correlation(*ordered);
@@ -93,11 +94,14 @@ void add_serial_correlation(const SolvedReadings& run, Estimate& estimate) {
     wider.widen(at, mean.u(k) * mean.u(k), mean.degrees_of_freedom);
   }
   wider.put();
-  estimate.notes.push_back(
-      {NoteCode::correlation,
-       formatted("consecutive readings are alike (correlation about {}); the biases are means over "
-                 "models of such noise, and their intervals count it",
-                 number_text(mean.correlation, 1))});
+  if (score > told_alike_above) {
+    estimate.notes.push_back(
+        {NoteCode::correlation,
+         formatted(
+             "Consecutive readings are correlated (about {}). The biases are means over models "
+             "of such noise, and their intervals allow for it",
+             number_text(mean.correlation, 1))});
+  }
 }
 
 CountedEstimate counted_correlation(const RunToCount& run, CountedEstimate so_far) {

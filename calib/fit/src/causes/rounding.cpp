@@ -1,9 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <optional>
 #include <vector>
 
+#include "axiscal/calib/distributions.hpp"
 #include "axiscal/core/number_text.hpp"
 #include "calib/fit/fit.hpp"
 #include "calib/fit/reading_step.hpp"
@@ -17,16 +19,22 @@
 namespace axiscal {
 namespace {
 
-// The step that counts as known: noise far below one that nobody stated may leave nothing but the
-// field's own differences.
-std::optional<double> counted_step(const std::vector<double>& readings,
-                                   double stated_step,
-                                   double noise_sd) {
-  const std::optional<double> step = step_of_readings(readings, stated_step, noise_sd);
+// The steps that count as known. If the noise is far below a step that nobody stated, the step may
+// be the field's own differences.
+Eigen::MatrixXd counted_steps(const ReadingSet& set,
+                              double stated_step,
+                              const Eigen::VectorXd& noise_sd) {
   constexpr double largest_share = 0.02;
-  const auto [least, most] = std::minmax_element(readings.begin(), readings.end());
-  const bool is_known = step && (*step == stated_step || *step <= largest_share * (*most - *least));
-  return is_known ? step : std::nullopt;
+  Eigen::MatrixXd steps = steps_of_responses(set.response, set.weights, stated_step, noise_sd);
+  for (Eigen::Index k = 0; k < set.axis_count(); ++k) {
+    const std::vector<double> readings = set.readings_of_axis(k);
+    const auto [least, most] = std::minmax_element(readings.begin(), readings.end());
+    const double step = steps.col(k).maxCoeff();
+    if (step != stated_step && !(step <= largest_share * (*most - *least))) {
+      steps.col(k).setZero();
+    }
+  }
+  return steps;
 }
 
 constexpr double wide = 0.4;  // noise below this part of a step does not average it
@@ -73,17 +81,18 @@ Poses poses_of(const ReadingSet& set, const std::vector<int>& group, Eigen::Inde
   return poses;
 }
 
-// The variances of an axis's coefficients where readings of one digit share an error.
+// The variances of an axis's coefficients if readings of one digit share an error.
 struct RoundedFit {
   Eigen::VectorXd variance;
   double degrees_of_freedom = 0.0;
 };
 
-// @param map  from the design's columns to the coefficients.
+// @param map   from the design's columns to the coefficients.
+// @param step  of each pose.
 std::optional<RoundedFit> fit_poses(const Poses& poses,
                                     const Eigen::MatrixXd& design,
                                     const Eigen::MatrixXd& map,
-                                    double step) {
+                                    const Eigen::VectorXd& step) {
   const Eigen::Index n = design.rows();
   const Eigen::Index c = design.cols();
   if (n <= c) {
@@ -95,16 +104,17 @@ std::optional<RoundedFit> fit_poses(const Poses& poses,
   }
   const Eigen::MatrixXd G = map * inverse;
   const Eigen::VectorXd residuals = poses.mean - design * (inverse * poses.mean);
-  const double of_step = step * step / 12.0;
   RoundedFit fit{.variance = Eigen::VectorXd(map.rows()),
                  .degrees_of_freedom = static_cast<double>(n - c)};
-  const double s2 = std::max(residuals.squaredNorm() / fit.degrees_of_freedom, of_step);
+  const double s2 = std::max(residuals.squaredNorm() / fit.degrees_of_freedom,
+                             step.squaredNorm() / (12.0 * static_cast<double>(n)));
   for (Eigen::Index j = 0; j < map.rows(); ++j) {
     double shared = 0.0;
     for (Eigen::Index a = 0; a < n; ++a) {
       for (Eigen::Index b = 0; b < n; ++b) {
-        const bool one_digit = std::abs(poses.mean(a) - poses.mean(b)) < 0.5 * step;
-        shared += one_digit ? of_step * G(j, a) * G(j, b) : 0.0;
+        const bool one_digit =
+            std::abs(poses.mean(a) - poses.mean(b)) < 0.5 * std::min(step(a), step(b));
+        shared += one_digit || a == b ? step(a) * step(b) / 12.0 * G(j, a) * G(j, b) : 0.0;
       }
     }
     fit.variance(j) = std::max(s2 * G.row(j).squaredNorm(), shared);
@@ -114,13 +124,57 @@ std::optional<RoundedFit> fit_poses(const Poses& poses,
 
 }  // namespace
 
+void allow_for_rounding(const ReadingSet& set, double stated_step, FitStatistics& statistics) {
+  if (statistics.lack_of_fit.empty()) {
+    return;
+  }
+  const Eigen::VectorXd any_noise =
+      Eigen::VectorXd::Constant(set.axis_count(), std::numeric_limits<double>::infinity());
+  const Eigen::RowVectorXd steps = counted_steps(set, stated_step, any_noise).colwise().maxCoeff();
+  for (Eigen::Index k = 0; k < set.axis_count(); ++k) {
+    LackOfFit& test = statistics.lack_of_fit[static_cast<std::size_t>(k)];
+    if (!(test.pure_error_dof > 0.0) || !(test.pure_error_sd < wide * steps(k))) {
+      continue;
+    }
+    const auto readings = static_cast<double>((set.weights.col(k).array() > 0.0).count());
+    const double repeats = readings / (readings - test.pure_error_dof);
+    const double within = test.pure_error_sd * test.pure_error_sd;
+    const double all = statistics.residual_sd(k) * statistics.residual_sd(k);
+    const double between = (all * statistics.degrees_of_freedom(k) - within * test.pure_error_dof) /
+                           test.lack_of_fit_dof;
+    test.f = between / (within + repeats * steps(k) * steps(k) / 12.0);
+    test.p_value =
+        test.f > 0.0 ? f_upper_p(test.f, test.lack_of_fit_dof, test.pure_error_dof) : 1.0;
+  }
+}
+
+bool rounding_explains(const SolvedReadings& of, double stated_step, const Estimate& estimate) {
+  const ReadingSet& set = of.set();
+  const Eigen::MatrixXd steps = counted_steps(set, stated_step, estimate.statistics.residual_sd);
+  const Eigen::VectorXd widest = steps.colwise().maxCoeff();
+  if (!(steps.minCoeff() > 0.0) ||
+      (estimate.statistics.residual_sd.array() > widest.array()).any()) {
+    return false;
+  }
+  const Fit run(of, estimate);
+  for (Eigen::Index k = 0; k < set.axis_count(); ++k) {
+    for (Eigen::Index i = 0; i < set.size(); ++i) {
+      const double error = std::abs(run.residual(i, k)) * run.sigma(k);
+      if (error > steps(i, k) * std::sqrt(set.weights(i, k))) {
+        return false;
+      }
+    }
+  }
+  return true;
+}
+
 bool is_coarsely_rounded(const ReadingSet& set,
                          double stated_step,
                          const Eigen::VectorXd& residual_sd) {
+  const Eigen::MatrixXd steps = counted_steps(set, stated_step, residual_sd);
   for (Eigen::Index k = 0; k < set.axis_count(); ++k) {
-    const std::optional<double> step =
-        counted_step(set.readings_of_axis(k), stated_step, residual_sd(k));
-    if (step && residual_sd(k) < wide * *step && *step > 4.0 * set.rounding(k)) {
+    const double step = steps.col(k).maxCoeff();
+    if (residual_sd(k) < wide * step && step > 4.0 * set.rounding(k)) {
       return true;
     }
   }
@@ -154,11 +208,17 @@ void add_rounding_scatter(const SolvedReadings& of, double stated_step, Estimate
   std::optional<Fit> run;
   std::vector<std::string> axes;
   double widest = 0.0;
+  std::vector<Poses> poses_of_axes;
+  Eigen::VectorXd scatter(set.axis_count());
   for (Eigen::Index k = 0; k < set.axis_count(); ++k) {
-    const Poses poses = poses_of(set, group, k, statistics.residual_sd(k));
-    const std::optional<double> step =
-        counted_step(set.readings_of_axis(k), stated_step, poses.scatter);
-    if (!step || !(poses.scatter < wide * *step) || *step <= 4.0 * set.rounding(k)) {
+    poses_of_axes.push_back(poses_of(set, group, k, statistics.residual_sd(k)));
+    scatter(k) = poses_of_axes.back().scatter;
+  }
+  const Eigen::MatrixXd steps = counted_steps(set, stated_step, scatter);
+  for (Eigen::Index k = 0; k < set.axis_count(); ++k) {
+    const Poses& poses = poses_of_axes[static_cast<std::size_t>(k)];
+    const double step = steps.col(k).maxCoeff();
+    if (!(poses.scatter < wide * step) || step <= 4.0 * set.rounding(k)) {
       continue;
     }
     // The direction of the field takes part of the information from the coefficients. For a
@@ -173,13 +233,13 @@ void add_rounding_scatter(const SolvedReadings& of, double stated_step, Estimate
     const Eigen::MatrixXd map =
         is_transfer ? set.map_of_seen() : Eigen::MatrixXd::Identity(columns.cols(), columns.cols());
     std::optional<RoundedFit> rounded =
-        fit_poses(poses, columns(poses.first, Eigen::all), map, *step);
+        fit_poses(poses, columns(poses.first, Eigen::all), map, steps.col(k)(poses.first));
     if (!rounded) {
       continue;
     }
     axes.push_back(set.axes[static_cast<std::size_t>(k)]);
-    widest = std::max(widest, *step);
-    wider.component().sd(k) = *step / std::sqrt(12.0);
+    widest = std::max(widest, step);
+    wider.component().sd(k) = step / std::sqrt(12.0);
     for (Eigen::Index j = 0; j < std::min(p, rounded->variance.size()); ++j) {
       wider.widen(p * k + j, rounded->variance(j), rounded->degrees_of_freedom);
     }

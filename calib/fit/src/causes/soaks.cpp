@@ -9,11 +9,14 @@
 #include "calib/fit/temperature_fit.hpp"
 #include "calib/record/parameter_names.hpp"
 #include "calib/regression/factor.hpp"
+#include "core/formatted.hpp"
 
 namespace axiscal {
 namespace {
 
 constexpr double same_above = 0.25;  // probability above which soaks and readings scatter alike
+constexpr double told_below =
+    0.01;  // probability, for all axes together, below which a note says so
 
 // The soaks' places on the curves: powers of their mean temperatures, and the directions
 // perpendicular to them.
@@ -72,8 +75,15 @@ struct SoaksOfAxis {
 void add_soak_scatter(const ReadingSet& set, Estimate& estimate) {
   const TemperatureTerms& terms = set.temperature;
   if (terms.order == 0 || terms.soak.empty() || set.robust || set.also_kinds.size() > 0 ||
-      static_cast<Eigen::Index>(estimate.statistics.lack_of_fit.size()) != set.axis_count() ||
-      temperature_count(set) < terms.order + 2) {
+      static_cast<Eigen::Index>(estimate.statistics.lack_of_fit.size()) != set.axis_count()) {
+    return;
+  }
+  if (temperature_count(set) < terms.order + 2) {
+    estimate.notes.push_back(
+        {NoteCode::temperature,
+         formatted("The polynomial passes through all {} temperature levels. The intervals do not "
+                   "include how levels scatter. Take one more level",
+                   temperature_count(set))});
     return;
   }
   const Soaks soaks = soaks_of(set);
@@ -83,6 +93,7 @@ void add_soak_scatter(const ReadingSet& set, Estimate& estimate) {
   const Eigen::Index base = set.base_column_count();
   FitStatistics& statistics = estimate.statistics;
   std::vector<SoaksOfAxis> found;
+  double least_p = 1.0;
   const Eigen::MatrixXd design = field_design(set, estimate.field);
   const Eigen::Index own = set.coefficient_count();
   Eigen::MatrixXd of_readings = statistics.covariance_of_readings();
@@ -129,6 +140,7 @@ void add_soak_scatter(const ReadingSet& set, Estimate& estimate) {
     if (!scatters || !(bias.variance + scale.variance > 0.0)) {
       continue;
     }
+    least_p = std::min({least_p, bias.p_value, scale.p_value});
     found.push_back({.axis = k,
                      .bias = bias.p_value <= same_above ? bias : OffCurve{},
                      .scale = scale.p_value <= same_above ? scale : OffCurve{}});
@@ -183,10 +195,12 @@ void add_soak_scatter(const ReadingSet& set, Estimate& estimate) {
         freedom_of_factor(statistics.interval_95(i) / std::sqrt(statistics.covariance(i, i)), 0.95);
   }
   statistics.components.push_back(std::move(component));
-  estimate.notes.push_back(
-      {NoteCode::temperature,
-       "the soaks do not lie on the polynomials over temperature as closely as their readings; the "
-       "coefficients' intervals count how they scatter about them"});
+  if (least_p * 2.0 * static_cast<double>(m) < told_below) {
+    estimate.notes.push_back(
+        {NoteCode::temperature,
+         "The temperature levels do not lie on the polynomial as closely as their readings do. "
+         "The intervals count their scatter"});
+  }
 }
 
 CountedEstimate counted_soaks(const RunToCount& run, CountedEstimate so_far) {

@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <limits>
 #include <string>
 #include <utility>
 #include <vector>
@@ -57,14 +58,18 @@ Eigen::MatrixXd extreme_columns(const SuspectRun& run, Eigen::Index axis, bool t
 HypothesisFit fit_saturated(const SuspectRun& run, Eigen::Index axis, bool top) {
   const Eigen::MatrixXd Z = extreme_columns(run, axis, top);
   HypothesisFit fit = run.fitter().fit(run.set(), {}, [&](const auto&, const auto&) { return Z; });
+  if (!fit.fitted) {
+    return fit;
+  }
   // Readings at an end share a digit, and with it an error of half a step; those at the other end
   // may have the opposite one.
   constexpr double both_ends = 1.5;
-  const double step = step_of_readings(run.set().readings_of_axis(axis), 0.0).value_or(0.0);
-  if (fit.fitted && !(std::abs(fit.added(0)) > both_ends * step)) {
-    return {};
-  }
-  return fit;
+  const Eigen::VectorXd any_noise =
+      Eigen::VectorXd::Constant(run.m(), std::numeric_limits<double>::infinity());
+  const double step = steps_of_responses(run.set().response, run.set().weights, 0.0, any_noise)
+                          .col(axis)
+                          .maxCoeff();
+  return std::abs(fit.added(0)) > both_ends * step ? fit : HypothesisFit{};
 }
 
 // Two ends of each axis.

@@ -18,6 +18,9 @@ struct AllanPoint {
   /// Equivalent degrees of freedom of the variance, and the 68.3 % interval of the deviation by
   /// chi^2; for the noise that the slope there is of.
   double degrees_of_freedom = 0.0;
+  /// The same if the noise may be a random walk there: a long average that is low by chance looks
+  /// like white noise, which has more. 0: not known.
+  double fewest_degrees_of_freedom = 0.0;
   double low = 0.0;
   double high = 0.0;
 };

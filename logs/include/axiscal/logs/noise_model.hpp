@@ -34,7 +34,7 @@ inline constexpr std::array all_noise_kinds = {NoiseKind::quantisation, NoiseKin
 struct NoiseCoefficient {
   NoiseKind kind = NoiseKind::white;
   double value = 0.0;  ///< 0: the curve shows none
-  double low = 0.0;    ///< 95 % interval; for 0 the bound below which it is hidden
+  double low = 0.0;    ///< 95 % interval; if the value is 0, `high` is the limit
   double high = 0.0;
 };
 
@@ -57,9 +57,10 @@ struct NoiseModel {
   [[nodiscard]] double deviation_at(double tau_s) const;
 };
 
-/// Fits the sum of the five kinds to a curve, at octaves of tau: least squares of the
-/// Allan variances with relative weights 1 / (2 / nu + e^2), no coefficient negative; of the sets
-/// of kinds that with the least chi^2 + 4 for each kind.
+/// Fits the sum of the five kinds to a curve, at octaves of tau. It minimises the deviance of the
+/// Allan variances, each distributed as chi^2 with nu degrees of freedom (2 / (2 / nu + e^2) with
+/// the model's error e); no coefficient is negative. Of the sets of kinds it takes that with the
+/// least deviance + 8 for each kind (10 for a ramp).
 ///
 /// With e = 0 the chi^2 says whether the kinds describe the curve (p > 0.05). If they do not, up to
 /// four of the shortest octaves, which a filter shapes, are left out until they do; else from where
@@ -71,7 +72,9 @@ struct NoiseModel {
 /// than 0.7 of the N of that stretch, N is taken from there and the other kinds are fitted to what
 /// is left.
 ///
-/// Points of one curve are not independent: the intervals are twice as wide for that.
+/// The intervals are by the profile of the deviance over all sets of the other kinds. Points of one
+/// curve are correlated, so the deviance may rise by 10 to 13, found by simulation. A coefficient
+/// above 0 whose `low` is 0 is the best description, and not proven.
 /// @throws DomainError  for fewer than three points.
 /// @par Source
 /// IEEE Std 952-2020, annex C; N. El-Sheimy, H. Hou, X. Niu, IEEE Trans. Instrum. Meas. 57 (2008);

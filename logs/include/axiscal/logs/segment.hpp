@@ -75,6 +75,11 @@ using ThresholdChoice =
                                            const SeatLabels* labels = nullptr,
                                            const std::vector<RunSheetRow>& sheet = {});
 
+/// @return the standard uncertainties of the means of some columns over the rests, by the noise
+///         within each rest, n x columns.
+[[nodiscard]] Eigen::MatrixXd mean_uncertainties_of(const Segmentation& segmentation,
+                                                    const std::vector<std::string>& columns);
+
 /// @return the means of three columns over the rests, n x 3.
 [[nodiscard]] Eigen::MatrixXd means_of(const Segmentation& segmentation,
                                        const std::vector<std::string>& columns);

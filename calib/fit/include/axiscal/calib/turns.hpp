@@ -66,17 +66,25 @@ struct RestFit {
   Eigen::Matrix3d bias_covariance = Eigen::Matrix3d::Zero();
   double degrees_of_freedom = std::numeric_limits<double>::infinity();  ///< of the covariance
   Eigen::Vector3d sd = Eigen::Vector3d::Zero();  ///< standard deviation of a rest's mean
+  /// Standard deviation of the bias from rest to rest beyond the noise of the means; 0: not known.
+  Eigen::Vector3d between_rests = Eigen::Vector3d::Zero();
+  Eigen::Vector3d between_degrees_of_freedom = Eigen::Vector3d::Ones();
   std::optional<Eigen::Matrix3d> g_sensitivity;  ///< [unit per length of the directions]
   std::optional<Eigen::Matrix3d> g_sensitivity_se;
   Eigen::Vector3d p_value = Eigen::Vector3d::Ones();  ///< that an axis has none
   std::string remark;  ///< where rests drift or are alike; else empty
 };
 
-/// Rests that drift, or of which consecutive ones are alike, count as that leaves them.
+/// The mean bias of the rests. If the rests drift, or if consecutive ones are correlated, its
+/// covariance allows for it.
 ///
-/// @param means  of the gyroscope at the rests, in their order, n x 3.
-/// @param ups    the directions up there, n x 3.
-[[nodiscard]] RestFit fit_rests(const Eigen::MatrixX3d& means, const Eigen::MatrixX3d& ups);
+/// @param means   of the gyroscope at the rests, in their order, n x 3.
+/// @param ups     the directions up there, n x 3.
+/// @param mean_u  standard uncertainties of the means by the noise within each rest, n x 3; empty:
+///                unknown, and the bias is taken as the same at all rests.
+[[nodiscard]] RestFit fit_rests(const Eigen::MatrixX3d& means,
+                                const Eigen::MatrixX3d& ups,
+                                const Eigen::MatrixX3d& mean_u = {});
 
 struct TurnFitOptions {
   /// rad/s per unit of the readings, roughly; default: found among the usual ones.

@@ -29,6 +29,7 @@ enum class WarningCode {
   saturated,
   bias_step,
   memory,
+  repeated_readings,
   two_solutions,
   one_sided_unsettled,
   coverage,

@@ -1,0 +1,205 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "calib/calibrate/src/repeated_readings.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <map>
+#include <numbers>
+#include <optional>
+#include <set>
+
+#include "calib/fit/fit.hpp"
+#include "calib/fit/reading_step.hpp"
+#include "calib/record/calibration_warning.hpp"
+#include "core/formatted.hpp"
+
+namespace axiscal {
+namespace {
+
+bool in_one_pose(const Reading& a, const Reading& b) {
+  return a.point == b.point && a.level == b.level &&
+         a.field_in_sensor.has_value() == b.field_in_sensor.has_value() &&
+         (!a.field_in_sensor || *a.field_in_sensor == *b.field_in_sensor);
+}
+
+// Stretches of readings that have the responses of other ones at one distance before them.
+std::vector<RepeatedReadings> equal_readings(const Observations& observations,
+                                             const std::vector<int>& leave_out) {
+  const Eigen::MatrixXd& y = observations.response;
+  std::vector<std::size_t> order;
+  for (std::size_t i = 0; i < observations.readings.size(); ++i) {
+    const int run = observations.readings[i].run;
+    if (std::find(leave_out.begin(), leave_out.end(), run) == leave_out.end()) {
+      order.push_back(i);
+    }
+  }
+  const auto compare = [&](std::size_t a, std::size_t b) {
+    for (Eigen::Index k = 0; k < y.cols(); ++k) {
+      const double difference =
+          y(static_cast<Eigen::Index>(a), k) - y(static_cast<Eigen::Index>(b), k);
+      if (difference != 0.0) {
+        return difference < 0.0 ? -1 : 1;
+      }
+    }
+    return 0;
+  };
+  std::sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) {
+    const int by_value = compare(a, b);
+    return by_value != 0 ? by_value < 0 : a < b;
+  });
+  std::map<std::size_t, std::set<std::size_t>> copies;  // by their distances
+  for (std::size_t i = 1; i < order.size(); ++i) {
+    const std::size_t original = order[i - 1];
+    const std::size_t copy = order[i];
+    if (compare(original, copy) == 0 &&
+        in_one_pose(observations.readings[original], observations.readings[copy])) {
+      copies[copy - original].insert(copy);
+    }
+  }
+  std::vector<RepeatedReadings> equal;
+  for (const auto& [distance, rows] : copies) {
+    for (const std::size_t copy : rows) {
+      if (equal.empty() || equal.back().rows.back() != std::pair(copy - 1 - distance, copy - 1)) {
+        equal.emplace_back();
+      }
+      equal.back().rows.emplace_back(copy - distance, copy);
+    }
+  }
+  return equal;
+}
+
+// The noise of each axis, by the middle residual, which a few wrong readings do not change.
+Eigen::VectorXd noise_of(const PreparedRun& run, const FittedRun& fit) {
+  Eigen::VectorXd sd = fit.estimate.statistics.residual_sd;
+  if (run.method().by_magnitude || fit.set->seen.cols() > 0) {
+    return sd;
+  }
+  const Fit linear(fit.readings(run.method()), fit.estimate);
+  for (Eigen::Index k = 0; k < linear.axes(); ++k) {
+    Eigen::VectorXd sizes = linear.residuals()(linear.rows_of_axis(k)).cwiseAbs();
+    const auto middle = sizes.begin() + sizes.size() / 2;
+    std::nth_element(sizes.begin(), middle, sizes.end());
+    constexpr double sd_of_middle = 1.4826;
+    sd(k) = std::min(sd(k), sd_of_middle * *middle * linear.sigma(k));
+  }
+  return sd;
+}
+
+// The probability that another reading in the pose of a reading agrees with it in every axis, n.
+Eigen::VectorXd chances_of_equal(const PreparedRun& run, const FittedRun& fit) {
+  const Eigen::VectorXd noise = noise_of(run, fit);
+  const Eigen::MatrixXd& response = run.observations().response;
+  const Eigen::MatrixXd steps =
+      steps_of_responses(response, Eigen::MatrixXd::Ones(response.rows(), response.cols()),
+                         run.experiment().stated.resolution, noise);
+  Eigen::VectorXd chances = Eigen::VectorXd::Ones(steps.rows());
+  for (Eigen::Index k = 0; k < steps.cols(); ++k) {
+    if (!(noise(k) > 0.0)) {
+      continue;  // all readings in one pose agree
+    }
+    constexpr double digits_of_a_number = 16.0 * std::numeric_limits<double>::epsilon();
+    const double least = digits_of_a_number * response.col(k).cwiseAbs().maxCoeff();
+    // The density at 0 of the difference of two readings, times the step.
+    const double density = 1.0 / (2.0 * std::sqrt(std::numbers::pi) * noise(k));
+    chances.array() *= (density * steps.col(k).array().max(least)).min(1.0);
+  }
+  return chances;
+}
+
+double pairs_in_one_pose(const std::vector<Reading>& readings, std::size_t distance) {
+  double pairs = 0.0;
+  for (std::size_t i = 0; i + distance < readings.size(); ++i) {
+    pairs += in_one_pose(readings[i], readings[i + distance]) ? 1.0 : 0.0;
+  }
+  return pairs;
+}
+
+// The number of distances at which copies could be found.
+double distances_with_pairs(const std::vector<Reading>& readings) {
+  constexpr std::size_t most_counted = 500;
+  if (readings.size() > most_counted) {
+    return static_cast<double>(readings.size());
+  }
+  double count = 0.0;
+  for (std::size_t distance = 1; distance < readings.size(); ++distance) {
+    count += pairs_in_one_pose(readings, distance) > 0.0 ? 1.0 : 0.0;
+  }
+  return count;
+}
+
+}  // namespace
+
+std::vector<RepeatedReadings> find_repeats(const PreparedRun& run, const FittedRun& fit) {
+  const Observations& observations = run.observations();
+  const std::vector<RepeatedReadings> equal =
+      equal_readings(observations, run.experiment().leave_out);
+  if (equal.empty()) {
+    return {};
+  }
+  constexpr double rarest = 1e-3;
+  const Eigen::VectorXd chances = chances_of_equal(run, fit);
+  const double distances = distances_with_pairs(observations.readings);
+  std::vector<RepeatedReadings> found;
+  for (const RepeatedReadings& repeats : equal) {
+    double probability = distances;
+    for (const auto& [original, copy] : repeats.rows) {
+      probability *= chances(static_cast<Eigen::Index>(copy));
+    }
+    // Most are not rare with one pair already, and need no count of pairs.
+    const auto& [original, copy] = repeats.rows.front();
+    if (probability < rarest &&
+        probability * pairs_in_one_pose(observations.readings, copy - original) < rarest) {
+      found.push_back(repeats);
+    }
+  }
+  return found;
+}
+
+Observations without_copies(const Observations& observations,
+                            const std::vector<RepeatedReadings>& repeats) {
+  std::set<std::size_t> copies;
+  for (const RepeatedReadings& one : repeats) {
+    for (const auto& [original, copy] : one.rows) {
+      copies.insert(copy);
+    }
+  }
+  std::vector<std::size_t> kept;
+  for (std::size_t i = 0; i < observations.readings.size(); ++i) {
+    if (copies.count(i) == 0) {
+      kept.push_back(i);
+    }
+  }
+  return select_rows(observations, kept);
+}
+
+CalibrationWarning warning_of(const RepeatedReadings& repeats, const Observations& observations) {
+  const auto run_of = [&](std::size_t row) { return observations.readings[row].run; };
+  std::vector<int> originals;
+  std::vector<int> copies;
+  for (const auto& [original, copy] : repeats.rows) {
+    originals.push_back(run_of(original));
+    copies.push_back(run_of(copy));
+  }
+  if (originals == copies) {  // the column of the run was copied too
+    for (std::size_t i = 0; i < copies.size(); ++i) {
+      originals[i] = static_cast<int>(repeats.rows[i].first) + 1;
+      copies[i] = static_cast<int>(repeats.rows[i].second) + 1;
+    }
+  }
+  const auto names = [](const std::vector<int>& runs) {
+    const bool is_range = runs.size() > 2 &&
+                          std::adjacent_find(runs.begin(), runs.end(),
+                                             [](int a, int b) { return b != a + 1; }) == runs.end();
+    return is_range ? formatted("runs {} to {}", runs.front(), runs.back()) : name_of_runs(runs);
+  };
+  return {.code = WarningCode::repeated_readings,
+          .runs = copies,
+          .message = formatted(
+              "{} {} {} in every digit of every axis: {} left out, because a copy adds no "
+              "information; delete the copied rows, or enter the values that were read",
+              names(copies), copies.size() == 1 ? "repeats" : "repeat", names(originals),
+              copies.size() == 1 ? "it was" : "they were")};
+}
+
+}  // namespace axiscal

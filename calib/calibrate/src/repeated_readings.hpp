@@ -1,0 +1,38 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstddef>
+#include <utility>
+#include <vector>
+
+#include "axiscal/calib/calibration.hpp"
+#include "axiscal/calib/observations.hpp"
+#include "calib/calibrate/src/fitted_run.hpp"
+#include "calib/calibrate/src/prepared_run.hpp"
+
+namespace axiscal {
+
+/// Consecutive readings that are copies of others: rows that someone pasted twice.
+struct RepeatedReadings {
+  /// Row of the original and row of the copy, in the order of the copies.
+  std::vector<std::pair<std::size_t, std::size_t>> rows;
+};
+
+/// Finds copies. Two readings in one pose that agree in every digit of every axis are copies if
+/// noise and rounding give so many of them in fewer than 1 of 1,000 runs
+/// (docs/method/repeats.md).
+///
+/// @param fit  of the run; its residuals tell the noise.
+/// @return one entry for each stretch of copies; none if there are no copies.
+[[nodiscard]] std::vector<RepeatedReadings> find_repeats(const PreparedRun& run,
+                                                         const FittedRun& fit);
+
+/// @return the readings that are no copies.
+[[nodiscard]] Observations without_copies(const Observations& observations,
+                                          const std::vector<RepeatedReadings>& repeats);
+
+/// @return "runs 13 to 24 repeat runs 1 to 12 ...".
+[[nodiscard]] CalibrationWarning warning_of(const RepeatedReadings& repeats,
+                                            const Observations& observations);
+
+}  // namespace axiscal

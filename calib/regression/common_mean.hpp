@@ -1,0 +1,24 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <Eigen/Core>
+
+namespace axiscal {
+
+/// The mean that several values have in common. Each value differs from it by an error of its
+/// stated uncertainty and by a random effect.
+struct CommonMean {
+  double mean = 0.0;
+  double u = 0.0;                           ///< by the scatter of the values
+  double u_within = 0.0;                    ///< by their uncertainties alone
+  double between = 0.0;                     ///< tau: standard deviation of the random effect
+  double between_degrees_of_freedom = 1.0;  ///< of tau^2; at least 1
+};
+
+/// @param x  n >= 2 values.
+/// @param u  n: their standard uncertainties, positive.
+/// @par Source
+/// Paule & Mandel, J. Res. NBS 87 (1982) 377-385; Hartung & Knapp, Stat. Med. 20 (2001) 3875-3889.
+[[nodiscard]] CommonMean common_mean(const Eigen::VectorXd& x, const Eigen::VectorXd& u);
+
+}  // namespace axiscal
