@@ -8,9 +8,11 @@ namespace axiscal {
 
 /// Compares readings that were kept out of a fit with its predictions.
 ///
-/// An error of prediction has the variance s_k^2 / w + J C J^T, J with the tangents of the field's
-/// direction where that was fitted; each is held against its own interval, t(nu_k), and all
-/// together against F(q, nu_k) for each axis, the axes put together by Fisher's method.
+/// An error of prediction has the variance s_k^2 / w + J C J^T. J contains the tangents of the
+/// field's direction if it was fitted. Each error is compared with its own interval, t(nu_k), and
+/// all together with F(q, nu_k) for each axis, the axes combined by Fisher's method. The noise
+/// across the field may be larger or smaller than along it: the p-value is the largest over the
+/// ratios that the readings of the fit do not reject.
 ///
 /// @param fitted       the readings of the fit.
 /// @param kept_out     one or more others, as ReadingSource::kept_out().

@@ -179,7 +179,7 @@ TEST_F(AnyFile, AtRestGivesKalibrsNoise) {
   const ProgramResult direct = run_axiscal({"noise", log, "--format", "kalibr"});
   ASSERT_EQ(direct.status, 0) << direct.err;
   EXPECT_THAT(direct.out, HasSubstr("accelerometer_noise_density: 0.002"));
-  EXPECT_THAT(direct.out, HasSubstr("update_rate: 199.657"));
+  EXPECT_THAT(direct.out, HasSubstr("update_rate: 204.583"));
   const std::string noise = folder_.path("noise.json");
   ASSERT_EQ(run_axiscal({"noise", log, "--json", "-o", noise}).status, 0);
   EXPECT_EQ(run_axiscal({"export", noise, "--format", "kalibr"}).out, direct.out);

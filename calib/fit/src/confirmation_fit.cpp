@@ -1,12 +1,21 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "calib/fit/confirmation_fit.hpp"
 
+#include <algorithm>
 #include <cmath>
+#include <limits>
+#include <memory>
 #include <numeric>
+#include <optional>
+#include <vector>
 
 #include "axiscal/calib/distributions.hpp"
 #include "axiscal/core/error.hpp"
 #include "calib/fit/deletion_fit.hpp"
+#include "calib/fit/model.hpp"
+#include "calib/regression/common_noise.hpp"
+#include "calib/regression/factor.hpp"
+#include "calib/regression/shared_fit.hpp"
 
 namespace axiscal {
 namespace {
@@ -40,6 +49,103 @@ ReadingSet both_of(ReadingSet set, const ReadingSet& kept_out) {
   return set;
 }
 
+// The cosines of the angles between the field at the readings and the axes, n x m.
+Eigen::MatrixXd cosines_of(const ReadingSet& set, const Solution& solution) {
+  const Eigen::MatrixXd f =
+      field_design(set, solution.field()).middleCols<3>(1).rowwise().normalized();
+  return f * solution.coefficients().middleRows<3>(1).colwise().normalized();
+}
+
+// The readings with noise whose variance across the field is `ratio` times that along it. Each time
+// a cube is laid otherwise, the readings across the field change; a field that jitters changes
+// those along it.
+ReadingSet with_noise_ratio(ReadingSet set, const Eigen::MatrixXd& cosines, double ratio) {
+  const Eigen::ArrayXXd across = 1.0 - cosines.array().square();
+  set.weights.array() /= 1.0 + (ratio - 1.0) * across;
+  return set;
+}
+
+struct Likelihood {
+  double minus_twice_log = 0.0;  // restricted
+  double loss = 1.0;             // loss_by_common_noise()
+};
+
+// nullopt if the readings do not determine the fit.
+std::optional<Likelihood> likelihood_of(const ReadingSet& set,
+                                        const TableField& field,
+                                        bool known_field) {
+  const std::shared_ptr<const Solution> solution = Model(set, known_field).at({.field = field});
+  const auto m = static_cast<Eigen::Index>(solution->axes.size());
+  std::vector<ResponseSums> sums;
+  Eigen::VectorXd start(m);
+  Eigen::VectorXd smallest(m);
+  Eigen::MatrixXd residuals(set.size(), m);
+  for (Eigen::Index k = 0; k < m; ++k) {
+    const AxisSolution& axis = solution->axes[static_cast<std::size_t>(k)];
+    sums.push_back(axis.sums);
+    residuals.col(k) = axis.residuals;
+    smallest(k) = std::max(std::pow(set.rounding(k), 2), std::numeric_limits<double>::min());
+    start(k) = std::max(axis.sums.squares / axis.sums.degrees_of_freedom, smallest(k));
+  }
+  const std::optional<SharedFit> fit = fit_shared(sums, start, smallest);
+  if (!fit) {
+    return std::nullopt;
+  }
+  Likelihood likelihood{.loss = loss_by_common_noise(residuals, fit->degrees_of_freedom.mean())};
+  for (Eigen::Index k = 0; k < m; ++k) {
+    const AxisSolution& axis = solution->axes[static_cast<std::size_t>(k)];
+    const Eigen::MatrixXd X = axis.root_weights().asDiagonal() * axis.X();
+    const auto counts = (set.weights.col(k).array() > 0.0);
+    likelihood.minus_twice_log +=
+        sums[static_cast<std::size_t>(k)].degrees_of_freedom * std::log(fit->variance(k)) +
+        fit->degrees_of_freedom(k) + PositiveFactor(X.transpose() * X).log_determinant() -
+        counts.select(set.weights.col(k).array(), 1.0).log().sum();
+  }
+  if (fit->covariance.size() > 0) {
+    likelihood.minus_twice_log -= PositiveFactor(fit->covariance).log_determinant();
+  }
+  return likelihood;
+}
+
+// The largest probability of the readings that were kept out, over the ratios of noise that the
+// readings of the fit do not reject at 5 %.
+std::optional<double> p_of_kept_out(const ReadingSet& fitted,
+                                    const ReadingSet& all,
+                                    const std::vector<std::size_t>& places,
+                                    const TableField& field,
+                                    bool known_field) {
+  const auto q = static_cast<Eigen::Index>(places.size());
+  const Eigen::MatrixXd each = Eigen::MatrixXd::Identity(q, q);
+  const Eigen::MatrixXd cosines = cosines_of(all, *Model(all, known_field).at({.field = field}));
+  struct Trial {
+    Likelihood likelihood;
+    double p_value = 0.0;
+  };
+  std::vector<Trial> trials;
+  double least = std::numeric_limits<double>::infinity();
+  for (const double ratio : {0.03, 0.1, 0.3, 1.0, 3.0, 10.0, 30.0, 100.0}) {
+    const ReadingSet weighed = with_noise_ratio(fitted, cosines.topRows(fitted.size()), ratio);
+    const std::optional<Likelihood> likelihood = likelihood_of(weighed, field, known_field);
+    const ReadingSet weighed_all = with_noise_ratio(all, cosines, ratio);
+    const std::optional<double> p =
+        likelihood
+            ? DeletionFit(weighed_all, field, known_field).p_value(places, each, likelihood->loss)
+            : std::nullopt;
+    if (p) {
+      trials.push_back({.likelihood = *likelihood, .p_value = *p});
+      least = std::min(least, likelihood->minus_twice_log);
+    }
+  }
+  constexpr double rejected = 3.84;  // chi^2 of one degree of freedom at 5 %
+  std::optional<double> largest;
+  for (const Trial& trial : trials) {
+    if (trial.likelihood.minus_twice_log - least <= rejected) {
+      largest = std::max(largest.value_or(0.0), trial.p_value);
+    }
+  }
+  return largest;
+}
+
 }  // namespace
 
 Confirmation confirmed(const ReadingSet& fitted,
@@ -50,8 +156,7 @@ Confirmation confirmed(const ReadingSet& fitted,
   std::vector<std::size_t> places(kept_out.readings.size());
   std::iota(places.begin(), places.end(), fitted.readings.size());
   const DeletionFit fit(set, field, known_field);
-  const auto q = static_cast<Eigen::Index>(places.size());
-  const std::optional<double> p = fit.p_value(places, Eigen::MatrixXd::Identity(q, q));
+  const std::optional<double> p = p_of_kept_out(fitted, set, places, field, known_field);
   const auto predictions = fit.predictions(places);
   if (!p || !predictions) {
     throw RefusedError(

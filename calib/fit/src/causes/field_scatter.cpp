@@ -8,6 +8,7 @@
 #include "axiscal/calib/distributions.hpp"
 #include "axiscal/core/number_text.hpp"
 #include "calib/fit/fit.hpp"
+#include "calib/fit/rounding_scatter.hpp"
 #include "calib/fit/src/causes/causes.hpp"
 #include "calib/fit/src/causes/noise_parts.hpp"
 #include "calib/regression/serial_correlation.hpp"
@@ -333,8 +334,10 @@ void add_field_scatter(const Fit& run, bool gains_differ, Estimate& estimate) {
 }
 
 CountedEstimate counted_field_scatter(const RunToCount& run, CountedEstimate so_far) {
-  // Averages of opposite readings hide the noise along the field.
-  if (!run.is_transfer() && !run.method.averages_pairs) {
+  // Averages of opposite readings hide the noise along the field, and rounding errors are no noise.
+  if (!run.is_transfer() && !run.method.averages_pairs &&
+      !is_coarsely_rounded(run.fitted.set(), run.experiment.stated.resolution,
+                           so_far.estimate.statistics.residual_sd)) {
     add_field_scatter(Fit(run.judged, so_far.estimate), so_far.gains_differ, so_far.estimate);
   }
   return so_far;
