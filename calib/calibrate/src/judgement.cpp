@@ -30,20 +30,6 @@ SolvedReadings judged_readings(const PreparedRun& run,
                        : fit.readings(run.method());
 }
 
-// Readings from an unknown block have intervals without the scatter between blocks.
-void note_unknown_blocks(const FittedRun& fit, const ReadingSet& kept_out, Calibration& record) {
-  const auto known = [&](const Reading& kept) {
-    return std::any_of(fit.set->readings.begin(), fit.set->readings.end(),
-                       [&](const Reading& reading) { return reading.block == kept.block; });
-  };
-  if (!std::all_of(kept_out.readings.begin(), kept_out.readings.end(), known)) {
-    record.findings.notes.push_back(
-        {NoteCode::conditions,
-         "readings to be confirmed are of a block that the fit does not know: how biases change "
-         "from block to block is not in their intervals"});
-  }
-}
-
 void confirm(const PreparedRun& run,
              const FittedRun& fit,
              const SearchedRun& search,
@@ -59,10 +45,11 @@ void confirm(const PreparedRun& run,
         "readings to be confirmed (confirm) go with design points or known fields, axes that "
         "see them all, one levelness, and no robust regression");
   }
-  note_unknown_blocks(fit, search.kept_out, record);
-  record.findings.confirmation =
-      confirmed(search.judged ? *search.judged : *fit.set, search.kept_out, estimate.field,
-                run.method().directions_known);
+  ConfirmedReadings compared = confirmed(search.judged ? *search.judged : *fit.set, search.kept_out,
+                                         estimate.field, run.method().directions_known);
+  record.findings.confirmation = std::move(compared.confirmation);
+  record.findings.notes.insert(record.findings.notes.end(), compared.notes.begin(),
+                               compared.notes.end());
 }
 
 // Which readings of the file each axis used.

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <map>
 #include <memory>
 #include <numeric>
 #include <optional>
@@ -107,15 +108,38 @@ std::optional<Likelihood> likelihood_of(const ReadingSet& set,
   return likelihood;
 }
 
+// Contrasts of readings without the shift that the readings of one block share.
+// @param is_shifted  whether a block may have a shift.
+template <typename IsShifted>
+Eigen::MatrixXd contrasts_of(const std::vector<Reading>& readings, const IsShifted& is_shifted) {
+  std::map<int, std::vector<Eigen::Index>> blocks;
+  for (std::size_t i = 0; i < readings.size(); ++i) {
+    blocks[readings[i].block].push_back(static_cast<Eigen::Index>(i));
+  }
+  const auto n = static_cast<Eigen::Index>(readings.size());
+  Eigen::MatrixXd contrasts(0, n);
+  for (const auto& [block, members] : blocks) {
+    const auto count = static_cast<Eigen::Index>(members.size());
+    Eigen::MatrixXd own = Eigen::MatrixXd::Identity(count, count);
+    if (is_shifted(block)) {
+      own = orthogonal_complement(Eigen::MatrixXd::Ones(count, 1)).transpose();
+    }
+    const Eigen::Index first = contrasts.rows();
+    contrasts.conservativeResize(first + own.rows(), Eigen::NoChange);
+    contrasts.bottomRows(own.rows()).setZero();
+    contrasts.bottomRows(own.rows())(Eigen::all, members) = own;
+  }
+  return contrasts;
+}
+
 // The largest probability of the readings that were kept out, over the ratios of noise that the
 // readings of the fit do not reject at 5 %.
 std::optional<double> p_of_kept_out(const ReadingSet& fitted,
                                     const ReadingSet& all,
                                     const std::vector<std::size_t>& places,
+                                    const Eigen::MatrixXd& contrasts,
                                     const TableField& field,
                                     bool known_field) {
-  const auto q = static_cast<Eigen::Index>(places.size());
-  const Eigen::MatrixXd each = Eigen::MatrixXd::Identity(q, q);
   const Eigen::MatrixXd cosines = cosines_of(all, *Model(all, known_field).at({.field = field}));
   struct Trial {
     Likelihood likelihood;
@@ -127,10 +151,9 @@ std::optional<double> p_of_kept_out(const ReadingSet& fitted,
     const ReadingSet weighed = with_noise_ratio(fitted, cosines.topRows(fitted.size()), ratio);
     const std::optional<Likelihood> likelihood = likelihood_of(weighed, field, known_field);
     const ReadingSet weighed_all = with_noise_ratio(all, cosines, ratio);
-    const std::optional<double> p =
-        likelihood
-            ? DeletionFit(weighed_all, field, known_field).p_value(places, each, likelihood->loss)
-            : std::nullopt;
+    const std::optional<double> p = likelihood ? DeletionFit(weighed_all, field, known_field)
+                                                     .p_value(places, contrasts, likelihood->loss)
+                                               : std::nullopt;
     if (p) {
       trials.push_back({.likelihood = *likelihood, .p_value = *p});
       least = std::min(least, likelihood->minus_twice_log);
@@ -148,15 +171,25 @@ std::optional<double> p_of_kept_out(const ReadingSet& fitted,
 
 }  // namespace
 
-Confirmation confirmed(const ReadingSet& fitted,
-                       const ReadingSet& kept_out,
-                       const TableField& field,
-                       bool known_field) {
+ConfirmedReadings confirmed(const ReadingSet& fitted,
+                            const ReadingSet& kept_out,
+                            const TableField& field,
+                            bool known_field) {
   const ReadingSet set = both_of(fitted, kept_out);
   std::vector<std::size_t> places(kept_out.readings.size());
   std::iota(places.begin(), places.end(), fitted.readings.size());
   const DeletionFit fit(set, field, known_field);
-  const std::optional<double> p = p_of_kept_out(fitted, set, places, field, known_field);
+  const auto is_unknown = [&](int block) {
+    return std::none_of(fitted.readings.begin(), fitted.readings.end(),
+                        [&](const Reading& reading) { return reading.block == block; });
+  };
+  const auto p_with = [&](const Eigen::MatrixXd& contrasts) {
+    return p_of_kept_out(fitted, set, places, contrasts, field, known_field);
+  };
+  const Eigen::MatrixXd each = contrasts_of(kept_out.readings, [](int) { return false; });
+  const Eigen::MatrixXd within = contrasts_of(kept_out.readings, is_unknown);
+  const bool is_new_block = within.rows() < each.rows() && within.rows() > 0;
+  const std::optional<double> p = p_with(is_new_block ? within : each);
   const auto predictions = fit.predictions(places);
   if (!p || !predictions) {
     throw RefusedError(
@@ -164,7 +197,28 @@ Confirmation confirmed(const ReadingSet& fitted,
         "take more of them");
   }
   constexpr double unlikely = 0.05;
-  Confirmation confirmation{.readings = {}, .p_value = *p, .passed = *p >= unlikely};
+  ConfirmedReadings result;
+  if (is_new_block) {
+    result.notes.push_back(
+        {NoteCode::conditions,
+         "The readings to be confirmed are of a block that the fit does not know. The shift of the "
+         "biases that they share is not compared"});
+  } else if (within.rows() < each.rows()) {
+    result.notes.push_back(
+        {NoteCode::conditions,
+         "The readings to be confirmed are of a block that the fit does not know. How biases "
+         "change from block to block is not in their intervals"});
+  } else if (*p < unlikely) {
+    const Eigen::MatrixXd without_shift = contrasts_of(kept_out.readings, [](int) { return true; });
+    if (without_shift.rows() > 0 && p_with(without_shift).value_or(0.0) >= unlikely) {
+      result.notes.push_back(
+          {NoteCode::conditions,
+           "A shift of the biases that the readings to be confirmed share explains their errors. "
+           "If they were taken after a new set-up, give them a block of their own"});
+    }
+  }
+  Confirmation& confirmation = result.confirmation;
+  confirmation = {.readings = {}, .p_value = *p, .passed = *p >= unlikely};
   for (std::size_t i = 0; i < places.size(); ++i) {
     const DeletionFit::Prediction& prediction = (*predictions)[i];
     ConfirmationReading& reading = confirmation.readings.emplace_back(ConfirmationReading{
@@ -174,7 +228,7 @@ Confirmation confirmed(const ReadingSet& fitted,
       reading.within = reading.within && !(std::abs(reading.error(k)) > reading.half_width(k));
     }
   }
-  return confirmation;
+  return result;
 }
 
 }  // namespace axiscal

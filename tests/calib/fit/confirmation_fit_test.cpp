@@ -56,7 +56,7 @@ struct KeptOutRun {
   }
 
   [[nodiscard]] Confirmation confirmed_by_known() const {
-    return confirmed(fitted, kept_out, fitted.field, true);
+    return confirmed(fitted, kept_out, fitted.field, true).confirmation;
   }
 
   ReadingSet fitted;
@@ -235,8 +235,9 @@ TEST(Confirmed, CountsTheDirectionThatWasFitted) {
   const ReadingSet all = run_of_24(8);
   const KeptOutRun run(all, {6, 19});
   const Estimate estimate = estimate_joint(run.fitted);
-  const Confirmation joint = confirmed(run.fitted, run.kept_out, estimate.field, false);
-  const Confirmation known = confirmed(run.fitted, run.kept_out, estimate.field, true);
+  const Confirmation joint =
+      confirmed(run.fitted, run.kept_out, estimate.field, false).confirmation;
+  const Confirmation known = confirmed(run.fitted, run.kept_out, estimate.field, true).confirmation;
   const Eigen::MatrixXd S = estimate.response.sensitivity;
   const Eigen::Vector3d f = estimate.field.vector(0);
   const auto jacobian = [&](const ReadingSet& set) {
@@ -340,7 +341,8 @@ TEST(Confirmed, IsRightAboutGoodRuns) {
   for (int trial = 0; trial < trials; ++trial) {
     const KeptOutRun run(run_of_24(static_cast<std::uint64_t>(1000 + trial)), {1, 10, 20});
     const Estimate estimate = estimate_joint(run.fitted);
-    const Confirmation confirmation = confirmed(run.fitted, run.kept_out, estimate.field, false);
+    const Confirmation confirmation =
+        confirmed(run.fitted, run.kept_out, estimate.field, false).confirmation;
     failed += confirmation.passed ? 0 : 1;
     for (const ConfirmationReading& one : confirmation.readings) {
       outside += static_cast<int>((one.error.array().abs() > one.half_width.array()).count());
@@ -349,6 +351,29 @@ TEST(Confirmed, IsRightAboutGoodRuns) {
   EXPECT_GE(failed, 3);
   EXPECT_LE(failed, 32);
   EXPECT_NEAR(static_cast<double>(outside) / (9.0 * trials), 0.05, 0.02);
+}
+
+// A block of its own may have other biases.
+TEST(Confirmed, DoesNotCompareTheShiftOfANewBlock) {
+  ReadingSet all = run_of_24(11);
+  const std::vector<std::size_t> gone = {2, 6, 13, 19};
+  for (const std::size_t i : gone) {
+    all.response.row(static_cast<Eigen::Index>(i)).array() += 15.0 * kept_noise;
+  }
+  const KeptOutRun same_block(all, gone);
+  const ConfirmedReadings shifted =
+      confirmed(same_block.fitted, same_block.kept_out, all.field, true);
+  EXPECT_FALSE(shifted.confirmation.passed);
+  ASSERT_EQ(shifted.notes.size(), 1U);
+  EXPECT_THAT(shifted.notes[0].message, testing::HasSubstr("A shift of the biases"));
+  for (const std::size_t i : gone) {
+    all.readings[i].block = 2;
+  }
+  const KeptOutRun own_block(all, gone);
+  const ConfirmedReadings apart = confirmed(own_block.fitted, own_block.kept_out, all.field, true);
+  EXPECT_TRUE(apart.confirmation.passed);
+  ASSERT_EQ(apart.notes.size(), 1U);
+  EXPECT_THAT(apart.notes[0].message, testing::HasSubstr("is not compared"));
 }
 
 }  // namespace

@@ -8,6 +8,7 @@
 #include "calib/fit/layings.hpp"
 #include "calib/fit/src/causes/causes.hpp"
 #include "calib/record/parameter_names.hpp"
+#include "calib/regression/common_noise.hpp"
 
 namespace axiscal {
 namespace {
@@ -55,15 +56,33 @@ std::vector<MeanSquares> of_poses(const FitStatistics& statistics) {
   return axes;
 }
 
-// Takes the mean square of the means for that of the readings if it is clearly larger.
-// @return true if an interval became longer.
-bool widen_by(const std::vector<MeanSquares>& axes, const std::string& name, Estimate& estimate) {
-  constexpr double clearly_larger = 0.02;
+// The probability that the means of all axes scatter so much by chance. Noise that the axes share
+// makes their tests dependent.
+double p_of_axes(const std::vector<MeanSquares>& axes,
+                 const SolvedReadings& fitted,
+                 const Estimate& estimate) {
   FisherSum tests;
   for (const MeanSquares& axis : axes) {
     tests.add(axis.p_value);
   }
-  if (axes.empty() || !(tests.p_value() < clearly_larger)) {
+  const Fit fit(fitted, estimate);
+  const Eigen::MatrixXd residuals =
+      fit.residuals().reshaped(fit.axes(), fit.readings()).transpose();
+  return tests.p_value(
+      loss_by_common_noise(residuals, estimate.statistics.degrees_of_freedom.mean()));
+}
+
+// Takes the mean square of the means for that of the readings if it is clearly larger.
+// @return true if an interval became longer.
+bool widen_by(const std::vector<MeanSquares>& axes,
+              const std::string& name,
+              const SolvedReadings& fitted,
+              Estimate& estimate) {
+  constexpr double clearly_larger = 0.02;
+  const bool may_be_larger = std::any_of(axes.begin(), axes.end(), [](const MeanSquares& axis) {
+    return axis.p_value < 10.0 * clearly_larger;
+  });
+  if (!may_be_larger || !(p_of_axes(axes, fitted, estimate) < clearly_larger)) {
     return false;
   }
   const FitStatistics& statistics = estimate.statistics;
@@ -95,13 +114,13 @@ CountedEstimate counted_poses(const RunToCount& run, CountedEstimate so_far) {
     return so_far;
   }
   if (!run.method.averages_pairs &&
-      widen_by(of_layings(run.fitted.set(), estimate), "layings", estimate)) {
+      widen_by(of_layings(run.fitted.set(), estimate), "layings", run.fitted, estimate)) {
     estimate.notes.push_back(
         {NoteCode::correlation,
          "consecutive readings of a pose share an error. The intervals count each laying of the "
          "cube once"});
   }
-  if (widen_by(of_poses(statistics), "poses", estimate)) {
+  if (widen_by(of_poses(statistics), "poses", run.fitted, estimate)) {
     estimate.notes.push_back(
         {NoteCode::seats,
          "each pose has an error of its own, which repeats in all blocks. The intervals count it. "
