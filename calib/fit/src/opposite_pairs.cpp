@@ -348,6 +348,33 @@ void put_levelness(const ReadingSet& set, double F, Estimate& estimate) {
   estimate.levelness = levelness_of(counted, find_opposite_pairs(counted).pairs, estimate, F);
 }
 
+namespace {
+
+// A cube that lies otherwise each time tilts the slope of each face, which the scatter of the
+// differences shows in part only. If the slopes of the faces scatter more, that decides.
+void count_scatter_of_faces(Levelness& levelness) {
+  constexpr std::size_t fewest = 4;
+  if (levelness.estimates.size() < fewest || !(levelness.degrees_of_freedom > 0.0)) {
+    return;
+  }
+  constexpr double scatters = 0.25;  // probability
+  const auto n = static_cast<double>(levelness.estimates.size());
+  const double square =
+      0.5 * (levelness.sd_x * levelness.sd_x + levelness.sd_y * levelness.sd_y) / n;
+  const double by_differences =
+      0.5 * (std::pow(levelness.standard_error_x, 2) + std::pow(levelness.standard_error_y, 2));
+  const double freedom = 2.0 * (n - 1.0);
+  if (by_differences > 0.0 &&
+      f_upper_p(square / by_differences, freedom, levelness.degrees_of_freedom) < scatters) {
+    const double u = std::sqrt(square);
+    levelness.standard_error_x = std::max(levelness.standard_error_x, u);
+    levelness.standard_error_y = std::max(levelness.standard_error_y, u);
+    levelness.degrees_of_freedom = freedom;
+  }
+}
+
+}  // namespace
+
 std::optional<Levelness> estimate_levelness(const ReadingSet& set,
                                             const std::vector<OppositePair>& pairs,
                                             const SensitivityMatrix& sensitivity,
@@ -394,6 +421,9 @@ std::optional<Levelness> estimate_levelness(const ReadingSet& set,
   };
   levelness.standard_error_x = standard_errors(mean).x();
   levelness.standard_error_y = standard_errors(mean).y();
+  if (three_axes) {  // each face tells both slopes alike
+    count_scatter_of_faces(levelness);
+  }
   levelness.p_value = not_a_number;  // by test_levelness()
   for (std::size_t i = 0; i < levels.size() && levels.size() > 1; ++i) {
     const MeanSlope own = mean_slope(levels[i], planes.fits[i], three_axes);
