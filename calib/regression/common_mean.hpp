@@ -13,6 +13,7 @@ struct CommonMean {
   double u_within = 0.0;                    ///< by their uncertainties alone
   double between = 0.0;                     ///< tau: standard deviation of the random effect
   double between_degrees_of_freedom = 1.0;  ///< of tau^2; at least 1
+  double p_value = 1.0;  ///< that values without a random effect differ so much (chi^2)
 };
 
 /// @param x  n >= 2 values.

@@ -2,7 +2,9 @@
 #include "axiscal/calib/calibrate.hpp"
 
 #include <algorithm>
+#include <iterator>
 #include <optional>
+#include <set>
 #include <utility>
 
 #include "axiscal/calib/calibrate_run.hpp"
@@ -13,6 +15,7 @@
 #include "calib/calibrate/src/prepared_run.hpp"
 #include "calib/calibrate/src/record_of_run.hpp"
 #include "calib/calibrate/src/repeated_readings.hpp"
+#include "calib/calibrate/src/unsettled_readings.hpp"
 #include "calib/fit/bias_fit.hpp"
 #include "calib/fit/uncertainty_sources.hpp"
 #include "calib/record/calibration_warning.hpp"
@@ -63,16 +66,25 @@ SolvedRun solved(const PreparedRun& run) {
 
 Calibration calibrated(const Experiment& experiment, const Observations& observations);
 
-Calibration calibrated_without_copies(const Experiment& experiment,
-                                      const Observations& observations,
-                                      const std::vector<RepeatedReadings>& repeats) {
-  Calibration record = calibrated(experiment, without_copies(observations, repeats));
-  for (const RepeatedReadings& one : repeats) {
-    add_warning(record, warning_of(one, observations));
+// The calibration of the other readings, with warnings of those that were left out.
+Calibration calibrated_without(const Experiment& experiment,
+                               const Observations& observations,
+                               const std::vector<std::size_t>& rows,
+                               std::vector<CalibrationWarning> reasons) {
+  const std::set<std::size_t> left_out(rows.begin(), rows.end());
+  std::vector<std::size_t> kept;
+  for (std::size_t i = 0; i < observations.readings.size(); ++i) {
+    if (left_out.count(i) == 0) {
+      kept.push_back(i);
+    }
   }
+  Calibration record = calibrated(experiment, select_rows(observations, kept));
   std::vector<CalibrationWarning>& warnings = record.findings.warnings;
-  std::rotate(warnings.begin(), warnings.end() - static_cast<std::ptrdiff_t>(repeats.size()),
-              warnings.end());
+  warnings.insert(warnings.begin(), std::make_move_iterator(reasons.begin()),
+                  std::make_move_iterator(reasons.end()));
+  if (record.findings.status == CalibrationStatus::ok) {
+    record.findings.status = CalibrationStatus::warning;
+  }
   return record;
 }
 
@@ -81,9 +93,13 @@ Calibration calibrated(const Experiment& experiment, const Observations& observa
   if (!run.method().fits_sensitivity) {
     return calibration_of_biases(run);
   }
+  if (std::optional<UnsettledReadings> unsettled = find_unsettled(run.observations())) {
+    return calibrated_without(experiment, observations, unsettled->rows, {unsettled->warning});
+  }
   auto [model, fit, search] = solved(run);  // method.md, sections 4 to 6
   if (const auto repeats = find_repeats(run, fit); !repeats.empty()) {
-    return calibrated_without_copies(experiment, observations, repeats);
+    return calibrated_without(experiment, observations, rows_of_copies(repeats),
+                              warnings_of(repeats, observations));
   }
   fit = tested(run, std::move(fit), search);                        // levelness, lack of fit
   CountedEstimate counted = counted_scatter(run, fit, search);      // section 4.1

@@ -156,22 +156,17 @@ std::vector<RepeatedReadings> find_repeats(const PreparedRun& run, const FittedR
   return found;
 }
 
-Observations without_copies(const Observations& observations,
-                            const std::vector<RepeatedReadings>& repeats) {
-  std::set<std::size_t> copies;
+std::vector<std::size_t> rows_of_copies(const std::vector<RepeatedReadings>& repeats) {
+  std::vector<std::size_t> rows;
   for (const RepeatedReadings& one : repeats) {
     for (const auto& [original, copy] : one.rows) {
-      copies.insert(copy);
+      rows.push_back(copy);
     }
   }
-  std::vector<std::size_t> kept;
-  for (std::size_t i = 0; i < observations.readings.size(); ++i) {
-    if (copies.count(i) == 0) {
-      kept.push_back(i);
-    }
-  }
-  return select_rows(observations, kept);
+  return rows;
 }
+
+namespace {
 
 CalibrationWarning warning_of(const RepeatedReadings& repeats, const Observations& observations) {
   const auto run_of = [&](std::size_t row) { return observations.readings[row].run; };
@@ -200,6 +195,17 @@ CalibrationWarning warning_of(const RepeatedReadings& repeats, const Observation
               "information; delete the copied rows, or enter the values that were read",
               names(copies), copies.size() == 1 ? "repeats" : "repeat", names(originals),
               copies.size() == 1 ? "it was" : "they were")};
+}
+
+}  // namespace
+
+std::vector<CalibrationWarning> warnings_of(const std::vector<RepeatedReadings>& repeats,
+                                            const Observations& observations) {
+  std::vector<CalibrationWarning> warnings;
+  for (const RepeatedReadings& one : repeats) {
+    warnings.push_back(warning_of(one, observations));
+  }
+  return warnings;
 }
 
 }  // namespace axiscal

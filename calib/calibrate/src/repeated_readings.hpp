@@ -27,12 +27,11 @@ struct RepeatedReadings {
 [[nodiscard]] std::vector<RepeatedReadings> find_repeats(const PreparedRun& run,
                                                          const FittedRun& fit);
 
-/// @return the readings that are no copies.
-[[nodiscard]] Observations without_copies(const Observations& observations,
-                                          const std::vector<RepeatedReadings>& repeats);
+/// @return the rows of the copies.
+[[nodiscard]] std::vector<std::size_t> rows_of_copies(const std::vector<RepeatedReadings>& repeats);
 
-/// @return "runs 13 to 24 repeat runs 1 to 12 ...".
-[[nodiscard]] CalibrationWarning warning_of(const RepeatedReadings& repeats,
-                                            const Observations& observations);
+/// @return one warning for each stretch: "runs 13 to 24 repeat runs 1 to 12 ...".
+[[nodiscard]] std::vector<CalibrationWarning> warnings_of(
+    const std::vector<RepeatedReadings>& repeats, const Observations& observations);
 
 }  // namespace axiscal

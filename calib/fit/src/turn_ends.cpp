@@ -185,6 +185,10 @@ void compare_rests(const Eigen::MatrixX3d& means, const Eigen::MatrixX3d& mean_u
     double freedom = left;
     if (mean_u.col(k).minCoeff() > 0.0) {
       const CommonMean common = common_mean(means.col(k), mean_u.col(k));
+      constexpr double by_chance = 0.01;
+      if (!(common.p_value < by_chance)) {
+        continue;
+      }
       if (common.between * student_t_factor(coverage, common.between_degrees_of_freedom) <
           fit.sd(k) * student_t_factor(coverage, left)) {
         between = common.between;

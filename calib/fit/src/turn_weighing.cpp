@@ -7,10 +7,13 @@
 #include <optional>
 #include <utility>
 
+#include <Eigen/LU>
+
 #include "axiscal/calib/uncertainty.hpp"
 #include "axiscal/core/error.hpp"
 #include "axiscal/core/not_a_number.hpp"
 #include "axiscal/core/rotation.hpp"
+#include "axiscal/field/earth_rotation_field.hpp"
 #include "calib/regression/factor.hpp"
 #include "calib/regression/variance_components.hpp"
 
@@ -397,6 +400,16 @@ WeighedTurns weigh_turns(const TurnSystem& system,
                          const TurnFitOptions& options,
                          double start_sd_rad) {
   return TurnWeighing(system, rests, options).weighed(start_sd_rad);
+}
+
+RestFit without_earth(RestFit rests, const Eigen::Matrix3d& B) {
+  const Eigen::Vector3d per_rate = B.inverse().rowwise().norm();
+  for (int k = 0; k < 3; ++k) {
+    const double of_earth = earth_rate_rad_per_s / std::sqrt(3.0) * per_rate(k);
+    const double square = rests.between_rests(k) * rests.between_rests(k) - of_earth * of_earth;
+    rests.between_rests(k) = std::sqrt(std::max(square, 0.0));
+  }
+  return rests;
 }
 
 }  // namespace axiscal

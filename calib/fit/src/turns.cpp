@@ -407,7 +407,7 @@ TurnFit fit_turns(std::span<const GyroscopeTurn> turns,
          .jacobian = found.state.jacobian * by_parameters,
          .rotations = found.state.rotations,
          .sampling = options.whole_budget ? HalvedTurns(turns).errors(found) : Eigen::VectorXd()},
-        rests, options, fit.residual_sd_rad);
+        without_earth(rests, found.B), options, fit.residual_sd_rad);
     const Eigen::Matrix<double, 12, 1> step = by_parameters * weighed.step;
     found =
         problem.at(found.B + Eigen::Map<const RowMajor3>(step.data()), found.bias + step.tail<3>());

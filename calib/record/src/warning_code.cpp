@@ -33,6 +33,7 @@ constexpr std::array warning_kinds = {
     WarningKind{.name = "bias_step"},
     WarningKind{.name = "memory"},
     WarningKind{.name = "repeated_readings"},
+    WarningKind{.name = "unsettled"},
     WarningKind{.name = "two_solutions"},
     WarningKind{.name = "one_sided_unsettled", .refuses = true},
     WarningKind{.name = "coverage"},

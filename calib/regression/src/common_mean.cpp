@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "axiscal/calib/distributions.hpp"
+
 namespace axiscal {
 
 CommonMean common_mean(const Eigen::VectorXd& x, const Eigen::VectorXd& u) {
@@ -18,6 +20,7 @@ CommonMean common_mean(const Eigen::VectorXd& x, const Eigen::VectorXd& u) {
   double excess = 0.0;
   double low = 0.0;
   result.mean = mean_at(0.0, excess);
+  result.p_value = chi_squared_upper_p(std::max(excess + left, 1e-12), left);
   if (excess > 0.0) {
     double high = (x.array() - x.mean()).square().sum() + u.squaredNorm();
     constexpr int halvings = 100;

@@ -30,6 +30,7 @@ enum class WarningCode {
   bias_step,
   memory,
   repeated_readings,
+  unsettled,
   two_solutions,
   one_sided_unsettled,
   coverage,

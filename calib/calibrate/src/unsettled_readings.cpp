@@ -1,0 +1,125 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "calib/calibrate/src/unsettled_readings.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "axiscal/calib/distributions.hpp"
+#include "axiscal/core/number_text.hpp"
+#include "core/formatted.hpp"
+
+namespace axiscal {
+namespace {
+
+constexpr Eigen::Index fewest_readings = 4;  // of a laying
+constexpr std::size_t fewest_layings = 6;
+
+// Consecutive readings in one pose.
+struct Laying {
+  Eigen::Index first = 0;
+  Eigen::Index readings = 0;
+};
+
+// Those with enough readings.
+std::vector<Laying> long_layings(const std::vector<Reading>& readings) {
+  std::vector<Laying> layings;
+  for (std::size_t i = 0; i < readings.size();) {
+    std::size_t end = i + 1;
+    while (end < readings.size() && readings[end].point == readings[i].point &&
+           readings[end].block == readings[i].block && readings[end].level == readings[i].level &&
+           readings[end].confirm == readings[i].confirm) {
+      ++end;
+    }
+    if (end - i >= static_cast<std::size_t>(fewest_readings)) {
+      layings.push_back(
+          {.first = static_cast<Eigen::Index>(i), .readings = static_cast<Eigen::Index>(end - i)});
+    }
+    i = end;
+  }
+  return layings;
+}
+
+// The first and the last reading of each laying, less the mean of the others; layings x m.
+struct Ends {
+  Eigen::MatrixXd first;
+  Eigen::MatrixXd last;
+};
+
+// @param left_out  readings at the start of each laying.
+Ends ends_of(const std::vector<Laying>& layings,
+             const Eigen::MatrixXd& response,
+             Eigen::Index left_out) {
+  const auto count = static_cast<Eigen::Index>(layings.size());
+  Ends ends{.first = Eigen::MatrixXd(count, response.cols()),
+            .last = Eigen::MatrixXd(count, response.cols())};
+  for (Eigen::Index l = 0; l < count; ++l) {
+    const Laying& laying = layings[static_cast<std::size_t>(l)];
+    const auto rows = response.middleRows(laying.first + left_out, laying.readings - left_out);
+    const Eigen::Index n = rows.rows();
+    ends.first.row(l) = rows.row(0) - rows.bottomRows(n - 1).colwise().mean();
+    ends.last.row(l) = rows.row(n - 1) - rows.topRows(n - 1).colwise().mean();
+  }
+  return ends;
+}
+
+bool starts_differ(const Ends& ends) {
+  constexpr double by_chance = 0.001;
+  const auto layings = static_cast<double>(ends.first.rows());
+  FisherSum axes;
+  for (Eigen::Index k = 0; k < ends.first.cols(); ++k) {
+    const double last = ends.last.col(k).squaredNorm();
+    if (last > 0.0) {
+      axes.add(
+          f_upper_p(std::max(ends.first.col(k).squaredNorm() / last, 1e-12), layings, layings));
+    }
+  }
+  return axes.count() > 0.0 && axes.p_value() < by_chance;
+}
+
+}  // namespace
+
+std::optional<UnsettledReadings> find_unsettled(const Observations& observations) {
+  const std::vector<Reading>& readings = observations.readings;
+  if (readings.size() < fewest_layings * static_cast<std::size_t>(fewest_readings) ||
+      !readings.front().point) {
+    return std::nullopt;
+  }
+  const std::vector<Laying> layings = long_layings(readings);
+  if (layings.size() < fewest_layings) {
+    return std::nullopt;
+  }
+  const Eigen::Index shortest =
+      std::min_element(layings.begin(), layings.end(), [](const Laying& a, const Laying& b) {
+        return a.readings < b.readings;
+      })->readings;
+  Eigen::Index left_out = 0;
+  double largest = 0.0;
+  while (shortest - left_out >= fewest_readings - 1) {
+    const Ends ends = ends_of(layings, observations.response, left_out);
+    if (!starts_differ(ends)) {
+      break;
+    }
+    largest = std::max(largest, ends.first.cwiseAbs().maxCoeff());
+    ++left_out;
+  }
+  if (left_out == 0) {
+    return std::nullopt;
+  }
+  UnsettledReadings found;
+  for (const Laying& laying : layings) {
+    for (Eigen::Index i = 0; i < left_out; ++i) {
+      const auto row = static_cast<std::size_t>(laying.first + i);
+      found.rows.push_back(row);
+      found.warning.runs.push_back(readings[row].run);
+    }
+  }
+  found.warning.code = WarningCode::unsettled;
+  found.warning.message = formatted(
+      "The instrument had not settled: in each pose, the first {} from the later ones, by up to "
+      "{}. {} left out. Wait longer before the first reading",
+      left_out == 1 ? std::string("reading differs") : formatted("{} readings differ", left_out),
+      number_text(largest, 2), left_out == 1 ? "It was" : "They were");
+  return found;
+}
+
+}  // namespace axiscal
