@@ -405,7 +405,7 @@ WeighedTurns weigh_turns(const TurnSystem& system,
 RestFit without_earth(RestFit rests, const Eigen::Matrix3d& B) {
   const Eigen::Vector3d per_rate = B.inverse().rowwise().norm();
   for (int k = 0; k < 3; ++k) {
-    const double of_earth = earth_rate_rad_per_s / std::sqrt(3.0) * per_rate(k);
+    const double of_earth = earth_rate_rad_per_s * per_rate(k);  // at most
     const double square = rests.between_rests(k) * rests.between_rests(k) - of_earth * of_earth;
     rests.between_rests(k) = std::sqrt(std::max(square, 0.0));
   }

@@ -45,7 +45,8 @@ struct WeighedTurns {
                                        const TurnFitOptions& options,
                                        double start_sd_rad);
 
-/// @return the rests, with the Earth's rotation taken off the change of the bias from rest to rest.
+/// @return the rests, with the Earth's rotation taken off the change of the bias from rest to rest:
+///         at most its rate, as the heading is unknown.
 /// @param B  rad/s per unit.
 [[nodiscard]] RestFit without_earth(RestFit rests, const Eigen::Matrix3d& B);
 
