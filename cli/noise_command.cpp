@@ -91,7 +91,6 @@ void fill_missing(const std::string& name, std::vector<double>& samples, LogNois
   }
 }
 
-// The rate of the times, and warnings where they are not even.
 // The mean step without gaps; nullopt if there are too many gaps to tell it.
 std::optional<double> usual_step(const std::vector<double>& times, double seconds) {
   std::vector<double> steps(times.size() - 1);
@@ -113,6 +112,7 @@ std::optional<double> usual_step(const std::vector<double>& times, double second
   return median > 0.0 && are_few ? std::optional(sum / count) : std::nullopt;
 }
 
+// The rate of the times. It warns if they are not even.
 double rate_of(const RecordedLog& log,
                const LogOptions& options,
                const std::optional<TimeColumn>& time,

@@ -15,8 +15,8 @@ namespace axiscal {
                                        double stated_step,
                                        const Eigen::VectorXd& residual_sd);
 
-/// @return True if no reading is farther from the model than its rounding step. Rounding alone may
-///         then explain all residuals, and tests for mistakes and for lack of fit tell nothing.
+/// @return True if every reading is within one rounding step of the model. Rounding alone may then
+///         explain all residuals, and the residuals cannot show a mistake.
 [[nodiscard]] bool rounding_explains(const SolvedReadings& of,
                                      double stated_step,
                                      const Estimate& estimate);

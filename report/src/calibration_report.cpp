@@ -81,7 +81,7 @@ std::string run_section(const Calibration& calibration) {
   }
   std::vector<std::string> notes;
   for (const CalibrationNote& note : calibration.findings.notes) {
-    if (note.code != NoteCode::not_counted) {  // the verdict says it
+    if (note.code != NoteCode::not_counted) {  // the section on the verdict shows it
       notes.push_back(note.message);
     }
   }

@@ -139,10 +139,6 @@ CalibrationStatus status_of(const Calibration& record, const MistakeSearch& mist
                             : CalibrationStatus::warning;
 }
 
-}  // namespace
-
-namespace {
-
 // True if errors of rounding can bend the response so far.
 bool is_within_steps(const PreparedRun& run, const FittedRun& fit, const Eigen::VectorXd& bends) {
   const Eigen::MatrixXd steps =

@@ -295,7 +295,7 @@ Eigen::MatrixXd changes_by_order(const EllipsoidFit& fit,
   return with_further(T, fit) * changes_without_parts(at_solution);
 }
 
-// The change of the readings, n x 3, with each term that is fitted beside bias and sensitivity.
+// For each further term of the fit: the change of the readings per unit of the term, n x 3.
 using TermChanges = std::vector<Eigen::MatrixX3d>;
 
 // A squared term of each axis, which is taken off its reading.

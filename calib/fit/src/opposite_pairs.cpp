@@ -350,8 +350,9 @@ void put_levelness(const ReadingSet& set, double F, Estimate& estimate) {
 
 namespace {
 
-// A cube that lies otherwise each time tilts the slope of each face, which the scatter of the
-// differences shows in part only. If the slopes of the faces scatter more, that decides.
+// If the cube is not seated the same way each time, the slope of each face has an error. The
+// scatter of the differences shows only part of this error. The standard error is the larger of
+// both.
 void count_scatter_of_faces(Levelness& levelness) {
   constexpr std::size_t fewest = 4;
   if (levelness.estimates.size() < fewest || !(levelness.degrees_of_freedom > 0.0)) {

@@ -122,7 +122,7 @@ struct WideStep {
 };
 
 // @param readings  in the order of the search.
-// @param least     step of all of them.
+// @param least     the step that all readings have.
 WideStep wide_step_of_first(const std::vector<double>& readings, double least) {
   WideStep widest;
   std::int64_t common = 0;

@@ -334,7 +334,7 @@ void add_field_scatter(const Fit& run, bool gains_differ, Estimate& estimate) {
 }
 
 CountedEstimate counted_field_scatter(const RunToCount& run, CountedEstimate so_far) {
-  // Averages of opposite readings hide the noise along the field, and rounding errors are no noise.
+  // Averages of opposite readings hide the noise along the field. Rounding errors look like noise.
   if (!run.is_transfer() && !run.method.averages_pairs &&
       !is_coarsely_rounded(run.fitted.set(), run.experiment.stated.resolution,
                            so_far.estimate.statistics.residual_sd)) {

@@ -16,7 +16,7 @@ enum class NoteCode {
   method,         ///< which method was taken, or would do better
   conditions,     ///< repeatability only, how blocks differ, earlier calibrations
   correlation,    ///< readings that are alike, recordings that are short for their noise
-  not_counted,    ///< inputs without a stated uncertainty, which the intervals do not include
+  not_counted,    ///< inputs without a stated uncertainty: the intervals do not include them
   stated,         ///< stated inputs that the readings contradict
   rounding,       ///< steps of the readings that are wider than their noise
   seats,          ///< the repeatability of the cube's seat, or of the instrument in it
