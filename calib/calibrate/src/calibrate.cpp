@@ -2,7 +2,6 @@
 #include "axiscal/calib/calibrate.hpp"
 
 #include <algorithm>
-#include <iterator>
 #include <optional>
 #include <set>
 #include <utility>
@@ -66,7 +65,7 @@ SolvedRun solved(const PreparedRun& run) {
 
 Calibration calibrated(const Experiment& experiment, const Observations& observations);
 
-// The calibration of the other readings, with warnings of those that were left out.
+// Calibrates without some rows. Warnings give the reasons.
 Calibration calibrated_without(const Experiment& experiment,
                                const Observations& observations,
                                const std::vector<std::size_t>& rows,
@@ -80,11 +79,11 @@ Calibration calibrated_without(const Experiment& experiment,
   }
   Calibration record = calibrated(experiment, select_rows(observations, kept));
   std::vector<CalibrationWarning>& warnings = record.findings.warnings;
-  warnings.insert(warnings.begin(), std::make_move_iterator(reasons.begin()),
-                  std::make_move_iterator(reasons.end()));
-  if (record.findings.status == CalibrationStatus::ok) {
-    record.findings.status = CalibrationStatus::warning;
+  const std::vector<CalibrationWarning> others = std::exchange(warnings, {});
+  for (CalibrationWarning& reason : reasons) {
+    add_warning(record, std::move(reason));
   }
+  warnings.insert(warnings.end(), others.begin(), others.end());
   return record;
 }
 
@@ -93,7 +92,7 @@ Calibration calibrated(const Experiment& experiment, const Observations& observa
   if (!run.method().fits_sensitivity) {
     return calibration_of_biases(run);
   }
-  if (std::optional<UnsettledReadings> unsettled = find_unsettled(run.observations())) {
+  if (std::optional<UnsettledReadings> unsettled = find_unsettled(run)) {
     return calibrated_without(experiment, observations, unsettled->rows, {unsettled->warning});
   }
   auto [model, fit, search] = solved(run);  // method.md, sections 4 to 6

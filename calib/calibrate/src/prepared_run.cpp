@@ -87,6 +87,24 @@ bool uses_fields_of_readings(Method method, const Observations& observations) {
 
 }  // namespace
 
+bool in_one_pose(const Reading& a, const Reading& b) {
+  return a.point == b.point && a.level == b.level &&
+         a.field_in_sensor.has_value() == b.field_in_sensor.has_value() &&
+         (!a.field_in_sensor || *a.field_in_sensor == *b.field_in_sensor);
+}
+
+std::vector<std::size_t> PreparedRun::rows_not_left_out() const {
+  const std::vector<int>& out = experiment_.leave_out;
+  const std::vector<Reading>& readings = observations().readings;
+  std::vector<std::size_t> rows;
+  for (std::size_t i = 0; i < readings.size(); ++i) {
+    if (std::find(out.begin(), out.end(), readings[i].run) == out.end()) {
+      rows.push_back(i);
+    }
+  }
+  return rows;
+}
+
 PreparedRun::PreparedRun(const Experiment& experiment, const Observations& observations)
     : experiment_(experiment),
       given_(observations),

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <cstddef>
 #include <optional>
 #include <vector>
 
@@ -11,6 +12,10 @@
 #include "calib/fit/reading_source.hpp"
 
 namespace axiscal {
+
+/// @return true if both readings met the field in one pose: one design point, level and stated
+/// field.
+[[nodiscard]] bool in_one_pose(const Reading& a, const Reading& b);
 
 /// A run that is checked and ready to be fitted: the readings that count, their weights, the
 /// method, and the field as far as it is known.
@@ -33,6 +38,9 @@ class PreparedRun {
   /// @return those that are not left out and not kept out to confirm the fit. The responses are
   ///         not copied.
   [[nodiscard]] const Observations& used() const { return used_ ? *used_ : observations(); }
+
+  /// @return the rows of observations() whose runs the experiment does not leave out.
+  [[nodiscard]] std::vector<std::size_t> rows_not_left_out() const;
 
   [[nodiscard]] const MethodKind& method() const { return method_kind(method_); }
   [[nodiscard]] Weighting weighting() const { return weighting_; }

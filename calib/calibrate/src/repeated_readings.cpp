@@ -17,23 +17,11 @@
 namespace axiscal {
 namespace {
 
-bool in_one_pose(const Reading& a, const Reading& b) {
-  return a.point == b.point && a.level == b.level &&
-         a.field_in_sensor.has_value() == b.field_in_sensor.has_value() &&
-         (!a.field_in_sensor || *a.field_in_sensor == *b.field_in_sensor);
-}
-
 // Stretches of readings that have the responses of other ones at one distance before them.
-std::vector<RepeatedReadings> equal_readings(const Observations& observations,
-                                             const std::vector<int>& leave_out) {
+std::vector<RepeatedReadings> equal_readings(const PreparedRun& run) {
+  const Observations& observations = run.observations();
   const Eigen::MatrixXd& y = observations.response;
-  std::vector<std::size_t> order;
-  for (std::size_t i = 0; i < observations.readings.size(); ++i) {
-    const int run = observations.readings[i].run;
-    if (std::find(leave_out.begin(), leave_out.end(), run) == leave_out.end()) {
-      order.push_back(i);
-    }
-  }
+  std::vector<std::size_t> order = run.rows_not_left_out();
   const auto compare = [&](std::size_t a, std::size_t b) {
     for (Eigen::Index k = 0; k < y.cols(); ++k) {
       const double difference =
@@ -69,7 +57,7 @@ std::vector<RepeatedReadings> equal_readings(const Observations& observations,
   return equal;
 }
 
-// The noise of each axis, by the middle residual, which a few wrong readings do not change.
+// The noise of each axis by the median residual. A few wrong readings do not change the median.
 Eigen::VectorXd noise_of(const PreparedRun& run, const FittedRun& fit) {
   Eigen::VectorXd sd = fit.estimate.statistics.residual_sd;
   if (run.method().by_magnitude || fit.set->seen.cols() > 0) {
@@ -128,12 +116,40 @@ double distances_with_pairs(const std::vector<Reading>& readings) {
   return count;
 }
 
+CalibrationWarning warning_of(const RepeatedReadings& repeats, const Observations& observations) {
+  const auto run_of = [&](std::size_t row) { return observations.readings[row].run; };
+  std::vector<int> originals;
+  std::vector<int> copies;
+  for (const auto& [original, copy] : repeats.rows) {
+    originals.push_back(run_of(original));
+    copies.push_back(run_of(copy));
+  }
+  if (originals == copies) {  // the column of the run was copied too
+    for (std::size_t i = 0; i < copies.size(); ++i) {
+      originals[i] = static_cast<int>(repeats.rows[i].first) + 1;
+      copies[i] = static_cast<int>(repeats.rows[i].second) + 1;
+    }
+  }
+  const auto names = [](const std::vector<int>& runs) {
+    const bool is_range = runs.size() > 2 &&
+                          std::adjacent_find(runs.begin(), runs.end(),
+                                             [](int a, int b) { return b != a + 1; }) == runs.end();
+    return is_range ? formatted("runs {} to {}", runs.front(), runs.back()) : name_of_runs(runs);
+  };
+  return {.code = WarningCode::repeated_readings,
+          .runs = copies,
+          .message = formatted(
+              "{} {} {} in every digit of every axis: {} left out, because a copy adds no "
+              "information; delete the copied rows, or enter the values that were read",
+              names(copies), copies.size() == 1 ? "repeats" : "repeat", names(originals),
+              copies.size() == 1 ? "it was" : "they were")};
+}
+
 }  // namespace
 
 std::vector<RepeatedReadings> find_repeats(const PreparedRun& run, const FittedRun& fit) {
   const Observations& observations = run.observations();
-  const std::vector<RepeatedReadings> equal =
-      equal_readings(observations, run.experiment().leave_out);
+  const std::vector<RepeatedReadings> equal = equal_readings(run);
   if (equal.empty()) {
     return {};
   }
@@ -165,39 +181,6 @@ std::vector<std::size_t> rows_of_copies(const std::vector<RepeatedReadings>& rep
   }
   return rows;
 }
-
-namespace {
-
-CalibrationWarning warning_of(const RepeatedReadings& repeats, const Observations& observations) {
-  const auto run_of = [&](std::size_t row) { return observations.readings[row].run; };
-  std::vector<int> originals;
-  std::vector<int> copies;
-  for (const auto& [original, copy] : repeats.rows) {
-    originals.push_back(run_of(original));
-    copies.push_back(run_of(copy));
-  }
-  if (originals == copies) {  // the column of the run was copied too
-    for (std::size_t i = 0; i < copies.size(); ++i) {
-      originals[i] = static_cast<int>(repeats.rows[i].first) + 1;
-      copies[i] = static_cast<int>(repeats.rows[i].second) + 1;
-    }
-  }
-  const auto names = [](const std::vector<int>& runs) {
-    const bool is_range = runs.size() > 2 &&
-                          std::adjacent_find(runs.begin(), runs.end(),
-                                             [](int a, int b) { return b != a + 1; }) == runs.end();
-    return is_range ? formatted("runs {} to {}", runs.front(), runs.back()) : name_of_runs(runs);
-  };
-  return {.code = WarningCode::repeated_readings,
-          .runs = copies,
-          .message = formatted(
-              "{} {} {} in every digit of every axis: {} left out, because a copy adds no "
-              "information; delete the copied rows, or enter the values that were read",
-              names(copies), copies.size() == 1 ? "repeats" : "repeat", names(originals),
-              copies.size() == 1 ? "it was" : "they were")};
-}
-
-}  // namespace
 
 std::vector<CalibrationWarning> warnings_of(const std::vector<RepeatedReadings>& repeats,
                                             const Observations& observations) {

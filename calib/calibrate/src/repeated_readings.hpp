@@ -12,7 +12,7 @@
 
 namespace axiscal {
 
-/// Consecutive readings that are copies of others: rows that someone pasted twice.
+/// A stretch of consecutive copies, for example of a block of rows that was pasted twice.
 struct RepeatedReadings {
   /// Row of the original and row of the copy, in the order of the copies.
   std::vector<std::pair<std::size_t, std::size_t>> rows;
@@ -23,7 +23,7 @@ struct RepeatedReadings {
 /// (docs/method/repeats.md).
 ///
 /// @param fit  of the run; its residuals tell the noise.
-/// @return one entry for each stretch of copies; none if there are no copies.
+/// @return one entry for each stretch of copies; empty if none was found.
 [[nodiscard]] std::vector<RepeatedReadings> find_repeats(const PreparedRun& run,
                                                          const FittedRun& fit);
 

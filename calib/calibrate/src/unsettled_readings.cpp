@@ -16,18 +16,20 @@ constexpr std::size_t fewest_layings = 6;
 
 // Consecutive readings in one pose.
 struct Laying {
-  Eigen::Index first = 0;
+  Eigen::Index first = 0;  // in the list of rows
   Eigen::Index readings = 0;
 };
 
 // Those with enough readings.
-std::vector<Laying> long_layings(const std::vector<Reading>& readings) {
+std::vector<Laying> long_layings(const std::vector<Reading>& readings,
+                                 const std::vector<std::size_t>& rows) {
+  const auto continues = [](const Reading& before, const Reading& now) {
+    return in_one_pose(before, now) && before.block == now.block && before.confirm == now.confirm;
+  };
   std::vector<Laying> layings;
-  for (std::size_t i = 0; i < readings.size();) {
+  for (std::size_t i = 0; i < rows.size();) {
     std::size_t end = i + 1;
-    while (end < readings.size() && readings[end].point == readings[i].point &&
-           readings[end].block == readings[i].block && readings[end].level == readings[i].level &&
-           readings[end].confirm == readings[i].confirm) {
+    while (end < rows.size() && continues(readings[rows[i]], readings[rows[end]])) {
       ++end;
     }
     if (end - i >= static_cast<std::size_t>(fewest_readings)) {
@@ -78,13 +80,15 @@ bool starts_differ(const Ends& ends) {
 
 }  // namespace
 
-std::optional<UnsettledReadings> find_unsettled(const Observations& observations) {
+std::optional<UnsettledReadings> find_unsettled(const PreparedRun& run) {
+  const Observations& observations = run.observations();
   const std::vector<Reading>& readings = observations.readings;
   if (readings.size() < fewest_layings * static_cast<std::size_t>(fewest_readings) ||
       !readings.front().point) {
     return std::nullopt;
   }
-  const std::vector<Laying> layings = long_layings(readings);
+  const std::vector<std::size_t> rows = run.rows_not_left_out();
+  const std::vector<Laying> layings = long_layings(readings, rows);
   if (layings.size() < fewest_layings) {
     return std::nullopt;
   }
@@ -92,10 +96,11 @@ std::optional<UnsettledReadings> find_unsettled(const Observations& observations
       std::min_element(layings.begin(), layings.end(), [](const Laying& a, const Laying& b) {
         return a.readings < b.readings;
       })->readings;
+  const Eigen::MatrixXd response = observations.response(rows, Eigen::all);
   Eigen::Index left_out = 0;
   double largest = 0.0;
   while (shortest - left_out >= fewest_readings - 1) {
-    const Ends ends = ends_of(layings, observations.response, left_out);
+    const Ends ends = ends_of(layings, response, left_out);
     if (!starts_differ(ends)) {
       break;
     }
@@ -108,7 +113,7 @@ std::optional<UnsettledReadings> find_unsettled(const Observations& observations
   UnsettledReadings found;
   for (const Laying& laying : layings) {
     for (Eigen::Index i = 0; i < left_out; ++i) {
-      const auto row = static_cast<std::size_t>(laying.first + i);
+      const std::size_t row = rows[static_cast<std::size_t>(laying.first + i)];
       found.rows.push_back(row);
       found.warning.runs.push_back(readings[row].run);
     }

@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "axiscal/calib/calibration.hpp"
-#include "axiscal/calib/observations.hpp"
+#include "calib/calibrate/src/prepared_run.hpp"
 
 namespace axiscal {
 
@@ -20,8 +20,8 @@ struct UnsettledReadings {
 /// the first reading of a laying less the mean of the others with the last one less the mean of the
 /// others; noise and drifts make both alike (docs/method/settling.md).
 ///
-/// @param observations  with design points; layings of at least four consecutive readings count.
+/// Layings of at least four consecutive readings count. Readings need design points.
 /// @return nullopt if the readings had settled, or if there are too few layings to tell.
-[[nodiscard]] std::optional<UnsettledReadings> find_unsettled(const Observations& observations);
+[[nodiscard]] std::optional<UnsettledReadings> find_unsettled(const PreparedRun& run);
 
 }  // namespace axiscal
