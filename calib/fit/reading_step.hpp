@@ -24,17 +24,22 @@ namespace axiscal {
     double stated_step,
     double noise_sd = std::numeric_limits<double>::infinity());
 
+/// @return the readings whose weight is above 0, in their order.
+[[nodiscard]] std::vector<double> readings_with_weight(
+    const Eigen::Ref<const Eigen::VectorXd>& readings,
+    const Eigen::Ref<const Eigen::VectorXd>& weights);
+
 /// The rounding step of each reading. A meter that changes its range, or that shows a fixed number
 /// of digits, rounds large readings to a wider step than small ones. The wider step is sought among
 /// the largest readings of all axes.
 ///
 /// @param response  n x m [unit].
 /// @param weights   n x m; readings of weight 0 do not count.
-/// @param noise_sd  m: of one reading of each axis [unit].
+/// @param noise_sd  m: of one reading of each axis [unit]; empty: any step is looked for.
 /// @return n x m [unit]; 0: the readings do not show a step.
 [[nodiscard]] Eigen::MatrixXd steps_of_responses(const Eigen::MatrixXd& response,
                                                  const Eigen::MatrixXd& weights,
                                                  double stated_step,
-                                                 const Eigen::VectorXd& noise_sd);
+                                                 const Eigen::VectorXd& noise_sd = {});
 
 }  // namespace axiscal

@@ -16,7 +16,6 @@
 #include "calib/fit/model.hpp"
 #include "calib/regression/common_noise.hpp"
 #include "calib/regression/factor.hpp"
-#include "calib/regression/shared_fit.hpp"
 
 namespace axiscal {
 namespace {
@@ -77,33 +76,32 @@ std::optional<Likelihood> likelihood_of(const ReadingSet& set,
                                         bool known_field) {
   const std::shared_ptr<const Solution> solution = Model(set, known_field).at({.field = field});
   const auto m = static_cast<Eigen::Index>(solution->axes.size());
-  std::vector<ResponseSums> sums;
   Eigen::VectorXd start(m);
   Eigen::VectorXd smallest(m);
   Eigen::MatrixXd residuals(set.size(), m);
   for (Eigen::Index k = 0; k < m; ++k) {
     const AxisSolution& axis = solution->axes[static_cast<std::size_t>(k)];
-    sums.push_back(axis.sums);
     residuals.col(k) = axis.residuals;
-    smallest(k) = std::max(std::pow(set.rounding(k), 2), std::numeric_limits<double>::min());
-    start(k) = std::max(axis.sums.squares / axis.sums.degrees_of_freedom, smallest(k));
+    smallest(k) = std::max(set.rounding(k), std::numeric_limits<double>::min());
+    start(k) = std::max(std::sqrt(axis.sums.squares / axis.sums.degrees_of_freedom), smallest(k));
   }
-  const std::optional<SharedFit> fit = fit_shared(sums, start, smallest);
-  if (!fit) {
+  const std::optional<AxisNoise> noise = Model::noise(*solution, start, smallest);
+  if (!noise) {
     return std::nullopt;
   }
-  Likelihood likelihood{.loss = loss_by_common_noise(residuals, fit->degrees_of_freedom.mean())};
+  Likelihood likelihood{.loss = loss_by_common_noise(residuals, noise->degrees_of_freedom.mean())};
   for (Eigen::Index k = 0; k < m; ++k) {
     const AxisSolution& axis = solution->axes[static_cast<std::size_t>(k)];
     const Eigen::MatrixXd X = axis.root_weights().asDiagonal() * axis.X();
     const auto counts = (set.weights.col(k).array() > 0.0);
-    likelihood.minus_twice_log +=
-        sums[static_cast<std::size_t>(k)].degrees_of_freedom * std::log(fit->variance(k)) +
-        fit->degrees_of_freedom(k) + PositiveFactor(X.transpose() * X).log_determinant() -
-        counts.select(set.weights.col(k).array(), 1.0).log().sum();
+    likelihood.minus_twice_log += 2.0 * axis.sums.degrees_of_freedom * std::log(noise->sigma(k)) +
+                                  noise->degrees_of_freedom(k) +
+                                  PositiveFactor(X.transpose() * X).log_determinant() -
+                                  counts.select(set.weights.col(k).array(), 1.0).log().sum();
   }
-  if (fit->covariance.size() > 0) {
-    likelihood.minus_twice_log -= PositiveFactor(fit->covariance).log_determinant();
+  if (solution->shared_count() > 0) {
+    likelihood.minus_twice_log -=
+        PositiveFactor(Model::cost_of_shared(*solution, noise->sigma).covariance).log_determinant();
   }
   return likelihood;
 }

@@ -5,6 +5,7 @@
 #include <limits>
 #include <map>
 
+#include "calib/fit/reading_step.hpp"
 #include "calib/record/parameter_names.hpp"
 #include "core/formatted.hpp"
 
@@ -152,14 +153,7 @@ Eigen::MatrixXd ReadingSet::map_of_seen() const {
 }
 
 std::vector<double> ReadingSet::readings_of_axis(Eigen::Index k) const {
-  std::vector<double> values;
-  values.reserve(static_cast<std::size_t>(size()));
-  for (Eigen::Index i = 0; i < size(); ++i) {
-    if (weights(i, k) > 0.0) {
-      values.push_back(response(i, k));
-    }
-  }
-  return values;
+  return readings_with_weight(response.col(k), weights.col(k));
 }
 
 Eigen::MatrixXd field_design(const ReadingSet& set, const TableField& field) {

@@ -207,21 +207,29 @@ std::optional<double> step_of_readings(std::vector<double> readings,
   return step > 0.0 ? std::optional(step) : std::nullopt;
 }
 
+std::vector<double> readings_with_weight(const Eigen::Ref<const Eigen::VectorXd>& readings,
+                                         const Eigen::Ref<const Eigen::VectorXd>& weights) {
+  std::vector<double> values;
+  values.reserve(static_cast<std::size_t>(readings.size()));
+  for (Eigen::Index i = 0; i < readings.size(); ++i) {
+    if (weights(i) > 0.0) {
+      values.push_back(readings(i));
+    }
+  }
+  return values;
+}
+
 Eigen::MatrixXd steps_of_responses(const Eigen::MatrixXd& response,
                                    const Eigen::MatrixXd& weights,
                                    double stated_step,
                                    const Eigen::VectorXd& noise_sd) {
   Eigen::MatrixXd steps(response.rows(), response.cols());
   for (Eigen::Index k = 0; k < response.cols(); ++k) {
-    std::vector<double> readings;
-    readings.reserve(static_cast<std::size_t>(response.rows()));
-    for (Eigen::Index i = 0; i < response.rows(); ++i) {
-      if (weights(i, k) > 0.0) {
-        readings.push_back(response(i, k));
-      }
-    }
+    const double noise =
+        noise_sd.size() > 0 ? noise_sd(k) : std::numeric_limits<double>::infinity();
     steps.col(k).setConstant(
-        step_of_readings(std::move(readings), stated_step, noise_sd(k)).value_or(0.0));
+        step_of_readings(readings_with_weight(response.col(k), weights.col(k)), stated_step, noise)
+            .value_or(0.0));
   }
   add_steps_by_range(response, weights, steps);
   return steps;

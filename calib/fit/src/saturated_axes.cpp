@@ -141,9 +141,7 @@ std::vector<SaturatedAxis> saturated_axes(const ReadingSet& set,
       continue;
     }
     if (steps.size() == 0) {
-      const double any_noise = std::numeric_limits<double>::infinity();
-      steps = steps_of_responses(set.response, set.weights, search.stated_step,
-                                 Eigen::VectorXd::Constant(set.axis_count(), any_noise));
+      steps = steps_of_responses(set.response, set.weights, search.stated_step);
     }
     const double step = steps.col(k).maxCoeff();
     for (const double sign : {1.0, -1.0}) {

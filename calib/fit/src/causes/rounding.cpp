@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <optional>
 #include <vector>
 
@@ -125,12 +124,13 @@ std::optional<RoundedFit> fit_poses(const Poses& poses,
 }  // namespace
 
 void allow_for_rounding(const ReadingSet& set, double stated_step, FitStatistics& statistics) {
-  if (statistics.lack_of_fit.empty()) {
+  const bool has_repeats =
+      std::any_of(statistics.lack_of_fit.begin(), statistics.lack_of_fit.end(),
+                  [](const LackOfFit& test) { return test.pure_error_dof > 0.0; });
+  if (!has_repeats) {
     return;
   }
-  const Eigen::VectorXd any_noise =
-      Eigen::VectorXd::Constant(set.axis_count(), std::numeric_limits<double>::infinity());
-  const Eigen::RowVectorXd steps = counted_steps(set, stated_step, any_noise).colwise().maxCoeff();
+  const Eigen::RowVectorXd steps = counted_steps(set, stated_step, {}).colwise().maxCoeff();
   for (Eigen::Index k = 0; k < set.axis_count(); ++k) {
     LackOfFit& test = statistics.lack_of_fit[static_cast<std::size_t>(k)];
     if (!(test.pure_error_dof > 0.0) || !(test.pure_error_sd < wide * steps(k))) {

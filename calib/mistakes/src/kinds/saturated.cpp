@@ -2,7 +2,6 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <limits>
 #include <string>
 #include <utility>
 #include <vector>
@@ -64,11 +63,8 @@ HypothesisFit fit_saturated(const SuspectRun& run, Eigen::Index axis, bool top) 
   // Readings at an end share a digit, and with it an error of half a step; those at the other end
   // may have the opposite one.
   constexpr double both_ends = 1.5;
-  const Eigen::VectorXd any_noise =
-      Eigen::VectorXd::Constant(run.m(), std::numeric_limits<double>::infinity());
-  const double step = steps_of_responses(run.set().response, run.set().weights, 0.0, any_noise)
-                          .col(axis)
-                          .maxCoeff();
+  const double step =
+      steps_of_responses(run.set().response, run.set().weights, 0.0).col(axis).maxCoeff();
   return std::abs(fit.added(0)) > both_ends * step ? fit : HypothesisFit{};
 }
 
