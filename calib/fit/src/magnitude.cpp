@@ -377,10 +377,24 @@ Eigen::VectorXd fit_with_terms(const EllipsoidCloud& cloud,
   return sizes;
 }
 
+// @return whether the instrument turned steadily, so that a step of the field is like the one before
+//         it. In a list of attitudes at rest the steps have no order.
+bool turned_steadily(const EllipsoidCloud& cloud, const Ellipsoid& at) {
+  constexpr double alike = 0.5;  // correlation of consecutive steps
+  const Eigen::MatrixX3d f = (cloud.v.rowwise() - at.b.transpose()) * at.A.transpose();
+  const Eigen::Index steps = f.rows() - 1;
+  const Eigen::MatrixX3d step = f.bottomRows(steps) - f.topRows(steps);
+  return step.topRows(steps - 1).cwiseProduct(step.bottomRows(steps - 1)).sum() >
+         alike * step.squaredNorm();
+}
+
 // A low-pass filter that the readings show, as the largest part by which it shortens a reading;
 // nullopt if there is none.
 std::optional<double> fit_lag(const EllipsoidCloud& cloud, EllipsoidFit& fit) {
   constexpr double false_lag = 0.001;
+  if (!turned_steadily(cloud, fit.at)) {
+    return std::nullopt;
+  }
   const TermChanges terms = lag_term(cloud, fit.at);
   const std::optional<FurtherColumns> lag =
       fit_further_columns(fit.linear.jacobian, -fit.linear.residuals, changes_with(terms, fit),
