@@ -83,9 +83,9 @@ AcquireCommand parse_acquire_command(const std::vector<std::string>& arguments,
   return command;
 }
 
-Subcommand acquire_subcommand() {
+Subcommand acquire_subcommand(int (*run)(const AcquireCommand&)) {
   return make_subcommand<AcquireCommand>("acquire", "a live instrument -> observations, guided", "",
-                                         &add_options, &run_acquire);
+                                         &add_options, run);
 }
 
 }  // namespace axiscal::cli

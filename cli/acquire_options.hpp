@@ -36,7 +36,7 @@ struct AcquireCommand {
 [[nodiscard]] AcquireCommand parse_acquire_command(const std::vector<std::string>& arguments,
                                                    const std::string& path);
 
-/// Runs the command; where the data collector is not built it throws a UsageError.
+/// Runs the command, in the program axiscal-acquire.
 [[nodiscard]] int run_acquire(const AcquireCommand& command);
 
 }  // namespace axiscal::cli

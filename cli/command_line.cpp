@@ -15,6 +15,7 @@
 #include "definition.hpp"
 #include "help.hpp"
 #include "usage_error.hpp"
+#include "version_text.hpp"
 
 namespace axiscal::cli {
 namespace {
@@ -177,6 +178,7 @@ Action parse_command_line(const std::vector<std::string>& arguments,
   CLI::App app("Axiscal calibrates axis-sensitive instruments in 12 orientations.", "axiscal");
   app.require_subcommand(1);
   app.set_version_flag("--version", std::string(software_name()), "Print the version and exit");
+  app.add_flag("--verbose", "With --version: libraries and programs too");
   app.get_formatter()->column_width(28);
   app.footer("axiscal SUBCOMMAND --help tells more of each; --help-all names all options.");
 
@@ -218,7 +220,9 @@ Action parse_command_line(const std::vector<std::string>& arguments,
   } catch (const CLI::CallForHelp&) {
     return show(named != nullptr ? help_of(*named, false) : app.help());
   } catch (const CLI::CallForVersion&) {
-    return show(std::string(software_name()) + "\n");
+    const bool asks_for_all =
+        std::find(arguments.begin(), arguments.end(), "--verbose") != arguments.end();
+    return show(asks_for_all ? verbose_version(subcommands) : std::string(software_name()) + "\n");
   } catch (const CLI::ParseError& error) {
     throw UsageError(error.what());
   }

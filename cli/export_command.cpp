@@ -8,49 +8,14 @@
 #include "axiscal/exchange/export.hpp"
 #include "axiscal/logs/noise_json.hpp"
 #include "core/formatted.hpp"
+#include "exchange_options.hpp"
 #include "input.hpp"
 #include "log_input.hpp"
-#include "subcommands.hpp"
 #include "summary.hpp"
 #include "typed_values.hpp"
 
 namespace axiscal::cli {
 namespace {
-
-struct ExportCommand {
-  std::vector<std::string> records;
-  std::optional<std::string> format, reading_factor, gravity, numbers, name, instance;
-  std::optional<std::string> laboratory;
-  UnitOptions units;
-  std::string output = "-";
-  bool list = false;
-  bool lossy = false;
-  bool force = false;
-};
-
-void add_options(OptionSet& options, ExportCommand& command) {
-  options.add(
-      "record", command.records, "RECORD",
-      "calibration record (JSON); for kalibr accelerometer and gyroscope in one file, for px4, "
-      "ardupilot, iio all sensors of a vehicle; or the JSON of noise for kalibr");
-  options.add("--format", command.format, "NAME", "one of --list");
-  options.add_flag("--list", command.list, "the formats, and what their readers compute");
-  options.add("--reading-factor", command.reading_factor, "R",
-              "what the consumer's driver makes of 1 unit of the readings (m/s^2 per count)");
-  options.add("--gravity", command.gravity, "G",
-              "m/s^2 that 1 g was, of a record in g that does not say it");
-  options.add("--numbers", command.numbers, "TYPE",
-              "of a header: double, float, q16, q0:16 (binary places of readings, of the field)");
-  options.add("--name", command.name, "ID",
-              "what a header's names start with; axiscal_KIND, or axiscal_KIND_SLOT");
-  options.add("--instance", command.instance, "N", "number of the sensor, 0 to 9; 0");
-  options.add("--laboratory", command.laboratory, "FILE",
-              "of dcc: laboratory, customer, number, ... as report --laboratory");
-  add_unit_options(options, command.units);
-  options.add_flag("--lossy", command.lossy, "write what the format holds, and say what is lost");
-  options.add_flag("--force", command.force, "take a refused record too");
-  options.add_output(command.output);
-}
 
 std::string list_of_formats() {
   std::string text;
@@ -146,7 +111,9 @@ bool export_noise(const ExportCommand& command) {
   return true;
 }
 
-int run(const ExportCommand& command) {
+}  // namespace
+
+int run_export(const ExportCommand& command) {
   if (export_noise(command)) {
     return 0;
   }
@@ -172,13 +139,6 @@ int run(const ExportCommand& command) {
     std::fputs(formatted("axiscal: not held: {}\n", loss_text(*result.loss)).c_str(), stderr);
   }
   return 0;
-}
-
-}  // namespace
-
-Subcommand export_subcommand() {
-  return make_subcommand<ExportCommand>("export", "calibration record -> formats of other software",
-                                        "", &add_options, &run);
 }
 
 }  // namespace axiscal::cli

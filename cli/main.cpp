@@ -1,51 +1,38 @@
 // SPDX-License-Identifier: Apache-2.0
-#include <csignal>
-#include <string>
-#include <vector>
-
-#include <fcntl.h>
-#include <unistd.h>
-
-#include "axiscal/core/kept_memory.hpp"
-#include "axiscal/core/output_file.hpp"
-#include "axiscal/formulas/formula_field.hpp"
+#include "core/own_program.hpp"
 #include "run_command.hpp"
+#include "subcommands.hpp"
 
+namespace axiscal::cli {
 namespace {
 
-extern "C" void remove_output_and_die(int signal) {
-  axiscal::remove_unfinished_output();
-  std::signal(signal, SIG_DFL);
-  std::raise(signal);
-}
+constexpr OwnProgram acquire_program{.name = "axiscal-acquire", .package = "axiscal-acquire"};
+constexpr OwnProgram exchange_program{.name = "axiscal-exchange", .package = "axiscal"};
+constexpr OwnProgram report_program{.name = "axiscal-report", .package = "axiscal-report"};
 
-// If standard output is closed, a file that we open would take its number, and be printed into. A
-// file that cannot be written to takes the number instead: a result that is lost is an error.
-void open_missing_standard_files() {
-  int descriptor = ::open("/dev/null", O_RDONLY);
-  while (descriptor >= 0 && descriptor <= STDERR_FILENO) {
-    descriptor = ::open("/dev/null", O_RDONLY);
-  }
-  ::close(descriptor);
-}
-
-void set_signals() {
-  // A closed pipe and a limit on file size are then reported by write().
-  std::signal(SIGPIPE, SIG_IGN);
-  std::signal(SIGXFSZ, SIG_IGN);
-  for (const int signal : {SIGINT, SIGTERM, SIGHUP}) {
-    if (std::signal(signal, remove_output_and_die) == SIG_IGN) {
-      std::signal(signal, SIG_IGN);
-    }
-  }
+// A subcommand that another program runs, once its options are read without an error.
+Subcommand run_by(const OwnProgram& program, const Subcommand& subcommand) {
+  Subcommand elsewhere = subcommand;
+  elsewhere.define = [=](OptionSet& options) -> Action {
+    const Action reads = subcommand.define(options);  // holds the values while they are parsed
+    return [program, reads, arguments = options.typed()]() -> int { become(program, arguments); };
+  };
+  elsewhere.program = program;
+  return elsewhere;
 }
 
 }  // namespace
+}  // namespace axiscal::cli
 
 int main(int argc, char** argv) {
-  open_missing_standard_files();
-  set_signals();
-  axiscal::keep_freed_memory();
-  axiscal::add_formula_field();
-  return axiscal::cli::run_command(std::vector<std::string>(argv + 1, argv + argc));
+  using namespace axiscal::cli;
+  return run_main(
+      argc, argv,
+      {field_subcommand(), log_subcommand(), calibrate_subcommand(), segment_subcommand(),
+       noise_subcommand(), apply_subcommand(), plan_subcommand(), simulate_subcommand(),
+       level_subcommand(), characterize_subcommand(), check_subcommand(), budget_subcommand(),
+       study_subcommand(), run_by(exchange_program, export_subcommand(nullptr)),
+       run_by(exchange_program, import_subcommand(nullptr)),
+       run_by(acquire_program, acquire_subcommand(nullptr)),
+       run_by(report_program, report_subcommand(nullptr)), template_subcommand()});
 }

@@ -13,40 +13,13 @@
 #include "axiscal/report/certificate.hpp"
 #include "core/formatted.hpp"
 #include "input.hpp"
+#include "report_options.hpp"
 #include "sample_rests.hpp"
-#include "subcommands.hpp"
 #include "summary.hpp"
 #include "usage_error.hpp"
 
 namespace axiscal::cli {
 namespace {
-
-struct ReportCommand {
-  std::string record;
-  std::optional<std::string> observations, history, noise, laboratory, positioner, adjusters,
-      thread_pitch;
-  TableOptions table;
-  std::string output;
-};
-
-void add_options(OptionSet& options, ReportCommand& command) {
-  options.add("record", command.record, "RECORD", "calibration record (JSON)", Need::required);
-  options.add("observations", command.observations, "OBS",
-              "its readings (CSV), for their values, times and directions");
-  add_table_options(options, command.table);
-  options.add("--history", command.history, "FOLDER",
-              "records of the same unit: its drift over the years");
-  options.add("--adjusters", command.adjusters, "X,Y;X,Y;..",
-              "where the table's height adjusters stand [m]: the turns that level it");
-  options.add("--thread-pitch", command.thread_pitch, "M", "of the adjusters");
-  options.add("--positioner", command.positioner, "FILE", "with a table and its adjusters");
-  options.add("--noise", command.noise, "FILE",
-              "of the instrument at rest (noise --json): its Allan deviation");
-  options.add("--laboratory", command.laboratory, "FILE",
-              "of a certificate: laboratory, customer, number, ... (axiscal-laboratory, JSON)");
-  options.add("-o,--output", command.output, "FILE", "a report (.html), or a certificate (.pdf)",
-              Need::required);
-}
 
 // Whether the file is the log whose rests the record was made from; records of version 0.1 do not
 // say which of their files was one.
@@ -128,7 +101,9 @@ int write_certificate(const ReportCommand& command, const Calibration& calibrati
   return 0;
 }
 
-int run(const ReportCommand& command) {
+}  // namespace
+
+int run_report(const ReportCommand& command) {
   if (command.output != "-" && !command.output.ends_with(".pdf") &&
       !command.output.ends_with(".html") && !command.output.ends_with(".htm") &&
       !command.output.starts_with("/dev/")) {
@@ -171,13 +146,6 @@ int run(const ReportCommand& command) {
   }
   write_whole_file(command.output, calibration_report(calibration, options));
   return 0;
-}
-
-}  // namespace
-
-Subcommand report_subcommand() {
-  return make_subcommand<ReportCommand>("report", "calibration record -> a report to look at", "",
-                                        &add_options, &run);
 }
 
 }  // namespace axiscal::cli

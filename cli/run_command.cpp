@@ -1,16 +1,22 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "run_command.hpp"
 
+#include <csignal>
 #include <cstdio>
 #include <exception>
 
+#include <fcntl.h>
+#include <unistd.h>
+
 #include "axiscal/core/error.hpp"
 #include "axiscal/core/input_protection.hpp"
+#include "axiscal/core/kept_memory.hpp"
+#include "axiscal/core/output_file.hpp"
 #include "axiscal/core/shown_text.hpp"
+#include "axiscal/formulas/formula_field.hpp"
 #include "column_advice.hpp"
 #include "command_line.hpp"
 #include "option_names.hpp"
-#include "subcommands.hpp"
 #include "usage_error.hpp"
 
 namespace axiscal::cli {
@@ -23,22 +29,40 @@ int fail(ExitStatus status, const std::string& message) {
   return status;
 }
 
-// In the order of the help.
-std::vector<Subcommand> subcommands() {
-  return {field_subcommand(),        log_subcommand(),      calibrate_subcommand(),
-          segment_subcommand(),      noise_subcommand(),    apply_subcommand(),
-          plan_subcommand(),         simulate_subcommand(), level_subcommand(),
-          characterize_subcommand(), check_subcommand(),    budget_subcommand(),
-          study_subcommand(),        export_subcommand(),   import_subcommand(),
-          acquire_subcommand(),      report_subcommand(),   template_subcommand()};
+extern "C" void remove_output_and_die(int signal) {
+  remove_unfinished_output();
+  std::signal(signal, SIG_DFL);
+  std::raise(signal);
+}
+
+// If standard output is closed, a file that we open would take its number, and be printed into. A
+// file that cannot be written to takes the number instead: a result that is lost is an error.
+void open_missing_standard_files() {
+  int descriptor = ::open("/dev/null", O_RDONLY);
+  while (descriptor >= 0 && descriptor <= STDERR_FILENO) {
+    descriptor = ::open("/dev/null", O_RDONLY);
+  }
+  ::close(descriptor);
+}
+
+void set_signals() {
+  // A closed pipe and a limit on file size are then reported by write().
+  std::signal(SIGPIPE, SIG_IGN);
+  std::signal(SIGXFSZ, SIG_IGN);
+  for (const int signal : {SIGINT, SIGTERM, SIGHUP}) {
+    if (std::signal(signal, remove_output_and_die) == SIG_IGN) {
+      std::signal(signal, SIG_IGN);
+    }
+  }
 }
 
 }  // namespace
 
-int run_command(const std::vector<std::string>& arguments) {
+int run_command(const std::vector<std::string>& arguments,
+                const std::vector<Subcommand>& subcommands) {
   const InputProtection no_input_is_overwritten;
   try {
-    const Action action = parse_command_line(arguments, subcommands());
+    const Action action = parse_command_line(arguments, subcommands);
     return action();
   } catch (const UsageError& error) {
     return fail(wrong_usage, "axiscal: " + with_options(error));
@@ -57,6 +81,14 @@ int run_command(const std::vector<std::string>& arguments) {
   } catch (const std::exception& error) {
     return fail(refused, std::string("axiscal: ") + error.what());
   }
+}
+
+int run_main(int count, char** arguments, const std::vector<Subcommand>& subcommands) {
+  open_missing_standard_files();
+  set_signals();
+  keep_freed_memory();
+  add_formula_field();
+  return run_command(std::vector<std::string>(arguments + 1, arguments + count), subcommands);
 }
 
 }  // namespace axiscal::cli

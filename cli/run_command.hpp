@@ -4,10 +4,17 @@
 #include <string>
 #include <vector>
 
+#include "subcommand.hpp"
+
 namespace axiscal::cli {
 
 /// Runs the command: `axiscal ARGUMENT..`. Messages go to stderr.
-/// @return its exit status, as docs/messages.md lists them.
-[[nodiscard]] int run_command(const std::vector<std::string>& arguments);
+/// @param subcommands  in the order of the help.
+/// @return the exit status, as docs/messages.md lists them.
+[[nodiscard]] int run_command(const std::vector<std::string>& arguments,
+                              const std::vector<Subcommand>& subcommands);
+
+/// The main function of `axiscal` and of the programs beside it.
+[[nodiscard]] int run_main(int count, char** arguments, const std::vector<Subcommand>& subcommands);
 
 }  // namespace axiscal::cli

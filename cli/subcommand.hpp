@@ -4,6 +4,7 @@
 #include <functional>
 #include <memory>
 
+#include "core/own_program.hpp"
 #include "option_set.hpp"
 
 namespace axiscal::cli {
@@ -18,6 +19,7 @@ struct Subcommand {
   const char* footer;  ///< ends its help: examples
   /// Registers the options; what it returns is run once they are read.
   std::function<Action(OptionSet& options)> define;
+  OwnProgram program = {};  ///< that does the work; without a name: this one
 };
 
 /// @param add_options  registers the options of a Command.
@@ -28,11 +30,15 @@ Subcommand make_subcommand(const char* name,
                            const char* footer,
                            void (*add_options)(OptionSet& options, Command& command),
                            int (*run)(const Command& command)) {
-  return {name, help, footer, [=](OptionSet& options) -> Action {
+  return {name,
+          help,
+          footer,
+          [=](OptionSet& options) -> Action {
             const auto command = std::make_shared<Command>();
             add_options(options, *command);
             return [command, run] { return run(*command); };
-          }};
+          },
+          {}};
 }
 
 }  // namespace axiscal::cli

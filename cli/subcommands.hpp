@@ -5,23 +5,32 @@
 
 namespace axiscal::cli {
 
-Subcommand acquire_subcommand();
+struct AcquireCommand;
+struct ExportCommand;
+struct ImportCommand;
+struct ReportCommand;
+
 Subcommand apply_subcommand();
 Subcommand budget_subcommand();
 Subcommand calibrate_subcommand();
 Subcommand characterize_subcommand();
 Subcommand check_subcommand();
-Subcommand export_subcommand();
 Subcommand field_subcommand();
-Subcommand import_subcommand();
 Subcommand level_subcommand();
 Subcommand log_subcommand();
 Subcommand noise_subcommand();
 Subcommand plan_subcommand();
-Subcommand report_subcommand();
 Subcommand segment_subcommand();
 Subcommand simulate_subcommand();
 Subcommand study_subcommand();
 Subcommand template_subcommand();
+
+/// Subcommands of other programs (core/own_program.hpp). Their options are defined here, so that
+/// `axiscal` shows their help and checks what is typed.
+/// @param run  does the work in the program; `axiscal` itself gives null, and becomes the program.
+Subcommand acquire_subcommand(int (*run)(const AcquireCommand& command));
+Subcommand export_subcommand(int (*run)(const ExportCommand& command));
+Subcommand import_subcommand(int (*run)(const ImportCommand& command));
+Subcommand report_subcommand(int (*run)(const ReportCommand& command));
 
 }  // namespace axiscal::cli

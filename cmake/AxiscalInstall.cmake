@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-# What `cmake --install` puts where: libraries, headers, CMake package, pkg-config file, command.
+# Where `cmake --install` puts libraries, headers, the CMake package, pkg-config files and the command.
+# The components are `development`, `command` (cli/CMakeLists.txt) and the programs beside it.
 include(CMakePackageConfigHelpers)
 include(GNUInstallDirs)
 
@@ -7,8 +8,10 @@ set(package_dir ${CMAKE_INSTALL_LIBDIR}/cmake/axiscal)
 install(
   TARGETS ${axiscal_modules} axiscal_calib axiscal_library axiscal_all
   EXPORT axiscalTargets
-  FILE_SET HEADERS DESTINATION ${CMAKE_INSTALL_INCLUDEDIR})
-install(EXPORT axiscalTargets NAMESPACE axiscal:: DESTINATION ${package_dir})
+  ARCHIVE COMPONENT development
+  LIBRARY COMPONENT development
+  FILE_SET HEADERS DESTINATION ${CMAKE_INSTALL_INCLUDEDIR} COMPONENT development)
+install(EXPORT axiscalTargets NAMESPACE axiscal:: DESTINATION ${package_dir} COMPONENT development)
 list(TRANSFORM axiscal_modules REPLACE "^axiscal_" "" OUTPUT_VARIABLE axiscal_component_names)
 list(APPEND axiscal_component_names calib axiscal)
 list(JOIN axiscal_component_names ", " axiscal_component_names)
@@ -17,7 +20,7 @@ configure_package_config_file(cmake/axiscalConfig.cmake.in axiscalConfig.cmake
 write_basic_package_version_file(axiscalConfigVersion.cmake COMPATIBILITY SameMinorVersion)
 install(FILES "${CMAKE_CURRENT_BINARY_DIR}/axiscalConfig.cmake"
               "${CMAKE_CURRENT_BINARY_DIR}/axiscalConfigVersion.cmake" cmake/FindGeographicLib.cmake
-        DESTINATION ${package_dir})
+        DESTINATION ${package_dir} COMPONENT development)
 
 # The package can be moved: its prefix is found from where the file lies.
 cmake_path(RELATIVE_PATH CMAKE_INSTALL_PREFIX
@@ -56,7 +59,8 @@ function(axiscal_install_pc pc_name target)
     list(JOIN ${list} " " ${list})
   endforeach()
   configure_file(cmake/axiscal.pc.in ${pc_name}.pc @ONLY)
-  install(FILES "${CMAKE_CURRENT_BINARY_DIR}/${pc_name}.pc" DESTINATION ${CMAKE_INSTALL_LIBDIR}/pkgconfig)
+  install(FILES "${CMAKE_CURRENT_BINARY_DIR}/${pc_name}.pc" DESTINATION ${CMAKE_INSTALL_LIBDIR}/pkgconfig
+          COMPONENT development)
 endfunction()
 foreach(module IN LISTS axiscal_modules ITEMS axiscal_calib axiscal_library)
   string(REGEX REPLACE "^axiscal_" "axiscal-" pc_name ${module})
@@ -65,6 +69,6 @@ endforeach()
 axiscal_install_pc(axiscal axiscal_all)
 
 if(TARGET axiscal)
-  install(TARGETS axiscal)
+  install(TARGETS axiscal RUNTIME COMPONENT command)
 endif()
-install(FILES LICENSE README.md CHANGELOG.md DESTINATION ${CMAKE_INSTALL_DOCDIR})
+install(FILES README.md DESTINATION ${CMAKE_INSTALL_DOCDIR} COMPONENT development)

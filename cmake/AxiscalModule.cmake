@@ -59,8 +59,8 @@ endfunction()
 
 # axiscal_link(TARGET LIBRARY PATH)
 #
-# Links a library that only this target's sources see, by its name. Where AXISCAL_STATIC_SMALL_LIBRARIES
-# has its archive linked, a program of this build has one library less to load.
+# Links a library that only this target's sources see, by its name. If AXISCAL_STATIC_SMALL_LIBRARIES
+# has its archive linked, the programs of this build have one library less to load.
 function(axiscal_link target library path)
   string(REGEX REPLACE "[.]so$" ".a" archive "${path}")
   if(library IN_LIST AXISCAL_SMALL_LIBRARIES AND EXISTS "${archive}")
@@ -68,45 +68,13 @@ function(axiscal_link target library path)
     target_link_libraries(${target} PRIVATE $<BUILD_INTERFACE:-l:${file}> $<INSTALL_INTERFACE:${library}>)
   else()
     target_link_libraries(${target} PRIVATE ${library})
-    if(library IN_LIST AXISCAL_SMALL_LIBRARIES)
-      set_property(GLOBAL PROPERTY AXISCAL_SMALL_LIBRARIES_SHARED TRUE)
-    endif()
   endif()
 endfunction()
 
-# axiscal_start_soon(TARGET)
-#
-# Links the program with the compiler's own libraries within it, where AXISCAL_STATIC_SMALL_LIBRARIES has that
-# done and no library of C++ is left that it loads at its start: two thirds of what the loader did were
-# libstdc++'s symbols. No exception may then cross to a library that is loaded later, nor leave what
-# std::call_once calls. And relocations take few bytes.
-function(axiscal_start_soon target)
-  get_property(shared GLOBAL PROPERTY AXISCAL_SMALL_LIBRARIES_SHARED)
-  if(NOT AXISCAL_SMALL_LIBRARIES OR NOT AXISCAL_LATE_LIBRARIES OR shared OR
-     "${CMAKE_CXX_FLAGS} ${CMAKE_EXE_LINKER_FLAGS}" MATCHES "-fsanitize")
-    return()
-  endif()
-  include(CheckCXXSourceCompiles)
-  # An older C library refuses a program with packed relocations, though the linker makes one.
-  set(reads_packed "#include <cstdlib>\n#if defined(__GLIBC__) && !__GLIBC_PREREQ(2, 36)\n#error\n#endif\n")
-  set(program "#include <iostream>\nint main() { std::cout << 1; }")
-  set(CMAKE_REQUIRED_LINK_OPTIONS -static-libstdc++ -static-libgcc)
-  check_cxx_source_compiles("${program}" AXISCAL_HAS_STATIC_COMPILER_LIBRARIES)
-  if(AXISCAL_HAS_STATIC_COMPILER_LIBRARIES)
-    target_link_options(${target} PRIVATE ${CMAKE_REQUIRED_LINK_OPTIONS})
-  endif()
-  set(CMAKE_REQUIRED_LINK_OPTIONS -Wl,-z,pack-relative-relocs)
-  check_cxx_source_compiles("${reads_packed}${program}" AXISCAL_HAS_PACKED_RELOCATIONS)
-  if(AXISCAL_HAS_PACKED_RELOCATIONS)
-    target_link_options(${target} PRIVATE ${CMAKE_REQUIRED_LINK_OPTIONS})
-  endif()
-endfunction()
-
-# axiscal_use_library(TARGET LIBRARY HEADER DEFINITION [LATE])
+# axiscal_use_library(TARGET LIBRARY HEADER DEFINITION)
 #
 # Links a library that has no CMake package and that only this target's sources see, and defines
-# DEFINITION; says so and goes on where it is not installed. With LATE the sources load it when they first
-# call it, as core/late_library.hpp says.
+# DEFINITION. If the library is not installed, it says so and goes on.
 function(axiscal_use_library target library header definition)
   find_path(${definition}_INCLUDE_DIR ${header})
   find_library(${definition}_LIBRARY ${library})
@@ -116,80 +84,25 @@ function(axiscal_use_library target library header definition)
     return()
   endif()
   target_compile_definitions(${target} PRIVATE ${definition})
-  if("LATE" IN_LIST ARGN)
-    axiscal_load_late(${target} ${library} "${${definition}_LIBRARY}" ${definition})
-  else()
-    axiscal_link(${target} ${library} "${${definition}_LIBRARY}")
-  endif()
+  axiscal_link(${target} ${library} "${${definition}_LIBRARY}")
 endfunction()
 
-# axiscal_load_late(TARGET LIBRARY PATH DEFINITION)
+# axiscal_add_program(NAME [COMPONENT component] SOURCES ... LIBRARIES ...)
 #
-# Defines DEFINITION_FILE, a library's soname, and DEFINITION_PACKAGE, what installs it; links the library
-# where it has no soname, or nothing is to be loaded late.
-function(axiscal_load_late target library path definition)
-  if(NOT AXISCAL_LATE_LIBRARIES OR NOT EXISTS "${path}")
-    axiscal_link(${target} ${library} "${path}")
-    return()
-  endif()
-  file(REAL_PATH "${path}" real)
-  if(NOT "${${definition}_LATE}" STREQUAL "${real}")
-    execute_process(COMMAND "${CMAKE_OBJDUMP}" -p "${path}" OUTPUT_VARIABLE said ERROR_QUIET)
-    set(soname "")
-    if(said MATCHES "SONAME +([^ \n]+)")
-      set(soname "${CMAKE_MATCH_1}")
-    endif()
-    set(package "")
-    execute_process(COMMAND dpkg-query -S "${real}" OUTPUT_VARIABLE said ERROR_QUIET)
-    if(said MATCHES "^([^:,]+)")
-      set(package "${CMAKE_MATCH_1}")
-    endif()
-    set(${definition}_LATE "${real}" CACHE INTERNAL "")
-    set(${definition}_SONAME "${soname}" CACHE INTERNAL "")
-    set(${definition}_PACKAGE "${package}" CACHE INTERNAL "")
-  endif()
-  if("${${definition}_SONAME}" STREQUAL "")
-    axiscal_link(${target} ${library} "${path}")
-    return()
-  endif()
-  target_compile_definitions(
-    ${target} PRIVATE ${definition}_LATE ${definition}_FILE="${${definition}_SONAME}"
-                      ${definition}_PACKAGE="${${definition}_PACKAGE}")
-  target_link_libraries(${target} PRIVATE ${CMAKE_DL_LIBS})
-  set_property(GLOBAL APPEND PROPERTY AXISCAL_LATE_PACKAGES ${${definition}_PACKAGE})
-endfunction()
-
-# axiscal_find_own_files(TARGET)
-#
-# TARGET looks for modules and programs of ours at run time: late_module.hpp.
-function(axiscal_find_own_files target)
-  include(GNUInstallDirs)
-  file(RELATIVE_PATH from_program "${CMAKE_INSTALL_FULL_BINDIR}" "${CMAKE_INSTALL_FULL_LIBDIR}/axiscal")
-  target_compile_definitions(
-    ${target} PRIVATE AXISCAL_BUILD_TREE="${CMAKE_BINARY_DIR}"
-                      AXISCAL_OWN_FILES_BUILT="${PROJECT_BINARY_DIR}/modules"
-                      AXISCAL_OWN_FILES_FROM_PROGRAM="${from_program}"
-                      AXISCAL_OWN_FILES_INSTALLED="${CMAKE_INSTALL_FULL_LIBDIR}/axiscal")
-  target_link_libraries(${target} PRIVATE ${CMAKE_DL_LIBS})
-endfunction()
-
-# axiscal_add_late_module(TARGET MODULE DEFINITION SOURCE... )
-#
-# Compiles sources of TARGET that need a library of C++ again, as a MODULE that is loaded when it is first
-# asked for; DEFINITION is its file's name, for TARGET.
-function(axiscal_add_late_module target module definition)
-  add_library(${module} MODULE ${ARGN})
-  target_include_directories(${module} PRIVATE "${PROJECT_SOURCE_DIR}")
-  set_target_properties(
-    ${module} PROPERTIES PREFIX "" CXX_VISIBILITY_PRESET hidden UNITY_BUILD OFF
-                         LIBRARY_OUTPUT_DIRECTORY "${PROJECT_BINARY_DIR}/modules")
-  target_compile_options(${module} PRIVATE ${AXISCAL_WARNINGS})
-  axiscal_harden(${module})
-  target_compile_definitions(${target} PRIVATE ${definition}="${module}.so")
-  axiscal_find_own_files(${target})
-  add_dependencies(${target} ${module})
-  if(AXISCAL_INSTALL)
-    install(TARGETS ${module} LIBRARY DESTINATION ${CMAKE_INSTALL_LIBDIR}/axiscal)
+# A program of the command's: beside `axiscal` in the build, and in libexec when it is installed
+# (core/own_program.hpp finds it). It loads the libraries that it calls, and no others.
+function(axiscal_add_program name)
+  cmake_parse_arguments(PARSE_ARGV 1 arg "" "COMPONENT" "SOURCES;LIBRARIES")
+  add_executable(${name} ${arg_SOURCES})
+  target_compile_options(${name} PRIVATE ${AXISCAL_WARNINGS})
+  axiscal_harden(${name})
+  axiscal_compile_fast(${name})
+  target_link_libraries(${name} PRIVATE ${arg_LIBRARIES})
+  target_link_options(${name} PRIVATE -Wl,--as-needed)
+  set_target_properties(${name} PROPERTIES RUNTIME_OUTPUT_DIRECTORY "${PROJECT_BINARY_DIR}/cli")
+  if(AXISCAL_INSTALL AND arg_COMPONENT)
+    include(GNUInstallDirs)
+    install(TARGETS ${name} RUNTIME DESTINATION ${CMAKE_INSTALL_LIBEXECDIR}/axiscal COMPONENT ${arg_COMPONENT})
   endif()
 endfunction()
 

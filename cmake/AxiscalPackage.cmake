@@ -1,17 +1,93 @@
 # SPDX-License-Identifier: Apache-2.0
-# `cpack` makes a .deb of what `cmake --install` puts in place.
+# `cpack` makes the Debian packages from the installed components. Configure for them by the preset
+# `package`: its files go to /usr, with the machine's folder for libraries.
+find_program(AXISCAL_GZIP gzip)
+mark_as_advanced(AXISCAL_GZIP)
 set(CPACK_GENERATOR DEB)
 set(CPACK_PACKAGE_NAME axiscal)
 set(CPACK_PACKAGE_VENDOR "The Axiscal developers")
-set(CPACK_PACKAGE_CONTACT "The Axiscal developers <axiscal@invalid>")
-set(CPACK_PACKAGE_DESCRIPTION_SUMMARY "${PROJECT_DESCRIPTION}")
+set(CPACK_PACKAGE_CONTACT "The Axiscal developers <developers@axiscal.org>")
+set(CPACK_PACKAGE_DESCRIPTION_SUMMARY "calibration of axis-sensitive instruments")
 set(CPACK_PACKAGING_INSTALL_PREFIX /usr)
 set(CPACK_STRIP_FILES ON)
+set(CPACK_DEB_COMPONENT_INSTALL ON)
+set(CPACK_COMPONENTS_GROUPING IGNORE)
 set(CPACK_DEBIAN_FILE_NAME DEB-DEFAULT)
 set(CPACK_DEBIAN_PACKAGE_SECTION science)
-# Which packages hold the libraries that it was linked with, and those that it loads late.
 set(CPACK_DEBIAN_PACKAGE_SHLIBDEPS ON)
-get_property(late_packages GLOBAL PROPERTY AXISCAL_LATE_PACKAGES)
-list(REMOVE_DUPLICATES late_packages)
-list(JOIN late_packages ", " CPACK_DEBIAN_PACKAGE_DEPENDS)
+# The symbols are in packages of their own (axiscal-dbgsym) if the build made them (-g).
+set(CPACK_DEBIAN_DEBUGINFO_PACKAGE ON)
+set(introduction
+    "Axiscal calibrates accelerometers, inclinometers, magnetometers, gyroscopes and
+optical sensors. The instrument sits in a cube that is laid on a table in 12
+orientations; a regression gives bias, sensitivity and cross-axis terms with
+their uncertainties.
+.
+This package contains")
+
+# axiscal_debian_package(COMPONENT PACKAGE CONTENT): what one component's package is called.
+macro(axiscal_debian_package component package content)
+  list(APPEND CPACK_COMPONENTS_ALL ${component})
+  string(TOUPPER ${component} upper)
+  set(CPACK_DEBIAN_${upper}_PACKAGE_NAME ${package})
+  set(CPACK_COMPONENT_${upper}_DESCRIPTION "${introduction} ${content}.")
+  install(FILES "${PROJECT_SOURCE_DIR}/packaging/copyright" DESTINATION ${CMAKE_INSTALL_DATADIR}/doc/${package}
+          COMPONENT ${component})
+  install(FILES "${PROJECT_BINARY_DIR}/packaging/THIRD-PARTY-NOTICES.gz"
+          DESTINATION ${CMAKE_INSTALL_DATADIR}/doc/${package} COMPONENT ${component})
+  if(AXISCAL_GZIP)
+    install(FILES "${PROJECT_BINARY_DIR}/packaging/changelog.gz" DESTINATION ${CMAKE_INSTALL_DATADIR}/doc/${package}
+            COMPONENT ${component})
+  endif()
+endmacro()
+
+set(CPACK_COMPONENTS_ALL "")
+axiscal_debian_package(command axiscal "the command axiscal")
+axiscal_debian_package(report axiscal-report "the program for reports (HTML) and certificates (PDF)")
+if(TARGET axiscal-acquire)
+  axiscal_debian_package(acquire axiscal-acquire "the program for live instruments: serial, IIO, MQTT, SCPI")
+endif()
+if(TARGET axiscal-read)
+  axiscal_debian_package(hdf5 axiscal-hdf5 "the program that reads logs in HDF5 and MATLAB 7.3")
+endif()
+axiscal_debian_package(development libaxiscal-dev "the C++ library: headers, archives, CMake and pkg-config files")
+set(own_version "axiscal (= ${PROJECT_VERSION})")
+foreach(component IN ITEMS REPORT ACQUIRE HDF5)
+  set(CPACK_DEBIAN_${component}_PACKAGE_DEPENDS "${own_version}")
+endforeach()
+set(CPACK_DEBIAN_COMMAND_PACKAGE_RECOMMENDS "axiscal-hdf5, axiscal-report")
+set(CPACK_DEBIAN_COMMAND_PACKAGE_SUGGESTS "axiscal-acquire")
+set(CPACK_DEBIAN_DEVELOPMENT_PACKAGE_SECTION libdevel)
+set(CPACK_DEBIAN_DEVELOPMENT_PACKAGE_DEPENDS "libeigen3-dev, libgeographiclib-dev | libgeographic-dev")
+set(CPACK_DEBIAN_DEVELOPMENT_PACKAGE_SHLIBDEPS OFF)
+
+# axiscal_compress(FILE): as Debian wants it, the same bytes each time.
+function(axiscal_compress file)
+  if(AXISCAL_GZIP)
+    execute_process(COMMAND "${AXISCAL_GZIP}" -9nf "${file}" COMMAND_ERROR_IS_FATAL ANY)
+  endif()
+endfunction()
+configure_file("${PROJECT_SOURCE_DIR}/packaging/changelog.in" "${PROJECT_BINARY_DIR}/packaging/changelog" @ONLY)
+axiscal_compress("${PROJECT_BINARY_DIR}/packaging/changelog")
+
+# The licences of all that is linked in: of the system's libraries as its packages state them, of the pages'
+# libraries as npm brings them.
+set(notices "Axiscal contains parts of these libraries. THIRD-PARTY.md of its sources lists them.\n")
+foreach(package IN ITEMS libeigen3-dev libgeographiclib-dev libgeographic-dev nlohmann-json3-dev libboost-dev libfmt-dev
+                         libcli11-dev libhwy-dev libmd-dev libbz2-dev liblzma-dev liblz4-dev libzstd-dev zlib1g-dev
+                         libminizip-dev libpugixml-dev libsqlite3-dev libyaml-cpp-dev libncurses-dev libstdc++6)
+  if(EXISTS "/usr/share/doc/${package}/copyright")
+    file(READ "/usr/share/doc/${package}/copyright" text)
+    string(APPEND notices "\n==== ${package} ====\n${text}")
+  endif()
+endforeach()
+foreach(library IN ITEMS three uplot)
+  set(file "${PROJECT_BINARY_DIR}/report/web/node_modules/${library}/LICENSE")
+  if(EXISTS "${file}")
+    file(READ "${file}" text)
+    string(APPEND notices "\n==== ${library} (npm) ====\n${text}")
+  endif()
+endforeach()
+file(WRITE "${PROJECT_BINARY_DIR}/packaging/THIRD-PARTY-NOTICES" "${notices}")
+axiscal_compress("${PROJECT_BINARY_DIR}/packaging/THIRD-PARTY-NOTICES")
 include(CPack)

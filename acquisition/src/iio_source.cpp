@@ -14,48 +14,12 @@
 #include <iio.h>
 
 #include "core/formatted.hpp"
-#include "core/late_library.hpp"
 #endif
 
 namespace axiscal {
 
 #ifdef AXISCAL_IIO
 namespace {
-
-#ifdef AXISCAL_IIO_LATE
-AXISCAL_LATE_LIBRARY(libiio, AXISCAL_IIO)
-AXISCAL_LATE(libiio, iio_buffer_destroy)
-AXISCAL_LATE(libiio, iio_buffer_end)
-AXISCAL_LATE(libiio, iio_buffer_first)
-AXISCAL_LATE(libiio, iio_buffer_refill)
-AXISCAL_LATE(libiio, iio_buffer_start)
-AXISCAL_LATE(libiio, iio_buffer_step)
-AXISCAL_LATE(libiio, iio_channel_attr_read_double)
-AXISCAL_LATE(libiio, iio_channel_convert)
-AXISCAL_LATE(libiio, iio_channel_disable)
-AXISCAL_LATE(libiio, iio_channel_enable)
-AXISCAL_LATE(libiio, iio_channel_get_data_format)
-AXISCAL_LATE(libiio, iio_channel_get_id)
-AXISCAL_LATE(libiio, iio_channel_is_output)
-AXISCAL_LATE(libiio, iio_channel_is_scan_element)
-AXISCAL_LATE(libiio, iio_context_destroy)
-AXISCAL_LATE(libiio, iio_context_get_device)
-AXISCAL_LATE(libiio, iio_context_get_devices_count)
-AXISCAL_LATE(libiio, iio_context_info_get_description)
-AXISCAL_LATE(libiio, iio_context_info_get_uri)
-AXISCAL_LATE(libiio, iio_context_info_list_free)
-AXISCAL_LATE(libiio, iio_context_set_timeout)
-AXISCAL_LATE(libiio, iio_create_context_from_uri)
-AXISCAL_LATE(libiio, iio_create_scan_context)
-AXISCAL_LATE(libiio, iio_device_create_buffer)
-AXISCAL_LATE(libiio, iio_device_get_channel)
-AXISCAL_LATE(libiio, iio_device_get_channels_count)
-AXISCAL_LATE(libiio, iio_device_get_id)
-AXISCAL_LATE(libiio, iio_device_get_name)
-AXISCAL_LATE(libiio, iio_scan_context_destroy)
-AXISCAL_LATE(libiio, iio_scan_context_get_info_list)
-AXISCAL_LATE(libiio, iio_strerror)
-#endif
 
 constexpr unsigned answer_within_ms = 2000;
 constexpr double retry_after_s = 1.0;

@@ -16,29 +16,12 @@
 
 #include "axiscal/core/input_file.hpp"
 #include "core/formatted.hpp"
-#include "core/late_library.hpp"
 #endif
 
 namespace axiscal {
 
 #ifdef AXISCAL_MQTT
 namespace {
-
-#ifdef AXISCAL_MQTT_LATE
-AXISCAL_LATE_LIBRARY(libmosquitto, AXISCAL_MQTT)
-AXISCAL_LATE(libmosquitto, mosquitto_connack_string)
-AXISCAL_LATE(libmosquitto, mosquitto_connect)
-AXISCAL_LATE(libmosquitto, mosquitto_connect_callback_set)
-AXISCAL_LATE(libmosquitto, mosquitto_destroy)
-AXISCAL_LATE(libmosquitto, mosquitto_lib_init)
-AXISCAL_LATE(libmosquitto, mosquitto_loop)
-AXISCAL_LATE(libmosquitto, mosquitto_message_callback_set)
-AXISCAL_LATE(libmosquitto, mosquitto_new)
-AXISCAL_LATE(libmosquitto, mosquitto_strerror)
-AXISCAL_LATE(libmosquitto, mosquitto_subscribe)
-AXISCAL_LATE(libmosquitto, mosquitto_tls_set)
-AXISCAL_LATE(libmosquitto, mosquitto_username_pw_set)
-#endif
 
 constexpr int keep_alive_s = 10;
 constexpr double connect_again_after_s = 1.0;

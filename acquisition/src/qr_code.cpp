@@ -4,20 +4,9 @@
 #ifdef AXISCAL_QRENCODE
 #include <qrencode.h>
 
-#include "core/late_library.hpp"
 #endif
 
 namespace axiscal {
-
-#ifdef AXISCAL_QRENCODE_LATE
-namespace {
-
-AXISCAL_LATE_LIBRARY(libqrencode, AXISCAL_QRENCODE)
-AXISCAL_LATE(libqrencode, QRcode_encodeString)
-AXISCAL_LATE(libqrencode, QRcode_free)
-
-}  // namespace
-#endif
 
 std::string qr_code(const std::string& text) {
   std::string drawn;

@@ -17,48 +17,11 @@
 #endif
 
 #include "axiscal/core/error.hpp"
-#include "core/late_library.hpp"
 
 namespace axiscal {
 
 #ifdef AXISCAL_OPENSSL
 namespace {
-
-#ifdef AXISCAL_CRYPTO_LATE
-AXISCAL_LATE_LIBRARY(libcrypto, AXISCAL_CRYPTO)
-AXISCAL_LATE(libcrypto, BIO_ctrl)
-AXISCAL_LATE(libcrypto, BIO_free)
-AXISCAL_LATE(libcrypto, BIO_new)
-AXISCAL_LATE(libcrypto, BIO_s_mem)
-AXISCAL_LATE(libcrypto, BN_bin2bn)
-AXISCAL_LATE(libcrypto, BN_free)
-AXISCAL_LATE(libcrypto, BN_to_ASN1_INTEGER)
-AXISCAL_LATE(libcrypto, ERR_error_string_n)
-AXISCAL_LATE(libcrypto, ERR_get_error)
-AXISCAL_LATE(libcrypto, EVP_PKEY_Q_keygen)
-AXISCAL_LATE(libcrypto, EVP_PKEY_free)
-AXISCAL_LATE(libcrypto, EVP_sha256)
-AXISCAL_LATE(libcrypto, PEM_write_bio_PrivateKey)
-AXISCAL_LATE(libcrypto, PEM_write_bio_X509)
-AXISCAL_LATE(libcrypto, RAND_bytes)
-AXISCAL_LATE(libcrypto, X509V3_EXT_conf_nid)
-AXISCAL_LATE(libcrypto, X509V3_set_ctx)
-AXISCAL_LATE(libcrypto, X509_EXTENSION_free)
-AXISCAL_LATE(libcrypto, X509_NAME_add_entry_by_txt)
-AXISCAL_LATE(libcrypto, X509_add_ext)
-AXISCAL_LATE(libcrypto, X509_digest)
-AXISCAL_LATE(libcrypto, X509_free)
-AXISCAL_LATE(libcrypto, X509_get_serialNumber)
-AXISCAL_LATE(libcrypto, X509_get_subject_name)
-AXISCAL_LATE(libcrypto, X509_getm_notAfter)
-AXISCAL_LATE(libcrypto, X509_getm_notBefore)
-AXISCAL_LATE(libcrypto, X509_gmtime_adj)
-AXISCAL_LATE(libcrypto, X509_new)
-AXISCAL_LATE(libcrypto, X509_set_issuer_name)
-AXISCAL_LATE(libcrypto, X509_set_pubkey)
-AXISCAL_LATE(libcrypto, X509_set_version)
-AXISCAL_LATE(libcrypto, X509_sign)
-#endif
 
 [[noreturn]] void fail() {
   std::array<char, 256> why{};

@@ -19,8 +19,6 @@
 #include <boost/beast/core/tcp_stream.hpp>
 
 #ifdef AXISCAL_OPENSSL
-#include "acquisition/src/late_openssl.hpp"
-//
 #include <boost/asio/ssl/context.hpp>
 #include <boost/beast/ssl/ssl_stream.hpp>
 #endif

@@ -60,13 +60,11 @@ constexpr std::array known_exports = {
     KnownExport{ExportFormat{"kalibr", "Kalibr's imu.yaml, model scale-misalignment: M, C, A",
                              "v = M C f + bias; gyroscope v = M C w + A C a + bias"},
                 export_kalibr},
-#ifdef AXISCAL_MATIO
     KnownExport{
         ExportFormat{"matlab", "MATLAB (.mat, v5): bias, sensitivity, inverse, covariance, ...",
                      "v = bias(t) + scale(t) S f", false},
         export_matlab},
-#endif
-#ifdef AXISCAL_LIBARCHIVE
+#ifdef AXISCAL_MINIZIP
     KnownExport{ExportFormat{"numpy", "NumPy (.npz): bias, sensitivity, inverse, covariance, ...",
                              "v = bias(t) + scale(t) S f", false},
                 export_numpy},

@@ -18,54 +18,17 @@
 #include "axiscal/core/number_text.hpp"
 #include "axiscal/core/shown_text.hpp"
 #include "core/formatted.hpp"
-#include "core/late_library.hpp"
 #include "core/npy_header.hpp"
 #include "core/temporary_file.hpp"
 #include "exchange/src/consumer.hpp"
 #include "exchange/src/formats.hpp"
 
-#ifdef AXISCAL_MATIO
-#include <matio.h>
-
-#include <unistd.h>
-#endif
-#ifdef AXISCAL_LIBARCHIVE
-#include <archive.h>
-#include <archive_entry.h>
+#ifdef AXISCAL_MINIZIP
+#include <minizip/zip.h>
 #endif
 
 namespace axiscal {
 namespace {
-
-#ifdef AXISCAL_MATIO_LATE
-AXISCAL_LATE_LIBRARY(libmatio, AXISCAL_MATIO)
-AXISCAL_LATE(libmatio, Mat_Close)
-AXISCAL_LATE(libmatio, Mat_CreateVer)
-AXISCAL_LATE(libmatio, Mat_VarCreate)
-AXISCAL_LATE(libmatio, Mat_VarFree)
-AXISCAL_LATE(libmatio, Mat_VarWrite)
-#endif
-
-#ifdef AXISCAL_LIBARCHIVE_LATE
-AXISCAL_LATE_LIBRARY(libarchive, AXISCAL_LIBARCHIVE)
-AXISCAL_LATE(libarchive, archive_entry_free)
-AXISCAL_LATE(libarchive, archive_entry_new)
-AXISCAL_LATE(libarchive, archive_entry_set_filetype)
-AXISCAL_LATE(libarchive, archive_entry_set_mtime)
-AXISCAL_LATE(libarchive, archive_entry_set_pathname)
-AXISCAL_LATE(libarchive, archive_entry_set_perm)
-AXISCAL_LATE(libarchive, archive_entry_set_size)
-AXISCAL_LATE(libarchive, archive_error_string)
-AXISCAL_LATE(libarchive, archive_write_close)
-AXISCAL_LATE(libarchive, archive_write_data)
-AXISCAL_LATE(libarchive, archive_write_free)
-AXISCAL_LATE(libarchive, archive_write_header)
-AXISCAL_LATE(libarchive, archive_write_new)
-AXISCAL_LATE(libarchive, archive_write_open)
-AXISCAL_LATE(libarchive, archive_write_set_bytes_in_last_block)
-AXISCAL_LATE(libarchive, archive_write_set_format_zip)
-AXISCAL_LATE(libarchive, archive_write_zip_set_compression_store)
-#endif
 
 CombinedUncertainty unknown_uncertainty() {
   constexpr double unknown = std::numeric_limits<double>::quiet_NaN();
@@ -182,16 +145,35 @@ std::vector<std::pair<std::string, std::string>> texts_of(const Calibration& cal
        calibration.fit.statistics ? joined(calibration.fit.statistics->parameter_names, ",") : ""}};
 }
 
-#ifdef AXISCAL_MATIO
-void add_variable(mat_t* file, matvar_t* variable) {
-  const std::unique_ptr<matvar_t, void (*)(matvar_t*)> owned(variable, Mat_VarFree);
-  if (!owned || Mat_VarWrite(file, owned.get(), MAT_COMPRESSION_NONE) != 0) {
-    throw OutputError("matlab: a variable cannot be written");
-  }
+// An element of a MAT-file of version 5 ("MAT-File Format", MathWorks): its type and size, and the
+// bytes, filled up to a multiple of 8.
+std::string mat_element(std::uint32_t type, std::string_view bytes) {
+  const std::array<std::uint32_t, 2> tag = {type, static_cast<std::uint32_t>(bytes.size())};
+  std::string element(reinterpret_cast<const char*>(tag.data()), sizeof tag);
+  element += bytes;
+  constexpr std::size_t boundary = 8;
+  element.resize((element.size() + boundary - 1) / boundary * boundary, '\0');
+  return element;
 }
-#endif
 
-#ifdef AXISCAL_LIBARCHIVE
+template <typename Number>
+std::string_view bytes_of(const Number* numbers, std::size_t count) {
+  return {reinterpret_cast<const char*>(numbers), count * sizeof(Number)};
+}
+
+// @param values  the element with the numbers or characters.
+std::string mat_variable(const std::string& name,
+                         std::uint32_t array_class,
+                         std::array<std::int32_t, 2> size,
+                         const std::string& values) {
+  enum : std::uint32_t { int8_type = 1, int32_type = 5, uint32_type = 6, matrix_type = 14 };
+  const std::array<std::uint32_t, 2> flags = {array_class, 0};
+  return mat_element(matrix_type, mat_element(uint32_type, bytes_of(flags.data(), flags.size())) +
+                                      mat_element(int32_type, bytes_of(size.data(), size.size())) +
+                                      mat_element(int8_type, name) + values);
+}
+
+#ifdef AXISCAL_MINIZIP
 std::string npy_of(const Eigen::MatrixXd& values) {
   const std::string rows = std::to_string(values.rows());
   std::string text = values.cols() == 1
@@ -209,19 +191,19 @@ std::string npy_of(const std::string& value) {
   return npy_header(formatted("'|S{}'", text.size()), "()") + text;
 }
 
-void add_entry(archive* zip, const std::string& name, const std::string& content) {
-  const std::unique_ptr<archive_entry, void (*)(archive_entry*)> entry(archive_entry_new(),
-                                                                       archive_entry_free);
-  archive_entry_set_pathname(entry.get(), name.c_str());
-  archive_entry_set_size(entry.get(), static_cast<la_int64_t>(content.size()));
-  archive_entry_set_filetype(entry.get(), AE_IFREG);
-  archive_entry_set_perm(entry.get(), 0644);
-  constexpr std::int64_t zip_epoch = 315532800;  // 1980-01-01: the same bytes each time
-  archive_entry_set_mtime(entry.get(), zip_epoch, 0);
-  if (archive_write_header(zip, entry.get()) != ARCHIVE_OK ||
-      archive_write_data(zip, content.data(), content.size()) !=
-          static_cast<la_ssize_t>(content.size())) {
-    throw OutputError(std::string("numpy: ") + archive_error_string(zip));
+struct CloseZip {
+  void operator()(void* zip) const { zipClose(zip, nullptr); }
+};
+
+void add_entry(void* zip, const std::string& name, const std::string& content) {
+  zip_fileinfo info{};
+  info.dosDate = 0x210000;  // 1980-01-01: the same bytes each time
+  const bool is_open = zipOpenNewFileInZip(zip, name.c_str(), &info, nullptr, 0, nullptr, 0,
+                                           nullptr, 0, 0) == ZIP_OK;
+  if (!is_open ||
+      zipWriteInFileInZip(zip, content.data(), static_cast<unsigned>(content.size())) != ZIP_OK ||
+      zipCloseFileInZip(zip) != ZIP_OK) {
+    throw OutputError("numpy: the archive cannot be written");
   }
 }
 #endif
@@ -260,47 +242,33 @@ Exported export_csv(const Calibration& calibration, const ExportOptions&) {
   return {.content = text, .loss = std::nullopt};
 }
 
-#ifdef AXISCAL_MATIO
 Exported export_matlab(const Calibration& calibration, const ExportOptions&) {
-  const TemporaryFile temporary;
-  {
-    const std::unique_ptr<mat_t, int (*)(mat_t*)> file(
-        Mat_CreateVer(temporary.path().c_str(), "MATLAB 5.0 MAT-file, by axiscal", MAT_FT_MAT5),
-        Mat_Close);
-    if (!file) {
-      throw OutputError(temporary.path() + ": cannot be written");
-    }
-    for (const NamedArray& array : arrays_of(calibration)) {
-      std::array<std::size_t, 2> size = {static_cast<std::size_t>(array.values.rows()),
-                                         static_cast<std::size_t>(array.values.cols())};
-      Eigen::MatrixXd values = array.values;
-      add_variable(file.get(), Mat_VarCreate(array.name.c_str(), MAT_C_DOUBLE, MAT_T_DOUBLE, 2,
-                                             size.data(), values.data(), 0));
-    }
-    for (auto& [name, text] : texts_of(calibration)) {
-      std::array<std::size_t, 2> size = {1, text.size()};
-      std::string value = text;
-      add_variable(file.get(), Mat_VarCreate(name.c_str(), MAT_C_CHAR, MAT_T_UTF8, 2, size.data(),
-                                             value.data(), 0));
-    }
+  enum : std::uint32_t { char_class = 4, double_class = 6, double_type = 9, utf8_type = 16 };
+  constexpr std::size_t text_size = 124;  // with the place of subsystem data, which is not used
+  std::string content = "MATLAB 5.0 MAT-file, by axiscal";
+  content.resize(text_size, ' ');
+  const std::array<std::uint16_t, 2> version_and_order = {0x0100, 0x4d49};
+  content += bytes_of(version_and_order.data(), version_and_order.size());
+  for (const NamedArray& array : arrays_of(calibration)) {
+    const Eigen::MatrixXd& values = array.values;
+    content += mat_variable(
+        array.name, double_class,
+        {static_cast<std::int32_t>(values.rows()), static_cast<std::int32_t>(values.cols())},
+        mat_element(double_type, bytes_of(values.data(), static_cast<std::size_t>(values.size()))));
   }
-  return {.content = read_whole_file(temporary.path()), .loss = std::nullopt};
+  for (const auto& [name, text] : texts_of(calibration)) {
+    content += mat_variable(name, char_class, {1, static_cast<std::int32_t>(text.size())},
+                            mat_element(utf8_type, text));
+  }
+  return {.content = content, .loss = std::nullopt};
 }
-#endif
 
-#ifdef AXISCAL_LIBARCHIVE
+#ifdef AXISCAL_MINIZIP
 Exported export_numpy(const Calibration& calibration, const ExportOptions&) {
-  const std::unique_ptr<archive, int (*)(archive*)> zip(archive_write_new(), archive_write_free);
-  std::string content;
-  archive_write_set_format_zip(zip.get());
-  archive_write_zip_set_compression_store(zip.get());
-  archive_write_set_bytes_in_last_block(zip.get(), 1);
-  const auto append = [](archive*, void* to, const void* data, std::size_t size) -> la_ssize_t {
-    static_cast<std::string*>(to)->append(static_cast<const char*>(data), size);
-    return static_cast<la_ssize_t>(size);
-  };
-  if (archive_write_open(zip.get(), &content, nullptr, append, nullptr) != ARCHIVE_OK) {
-    throw OutputError(std::string("numpy: ") + archive_error_string(zip.get()));
+  const TemporaryFile temporary;
+  std::unique_ptr<void, CloseZip> zip(zipOpen64(temporary.path().c_str(), APPEND_STATUS_CREATE));
+  if (!zip) {
+    throw OutputError(temporary.path() + ": cannot be written");
   }
   for (const NamedArray& array : arrays_of(calibration)) {
     add_entry(zip.get(), array.name + ".npy", npy_of(array.values));
@@ -308,10 +276,10 @@ Exported export_numpy(const Calibration& calibration, const ExportOptions&) {
   for (const auto& [name, text] : texts_of(calibration)) {
     add_entry(zip.get(), name + ".npy", npy_of(text));
   }
-  if (archive_write_close(zip.get()) != ARCHIVE_OK) {
-    throw OutputError(std::string("numpy: ") + archive_error_string(zip.get()));
+  if (zipClose(zip.release(), nullptr) != ZIP_OK) {
+    throw OutputError(temporary.path() + ": cannot be written");
   }
-  return {.content = content, .loss = std::nullopt};
+  return {.content = read_whole_file(temporary.path()), .loss = std::nullopt};
 }
 #endif
 

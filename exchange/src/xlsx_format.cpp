@@ -23,30 +23,11 @@
 #include "axiscal/field/field_kind.hpp"
 #include "axiscal/instruments/inclination.hpp"
 #include "core/formatted.hpp"
-#include "core/late_library.hpp"
 #include "core/temporary_file.hpp"
 #include "exchange/src/formats.hpp"
 
 namespace axiscal {
 namespace {
-
-#ifdef AXISCAL_XLSXWRITER_LATE
-AXISCAL_LATE_LIBRARY(libxlsxwriter, AXISCAL_XLSXWRITER)
-AXISCAL_LATE(libxlsxwriter, format_set_bg_color)
-AXISCAL_LATE(libxlsxwriter, format_set_bold)
-AXISCAL_LATE(libxlsxwriter, lxw_strerror)
-AXISCAL_LATE(libxlsxwriter, workbook_add_format)
-AXISCAL_LATE(libxlsxwriter, workbook_add_worksheet)
-AXISCAL_LATE(libxlsxwriter, workbook_close)
-AXISCAL_LATE(libxlsxwriter, workbook_new)
-AXISCAL_LATE(libxlsxwriter, workbook_set_properties)
-AXISCAL_LATE(libxlsxwriter, worksheet_freeze_panes)
-AXISCAL_LATE(libxlsxwriter, worksheet_set_column)
-AXISCAL_LATE(libxlsxwriter, worksheet_write_formula_num)
-AXISCAL_LATE(libxlsxwriter, worksheet_write_formula_str)
-AXISCAL_LATE(libxlsxwriter, worksheet_write_number)
-AXISCAL_LATE(libxlsxwriter, worksheet_write_string)
-#endif
 
 constexpr int example_rows = 12;
 constexpr double yaw_above_deg = 85.0;

@@ -3,7 +3,7 @@
 
 #include <exception>
 
-#if defined(AXISCAL_QPDF) || defined(AXISCAL_PDF_ARCHIVE_MODULE)
+#ifdef AXISCAL_QPDF
 #include "axiscal/core/error.hpp"
 #include "axiscal/core/timestamp.hpp"
 #include "axiscal/core/version.hpp"
@@ -11,13 +11,10 @@
 #include "report/src/html.hpp"
 #include "report/src/qpdf_archive.hpp"
 #endif
-#ifdef AXISCAL_PDF_ARCHIVE_MODULE
-#include "core/late_module.hpp"
-#endif
 
 namespace axiscal {
 
-#if defined(AXISCAL_QPDF) || defined(AXISCAL_PDF_ARCHIVE_MODULE)
+#ifdef AXISCAL_QPDF
 namespace {
 
 // What the document is, as XMP says it; nothing else says it too, so that nothing can differ.
@@ -42,45 +39,21 @@ std::string metadata_of(const std::string& title, const std::string& now) {
 std::string archived_pdf(const std::string& pdf,
                          const std::string& title,
                          const PdfAttachment& attachment) {
-#ifdef AXISCAL_PDF_ARCHIVE_MODULE
-  static const auto archive = reinterpret_cast<decltype(&axiscal_archive_pdf_3)>(
-      module_symbol(AXISCAL_PDF_ARCHIVE_MODULE, "axiscal_archive_pdf_3"));
-#else
-  constexpr auto archive = &axiscal_archive_pdf_3;
-#endif
   const std::string now = timestamp_now();  // 2026-11-26T02:00:00Z
   const std::string date =
       formatted("D:{}{}{}{}{}{}Z", now.substr(0, 4), now.substr(5, 2), now.substr(8, 2),
                 now.substr(11, 2), now.substr(14, 2), now.substr(17, 2));
-  const std::string metadata = metadata_of(title, now);
-  const auto text = [](const std::string& of) { return PdfText{of.data(), of.size()}; };
-  const PdfArchiveParts parts{.pdf = text(pdf),
-                              .metadata = text(metadata),
-                              .date = text(date),
-                              .attachment_name = text(attachment.name),
-                              .attachment_description = text(attachment.description),
-                              .attachment_type = text(attachment.type),
-                              .attachment_content = text(attachment.content)};
-  struct Taken {
-    std::string text;
-    std::exception_ptr error;
-  } taken;
-  const auto take = [](void* to, PdfText given) noexcept {
-    Taken& all = *static_cast<Taken*>(to);
-    try {
-      all.text.assign(given.data, given.size);
-    } catch (...) {  // no memory
-      all.error = std::current_exception();
-    }
-  };
-  const bool is_archived = archive(&parts, take, &taken);
-  if (taken.error) {
-    std::rethrow_exception(taken.error);
+  try {
+    return pdf_archive_of({.pdf = pdf,
+                           .metadata = metadata_of(title, now),
+                           .date = date,
+                           .attachment_name = attachment.name,
+                           .attachment_description = attachment.description,
+                           .attachment_type = attachment.type,
+                           .attachment_content = attachment.content});
+  } catch (const std::exception& error) {
+    throw OutputError(formatted("PDF: {}", error.what()));
   }
-  if (!is_archived) {
-    throw OutputError("PDF: " + taken.text);
-  }
-  return taken.text;
 }
 
 #else

@@ -11,65 +11,9 @@
 #include "axiscal/core/csv_reader.hpp"
 #include "axiscal/core/error.hpp"
 #include "core/formatted.hpp"
-#include "core/late_library.hpp"
 
 namespace axiscal {
 namespace {
-
-#ifdef AXISCAL_CAIRO_LATE
-AXISCAL_LATE_LIBRARY(libcairo, AXISCAL_CAIRO)
-AXISCAL_LATE(libcairo, cairo_create)
-AXISCAL_LATE(libcairo, cairo_destroy)
-AXISCAL_LATE(libcairo, cairo_image_surface_create_from_png)
-AXISCAL_LATE(libcairo, cairo_image_surface_get_height)
-AXISCAL_LATE(libcairo, cairo_image_surface_get_width)
-AXISCAL_LATE(libcairo, cairo_line_to)
-AXISCAL_LATE(libcairo, cairo_move_to)
-AXISCAL_LATE(libcairo, cairo_paint)
-AXISCAL_LATE(libcairo, cairo_pdf_surface_create_for_stream)
-AXISCAL_LATE(libcairo, cairo_pdf_surface_set_metadata)
-AXISCAL_LATE(libcairo, cairo_restore)
-AXISCAL_LATE(libcairo, cairo_rotate)
-AXISCAL_LATE(libcairo, cairo_save)
-AXISCAL_LATE(libcairo, cairo_scale)
-AXISCAL_LATE(libcairo, cairo_set_line_width)
-AXISCAL_LATE(libcairo, cairo_set_source_rgb)
-AXISCAL_LATE(libcairo, cairo_set_source_surface)
-AXISCAL_LATE(libcairo, cairo_show_page)
-AXISCAL_LATE(libcairo, cairo_status_to_string)
-AXISCAL_LATE(libcairo, cairo_stroke)
-AXISCAL_LATE(libcairo, cairo_surface_destroy)
-AXISCAL_LATE(libcairo, cairo_surface_finish)
-AXISCAL_LATE(libcairo, cairo_surface_status)
-AXISCAL_LATE(libcairo, cairo_translate)
-#endif
-
-#ifdef AXISCAL_PANGO_LATE
-AXISCAL_LATE_LIBRARY(libpango, AXISCAL_PANGO)
-AXISCAL_LATE(libpango, pango_font_description_free)
-AXISCAL_LATE(libpango, pango_font_description_new)
-AXISCAL_LATE(libpango, pango_font_description_set_absolute_size)
-AXISCAL_LATE(libpango, pango_font_description_set_family)
-AXISCAL_LATE(libpango, pango_font_description_set_weight)
-AXISCAL_LATE(libpango, pango_layout_get_extents)
-AXISCAL_LATE(libpango, pango_layout_get_line_count)
-AXISCAL_LATE(libpango, pango_layout_get_line_readonly)
-AXISCAL_LATE(libpango, pango_layout_set_font_description)
-AXISCAL_LATE(libpango, pango_layout_set_text)
-AXISCAL_LATE(libpango, pango_layout_set_width)
-AXISCAL_LATE(libpango, pango_layout_set_wrap)
-#endif
-
-#ifdef AXISCAL_PANGOCAIRO_LATE
-AXISCAL_LATE_LIBRARY(libpangocairo, AXISCAL_PANGOCAIRO)
-AXISCAL_LATE(libpangocairo, pango_cairo_create_layout)
-AXISCAL_LATE(libpangocairo, pango_cairo_show_layout_line)
-#endif
-
-#ifdef AXISCAL_GOBJECT_LATE
-AXISCAL_LATE_LIBRARY(libgobject, AXISCAL_GOBJECT)
-AXISCAL_LATE(libgobject, g_object_unref)
-#endif
 
 // Points of 1/72 inch.
 constexpr double page_width = 595.28;

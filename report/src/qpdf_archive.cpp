@@ -4,8 +4,6 @@
 // not.
 #include "report/src/qpdf_archive.hpp"
 
-#include <cstring>
-#include <exception>
 #include <lcms2.h>
 #include <memory>
 #include <string>
@@ -19,10 +17,6 @@
 
 namespace axiscal {
 namespace {
-
-std::string text_of(const PdfText& text) {
-  return {text.data, text.size};
-}
 
 std::string srgb_profile() {
   const cmsHPROFILE profile = cmsCreate_sRGBProfile();
@@ -49,31 +43,31 @@ void add_output_intent(QPDF& pdf, QPDFObjectHandle& root) {
 }
 
 void attach(QPDF& pdf, QPDFObjectHandle& root, const PdfArchiveParts& parts) {
-  const std::string name = text_of(parts.attachment_name);
-  const std::string date = text_of(parts.date);
-  auto stream = QPDFEFStreamObjectHelper::createEFStream(pdf, text_of(parts.attachment_content));
-  stream.setSubtype(text_of(parts.attachment_type)).setCreationDate(date).setModDate(date);
-  auto file = QPDFFileSpecObjectHelper::createFileSpec(pdf, name, stream);
-  file.setDescription(text_of(parts.attachment_description));
+  auto stream = QPDFEFStreamObjectHelper::createEFStream(pdf, parts.attachment_content);
+  stream.setSubtype(parts.attachment_type).setCreationDate(parts.date).setModDate(parts.date);
+  auto file = QPDFFileSpecObjectHelper::createFileSpec(pdf, parts.attachment_name, stream);
+  file.setDescription(parts.attachment_description);
   QPDFObjectHandle handle = file.getObjectHandle();
   handle.replaceKey("/AFRelationship", QPDFObjectHandle::newName("/Data"));
-  QPDFEmbeddedFileDocumentHelper(pdf).replaceEmbeddedFile(name, file);
+  QPDFEmbeddedFileDocumentHelper(pdf).replaceEmbeddedFile(parts.attachment_name, file);
   QPDFObjectHandle associated = QPDFObjectHandle::newArray();
   associated.appendItem(handle);
   root.replaceKey("/AF", associated);
 }
 
-std::string archive(const PdfArchiveParts& parts) {
+}  // namespace
+
+std::string pdf_archive_of(const PdfArchiveParts& parts) {
   QPDF pdf;
-  pdf.processMemoryFile("certificate", parts.pdf.data, parts.pdf.size);
+  pdf.processMemoryFile("certificate", parts.pdf.data(), parts.pdf.size());
   QPDFObjectHandle root = pdf.getRoot();
-  QPDFObjectHandle stream = QPDFObjectHandle::newStream(&pdf, text_of(parts.metadata));
+  QPDFObjectHandle stream = QPDFObjectHandle::newStream(&pdf, parts.metadata);
   stream.getDict().replaceKey("/Type", QPDFObjectHandle::newName("/Metadata"));
   stream.getDict().replaceKey("/Subtype", QPDFObjectHandle::newName("/XML"));
   root.replaceKey("/Metadata", stream);
   root.replaceKey("/Lang", QPDFObjectHandle::newString("en"));
   add_output_intent(pdf, root);
-  if (parts.attachment_content.size > 0) {
+  if (!parts.attachment_content.empty()) {
     attach(pdf, root, parts);
   }
   pdf.getTrailer().removeKey("/Info");
@@ -88,23 +82,4 @@ std::string archive(const PdfArchiveParts& parts) {
   return {reinterpret_cast<const char*>(buffer->getBuffer()), buffer->getSize()};
 }
 
-}  // namespace
 }  // namespace axiscal
-
-bool axiscal_archive_pdf_3(const axiscal::PdfArchiveParts* parts,
-                           axiscal::TakePdfText take,
-                           void* to) noexcept {
-  std::string archived;
-  try {
-    archived = axiscal::archive(*parts);
-  } catch (const std::exception& error) {
-    take(to, {error.what(), std::strlen(error.what())});
-    return false;
-  } catch (...) {
-    const char* const why = "unknown";
-    take(to, {why, std::strlen(why)});
-    return false;
-  }
-  take(to, {archived.data(), archived.size()});
-  return true;
-}

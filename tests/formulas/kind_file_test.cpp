@@ -14,6 +14,7 @@
 #include "axiscal/core/rotation.hpp"
 #include "axiscal/field/field_kind.hpp"
 #include "axiscal/formulas/formula_field.hpp"
+#include "formulas/src/formula.hpp"
 #include "matchers.hpp"
 #include "program.hpp"
 #include "scenario.hpp"
@@ -72,8 +73,14 @@ TEST(KindFile, SaysWhatIsWrongWithAFormula) {
         [&] { static_cast<void>(add_instrument_kind_file(path)); });
   };
   EXPECT_THAT(complaint("x +"), HasSubstr("bad.json"));
-  EXPECT_THAT(complaint("x + q"), HasSubstr("q"));
-  EXPECT_THAT(complaint("foo(x)"), HasSubstr("foo"));
+  EXPECT_THAT(complaint("x + q"), HasSubstr("there is no number 'q'"));
+  EXPECT_THAT(complaint("foo(x)"), HasSubstr("there is no function 'foo'"));
+  EXPECT_THAT(complaint("hypot(x)"), HasSubstr("takes 2 numbers, not 1"));
+  EXPECT_THAT(complaint("x y"), HasSubstr("goes wrong at character 3, before 'y'"));
+  EXPECT_THAT(complaint("x = 3"), HasSubstr("goes wrong at character 3"));
+  EXPECT_THAT(complaint("(x"), HasSubstr("ends too early"));
+  EXPECT_THAT(complaint(""), HasSubstr("the formula ''"));
+  EXPECT_THAT(complaint(std::string(101, '(') + "x"), HasSubstr("more than 100 parentheses"));
   EXPECT_THAT(complaint(std::string(5000, 'q')), HasSubstr("has 5000 characters"));
   const std::string taken =
       folder.write("taken.json",
@@ -81,6 +88,30 @@ TEST(KindFile, SaysWhatIsWrongWithAFormula) {
   EXPECT_THAT(
       test::complaint_of<DataError>([&] { static_cast<void>(add_instrument_kind_file(taken)); }),
       HasSubstr("there already"));
+}
+
+TEST(Formula, HasThePrecedenceOfMathematics) {
+  const std::vector<double> values = {2.0, 3.0, 5.0};
+  const auto value = [&](const std::string& text) {
+    return Formula(text, {"x", "y", "z"})(values);
+  };
+  EXPECT_EQ(value("-x^2"), -4.0);
+  EXPECT_EQ(value("2^3^2"), 512.0);
+  EXPECT_EQ(value("2^-1"), 0.5);
+  EXPECT_EQ(value("x - y - z"), -6.0);
+  EXPECT_EQ(value("z / x / 5 * -2"), -1.0);
+  EXPECT_EQ(value("x--y"), 5.0);
+  EXPECT_EQ(value("1e3 + .5"), 1000.5);
+  EXPECT_EQ(value("x < 1 ? y : x == 2 ? 7 : 8"), 7.0);
+  EXPECT_EQ(value("x > 1 && y > 5 || z >= 5"), 1.0);
+  EXPECT_EQ(value("min(x, y, z) + max(x, y, z) + sum(x, y) + avg(x, y, z + 1)"),
+            2.0 + 5.0 + 5.0 + 11.0 / 3.0);
+  EXPECT_EQ(value("atan2(y, x)"), std::atan2(3.0, 2.0));
+  EXPECT_EQ(value("sign(-x) * ln(_e) * cos(pi)"), 1.0);
+  EXPECT_TRUE(std::isnan(value("sqrt(-x)")));
+  EXPECT_EQ(value(std::string(1800, '-') + "x"), 2.0);
+  EXPECT_TRUE(Formula("x + 1", {"x", "y"}).has("x"));
+  EXPECT_FALSE(Formula("x + 1", {"x", "y"}).has("y"));
 }
 
 constexpr const char* turning_field =

@@ -39,8 +39,10 @@
 #include "axiscal/logs/segment.hpp"
 #include "axiscal/logs/table_text.hpp"
 #include "axiscal/positioner/positioner_json.hpp"
+#include "exchange_options.hpp"
 #include "run_command.hpp"
 #include "structured.hpp"
+#include "subcommands.hpp"
 
 namespace {
 
@@ -359,17 +361,25 @@ void command(std::string_view bytes) {
       arguments.push_back(word == "INPUT" ? file.path() : std::string(word));
     }
   }
-  constexpr std::array<std::string_view, 5> passed_over = {"acquire", "study", "report", "simulate",
-                                                           "plan"};
-  if (arguments.empty() ||
-      std::find(passed_over.begin(), passed_over.end(), arguments.front()) != passed_over.end()) {
-    return;
-  }
+  static const std::vector<cli::Subcommand> subcommands = {
+      cli::field_subcommand(),
+      cli::log_subcommand(),
+      cli::calibrate_subcommand(),
+      cli::segment_subcommand(),
+      cli::noise_subcommand(),
+      cli::apply_subcommand(),
+      cli::level_subcommand(),
+      cli::characterize_subcommand(),
+      cli::check_subcommand(),
+      cli::budget_subcommand(),
+      cli::template_subcommand(),
+      cli::export_subcommand(&cli::run_export),
+      cli::import_subcommand(&cli::run_import)};
   static const bool is_quiet = [] {
     const int nowhere = ::open("/dev/null", O_WRONLY | O_CLOEXEC);
     return ::dup2(nowhere, STDOUT_FILENO) >= 0;
   }();
-  const int status = cli::run_command(arguments);
+  const int status = cli::run_command(arguments, subcommands);
   if (!is_quiet || status < 0 || status > 4) {
     std::abort();  // no status that is documented
   }

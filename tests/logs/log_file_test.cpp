@@ -338,7 +338,8 @@ TEST_F(LogFiles, AreUnpacked) {
     text += std::to_string(i) + "," + std::to_string(i % 1000) + "\n";
   }
   for (const auto filter : {archive_write_add_filter_gzip, archive_write_add_filter_bzip2,
-                            archive_write_add_filter_xz, archive_write_add_filter_zstd}) {
+                            archive_write_add_filter_xz, archive_write_add_filter_zstd,
+                            archive_write_add_filter_lz4, archive_write_add_filter_lzip}) {
     const std::string bytes = packed(text, filter);
     const LogBlock all = read(bytes);
     EXPECT_EQ(all[0].size(), 20000U);
@@ -346,7 +347,14 @@ TEST_F(LogFiles, AreUnpacked) {
     EXPECT_THAT(notes_, testing::Contains(HasSubstr("unpacked")));
     EXPECT_THAT(complaint(bytes.substr(0, bytes.size() / 2)), HasSubstr("damaged or cut short"));
   }
-  // Two files put together are one; a checksum that is not that of what was packed is found.
+  // Streams of any packing that stand one after another are one file.
+  for (const auto filter : {archive_write_add_filter_bzip2, archive_write_add_filter_xz,
+                            archive_write_add_filter_zstd, archive_write_add_filter_lz4}) {
+    EXPECT_EQ(read(packed(text, filter) + packed("1,2\n", filter))[0].size(), 20001U);
+  }
+  EXPECT_THAT(complaint(packed(text, archive_write_add_filter_compress)),
+              HasSubstr("is compressed (compress), and this axiscal cannot unpack that"));
+  // A wrong checksum is found.
   const std::string gzip = packed(text, archive_write_add_filter_gzip);
   EXPECT_EQ(read(gzip + packed("1,2\n", archive_write_add_filter_gzip))[0].size(), 20001U);
   std::string wrong = gzip;

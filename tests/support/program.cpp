@@ -21,6 +21,9 @@
 namespace axiscal::test {
 namespace {
 
+// A test finds axiscal-read in the build's folder.
+const bool knows_programs = ::setenv("AXISCAL_LIBEXEC", AXISCAL_PROGRAMS, 0) == 0;
+
 struct Pipe {
   Pipe() {
     if (::pipe2(ends.data(), O_CLOEXEC) != 0) {

@@ -11,14 +11,11 @@
 #include <optional>
 #include <utility>
 
-#ifdef AXISCAL_ZLIB
-#include <zlib.h>
-#endif
-
 #include "axiscal/core/error.hpp"
 #include "core/formatted.hpp"
 #include "logs/recordings/src/log_source.hpp"
 #include "logs/recordings/src/series_tables.hpp"
+#include "logs/recordings/src/unpacker.hpp"
 
 namespace axiscal {
 namespace {
@@ -46,65 +43,47 @@ class FileBytes final : public Bytes {
   ByteSource& source_;
 };
 
-#ifdef AXISCAL_ZLIB
 class InflatedBytes final : public Bytes {
  public:
   // @param size  of the packed bytes.
   InflatedBytes(Bytes& packed, std::size_t size, ReadBudget budget)
-      : packed_(packed), left_(size), budget_(std::move(budget)) {
-    inflateInit(&stream_);
-  }
+      : packed_(packed),
+        left_(size),
+        budget_(std::move(budget)),
+        unpacker_("zlib", [this](char* to, std::size_t most) { return read_packed(to, most); }) {}
   InflatedBytes(const InflatedBytes&) = delete;
   InflatedBytes& operator=(const InflatedBytes&) = delete;
-  ~InflatedBytes() override { inflateEnd(&stream_); }
 
   std::size_t read(char* buffer, std::size_t size) override {
-    if (size == 0) {
-      return 0;
+    std::size_t count = 0;
+    try {
+      count = unpacker_.read(buffer, std::min(size, piece));
+    } catch (const DamagedStream&) {
+      return 0;  // the reader reports the bytes that are missing
     }
-    stream_.next_out = reinterpret_cast<Bytef*>(buffer);
-    stream_.avail_out = static_cast<uInt>(std::min(size, piece));
-    const uInt wanted = stream_.avail_out;
-    while (stream_.avail_out == wanted && !ended_) {
-      if (stream_.avail_in == 0) {
-        const std::size_t count = packed_.read(in_.data(), std::min(left_, in_.size()));
-        if (count == 0) {
-          break;
-        }
-        left_ -= count;
-        stream_.next_in = reinterpret_cast<Bytef*>(in_.data());
-        stream_.avail_in = static_cast<uInt>(count);
-      }
-      const int status = inflate(&stream_, Z_NO_FLUSH);
-      ended_ = status == Z_STREAM_END;
-      if (status != Z_OK && status != Z_STREAM_END && status != Z_BUF_ERROR) {
-        break;  // what was to come is missing, and is said to be
-      }
-    }
-    budget_.spend(ReadCost::unpacked, std::size_t{wanted - stream_.avail_out});
-    return wanted - stream_.avail_out;
+    budget_.spend(ReadCost::unpacked, count);
+    return count;
   }
 
-  // The packed bytes that nobody wanted.
+  // Skips the packed bytes that nobody read.
   void skip_rest() {
-    while (left_ > 0) {
-      const std::size_t count = packed_.read(in_.data(), std::min(left_, in_.size()));
-      if (count == 0) {
-        return;
-      }
-      left_ -= count;
+    std::vector<char> skipped(piece);
+    while (read_packed(skipped.data(), skipped.size()) > 0) {
     }
   }
 
  private:
+  std::size_t read_packed(char* buffer, std::size_t most) {
+    const std::size_t count = packed_.read(buffer, std::min(left_, most));
+    left_ -= count;
+    return count;
+  }
+
   Bytes& packed_;
   std::size_t left_;
   ReadBudget budget_;
-  z_stream stream_{};
-  bool ended_ = false;
-  std::vector<char> in_ = std::vector<char>(piece);
+  Unpacker unpacker_;
 };
-#endif
 
 struct Tag {
   std::uint32_t type = 0;
@@ -159,18 +138,12 @@ class MatReader {
   }
 
   void read_compressed(std::size_t size) {
-#ifdef AXISCAL_ZLIB
     InflatedBytes bytes(file_, size, source_.budget().within());
     const std::string start = read_exactly(bytes, 8);
     if (number<std::uint32_t>(start.data()) == matrix_element) {
       read_matrix(bytes, number<std::uint32_t>(start.data() + 4), "", 0);
     }
     bytes.skip_rest();
-#else
-    static_cast<void>(size);
-    throw DataError(source_.path(),
-                    "its variables are compressed, and this axiscal was built without zlib");
-#endif
   }
 
   std::string read_exactly(Bytes& bytes, std::size_t size) const {

@@ -9,7 +9,7 @@
 #include "core/formatted.hpp"
 #include "logs/recordings/src/record_bytes.hpp"
 #include "logs/recordings/src/ros_message.hpp"
-#include "logs/recordings/src/unpack.hpp"
+#include "logs/recordings/src/unpacker.hpp"
 
 namespace axiscal {
 namespace {

@@ -4,90 +4,21 @@
 #include <array>
 #include <cerrno>
 #include <csignal>
-#include <cstdint>
-#include <cstdlib>
 #include <cstring>
-#include <new>
 #include <optional>
 #include <spawn.h>
 #include <string_view>
 #include <vector>
 
 #include <fcntl.h>
-#include <sys/prctl.h>
-#include <sys/resource.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
 #include "axiscal/core/error.hpp"
-#include "axiscal/core/input_file.hpp"
-#include "core/descriptor.hpp"
 #include "core/formatted.hpp"
-#include "core/late_module.hpp"
 
 namespace axiscal {
 namespace {
-
-enum : int { answered = 0, failed = 1, lacks_memory = 2 };
-
-void append_bytes(std::string& text, const void* bytes, std::size_t size) {
-  text.append(static_cast<const char*>(bytes), size);
-}
-
-void append_size(std::string& text, std::size_t size) {
-  append_bytes(text, &size, sizeof size);
-}
-
-// Answers '1', names and columns, or '0' and why there are none.
-std::string answer_of(std::string_view format) {
-  // Standard input, which can be read at any place.
-  const std::string path = "/proc/self/fd/0";
-  SeriesTables::Table table;
-  try {
-#ifdef AXISCAL_MATIO
-    table = (format == "hdf5" ? read_hdf5(path) : read_mat73(path)).take_largest("");
-#else
-    static_cast<void>(format);
-#endif
-  } catch (const DataError& error) {
-    return std::string("0") + (error.what() + 2);  // without the empty path
-  } catch (const Error& error) {
-    return std::string("0") + error.what();
-  }
-  std::string text = "1";
-  append_size(text, table.names.size());
-  append_size(text, table.data.front().size());
-  for (std::size_t c = 0; c < table.names.size(); ++c) {
-    append_size(text, table.names[c].size());
-    text += table.names[c];
-    append_bytes(text, table.data[c].data(), table.data[c].size() * sizeof(double));
-  }
-  return text;
-}
-
-#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
-constexpr bool has_shadow_memory = true;
-#elif defined(__has_feature)
-#if __has_feature(address_sanitizer) || __has_feature(thread_sanitizer)
-constexpr bool has_shadow_memory = true;
-#else
-constexpr bool has_shadow_memory = false;
-#endif
-#else
-constexpr bool has_shadow_memory = false;
-#endif
-
-// Bytes of address space that this process has.
-std::size_t address_space() {
-  const std::string text = read_whole_file("/proc/self/statm");
-  return static_cast<std::size_t>(std::strtoull(text.c_str(), nullptr, 10)) *
-         static_cast<std::size_t>(::sysconf(_SC_PAGESIZE));
-}
-
-void limit_to(int resource, rlim_t most) {
-  const rlimit limit{most, most};
-  ::setrlimit(static_cast<__rlimit_resource>(resource), &limit);
-}
 
 // Starts the program; its standard output is the pipe's end.
 std::optional<pid_t> start(const std::string& path,
@@ -95,7 +26,7 @@ std::optional<pid_t> start(const std::string& path,
                            const std::string& memory,
                            const std::string& seconds,
                            int output) {
-  const std::string program = own_file(AXISCAL_READER_PROGRAM);
+  const std::string program = own_program(reader_program);
   posix_spawn_file_actions_t actions;
   ::posix_spawn_file_actions_init(&actions);
   ::posix_spawn_file_actions_addopen(&actions, STDIN_FILENO, path.c_str(), O_RDONLY, 0);
@@ -113,7 +44,6 @@ std::optional<pid_t> start(const std::string& path,
   return status == 0 ? std::optional(child) : std::nullopt;
 }
 
-// What came of it.
 struct Outcome {
   std::string text;
   int status = 0;  // as waitpid() has it
@@ -141,7 +71,7 @@ Outcome ask_another_process(const std::string& path, const char* format, const R
   }
   ::close(ends[0]);
   if (!child) {
-    throw RefusedError(std::string(AXISCAL_READER_PROGRAM) + " cannot be started");
+    throw RefusedError(std::string(reader_program.name) + " cannot be started");
   }
   while (::waitpid(*child, &outcome.status, 0) < 0 && errno == EINTR) {
   }
@@ -174,23 +104,6 @@ class Answer {
 
 }  // namespace
 
-int answer_as_other_process(int count, char** arguments) try {
-  if (count != 4) {
-    return failed;
-  }
-  ::prctl(PR_SET_PDEATHSIG, SIGKILL);  // nobody else wants the answer
-  if (!has_shadow_memory) {
-    limit_to(RLIMIT_AS, address_space() + std::strtoull(arguments[2], nullptr, 10));
-  }
-  limit_to(RLIMIT_CPU, std::strtoull(arguments[3], nullptr, 10));
-  limit_to(RLIMIT_CORE, 0);
-  return write_all(STDOUT_FILENO, answer_of(arguments[1])) ? answered : failed;
-} catch (const std::bad_alloc&) {
-  return lacks_memory;
-} catch (...) {
-  return failed;
-}
-
 std::unique_ptr<LogFile::Source> read_in_another_process(const std::string& path,
                                                          const std::string& name,
                                                          const char* format,
@@ -198,13 +111,13 @@ std::unique_ptr<LogFile::Source> read_in_another_process(const std::string& path
   const std::string kind = format == std::string_view("hdf5") ? "HDF5 file" : ".mat file";
   const Outcome outcome = ask_another_process(path, format, budget);
   const int status = outcome.status;
-  if (WIFEXITED(status) && WEXITSTATUS(status) == lacks_memory) {
+  if (WIFEXITED(status) && WEXITSTATUS(status) == reader_lacks_memory) {
     budget.fail(ReadCost::memory);
   }
   if (WIFSIGNALED(status) && (WTERMSIG(status) == SIGXCPU || WTERMSIG(status) == SIGKILL)) {
     budget.fail(ReadCost::steps);
   }
-  if (!WIFEXITED(status) || WEXITSTATUS(status) != answered || outcome.text.empty()) {
+  if (!WIFEXITED(status) || WEXITSTATUS(status) != reader_answered || outcome.text.empty()) {
     throw DataError(name, formatted("the {} is damaged", kind));
   }
   const std::string* const text = &outcome.text;
@@ -227,6 +140,18 @@ std::unique_ptr<LogFile::Source> read_in_another_process(const std::string& path
   } catch (const DomainError&) {
     throw DataError(name, formatted("the {} is damaged", kind));
   }
+}
+
+std::unique_ptr<LogFile::Source> open_mat73_log(const std::string& path,
+                                                const std::string& name,
+                                                const ReadBudget& budget) {
+  return read_in_another_process(path, name, "mat73", budget);
+}
+
+std::unique_ptr<LogFile::Source> open_hdf5_log(const std::string& path,
+                                               const std::string& name,
+                                               const ReadBudget& budget) {
+  return read_in_another_process(path, name, "hdf5", budget);
 }
 
 }  // namespace axiscal

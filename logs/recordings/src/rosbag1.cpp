@@ -9,7 +9,7 @@
 #include "core/formatted.hpp"
 #include "logs/recordings/src/record_bytes.hpp"
 #include "logs/recordings/src/ros_message.hpp"
-#include "logs/recordings/src/unpack.hpp"
+#include "logs/recordings/src/unpacker.hpp"
 
 namespace axiscal {
 namespace {
@@ -123,7 +123,8 @@ class Rosbag1 final : public RecordingFile::Decoder {
     if (packing != "none" && !packing.empty()) {
       RecordBytes size(field(fields, "size"));
       try {
-        unpacked = unpack(packing, data, size.take<std::uint32_t>(), stream_.budget());
+        unpacked = unpack(packing == "bz2" ? "bzip2" : packing, data, size.take<std::uint32_t>(),
+                          stream_.budget());
       } catch (const DataError&) {
         throw;
       } catch (const Error& error) {

@@ -3,7 +3,6 @@
 // from Iron on message_definitions.
 #include "axiscal/core/error.hpp"
 #include "core/formatted.hpp"
-#include "core/late_library.hpp"
 #include "logs/recordings/src/series_decoder.hpp"
 
 #ifdef AXISCAL_SQLITE
@@ -16,31 +15,13 @@
 #include <string>
 
 #include "logs/recordings/src/ros_message.hpp"
-#include "logs/recordings/src/unpack.hpp"
+#include "logs/recordings/src/unpacker.hpp"
 #endif
 
 namespace axiscal {
 
 #ifdef AXISCAL_SQLITE
 namespace {
-
-#ifdef AXISCAL_SQLITE_LATE
-AXISCAL_LATE_LIBRARY(libsqlite, AXISCAL_SQLITE)
-AXISCAL_LATE(libsqlite, sqlite3_close_v2)
-AXISCAL_LATE(libsqlite, sqlite3_column_blob)
-AXISCAL_LATE(libsqlite, sqlite3_column_bytes)
-AXISCAL_LATE(libsqlite, sqlite3_column_int64)
-AXISCAL_LATE(libsqlite, sqlite3_column_text)
-AXISCAL_LATE(libsqlite, sqlite3_db_config)
-AXISCAL_LATE(libsqlite, sqlite3_errmsg)
-AXISCAL_LATE(libsqlite, sqlite3_exec)
-AXISCAL_LATE(libsqlite, sqlite3_finalize)
-AXISCAL_LATE(libsqlite, sqlite3_limit)
-AXISCAL_LATE(libsqlite, sqlite3_open_v2)
-AXISCAL_LATE(libsqlite, sqlite3_prepare_v2)
-AXISCAL_LATE(libsqlite, sqlite3_progress_handler)
-AXISCAL_LATE(libsqlite, sqlite3_step)
-#endif
 
 struct CloseDatabase {
   void operator()(sqlite3* database) const { sqlite3_close_v2(database); }

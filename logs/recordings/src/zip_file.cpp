@@ -3,60 +3,68 @@
 #include "axiscal/core/error.hpp"
 #include "axiscal/core/number_text.hpp"
 #include "core/formatted.hpp"
-#include "core/late_library.hpp"
 #include "logs/recordings/src/opened.hpp"
 
-#ifdef AXISCAL_LIBARCHIVE
+#ifdef AXISCAL_MINIZIP
 #include <algorithm>
-#include <archive.h>
-#include <archive_entry.h>
 #include <limits>
 #include <map>
+#include <memory>
+#include <minizip/unzip.h>
+
+#include <sys/stat.h>
 #endif
 
 namespace axiscal {
 
-#ifdef AXISCAL_LIBARCHIVE
+#ifdef AXISCAL_MINIZIP
 namespace {
 
-#ifdef AXISCAL_LIBARCHIVE_LATE
-AXISCAL_LATE_LIBRARY(libarchive, AXISCAL_LIBARCHIVE)
-AXISCAL_LATE(libarchive, archive_entry_filetype)
-AXISCAL_LATE(libarchive, archive_entry_pathname)
-AXISCAL_LATE(libarchive, archive_read_data)
-AXISCAL_LATE(libarchive, archive_read_free)
-AXISCAL_LATE(libarchive, archive_read_new)
-AXISCAL_LATE(libarchive, archive_read_next_header)
-AXISCAL_LATE(libarchive, archive_read_open_filename)
-AXISCAL_LATE(libarchive, archive_read_support_format_zip)
-#endif
-
-struct FreeArchive {
-  void operator()(archive* a) const { archive_read_free(a); }
-};
-using Archive = std::unique_ptr<archive, FreeArchive>;
+using Archive = std::shared_ptr<void>;
 
 Archive open_archive(const std::string& path, const std::string& name) {
-  Archive opened(archive_read_new());
-  archive_read_support_format_zip(opened.get());
-  constexpr std::size_t block = 1U << 16U;
-  if (archive_read_open_filename(opened.get(), path.c_str(), block) != ARCHIVE_OK) {
+  void* const opened = unzOpen64(path.c_str());
+  if (opened == nullptr) {
     throw DataError(name, "the zip archive is damaged");
   }
-  return opened;
+  return {opened, unzClose};
+}
+
+struct Member {
+  std::string name;
+  bool is_file = true;  // no folder, link or device
+  bool is_encrypted = false;
+};
+
+Member current_member(const Archive& archive, const std::string& name) {
+  unz_file_info64 info{};
+  constexpr std::size_t longest = std::numeric_limits<std::uint16_t>::max();
+  Member member{.name = std::string(longest, '\0')};
+  if (unzGetCurrentFileInfo64(archive.get(), &info, member.name.data(), longest, nullptr, 0,
+                              nullptr, 0) != UNZ_OK) {
+    throw DataError(name, "the zip archive is damaged");
+  }
+  member.name.resize(std::min<std::size_t>(info.size_filename, longest));
+  // Some archivers state permissions without a type.
+  constexpr unsigned unix_host = 3;
+  const auto type = static_cast<mode_t>(info.external_fa >> 16U) & S_IFMT;
+  const bool has_type = info.version >> 8U == unix_host && type != 0;
+  member.is_file = !member.name.ends_with('/') && (!has_type || S_ISREG(type));
+  member.is_encrypted = (info.flag & 1U) != 0;
+  return member;
 }
 
 std::vector<std::string> members_of(const std::string& path,
                                     const std::string& name,
                                     const ReadBudget& budget) {
-  const Archive opened = open_archive(path, name);
+  const Archive archive = open_archive(path, name);
   std::vector<std::string> members;
-  archive_entry* entry = nullptr;
-  while (archive_read_next_header(opened.get(), &entry) == ARCHIVE_OK) {
+  for (int status = unzGoToFirstFile(archive.get()); status == UNZ_OK;
+       status = unzGoToNextFile(archive.get())) {
     budget.spend(ReadCost::members, 1.0);
-    const char* const member = archive_entry_pathname(entry);
-    if (member != nullptr && archive_entry_filetype(entry) == AE_IFREG) {
-      members.emplace_back(member);
+    Member member = current_member(archive, name);
+    if (member.is_file) {
+      members.push_back(std::move(member.name));
     }
   }
   return members;
@@ -67,25 +75,34 @@ ByteSource bytes_of(const std::string& path,
                     const std::string& name,
                     const std::string& member,
                     const ReadBudget& budget) {
-  const std::shared_ptr<archive> opened(open_archive(path, name));
+  const Archive archive = open_archive(path, name);
   const std::string full = name + ":" + member;
-  archive_entry* entry = nullptr;
-  while (archive_read_next_header(opened.get(), &entry) == ARCHIVE_OK) {
-    const char* const here = archive_entry_pathname(entry);
-    if (here != nullptr && member == here) {
-      return {full,
-              [opened, full, budget](char* buffer, std::size_t size) {
-                const la_ssize_t count = archive_read_data(opened.get(), buffer, size);
-                if (count < 0) {
-                  throw DataError(full, "the archive is damaged or cut short");
-                }
-                budget.spend(ReadCost::unpacked, static_cast<std::size_t>(count));
-                return static_cast<std::size_t>(count);
-              },
-              budget.within()};
-    }
+  constexpr int by_case = 1;
+  if (unzLocateFile(archive.get(), member.c_str(), by_case) != UNZ_OK) {
+    throw DataError(full, "is not in the archive");
   }
-  throw DataError(full, "is not in the archive");
+  if (current_member(archive, name).is_encrypted) {
+    throw DataError(full, "is encrypted; unpack it first");
+  }
+  const char* const damaged = "the archive is damaged or cut short";
+  if (unzOpenCurrentFile(archive.get()) != UNZ_OK) {
+    throw DataError(full, damaged);
+  }
+  return {full,
+          [archive, full, budget, damaged](char* buffer, std::size_t size) {
+            constexpr std::size_t most = 1U << 30U;
+            const int count = unzReadCurrentFile(archive.get(), buffer,
+                                                 static_cast<unsigned>(std::min(size, most)));
+            // At the end of the member its checksum is compared.
+            const bool is_bad = count < 0 || (count == 0 && size > 0 &&
+                                              unzCloseCurrentFile(archive.get()) == UNZ_CRCERROR);
+            if (is_bad) {
+              throw DataError(full, damaged);
+            }
+            budget.spend(ReadCost::unpacked, static_cast<std::size_t>(count));
+            return static_cast<std::size_t>(count);
+          },
+          budget.within()};
 }
 
 // The content of a part, which is held whole.
@@ -278,8 +295,7 @@ OpenedFile open_zip(const std::string& path, const std::string& name, const Read
 }
 #else
 OpenedFile open_zip(const std::string&, const std::string& name, const ReadBudget&) {
-  throw DataError(name,
-                  "is a zip archive, and this axiscal was built without libarchive; unpack it");
+  throw DataError(name, "is a zip archive, and this axiscal was built without minizip; unpack it");
 }
 #endif
 

@@ -1,34 +1,16 @@
 // SPDX-License-Identifier: Apache-2.0
 // MATLAB's .mat files of version 7.3, which are HDF5, through matio. Neither is safe with damaged
-// files (a failed allocation is not looked at, sizes are believed): other_process.hpp.
-#include "axiscal/core/error.hpp"
-#include "logs/recordings/src/log_source.hpp"
-
-#ifdef AXISCAL_MATIO
+// files (a failed allocation is not looked at, sizes are believed).
 #include <cstdint>
 #include <matio.h>
+#include <memory>
 
+#include "axiscal/core/error.hpp"
 #include "core/formatted.hpp"
-#include "core/late_library.hpp"
-#include "logs/recordings/src/other_process.hpp"
-#endif
+#include "logs/reader/formats.hpp"
 
 namespace axiscal {
-
-#ifdef AXISCAL_MATIO
 namespace {
-
-#ifdef AXISCAL_MATIO_LATE
-AXISCAL_LATE_LIBRARY(libmatio, AXISCAL_MATIO)
-AXISCAL_LATE(libmatio, Mat_Close)
-AXISCAL_LATE(libmatio, Mat_GetDir)
-AXISCAL_LATE(libmatio, Mat_Open)
-AXISCAL_LATE(libmatio, Mat_VarFree)
-AXISCAL_LATE(libmatio, Mat_VarGetNumberOfFields)
-AXISCAL_LATE(libmatio, Mat_VarGetStructFieldByIndex)
-AXISCAL_LATE(libmatio, Mat_VarGetStructFieldnames)
-AXISCAL_LATE(libmatio, Mat_VarRead)
-#endif
 
 struct CloseFile {
   void operator()(mat_t* file) const { Mat_Close(file); }
@@ -133,21 +115,5 @@ SeriesTables read_mat73(const std::string& path) {
   }
   return tables;
 }
-
-std::unique_ptr<LogFile::Source> open_mat73_log(const std::string& path,
-                                                const std::string& name,
-                                                const ReadBudget& budget) {
-  return read_in_another_process(path, name, "mat73", budget);
-}
-#else
-std::unique_ptr<LogFile::Source> open_mat73_log(const std::string&,
-                                                const std::string& name,
-                                                const ReadBudget&) {
-  throw DataError(
-      name,
-      "is a .mat file of version 7.3, and this axiscal was built without matio; save it "
-      "with -v7, or as CSV");
-}
-#endif
 
 }  // namespace axiscal

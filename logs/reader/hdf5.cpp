@@ -1,55 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
 // HDF5 files (The HDF Group): every dataset of numbers of one or two dimensions, and the members of
-// records; those of as many rows are one table. The library is not safe with damaged files:
-// other_process.hpp.
-#include "axiscal/core/error.hpp"
-#include "core/late_library.hpp"
-#include "logs/recordings/src/log_source.hpp"
-
-#ifdef AXISCAL_HDF5
+// records; those of as many rows are one table. The library is not safe with damaged files.
 #include <array>
 #include <hdf5/serial/hdf5.h>
 #include <vector>
 
-#include "logs/recordings/src/other_process.hpp"
-#endif
+#include "axiscal/core/error.hpp"
+#include "logs/reader/formats.hpp"
 
 namespace axiscal {
-
-#ifdef AXISCAL_HDF5
 namespace {
-
-#ifdef AXISCAL_HDF5_LATE
-AXISCAL_LATE_LIBRARY(libhdf5, AXISCAL_HDF5)
-AXISCAL_LATE(libhdf5, H5Dclose)
-AXISCAL_LATE(libhdf5, H5Dget_create_plist)
-AXISCAL_LATE(libhdf5, H5Dget_space)
-AXISCAL_LATE(libhdf5, H5Dget_type)
-AXISCAL_LATE(libhdf5, H5Dopen2)
-AXISCAL_LATE(libhdf5, H5Dread)
-AXISCAL_LATE(libhdf5, H5Eset_auto2)
-AXISCAL_LATE(libhdf5, H5Fclose)
-AXISCAL_LATE(libhdf5, H5Fopen)
-AXISCAL_LATE(libhdf5, H5Lunregister)
-AXISCAL_LATE(libhdf5, H5Ovisit1)
-AXISCAL_LATE(libhdf5, H5Pclose)
-AXISCAL_LATE(libhdf5, H5Pget_external_count)
-AXISCAL_LATE(libhdf5, H5Pget_layout)
-AXISCAL_LATE(libhdf5, H5Sclose)
-AXISCAL_LATE(libhdf5, H5Sget_simple_extent_dims)
-AXISCAL_LATE(libhdf5, H5Sget_simple_extent_ndims)
-AXISCAL_LATE(libhdf5, H5Tclose)
-AXISCAL_LATE(libhdf5, H5Tcreate)
-AXISCAL_LATE(libhdf5, H5Tget_class)
-AXISCAL_LATE(libhdf5, H5Tget_member_name)
-AXISCAL_LATE(libhdf5, H5Tget_member_type)
-AXISCAL_LATE(libhdf5, H5Tget_nmembers)
-AXISCAL_LATE(libhdf5, H5Tinsert)
-AXISCAL_LATE(libhdf5, H5check_version)
-AXISCAL_LATE(libhdf5, H5free_memory)
-AXISCAL_LATE(libhdf5, H5open)
-AXISCAL_LATE_VARIABLE(libhdf5, H5T_NATIVE_DOUBLE_g)
-#endif
 
 // The first version's description of an object, under the name that the installed headers give it.
 #if H5_VERSION_GE(1, 12, 0)
@@ -200,18 +160,5 @@ SeriesTables read_hdf5(const std::string& path) {
   H5Ovisit1(file, H5_INDEX_NAME, H5_ITER_NATIVE, &visit, &tables);
   return tables;
 }
-
-std::unique_ptr<LogFile::Source> open_hdf5_log(const std::string& path,
-                                               const std::string& name,
-                                               const ReadBudget& budget) {
-  return read_in_another_process(path, name, "hdf5", budget);
-}
-#else
-std::unique_ptr<LogFile::Source> open_hdf5_log(const std::string&,
-                                               const std::string& name,
-                                               const ReadBudget&) {
-  throw DataError(name, "is HDF5, and this axiscal was built without libhdf5; save it as CSV");
-}
-#endif
 
 }  // namespace axiscal

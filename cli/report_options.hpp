@@ -1,0 +1,23 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <optional>
+#include <string>
+
+#include "table_options.hpp"
+
+namespace axiscal::cli {
+
+/// The options of `axiscal report`, as typed.
+struct ReportCommand {
+  std::string record;
+  std::optional<std::string> observations, history, noise, laboratory, positioner, adjusters,
+      thread_pitch;
+  TableOptions table;
+  std::string output;
+};
+
+/// Runs the command, in the program axiscal-report.
+[[nodiscard]] int run_report(const ReportCommand& command);
+
+}  // namespace axiscal::cli

@@ -1,0 +1,15 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <span>
+#include <string>
+
+#include "subcommand.hpp"
+
+namespace axiscal::cli {
+
+/// @return the answer to `axiscal --version --verbose`: libraries with their versions, and the
+///         programs beside the command, with those that are not installed.
+[[nodiscard]] std::string verbose_version(std::span<const Subcommand> subcommands);
+
+}  // namespace axiscal::cli

@@ -1,0 +1,60 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "core/own_program.hpp"
+
+#include <cerrno>
+#include <cstdlib>
+#include <cstring>
+#include <filesystem>
+
+#include <system_error>
+#include <unistd.h>
+
+#include "axiscal/core/error.hpp"
+#include "core/formatted.hpp"
+
+namespace axiscal {
+namespace {
+
+namespace fs = std::filesystem;
+
+std::vector<fs::path> folders_of_programs() {
+  std::vector<fs::path> folders;
+  if (const char* const stated = std::getenv("AXISCAL_LIBEXEC"); stated != nullptr) {
+    folders.emplace_back(stated);
+  }
+  std::error_code failed;
+  const fs::path running = fs::read_symlink("/proc/self/exe", failed);
+  if (!running.empty()) {
+    folders.push_back(running.parent_path());
+    folders.push_back(running.parent_path() / AXISCAL_LIBEXEC_FROM_BIN);
+  }
+  folders.emplace_back(AXISCAL_LIBEXEC_FOLDER);
+  return folders;
+}
+
+}  // namespace
+
+std::string own_program(const OwnProgram& program) {
+  for (const fs::path& folder : folders_of_programs()) {
+    const fs::path file = folder / program.name;
+    if (::access(file.c_str(), X_OK) == 0) {
+      return file.string();
+    }
+  }
+  throw RefusedError(
+      formatted("{} is not installed; install the package {}", program.name, program.package));
+}
+
+void become(const OwnProgram& program, const std::vector<std::string>& arguments) {
+  std::string file = own_program(program);
+  std::vector<std::string> words = arguments;
+  std::vector<char*> argv = {file.data()};
+  for (std::string& word : words) {
+    argv.push_back(word.data());
+  }
+  argv.push_back(nullptr);
+  ::execv(file.c_str(), argv.data());
+  throw RefusedError(formatted("{} cannot be started: {}", file, std::strerror(errno)));
+}
+
+}  // namespace axiscal

@@ -1,0 +1,18 @@
+// SPDX-License-Identifier: Apache-2.0
+// The formats of the program axiscal-read. Each reader throws an Error that says why the file
+// cannot be read, without the path.
+#pragma once
+
+#include <string>
+
+#include "logs/recordings/src/series_tables.hpp"
+
+namespace axiscal {
+
+[[nodiscard]] SeriesTables read_mat73(const std::string& path);
+[[nodiscard]] SeriesTables read_hdf5(const std::string& path);
+
+/// @throws Error  if a dataset of an HDF5 file keeps its numbers in another file.
+void refuse_foreign_storage(const std::string& path);
+
+}  // namespace axiscal
