@@ -451,47 +451,30 @@ int run(const ApplyCommand& command) {
                  "how far readings are from bias(t), without residual or direction");
   }
   if (calibration.sensor.instrument.axis_count() == 2 && reducer.kind().has_axis_elevation) {
-    std::fprintf(stderr, "note: with 2 axes the third component is known only up to its sign\n");
+    print_remark("note", "with 2 axes the third component is known only up to its sign");
   }
-  if (summary.unreadable > 0) {
-    std::fprintf(stderr,
-                 "%s: %zu of %zu rows could not be reduced (first: line %zu); flag "
-                 "'unreadable'\n",
-                 command.readings.c_str(), summary.unreadable, summary.rows,
-                 summary.first_unreadable_line);
-  }
+  const auto print_rows = [&](std::size_t rows, const std::string& fact) {
+    if (rows > 0) {
+      print_line(formatted("{}: {} of {} rows {}", command.readings, rows, summary.rows, fact));
+    }
+  };
+  print_rows(summary.unreadable,
+             formatted("could not be reduced (first: line {}); flag 'unreadable'",
+                       summary.first_unreadable_line));
   const std::string& field = calibration.sensor.field.kind;
   if (field_kind(field).local && !field_kind(field).rotation &&
       2 * summary.far_from_field > summary.rows) {
-    std::fprintf(
-        stderr,
-        "%s: %zu of %zu rows differ from the field's magnitude (%g %s) by more than 30 %%; "
-        "are the readings in the record's unit, and is --field-magnitude in --field-unit?\n",
-        command.readings.c_str(), summary.far_from_field, summary.rows, reducer.magnitude(),
-        command.field_unit.value_or(calibration.sensor.field.unit).c_str());
+    print_rows(
+        summary.far_from_field,
+        formatted("differ from the field's magnitude ({:g} {}) by more than 30 %; are the "
+                  "readings in the record's unit, and is --field-magnitude in --field-unit?",
+                  reducer.magnitude(), command.field_unit.value_or(calibration.sensor.field.unit)));
   }
-  if (summary.extrapolated > 0) {
-    std::fprintf(stderr,
-                 "%s: %zu of %zu rows are at temperatures outside the calibrated range; flag "
-                 "'extrapolated'\n",
-                 command.readings.c_str(), summary.extrapolated, summary.rows);
-  }
-  if (summary.moved > 0) {
-    std::fprintf(stderr, "%s: in %zu of %zu rows the joint moved beyond the alarm; flag 'moved'\n",
-                 command.readings.c_str(), summary.moved, summary.rows);
-  }
-  if (summary.saturated > 0) {
-    std::fprintf(stderr,
-                 "%s: %zu of %zu rows have a reading at or beyond its range; flag "
-                 "'saturated'\n",
-                 command.readings.c_str(), summary.saturated, summary.rows);
-  }
-  if (summary.clamped > 0) {
-    std::fprintf(stderr,
-                 "%s: %zu of %zu rows have a component larger than the field; flag "
-                 "'clamped'\n",
-                 command.readings.c_str(), summary.clamped, summary.rows);
-  }
+  print_rows(summary.extrapolated,
+             "are at temperatures outside the calibrated range; flag 'extrapolated'");
+  print_rows(summary.moved, "have a joint that moved beyond the alarm; flag 'moved'");
+  print_rows(summary.saturated, "have a reading at or beyond its range; flag 'saturated'");
+  print_rows(summary.clamped, "have a component larger than the field; flag 'clamped'");
   return 0;
 }
 

@@ -515,19 +515,24 @@ int deliver_records(const CalibrateCommand& command,
                     const std::string& heading) {
   Outcome outcome = store(command, calibrations);
   outcome.text.insert(0, heading);
+  const bool prints_summary = !is_quiet() || !command.output;  // without a file it is the result
   if (command.output == "-" && may_be_stored(command, outcome.refused)) {
     write_whole_file("-", records_text(calibrations));
     outcome.stored_refused = true;
   } else if (command.output != "-") {
-    print_result_text(command.json ? records_text(calibrations) : outcome.text);
+    if (command.json) {
+      print_result_text(records_text(calibrations));
+    } else if (prints_summary) {
+      print_result_text(outcome.text);
+    }
   }
   print_remarks(calibrations);
   for (const Calibration& calibration : calibrations) {
     if (calibration.findings.verdict) {
-      std::fprintf(stderr, "%s\n", verdict_line(calibration).c_str());
+      print_line(verdict_line(calibration));
     }
   }
-  if (command.output != "-" && !command.json) {
+  if (command.output != "-" && !command.json && prints_summary) {
     std::for_each(calibrations.begin(), calibrations.end(), print_verdict);
   }
   if (outcome.refused) {

@@ -187,7 +187,7 @@ int run_history(const CheckCommand& command) {
     throw DataError(command.limits.value_or(""), error.what(), error.settings());
   }
   for (const std::string& reason : passed_over) {
-    std::fprintf(stderr, "note: passed over: %s\n", reason.c_str());
+    print_remark("note", formatted("passed over: {}", reason));
   }
   if (!not_held.empty()) {
     print_remark("note",
@@ -269,9 +269,9 @@ FreshReadings read_fresh(const CheckCommand& command, const Calibration& old) {
     require_readings(fresh.run);
   }
   if (old.sensor.temperature && !fresh.run.observations.readings.front().temperature) {
-    std::fprintf(stderr,
-                 "note: the readings have no column 'temperature' and count as taken at the "
-                 "record's reference\n");
+    print_remark("note",
+                 "the readings have no column 'temperature' and count as taken at the record's "
+                 "reference");
   }
   fresh.temperature = mean_temperature(fresh.run.observations);
   fresh.run.observations = at_reference_temperature(std::move(fresh.run.observations), old);
@@ -470,10 +470,9 @@ int run(const CheckCommand& command) {
     const int status = report(command, check_json(check, verdict, own),
                               own_text(own) + check_text(check, old), failed);
     if (verdict) {
-      std::fprintf(
-          stderr, "%s: %s\n",
-          fresh.sensor.instrument.serial.empty() ? "unit" : fresh.sensor.instrument.serial.c_str(),
-          verdict->passed ? "pass" : ("fail: " + reason_of(*verdict)).c_str());
+      const std::string& serial = fresh.sensor.instrument.serial;
+      print_line(formatted("{}: {}", serial.empty() ? "unit" : serial,
+                           verdict->passed ? "pass" : "fail: " + reason_of(*verdict)));
     }
     return status;
   } catch (const SetupError&) {

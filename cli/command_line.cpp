@@ -7,13 +7,20 @@
 
 #include <CLI/CLI.hpp>
 
+#include "axiscal/calib/choices.hpp"
 #include "axiscal/core/nearest_name.hpp"
 #include "axiscal/core/output_file.hpp"
 #include "axiscal/core/version.hpp"
+#include "axiscal/core/worker_count.hpp"
+#include "axiscal/field/field_kind.hpp"
 #include "axiscal/formulas/kind_file.hpp"
+#include "axiscal/instruments/instrument_kind.hpp"
 #include "core/formatted.hpp"
 #include "definition.hpp"
+#include "exchange_options.hpp"
 #include "help.hpp"
+#include "summary.hpp"
+#include "typed_values.hpp"
 #include "usage_error.hpp"
 #include "version_text.hpp"
 
@@ -40,12 +47,27 @@ std::optional<std::string> instrument_file(const std::vector<std::string>& argum
   return value.ends_with(".json") ? std::optional(value) : std::nullopt;
 }
 
+// The options of all subcommands.
+struct CommonOptions {
+  bool quiet = false;
+  std::optional<std::string> jobs;
+};
+
+void add_common_options(const OptionSet& options, CommonOptions& common) {
+  OptionSet group = options.group("Common");
+  group.add_flag("--quiet", common.quiet,
+                 "print errors and results, no summary, notes or warnings");
+  group.add("--jobs", common.jobs, "N", "threads that compute; as many as there are processors");
+}
+
 // The long options that a subcommand knows, typed or not.
 std::vector<std::string> all_names(const Subcommand& subcommand,
                                    const std::vector<std::string>& arguments) {
   CLI::App app;
   OptionSet options(app, arguments, Known::all);
   static_cast<void>(subcommand.define(options));
+  CommonOptions common;
+  add_common_options(options, common);
   std::vector<std::string> names;
   for (const CLI::Option* known : app.get_options()) {
     if (!known->get_lnames().empty()) {
@@ -99,6 +121,28 @@ std::vector<std::string> with_joined_values(CLI::App& app,
   return result;
 }
 
+// The values of an option that are names of a table.
+std::vector<std::string> values_of(const std::string& option) {
+  std::vector<std::string> values;
+  if (option == "--instrument") {
+    for (const InstrumentKind& kind : instrument_kinds()) {
+      values.emplace_back(kind.name);
+    }
+  } else if (option == "--field") {
+    for (const FieldKind& kind : field_kinds()) {
+      values.emplace_back(kind.name);
+    }
+  } else if (option == "--method") {
+    for (const Method method : {Method::paired, Method::joint, Method::known, Method::magnitude,
+                                Method::bias, Method::faces}) {
+      values.emplace_back(method_name(method));
+    }
+  } else if (option == "--format") {
+    values.assign(export_format_names.begin(), export_format_names.end());
+  }
+  return values;
+}
+
 OptionDefinition definition_of(const CLI::Option& option) {
   OptionDefinition definition{.names = {},
                               .type = "",
@@ -109,6 +153,7 @@ OptionDefinition definition_of(const CLI::Option& option) {
   }
   for (const std::string& name : option.get_lnames()) {
     definition.names.push_back("--" + name);
+    definition.values = values_of(definition.names.back());
   }
   if (definition.is_argument) {
     definition.names = {option.get_single_name()};
@@ -185,6 +230,7 @@ Action parse_command_line(const std::vector<std::string>& arguments,
   const bool generates = !arguments.empty() && arguments.front() == "--generate";
   const bool shows_all =
       generates || std::any_of(arguments.begin(), arguments.end(), asks_for_help);
+  CommonOptions common;
   CLI::App* named = nullptr;
   const Subcommand* asked = nullptr;
   Action action;
@@ -195,6 +241,7 @@ Action parse_command_line(const std::vector<std::string>& arguments,
     if (is_named || generates) {  // the options of all would take longer than most runs
       OptionSet options(*parser, arguments, shows_all ? Known::all : Known::typed);
       action = subcommand.define(options);
+      add_common_options(options, common);
     }
     named = is_named ? parser : named;
     asked = is_named ? &subcommand : asked;
@@ -225,6 +272,10 @@ Action parse_command_line(const std::vector<std::string>& arguments,
     return show(asks_for_all ? verbose_version(subcommands) : std::string(software_name()) + "\n");
   } catch (const CLI::ParseError& error) {
     throw UsageError(error.what());
+  }
+  set_quiet(common.quiet);
+  if (common.jobs) {
+    set_worker_count(static_cast<std::size_t>(whole_number_of("--jobs", *common.jobs, 1)));
   }
   if (named == nullptr) {
     throw UsageError("the subcommand stands before its options\n\n" + app.help());

@@ -98,9 +98,9 @@ std::vector<std::string> subcommand_names(const ProgramDefinition& program) {
   return names;
 }
 
-// "a|b|c" of a type is what the value may be.
+// The values that completion proposes: the stated ones, or those of a type "a|b|c".
 std::vector<std::string> choices_of(const OptionDefinition& option) {
-  std::vector<std::string> choices;
+  std::vector<std::string> choices = option.values;
   if (option.type.find('|') != std::string::npos) {
     for (const std::string_view choice : split(option.type, '|')) {
       choices.emplace_back(choice);

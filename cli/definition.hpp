@@ -13,6 +13,7 @@ struct OptionDefinition {
   std::string type;                ///< what its value is: "FILE", "DEG"; empty for a flag
   std::string help;
   bool is_argument = false;  ///< positional
+  std::vector<std::string> values = {};  ///< that completion proposes
 };
 
 struct SubcommandDefinition {

@@ -1,13 +1,20 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <array>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "log_input.hpp"
 
 namespace axiscal::cli {
+
+/// The formats of `axiscal export`, for completion. axiscal-exchange knows them itself.
+inline constexpr std::array<std::string_view, 14> export_format_names = {
+    "ardupilot", "betaflight", "c-header", "cpp-header", "csv", "dcc",  "iio",
+    "kalibr",    "matlab",     "numpy",    "px4",        "ros", "x-io", "xlsx"};
 
 /// The options of `axiscal export`, as typed.
 struct ExportCommand {

@@ -344,7 +344,7 @@ int run(const PlanCommand& command) {
   if (forecast_to_stdout) {
     write_text("-", text);
   } else {
-    std::fputs(text.c_str(), stderr);
+    print_line(text.ends_with('\n') ? text.substr(0, text.size() - 1) : text);
   }
   return 0;
 }

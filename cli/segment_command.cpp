@@ -154,12 +154,10 @@ int run(const SegmentCommand& command) {
   write_text(command.output, command.json ? segmentation_json(rests, seats)
                                           : segmentation_csv(rests, seats, options.sheet));
   print_remarks_of(rests, notes, seats);
-  std::fprintf(stderr, "%s\n",
-               formatted("{} rest{} in {:.1f} s ({} samples, {:.5g} Hz), threshold {:.4g}",
-                         rests.intervals.size(), rests.intervals.size() == 1 ? "" : "s",
-                         static_cast<double>(rests.samples) / rests.rate_hz, rests.samples,
-                         rests.rate_hz, rests.threshold)
-                   .c_str());
+  print_line(formatted("{} rest{} in {:.1f} s ({} samples, {:.5g} Hz), threshold {:.4g}",
+                       rests.intervals.size(), rests.intervals.size() == 1 ? "" : "s",
+                       static_cast<double>(rests.samples) / rests.rate_hz, rests.samples,
+                       rests.rate_hz, rests.threshold));
   return 0;
 }
 

@@ -116,8 +116,8 @@ int merge_shards(const StudyCommand& command) {
   }
   const std::int64_t blocks = block_count(all);
   if (static_cast<std::int64_t>(all.blocks.size()) < blocks) {
-    std::fprintf(stderr, "warning: %zu of %lld blocks of trials are there; some shard is missing\n",
-                 all.blocks.size(), static_cast<long long>(blocks));
+    print_remark("warning", formatted("{} of {} blocks of trials are there; some shard is missing",
+                                      all.blocks.size(), blocks));
   }
   write_text(command.output, command.json ? study_json(all, false) : study_text(all));
   return static_cast<std::int64_t>(all.blocks.size()) < blocks ? 1 : 0;
@@ -218,13 +218,9 @@ int run(const StudyCommand& command) {
     trials = whole_number_of("--trials", *command.trials, 1);
   }
   const Shard shard = command.shard ? shard_of(*command.shard) : Shard{};
-  const bool terminal = ::isatty(STDERR_FILENO) == 1;
   const auto mine = trials / shard.count;
   const auto progress = [&](std::int64_t done) {
-    if (terminal) {
-      std::fprintf(stderr, "\r%lld of %lld trials", static_cast<long long>(done),
-                   static_cast<long long>(std::max(mine, done)));
-    }
+    print_progress(formatted("{} of {} trials", done, std::max(mine, done)));
   };
   Study study;
   try {
@@ -234,9 +230,7 @@ int run(const StudyCommand& command) {
   } catch (const DomainError& error) {
     throw UsageError("study", error);
   }
-  if (terminal) {
-    std::fputs("\r\x1b[K", stderr);
-  }
+  print_progress("");
   const bool machine = command.json || command.shard;
   write_text(command.output,
              machine ? study_json(study, command.shard.has_value()) : study_text(study));

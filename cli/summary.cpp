@@ -27,6 +27,8 @@ bool has_colours(int descriptor) {
          std::string_view(terminal) != "dumb";
 }
 
+bool quiet_output = false;
+
 std::string coloured(const std::string& text, const char* colour, int descriptor) {
   return has_colours(descriptor) ? formatted("\x1b[1;{}m{}\x1b[0m", colour, text) : text;
 }
@@ -56,7 +58,30 @@ void print_verdict(const Calibration& calibration) {
                                            STDOUT_FILENO)));
 }
 
+void set_quiet(bool quiet) {
+  quiet_output = quiet;
+}
+
+bool is_quiet() {
+  return quiet_output;
+}
+
+void print_line(const std::string& text) {
+  if (!quiet_output) {
+    std::fprintf(stderr, "%s\n", shown_text(text).c_str());
+  }
+}
+
+void print_progress(const std::string& text) {
+  if (!quiet_output && ::isatty(STDERR_FILENO) == 1) {
+    std::fprintf(stderr, "\r\x1b[K%s", shown_text(text).c_str());
+  }
+}
+
 void print_remark(const char* what, const std::string& text) {
+  if (quiet_output) {
+    return;
+  }
   std::string shown = wrapped(formatted("{}: {}", what, shown_text(text)), 80);
   const std::string_view name(what);
   if (name == "warning") {

@@ -19,6 +19,17 @@ void print_result_text(const std::string& text);
 /// terminal, unless NO_COLOR is set.
 void print_verdict(const Calibration& calibration);
 
+/// The option --quiet: print_remark(), print_line() and print_progress() print nothing.
+void set_quiet(bool quiet);
+[[nodiscard]] bool is_quiet();
+
+/// Prints a line on stderr that is not an error.
+void print_line(const std::string& text);
+
+/// Shows how far the work is, on one line of stderr, if that is a terminal.
+/// @param text  empty: the line is cleared.
+void print_progress(const std::string& text);
+
 /// Prints a remark on stderr, wrapped to 80 columns; warnings in colour on a terminal.
 /// @param what  "note" or "warning".
 void print_remark(const char* what, const std::string& text);

@@ -5,10 +5,31 @@ include(CMakePackageConfigHelpers)
 include(GNUInstallDirs)
 
 set(package_dir ${CMAKE_INSTALL_LIBDIR}/cmake/axiscal)
+set(component_targets ${axiscal_modules} axiscal_calib)
+if(BUILD_SHARED_LIBS)
+  # libaxiscal.so is each of its modules, to who links it.
+  foreach(module IN LISTS component_targets)
+    string(REGEX REPLACE "^axiscal_" "" name ${module})
+    add_library(axiscal_of_${name} INTERFACE)
+    set_target_properties(axiscal_of_${name} PROPERTIES EXPORT_NAME ${name})
+    target_link_libraries(axiscal_of_${name} INTERFACE axiscal_library)
+    install(TARGETS axiscal_of_${name} EXPORT axiscalTargets)
+    get_target_property(header_folders ${module} HEADER_DIRS)
+    foreach(folder IN LISTS header_folders)
+      install(DIRECTORY "${folder}/" DESTINATION ${CMAKE_INSTALL_INCLUDEDIR} COMPONENT development)
+    endforeach()
+  endforeach()
+  target_include_directories(axiscal_library INTERFACE $<INSTALL_INTERFACE:${CMAKE_INSTALL_INCLUDEDIR}>)
+else()
+  install(
+    TARGETS ${component_targets}
+    EXPORT axiscalTargets
+    ARCHIVE COMPONENT development
+    FILE_SET HEADERS DESTINATION ${CMAKE_INSTALL_INCLUDEDIR} COMPONENT development)
+endif()
 install(
-  TARGETS ${axiscal_modules} axiscal_calib axiscal_library axiscal_all
+  TARGETS axiscal_library axiscal_all
   EXPORT axiscalTargets
-  ARCHIVE COMPONENT development
   LIBRARY COMPONENT development
   FILE_SET HEADERS DESTINATION ${CMAKE_INSTALL_INCLUDEDIR} COMPONENT development)
 install(EXPORT axiscalTargets NAMESPACE axiscal:: DESTINATION ${package_dir} COMPONENT development)
@@ -32,7 +53,11 @@ function(axiscal_install_pc pc_name target)
   set(requires "")
   get_target_property(type ${target} TYPE)
   if(NOT type STREQUAL "INTERFACE_LIBRARY")
-    list(APPEND libs "-l${target}")
+    get_target_property(name ${target} OUTPUT_NAME)
+    if(NOT name)
+      set(name ${target})
+    endif()
+    list(APPEND libs "-l${name}")
   endif()
   get_target_property(links ${target} INTERFACE_LINK_LIBRARIES)
   foreach(link IN LISTS links)
@@ -62,11 +87,15 @@ function(axiscal_install_pc pc_name target)
   install(FILES "${CMAKE_CURRENT_BINARY_DIR}/${pc_name}.pc" DESTINATION ${CMAKE_INSTALL_LIBDIR}/pkgconfig
           COMPONENT development)
 endfunction()
-foreach(module IN LISTS axiscal_modules ITEMS axiscal_calib axiscal_library)
-  string(REGEX REPLACE "^axiscal_" "axiscal-" pc_name ${module})
-  axiscal_install_pc(${pc_name} ${module})
-endforeach()
-axiscal_install_pc(axiscal axiscal_all)
+if(BUILD_SHARED_LIBS)
+  axiscal_install_pc(axiscal axiscal_library)
+else()
+  foreach(module IN LISTS axiscal_modules ITEMS axiscal_calib axiscal_library)
+    string(REGEX REPLACE "^axiscal_" "axiscal-" pc_name ${module})
+    axiscal_install_pc(${pc_name} ${module})
+  endforeach()
+  axiscal_install_pc(axiscal axiscal_all)
+endif()
 
 if(TARGET axiscal)
   install(TARGETS axiscal RUNTIME COMPONENT command)

@@ -15,7 +15,7 @@ function(axiscal_add_module name)
   if(arg_UNDER)
     set(folder ${arg_UNDER})
   endif()
-  add_library(${target} ${arg_SOURCES})
+  add_library(${target} STATIC ${arg_SOURCES})
   add_library(axiscal::${name} ALIAS ${target})
   if(arg_HEADERS)
     list(TRANSFORM arg_HEADERS PREPEND include/axiscal/${folder}/)
@@ -38,9 +38,10 @@ function(axiscal_add_module name)
   set_target_properties(
     ${target}
     PROPERTIES EXPORT_NAME ${name}
-               VERSION ${PROJECT_VERSION}
-               SOVERSION ${PROJECT_VERSION_MAJOR}.${PROJECT_VERSION_MINOR}
                VERIFY_INTERFACE_HEADER_SETS ON)
+  if(BUILD_SHARED_LIBS)
+    set_target_properties(${target} PROPERTIES CXX_VISIBILITY_PRESET hidden VISIBILITY_INLINES_HIDDEN ON)
+  endif()
   set_property(GLOBAL APPEND PROPERTY AXISCAL_MODULES ${target})
   # What is added later is no target yet, so that a module of the library could link a tool only as a
   # mere name; that is refused here.
@@ -68,6 +69,9 @@ function(axiscal_link target library path)
     target_link_libraries(${target} PRIVATE $<BUILD_INTERFACE:-l:${file}> $<INSTALL_INTERFACE:${library}>)
   else()
     target_link_libraries(${target} PRIVATE ${library})
+    if(library IN_LIST AXISCAL_SMALL_LIBRARIES)
+      set_property(GLOBAL PROPERTY AXISCAL_SMALL_LIBRARIES_SHARED TRUE)
+    endif()
   endif()
 endfunction()
 
@@ -104,6 +108,16 @@ function(axiscal_add_program name)
     include(GNUInstallDirs)
     install(TARGETS ${name} RUNTIME DESTINATION ${CMAKE_INSTALL_LIBEXECDIR}/axiscal COMPONENT ${arg_COMPONENT})
   endif()
+endfunction()
+
+# axiscal_join_scripts(OUTPUT MODULE...): modules of JavaScript as the one script of a page.
+function(axiscal_join_scripts output)
+  list(JOIN ARGN "," modules)
+  add_custom_command(
+    OUTPUT "${output}"
+    COMMAND "${CMAKE_COMMAND}" "-DINPUTS=${modules}" "-DOUTPUT=${output}" -P
+            "${PROJECT_SOURCE_DIR}/cmake/AxiscalJoinScripts.cmake"
+    DEPENDS ${ARGN} "${PROJECT_SOURCE_DIR}/cmake/AxiscalJoinScripts.cmake")
 endfunction()
 
 # axiscal_embed(SOURCES FUNCTION FILE HEADER)

@@ -16,21 +16,24 @@ set(CPACK_DEBIAN_FILE_NAME DEB-DEFAULT)
 set(CPACK_DEBIAN_PACKAGE_SECTION science)
 set(CPACK_DEBIAN_PACKAGE_SHLIBDEPS ON)
 # The symbols are in packages of their own (axiscal-dbgsym) if the build made them (-g).
-set(CPACK_DEBIAN_DEBUGINFO_PACKAGE ON)
+if("${CMAKE_CXX_FLAGS} ${CMAKE_CXX_FLAGS_RELEASE}" MATCHES "-g")
+  set(CPACK_DEBIAN_DEBUGINFO_PACKAGE ON)
+endif()
 set(introduction
     "Axiscal calibrates accelerometers, inclinometers, magnetometers, gyroscopes and
 optical sensors. The instrument sits in a cube that is laid on a table in 12
 orientations; a regression gives bias, sensitivity and cross-axis terms with
 their uncertainties.
 .
-This package contains")
+This package contains
+")
 
 # axiscal_debian_package(COMPONENT PACKAGE CONTENT): what one component's package is called.
 macro(axiscal_debian_package component package content)
   list(APPEND CPACK_COMPONENTS_ALL ${component})
   string(TOUPPER ${component} upper)
   set(CPACK_DEBIAN_${upper}_PACKAGE_NAME ${package})
-  set(CPACK_COMPONENT_${upper}_DESCRIPTION "${introduction} ${content}.")
+  set(CPACK_COMPONENT_${upper}_DESCRIPTION "${introduction}${content}.")
   install(FILES "${PROJECT_SOURCE_DIR}/packaging/copyright" DESTINATION ${CMAKE_INSTALL_DATADIR}/doc/${package}
           COMPONENT ${component})
   install(FILES "${PROJECT_BINARY_DIR}/packaging/THIRD-PARTY-NOTICES.gz"
@@ -70,22 +73,13 @@ endfunction()
 configure_file("${PROJECT_SOURCE_DIR}/packaging/changelog.in" "${PROJECT_BINARY_DIR}/packaging/changelog" @ONLY)
 axiscal_compress("${PROJECT_BINARY_DIR}/packaging/changelog")
 
-# The licences of all that is linked in: of the system's libraries as its packages state them, of the pages'
-# libraries as npm brings them.
+# The licences of all libraries that are linked in, as the system's packages state them.
 set(notices "Axiscal contains parts of these libraries. THIRD-PARTY.md of its sources lists them.\n")
 foreach(package IN ITEMS libeigen3-dev libgeographiclib-dev libgeographic-dev nlohmann-json3-dev libboost-dev libfmt-dev
-                         libcli11-dev libhwy-dev libmd-dev libbz2-dev liblzma-dev liblz4-dev libzstd-dev zlib1g-dev
-                         libminizip-dev libpugixml-dev libsqlite3-dev libyaml-cpp-dev libncurses-dev libstdc++6)
+                         libcli11-dev libhwy-dev libpugixml-dev libyaml-cpp-dev libstdc++6)
   if(EXISTS "/usr/share/doc/${package}/copyright")
     file(READ "/usr/share/doc/${package}/copyright" text)
     string(APPEND notices "\n==== ${package} ====\n${text}")
-  endif()
-endforeach()
-foreach(library IN ITEMS three uplot)
-  set(file "${PROJECT_BINARY_DIR}/report/web/node_modules/${library}/LICENSE")
-  if(EXISTS "${file}")
-    file(READ "${file}" text)
-    string(APPEND notices "\n==== ${library} (npm) ====\n${text}")
   endif()
 endforeach()
 file(WRITE "${PROJECT_BINARY_DIR}/packaging/THIRD-PARTY-NOTICES" "${notices}")

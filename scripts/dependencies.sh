@@ -46,8 +46,8 @@ needs=(
   "libbenchmark-dev"
 )
 
-# Commands and their packages; they may come from elsewhere too. clang++ builds sooner than g++; the report's
-# script is bundled by node, and used in a browser by the tests.
+# Commands and their packages; they may come from elsewhere too. clang++ builds sooner than g++; node uses the pages in a
+# browser for the tests.
 tools=("clang++ clang" "node nodejs" "npm npm" "chromium chromium" "pdftotext poppler-utils" "ssconvert gnumeric" "debootstrap debootstrap"
   "dpkg-shlibdeps dpkg-dev" "file file" "tmux tmux" "mosquitto_pub mosquitto-clients")
 

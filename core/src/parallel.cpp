@@ -10,6 +10,8 @@
 
 #include <system_error>
 
+#include "axiscal/core/worker_count.hpp"
+
 namespace axiscal {
 namespace {
 
@@ -44,7 +46,7 @@ class JoinedThreads {
 void for_each_in_parallel(std::size_t count,
                           const std::function<void(std::size_t)>& work,
                           std::size_t threads) {
-  const std::size_t cores = threads > 0 ? threads : std::thread::hardware_concurrency();
+  const std::size_t cores = threads > 0 ? threads : worker_count();
   const std::size_t used = std::min(std::max<std::size_t>(cores, 1), count);
   if (used <= 1) {
     for (std::size_t i = 0; i < count; ++i) {

@@ -6,6 +6,7 @@
 #include <chrono>
 #include <cmath>
 #include <cstdio>
+#include <cstdlib>
 #include <ctime>
 #include <utility>
 #include <vector>
@@ -67,6 +68,18 @@ double start_of_year(int year) {
 
 double seconds_now() {
   return static_cast<double>(std::time(nullptr));
+}
+
+double output_seconds() {
+  if (const char* const stated = std::getenv("SOURCE_DATE_EPOCH"); stated != nullptr) {
+    char* end = nullptr;
+    const long long seconds = std::strtoll(stated, &end, 10);
+    constexpr long long year_10000_s = 253402300800;
+    if (end != stated && *end == 0 && seconds >= 0 && seconds < year_10000_s) {
+      return static_cast<double>(seconds);
+    }
+  }
+  return seconds_now();
 }
 
 bool is_utc(double time_s) {
@@ -235,6 +248,10 @@ std::optional<double> parse_clock_time(std::string_view text, UnclearDays unclea
 
 std::string timestamp_now() {
   return timestamp_of(static_cast<double>(std::time(nullptr)));
+}
+
+std::string output_timestamp() {
+  return timestamp_of(output_seconds());
 }
 
 std::string timestamp_of(double seconds) {

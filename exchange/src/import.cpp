@@ -403,7 +403,7 @@ Calibration import_calibration(std::string_view text,
   }
   const Imported imported = read_by_format({text, path, options}, format);
   Calibration calibration;
-  calibration.provenance.created = timestamp_now();
+  calibration.provenance.created = output_timestamp();
   calibration.provenance.software = software_name();
   calibration.sensor.instrument = {.kind = options.kind, .unit = imported.unit};
   calibration.sensor.field.unit = imported.field_unit;

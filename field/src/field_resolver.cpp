@@ -143,7 +143,7 @@ bool FieldResolver::knows_time() const {
 
 double FieldResolver::date_s() const {
   if (place_.date.empty()) {
-    return seconds_now();
+    return output_seconds();
   }
   const std::optional<double> time_s = parse_date(place_.date);
   if (!time_s) {

@@ -237,7 +237,7 @@ FieldDescription describe_field(const TablePlace& place,
     return field_kind(part.kind).dated && !part.model.empty();
   });
   if (field.date.empty() && dated) {
-    field.date = timestamp_now().substr(0, 10);  // the model's field changes with it
+    field.date = output_timestamp().substr(0, 10);  // the model's field changes with it
   }
   return field;
 }

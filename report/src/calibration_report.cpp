@@ -234,7 +234,6 @@ std::string calibration_report(const Calibration& calibration, const ReportOptio
                     .subtitle = subtitle,
                     .body = formatted("{}<nav aria-label=\"Contents\"><ul>{}</ul></nav>\n{}",
                                       verdict_section(calibration), links, body),
-                    .plots = figures.json(),
                     .cube = cube_json(calibration)});
 }
 

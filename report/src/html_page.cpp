@@ -34,19 +34,17 @@ std::string html_page(const HtmlPage& page) {
       "'unsafe-inline'; script-src 'unsafe-inline'; img-src data: blob:\">\n"
       "<meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n"
       "<title>{}</title>\n"
-      "<style>{}{}{}{}</style>\n"
+      "<style>{}{}{}</style>\n"
       "</head>\n"
       "<body>\n"
       "<header><h1>{}</h1>\n"
       "<p class=\"soft\">{}</p></header>\n"
       "<main>\n{}</main>\n",
-      escaped(page.title), report_style(), seat_style(), plot_style(), page_margins(page.title),
+      escaped(page.title), report_style(), seat_style(), page_margins(page.title),
       escaped(page.title), escaped(page.subtitle), page.body);
-  if (!report_script().empty()) {
-    html += formatted(
-        "<script type=\"application/json\" id=\"report-data\">{}</script>\n<script>{}</script>\n",
-        within_script({{"plots", page.plots}, {"cube", page.cube}}), report_script());
-  }
+  html += formatted(
+      "<script type=\"application/json\" id=\"report-data\">{}</script>\n<script>{}</script>\n",
+      within_script({{"cube", page.cube}}), report_script());
   return html + "</body>\n</html>\n";
 }
 

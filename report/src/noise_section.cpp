@@ -172,8 +172,7 @@ std::string noise_report(const LogNoise& noise, const std::string& source) {
                            number_text(static_cast<double>(noise.samples) / noise.rate_hz, 4),
                            software_name())
                : std::string(software_name()),
-       .body = std::move(body),
-       .plots = figures.json()});
+       .body = std::move(body)});
 }
 
 }  // namespace axiscal

@@ -14,8 +14,6 @@
 namespace axiscal {
 namespace {
 
-using Json = nlohmann::ordered_json;
-
 constexpr double height = 300.0;
 
 // The drawn area, in the drawing's units.
@@ -89,20 +87,47 @@ std::string upright(double x, double y, const std::string& text) {
 }
 
 // Circle, square or triangle: colours alone do not tell series apart.
-std::string marker(std::size_t series, double x, double y) {
-  const std::string style = formatted("class=\"mark s{}\"", series % 6);
+// @param size     1: radius 4.
+// @param content  further attributes, and the element's content.
+struct MarkContent {
+  std::string attributes, title;
+};
+std::string marker(std::size_t series, double x, double y, double size, const MarkContent& content) {
+  const std::string start = formatted("class=\"mark s{}\"{}", series % 6, content.attributes);
   switch (series % 3) {
     case 0:
-      return formatted("<circle {} cx=\"{}\" cy=\"{}\" r=\"4\"/>", style, svg_number(x),
-                       svg_number(y));
+      return formatted("<circle {} cx=\"{}\" cy=\"{}\" r=\"{}\">{}</circle>", start, svg_number(x),
+                       svg_number(y), svg_number(4.0 * size), content.title);
     case 1:
-      return formatted("<rect {} x=\"{}\" y=\"{}\" width=\"7.2\" height=\"7.2\"/>", style,
-                       svg_number(x - 3.6), svg_number(y - 3.6));
+      return formatted("<rect {} x=\"{}\" y=\"{}\" width=\"{}\" height=\"{}\">{}</rect>", start,
+                       svg_number(x - 3.6 * size), svg_number(y - 3.6 * size),
+                       svg_number(7.2 * size), svg_number(7.2 * size), content.title);
     default:
-      return formatted("<polygon {} points=\"{},{} {},{} {},{}\"/>", style, svg_number(x),
-                       svg_number(y - 4.8), svg_number(x + 4.6), svg_number(y + 3.6),
-                       svg_number(x - 4.6), svg_number(y + 3.6));
+      return formatted("<polygon {} points=\"{},{} {},{} {},{}\">{}</polygon>", start, svg_number(x),
+                       svg_number(y - 4.8 * size), svg_number(x + 4.6 * size),
+                       svg_number(y + 3.6 * size), svg_number(x - 4.6 * size),
+                       svg_number(y + 3.6 * size), content.title);
   }
+}
+
+std::string title_of(const std::string& words) {
+  return formatted("<title>{}</title>", escaped(words));
+}
+
+// The run and the words of a point.
+MarkContent content_of(const Plot& plot, const PlotSeries& series, std::size_t i) {
+  MarkContent content;
+  std::string words = series.name + ": ";
+  if (!series.runs.empty()) {
+    content.attributes = formatted(" data-run=\"{}\"", series.runs[i]);
+    words += plot.x_label == "run" ? "" : formatted("run {}, ", series.runs[i]);
+  }
+  const bool is_named = !plot.x_names.empty();
+  content.title = title_of(formatted(
+      "{}{} {}, {} {}", words, plot.x_label,
+      is_named ? plot.x_names[static_cast<std::size_t>(series.x[i])] : tick_text(series.x[i]),
+      plot.y_label, tick_text(series.y[i])));
+  return content;
 }
 
 // Numbers of a plot to places in the drawing.
@@ -196,7 +221,7 @@ class Scales {
   Range x_, y_;
 };
 
-std::string drawn(const PlotSeries& series, std::size_t k, const Scales& at) {
+std::string drawn(const Plot& plot, const PlotSeries& series, std::size_t k, const Scales& at) {
   std::string svg;
   if (!series.high.empty()) {
     std::string points;
@@ -225,9 +250,11 @@ std::string drawn(const PlotSeries& series, std::size_t k, const Scales& at) {
     }
     return open + points + "\"/>";
   }
+  constexpr std::size_t many = 150;
+  const double size = series.x.size() > many ? 0.6 : 1.0;
   for (std::size_t i = 0; i < series.x.size(); ++i) {
     if (std::isfinite(series.y[i])) {
-      svg += marker(k, at.x(series.x[i]), at.y(series.y[i]));
+      svg += marker(k, at.x(series.x[i]), at.y(series.y[i]), size, content_of(plot, series, i));
     }
   }
   return svg;
@@ -255,7 +282,7 @@ std::string sign_of(const PlotSeries& series, std::size_t k) {
     return "<rect class=\"area\" width=\"12\" height=\"12\"/>";
   }
   return series.line ? formatted("<polyline class=\"curve s{}\" points=\"0,6 12,6\"/>", k % 6)
-                     : marker(k, 6.0, 6.0);
+                     : marker(k, 6.0, 6.0, 1.0, {});
 }
 
 std::string figure(const std::string& id,
@@ -264,8 +291,7 @@ std::string figure(const std::string& id,
                    const std::string& below,
                    const std::string& table) {
   return formatted(
-      "<figure id=\"{}\"><figcaption>{}</figcaption><div class=\"plot\">{}<div "
-      "class=\"live\"></div></div>{}<details><summary>Data</summary>{}</details></figure>\n",
+      "<figure id=\"{}\"><figcaption>{}</figcaption><div class=\"plot\">{}</div>{}<details><summary>Data</summary>{}</details></figure>\n",
       escaped(id), escaped(title), svg, below, table);
 }
 
@@ -368,40 +394,6 @@ Plot thinned(Plot plot) {
 
 namespace {
 
-Json numbers(const std::vector<double>& values) {
-  Json list = Json::array();
-  for (const double value : values) {
-    list.push_back(std::isfinite(value) ? Json(value) : Json());
-  }
-  return list;
-}
-
-Json plot_json(const Plot& plot) {
-  Json series = Json::array();
-  for (const PlotSeries& one : plot.series) {
-    series.push_back({{"name", one.name},
-                      {"line", one.line},
-                      {"x", numbers(one.x)},
-                      {"y", numbers(one.y)},
-                      {"high", numbers(one.high)},
-                      {"runs", one.runs},
-                      {"style", one.style.value_or(series.size())}});
-  }
-  Json labels = Json::array();
-  for (const PlotLabel& label : plot.labels) {
-    labels.push_back({{"x", label.x}, {"y", label.y}, {"text", label.text}});
-  }
-  return {{"id", plot.id},
-          {"x_label", plot.x_label},
-          {"y_label", plot.y_label},
-          {"x_names", plot.x_names},
-          {"equal_aspect", plot.equal_aspect},
-          {"logarithmic", plot.logarithmic},
-          {"narrow", plot.narrow},
-          {"labels", labels},
-          {"series", series}};
-}
-
 bool has_points(const Plot& plot) {
   return std::any_of(plot.series.begin(), plot.series.end(), [](const PlotSeries& one) {
     return std::any_of(one.y.begin(), one.y.end(), [](double y) { return std::isfinite(y); });
@@ -424,7 +416,7 @@ std::string Figures::add(const Plot& whole) {
   std::vector<LegendEntry> entries;
   for (std::size_t k = 0; k < plot.series.size(); ++k) {
     const std::size_t style = plot.series[k].style.value_or(k);
-    svg += drawn(plot.series[k], style, at);
+    svg += drawn(plot, plot.series[k], style, at);
     if (plot.series[k].in_legend) {
       entries.push_back({plot.series[k].name, sign_of(plot.series[k], style)});
     }
@@ -432,7 +424,6 @@ std::string Figures::add(const Plot& whole) {
   for (const PlotLabel& label : plot.labels) {
     svg += svg_text("tick", at.x(label.x) + 7.0, at.y(label.y) - 6.0, label.text);
   }
-  json_.push_back(plot_json(plot));
   const std::string note =
       plot.note.empty() ? "" : formatted("<p class=\"note\">{}</p>", escaped(plot.note));
   return figure(plot.id, plot.title, svg + "</svg>", legend(entries) + note, table_of(plot));
@@ -468,9 +459,11 @@ std::string Figures::add(const BarPlot& plot) {
       rows.back().push_back(number_cell(value, 3));
       if (std::isfinite(value)) {
         svg +=
-            formatted("<rect class=\"bar s{}\" x=\"{}\" y=\"{}\" width=\"{}\" height=\"{}\"/>",
+            formatted("<rect class=\"bar s{}\" x=\"{}\" y=\"{}\" width=\"{}\" height=\"{}\">{}</rect>",
                       s % 6, svg_number(left + static_cast<double>(s) * bar), svg_number(y(value)),
-                      svg_number(0.92 * bar), svg_number(frame.bottom - y(value)));
+                      svg_number(0.92 * bar), svg_number(frame.bottom - y(value)),
+                      title_of(formatted("{}, {}: {} {}", plot.names[i], plot.series[s],
+                                         plot.value_label, tick_text(value))));
       }
     }
     svg += svg_text("tick middle", left + 0.4 * group, frame.bottom + 17.0, plot.names[i]);
@@ -483,15 +476,6 @@ std::string Figures::add(const BarPlot& plot) {
     entries.push_back(
         {plot.series[s], formatted("<rect class=\"bar s{}\" width=\"12\" height=\"12\"/>", s % 6)});
   }
-  Json values = Json::array();
-  for (const std::vector<double>& row : plot.values) {
-    values.push_back(numbers(row));
-  }
-  json_.push_back({{"id", plot.id},
-                   {"value_label", plot.value_label},
-                   {"bars", plot.names},
-                   {"sources", plot.series},
-                   {"values", values}});
   return figure(plot.id, plot.title, svg + "</svg>", legend(entries),
                 html_table(plot.value_label, head, rows));
 }
@@ -527,9 +511,11 @@ std::string Figures::add(const HeatMap& map) {
       if (std::isfinite(value)) {
         svg += formatted(
             "<rect class=\"heat\" x=\"{}\" y=\"{}\" width=\"{}\" height=\"{}\" "
-            "fill-opacity=\"{}\"/>",
+            "fill-opacity=\"{}\">{}</rect>",
             svg_number(frame.left + static_cast<double>(i) * cell_width), svg_number(top),
-            svg_number(cell_width), svg_number(cell_height), shade(value));
+            svg_number(cell_width), svg_number(cell_height), shade(value),
+            title_of(formatted("{} {}, {} {}: {} {}", map.x_label, tick_text(map.x[i]), map.y_label,
+                               tick_text(map.y[j]), map.value_label, number_text(value, 3))));
       }
     }
   }
@@ -549,17 +535,6 @@ std::string Figures::add(const HeatMap& map) {
   for (const double x : map.x) {
     head.push_back(number_text(x, 5));
   }
-  Json values = Json::array();
-  for (const std::vector<double>& row : map.values) {
-    values.push_back(numbers(row));
-  }
-  json_.push_back({{"id", map.id},
-                   {"x_label", map.x_label},
-                   {"y_label", map.y_label},
-                   {"value_label", map.value_label},
-                   {"columns", numbers(map.x)},
-                   {"lines", numbers(map.y)},
-                   {"heat", values}});
   const std::string key = formatted(
       "<p class=\"legend\"><span>{} {}</span><span class=\"key\"></span><span>{}</span></p>",
       escaped(map.value_label), rounded(low), rounded(high));

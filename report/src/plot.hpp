@@ -1,13 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-// A plot is described once: drawn as SVG, handed to the page's script, and told as a table.
+// A plot is described once, and is drawn as SVG and written as a table. The page's script and the printer
+// show the same drawing.
 #pragma once
 
 #include <cstddef>
 #include <optional>
 #include <string>
 #include <vector>
-
-#include <nlohmann/json.hpp>
 
 namespace axiscal {
 
@@ -61,17 +60,18 @@ struct HeatMap {
 ///         scales, where points are a cloud, each so many-th. A note says how many.
 [[nodiscard]] Plot thinned(Plot plot);
 
-/// The figures of a page: each is a title, a drawing, room for the script's plot and a data table.
+/// The figures of a page: each is a title, a drawing and a data table. Each mark of a drawing has its words
+/// as a title.
 class Figures {
  public:
   /// @return the figure, thinned; nothing of a plot without points.
-  std::string add(const Plot& plot);
-  std::string add(const BarPlot& plot);
-  std::string add(const HeatMap& map);
+  static std::string add(const Plot& plot);
+  static std::string add(const BarPlot& plot);
+  static std::string add(const HeatMap& map);
 
   /// @return several side by side.
   template <typename Plots>
-  std::string add_all(const Plots& plots, const char* style = "plots") {
+  static std::string add_all(const Plots& plots, const char* style = "plots") {
     std::string html;
     for (const auto& plot : plots) {
       html += add(plot);
@@ -79,12 +79,6 @@ class Figures {
     return side_by_side(html, style);
   }
   static std::string side_by_side(const std::string& figures, const char* style = "plots");
-
-  /// @return what the script makes plots of.
-  [[nodiscard]] const nlohmann::ordered_json& json() const { return json_; }
-
- private:
-  nlohmann::ordered_json json_ = nlohmann::ordered_json::array();
 };
 
 }  // namespace axiscal

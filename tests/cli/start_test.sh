@@ -24,12 +24,13 @@ refuses() {
 network=(ssl crypto mosquitto iio qrencode)
 pages=(pango pangocairo cairo gobject qpdf lcms2)
 science=(hdf5 matio)
-refuses axiscal "${network[@]}" "${pages[@]}" "${science[@]}" archive muparser xlsxwriter sqlite3 ncurses stdc++
+refuses axiscal "${network[@]}" "${pages[@]}" "${science[@]}" archive muparser xlsxwriter ncurses stdc++
 refuses axiscal-exchange "${network[@]}" "${pages[@]}" "${science[@]}" ncurses
 refuses axiscal-report "${network[@]}" "${science[@]}" ncurses
 refuses axiscal-read "${network[@]}" "${pages[@]}" ncurses xlsxwriter
 refuses axiscal-acquire "${science[@]}"
-[ "$(ldd "$program" | grep -c '=>')" -le 4 ] || fail "axiscal loads more than the C library: $(ldd "$program")"
+# The C library, SHA-256 (libmd), and what unpacks logs.
+[ "$(ldd "$program" | grep -c '=>')" -le 10 ] || fail "axiscal loads more than it calls: $(ldd "$program")"
 
 # 480 of them; with libstdc++ as a library of its own, 2,300.
 LD_DEBUG=statistics "$program" --version 2>&1 >/dev/null | sed -n 's/.*number of relocations: *\([0-9]*\)$/\1/p' | head -n 1 |

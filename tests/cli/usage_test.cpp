@@ -145,6 +145,73 @@ TEST(Generated, ZshAndFishHaveThemToo) {
   EXPECT_EQ(run_axiscal({"--generate"}).status, 2);
 }
 
+TEST(Generated, ValuesAreCompleted) {
+  const std::string bash = run_axiscal({"--generate", "bash"}).out;
+  EXPECT_THAT(bash, HasSubstr("'calibrate --instrument') COMPREPLY=($(compgen -W \"accelerometer "));
+  EXPECT_THAT(bash, HasSubstr("'calibrate --method') COMPREPLY=($(compgen -W \"paired joint known "));
+  EXPECT_THAT(bash, HasSubstr("'calibrate --field') COMPREPLY=($(compgen -W \""));
+  // Every format that the program knows.
+  const std::string list = run_axiscal({"export", "--list"}).out;
+  std::string names;
+  for (std::size_t at = 0; at < list.size(); at = list.find('\n', at) + 1) {
+    if (list[at] != ' ') {
+      names += (names.empty() ? "" : " ") + list.substr(at, list.find(' ', at) - at);
+    }
+  }
+  EXPECT_THAT(bash, HasSubstr("'export --format') COMPREPLY=($(compgen -W \"" + names + "\""));
+}
+
+TEST(Common, QuietPrintsErrorsAlone) {
+  const ScratchFolder folder;
+  const std::string run = folder.write("run.csv", observations_text(accelerometer_truth(), {}));
+  const std::vector<std::string> arguments = {"calibrate", run,         "--instrument", "accelerometer",
+                                              "--field",   "gravity",   "-o",           folder.path("cal.json")};
+  const ProgramResult loud = run_axiscal(arguments);
+  EXPECT_NE(loud.out, "");
+  std::vector<std::string> quietly = arguments;
+  quietly.emplace_back("--quiet");
+  const ProgramResult quiet = run_axiscal(quietly);
+  EXPECT_EQ(quiet.status, loud.status);
+  EXPECT_EQ(quiet.out + quiet.err, "");
+  quietly[1] = folder.path("none.csv");
+  const ProgramResult failed = run_axiscal(quietly);
+  EXPECT_EQ(failed.status, 3);
+  EXPECT_THAT(failed.err, HasSubstr("none.csv"));
+}
+
+TEST(Common, ThreadsDoNotChangeTheResult) {
+  const ScratchFolder folder;
+  const std::string run = folder.write("run.csv", observations_text(accelerometer_truth(), {}));
+  const auto record = [&](const std::string& jobs) {
+    const ProgramResult result = run_axiscal({"calibrate", run, "--instrument", "accelerometer",
+                                              "--field", "gravity", "--json", "--jobs", jobs});
+    EXPECT_EQ(result.status, 0) << result.err;
+    return nlohmann::json::parse(result.out).at("coefficients");
+  };
+  EXPECT_EQ(record("1"), record("3"));
+  EXPECT_EQ(run_axiscal({"field", "--jobs", "0"}).status, 2);
+}
+
+TEST(Common, RecordsCanStateAnEarlierTime) {
+  const ScratchFolder folder;
+  const std::string run = folder.write("run.csv", observations_text(accelerometer_truth(), {}));
+  ::setenv("SOURCE_DATE_EPOCH", "1000000000", 1);
+  const auto record = [&] {
+    return run_axiscal({"calibrate", run, "--instrument", "accelerometer", "--field", "gravity", "--json"}).out;
+  };
+  const std::string first = record();
+  EXPECT_EQ(first, record());
+  ::unsetenv("SOURCE_DATE_EPOCH");
+  EXPECT_EQ(nlohmann::json::parse(first).at("created"), "2001-09-09T01:46:40Z");
+}
+
+TEST(Version, NamesLibrariesAndPrograms) {
+  EXPECT_THAT(run_axiscal({"--version"}).out, testing::MatchesRegex("axiscal [0-9.]+\n"));
+  const std::string all = run_axiscal({"--version", "--verbose"}).out;
+  EXPECT_THAT(all, HasSubstr("Eigen"));
+  EXPECT_THAT(all, HasSubstr("axiscal-report"));
+}
+
 TEST(Template, IsReadByWhatReadsItsFile) {
   const ScratchFolder folder;
   const auto written = [&](const std::string& name) {

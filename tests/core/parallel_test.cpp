@@ -18,6 +18,7 @@
 #include <unistd.h>
 
 #include "allocations.hpp"
+#include "axiscal/core/worker_count.hpp"
 
 namespace axiscal {
 namespace {
@@ -130,6 +131,16 @@ TEST(ForEachInOrder, HandsOverWhatIsUnderWayWhereNoMoreCanBeHad) {
     EXPECT_THROW(for_each_in_order<int>(both, take, threads), std::runtime_error);
     EXPECT_EQ(taken.size(), 3U) << threads;
   }
+}
+
+TEST(WorkerCount, IsStatedOrThatOfTheMachine) {
+  const std::size_t found = worker_count();
+  EXPECT_GE(found, 1U);
+  EXPECT_LE(found, std::max(std::thread::hardware_concurrency(), 1U));
+  set_worker_count(5);
+  EXPECT_EQ(worker_count(), 5U);
+  set_worker_count(0);
+  EXPECT_EQ(worker_count(), found);
 }
 
 TEST(ForEachInOrder, ThrowsBehindWhatCameBefore) {

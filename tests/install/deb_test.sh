@@ -1,8 +1,8 @@
 #!/usr/bin/env bash
 # SPDX-License-Identifier: Apache-2.0
-# deb_test.sh BUILD_DIR: makes the .deb and runs what it holds. In a clean root where debootstrap works
-# (as root, with the distribution's mirror), else unpacked beside the system's own libraries. Exit status
-# 77 where there is no cpack, dpkg-shlibdeps or file.
+# deb_test.sh BUILD_DIR: makes the Debian packages, has lintian look at them, and runs their content: in a clean
+# root if debootstrap works (as root, with the distribution's mirror), else unpacked beside the system's own
+# libraries. The exit status is 77 if there is no cpack, dpkg-shlibdeps or file.
 set -euo pipefail
 build=$(realpath "$1")
 for tool in cpack dpkg-deb dpkg-shlibdeps file; do
@@ -18,14 +18,37 @@ trap cleanup EXIT
 
 cpack --config "$build/CPackConfig.cmake" -G DEB -B "$scratch/packed" >"$scratch/cpack.log" 2>&1 ||
   { cat "$scratch/cpack.log"; exit 1; }
-deb=$(ls "$scratch"/packed/*.deb)
-dpkg-deb --info "$deb" | grep -E "Package|Version|Depends"
-dpkg-deb --contents "$deb" >"$scratch/contents"
-for file in usr/bin/axiscal "usr/lib.*axiscal/axiscal-read" usr/share/man/man1/axiscal.1 usr/share/bash-completion/completions/axiscal; do
-  grep -q "\./$file" "$scratch/contents" || { echo "the package lacks $file"; exit 1; }
+for package in axiscal axiscal-report libaxiscal-dev; do
+  deb=$(ls "$scratch"/packed/"$package"_*.deb)
+  dpkg-deb --info "$deb" | grep -E "Package|Version|Depends|Recommends"
+  dpkg-deb --contents "$deb" >"$scratch/contents.$package"
 done
+# holds PACKAGE FILE...
+holds() {
+  local package=$1 file
+  shift
+  for file in "$@"; do
+    grep -q "\./$file" "$scratch/contents.$package" || { echo "the package $package lacks $file"; exit 1; }
+  done
+}
+holds axiscal usr/bin/axiscal usr/libexec/axiscal/axiscal-exchange usr/share/man/man1/axiscal.1.gz \
+  usr/share/bash-completion/completions/axiscal usr/share/doc/axiscal/copyright usr/share/doc/axiscal/changelog.gz \
+  usr/share/doc/axiscal/THIRD-PARTY-NOTICES.gz
+holds axiscal-report usr/libexec/axiscal/axiscal-report
+holds libaxiscal-dev "usr/lib/[^ ]*/pkgconfig/axiscal.pc" usr/include/axiscal/axiscal.hpp
+! grep -qE "\.(a|hpp)$" "$scratch/contents.axiscal" || { echo "the package axiscal holds the library"; exit 1; }
+# The command needs the C library, and the programs of its package little more.
+depends=$(dpkg-deb --field "$(ls "$scratch"/packed/axiscal_*.deb)" Depends)
+for heavy in pango cairo qpdf hdf5 matio mosquitto iio ncurses; do
+  ! grep -q "lib$heavy" <<<"$depends" || { echo "the package axiscal depends on $heavy"; exit 1; }
+done
+if command -v lintian >/dev/null; then
+  lintian --fail-on error --suppress-tags dir-or-file-in-opt "$scratch"/packed/*.deb
+else
+  echo "no lintian: the packages are not looked at"
+fi
 
-# What is run: a whole calibration from readings that it makes itself.
+# A whole calibration, report and certificate from readings that the command makes itself.
 cat >"$scratch/try.sh" <<'TRY'
 set -e
 cd /tmp
@@ -39,8 +62,9 @@ axiscal simulate --truth truth.json --noise 1e-4 -o run.csv
 axiscal calibrate run.csv --instrument accelerometer --field gravity --unit V -o cal.json >/dev/null
 axiscal export cal.json --format c-header | grep -q axiscal_accelerometer_inverse
 axiscal report cal.json run.csv -o report.html && grep -q "</html>" report.html
+axiscal report cal.json -o certificate.pdf && grep -q "%PDF" certificate.pdf
 axiscal export cal.json --format xlsx -o coefficients.xlsx && test -s coefficients.xlsx
-axiscal --version
+axiscal --version --verbose
 TRY
 
 suite=$(. /etc/os-release && echo "${VERSION_CODENAME:-}")
@@ -48,14 +72,14 @@ mirror=$(cat /etc/apt/sources.list /etc/apt/sources.list.d/*.list /etc/apt/sourc
   grep -v '^ *#' | grep -oE 'https?://[^ ]*(debian|ubuntu)[^ ]*' | grep -v security | head -1 || true)
 if [ "$(id -u)" -eq 0 ] && command -v debootstrap >/dev/null && [ -n "$suite" ] && [ -n "$mirror" ] &&
   debootstrap --variant=minbase "$suite" "$root" "$mirror" >"$scratch/debootstrap.log" 2>&1; then
-  cp "$deb" "$scratch/try.sh" "$root/tmp/"
+  cp "$scratch"/packed/*.deb "$scratch/try.sh" "$root/tmp/"
   mount -t proc proc "$root/proc" 2>/dev/null || true
   chroot "$root" sh -c "apt-get update -qq && apt-get install -y -qq --no-install-recommends /tmp/*.deb" \
     >"$scratch/install.log" 2>&1 || { tail -20 "$scratch/install.log"; exit 1; }
   chroot "$root" sh /tmp/try.sh
   echo "installed and run in a clean $suite"
 else
-  dpkg-deb -x "$deb" "$scratch/unpacked"
+  for deb in "$scratch"/packed/*.deb; do dpkg-deb -x "$deb" "$scratch/unpacked"; done
   sed -i "s#cd /tmp#cd $scratch#" "$scratch/try.sh"
   PATH="$scratch/unpacked/usr/bin:$PATH" sh "$scratch/try.sh"
   echo "unpacked and run here: no clean root could be made"

@@ -207,7 +207,7 @@ BodyRotation find_body_rotation(const Calibration& calibration,
   BodyRotation body{.rotation_model_from_sensor = nearest_rotation(profile),
                     .parameter_names = calibration.fit.statistics->parameter_names,
                     .readings = static_cast<int>(references.size()),
-                    .created = timestamp_now()};
+                    .created = output_timestamp()};
   const Eigen::Matrix3d& R = body.rotation_model_from_sensor;
   const Eigen::Matrix3d inverse = sight_of(all).inverse();
   const double dof = 2.0 * static_cast<double>(all.size()) - 3.0;
@@ -323,7 +323,7 @@ BodyRotation tared(const Calibration& calibration,
                        cross_matrix(n) * body.rotation_model_from_sensor * mean.by_parameters;
   body.tare_rad = angle_rad;
   body.readings += static_cast<int>(tare.size());
-  body.created = timestamp_now();
+  body.created = output_timestamp();
   put_total_covariance(calibration, body);
   return body;
 }

@@ -9,7 +9,6 @@
 #include <memory>
 #include <optional>
 #include <span>
-#include <thread>
 #include <utility>
 
 #include "axiscal/calib/body.hpp"
@@ -19,6 +18,7 @@
 #include "axiscal/core/parallel.hpp"
 #include "axiscal/core/shown_text.hpp"
 #include "axiscal/core/units.hpp"
+#include "axiscal/core/worker_count.hpp"
 #include "core/formatted.hpp"
 #include "core/npy_header.hpp"
 
@@ -791,9 +791,8 @@ ReductionCsvSummary reduce_csv(CsvReader& csv,
     add(piece.summary, summary);
     spare.push_back(std::move(piece.buffer));
   };
-  constexpr unsigned most_cores = 8;  // each holds about a megabyte
-  for_each_in_order<Piece>(next, take,
-                           std::clamp(std::thread::hardware_concurrency(), 1U, most_cores));
+  constexpr std::size_t most_cores = 8;  // each holds about a megabyte
+  for_each_in_order<Piece>(next, take, std::min(worker_count(), most_cores));
   return summary;
 }
 

@@ -123,7 +123,7 @@ void warn_of_mirrored_axes(Calibration& calibration,
       !field_kind(field.kind).dated) {
     return;
   }
-  const double year = decimal_year_of(parse_date(field.date).value_or(seconds_now()));
+  const double year = decimal_year_of(parse_date(field.date).value_or(output_seconds()));
   const Eigen::Vector3d value = GeomagneticModel(field.model).value_in_enu_nT(*field.site, year);
   const double expected_rad = std::acos(value.normalized().z());
   constexpr double close_rad = 15.0 * rad_per_deg;

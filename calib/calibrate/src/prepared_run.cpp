@@ -147,7 +147,7 @@ PreparedRun::PreparedRun(const Experiment& experiment, const Observations& obser
 Calibration PreparedRun::described() const {
   Calibration calibration;
   calibration.findings.notes = notes_;
-  calibration.provenance.created = timestamp_now();
+  calibration.provenance.created = output_timestamp();
   calibration.provenance.software = software_name();
   calibration.provenance.positioner = experiment_.positioner.id();
   calibration.provenance.slot = experiment_.slot;

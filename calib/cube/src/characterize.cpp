@@ -447,7 +447,7 @@ Characterization characterize(const std::vector<Reference>& references,
   std::vector<std::string> instruments;
   PositionerDescription description = fit.positioner_of(solution.state.normals).description();
   description.id = options.id;
-  description.created = timestamp_now();
+  description.created = output_timestamp();
   description.software = software_name();
   const NormalCovariance covariance = solution.basis * total * solution.basis.transpose();
   description.normal_covariance = 0.5 * (covariance + covariance.transpose());

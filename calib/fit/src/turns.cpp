@@ -440,7 +440,7 @@ Calibration turn_calibration(const TurnFit& fit,
                              const Instrument& instrument,
                              const Eigen::Vector3d& rest_sd) {
   Calibration record;
-  record.provenance.created = timestamp_now();
+  record.provenance.created = output_timestamp();
   record.provenance.software = software_name();
   record.sensor.instrument = instrument;
   record.sensor.field = {.kind = "induced_rotation", .unit = "rad/s", .magnitude = 1.0};

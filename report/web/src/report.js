@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The page is whole without this script: it makes plots that can be zoomed of the drawn ones, turns the
-// cube, copies tables, and opens what is folded where a link or the printer asks for it.
+// The page is whole without this script. It names the marks of figures, turns the cube, copies tables, and
+// opens folded parts for links and for the printer.
 import { showCube } from "./cube.js";
 import { showPlots } from "./plots.js";
 
@@ -70,8 +70,8 @@ document.querySelectorAll("details").forEach((part) => part.addEventListener("to
 
 addCopyButtons();
 reachWideTables();
-const plots = showPlots(data.plots);
+const plots = showPlots();
 const cube = showCube(data.cube);
 document.documentElement.dataset.ready = "yes";
-// For tests: what was drawn.
+// For tests.
 window.axiscalReport = { plots, cube };

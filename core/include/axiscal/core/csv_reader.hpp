@@ -10,6 +10,7 @@
 #include <utility>
 #include <vector>
 
+#include "axiscal/core/export.hpp"
 #include "axiscal/core/version.hpp"
 
 namespace axiscal {
@@ -139,9 +140,9 @@ class CsvReader {
 };
 
 /// @return the text as a cell: in quotes where it holds a comma, a quote or a line end.
-[[nodiscard]] std::string csv_cell(const std::string& text);
+[[nodiscard]] AXISCAL_EXPORT std::string csv_cell(const std::string& text);
 
 /// @return whether the text is well-formed UTF-8.
-[[nodiscard]] bool is_utf8(std::string_view text) noexcept;
+[[nodiscard]] AXISCAL_EXPORT bool is_utf8(std::string_view text) noexcept;
 
 }  // namespace axiscal

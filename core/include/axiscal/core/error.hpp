@@ -8,13 +8,14 @@
 #include <utility>
 #include <vector>
 
+#include "axiscal/core/export.hpp"
 #include "axiscal/core/setting.hpp"
 #include "axiscal/core/version.hpp"
 
 namespace axiscal {
 
 /// Everything that the library throws.
-class Error : public std::runtime_error {
+class AXISCAL_EXPORT Error : public std::runtime_error {
  public:
   /// @param what      a sentence in the library's own words.
   /// @param settings  what to state, or to state otherwise, to mend it.
@@ -29,19 +30,19 @@ class Error : public std::runtime_error {
 };
 
 /// An argument outside its documented range; the message names function, value and range.
-class DomainError : public Error {
+class AXISCAL_EXPORT DomainError : public Error {
  public:
   using Error::Error;
 };
 
 /// A set-up that contradicts itself or lacks what it needs, before any reading is looked at.
-class SetupError : public DomainError {
+class AXISCAL_EXPORT SetupError : public DomainError {
  public:
   using DomainError::DomainError;
 };
 
 /// A file that is missing, unreadable or malformed; the message starts with the place in it.
-class DataError : public Error {
+class AXISCAL_EXPORT DataError : public Error {
  public:
   /// Message `PATH: what`.
   DataError(std::string_view path, std::string_view what, std::vector<Setting> settings = {});
@@ -54,31 +55,31 @@ class DataError : public Error {
 };
 
 /// A result that could not be stored: disk full, folder missing, no permission.
-class OutputError : public Error {
+class AXISCAL_EXPORT OutputError : public Error {
  public:
   using Error::Error;
 };
 
 /// The reader of our output has gone away (`| head`); no failure of ours.
-class ClosedPipe : public OutputError {
+class AXISCAL_EXPORT ClosedPipe : public OutputError {
  public:
   using OutputError::OutputError;
 };
 
 /// An output that would replace a file which was read as an input (see InputProtection).
-class InputOverwriteError : public Error {
+class AXISCAL_EXPORT InputOverwriteError : public Error {
  public:
   using Error::Error;
 };
 
 /// Readings that were understood but from which no result follows: too few, no opposites, ...
-class RefusedError : public Error {
+class AXISCAL_EXPORT RefusedError : public Error {
  public:
   using Error::Error;
 };
 
 /// The design does not determine the parameters.
-class RankDeficientError : public RefusedError {
+class AXISCAL_EXPORT RankDeficientError : public RefusedError {
  public:
   /// @param what          the message; it should say what to add.
   /// @param undetermined  names of the parameters that the data leave open.

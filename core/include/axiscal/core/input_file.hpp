@@ -6,6 +6,8 @@
 #include <string>
 #include <string_view>
 
+#include "axiscal/core/export.hpp"
+
 namespace axiscal {
 
 /// The most that is read of a file that must be held whole: a record, an experiment, a journal's
@@ -43,11 +45,11 @@ class InputFile {
 
 /// @return whether a path names a file that can be read more than once: neither `-`, nor a pipe,
 /// nor a folder, nor nothing.
-[[nodiscard]] bool can_be_read_again(const std::string& path);
+[[nodiscard]] AXISCAL_EXPORT bool can_be_read_again(const std::string& path);
 
 /// @return the whole content of a file; `-` is standard input.
 /// @throws DataError  as InputFile; or if it is larger than largest_whole_file.
-[[nodiscard]] std::string read_whole_file(const std::string& path);
+[[nodiscard]] AXISCAL_EXPORT std::string read_whole_file(const std::string& path);
 
 /// Reads a text file line by line, in constant memory.
 ///
@@ -56,8 +58,9 @@ class InputFile {
 ///              line it may be missing.
 /// @param longest  that a line may be [bytes].
 /// @throws DataError  as InputFile; or if a line is longer.
-void for_each_line(const std::string& path,
-                   const std::function<void(std::string_view line, bool is_whole)>& take,
-                   std::size_t longest = longest_line);
+AXISCAL_EXPORT void for_each_line(
+    const std::string& path,
+    const std::function<void(std::string_view line, bool is_whole)>& take,
+    std::size_t longest = longest_line);
 
 }  // namespace axiscal

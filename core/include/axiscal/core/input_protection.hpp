@@ -3,6 +3,8 @@
 
 #include <string>
 
+#include "axiscal/core/export.hpp"
+
 struct stat;  // POSIX: what fstat() says
 
 namespace axiscal {
@@ -24,22 +26,22 @@ class InputProtection {
 
 /// Remembers an open file as an input, as InputFile does; for what is opened in another way.
 /// @param descriptor  of the file; what is no regular file is not remembered.
-void protect_input(int descriptor);
-void protect_input(const struct stat& status);
+AXISCAL_EXPORT void protect_input(int descriptor);
+AXISCAL_EXPORT void protect_input(const struct stat& status);
 
 /// @param path  of a file that is to be replaced; one that is not there is nobody's input.
 /// @throws InputOverwriteError  if it was read as an input, or written before in this run.
-void forbid_replacing_input(const std::string& path);
+AXISCAL_EXPORT void forbid_replacing_input(const std::string& path);
 
 /// As forbid_replacing_input(), for an open file that is written to where it is (standard output).
 /// @param name  for the message.
-void forbid_replacing_input(int descriptor, const std::string& name);
+AXISCAL_EXPORT void forbid_replacing_input(int descriptor, const std::string& name);
 
 /// Forgets a file that this run has written: it may be written anew, as a session's results at its
 /// end. A file that was read stays an input.
-void allow_rewriting(const std::string& path);
+AXISCAL_EXPORT void allow_rewriting(const std::string& path);
 
 /// Remembers a file that was put into its place: the next output of that name would replace it.
-void protect_output(int descriptor);
+AXISCAL_EXPORT void protect_output(int descriptor);
 
 }  // namespace axiscal

@@ -3,10 +3,12 @@
 
 #include <vector>
 
+#include "axiscal/core/export.hpp"
+
 namespace axiscal {
 
 /// @param values  one or more.
 /// @return the median; of an even number the upper one of the two in the middle.
-[[nodiscard]] double upper_median(std::vector<double> values);
+[[nodiscard]] AXISCAL_EXPORT double upper_median(std::vector<double> values);
 
 }  // namespace axiscal

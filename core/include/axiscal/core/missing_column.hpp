@@ -7,11 +7,12 @@
 #include <vector>
 
 #include "axiscal/core/error.hpp"
+#include "axiscal/core/export.hpp"
 
 namespace axiscal {
 
 /// A table that lacks a column; it says which there are.
-class MissingColumnError : public DataError {
+class AXISCAL_EXPORT MissingColumnError : public DataError {
  public:
   /// Message `PATH:LINE: column 'NAME': is missing; the columns are: ...`; where all stands in one
   /// column, with semicolons or tabs, that comes first.

@@ -5,6 +5,8 @@
 #include <string>
 #include <string_view>
 
+#include "axiscal/core/export.hpp"
+
 namespace axiscal {
 
 /// The known name that a mistyped one is most like.
@@ -12,17 +14,17 @@ namespace axiscal {
 /// @return the candidate with the fewest edits (insert, delete, replace, swap of neighbours, case
 ///         not counted) within a third of the name's length; else one that begins with the name;
 ///         else "".
-[[nodiscard]] std::string_view nearest_name(std::string_view name,
-                                            std::span<const std::string_view> candidates);
+[[nodiscard]] AXISCAL_EXPORT std::string_view nearest_name(
+    std::string_view name, std::span<const std::string_view> candidates);
 
 /// @return "; did you mean 'NAME'?" for nearest_name(), or "" where nothing is near.
-[[nodiscard]] std::string did_you_mean(std::string_view name,
-                                       std::span<const std::string_view> candidates);
+[[nodiscard]] AXISCAL_EXPORT std::string did_you_mean(std::string_view name,
+                                                      std::span<const std::string_view> candidates);
 
 /// The same with what there is instead, e.g. "there are a, b".
 /// @return "; there are a, b", or "; did you mean 'a'? There are a, b".
-[[nodiscard]] std::string did_you_mean(std::string_view name,
-                                       std::span<const std::string_view> candidates,
-                                       std::string_view what_there_is);
+[[nodiscard]] AXISCAL_EXPORT std::string did_you_mean(std::string_view name,
+                                                      std::span<const std::string_view> candidates,
+                                                      std::string_view what_there_is);
 
 }  // namespace axiscal

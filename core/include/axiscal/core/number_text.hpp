@@ -6,21 +6,24 @@
 #include <string_view>
 #include <vector>
 
+#include "axiscal/core/export.hpp"
+
 namespace axiscal {
 
 /// Reads a whole text as one finite number; '.' is the decimal point whatever the locale.
 ///
 /// @param text  e.g. "1.5", "+2e-3"; no blanks, nothing behind the number.
 /// @return the nearest double, or nothing if the text is no finite number.
-[[nodiscard]] std::optional<double> parse_number(std::string_view text) noexcept;
+[[nodiscard]] AXISCAL_EXPORT std::optional<double> parse_number(std::string_view text) noexcept;
 
 /// As parse_number(), for whole numbers that an int holds.
-[[nodiscard]] std::optional<int> parse_integer(std::string_view text) noexcept;
+[[nodiscard]] AXISCAL_EXPORT std::optional<int> parse_integer(std::string_view text) noexcept;
 
 /// Numbers parted by commas: "0.001,-0.002"; blanks around a number are allowed.
 ///
 /// @return the numbers, or nothing if one of them is no finite number.
-[[nodiscard]] std::optional<std::vector<double>> parse_numbers(std::string_view text);
+[[nodiscard]] AXISCAL_EXPORT std::optional<std::vector<double>> parse_numbers(
+    std::string_view text);
 
 /// Room that write_number() needs at most.
 inline constexpr std::size_t number_text_size = 32;
@@ -32,7 +35,7 @@ inline constexpr std::size_t number_text_size = 32;
 /// @param first  room for at least number_text_size characters.
 /// @param value  a finite number.
 /// @return one past the last character written.
-char* write_number(char* first, double value) noexcept;
+AXISCAL_EXPORT char* write_number(char* first, double value) noexcept;
 
 /// Writes so many decimals, several times as fast; -0 is written as 0.
 ///
@@ -44,29 +47,31 @@ char* write_number(char* first, double value) noexcept;
 /// @param value     a finite number.
 /// @param decimals  0 to 15.
 /// @return one past the last character written.
-char* write_decimals(char* first, double value, int decimals) noexcept;
+AXISCAL_EXPORT char* write_decimals(char* first, double value, int decimals) noexcept;
 
 /// @return the shortest text that reads back to the same double.
-[[nodiscard]] std::string number_text(double value);
+[[nodiscard]] AXISCAL_EXPORT std::string number_text(double value);
 
 /// @return the value to so many significant digits, as printf's %g, whatever the locale.
-[[nodiscard]] std::string number_text(double value, int digits);
+[[nodiscard]] AXISCAL_EXPORT std::string number_text(double value, int digits);
 
 /// @return the unit of a ratio: "V/g", "V/(m/s^2)"; the first alone where the second is "1".
-[[nodiscard]] std::string unit_per(const std::string& unit, const std::string& other);
+[[nodiscard]] AXISCAL_EXPORT std::string unit_per(const std::string& unit,
+                                                  const std::string& other);
 
 /// @return `text` without blanks and tabs at both ends.
-[[nodiscard]] std::string_view trimmed(std::string_view text) noexcept;
+[[nodiscard]] AXISCAL_EXPORT std::string_view trimmed(std::string_view text) noexcept;
 
 /// @return `line` without the carriage returns at both ends: programs write "\r\n", "\r\r\n" and
 ///         "\n\r".
-[[nodiscard]] std::string_view without_returns(std::string_view line) noexcept;
+[[nodiscard]] AXISCAL_EXPORT std::string_view without_returns(std::string_view line) noexcept;
 
 /// @return the parts of `text` between the separators, trimmed; one part where there is none.
-[[nodiscard]] std::vector<std::string_view> split(std::string_view text, char separator);
+[[nodiscard]] AXISCAL_EXPORT std::vector<std::string_view> split(std::string_view text,
+                                                                 char separator);
 
 /// @return the parts in one line, with `separator` between them.
-[[nodiscard]] std::string joined(const std::vector<std::string>& parts,
-                                 std::string_view separator = ", ");
+[[nodiscard]] AXISCAL_EXPORT std::string joined(const std::vector<std::string>& parts,
+                                                std::string_view separator = ", ");
 
 }  // namespace axiscal

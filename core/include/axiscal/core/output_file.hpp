@@ -6,6 +6,8 @@
 #include <string>
 #include <string_view>
 
+#include "axiscal/core/export.hpp"
+
 namespace axiscal {
 
 /// A file that is replaced whole or left as it was.
@@ -65,9 +67,9 @@ class OutputFile {
 /// Writes a file at one go, whole or not at all. It does not fail if the reader of standard output
 /// has gone away: the exit status stays the same.
 /// @throws OutputError, InputOverwriteError  as OutputFile.
-void write_whole_file(const std::string& path, std::string_view content);
+AXISCAL_EXPORT void write_whole_file(const std::string& path, std::string_view content);
 
 /// Removes the temporary files of unfinished OutputFiles; may be called from a signal handler.
-void remove_unfinished_output() noexcept;
+AXISCAL_EXPORT void remove_unfinished_output() noexcept;
 
 }  // namespace axiscal

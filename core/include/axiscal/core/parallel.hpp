@@ -8,11 +8,13 @@
 #include <functional>
 #include <future>
 #include <optional>
-#include <thread>
 #include <type_traits>
 #include <utility>
 
 #include <system_error>
+
+#include "axiscal/core/export.hpp"
+#include "axiscal/core/worker_count.hpp"
 
 namespace axiscal {
 
@@ -36,11 +38,11 @@ template <typename Work>
 /// any number of cores. Of several exceptions that of the lowest number is thrown, after all
 /// threads have ended.
 ///
-/// @param threads  how many; 0: as many as there are cores. One thread, or one piece of work, runs
+/// @param threads  how many; 0: worker_count(). One thread, or one piece of work, runs
 ///                 in the caller's; so does all where the machine gives no more of them.
-void for_each_in_parallel(std::size_t count,
-                          const std::function<void(std::size_t)>& work,
-                          std::size_t threads = 0);
+AXISCAL_EXPORT void for_each_in_parallel(std::size_t count,
+                                         const std::function<void(std::size_t)>& work,
+                                         std::size_t threads = 0);
 
 /// Makes pieces of what goes on and on, on the machine's cores, and hands them over in their order.
 /// A few are under way at a time: memory stays what it is.
@@ -48,14 +50,14 @@ void for_each_in_parallel(std::size_t count,
 /// @param next     gives the work for the next piece, or nothing at the end; in order, by the
 ///                 caller's thread.
 /// @param take     takes the pieces, in order, by the caller's thread.
-/// @param threads  how many; 0: as many as there are cores. With one all is done in the caller's.
+/// @param threads  how many; 0: worker_count(). With one all is done in the caller's.
 /// @throws what the work of the first piece that fails throws, and behind all pieces what next()
 ///         does; after all threads have ended.
 template <typename Piece>
 void for_each_in_order(const std::function<std::optional<std::function<Piece()>>()>& next,
                        const std::function<void(Piece)>& take,
                        std::size_t threads = 0) {
-  const std::size_t cores = threads > 0 ? threads : std::thread::hardware_concurrency();
+  const std::size_t cores = threads > 0 ? threads : worker_count();
   std::deque<std::future<Piece>> under_way;
   const auto hand_over = [&] {
     Piece piece = under_way.front().get();

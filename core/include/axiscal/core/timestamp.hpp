@@ -5,13 +5,15 @@
 #include <string>
 #include <string_view>
 
+#include "axiscal/core/export.hpp"
+
 namespace axiscal {
 
 /// Reads a date or date and time of ISO 8601: 2026-11-20, 2026-11-20T20:04:54.5Z, ...+01:00.
 ///
 /// @return seconds since 1970-01-01T00:00:00 UTC, or nothing if it is no such text. Without an
 ///         offset the time is UTC; the separator may be a blank.
-[[nodiscard]] std::optional<double> parse_timestamp(std::string_view text);
+[[nodiscard]] AXISCAL_EXPORT std::optional<double> parse_timestamp(std::string_view text);
 
 /// Whether 10/9/2011 may be read at all: the month comes first in America, the day elsewhere.
 enum class UnclearDays {
@@ -26,35 +28,40 @@ enum class UnclearDays {
 /// @return seconds since 1970-01-01T00:00:00 UTC, of a time without a day since midnight; nothing
 /// if
 ///         it is no such text.
-[[nodiscard]] std::optional<double> parse_clock_time(
+[[nodiscard]] AXISCAL_EXPORT std::optional<double> parse_clock_time(
     std::string_view text, UnclearDays unclear = UnclearDays::month_first);
 
 /// @param seconds  since 1970-01-01T00:00:00 UTC.
 /// @return that time in UTC and whole seconds: 2026-11-20T20:04:54Z.
-[[nodiscard]] std::string timestamp_of(double seconds);
+[[nodiscard]] AXISCAL_EXPORT std::string timestamp_of(double seconds);
 
 /// @return now, in UTC and whole seconds: 2026-11-20T20:04:54Z.
-[[nodiscard]] std::string timestamp_now();
+[[nodiscard]] AXISCAL_EXPORT std::string timestamp_now();
 
 /// @return the present as seconds since 1970-01-01, UTC.
-[[nodiscard]] double seconds_now();
+[[nodiscard]] AXISCAL_EXPORT double seconds_now();
+
+/// @return the time at which an output states to be made: SOURCE_DATE_EPOCH if that is set
+///         (reproducible-builds.org), else now; UTC seconds, and as timestamp_now().
+[[nodiscard]] AXISCAL_EXPORT double output_seconds();
+[[nodiscard]] AXISCAL_EXPORT std::string output_timestamp();
 
 /// @return whether a time is one since 1970, UTC, and not one since a recording began: whether it
 ///         is after the year 2000.
-[[nodiscard]] bool is_utc(double time_s);
+[[nodiscard]] AXISCAL_EXPORT bool is_utc(double time_s);
 
 /// @return the decimal year of a time: 2026.5 is in the middle of 2026.
 /// @param seconds  since 1970-01-01, UTC.
-[[nodiscard]] double decimal_year_of(double seconds);
+[[nodiscard]] AXISCAL_EXPORT double decimal_year_of(double seconds);
 
 /// A date as users give it: ISO 8601 (UTC) or a decimal year.
 /// @return seconds since 1970-01-01, UTC; nothing for another text.
-[[nodiscard]] std::optional<double> parse_date(std::string_view text);
+[[nodiscard]] AXISCAL_EXPORT std::optional<double> parse_date(std::string_view text);
 
 /// A clock's number as seconds: phones and computers count seconds, milli-, micro- or nanoseconds
 /// since 1970, which are 1e9, 1e12, 1e15, 1e18 in these years.
 ///
 /// @return [s]; the number itself where it is below 1e11, that is before the year 5138.
-[[nodiscard]] double seconds_of_clock(double number);
+[[nodiscard]] AXISCAL_EXPORT double seconds_of_clock(double number);
 
 }  // namespace axiscal

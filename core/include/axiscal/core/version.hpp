@@ -7,6 +7,8 @@
 
 #include <string_view>
 
+#include "axiscal/core/export.hpp"
+
 // The version of the headers, for the preprocessor: AXISCAL_VERSION >= 100 is 0.1.0 and later.
 #define AXISCAL_VERSION_MAJOR 0
 #define AXISCAL_VERSION_MINOR 1
@@ -17,6 +19,6 @@
 namespace axiscal {
 
 /// @return name and version of this library as records state it, e.g. "axiscal 0.1.0".
-[[nodiscard]] std::string_view software_name();
+[[nodiscard]] AXISCAL_EXPORT std::string_view software_name();
 
 }  // namespace axiscal

@@ -5,6 +5,7 @@
 #include <string>
 #include <string_view>
 
+#include "axiscal/core/export.hpp"
 #include "axiscal/field/reference_field.hpp"
 
 namespace axiscal {
@@ -17,7 +18,7 @@ enum class CoilShape {
 };
 
 /// @return the shape called "helmholtz" or "merritt", or nothing.
-[[nodiscard]] std::optional<CoilShape> parse_coil_shape(std::string_view name);
+[[nodiscard]] AXISCAL_EXPORT std::optional<CoilShape> parse_coil_shape(std::string_view name);
 
 /// A coil system around the cube.
 struct Coil {
@@ -36,11 +37,11 @@ struct Coil {
 /// Helmholtz: B = (4/5)^(3/2) mu_0 N I / R. Merritt, Purcell & Stroink, Rev. Sci. Instrum. 54
 /// (1983) 879: positions and current ratio of the four-coil system; a square loop of side d on its
 /// axis gives 2 mu_0 I a^2 / (pi (a^2 + z^2) sqrt(2 a^2 + z^2)), a = d/2.
-[[nodiscard]] Eigen::Vector3d coil_field_in_table_T(const Coil& coil);
+[[nodiscard]] AXISCAL_EXPORT Eigen::Vector3d coil_field_in_table_T(const Coil& coil);
 
 /// The magnetic field of a coil system around the cube, `induced_magnetic`: a reading's level is
 /// the multiple of the coil's current.
-class CoilField final : public ReferenceField {
+class AXISCAL_EXPORT CoilField final : public ReferenceField {
  public:
   /// Of which the experiment states the vector or magnitude; beside a known field it may be open.
   CoilField() = default;

@@ -3,12 +3,13 @@
 
 #include <string>
 
+#include "axiscal/core/export.hpp"
 #include "axiscal/field/reference_field.hpp"
 
 namespace axiscal {
 
 /// Any constant field, given as a vector: a coil's, a lamp's, one that was measured.
-class CustomField final : public ReferenceField {
+class AXISCAL_EXPORT CustomField final : public ReferenceField {
  public:
   /// Of which the experiment states magnitude or vector; else one in units of itself.
   CustomField() = default;

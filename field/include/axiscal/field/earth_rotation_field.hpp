@@ -4,6 +4,7 @@
 #include <optional>
 #include <string>
 
+#include "axiscal/core/export.hpp"
 #include "axiscal/field/reference_field.hpp"
 #include "axiscal/field/site.hpp"
 
@@ -13,7 +14,7 @@ namespace axiscal {
 inline constexpr double earth_rate_rad_per_s = 7.292115e-5;
 
 /// The Earth's rotation at a site: w (0, cos latitude, sin latitude).
-class EarthRotationField final : public ReferenceField {
+class AXISCAL_EXPORT EarthRotationField final : public ReferenceField {
  public:
   /// At the table's place.
   EarthRotationField() = default;

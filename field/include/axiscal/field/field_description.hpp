@@ -8,6 +8,7 @@
 #include <Eigen/Core>
 
 #include "axiscal/core/eigen_alignment.hpp"
+#include "axiscal/core/export.hpp"
 #include "axiscal/field/site.hpp"
 
 namespace axiscal {
@@ -59,6 +60,6 @@ struct FieldDescription {
 };
 
 /// @return what parts in the unit of the first make together: a field of one part, or their sum.
-[[nodiscard]] FieldDescription sum_of(std::vector<FieldDescription> parts);
+[[nodiscard]] AXISCAL_EXPORT FieldDescription sum_of(std::vector<FieldDescription> parts);
 
 }  // namespace axiscal

@@ -7,6 +7,7 @@
 #include <string_view>
 #include <vector>
 
+#include "axiscal/core/export.hpp"
 #include "axiscal/field/reference_field.hpp"
 
 namespace axiscal {
@@ -38,31 +39,32 @@ template <typename Field>
 }
 
 /// @return all kinds: those that come with the library, then those that were added.
-[[nodiscard]] std::span<const FieldKind> field_kinds();
+[[nodiscard]] AXISCAL_EXPORT std::span<const FieldKind> field_kinds();
 
 /// Adds a kind of the user's own, so that files and options can state it. Its texts must live as
 /// long as the program. Call it before any field is read, not while other threads read some.
 /// @throws DomainError  if there is a kind of that name.
-void add_field_kind(const FieldKind& kind);
+AXISCAL_EXPORT void add_field_kind(const FieldKind& kind);
 
 /// @return the kind of that name; of a user's own, or of a sum, one that nothing is known of.
-[[nodiscard]] const FieldKind& field_kind(std::string_view name);
+[[nodiscard]] AXISCAL_EXPORT const FieldKind& field_kind(std::string_view name);
 
 /// Whether a field of a kind can have a magnitude: gravity lies between 0.99 and 1.01 g, the
 /// Earth's magnetic field between 20 and 70 uT. A kind without such limits can have any.
 /// @param magnitude  [unit].
 /// @param unit       one of the kind's units.
-[[nodiscard]] bool is_possible_magnitude(const FieldKind& kind,
-                                         double magnitude,
-                                         std::string_view unit);
+[[nodiscard]] AXISCAL_EXPORT bool is_possible_magnitude(const FieldKind& kind,
+                                                        double magnitude,
+                                                        std::string_view unit);
 
 /// @return the limits of is_possible_magnitude() in words, as "20 to 70 uT".
-[[nodiscard]] std::string possible_magnitudes(const FieldKind& kind, std::string_view unit);
+[[nodiscard]] AXISCAL_EXPORT std::string possible_magnitudes(const FieldKind& kind,
+                                                             std::string_view unit);
 
 /// @throws SetupError  for a kind of field that is not known; the message lists the kinds.
-void check_field_kind(std::string_view kind);
+AXISCAL_EXPORT void check_field_kind(std::string_view kind);
 
 /// @return the names of all kinds, for messages: "gravity, geomagnetic, ...".
-[[nodiscard]] std::string list_of_field_kinds();
+[[nodiscard]] AXISCAL_EXPORT std::string list_of_field_kinds();
 
 }  // namespace axiscal

@@ -4,6 +4,8 @@
 #include <optional>
 #include <string_view>
 
+#include "axiscal/core/export.hpp"
+
 namespace axiscal {
 
 /// Whether the experimenter sets a part of the field.
@@ -13,9 +15,9 @@ enum class FieldRole {
 };
 
 /// @return the role of that name ("local", "induced"), or nothing.
-[[nodiscard]] std::optional<FieldRole> parse_role(std::string_view name);
+[[nodiscard]] AXISCAL_EXPORT std::optional<FieldRole> parse_role(std::string_view name);
 
 /// @return "local", "induced"; empty for nothing.
-[[nodiscard]] std::string_view role_name(std::optional<FieldRole> role);
+[[nodiscard]] AXISCAL_EXPORT std::string_view role_name(std::optional<FieldRole> role);
 
 }  // namespace axiscal

@@ -13,6 +13,7 @@
 #include <Eigen/Core>
 
 #include "axiscal/core/eigen_alignment.hpp"
+#include "axiscal/core/export.hpp"
 #include "axiscal/field/field_description.hpp"
 #include "axiscal/field/field_role.hpp"
 #include "axiscal/field/reference_field.hpp"
@@ -75,21 +76,21 @@ struct FieldSetup {
 /// @param members  what files state of the kind besides, as {"model", "igrf14"}.
 /// @return a field of that kind.
 /// @throws SetupError  for a kind or member that is not known; the message lists the kinds.
-[[nodiscard]] std::shared_ptr<const ReferenceField> make_field(
+[[nodiscard]] AXISCAL_EXPORT std::shared_ptr<const ReferenceField> make_field(
     std::string_view kind, const std::map<std::string, std::string>& members = {});
 
 /// Reads a field as an experiment's file states it (formats.md, Experiment): an object, or an array
 /// of parts that add up.
 /// @param path  of the file; `-` is standard input.
 /// @throws DataError  for a file that is no such thing.
-[[nodiscard]] FieldSetup read_field(const std::string& path);
+[[nodiscard]] AXISCAL_EXPORT FieldSetup read_field(const std::string& path);
 
 /// @return a record's field as an experiment would state it.
 /// @param with_vector  whether where it lies in the table is stated too.
-[[nodiscard]] FieldSetup setup_of(const FieldDescription& field, bool with_vector);
+[[nodiscard]] AXISCAL_EXPORT FieldSetup setup_of(const FieldDescription& field, bool with_vector);
 
 /// @throws SetupError  for a unit that a kind of field is not given in.
-void check_field_unit(std::string_view kind, const std::string& unit);
+AXISCAL_EXPORT void check_field_unit(std::string_view kind, const std::string& unit);
 
 /// What is known beside the table's place when a field is looked at.
 struct FieldOccasion {
@@ -108,23 +109,22 @@ struct FieldOccasion {
 /// along the table's normal. Beside a part whose magnitude is known, that of another may be open.
 /// @throws SetupError    if kind or unit are not known, or a magnitude cannot be computed.
 /// @throws RefusedError  if a model does not hold there, or the sun is below the horizon.
-[[nodiscard]] std::vector<FieldDescription> resolve_field(const FieldSetup& setup,
-                                                          const TablePlace& place,
-                                                          const FieldOccasion& occasion);
+[[nodiscard]] AXISCAL_EXPORT std::vector<FieldDescription> resolve_field(
+    const FieldSetup& setup, const TablePlace& place, const FieldOccasion& occasion);
 
 /// One part alone, e.g. a second field.
-[[nodiscard]] FieldDescription resolve_part(const FieldSetup& part,
-                                            const TablePlace& place,
-                                            const FieldOccasion& occasion);
+[[nodiscard]] AXISCAL_EXPORT FieldDescription resolve_part(const FieldSetup& part,
+                                                           const TablePlace& place,
+                                                           const FieldOccasion& occasion);
 
 /// What the parts make together, with the site and date that they were found for.
-[[nodiscard]] FieldDescription describe_field(const TablePlace& place,
-                                              const std::vector<FieldDescription>& parts);
+[[nodiscard]] AXISCAL_EXPORT FieldDescription
+describe_field(const TablePlace& place, const std::vector<FieldDescription>& parts);
 
 /// @return rotation_table_from_enu at a place, for a field that moves.
 /// @throws SetupError  if the fence's azimuth is not stated.
-[[nodiscard]] Eigen::Matrix3d rotation_of_moving(const TablePlace& place,
-                                                 const ReferenceField& field);
+[[nodiscard]] AXISCAL_EXPORT Eigen::Matrix3d rotation_of_moving(const TablePlace& place,
+                                                                const ReferenceField& field);
 
 /// How a field that moves changes in the table: its value at one time becomes that at the other, by
 /// a turn times the ratio of their lengths.
@@ -132,9 +132,9 @@ struct FieldOccasion {
 /// @param from_s, to_s  seconds since 1970-01-01, UTC.
 /// @return frame table; the identity where the field does not move.
 /// @throws SetupError  if it moves and the fence's azimuth is not stated, or it is not alone.
-[[nodiscard]] Eigen::Matrix3d change_of_field(const FieldSetup& setup,
-                                              const TablePlace& place,
-                                              double from_s,
-                                              double to_s);
+[[nodiscard]] AXISCAL_EXPORT Eigen::Matrix3d change_of_field(const FieldSetup& setup,
+                                                             const TablePlace& place,
+                                                             double from_s,
+                                                             double to_s);
 
 }  // namespace axiscal

@@ -5,6 +5,8 @@
 #include <string>
 #include <string_view>
 
+#include "axiscal/core/export.hpp"
+
 namespace axiscal {
 
 /// How many of one unit make one of another: `value_to = factor_between(from, to) * value_from`.
@@ -12,15 +14,15 @@ namespace axiscal {
 /// Only units of one quantity convert: acceleration, magnetic flux density, angular rate,
 /// irradiance. `g` is the gravity of a place and converts to nothing but itself here.
 /// @throws DomainError  if the two are not of one quantity, or one is not known and not the other.
-[[nodiscard]] double factor_between(std::string_view from, std::string_view to);
+[[nodiscard]] AXISCAL_EXPORT double factor_between(std::string_view from, std::string_view to);
 
 /// As factor_between(), of what an instrument reads: there `g` is the standard gravity, and
 /// volts, milli-g, gauss and the like are known too.
 /// @return nothing if the two are not of one quantity, or one is not known and not the other.
-[[nodiscard]] std::optional<double> reading_factor_between(std::string_view from,
-                                                           std::string_view to);
+[[nodiscard]] AXISCAL_EXPORT std::optional<double> reading_factor_between(std::string_view from,
+                                                                          std::string_view to);
 
 /// @return whether a unit of readings is one that converts: m/s^2, g, V, deg/s, gauss, ...
-[[nodiscard]] bool is_reading_unit(std::string_view name);
+[[nodiscard]] AXISCAL_EXPORT bool is_reading_unit(std::string_view name);
 
 }  // namespace axiscal

@@ -8,6 +8,7 @@
 #include <Eigen/Core>
 
 #include "axiscal/core/eigen_alignment.hpp"
+#include "axiscal/core/export.hpp"
 #include "axiscal/field/reference_field.hpp"
 #include "axiscal/field/site.hpp"
 
@@ -62,17 +63,17 @@ class GeomagneticModel {
 };
 
 /// @return angle of a field below the horizontal [rad], for a vector in enu or a level table.
-[[nodiscard]] double inclination_of(const Eigen::Vector3d& value_in_enu);
+[[nodiscard]] AXISCAL_EXPORT double inclination_of(const Eigen::Vector3d& value_in_enu);
 
 /// @return angle of a field's horizontal part east of north [rad], in (-pi, pi].
-[[nodiscard]] double declination_of(const Eigen::Vector3d& value_in_enu);
+[[nodiscard]] AXISCAL_EXPORT double declination_of(const Eigen::Vector3d& value_in_enu);
 
 /// The Earth's magnetic field at a place and time: F (cos I sin D, cos I cos D, -sin I).
 ///
 /// @code
 /// axiscal::GeomagneticField field({.latitude_deg = 48.1, .longitude_deg = 11.6}, 2026.5);
 /// @endcode
-class GeomagneticField final : public ReferenceField {
+class AXISCAL_EXPORT GeomagneticField final : public ReferenceField {
  public:
   /// By the built-in model, at the table's place and date.
   GeomagneticField() = default;

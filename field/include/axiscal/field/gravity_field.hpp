@@ -4,6 +4,7 @@
 #include <optional>
 #include <string>
 
+#include "axiscal/core/export.hpp"
 #include "axiscal/field/reference_field.hpp"
 #include "axiscal/field/site.hpp"
 
@@ -16,7 +17,8 @@ namespace axiscal {
 /// @return specific force [m/s^2], frame enu; a model's plumb line is not the ellipsoid's normal.
 /// @throws DomainError  for a bad site.
 /// @throws DataError    if the model is not installed; the message says where it was looked for.
-[[nodiscard]] Eigen::Vector3d gravity_in_enu(const Site& site, const std::string& model = "wgs84");
+[[nodiscard]] AXISCAL_EXPORT Eigen::Vector3d gravity_in_enu(const Site& site,
+                                                            const std::string& model = "wgs84");
 
 /// Specific force on an instrument at rest: gravity, reversed.
 ///
@@ -26,7 +28,7 @@ namespace axiscal {
 /// axiscal::GravityField in_g;                                        // (0, 0, 1) g
 /// axiscal::GravityField in_si(axiscal::Site{.latitude_deg = 52.0});  // (0, 0, 9.8122...) m/s^2
 /// @endcode
-class GravityField final : public ReferenceField {
+class AXISCAL_EXPORT GravityField final : public ReferenceField {
  public:
   /// In units of local gravity: magnitude 1, unit `g`. No site is needed.
   GravityField() = default;

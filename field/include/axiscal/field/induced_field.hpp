@@ -4,6 +4,7 @@
 #include <string>
 #include <string_view>
 
+#include "axiscal/core/export.hpp"
 #include "axiscal/field/reference_field.hpp"
 
 namespace axiscal {
@@ -11,7 +12,7 @@ namespace axiscal {
 /// A field that the experimenter makes: a turntable's rotation, a coil's field, a lamp's light.
 ///
 /// It is fixed in the table's frame, and a reading's `level` is the multiple of it that was set.
-class InducedField final : public ReferenceField {
+class AXISCAL_EXPORT InducedField final : public ReferenceField {
  public:
   /// @param kind            "induced_rotation", "induced_magnetic", "light" or a name of your own.
   /// @param value_in_table  at level 1 [unit], frame table; not zero.

@@ -4,6 +4,7 @@
 #include <string>
 #include <vector>
 
+#include "axiscal/core/export.hpp"
 #include "axiscal/field/reference_field.hpp"
 
 namespace axiscal {
@@ -17,10 +18,10 @@ struct Lamp {
 /// @return the field of several lamps at once: the sum of irradiance times direction, which is what
 ///         an axis with a cosine response that sees all of them answers to [unit], frame table.
 /// @throws DomainError  if there is no lamp, or one has no direction or irradiance.
-[[nodiscard]] Eigen::Vector3d lamps_in_table(const std::vector<Lamp>& lamps);
+[[nodiscard]] AXISCAL_EXPORT Eigen::Vector3d lamps_in_table(const std::vector<Lamp>& lamps);
 
 /// Light: of lamps on the table, of the sun, or from wherever the readings find it.
-class LightField final : public ReferenceField {
+class AXISCAL_EXPORT LightField final : public ReferenceField {
  public:
   /// From a direction that is fitted or stated.
   LightField() = default;

@@ -8,13 +8,14 @@
 #include <Eigen/Core>
 
 #include "axiscal/core/eigen_alignment.hpp"
+#include "axiscal/core/export.hpp"
 #include "axiscal/field/reference_field.hpp"
 
 namespace axiscal {
 
 /// A field that was recorded while the readings were taken: its vector in the table over time, by
 /// another instrument that stayed where it was. Between the times it is linear.
-class RecordedField final : public ReferenceField {
+class AXISCAL_EXPORT RecordedField final : public ReferenceField {
  public:
   /// @param of         which field it is; it says kind, unit and role.
   /// @param times_s    ascending, two or more, by the same clock as the readings' times.
@@ -56,7 +57,7 @@ class RecordedField final : public ReferenceField {
 ///
 /// @param of    as RecordedField.
 /// @throws DataError  for a table of another kind, times that do not ascend, or a vector of zero.
-[[nodiscard]] RecordedField read_recorded_field(const std::string& path,
-                                                std::shared_ptr<const ReferenceField> of);
+[[nodiscard]] AXISCAL_EXPORT RecordedField
+read_recorded_field(const std::string& path, std::shared_ptr<const ReferenceField> of);
 
 }  // namespace axiscal

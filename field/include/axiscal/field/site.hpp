@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include "axiscal/core/export.hpp"
+
 namespace axiscal {
 
 /// A place on or above the Earth. Latitude and longitude are the one exception to radians.
@@ -11,6 +13,6 @@ struct Site {
 };
 
 /// @throws DomainError  if a member of `site` is not finite or out of its range.
-void check_site(const Site& site);
+AXISCAL_EXPORT void check_site(const Site& site);
 
 }  // namespace axiscal

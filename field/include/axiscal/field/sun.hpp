@@ -4,6 +4,7 @@
 #include <Eigen/Core>
 
 #include "axiscal/core/eigen_alignment.hpp"
+#include "axiscal/core/export.hpp"
 #include "axiscal/field/site.hpp"
 
 namespace axiscal {
@@ -27,6 +28,8 @@ struct SunPosition {
 /// @par Source
 /// Meeus, Astronomical Algorithms, 2nd ed. (1998): sun of lower accuracy (ch. 25), sidereal time
 /// (ch. 12), parallax (ch. 40), refraction by Saemundsson's formula (ch. 16).
-[[nodiscard]] SunPosition sun_position(const Site& site, double time_s, bool refraction = false);
+[[nodiscard]] AXISCAL_EXPORT SunPosition sun_position(const Site& site,
+                                                      double time_s,
+                                                      bool refraction = false);
 
 }  // namespace axiscal

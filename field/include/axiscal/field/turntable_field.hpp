@@ -3,13 +3,14 @@
 
 #include <string>
 
+#include "axiscal/core/export.hpp"
 #include "axiscal/field/reference_field.hpp"
 
 namespace axiscal {
 
 /// A turntable's rotation, `induced_rotation`: along the table's normal, and a reading's level is
 /// the multiple of its rate. Of local fields beside it only what lies along its axis is left.
-class TurntableField final : public ReferenceField {
+class AXISCAL_EXPORT TurntableField final : public ReferenceField {
  public:
   /// Of which the experiment states the rate as the field's magnitude.
   TurntableField() = default;

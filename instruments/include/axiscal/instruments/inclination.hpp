@@ -4,6 +4,7 @@
 #include <Eigen/Core>
 
 #include "axiscal/core/eigen_alignment.hpp"
+#include "axiscal/core/export.hpp"
 #include "axiscal/core/units.hpp"
 #include "axiscal/instruments/instrument.hpp"
 
@@ -41,9 +42,10 @@ struct Inclination {
 /// @return the angles; never NaN: asin's argument is clamped and that is flagged.
 /// @par Source
 /// US 7,467,536; method.md, section 7.
-[[nodiscard]] Inclination inclination_from_field(const Eigen::Vector3d& field_in_sensor,
-                                                 double magnitude,
-                                                 const InclinationOptions& options = {}) noexcept;
+[[nodiscard]] AXISCAL_EXPORT Inclination
+inclination_from_field(const Eigen::Vector3d& field_in_sensor,
+                       double magnitude,
+                       const InclinationOptions& options = {}) noexcept;
 
 /// How an instrument lies whose attitude is stated, as by a dividing head: turned by its heading,
 /// then nose up by its pitch, then right side down by its roll.
@@ -53,10 +55,10 @@ struct Inclination {
 ///         same pitch and roll back.
 /// @par Source
 /// method.md, section 7.
-[[nodiscard]] Eigen::Matrix3d rotation_sensor_from_level(double pitch_rad,
-                                                         double roll_rad,
-                                                         double heading_rad,
-                                                         AxisConvention convention);
+[[nodiscard]] AXISCAL_EXPORT Eigen::Matrix3d rotation_sensor_from_level(double pitch_rad,
+                                                                        double roll_rad,
+                                                                        double heading_rad,
+                                                                        AxisConvention convention);
 
 /// An angle and whether the arcsine's argument had to be clamped.
 struct AxisElevation {
@@ -68,6 +70,7 @@ struct AxisElevation {
 ///
 /// @param component  the field along the axis [any unit], finite.
 /// @param magnitude  F [the same unit], positive.
-[[nodiscard]] AxisElevation elevation_of_axis(double component, double magnitude) noexcept;
+[[nodiscard]] AXISCAL_EXPORT AxisElevation elevation_of_axis(double component,
+                                                             double magnitude) noexcept;
 
 }  // namespace axiscal

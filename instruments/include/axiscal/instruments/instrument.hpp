@@ -9,6 +9,7 @@
 #include <Eigen/Core>
 
 #include "axiscal/core/eigen_alignment.hpp"
+#include "axiscal/core/export.hpp"
 
 namespace axiscal {
 
@@ -20,7 +21,7 @@ enum class AxisConvention {
 
 /// @return the convention called "flu" or "frd".
 /// @throws DomainError  for another name.
-[[nodiscard]] AxisConvention parse_convention(std::string_view name);
+[[nodiscard]] AXISCAL_EXPORT AxisConvention parse_convention(std::string_view name);
 
 /// One row of numbers for each sensing axis: its sensitivity to the field's x, y, z.
 using SensitivityMatrix = Eigen::Matrix<double, Eigen::Dynamic, 3>;
@@ -55,23 +56,23 @@ struct Instrument {
 
 /// @return an instrument of a kind with three axes x, y, z.
 /// @param unit  of its readings, any text.
-[[nodiscard]] Instrument accelerometer(const std::string& unit);
-[[nodiscard]] Instrument inclinometer(const std::string& unit);
-[[nodiscard]] Instrument magnetometer(const std::string& unit);
-[[nodiscard]] Instrument gyroscope(const std::string& unit);
-[[nodiscard]] Instrument optical(const std::string& unit);
+[[nodiscard]] AXISCAL_EXPORT Instrument accelerometer(const std::string& unit);
+[[nodiscard]] AXISCAL_EXPORT Instrument inclinometer(const std::string& unit);
+[[nodiscard]] AXISCAL_EXPORT Instrument magnetometer(const std::string& unit);
+[[nodiscard]] AXISCAL_EXPORT Instrument gyroscope(const std::string& unit);
+[[nodiscard]] AXISCAL_EXPORT Instrument optical(const std::string& unit);
 
 /// Takes axes as users write them: "x", or "d=p-n" for the difference of two columns.
 /// @param instrument  its axes and differences are set.
 /// @throws DomainError  for a text that is neither, or names as check_axes().
-void set_axes(Instrument& instrument, const std::vector<std::string>& texts);
+AXISCAL_EXPORT void set_axes(Instrument& instrument, const std::vector<std::string>& texts);
 
 /// @throws DomainError  unless there is an axis and each has a name of its own.
-void check_axes(const Instrument& instrument);
+AXISCAL_EXPORT void check_axes(const Instrument& instrument);
 
 /// @throws DomainError  if a serial number is longer than 200 bytes, holds a control character or
 ///                      is not UTF-8: it becomes part of files' names and of lines on a screen.
-void check_serial(std::string_view serial);
+AXISCAL_EXPORT void check_serial(std::string_view serial);
 
 /// The component of the field that an axis is meant to sense.
 ///
@@ -79,7 +80,8 @@ void check_serial(std::string_view serial);
 /// @param axis        0 .. axis_count() - 1.
 /// @return 0, 1, 2 for x, y, z: what the axis's name ends in ("x", "acc_x", "aX"), else its
 ///         position where there are three; nothing where neither tells.
-[[nodiscard]] std::optional<int> nominal_axis(const Instrument& instrument, Eigen::Index axis);
+[[nodiscard]] AXISCAL_EXPORT std::optional<int> nominal_axis(const Instrument& instrument,
+                                                             Eigen::Index axis);
 
 /// The linear response v = b + S f of an instrument with m axes.
 struct LinearResponse {
@@ -94,8 +96,8 @@ struct LinearResponse {
 };
 
 /// @return nominal_axis(), or where nothing tells the component that the axis reads most.
-[[nodiscard]] int main_axis(const Instrument& instrument,
-                            const LinearResponse& response,
-                            Eigen::Index axis);
+[[nodiscard]] AXISCAL_EXPORT int main_axis(const Instrument& instrument,
+                                           const LinearResponse& response,
+                                           Eigen::Index axis);
 
 }  // namespace axiscal

@@ -13,6 +13,7 @@
 #include <Eigen/Core>
 
 #include "axiscal/core/eigen_alignment.hpp"
+#include "axiscal/core/export.hpp"
 #include "axiscal/instruments/inclination.hpp"
 #include "axiscal/instruments/instrument.hpp"
 
@@ -92,17 +93,17 @@ struct InstrumentKind {
 };
 
 /// @return all kinds that are known: those of this version, then those that were added.
-[[nodiscard]] const std::deque<InstrumentKind>& instrument_kinds();
+[[nodiscard]] AXISCAL_EXPORT const std::deque<InstrumentKind>& instrument_kinds();
 
 /// Adds a kind of instrument. Call it before calibrating, from one thread.
 ///
 /// @return the kind as it is known from now on.
 /// @throws DomainError  if the name is empty or there already, or derived_names are more than four
 ///                      or without derive().
-const InstrumentKind& add_instrument_kind(const InstrumentKind& kind);
+AXISCAL_EXPORT const InstrumentKind& add_instrument_kind(const InstrumentKind& kind);
 
 /// @return the kind of that name.
 /// @throws DomainError  if there is none; the message lists the names.
-[[nodiscard]] const InstrumentKind& find_instrument_kind(std::string_view name);
+[[nodiscard]] AXISCAL_EXPORT const InstrumentKind& find_instrument_kind(std::string_view name);
 
 }  // namespace axiscal

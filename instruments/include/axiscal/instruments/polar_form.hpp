@@ -4,6 +4,7 @@
 #include <Eigen/Core>
 
 #include "axiscal/core/eigen_alignment.hpp"
+#include "axiscal/core/export.hpp"
 #include "axiscal/instruments/instrument.hpp"
 
 namespace axiscal {
@@ -31,9 +32,9 @@ struct PolarForm {
 /// @throws DomainError  if `nominal_axis` is not 0, 1 or 2.
 /// @par Source
 /// Tripp and Tcheng, NASA/TP-1999-209835; US 7,467,536; method.md, section 3.1.
-[[nodiscard]] PolarForm polar_from_sensitivity(const Eigen::Vector3d& sensitivity,
-                                               int nominal_axis,
-                                               AxisConvention convention);
+[[nodiscard]] AXISCAL_EXPORT PolarForm polar_from_sensitivity(const Eigen::Vector3d& sensitivity,
+                                                              int nominal_axis,
+                                                              AxisConvention convention);
 
 /// The way back: T = s (cos(Omega) e_k + sin(Omega) (cos(A) e_k+1 + sin(A) e_k+2)).
 ///
@@ -41,8 +42,8 @@ struct PolarForm {
 /// @throws DomainError  if `nominal_axis` is not 0, 1 or 2.
 /// @par Source
 /// method.md, section 3.1.
-[[nodiscard]] Eigen::Vector3d sensitivity_from_polar(const PolarForm& polar,
-                                                     int nominal_axis,
-                                                     AxisConvention convention);
+[[nodiscard]] AXISCAL_EXPORT Eigen::Vector3d sensitivity_from_polar(const PolarForm& polar,
+                                                                    int nominal_axis,
+                                                                    AxisConvention convention);
 
 }  // namespace axiscal

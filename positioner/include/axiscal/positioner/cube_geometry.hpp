@@ -5,6 +5,7 @@
 #include <optional>
 #include <vector>
 
+#include "axiscal/core/export.hpp"
 #include "axiscal/positioner/positioner.hpp"
 
 namespace axiscal {
@@ -28,6 +29,6 @@ struct CubeGeometry {
 
 /// @par Source
 /// method.md, section 9.
-[[nodiscard]] CubeGeometry describe_geometry(const Positioner& positioner);
+[[nodiscard]] AXISCAL_EXPORT CubeGeometry describe_geometry(const Positioner& positioner);
 
 }  // namespace axiscal

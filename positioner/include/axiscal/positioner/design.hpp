@@ -5,6 +5,7 @@
 #include <optional>
 #include <vector>
 
+#include "axiscal/core/export.hpp"
 #include "axiscal/field/field_level.hpp"
 #include "axiscal/positioner/design_point.hpp"
 
@@ -28,7 +29,7 @@ struct DesignEntry {
 /// @throws DomainError  for another number.
 /// @par Source
 /// method.md, section 2; US 7,467,536.
-[[nodiscard]] std::vector<DesignEntry> standard_design(int points);
+[[nodiscard]] AXISCAL_EXPORT std::vector<DesignEntry> standard_design(int points);
 
 /// One line of a run sheet.
 struct RunSheetRow {
@@ -45,15 +46,17 @@ struct RunSheetRow {
 /// @param seed        the same seed gives the same order on every machine.
 /// @param temperatures  to be soaked at, in this order, with all replicates at each.
 /// @throws DomainError  if the design is empty or `replicates` is less than 1.
-[[nodiscard]] std::vector<RunSheetRow> make_run_sheet(const std::vector<DesignEntry>& design,
-                                                      int replicates,
-                                                      std::uint64_t seed,
-                                                      const std::vector<double>& temperatures = {});
+[[nodiscard]] AXISCAL_EXPORT std::vector<RunSheetRow> make_run_sheet(
+    const std::vector<DesignEntry>& design,
+    int replicates,
+    std::uint64_t seed,
+    const std::vector<double>& temperatures = {});
 
 /// The same by a stream, RandomStream(seed) for that seed's order.
-[[nodiscard]] std::vector<RunSheetRow> make_run_sheet(const std::vector<DesignEntry>& design,
-                                                      int replicates,
-                                                      RandomStream& random,
-                                                      const std::vector<double>& temperatures);
+[[nodiscard]] AXISCAL_EXPORT std::vector<RunSheetRow> make_run_sheet(
+    const std::vector<DesignEntry>& design,
+    int replicates,
+    RandomStream& random,
+    const std::vector<double>& temperatures);
 
 }  // namespace axiscal

@@ -11,6 +11,7 @@
 #include <Eigen/Core>
 
 #include "axiscal/core/eigen_alignment.hpp"
+#include "axiscal/core/export.hpp"
 #include "axiscal/core/version.hpp"
 
 namespace axiscal {
@@ -42,13 +43,13 @@ inline constexpr std::array all_faces = {Face::plus_x,  Face::minus_x, Face::plu
 }
 
 /// @return the outward normal of the nominal cube's face; its entries are 0, 1 and -1.
-[[nodiscard]] Eigen::Vector3d nominal_normal(Face face);
+[[nodiscard]] AXISCAL_EXPORT Eigen::Vector3d nominal_normal(Face face);
 
 /// @return "+X", "-X", ...
-[[nodiscard]] std::string_view face_name(Face face);
+[[nodiscard]] AXISCAL_EXPORT std::string_view face_name(Face face);
 
 /// @return the face named by "+X", "X+", "+x" or "x+"; nothing for another text.
-[[nodiscard]] std::optional<Face> parse_face(std::string_view text) noexcept;
+[[nodiscard]] AXISCAL_EXPORT std::optional<Face> parse_face(std::string_view text) noexcept;
 
 /// One of the 24 ways to lay the cube down: the face on the table and the face at the fence.
 class DesignPoint {

@@ -4,17 +4,18 @@
 #include <Eigen/Core>
 
 #include "axiscal/core/eigen_alignment.hpp"
+#include "axiscal/core/export.hpp"
 #include "axiscal/positioner/design_point.hpp"
 
 namespace axiscal {
 
 /// @param direction_in_positioner  of any length but 0.
 /// @return the face of the nominal cube whose outward normal is nearest to a direction.
-[[nodiscard]] Face nearest_face(const Eigen::Vector3d& direction_in_positioner);
+[[nodiscard]] AXISCAL_EXPORT Face nearest_face(const Eigen::Vector3d& direction_in_positioner);
 
 /// @return the face of the nominal cube that looks along a direction of the table when the cube
 ///         lies at a point.
-[[nodiscard]] Face face_towards(const DesignPoint& point,
-                                const Eigen::Vector3d& direction_in_table);
+[[nodiscard]] AXISCAL_EXPORT Face face_towards(const DesignPoint& point,
+                                               const Eigen::Vector3d& direction_in_table);
 
 }  // namespace axiscal

@@ -7,6 +7,7 @@
 #include <Eigen/Core>
 
 #include "axiscal/core/eigen_alignment.hpp"
+#include "axiscal/core/export.hpp"
 #include "axiscal/positioner/design_point.hpp"
 
 namespace axiscal {
@@ -35,7 +36,7 @@ struct ContactPlane {
 ///         0, balls that go into each other, feet in a line, no plane that touches all three, or a
 ///         plane more than 0.2 rad from the face's nominal direction or on the wrong side of the
 ///         centre.
-[[nodiscard]] std::string defect_of_feet(Face face, const Feet& feet);
+[[nodiscard]] AXISCAL_EXPORT std::string defect_of_feet(Face face, const Feet& feet);
 
 /// The plane tangent to three balls, on the outer side of the face: n . c_i + r_i = d.
 ///
@@ -44,7 +45,7 @@ struct ContactPlane {
 /// @throws DomainError  if the feet have a defect_of_feet().
 /// @par Source
 /// method.md, section 9.
-[[nodiscard]] ContactPlane contact_plane(Face face, const Feet& feet);
+[[nodiscard]] AXISCAL_EXPORT ContactPlane contact_plane(Face face, const Feet& feet);
 
 /// A ball frame as it is drawn: all faces alike.
 ///
@@ -65,21 +66,23 @@ struct BallFrame {
 /// @return three balls a face, in the order of Face.
 /// @throws DomainError  if the edge is not positive, a height or radius negative, a foot not on its
 ///                      face, or the feet have a defect_of_feet().
-[[nodiscard]] CubeFeet feet_of_frame(const BallFrame& frame);
+[[nodiscard]] AXISCAL_EXPORT CubeFeet feet_of_frame(const BallFrame& frame);
 
 /// Feet from protuberances of any kind, each touching at a point.
 ///
 /// @return balls of radius 0; a face's are checked where a Positioner is made of them.
 /// @param points  of each face in the order of Face, three points [m], frame positioner.
-[[nodiscard]] CubeFeet feet_from_points(
-    const std::array<std::array<Eigen::Vector3d, 3>, all_faces.size()>& points);
+[[nodiscard]] AXISCAL_EXPORT CubeFeet
+feet_from_points(const std::array<std::array<Eigen::Vector3d, 3>, all_faces.size()>& points);
 
 /// @return the same feet, turned together about their middle.
-[[nodiscard]] Feet feet_rotated(const Feet& feet, const Eigen::Matrix3d& rotation);
+[[nodiscard]] AXISCAL_EXPORT Feet feet_rotated(const Feet& feet, const Eigen::Matrix3d& rotation);
 
 /// @param normal  outward unit normal, frame positioner.
 /// @return the same feet, turned together about their middle so that their plane has that normal.
 /// @throws DomainError  if the feet have a defect_of_feet(), or the normal is opposite to theirs.
-[[nodiscard]] Feet feet_turned_to(Face face, const Feet& feet, const Eigen::Vector3d& normal);
+[[nodiscard]] AXISCAL_EXPORT Feet feet_turned_to(Face face,
+                                                 const Feet& feet,
+                                                 const Eigen::Vector3d& normal);
 
 }  // namespace axiscal

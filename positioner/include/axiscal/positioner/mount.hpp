@@ -7,6 +7,7 @@
 #include <Eigen/Core>
 
 #include "axiscal/core/eigen_alignment.hpp"
+#include "axiscal/core/export.hpp"
 
 namespace axiscal {
 
@@ -32,17 +33,18 @@ enum class WebAxis { x, y };
 /// @return the first as the cube, the second turned.
 /// @par Source
 /// method.md, section 9; US 7,467,536.
-[[nodiscard]] std::vector<Mount> h_shaped_mounts(const std::string& first,
-                                                 const std::string& second,
-                                                 WebAxis axis = WebAxis::x);
+[[nodiscard]] AXISCAL_EXPORT std::vector<Mount> h_shaped_mounts(const std::string& first,
+                                                                const std::string& second,
+                                                                WebAxis axis = WebAxis::x);
 
 /// Instruments in one orientation, that of the cube: single (one slot), triple (three), any number.
-[[nodiscard]] std::vector<Mount> parallel_mounts(const std::vector<std::string>& slots);
+[[nodiscard]] AXISCAL_EXPORT std::vector<Mount> parallel_mounts(
+    const std::vector<std::string>& slots);
 
 /// Checks mounts, and makes matrices that were written with few digits rotations to the last digit.
 ///
 /// @throws DomainError  if a slot has no name or its name twice, a matrix is no rotation (to 1e-6),
 ///                      or a repeatability is negative.
-[[nodiscard]] std::vector<Mount> checked_mounts(std::vector<Mount> mounts);
+[[nodiscard]] AXISCAL_EXPORT std::vector<Mount> checked_mounts(std::vector<Mount> mounts);
 
 }  // namespace axiscal

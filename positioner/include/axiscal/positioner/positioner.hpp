@@ -11,6 +11,7 @@
 #include <Eigen/Core>
 
 #include "axiscal/core/eigen_alignment.hpp"
+#include "axiscal/core/export.hpp"
 #include "axiscal/positioner/design_point.hpp"
 #include "axiscal/positioner/feet.hpp"
 #include "axiscal/positioner/mount.hpp"
@@ -23,13 +24,13 @@ namespace axiscal {
 ///
 /// @return "" for a good one; else why it cannot be: not of unit length to 1e-6, or more than
 ///         0.2 rad from the face's nominal direction (a face mixed up, a left-handed frame).
-[[nodiscard]] std::string defect_of_normal(Face face, const Eigen::Vector3d& normal);
+[[nodiscard]] AXISCAL_EXPORT std::string defect_of_normal(Face face, const Eigen::Vector3d& normal);
 
 /// Outward unit normals in the order of Face, frame positioner.
 using FaceNormals = std::array<Eigen::Vector3d, all_faces.size()>;
 
 /// @throws DomainError  unless the matrix is symmetric and has no negative eigenvalue.
-void check_normal_covariance(const Eigen::Matrix<double, 18, 18>& covariance);
+AXISCAL_EXPORT void check_normal_covariance(const Eigen::Matrix<double, 18, 18>& covariance);
 
 /// Covariance of the normals, faces in the order of Face, each x y z [rad^2].
 using NormalCovariance = Eigen::Matrix<double, 18, 18>;
@@ -151,7 +152,7 @@ class Positioner {
 };
 
 /// @return a sentence for each of the points at which the cube's seat rocks.
-[[nodiscard]] std::vector<std::string> rocking_remarks(const Positioner& positioner,
-                                                       const std::set<DesignPoint>& points);
+[[nodiscard]] AXISCAL_EXPORT std::vector<std::string> rocking_remarks(
+    const Positioner& positioner, const std::set<DesignPoint>& points);
 
 }  // namespace axiscal

@@ -4,6 +4,7 @@
 #include <string>
 #include <string_view>
 
+#include "axiscal/core/export.hpp"
 #include "axiscal/positioner/positioner.hpp"
 
 namespace axiscal {
@@ -19,12 +20,13 @@ namespace axiscal {
 /// @throws DataError  `PATH: /json/pointer: ...` if the text is no such file: wrong format or
 ///                    version, a face missing or misnamed, a normal that is not of unit length,
 ///                    feet that are not three, in a line or in each other, an unknown key.
-[[nodiscard]] Positioner parse_positioner(std::string_view text, const std::string& path);
+[[nodiscard]] AXISCAL_EXPORT Positioner parse_positioner(std::string_view text,
+                                                         const std::string& path);
 
 /// As parse_positioner(), from a file; `-` is standard input.
-[[nodiscard]] Positioner read_positioner(const std::string& path);
+[[nodiscard]] AXISCAL_EXPORT Positioner read_positioner(const std::string& path);
 
 /// @return the positioner as such a file.
-[[nodiscard]] std::string positioner_json(const Positioner& positioner);
+[[nodiscard]] AXISCAL_EXPORT std::string positioner_json(const Positioner& positioner);
 
 }  // namespace axiscal

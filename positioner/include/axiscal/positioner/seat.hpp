@@ -7,6 +7,7 @@
 #include <Eigen/Core>
 
 #include "axiscal/core/eigen_alignment.hpp"
+#include "axiscal/core/export.hpp"
 #include "axiscal/positioner/feet.hpp"
 
 namespace axiscal {
@@ -38,8 +39,7 @@ struct Seat {
 /// @return the seat; `defect` says so where no pair is stable within 0.3 rad of the start.
 /// @par Source
 /// method.md, section 9.
-[[nodiscard]] Seat seat_at_fence(const Eigen::Matrix3d& rotation_table_from_positioner,
-                                 const Feet& fence_feet,
-                                 double lean_rad);
+[[nodiscard]] AXISCAL_EXPORT Seat seat_at_fence(
+    const Eigen::Matrix3d& rotation_table_from_positioner, const Feet& fence_feet, double lean_rad);
 
 }  // namespace axiscal

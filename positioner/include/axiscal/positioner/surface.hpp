@@ -7,6 +7,7 @@
 #include <Eigen/Core>
 
 #include "axiscal/core/eigen_alignment.hpp"
+#include "axiscal/core/export.hpp"
 
 namespace axiscal {
 
@@ -35,7 +36,7 @@ struct AdjusterMove {
 };
 
 /// @throws DomainError  unless there are three or more, finite, and not in a line.
-void check_adjusters(const std::vector<Eigen::Vector2d>& adjusters_m);
+AXISCAL_EXPORT void check_adjusters(const std::vector<Eigen::Vector2d>& adjusters_m);
 
 /// The heights that level a table, by raising only: the highest adjuster stays.
 ///
@@ -49,12 +50,12 @@ void check_adjusters(const std::vector<Eigen::Vector2d>& adjusters_m);
 ///                      finite, the pitch is not positive, or the slope is not below 1.
 /// @par Source
 /// method.md, section 9; US 7,467,536.
-[[nodiscard]] std::vector<AdjusterMove> level_table(const Eigen::Vector2d& slope,
-                                                    const Eigen::Matrix2d& covariance,
-                                                    const Surface& surface);
+[[nodiscard]] AXISCAL_EXPORT std::vector<AdjusterMove> level_table(
+    const Eigen::Vector2d& slope, const Eigen::Matrix2d& covariance, const Surface& surface);
 
 /// The fence's lean once the table is level: unchanged for one piece; a fence that stands by itself
 /// keeps its direction in the room while the table turns under it by the slope's y.
-[[nodiscard]] double fence_lean_when_level(const Surface& surface, const Eigen::Vector2d& slope);
+[[nodiscard]] AXISCAL_EXPORT double fence_lean_when_level(const Surface& surface,
+                                                          const Eigen::Vector2d& slope);
 
 }  // namespace axiscal

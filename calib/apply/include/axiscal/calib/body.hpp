@@ -12,6 +12,7 @@
 #include "axiscal/calib/observations.hpp"
 #include "axiscal/core/csv_reader.hpp"
 #include "axiscal/core/eigen_alignment.hpp"
+#include "axiscal/core/export.hpp"
 
 namespace axiscal {
 
@@ -63,8 +64,8 @@ struct BodyOptions {
 /// `flat`, the name of a face; without either all are at pitch and roll 0, as a tare's.
 ///
 /// @throws DataError  as read_observations(); for a row that is at both or at neither.
-[[nodiscard]] std::vector<ReferenceReading> read_references(CsvReader& csv,
-                                                            const Calibration& calibration);
+[[nodiscard]] AXISCAL_EXPORT std::vector<ReferenceReading> read_references(
+    CsvReader& csv, const Calibration& calibration);
 
 /// Finds how a sensor sits in its model, by readings at references: sum |u_i - R f_i|^2 is least.
 ///
@@ -77,9 +78,10 @@ struct BodyOptions {
 /// @throws DomainError   for another calibration, or readings of other than its axes.
 /// @par Source
 /// Wahba, SIAM Review 7 (1965) 409; method.md, section 11.
-[[nodiscard]] BodyRotation find_body_rotation(const Calibration& calibration,
-                                              const std::vector<ReferenceReading>& references,
-                                              const BodyOptions& options = {});
+[[nodiscard]] AXISCAL_EXPORT BodyRotation
+find_body_rotation(const Calibration& calibration,
+                   const std::vector<ReferenceReading>& references,
+                   const BodyOptions& options = {});
 
 /// Turns the rotation by the smallest angle that makes it agree with readings in one attitude of
 /// the model.
@@ -90,10 +92,10 @@ struct BodyOptions {
 ///
 /// @param tare  one reading or more in one attitude; level where none is stated.
 /// @throws RefusedError  if it would turn by more than 0.2 rad: the model was not in that attitude.
-[[nodiscard]] BodyRotation tared(const Calibration& calibration,
-                                 BodyRotation body,
-                                 const std::vector<ReferenceReading>& tare,
-                                 const BodyOptions& options = {});
+[[nodiscard]] AXISCAL_EXPORT BodyRotation tared(const Calibration& calibration,
+                                                BodyRotation body,
+                                                const std::vector<ReferenceReading>& tare,
+                                                const BodyOptions& options = {});
 
 /// The calibration in the model's axes: everything that is derived from it is then the model's, and
 /// its uncertainty holds the rotation's, correlated with the calibration's where the rotation was
@@ -101,16 +103,17 @@ struct BodyOptions {
 ///
 /// @param same_record  whether it is the record that the rotation was found with.
 /// @throws DomainError  for other than three axes or more.
-[[nodiscard]] Calibration in_model_frame(Calibration calibration,
-                                         const BodyRotation& body,
-                                         bool same_record);
+[[nodiscard]] AXISCAL_EXPORT Calibration in_model_frame(Calibration calibration,
+                                                        const BodyRotation& body,
+                                                        bool same_record);
 
 /// @return the file's text (formats.md, Rotation of a body).
-[[nodiscard]] std::string body_rotation_json(const BodyRotation& body);
+[[nodiscard]] AXISCAL_EXPORT std::string body_rotation_json(const BodyRotation& body);
 
 /// @throws DataError  if the text is no such file.
-[[nodiscard]] BodyRotation parse_body_rotation(std::string_view text, const std::string& path);
-[[nodiscard]] BodyRotation read_body_rotation(const std::string& path);
+[[nodiscard]] AXISCAL_EXPORT BodyRotation parse_body_rotation(std::string_view text,
+                                                              const std::string& path);
+[[nodiscard]] AXISCAL_EXPORT BodyRotation read_body_rotation(const std::string& path);
 
 /// The turn between two instruments on the two sides of a mechanical joint in a model, from one
 /// reading of each instrument.
@@ -125,11 +128,12 @@ struct JointMovement {
 /// @param degrees_of_freedom   of the scatter that these rest on.
 /// @par Source
 /// method.md, section 11: F of rank 2, as the turn about the vertical is never seen.
-[[nodiscard]] JointMovement joint_movement(const Eigen::Vector3d& first,
-                                           const std::optional<Eigen::Matrix3d>& first_covariance,
-                                           const Eigen::Vector3d& second,
-                                           const std::optional<Eigen::Matrix3d>& second_covariance,
-                                           double degrees_of_freedom);
+[[nodiscard]] AXISCAL_EXPORT JointMovement
+joint_movement(const Eigen::Vector3d& first,
+               const std::optional<Eigen::Matrix3d>& first_covariance,
+               const Eigen::Vector3d& second,
+               const std::optional<Eigen::Matrix3d>& second_covariance,
+               double degrees_of_freedom);
 
 /// The difference between a rotation and an earlier one. If both have the same calibration, its
 /// error cancels as far as the references were the same; the comparison leaves this error out.
@@ -140,6 +144,7 @@ struct BodyChange {
 };
 
 /// @throws RefusedError  if the uncertainty about an axis is zero for both.
-[[nodiscard]] BodyChange compare_rotations(const BodyRotation& before, const BodyRotation& after);
+[[nodiscard]] AXISCAL_EXPORT BodyChange compare_rotations(const BodyRotation& before,
+                                                          const BodyRotation& after);
 
 }  // namespace axiscal

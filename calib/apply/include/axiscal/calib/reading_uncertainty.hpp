@@ -14,6 +14,7 @@
 #include "axiscal/calib/reduction.hpp"
 #include "axiscal/calib/uncertainty.hpp"
 #include "axiscal/core/eigen_alignment.hpp"
+#include "axiscal/core/export.hpp"
 
 namespace axiscal {
 
@@ -28,7 +29,7 @@ struct ReadingNoise {
 
 /// @return the readings' uncertainties in a record: their resolution and the temperature output's
 ///         uncertainty. The scatter is that of the fit.
-[[nodiscard]] ReadingNoise stated_noise(const Calibration& calibration);
+[[nodiscard]] AXISCAL_EXPORT ReadingNoise stated_noise(const Calibration& calibration);
 
 /// Uncertainties of a reading's results, in their units.
 struct UncertaintyOfResults {
@@ -46,9 +47,9 @@ struct ReducedUncertainty : UncertaintyOfResults {
 /// @return derivative of a reading with respect to the calibration's parameters, m x p, in the
 ///         order of their names.
 /// @throws DomainError  if the record lacks statistics.
-[[nodiscard]] Eigen::MatrixXd change_with_parameters(const Calibration& calibration,
-                                                     const Eigen::Vector3d& field,
-                                                     const ReadingContext& context);
+[[nodiscard]] AXISCAL_EXPORT Eigen::MatrixXd change_with_parameters(const Calibration& calibration,
+                                                                    const Eigen::Vector3d& field,
+                                                                    const ReadingContext& context);
 
 class ReadingPropagation;
 
@@ -56,9 +57,9 @@ class ReadingPropagation;
 /// @param direction    of the field, unit vector, frame sensor.
 /// @return the expanded uncertainty (95 %) of the angle between the field and the result [deg],
 ///         about the axis with the largest uncertainty.
-[[nodiscard]] double direction_uncertainty_deg(const Calibration& calibration,
-                                               const ReadingPropagation& propagation,
-                                               const Eigen::Vector3d& direction);
+[[nodiscard]] AXISCAL_EXPORT double direction_uncertainty_deg(const Calibration& calibration,
+                                                              const ReadingPropagation& propagation,
+                                                              const Eigen::Vector3d& direction);
 
 /// Propagates the uncertainties of a calibration and of a reading to field components and to
 /// derived quantities, in any attitude (method.md, section 8).
@@ -207,16 +208,16 @@ struct AttitudeBudget {
 /// @param field_in_sensor  the field that is read [field unit of the record].
 /// @param temperature      of the sensor; default: the calibration's reference.
 /// @throws DomainError  as ReadingPropagation, and for fewer than three axes.
-[[nodiscard]] AttitudeBudget attitude_budget(const Calibration& calibration,
-                                             const ReductionOptions& options,
-                                             const ReadingNoise& noise,
-                                             const Eigen::Vector3d& field_in_sensor,
-                                             std::optional<double> temperature = {});
+[[nodiscard]] AXISCAL_EXPORT AttitudeBudget attitude_budget(const Calibration& calibration,
+                                                            const ReductionOptions& options,
+                                                            const ReadingNoise& noise,
+                                                            const Eigen::Vector3d& field_in_sensor,
+                                                            std::optional<double> temperature = {});
 
 /// @return the field of a pitch and roll in the sensor's frame [field unit of the record].
-[[nodiscard]] Eigen::Vector3d field_of_attitude(const SensorModel& sensor,
-                                                double pitch_rad,
-                                                double roll_rad);
+[[nodiscard]] AXISCAL_EXPORT Eigen::Vector3d field_of_attitude(const SensorModel& sensor,
+                                                               double pitch_rad,
+                                                               double roll_rad);
 
 /// Tests the validity of the linear propagation by Monte Carlo (JCGM 101).
 struct MonteCarloCheck {
@@ -234,7 +235,7 @@ struct MonteCarloCheck {
 /// the spread against attitude_budget().
 /// @param trials  at least 1000.
 /// @throws DomainError  as attitude_budget(), and for fewer trials.
-[[nodiscard]] std::vector<MonteCarloCheck> check_by_monte_carlo(
+[[nodiscard]] AXISCAL_EXPORT std::vector<MonteCarloCheck> check_by_monte_carlo(
     const Calibration& calibration,
     const ReductionOptions& options,
     const ReadingNoise& noise,

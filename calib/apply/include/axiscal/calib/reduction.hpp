@@ -11,6 +11,7 @@
 
 #include "axiscal/calib/calibration.hpp"
 #include "axiscal/core/eigen_alignment.hpp"
+#include "axiscal/core/export.hpp"
 #include "axiscal/instruments/instrument_kind.hpp"
 
 namespace axiscal {
@@ -53,18 +54,19 @@ struct FieldConversion {
 /// @param there      the place of the readings; by default the place of the record.
 /// @throws DomainError  if the units do not convert, or if a record in `g` lacks the gravity of its
 /// site.
-[[nodiscard]] FieldConversion field_conversion(const FieldDescription& field,
-                                               const std::string& unit,
-                                               const FieldThere& there = {});
+[[nodiscard]] AXISCAL_EXPORT FieldConversion field_conversion(const FieldDescription& field,
+                                                              const std::string& unit,
+                                                              const FieldThere& there = {});
 
 /// A calibration in another unit of the field.
 /// @param conversion  as field_conversion(); its magnitude becomes the record's.
-[[nodiscard]] Calibration converted(Calibration calibration, const FieldConversion& conversion);
+[[nodiscard]] AXISCAL_EXPORT Calibration converted(Calibration calibration,
+                                                   const FieldConversion& conversion);
 
 /// The same calibration in the frame of its assembly, so that all instruments of the assembly
 /// (mirrored ones of an H frame too) give the field in one frame. A record without an assembly is
 /// returned unchanged.
-[[nodiscard]] Calibration in_assembly_frame(Calibration calibration);
+[[nodiscard]] AXISCAL_EXPORT Calibration in_assembly_frame(Calibration calibration);
 
 /// Additional inputs besides the readings of an instrument.
 struct ReadingContext {

@@ -11,6 +11,7 @@
 #include "axiscal/calib/reading_uncertainty.hpp"
 #include "axiscal/calib/reduction.hpp"
 #include "axiscal/core/csv_reader.hpp"
+#include "axiscal/core/export.hpp"
 
 namespace axiscal {
 
@@ -22,12 +23,13 @@ struct ReadingColumn {
 };
 
 /// @return the columns of an instrument's axes.
-[[nodiscard]] std::vector<ReadingColumn> reading_columns(const Instrument& instrument);
+[[nodiscard]] AXISCAL_EXPORT std::vector<ReadingColumn> reading_columns(
+    const Instrument& instrument);
 
 /// @return the columns of a record's axes in a table: their names, or SLOT.axis in a table of its
 ///         whole assembly.
-[[nodiscard]] std::vector<ReadingColumn> columns_in(const CsvReader& csv,
-                                                    const Calibration& calibration);
+[[nodiscard]] AXISCAL_EXPORT std::vector<ReadingColumn> columns_in(const CsvReader& csv,
+                                                                   const Calibration& calibration);
 
 /// Where a table has what the temperature sensors of a record say: none without temperature terms,
 /// one, or one for each axis.
@@ -37,10 +39,11 @@ using TemperaturePlaces = std::vector<std::size_t>;
 /// @param column  of a single sensor; for a slot, SLOT.column if it exists. Axes with separate
 ///                sensors have AXIS_temperature or temperature_AXIS.
 /// @throws DataError  where one is missing.
-[[nodiscard]] TemperaturePlaces temperature_places(const CsvReader& csv,
-                                                   const std::vector<ReadingColumn>& axes,
-                                                   const SensorModel& sensor,
-                                                   const std::string& column = "temperature");
+[[nodiscard]] AXISCAL_EXPORT TemperaturePlaces
+temperature_places(const CsvReader& csv,
+                   const std::vector<ReadingColumn>& axes,
+                   const SensorModel& sensor,
+                   const std::string& column = "temperature");
 
 /// A second instrument in the same rows, on the other side of a mechanical joint of one model.
 struct JointColumns {
@@ -115,17 +118,18 @@ struct ReductionCsvSummary {
 /// @param sink     takes the text, block by block.
 /// @throws DataError  if a column is missing or the output would have one twice; with `strict` for
 ///                    the first row that cannot be reduced.
-ReductionCsvSummary reduce_csv(CsvReader& csv,
-                               const std::vector<ReadingColumn>& axes,
-                               const Reducer& reducer,
-                               const ReductionCsvOptions& options,
-                               const std::function<void(std::string_view)>& sink);
+AXISCAL_EXPORT ReductionCsvSummary reduce_csv(CsvReader& csv,
+                                              const std::vector<ReadingColumn>& axes,
+                                              const Reducer& reducer,
+                                              const ReductionCsvOptions& options,
+                                              const std::function<void(std::string_view)>& sink);
 
 /// The header before binary rows in a NumPy file: the names of the columns. Its length does not
 /// depend on the number of rows.
-[[nodiscard]] std::string reduction_npy_header(const std::vector<ReadingColumn>& axes,
-                                               const Reducer& reducer,
-                                               const ReductionCsvOptions& options,
-                                               std::size_t rows);
+[[nodiscard]] AXISCAL_EXPORT std::string reduction_npy_header(
+    const std::vector<ReadingColumn>& axes,
+    const Reducer& reducer,
+    const ReductionCsvOptions& options,
+    std::size_t rows);
 
 }  // namespace axiscal

@@ -8,6 +8,7 @@
 #include "axiscal/calib/experiment.hpp"
 #include "axiscal/calib/observations.hpp"
 #include "axiscal/calib/run.hpp"
+#include "axiscal/core/export.hpp"
 
 namespace axiscal {
 
@@ -22,7 +23,7 @@ struct SlotObservations {
 /// @param run  its responses are the axes of the first slot, then those of the second, ...
 /// @throws DomainError  if the list of slots is empty, or if the number of responses differs from
 ///         the number of axes.
-[[nodiscard]] std::vector<SlotObservations> split_by_slot(const Run& run);
+[[nodiscard]] AXISCAL_EXPORT std::vector<SlotObservations> split_by_slot(const Run& run);
 
 /// The orientation of a slot's instrument in its positioner.
 ///
@@ -33,17 +34,19 @@ struct SlotObservations {
 /// @return the rotation of the positioner's mount with that name. If a name is not stated, it is
 ///         the rotation of the only mount, unless that mount belongs to a reference; otherwise 1.
 /// @throws SetupError  if the positioner has mounts, but none for the slot.
-[[nodiscard]] Eigen::Matrix3d mount_rotation(const Positioner& positioner, const std::string& slot);
+[[nodiscard]] AXISCAL_EXPORT Eigen::Matrix3d mount_rotation(const Positioner& positioner,
+                                                            const std::string& slot);
 
 /// @return true if the slot's mount belongs to an instrument that the positioner was measured with.
-[[nodiscard]] bool is_of_reference(const Positioner& positioner, const std::string& slot);
+[[nodiscard]] AXISCAL_EXPORT bool is_of_reference(const Positioner& positioner,
+                                                  const std::string& slot);
 
 /// The mounts of an assembly's slots.
 ///
 /// @param assembly  "parallel", "single", "triple": as the cube; "h", "h:y": see h_shaped_mounts().
 /// @throws DomainError  for another name, or one that does not suit the number of slots.
-[[nodiscard]] std::vector<Mount> mounts_of_assembly(const std::string& assembly,
-                                                    const std::vector<std::string>& slots);
+[[nodiscard]] AXISCAL_EXPORT std::vector<Mount> mounts_of_assembly(
+    const std::string& assembly, const std::vector<std::string>& slots);
 
 /// The levelness of one instrument of an assembly.
 struct SlotLevelness {
@@ -65,7 +68,8 @@ struct SlotLevelness {
 /// @throws DomainError  if there are fewer.
 /// @par Source
 /// method.md, section 9; beyond US 7,467,536.
-[[nodiscard]] CombinedLevelness combine_levelness(const std::vector<SlotLevelness>& slots);
+[[nodiscard]] AXISCAL_EXPORT CombinedLevelness
+combine_levelness(const std::vector<SlotLevelness>& slots);
 
 /// The turns between the axes of one instrument and those of another. An instrument's frame is the
 /// rotation closest to its axes' directions, so non-orthogonality turns the frame as little as
@@ -77,11 +81,12 @@ struct SlotLevelness {
 /// @throws DomainError  for other than three axes.
 /// @par Source
 /// method.md, section 9.
-[[nodiscard]] SlotAlignment alignment_of(const Calibration& from, const Calibration& to);
+[[nodiscard]] AXISCAL_EXPORT SlotAlignment alignment_of(const Calibration& from,
+                                                        const Calibration& to);
 
 /// @return the turn of the other's frame in addition to its quarter turns (and mirroring), as a
 ///         rotation vector [rad].
-[[nodiscard]] Eigen::Vector3d turn_beside_quarters(const SlotAlignment& alignment);
+[[nodiscard]] AXISCAL_EXPORT Eigen::Vector3d turn_beside_quarters(const SlotAlignment& alignment);
 
 /// Calibrates several instruments from one run: each in its slot, with its mount's rotation.
 ///
@@ -96,7 +101,7 @@ struct SlotLevelness {
 ///         of field say together, and the alignments with the others; a slot that disagrees with
 ///         the others about the table has a warning.
 /// @throws SetupError, RefusedError  as calibrate(); the message starts with the slot.
-[[nodiscard]] std::vector<Calibration> calibrate_assembly(
+[[nodiscard]] AXISCAL_EXPORT std::vector<Calibration> calibrate_assembly(
     const Experiment& experiment, const std::vector<SlotObservations>& slots);
 
 }  // namespace axiscal

@@ -10,6 +10,7 @@
 #include "axiscal/calib/observations.hpp"
 #include "axiscal/calib/run.hpp"
 #include "axiscal/core/eigen_alignment.hpp"
+#include "axiscal/core/export.hpp"
 
 namespace axiscal {
 
@@ -18,7 +19,8 @@ namespace axiscal {
 /// `known` if the readings bring their field or lack fence faces, `magnitude` if they lack labels,
 /// else `joint`. `paired`, the method of the patent, must be stated: its averages of 12 readings
 /// leave 2 degrees of freedom for an axis, `joint` 7.3 with the same estimates.
-[[nodiscard]] Method choose_method(const Experiment& experiment, const Observations& observations);
+[[nodiscard]] AXISCAL_EXPORT Method choose_method(const Experiment& experiment,
+                                                  const Observations& observations);
 
 /// Calibrates an instrument: from readings to bias and sensitivity with their uncertainty.
 ///
@@ -44,7 +46,8 @@ namespace axiscal {
 /// @throws RefusedError        if the readings are too few, or do not suit the method.
 /// @par Source
 /// method.md, sections 2 to 5; US 7,467,536.
-[[nodiscard]] Calibration calibrate(const Experiment& experiment, const Observations& observations);
+[[nodiscard]] AXISCAL_EXPORT Calibration calibrate(const Experiment& experiment,
+                                                   const Observations& observations);
 
 /// As above, for arrays: reading i was taken at points[i], and row i of `response` holds its
 /// values.
@@ -59,15 +62,16 @@ namespace axiscal {
 ///
 /// @param response  n x m.
 /// @throws DomainError  if there are not as many points as rows; else as above.
-[[nodiscard]] Calibration calibrate(const Experiment& experiment,
-                                    std::span<const DesignPoint> points,
-                                    const Eigen::Ref<const Eigen::MatrixXd>& response);
+[[nodiscard]] AXISCAL_EXPORT Calibration
+calibrate(const Experiment& experiment,
+          std::span<const DesignPoint> points,
+          const Eigen::Ref<const Eigen::MatrixXd>& response);
 
 /// As above. If readings contradict each other, it applies the likeliest explanation and calibrates
 /// again: it corrects a label, a value or a level, or leaves the reading out. It does so up to
 /// three times. Findings::corrections and notes describe the changes.
-[[nodiscard]] Calibration calibrate_with_suggestions(Experiment experiment,
-                                                     Observations observations);
+[[nodiscard]] AXISCAL_EXPORT Calibration calibrate_with_suggestions(Experiment experiment,
+                                                                    Observations observations);
 
 /// A run of one instrument in one field, with all else as it usually is.
 ///
@@ -82,9 +86,9 @@ namespace axiscal {
 /// @throws RefusedError  if the readings contradict each other so much that the calibration is
 ///                       refused; the message names the readings.
 /// @throws SetupError    for a run of several instruments; else as calibrate().
-[[nodiscard]] Calibration calibrate(const Run& run,
-                                    Instrument instrument,
-                                    FieldSetup field,
-                                    Force force = Force::no);
+[[nodiscard]] AXISCAL_EXPORT Calibration calibrate(const Run& run,
+                                                   Instrument instrument,
+                                                   FieldSetup field,
+                                                   Force force = Force::no);
 
 }  // namespace axiscal

@@ -7,6 +7,7 @@
 #include "axiscal/calib/calibration.hpp"
 #include "axiscal/calib/experiment.hpp"
 #include "axiscal/calib/run.hpp"
+#include "axiscal/core/export.hpp"
 
 namespace axiscal {
 
@@ -18,7 +19,7 @@ enum class Suggestions {
 
 /// @return the slot of a single instrument: the stated one, or that of the positioner's only mount
 ///         (not of a reference instrument); empty where there is none, or columns state slots.
-[[nodiscard]] std::string slot_of(const Experiment& experiment, const Run& run);
+[[nodiscard]] AXISCAL_EXPORT std::string slot_of(const Experiment& experiment, const Run& run);
 
 /// Calibrates each file of a run alone and compares the results. Blocks of one instrument agree in
 /// the sizes of the axes' sensitivities (0.2 %), the angles between the axes (5 mrad) and the
@@ -26,7 +27,7 @@ enum class Suggestions {
 /// table's slope may change from file to file. A file that determines no calibration alone is
 /// skipped.
 /// @throws RefusedError  if two files do not agree; the message names them and the difference.
-void require_one_instrument(const Experiment& experiment, const Run& run);
+AXISCAL_EXPORT void require_one_instrument(const Experiment& experiment, const Run& run);
 
 /// Calibrates a run: one record, or one for each slot of an assembly. Each record has the names of
 /// its files, and notes on assumptions about the mounts.
@@ -35,8 +36,7 @@ void require_one_instrument(const Experiment& experiment, const Run& run);
 /// @throws SetupError  if a slot is stated in addition to those of the columns, or if suggestions
 ///         are to be accepted for an assembly. Other errors as in calibrate() and
 ///         calibrate_assembly().
-[[nodiscard]] std::vector<Calibration> calibrate_run(Experiment experiment,
-                                                     const Run& run,
-                                                     Suggestions suggestions = Suggestions::name);
+[[nodiscard]] AXISCAL_EXPORT std::vector<Calibration> calibrate_run(
+    Experiment experiment, const Run& run, Suggestions suggestions = Suggestions::name);
 
 }  // namespace axiscal

@@ -5,6 +5,7 @@
 
 #include "axiscal/calib/calibration.hpp"
 #include "axiscal/calib/observations.hpp"
+#include "axiscal/core/export.hpp"
 
 namespace axiscal {
 
@@ -26,10 +27,10 @@ namespace axiscal {
 ///                       taken as symmetric.
 /// @throws DomainError   if the readings are not as many, or either has not three axes.
 /// @throws RefusedError  as align_by_constant_angle().
-void align_with_companion(Calibration& calibration,
-                          const Observations& observations,
-                          const Calibration& companion,
-                          const Observations& companions,
-                          const std::string& record);
+AXISCAL_EXPORT void align_with_companion(Calibration& calibration,
+                                         const Observations& observations,
+                                         const Calibration& companion,
+                                         const Observations& companions,
+                                         const std::string& record);
 
 }  // namespace axiscal

@@ -4,6 +4,7 @@
 #include <string>
 
 #include "axiscal/calib/calibration.hpp"
+#include "axiscal/core/export.hpp"
 
 namespace axiscal {
 
@@ -20,19 +21,19 @@ enum class SummaryEnd {
 
 /// A report of a calibration as plain text, with tables of 80 columns: the procedure, coefficients
 /// with their expanded uncertainties, levelness, quality, warnings and verdict.
-[[nodiscard]] std::string summary(const Calibration& calibration,
-                                  SummaryDetail detail = SummaryDetail::brief,
-                                  SummaryEnd end = SummaryEnd::findings);
+[[nodiscard]] AXISCAL_EXPORT std::string summary(const Calibration& calibration,
+                                                 SummaryDetail detail = SummaryDetail::brief,
+                                                 SummaryEnd end = SummaryEnd::findings);
 
 /// @return the verdict as a sentence: "Calibrated. Nothing in the readings speaks against it."
-[[nodiscard]] std::string words_of_verdict(const Calibration& calibration);
+[[nodiscard]] AXISCAL_EXPORT std::string words_of_verdict(const Calibration& calibration);
 
 /// FieldSizeCheck in a sentence: "the reading of g agrees over 24 orientations to 12 ppm; ...";
 /// empty where there is none.
-[[nodiscard]] std::string words_of_field_size(const Calibration& calibration);
+[[nodiscard]] AXISCAL_EXPORT std::string words_of_field_size(const Calibration& calibration);
 
 /// The result of the readings that were kept out of the fit, as a sentence; empty if there are
 /// none.
-[[nodiscard]] std::string words_of_confirmation(const Calibration& calibration);
+[[nodiscard]] AXISCAL_EXPORT std::string words_of_confirmation(const Calibration& calibration);
 
 }  // namespace axiscal

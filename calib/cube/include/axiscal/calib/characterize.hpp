@@ -11,6 +11,7 @@
 #include "axiscal/calib/experiment.hpp"
 #include "axiscal/calib/observations.hpp"
 #include "axiscal/core/eigen_alignment.hpp"
+#include "axiscal/core/export.hpp"
 #include "axiscal/positioner/positioner.hpp"
 
 namespace axiscal {
@@ -78,8 +79,8 @@ struct Characterization {
 /// @param fit_variance  mean variance of a mount's rotation about one axis, of the fit [rad^2].
 /// @return sd_rad = sqrt(max(0, variance between the mounts - fit_variance)).
 /// @throws DomainError  for fewer than two, or ones further apart.
-[[nodiscard]] MountRepeatability estimate_repeatability(const std::vector<Eigen::Matrix3d>& mounts,
-                                                        double fit_variance);
+[[nodiscard]] AXISCAL_EXPORT MountRepeatability
+estimate_repeatability(const std::vector<Eigen::Matrix3d>& mounts, double fit_variance);
 
 /// Measures a cube with calibrated instruments: six face normals with their covariance, and mounts.
 ///
@@ -107,7 +108,7 @@ struct Characterization {
 /// @throws SetupError    if leave_out names a slot that is not there.
 /// @par Source
 /// method.md, section 9; US 7,467,536; beyond it.
-[[nodiscard]] Characterization characterize(const std::vector<Reference>& references,
-                                            const CharacterizeOptions& options = {});
+[[nodiscard]] AXISCAL_EXPORT Characterization characterize(const std::vector<Reference>& references,
+                                                           const CharacterizeOptions& options = {});
 
 }  // namespace axiscal

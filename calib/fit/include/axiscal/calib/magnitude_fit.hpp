@@ -6,6 +6,7 @@
 #include "axiscal/calib/calibration.hpp"
 #include "axiscal/calib/experiment.hpp"
 #include "axiscal/core/eigen_alignment.hpp"
+#include "axiscal/core/export.hpp"
 
 namespace axiscal {
 
@@ -26,10 +27,10 @@ struct MagnitudeFit {
 /// @throws RefusedError  for fewer than ten readings, or one that is not finite.
 /// @par Source
 /// method.md, section 4, magnitude.
-[[nodiscard]] MagnitudeFit fit_magnitude(
-    const Eigen::Ref<const Eigen::MatrixX3d>& readings,
-    double F,
-    MagnitudeShape shape = MagnitudeShape::symmetric,
-    const Eigen::Ref<const Eigen::VectorXd>& weights = Eigen::VectorXd());
+[[nodiscard]] AXISCAL_EXPORT MagnitudeFit
+fit_magnitude(const Eigen::Ref<const Eigen::MatrixX3d>& readings,
+              double F,
+              MagnitudeShape shape = MagnitudeShape::symmetric,
+              const Eigen::Ref<const Eigen::VectorXd>& weights = Eigen::VectorXd());
 
 }  // namespace axiscal

@@ -7,6 +7,7 @@
 
 #include "axiscal/calib/calibration.hpp"
 #include "axiscal/core/eigen_alignment.hpp"
+#include "axiscal/core/export.hpp"
 #include "axiscal/core/units.hpp"
 
 namespace axiscal {
@@ -17,11 +18,11 @@ inline constexpr double largest_good_gap_rad = 60.0 * rad_per_deg;
 /// @param fields     calibrated readings, n x 3 [any unit], frame sensor; n at least 1.
 /// @param magnitude  F [the same unit].
 /// @throws DomainError  without readings.
-[[nodiscard]] OrientationQuality orientation_quality(const Eigen::MatrixXd& fields,
-                                                     double magnitude);
+[[nodiscard]] AXISCAL_EXPORT OrientationQuality orientation_quality(const Eigen::MatrixXd& fields,
+                                                                    double magnitude);
 
 /// @return a direction in words: "+x", "-x +z"; the axes that it points along by more than 0.38.
-[[nodiscard]] std::string direction_in_words(const Eigen::Vector3d& direction);
+[[nodiscard]] AXISCAL_EXPORT std::string direction_in_words(const Eigen::Vector3d& direction);
 
 /// Aligns two three-axis instruments by the constancy of the angle between their fields.
 ///
@@ -36,7 +37,7 @@ inline constexpr double largest_good_gap_rad = 60.0 * rad_per_deg;
 /// @throws RefusedError  if the orientations do not determine the rotation.
 /// @par Source
 /// method.md, section 4; Gauss-Newton from the 24 rotations of a cube.
-[[nodiscard]] Alignment align_by_constant_angle(const Eigen::MatrixXd& fields,
-                                                const Eigen::MatrixXd& companion);
+[[nodiscard]] AXISCAL_EXPORT Alignment align_by_constant_angle(const Eigen::MatrixXd& fields,
+                                                               const Eigen::MatrixXd& companion);
 
 }  // namespace axiscal

@@ -5,6 +5,7 @@
 
 #include "axiscal/calib/calibration.hpp"
 #include "axiscal/core/eigen_alignment.hpp"
+#include "axiscal/core/export.hpp"
 #include "axiscal/instruments/instrument.hpp"
 #include "axiscal/instruments/polar_form.hpp"
 
@@ -20,10 +21,10 @@ namespace axiscal {
 /// @throws DomainError  for sizes that disagree, fewer than 4 readings, or another axis.
 /// @par Source
 /// Tripp and Tcheng, NASA/TP-1999-209835; method.md, section 3.1.
-[[nodiscard]] PolarFit fit_polar_form(
-    const Eigen::Matrix<double, Eigen::Dynamic, 3>& field_in_sensor,
-    const Eigen::VectorXd& response,
-    int nominal_axis,
-    AxisConvention convention);
+[[nodiscard]] AXISCAL_EXPORT PolarFit
+fit_polar_form(const Eigen::Matrix<double, Eigen::Dynamic, 3>& field_in_sensor,
+               const Eigen::VectorXd& response,
+               int nominal_axis,
+               AxisConvention convention);
 
 }  // namespace axiscal

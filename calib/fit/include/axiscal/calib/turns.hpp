@@ -11,6 +11,7 @@
 
 #include "axiscal/calib/calibration.hpp"
 #include "axiscal/core/eigen_alignment.hpp"
+#include "axiscal/core/export.hpp"
 #include "axiscal/field/site.hpp"
 #include "axiscal/positioner/positioner.hpp"
 
@@ -40,25 +41,25 @@ struct GyroscopeTurn {
 /// Sets the directions up at the rests before and after the turn from an accelerometer, with the
 /// uncertainty left by its calibration.
 /// @param mean_before, mean_after  its readings there.
-void between_directions(const Calibration& accelerometer,
-                        const Eigen::Vector3d& mean_before,
-                        const Eigen::Vector3d& mean_after,
-                        GyroscopeTurn& turn);
+AXISCAL_EXPORT void between_directions(const Calibration& accelerometer,
+                                       const Eigen::Vector3d& mean_before,
+                                       const Eigen::Vector3d& mean_after,
+                                       GyroscopeTurn& turn);
 
 /// Sets the rotation between two seats of a cube, with the uncertainty left by its face normals.
-void between_seats(const Positioner& positioner,
-                   const Eigen::Matrix3d& rotation_sensor_from_positioner,
-                   const DesignPoint& before,
-                   const DesignPoint& after,
-                   GyroscopeTurn& turn);
+AXISCAL_EXPORT void between_seats(const Positioner& positioner,
+                                  const Eigen::Matrix3d& rotation_sensor_from_positioner,
+                                  const DesignPoint& before,
+                                  const DesignPoint& after,
+                                  GyroscopeTurn& turn);
 
 struct TurnFitOptions;
 
 /// Puts in the Earth's rotation: along up it is known where the site is; no heading is known, and
 /// without a site no more than its size.
-void take_out_earth(const std::optional<Site>& site,
-                    std::vector<GyroscopeTurn>& turns,
-                    TurnFitOptions& options);
+AXISCAL_EXPORT void take_out_earth(const std::optional<Site>& site,
+                                   std::vector<GyroscopeTurn>& turns,
+                                   TurnFitOptions& options);
 
 /// The result of the rests of a gyroscope: its bias, and the change of the bias with gravity.
 struct RestFit {
@@ -82,9 +83,9 @@ struct RestFit {
 /// @param ups     the directions up there, n x 3.
 /// @param mean_u  standard uncertainties of the means by the noise within each rest, n x 3; empty:
 ///                unknown, and the bias is taken as the same at all rests.
-[[nodiscard]] RestFit fit_rests(const Eigen::MatrixX3d& means,
-                                const Eigen::MatrixX3d& ups,
-                                const Eigen::MatrixX3d& mean_u = {});
+[[nodiscard]] AXISCAL_EXPORT RestFit fit_rests(const Eigen::MatrixX3d& means,
+                                               const Eigen::MatrixX3d& ups,
+                                               const Eigen::MatrixX3d& mean_u = {});
 
 struct TurnFitOptions {
   /// rad/s per unit of the readings, roughly; default: found among the usual ones.
@@ -155,19 +156,19 @@ struct TurnFit {
 ///                                           was stated (rate_per_unit).
 /// @par Source
 /// method.md, section 4, turns; D. Tedaldi, A. Pretto, E. Menegatti, ICRA 2014.
-[[nodiscard]] TurnFit fit_turns(std::span<const GyroscopeTurn> turns,
-                                const RestFit& rests,
-                                const TurnFitOptions& options = {});
+[[nodiscard]] AXISCAL_EXPORT TurnFit fit_turns(std::span<const GyroscopeTurn> turns,
+                                               const RestFit& rests,
+                                               const TurnFitOptions& options = {});
 
 /// The record of a gyroscope that was calibrated from turns: field `induced_rotation` of 1 rad/s.
 /// @param instrument  its kind, axes, unit.
 /// @param rest_sd     scatter of the rests' means, of each axis [unit].
-[[nodiscard]] Calibration turn_calibration(const TurnFit& fit,
-                                           const Instrument& instrument,
-                                           const Eigen::Vector3d& rest_sd);
+[[nodiscard]] AXISCAL_EXPORT Calibration turn_calibration(const TurnFit& fit,
+                                                          const Instrument& instrument,
+                                                          const Eigen::Vector3d& rest_sd);
 
 /// @return R(T) of each turn by a fit: to the sensor's frame before from that after.
-[[nodiscard]] std::vector<Eigen::Matrix3d> integrated_rotations(
+[[nodiscard]] AXISCAL_EXPORT std::vector<Eigen::Matrix3d> integrated_rotations(
     std::span<const GyroscopeTurn> turns, const TurnFit& fit);
 
 }  // namespace axiscal

@@ -7,6 +7,7 @@
 #include <Eigen/Core>
 
 #include "axiscal/core/eigen_alignment.hpp"
+#include "axiscal/core/export.hpp"
 #include "axiscal/positioner/design.hpp"
 #include "axiscal/positioner/positioner.hpp"
 
@@ -36,9 +37,9 @@ struct DesignQuality {
 /// @par Source
 /// Atkinson, Donev & Tobias, Optimum Experimental Designs (2007), ch. 9 to 11; method.md,
 /// section 10.
-[[nodiscard]] DesignQuality assess_design(const std::vector<DesignEntry>& design,
-                                          const Positioner& positioner,
-                                          const Eigen::Vector3d& field_in_table);
+[[nodiscard]] AXISCAL_EXPORT DesignQuality assess_design(const std::vector<DesignEntry>& design,
+                                                         const Positioner& positioner,
+                                                         const Eigen::Vector3d& field_in_table);
 
 /// The n of the 24 points that determine most.
 struct OptimalDesign {
@@ -60,8 +61,8 @@ struct OptimalDesign {
 /// @par Source
 /// Fedorov, Theory of Optimal Experiments (1972): exchange of one point while the determinant
 /// grows.
-[[nodiscard]] OptimalDesign optimal_design(int points,
-                                           const Eigen::Vector3d& field_in_table,
-                                           std::uint64_t seed);
+[[nodiscard]] AXISCAL_EXPORT OptimalDesign optimal_design(int points,
+                                                          const Eigen::Vector3d& field_in_table,
+                                                          std::uint64_t seed);
 
 }  // namespace axiscal

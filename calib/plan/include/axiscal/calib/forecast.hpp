@@ -10,6 +10,7 @@
 #include "axiscal/calib/experiment.hpp"
 #include "axiscal/calib/world.hpp"
 #include "axiscal/core/eigen_alignment.hpp"
+#include "axiscal/core/export.hpp"
 #include "axiscal/instruments/inclination.hpp"
 #include "axiscal/positioner/design.hpp"
 #include "axiscal/positioner/positioner.hpp"
@@ -36,7 +37,8 @@ struct ForecastSetup {
 /// sensitivity that it should have.
 ///
 /// @throws SetupError  as make_field_description().
-[[nodiscard]] SensorModel nominal_sensor(const Experiment& experiment, double sensitivity);
+[[nodiscard]] AXISCAL_EXPORT SensorModel nominal_sensor(const Experiment& experiment,
+                                                        double sensitivity);
 
 /// The inputs of a forecast for one replicate of an experiment's design. Noise, samples and the
 /// uncertainties of face normals and levelness must still be stated.
@@ -46,9 +48,9 @@ struct ForecastSetup {
 ///
 /// @param sensitivity  of each axis, not 0.
 /// @throws SetupError  as make_field_description(), mount_rotation().
-[[nodiscard]] ForecastSetup forecast_setup(const Experiment& experiment,
-                                           std::vector<DesignEntry> design,
-                                           double sensitivity = 1.0);
+[[nodiscard]] AXISCAL_EXPORT ForecastSetup forecast_setup(const Experiment& experiment,
+                                                          std::vector<DesignEntry> design,
+                                                          double sensitivity = 1.0);
 
 /// The expected uncertainty of a calibration: root mean square errors, as covariances by source.
 struct Forecast {
@@ -81,7 +83,7 @@ struct Forecast {
 /// @throws RefusedError        if the cube cannot lie at a point, or no opposites suit `paired`.
 /// @par Source
 /// method.md, sections 8 and 10; JCGM 100.
-[[nodiscard]] Forecast forecast(const ForecastSetup& setup);
+[[nodiscard]] AXISCAL_EXPORT Forecast forecast(const ForecastSetup& setup);
 
 /// The expected uncertainty of calibrated readings in an attitude.
 struct AngleUncertainty {
@@ -94,17 +96,18 @@ struct AngleUncertainty {
 /// @throws DomainError  if the instrument does not determine the field (fewer than three axes).
 /// @par Source
 /// method.md, section 7.
-[[nodiscard]] AngleUncertainty forecast_angles(const Forecast& forecast,
-                                               const Eigen::MatrixXd& covariance,
-                                               double pitch_rad,
-                                               double roll_rad,
-                                               PitchFormula formula = PitchFormula::arcsine);
+[[nodiscard]] AXISCAL_EXPORT AngleUncertainty
+forecast_angles(const Forecast& forecast,
+                const Eigen::MatrixXd& covariance,
+                double pitch_rad,
+                double roll_rad,
+                PitchFormula formula = PitchFormula::arcsine);
 
 /// @return the largest standard uncertainty of the field's direction as calibrated readings give
 /// it, over all attitudes and both ways in which it can be off [rad].
 /// @throws DomainError  as forecast_angles().
-[[nodiscard]] double largest_angle_uncertainty(const Forecast& forecast,
-                                               const Eigen::MatrixXd& covariance);
+[[nodiscard]] AXISCAL_EXPORT double largest_angle_uncertainty(const Forecast& forecast,
+                                                              const Eigen::MatrixXd& covariance);
 
 /// Replicates for a wanted uncertainty.
 ///
@@ -112,7 +115,7 @@ struct AngleUncertainty {
 /// @return the number of replicates (of setup.samples each) that is enough, an integer, up to 1e15;
 ///         nullopt if no number is enough, because positioner or level alone exceed the limit.
 /// @throws DomainError  if `wanted_rad` is not positive; else as forecast().
-[[nodiscard]] std::optional<double> replicates_for_angle(const ForecastSetup& setup,
-                                                         double wanted_rad);
+[[nodiscard]] AXISCAL_EXPORT std::optional<double> replicates_for_angle(const ForecastSetup& setup,
+                                                                        double wanted_rad);
 
 }  // namespace axiscal

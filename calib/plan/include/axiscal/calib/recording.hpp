@@ -12,6 +12,7 @@
 #include "axiscal/calib/simulate.hpp"
 #include "axiscal/calib/turns.hpp"
 #include "axiscal/core/eigen_alignment.hpp"
+#include "axiscal/core/export.hpp"
 
 namespace axiscal {
 
@@ -23,7 +24,7 @@ enum class RecordingKind {
 };
 
 /// @return the kind of that name ("free", "sweep", "turns"), or nullopt.
-[[nodiscard]] std::optional<RecordingKind> parse_recording(std::string_view name);
+[[nodiscard]] AXISCAL_EXPORT std::optional<RecordingKind> parse_recording(std::string_view name);
 
 struct Recording {
   RecordingKind kind = RecordingKind::free;
@@ -43,17 +44,17 @@ struct HandMotion {
 /// cos(2 pi part).
 /// @param part     of the turn's time, 0 to 1.
 /// @param seconds  that the whole turn takes.
-[[nodiscard]] HandMotion turned_by_hand(const Eigen::Matrix3d& from,
-                                        const Eigen::Matrix3d& to,
-                                        double part,
-                                        double seconds);
+[[nodiscard]] AXISCAL_EXPORT HandMotion turned_by_hand(const Eigen::Matrix3d& from,
+                                                       const Eigen::Matrix3d& to,
+                                                       double part,
+                                                       double seconds);
 
 /// A recording `free` or `sweep`, a reading for each sample. A sweep lies as the cube nominally
 /// does; the truth's temperature terms count.
 /// @throws DomainError  as simulate_run(); for fewer than 100 samples.
-[[nodiscard]] SimulatedRun simulate_recording(const SensorModel& truth,
-                                              const Recording& recording,
-                                              const SimulationOptions& options = {});
+[[nodiscard]] AXISCAL_EXPORT SimulatedRun simulate_recording(const SensorModel& truth,
+                                                             const Recording& recording,
+                                                             const SimulationOptions& options = {});
 
 /// A gyroscope's recording of rests and turns.
 struct SimulatedTurns {
@@ -68,24 +69,25 @@ struct SimulatedTurns {
 /// @param truth  a gyroscope's, in rad/s: its response counts.
 /// @param earth_in_table  the Earth's rotation [rad/s].
 /// @throws DomainError  as simulate_recording(); for fewer than 30 samples a seat.
-[[nodiscard]] SimulatedTurns simulate_turns(const SensorModel& truth,
-                                            const std::vector<RunSheetRow>& sheet,
-                                            const Recording& recording,
-                                            const Eigen::Vector3d& earth_in_table,
-                                            const SimulationOptions& options = {});
+[[nodiscard]] AXISCAL_EXPORT SimulatedTurns simulate_turns(const SensorModel& truth,
+                                                           const std::vector<RunSheetRow>& sheet,
+                                                           const Recording& recording,
+                                                           const Eigen::Vector3d& earth_in_table,
+                                                           const SimulationOptions& options = {});
 
 /// Calibrates the recording by its turns, with known seats; calibrate_imu() does the same with a
 /// log.
 /// @param cube  what is believed of the cube.
-[[nodiscard]] Calibration calibrate_turns(const SimulatedTurns& recording,
-                                          const std::vector<RunSheetRow>& sheet,
-                                          const Instrument& instrument,
-                                          const Positioner& cube,
-                                          const Eigen::Matrix3d& rotation_sensor_from_positioner,
-                                          const std::optional<Site>& site);
+[[nodiscard]] AXISCAL_EXPORT Calibration
+calibrate_turns(const SimulatedTurns& recording,
+                const std::vector<RunSheetRow>& sheet,
+                const Instrument& instrument,
+                const Positioner& cube,
+                const Eigen::Matrix3d& rotation_sensor_from_positioner,
+                const std::optional<Site>& site);
 
 /// The truth as method magnitude can find it: its frame turned so that the sensitivities have the
 /// shape.
-[[nodiscard]] SensorModel in_shape(SensorModel truth, MagnitudeShape shape);
+[[nodiscard]] AXISCAL_EXPORT SensorModel in_shape(SensorModel truth, MagnitudeShape shape);
 
 }  // namespace axiscal

@@ -7,6 +7,7 @@
 #include <Eigen/Core>
 
 #include "axiscal/core/eigen_alignment.hpp"
+#include "axiscal/core/export.hpp"
 #include "axiscal/kernels/repeated_fit.hpp"
 
 namespace axiscal {
@@ -16,7 +17,7 @@ namespace axiscal {
 /// @param design  X, n x p with n > p.
 /// @param names   of the parameters, for the error; empty: "parameter 1", ...
 /// @throws DomainError, RankDeficientError  as LeastSquaresDesign.
-[[nodiscard]] RepeatedDesign repeated_design(const Eigen::Ref<const Eigen::MatrixXd>& design,
-                                             const std::vector<std::string>& names = {});
+[[nodiscard]] AXISCAL_EXPORT RepeatedDesign repeated_design(
+    const Eigen::Ref<const Eigen::MatrixXd>& design, const std::vector<std::string>& names = {});
 
 }  // namespace axiscal

@@ -10,6 +10,7 @@
 #include "axiscal/calib/observations.hpp"
 #include "axiscal/calib/world.hpp"
 #include "axiscal/core/eigen_alignment.hpp"
+#include "axiscal/core/export.hpp"
 #include "axiscal/core/random.hpp"
 #include "axiscal/positioner/design.hpp"
 #include "axiscal/positioner/positioner.hpp"
@@ -34,12 +35,12 @@ struct SimulationOptions {
 /// @return the truth with its table level: the slope that gravity has in its table, or else the
 ///         axis of its turntable, is taken out of all fields that are not made on the table. As
 ///         given where its fields do not tell the slope.
-[[nodiscard]] SensorModel on_level_table(SensorModel truth);
+[[nodiscard]] AXISCAL_EXPORT SensorModel on_level_table(SensorModel truth);
 
 /// @return the truth with its field in the table. A record that does not say how the field lay
 ///         there, as by method magnitude, gets that of its site on a level table with the fence to
 ///         the north; without a site it stays as it is.
-[[nodiscard]] SensorModel with_field_of_site(SensorModel truth);
+[[nodiscard]] AXISCAL_EXPORT SensorModel with_field_of_site(SensorModel truth);
 
 /// A simulated run.
 struct SimulatedRun {
@@ -63,21 +64,21 @@ struct SimulatedRun {
 ///                      world has numbers for another count of axes.
 /// @par Source
 /// method.md, sections 2, 3 and 8.
-[[nodiscard]] SimulatedRun simulate_run(const SensorModel& truth,
-                                        const std::vector<RunSheetRow>& sheet,
-                                        const SimulationOptions& options = {});
+[[nodiscard]] AXISCAL_EXPORT SimulatedRun simulate_run(const SensorModel& truth,
+                                                       const std::vector<RunSheetRow>& sheet,
+                                                       const SimulationOptions& options = {});
 
 /// As above, with the noise's stream stream_of_noise() for the same numbers. A caller that draws
 /// from several streams seeds them together.
-[[nodiscard]] SimulatedRun simulate_run(const SensorModel& truth,
-                                        const std::vector<RunSheetRow>& sheet,
-                                        const SimulationOptions& options,
-                                        RandomStream& random);
-[[nodiscard]] RandomStream stream_of_noise(const SimulationOptions& options);
+[[nodiscard]] AXISCAL_EXPORT SimulatedRun simulate_run(const SensorModel& truth,
+                                                       const std::vector<RunSheetRow>& sheet,
+                                                       const SimulationOptions& options,
+                                                       RandomStream& random);
+[[nodiscard]] AXISCAL_EXPORT RandomStream stream_of_noise(const SimulationOptions& options);
 
 /// The observations of such a run alone.
-[[nodiscard]] Observations simulate(const SensorModel& truth,
-                                    const std::vector<RunSheetRow>& sheet,
-                                    const SimulationOptions& options = {});
+[[nodiscard]] AXISCAL_EXPORT Observations simulate(const SensorModel& truth,
+                                                   const std::vector<RunSheetRow>& sheet,
+                                                   const SimulationOptions& options = {});
 
 }  // namespace axiscal

@@ -13,6 +13,7 @@
 #include "axiscal/calib/recording.hpp"
 #include "axiscal/calib/simulate.hpp"
 #include "axiscal/calib/tolerance.hpp"
+#include "axiscal/core/export.hpp"
 
 namespace axiscal {
 
@@ -103,19 +104,19 @@ struct StudyResult {
                               const std::function<void(std::int64_t)>& progress = {});
 
 /// @return the number of blocks of the whole study.
-[[nodiscard]] std::int64_t block_count(const Study& study);
+[[nodiscard]] AXISCAL_EXPORT std::int64_t block_count(const Study& study);
 
 /// Puts shards together.
 /// @throws DomainError  if they are of different studies, or a block is there twice.
-[[nodiscard]] Study merge(const std::vector<Study>& shards);
+[[nodiscard]] AXISCAL_EXPORT Study merge(const std::vector<Study>& shards);
 
-[[nodiscard]] std::vector<StudyResult> results_of(const Study& study);
+[[nodiscard]] AXISCAL_EXPORT std::vector<StudyResult> results_of(const Study& study);
 
 /// @return the study as JSON.
 /// @param with_blocks  whether its sums are in it, for merge().
-[[nodiscard]] std::string study_json(const Study& study, bool with_blocks);
+[[nodiscard]] AXISCAL_EXPORT std::string study_json(const Study& study, bool with_blocks);
 
 /// @throws DataError  for a text that is not a study with its sums.
-[[nodiscard]] Study parse_study(std::string_view text, const std::string& path);
+[[nodiscard]] AXISCAL_EXPORT Study parse_study(std::string_view text, const std::string& path);
 
 }  // namespace axiscal

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "axiscal/calib/calibration.hpp"
+#include "axiscal/core/export.hpp"
 #include "axiscal/core/random.hpp"
 #include "axiscal/positioner/design.hpp"
 #include "axiscal/positioner/positioner.hpp"
@@ -21,17 +22,17 @@ struct Tolerances {
 
 /// A cube made to a drawing, as it may turn out.
 /// @throws DomainError  if the tolerances are so wide that it is none.
-[[nodiscard]] Positioner random_positioner(const CubeFeet& drawing,
-                                           const Surface& surface,
-                                           const Tolerances& tolerances,
-                                           RandomStream& random);
+[[nodiscard]] AXISCAL_EXPORT Positioner random_positioner(const CubeFeet& drawing,
+                                                          const Surface& surface,
+                                                          const Tolerances& tolerances,
+                                                          RandomStream& random);
 
 /// The covariance of such cubes' face normals, in closed form.
 ///
 /// Of the contact plane n . c_i + r_i = d a foot that stands out by h_i, or is larger by h_i, turns
 /// n by the gradient of the plane through the three h_i.
-[[nodiscard]] NormalCovariance normal_covariance_of(const CubeFeet& drawing,
-                                                    const Tolerances& tolerances);
+[[nodiscard]] AXISCAL_EXPORT NormalCovariance normal_covariance_of(const CubeFeet& drawing,
+                                                                   const Tolerances& tolerances);
 
 /// Root mean square errors of a calibration that takes the cube as drawn, in parts of the field.
 /// Biases and sensitivities are divided by the axis's sensitivity.
@@ -74,6 +75,7 @@ struct ToleranceStudy {
 /// @throws DomainError  for fewer than 1 trial, a negative tolerance, or fewer than three axes.
 /// @par Source
 /// method.md, sections 9 and 10.
-[[nodiscard]] std::vector<ToleranceEffect> study_tolerances(const ToleranceStudy& study);
+[[nodiscard]] AXISCAL_EXPORT std::vector<ToleranceEffect> study_tolerances(
+    const ToleranceStudy& study);
 
 }  // namespace axiscal

@@ -5,6 +5,8 @@
 #include <string_view>
 #include <vector>
 
+#include "axiscal/core/export.hpp"
+
 namespace axiscal {
 
 /// The differences between a run and readings with white noise of one standard deviation
@@ -37,16 +39,16 @@ struct World {
 };
 
 /// @return the names of all that a world may have, "block_sd, seat_rad, ...".
-[[nodiscard]] std::string world_names();
+[[nodiscard]] AXISCAL_EXPORT std::string world_names();
 
 /// @return the world of `NAME=VALUE,...`; numbers of single axes are joined by colons.
 /// @throws DomainError  for a name or value that is none.
-[[nodiscard]] World world_of(std::string_view text);
+[[nodiscard]] AXISCAL_EXPORT World world_of(std::string_view text);
 
 /// Reads a world (formats.md, World). @throws DataError
-[[nodiscard]] World read_world(const std::string& path);
+[[nodiscard]] AXISCAL_EXPORT World read_world(const std::string& path);
 
 /// @return the world as `NAME=VALUE,...`, as world_of() takes it; empty for white noise.
-[[nodiscard]] std::string world_text(const World& world);
+[[nodiscard]] AXISCAL_EXPORT std::string world_text(const World& world);
 
 }  // namespace axiscal

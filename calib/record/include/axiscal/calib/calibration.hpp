@@ -12,6 +12,7 @@
 #include "axiscal/calib/sensor_model.hpp"
 #include "axiscal/calib/verdict.hpp"
 #include "axiscal/calib/warning_code.hpp"
+#include "axiscal/core/export.hpp"
 
 namespace axiscal {
 
@@ -91,18 +92,19 @@ enum class Force { no, yes };
 
 /// @throws RefusedError  if a calibration was refused and `force` is `no`; the message is the first
 ///                       of its warnings.
-void require_unrefused(const Calibration& calibration, Force force = Force::no);
+AXISCAL_EXPORT void require_unrefused(const Calibration& calibration, Force force = Force::no);
 
 /// @return whether reduced readings are the field: not where a record of method bias, made without
 ///         another one's sensitivities, has in its biases what the instrument met of the field.
-[[nodiscard]] bool gives_field(const Calibration& calibration);
+[[nodiscard]] AXISCAL_EXPORT bool gives_field(const Calibration& calibration);
 
 /// @return true if a record was made from one of these files, by their SHA-256.
-[[nodiscard]] bool is_made_from(const Calibration& calibration,
-                                const std::vector<InputFileDigest>& inputs);
+[[nodiscard]] AXISCAL_EXPORT bool is_made_from(const Calibration& calibration,
+                                               const std::vector<InputFileDigest>& inputs);
 
 /// @return the usual names of the coefficients for this kind of instrument: hard iron,
 ///         responsivity, ...
-[[nodiscard]] std::vector<KindQuantity> quantities_of(const Calibration& calibration);
+[[nodiscard]] AXISCAL_EXPORT std::vector<KindQuantity> quantities_of(
+    const Calibration& calibration);
 
 }  // namespace axiscal

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "axiscal/calib/calibration.hpp"
+#include "axiscal/core/export.hpp"
 
 namespace axiscal {
 
@@ -47,10 +48,10 @@ struct CertificateDetails {
 /// "function"}]}`. A text in angle brackets, as in the template ("<name>"), is still to be filled
 /// in and counts as empty.
 /// @throws DataError  for another file, an unknown key, a value of the wrong kind.
-[[nodiscard]] CertificateDetails read_certificate_details(const std::string& path);
+[[nodiscard]] AXISCAL_EXPORT CertificateDetails read_certificate_details(const std::string& path);
 
 /// @throws RefusedError  if a certificate is not allowed: the calibration was refused, or it lacks
 ///         an uncertainty.
-void check_certifiable(const Calibration& calibration);
+AXISCAL_EXPORT void check_certifiable(const Calibration& calibration);
 
 }  // namespace axiscal

@@ -4,6 +4,8 @@
 #include <optional>
 #include <string_view>
 
+#include "axiscal/core/export.hpp"
+
 // The choices of an experiment, also stated in records, with their names in files and options.
 namespace axiscal {
 
@@ -19,13 +21,13 @@ enum class Method {
 };
 
 /// @return "paired", "joint", "known", "magnitude", "bias", "turns", "faces"; empty for nothing.
-[[nodiscard]] std::string_view method_name(std::optional<Method> method);
+[[nodiscard]] AXISCAL_EXPORT std::string_view method_name(std::optional<Method> method);
 
 /// @return the method of that name, or nullopt.
-[[nodiscard]] std::optional<Method> parse_method(std::string_view name);
+[[nodiscard]] AXISCAL_EXPORT std::optional<Method> parse_method(std::string_view name);
 
 /// @return the method of that name, if an experiment can choose it.
-[[nodiscard]] std::optional<Method> parse_chosen_method(std::string_view name);
+[[nodiscard]] AXISCAL_EXPORT std::optional<Method> parse_chosen_method(std::string_view name);
 
 /// The status of a calibration.
 enum class CalibrationStatus {
@@ -35,10 +37,10 @@ enum class CalibrationStatus {
 };
 
 /// @return "ok", "warning", "refused".
-[[nodiscard]] std::string_view status_name(CalibrationStatus status);
+[[nodiscard]] AXISCAL_EXPORT std::string_view status_name(CalibrationStatus status);
 
 /// @return the status of that name, or nullopt.
-[[nodiscard]] std::optional<CalibrationStatus> parse_status(std::string_view name);
+[[nodiscard]] AXISCAL_EXPORT std::optional<CalibrationStatus> parse_status(std::string_view name);
 
 /// The weights of readings.
 enum class Weighting {
@@ -48,10 +50,10 @@ enum class Weighting {
 };
 
 /// @return the weighting of that name ("samples", "sd", "none"), or nullopt.
-[[nodiscard]] std::optional<Weighting> parse_weighting(std::string_view name);
+[[nodiscard]] AXISCAL_EXPORT std::optional<Weighting> parse_weighting(std::string_view name);
 
 /// @return "none", "samples", "sd".
-[[nodiscard]] std::string_view weighting_name(Weighting weighting);
+[[nodiscard]] AXISCAL_EXPORT std::string_view weighting_name(Weighting weighting);
 
 /// The scope of one levelness of the table.
 enum class LevelBy {
@@ -60,10 +62,10 @@ enum class LevelBy {
 };
 
 /// @return the choice of that name ("run", "block"), or nullopt.
-[[nodiscard]] std::optional<LevelBy> parse_level_by(std::string_view name);
+[[nodiscard]] AXISCAL_EXPORT std::optional<LevelBy> parse_level_by(std::string_view name);
 
 /// @return "run", "block".
-[[nodiscard]] std::string_view level_by_name(LevelBy level_by);
+[[nodiscard]] AXISCAL_EXPORT std::string_view level_by_name(LevelBy level_by);
 
 /// The term for a drift of the bias over the run.
 enum class DriftSetup {
@@ -73,10 +75,10 @@ enum class DriftSetup {
 };
 
 /// @return the choice of that name ("auto", "none", "linear"), or nullopt.
-[[nodiscard]] std::optional<DriftSetup> parse_drift(std::string_view name);
+[[nodiscard]] AXISCAL_EXPORT std::optional<DriftSetup> parse_drift(std::string_view name);
 
 /// @return "auto", "none", "linear".
-[[nodiscard]] std::string_view drift_name(DriftSetup drift);
+[[nodiscard]] AXISCAL_EXPORT std::string_view drift_name(DriftSetup drift);
 
 /// The component of the scatter for the turn of the cube each time it is laid down.
 enum class SeatSetup {
@@ -86,10 +88,10 @@ enum class SeatSetup {
 };
 
 /// @return the choice of that name ("auto", "fit", "none"), or nullopt.
-[[nodiscard]] std::optional<SeatSetup> parse_seats(std::string_view name);
+[[nodiscard]] AXISCAL_EXPORT std::optional<SeatSetup> parse_seats(std::string_view name);
 
 /// @return "auto", "fit", "none".
-[[nodiscard]] std::string_view seats_name(SeatSetup seats);
+[[nodiscard]] AXISCAL_EXPORT std::string_view seats_name(SeatSetup seats);
 
 /// The matrix that `magnitude` takes for S, as a rotation of it stays open.
 enum class MagnitudeShape {
@@ -98,9 +100,9 @@ enum class MagnitudeShape {
 };
 
 /// @return the shape of that name ("symmetric", "triangular"), or nullopt.
-[[nodiscard]] std::optional<MagnitudeShape> parse_shape(std::string_view name);
+[[nodiscard]] AXISCAL_EXPORT std::optional<MagnitudeShape> parse_shape(std::string_view name);
 
 /// @return "symmetric", "triangular"; empty for nothing.
-[[nodiscard]] std::string_view shape_name(std::optional<MagnitudeShape> shape);
+[[nodiscard]] AXISCAL_EXPORT std::string_view shape_name(std::optional<MagnitudeShape> shape);
 
 }  // namespace axiscal

@@ -10,6 +10,7 @@
 #include "axiscal/calib/observations.hpp"
 #include "axiscal/calib/warning_code.hpp"
 #include "axiscal/core/eigen_alignment.hpp"
+#include "axiscal/core/export.hpp"
 #include "axiscal/positioner/design_point.hpp"
 
 namespace axiscal {
@@ -27,6 +28,7 @@ struct Correction {
 
 /// @return the observations with points, responses and levels corrected. Readings to be left out
 ///         are still in it.
-[[nodiscard]] Observations corrected(Observations observations, const Correction& correction);
+[[nodiscard]] AXISCAL_EXPORT Observations corrected(Observations observations,
+                                                    const Correction& correction);
 
 }  // namespace axiscal

@@ -14,6 +14,7 @@
 #include "axiscal/calib/process_scatter.hpp"
 #include "axiscal/core/eigen_alignment.hpp"
 #include "axiscal/core/error.hpp"
+#include "axiscal/core/export.hpp"
 #include "axiscal/field/field_setup.hpp"
 #include "axiscal/field/table_place.hpp"
 #include "axiscal/instruments/instrument.hpp"
@@ -106,14 +107,16 @@ struct Experiment {
 ///
 /// @param field_unit  of the reference field.
 /// @return [unit per field unit]; nullopt if neither is available.
-[[nodiscard]] std::optional<double> expected_sensitivity(const Experiment& experiment,
-                                                         const std::string& field_unit);
+[[nodiscard]] AXISCAL_EXPORT std::optional<double> expected_sensitivity(
+    const Experiment& experiment, const std::string& field_unit);
 
 /// States the field that the kind of instrument is usually calibrated in, if none is stated:
 /// gravity for accelerometers and inclinometers; for magnetometers the Earth's field if its
 /// magnitude, its unit or the site is stated, else a field of length 1.
-void take_usual_field(Experiment& experiment);
-void take_usual_field(const Instrument& instrument, const TablePlace& place, FieldSetup& field);
+AXISCAL_EXPORT void take_usual_field(Experiment& experiment);
+AXISCAL_EXPORT void take_usual_field(const Instrument& instrument,
+                                     const TablePlace& place,
+                                     FieldSetup& field);
 
 /// The field of an experiment before anything is measured, part by part: resolve_field() at its
 /// table.
@@ -130,12 +133,12 @@ void take_usual_field(const Instrument& instrument, const TablePlace& place, Fie
 
 /// @return true if the field turns in the table during the readings, like the sun, or like a user's
 ///         field that says so.
-[[nodiscard]] bool field_moves(const Experiment& experiment);
+[[nodiscard]] AXISCAL_EXPORT bool field_moves(const Experiment& experiment);
 
 /// @return the change of the field from one time to the other, as change_of_field().
 /// @throws SetupError  also if second fields are combined with one that moves.
-[[nodiscard]] Eigen::Matrix3d change_of_field(const Experiment& experiment,
-                                              double from_s,
-                                              double to_s);
+[[nodiscard]] AXISCAL_EXPORT Eigen::Matrix3d change_of_field(const Experiment& experiment,
+                                                             double from_s,
+                                                             double to_s);
 
 }  // namespace axiscal

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "axiscal/calib/experiment.hpp"
+#include "axiscal/core/export.hpp"
 
 namespace axiscal {
 
@@ -29,19 +30,20 @@ struct ExperimentFile {
 /// @param path  its name, for messages and relative paths.
 /// @throws DataError  if the text is no such file, has an unknown key (the nearest known one is
 ///                    suggested), or a value of the wrong type.
-[[nodiscard]] ExperimentFile parse_experiment(std::string_view text, const std::string& path);
+[[nodiscard]] AXISCAL_EXPORT ExperimentFile parse_experiment(std::string_view text,
+                                                             const std::string& path);
 
 /// As parse_experiment(), from a file.
-[[nodiscard]] ExperimentFile read_experiment(const std::string& path);
+[[nodiscard]] AXISCAL_EXPORT ExperimentFile read_experiment(const std::string& path);
 
 /// @return true if a file can hold the experiment. It cannot if a part of its fields is a program's
 ///         class of a kind that was not added by add_field_kind().
-[[nodiscard]] bool can_be_stated(const Experiment& experiment);
+[[nodiscard]] AXISCAL_EXPORT bool can_be_stated(const Experiment& experiment);
 
 /// @return the experiment as such a file; a positioner that is not the nominal one and the record
 ///         that it starts from stand in it whole.
 /// @throws DomainError  unless it can_be_stated().
-[[nodiscard]] std::string experiment_json(const Experiment& experiment,
-                                          const ExperimentPaths& paths = {});
+[[nodiscard]] AXISCAL_EXPORT std::string experiment_json(const Experiment& experiment,
+                                                         const ExperimentPaths& paths = {});
 
 }  // namespace axiscal

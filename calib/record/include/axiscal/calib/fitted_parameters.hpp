@@ -7,6 +7,7 @@
 #include <Eigen/Core>
 
 #include "axiscal/core/eigen_alignment.hpp"
+#include "axiscal/core/export.hpp"
 
 namespace axiscal {
 
@@ -24,6 +25,6 @@ struct FittedParameters {
 /// Reads them from a record's file, many times as fast as read_calibration(): nothing else of the
 /// file is looked at, be it right or wrong, but that it is whole.
 /// @throws DataError  as read_calibration().
-[[nodiscard]] FittedParameters read_fitted_parameters(const std::string& path);
+[[nodiscard]] AXISCAL_EXPORT FittedParameters read_fitted_parameters(const std::string& path);
 
 }  // namespace axiscal

@@ -7,6 +7,7 @@
 
 #include "axiscal/calib/sensor_model.hpp"
 #include "axiscal/core/eigen_alignment.hpp"
+#include "axiscal/core/export.hpp"
 #include "axiscal/field/table_field.hpp"
 
 namespace axiscal {
@@ -18,10 +19,11 @@ namespace axiscal {
 /// @param rotation_sensor_from_table  how the instrument lies.
 /// @param temperature  of the sensor; without one the reference counts.
 /// @return v, m entries [unit]; without second fields.
-[[nodiscard]] Eigen::VectorXd lit_response_at(const SensorModel& sensor,
-                                              const TableField& field,
-                                              const FieldLevel& level,
-                                              const Eigen::Matrix3d& rotation_sensor_from_table,
-                                              const std::optional<SensorTemperature>& temperature);
+[[nodiscard]] AXISCAL_EXPORT Eigen::VectorXd lit_response_at(
+    const SensorModel& sensor,
+    const TableField& field,
+    const FieldLevel& level,
+    const Eigen::Matrix3d& rotation_sensor_from_table,
+    const std::optional<SensorTemperature>& temperature);
 
 }  // namespace axiscal

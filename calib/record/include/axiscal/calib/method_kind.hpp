@@ -5,6 +5,7 @@
 #include <string_view>
 
 #include "axiscal/calib/choices.hpp"
+#include "axiscal/core/export.hpp"
 
 namespace axiscal {
 
@@ -28,12 +29,12 @@ struct MethodKind {
 /// @param kind  `method` is assigned.
 /// @return its number.
 /// @throws DomainError  if the name is empty or taken.
-Method add_method_kind(MethodKind kind);
+AXISCAL_EXPORT Method add_method_kind(MethodKind kind);
 
 /// @return the row of a method.
-[[nodiscard]] const MethodKind& method_kind(Method method);
+[[nodiscard]] AXISCAL_EXPORT const MethodKind& method_kind(Method method);
 
 /// @return the row of a record's method; where another software did it, of none: all is false.
-[[nodiscard]] const MethodKind& method_kind(std::optional<Method> method);
+[[nodiscard]] AXISCAL_EXPORT const MethodKind& method_kind(std::optional<Method> method);
 
 }  // namespace axiscal

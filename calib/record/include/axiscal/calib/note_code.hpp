@@ -5,6 +5,8 @@
 #include <string>
 #include <string_view>
 
+#include "axiscal/core/export.hpp"
+
 namespace axiscal {
 
 /// The subject of a record's note (docs/messages.md). A note does not require action.
@@ -36,10 +38,10 @@ enum class NoteCode {
 };
 
 /// @return the code as records spell it, as "conditions".
-[[nodiscard]] std::string_view note_name(NoteCode code);
+[[nodiscard]] AXISCAL_EXPORT std::string_view note_name(NoteCode code);
 
 /// @return the code of that name.
-[[nodiscard]] std::optional<NoteCode> parse_note_code(std::string_view name);
+[[nodiscard]] AXISCAL_EXPORT std::optional<NoteCode> parse_note_code(std::string_view name);
 
 /// A remark about a calibration that asks for nothing.
 struct CalibrationNote {

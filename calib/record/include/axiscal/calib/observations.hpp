@@ -9,6 +9,7 @@
 
 #include "axiscal/calib/sensor_temperature.hpp"
 #include "axiscal/core/eigen_alignment.hpp"
+#include "axiscal/core/export.hpp"
 #include "axiscal/core/rare.hpp"
 #include "axiscal/field/field_level.hpp"
 #include "axiscal/positioner/design_point.hpp"
@@ -58,10 +59,10 @@ struct Observations {
 /// @param parts  at least one; all with the same number of axes.
 /// @throws DomainError  if there are none, their numbers of axes differ, or only some of them state
 ///                      samples.
-[[nodiscard]] Observations concatenate(std::vector<Observations> parts);
+[[nodiscard]] AXISCAL_EXPORT Observations concatenate(std::vector<Observations> parts);
 
 /// @return the readings of some rows, in that order.
-[[nodiscard]] Observations select_rows(const Observations& observations,
-                                       const std::vector<std::size_t>& rows);
+[[nodiscard]] AXISCAL_EXPORT Observations select_rows(const Observations& observations,
+                                                      const std::vector<std::size_t>& rows);
 
 }  // namespace axiscal

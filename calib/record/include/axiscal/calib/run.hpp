@@ -13,6 +13,7 @@
 #include "axiscal/calib/face_names.hpp"
 #include "axiscal/calib/observations.hpp"
 #include "axiscal/core/eigen_alignment.hpp"
+#include "axiscal/core/export.hpp"
 
 namespace axiscal {
 
@@ -48,10 +49,10 @@ struct SlotColumns {
 /// When a run was measured: as stated; else the last time in the column `time` if its times are
 /// dates, or the last date in the column `date`.
 /// @return ISO 8601, UTC; empty if unknown.
-[[nodiscard]] std::string measured_at(const Run& run);
+[[nodiscard]] AXISCAL_EXPORT std::string measured_at(const Run& run);
 
 /// @return the names in the column `operator`, each once: "A. Smith, B. Jones"; empty without one.
-[[nodiscard]] std::string operators_of(const Run& run);
+[[nodiscard]] AXISCAL_EXPORT std::string operators_of(const Run& run);
 
 /// Which columns a table of observations must have.
 struct ObservationColumns {
@@ -74,30 +75,32 @@ struct ObservationColumns {
 /// @param columns  the required columns. If x, y, z are requested and all three are absent, every
 ///                 column without another meaning is an axis.
 /// @throws DataError  as read_observations().
-[[nodiscard]] Run read_run(const std::string& path, const ObservationColumns& columns = {});
+[[nodiscard]] AXISCAL_EXPORT Run read_run(const std::string& path,
+                                          const ObservationColumns& columns = {});
 
 /// A run from arrays, as from a program's own acquisition.
 ///
 /// @param points    how the cube lay in each reading; n.
 /// @param response  the readings, n x m [unit of the instrument].
 /// @throws DomainError  if their numbers differ.
-[[nodiscard]] Run make_run(std::span<const DesignPoint> points,
-                           const Eigen::Ref<const Eigen::MatrixXd>& response);
+[[nodiscard]] AXISCAL_EXPORT Run make_run(std::span<const DesignPoint> points,
+                                          const Eigen::Ref<const Eigen::MatrixXd>& response);
 
 /// The number of units under test in the readings: one, or several.
 enum class Units { one, several };
 
 /// @return the columns that an experiment's files need.
-[[nodiscard]] ObservationColumns observation_columns(const Experiment& experiment, Units units);
+[[nodiscard]] AXISCAL_EXPORT ObservationColumns observation_columns(const Experiment& experiment,
+                                                                    Units units);
 
 /// Joins the files of a run, one or more; several are blocks.
 ///
 /// @throws DataError  if they are of other slots, or `serial` is missing from one where the others
 ///                    are of several units, or is not the same where only one unit is taken.
-[[nodiscard]] Run join_runs(std::vector<Run> files, Units units);
+[[nodiscard]] AXISCAL_EXPORT Run join_runs(std::vector<Run> files, Units units);
 
 /// @return true if the readings are from more than one unit under test.
-[[nodiscard]] bool has_several_units(const Run& run);
+[[nodiscard]] AXISCAL_EXPORT bool has_several_units(const Run& run);
 
 /// The units of a run in the order in which they first come; without a column `serial` all readings
 /// are of one unit, of the serial that was stated. Each is made when it is asked for: thousands
@@ -125,6 +128,7 @@ class UnitsOfRun {
 };
 
 /// @return all of them at once.
-[[nodiscard]] std::vector<Run> split_by_serial(const Run& run, const std::string& stated_serial);
+[[nodiscard]] AXISCAL_EXPORT std::vector<Run> split_by_serial(const Run& run,
+                                                              const std::string& stated_serial);
 
 }  // namespace axiscal

@@ -9,6 +9,7 @@
 
 #include "axiscal/calib/temperature.hpp"
 #include "axiscal/core/eigen_alignment.hpp"
+#include "axiscal/core/export.hpp"
 #include "axiscal/field/field_description.hpp"
 #include "axiscal/instruments/instrument.hpp"
 #include "axiscal/instruments/instrument_kind.hpp"
@@ -55,27 +56,29 @@ struct SensorModel {
 /// @param field_in_sensor  f [field unit].
 /// @param temperature      what its temperature sensors say; without it the reference counts.
 /// @return v, m entries [unit]; without second fields.
-[[nodiscard]] Eigen::VectorXd response_at(const SensorModel& sensor,
-                                          const Eigen::Vector3d& field_in_sensor,
-                                          const std::optional<SensorTemperature>& temperature);
+[[nodiscard]] AXISCAL_EXPORT Eigen::VectorXd response_at(
+    const SensorModel& sensor,
+    const Eigen::Vector3d& field_in_sensor,
+    const std::optional<SensorTemperature>& temperature);
 
 /// The inverse: the reading at the reference temperature.
 /// @param readings     v, m entries [unit].
 /// @param temperature  at which they were taken; without one, or without terms, they stay.
-[[nodiscard]] Eigen::VectorXd reading_at_reference(
+[[nodiscard]] AXISCAL_EXPORT Eigen::VectorXd reading_at_reference(
     const SensorModel& sensor,
     Eigen::VectorXd readings,
     const std::optional<SensorTemperature>& temperature);
 
 /// @param name  "x.bias", "x.sensitivity.y", "z.scale.d2", ...
 /// @throws DomainError  for a name that is none of the sensor's.
-[[nodiscard]] double parameter_value(const SensorModel& sensor, const std::string& name);
+[[nodiscard]] AXISCAL_EXPORT double parameter_value(const SensorModel& sensor,
+                                                    const std::string& name);
 
 /// @param covariance  of bias and sensitivity, 4 for each axis, in the order of the axes; empty
 ///                    where it is not known.
 /// @return the usual names of its coefficients for this kind of instrument: hard iron,
 ///         responsivity, ...
-[[nodiscard]] std::vector<KindQuantity> quantities_of(const SensorModel& sensor,
-                                                      const Eigen::MatrixXd& covariance = {});
+[[nodiscard]] AXISCAL_EXPORT std::vector<KindQuantity> quantities_of(
+    const SensorModel& sensor, const Eigen::MatrixXd& covariance = {});
 
 }  // namespace axiscal

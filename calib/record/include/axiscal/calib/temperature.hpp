@@ -10,6 +10,7 @@
 
 #include "axiscal/calib/sensor_temperature.hpp"
 #include "axiscal/core/eigen_alignment.hpp"
+#include "axiscal/core/export.hpp"
 
 namespace axiscal {
 
@@ -80,16 +81,17 @@ struct TemperatureResponse {
 /// @return "25", or where each axis has a sensor of its own "x 25, y 26.1, z 24.8".
 /// @param axes  the axes' names.
 /// @param text  of one of the spans.
-[[nodiscard]] std::string span_text(const TemperatureResponse& temperature,
-                                    const std::vector<std::string>& axes,
-                                    const std::function<std::string(const TemperatureSpan&)>& text);
+[[nodiscard]] AXISCAL_EXPORT std::string span_text(
+    const TemperatureResponse& temperature,
+    const std::vector<std::string>& axes,
+    const std::function<std::string(const TemperatureSpan&)>& text);
 
 /// Finds the soak levels in temperatures that were held: groups that are much narrower than the
 /// gaps between them.
 ///
 /// @param temperatures  n outputs, any order.
 /// @return for each its level, 0 for the coldest; empty where the temperatures are continuous.
-[[nodiscard]] std::vector<int> soak_levels(const std::vector<double>& temperatures);
+[[nodiscard]] AXISCAL_EXPORT std::vector<int> soak_levels(const std::vector<double>& temperatures);
 
 /// The state of an instrument's temperature in its chamber.
 struct SoakState {
@@ -109,9 +111,9 @@ struct SoakState {
 /// @param tolerance    largest change of the output during that time.
 /// @throws DomainError  if sizes differ, times do not ascend, or window or tolerance are not
 ///                      positive.
-[[nodiscard]] SoakState soak_state(std::span<const double> time_s,
-                                   std::span<const double> temperature,
-                                   double window_s,
-                                   double tolerance);
+[[nodiscard]] AXISCAL_EXPORT SoakState soak_state(std::span<const double> time_s,
+                                                  std::span<const double> temperature,
+                                                  double window_s,
+                                                  double tolerance);
 
 }  // namespace axiscal

@@ -9,6 +9,7 @@
 
 #include "axiscal/calib/calibration.hpp"
 #include "axiscal/core/eigen_alignment.hpp"
+#include "axiscal/core/export.hpp"
 
 namespace axiscal {
 
@@ -45,11 +46,12 @@ struct VarianceShares {
 /// @param coverage  of the expanded uncertainty.
 /// @par Source
 /// JCGM 100:2008, G.4.
-[[nodiscard]] CombinedUncertainty combine(const VarianceShares& shares, double coverage = 0.95);
+[[nodiscard]] AXISCAL_EXPORT CombinedUncertainty combine(const VarianceShares& shares,
+                                                         double coverage = 0.95);
 
 /// @return the effective degrees of freedom of the sum by Welch and Satterthwaite, however few any
 ///         part has; may be infinite.
-[[nodiscard]] double welch_degrees_of_freedom(const VarianceShares& shares);
+[[nodiscard]] AXISCAL_EXPORT double welch_degrees_of_freedom(const VarianceShares& shares);
 
 /// Student's t at one probability for any degrees of freedom, from a table: to 0.4 %, and a hundred
 /// times as fast as the quantile; for streams.
@@ -79,17 +81,17 @@ class CoverageFactors {
 /// @param calibration  with statistics; its uncertainty, if there, else the fit alone.
 /// @param gradient     of the quantity by the parameters, in the order of parameter_names.
 /// @param shares       set to the same as variances; may be null.
-[[nodiscard]] CombinedUncertainty propagate(const Calibration& calibration,
-                                            const Eigen::RowVectorXd& gradient,
-                                            VarianceShares* shares = nullptr);
+[[nodiscard]] AXISCAL_EXPORT CombinedUncertainty propagate(const Calibration& calibration,
+                                                           const Eigen::RowVectorXd& gradient,
+                                                           VarianceShares* shares = nullptr);
 
 /// @param gradient  of the quantity by the parameters.
 /// @return the shares of the quantity's variance from the scatter of a fit.
-[[nodiscard]] VarianceShares scatter_shares(const Calibration& calibration,
-                                            const Eigen::RowVectorXd& gradient);
+[[nodiscard]] AXISCAL_EXPORT VarianceShares scatter_shares(const Calibration& calibration,
+                                                           const Eigen::RowVectorXd& gradient);
 
 /// @return covariance of the parameters from all sources; empty where none is stated.
-[[nodiscard]] Eigen::MatrixXd parameter_covariance(const Calibration& calibration);
+[[nodiscard]] AXISCAL_EXPORT Eigen::MatrixXd parameter_covariance(const Calibration& calibration);
 
 /// One parameter in a budget.
 struct ParameterUncertainty {
@@ -99,27 +101,28 @@ struct ParameterUncertainty {
 };
 
 /// @return all parameters, in the order of parameter_names; empty without statistics.
-[[nodiscard]] std::vector<ParameterUncertainty> parameter_uncertainties(
+[[nodiscard]] AXISCAL_EXPORT std::vector<ParameterUncertainty> parameter_uncertainties(
     const Calibration& calibration);
 
 /// @return whether every parameter has an expanded uncertainty: not without degrees of freedom.
-[[nodiscard]] bool states_uncertainty(const Calibration& calibration);
+[[nodiscard]] AXISCAL_EXPORT bool states_uncertainty(const Calibration& calibration);
 
 /// @return the unit of a parameter of the record: "V", "V/g", "V per d2", "1 per d".
-[[nodiscard]] std::string parameter_unit(const Calibration& calibration, const std::string& name);
+[[nodiscard]] AXISCAL_EXPORT std::string parameter_unit(const Calibration& calibration,
+                                                        const std::string& name);
 
 /// @return true if the budget includes the uncertainty of the field's magnitude, or if it does not
 ///         matter (methods bias and turns). Otherwise an uncertainty in SI units cannot be claimed.
-[[nodiscard]] bool counts_magnitude(const Calibration& calibration);
+[[nodiscard]] AXISCAL_EXPORT bool counts_magnitude(const Calibration& calibration);
 
 /// Inputs that the stated uncertainty leaves out, because their uncertainty was not stated: for a
 /// run on a table the cube's face normals and the field's magnitude; for readings in volts or
 /// amperes their reference.
 /// @return in words, to stand behind "not counted: "; empty without statistics.
-[[nodiscard]] std::vector<std::string> not_counted(const Calibration& calibration);
+[[nodiscard]] AXISCAL_EXPORT std::vector<std::string> not_counted(const Calibration& calibration);
 
 /// @return that in a sentence; empty where all is counted.
-[[nodiscard]] std::string words_of_not_counted(const Calibration& calibration);
+[[nodiscard]] AXISCAL_EXPORT std::string words_of_not_counted(const Calibration& calibration);
 
 /// The action against the largest source.
 struct Advice {
@@ -131,8 +134,8 @@ struct Advice {
 /// @param uncertainty  of one quantity, its parts in the order of the budget's sources.
 /// @param sources      names of the sources of by_source.
 /// @param readings     how many readings the calibration used.
-[[nodiscard]] Advice advice_to_halve(const CombinedUncertainty& uncertainty,
-                                     const std::vector<std::string>& sources,
-                                     int readings);
+[[nodiscard]] AXISCAL_EXPORT Advice advice_to_halve(const CombinedUncertainty& uncertainty,
+                                                    const std::vector<std::string>& sources,
+                                                    int readings);
 
 }  // namespace axiscal

@@ -3,6 +3,8 @@
 
 #include <string_view>
 
+#include "axiscal/core/export.hpp"
+
 namespace axiscal {
 
 /// The subject of a warning. For each code, docs/messages.md states the condition and the action.
@@ -62,7 +64,7 @@ struct WarningKind {
   bool spoils_slope = false;  ///< the table's slope is not to be trusted either
 };
 
-[[nodiscard]] const WarningKind& warning_kind(WarningCode code);
+[[nodiscard]] AXISCAL_EXPORT const WarningKind& warning_kind(WarningCode code);
 
 /// @return its name in records.
 [[nodiscard]] inline std::string_view warning_name(WarningCode code) {
@@ -70,6 +72,6 @@ struct WarningKind {
 }
 
 /// @return the code of that name; `other` where none has it.
-[[nodiscard]] WarningCode warning_code_of(std::string_view name);
+[[nodiscard]] AXISCAL_EXPORT WarningCode warning_code_of(std::string_view name);
 
 }  // namespace axiscal

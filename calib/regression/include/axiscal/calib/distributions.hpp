@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include "axiscal/core/export.hpp"
+
 namespace axiscal {
 
 /// Coverage factor of a two-sided interval from Student's t distribution.
@@ -10,7 +12,7 @@ namespace axiscal {
 /// @return t such that P(|T| <= t) = coverage; NaN for zero degrees of freedom.
 /// @par Source
 /// Boost.Math.
-[[nodiscard]] double student_t_factor(double coverage, double degrees_of_freedom);
+[[nodiscard]] AXISCAL_EXPORT double student_t_factor(double coverage, double degrees_of_freedom);
 
 /// The degrees of freedom of which a coverage factor is Student's t: student_t_factor() turned
 /// round.
@@ -18,21 +20,23 @@ namespace axiscal {
 /// @param factor    k, of expanded uncertainties.
 /// @param coverage  in (0, 1).
 /// @return infinity if k is at most the normal distribution's; NaN if k is NaN.
-[[nodiscard]] double freedom_of_factor(double factor, double coverage);
+[[nodiscard]] AXISCAL_EXPORT double freedom_of_factor(double factor, double coverage);
 
 /// @return P(|T| > |t|) for Student's t; NaN if an argument is NaN or the degrees of freedom are
 ///         zero.
-[[nodiscard]] double student_t_two_sided_p(double t, double degrees_of_freedom);
+[[nodiscard]] AXISCAL_EXPORT double student_t_two_sided_p(double t, double degrees_of_freedom);
 
 /// @return P(F > f) for Fisher's F with (numerator, denominator) degrees of freedom; NaN where an
 ///         argument is NaN or not positive.
-[[nodiscard]] double f_upper_p(double f, double numerator, double denominator);
+[[nodiscard]] AXISCAL_EXPORT double f_upper_p(double f, double numerator, double denominator);
 
 /// @return the F below which a share of `probability` lies; NaN outside 0 < probability < 1.
-[[nodiscard]] double f_quantile(double probability, double numerator, double denominator);
+[[nodiscard]] AXISCAL_EXPORT double f_quantile(double probability,
+                                               double numerator,
+                                               double denominator);
 
 /// @return P(X > x) for chi-squared; NaN where an argument is NaN or not positive.
-[[nodiscard]] double chi_squared_upper_p(double x, double degrees_of_freedom);
+[[nodiscard]] AXISCAL_EXPORT double chi_squared_upper_p(double x, double degrees_of_freedom);
 
 /// Independent probabilities put together by Fisher's method: -2 sum ln p is of chi-squared with
 /// two degrees of freedom for each.
@@ -60,9 +64,10 @@ class FisherSum {
 };
 
 /// @return x with P(X <= x) = probability for chi-squared; NaN where an argument is out of range.
-[[nodiscard]] double chi_squared_quantile(double probability, double degrees_of_freedom);
+[[nodiscard]] AXISCAL_EXPORT double chi_squared_quantile(double probability,
+                                                         double degrees_of_freedom);
 
 /// @return x with P(X <= x) = probability for the standard normal; NaN outside (0, 1).
-[[nodiscard]] double normal_quantile(double probability);
+[[nodiscard]] AXISCAL_EXPORT double normal_quantile(double probability);
 
 }  // namespace axiscal

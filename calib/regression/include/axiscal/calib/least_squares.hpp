@@ -10,6 +10,7 @@
 #include <Eigen/QR>
 
 #include "axiscal/core/eigen_alignment.hpp"
+#include "axiscal/core/export.hpp"
 
 namespace axiscal {
 
@@ -49,9 +50,9 @@ struct LeastSquaresFit {
 /// @param observations  y, n entries in one unit.
 /// @throws DomainError         if the sizes disagree, or an entry is not finite.
 /// @throws RankDeficientError  if the columns are dependent to working precision.
-[[nodiscard]] LeastSquaresFit fit_least_squares(
-    const Eigen::Ref<const Eigen::MatrixXd>& design,
-    const Eigen::Ref<const Eigen::VectorXd>& observations);
+[[nodiscard]] AXISCAL_EXPORT LeastSquaresFit
+fit_least_squares(const Eigen::Ref<const Eigen::MatrixXd>& design,
+                  const Eigen::Ref<const Eigen::VectorXd>& observations);
 
 /// A function that gives the names of a design's parameters; it is called for an error only.
 using DesignNames = std::function<std::vector<std::string>()>;
@@ -152,7 +153,7 @@ class FactoredDesign {
 /// @par Source
 /// Belsley, Kuh & Welsch, Regression Diagnostics (1980) for leverage, studentised residuals and
 /// Cook's distance.
-class LeastSquaresDesign : public FactoredDesign {
+class AXISCAL_EXPORT LeastSquaresDesign : public FactoredDesign {
  public:
   /// @param design, weights  as in FactoredDesign.
   /// @param names            of the parameters, for errors.
@@ -189,7 +190,7 @@ class LeastSquaresDesign : public FactoredDesign {
 ///
 /// @param design  X, n x p; any n.
 /// @return positions of the columns, ascending; empty for full rank.
-[[nodiscard]] std::vector<Eigen::Index> undetermined_columns(
+[[nodiscard]] AXISCAL_EXPORT std::vector<Eigen::Index> undetermined_columns(
     const Eigen::Ref<const Eigen::MatrixXd>& design);
 
 /// Variance inflation factor of each column: the ratio of its variance to the variance if the
@@ -203,7 +204,7 @@ class LeastSquaresDesign : public FactoredDesign {
 /// @return p factors, at least 1; NaN for a constant column.
 /// @par Source
 /// Belsley, Kuh & Welsch, Regression Diagnostics (1980), sec. 3.2.
-[[nodiscard]] Eigen::VectorXd variance_inflation(
+[[nodiscard]] AXISCAL_EXPORT Eigen::VectorXd variance_inflation(
     const Eigen::Ref<const Eigen::MatrixXd>& design,
     const Eigen::Ref<const Eigen::VectorXd>& weights,
     const Eigen::Ref<const Eigen::MatrixXd>& unscaled_covariance);
@@ -222,19 +223,19 @@ struct ResidualDiagnostics {
 /// @param degrees_of_freedom  nu, not necessarily whole.
 /// @param parameters          p.
 /// @return NaN where h_i is 1 or degrees of freedom lack.
-[[nodiscard]] ResidualDiagnostics diagnose_residuals(
-    const Eigen::Ref<const Eigen::VectorXd>& weighted_residuals,
-    const Eigen::Ref<const Eigen::VectorXd>& leverage,
-    double degrees_of_freedom,
-    double parameters);
+[[nodiscard]] AXISCAL_EXPORT ResidualDiagnostics
+diagnose_residuals(const Eigen::Ref<const Eigen::VectorXd>& weighted_residuals,
+                   const Eigen::Ref<const Eigen::VectorXd>& leverage,
+                   double degrees_of_freedom,
+                   double parameters);
 
 /// As above, for a known scatter: t_i = r_i / (s sqrt(1 - h_i)).
 ///
 /// @param scatter  s, standard deviation of a residual of weight 1.
-[[nodiscard]] ResidualDiagnostics scale_residuals(
-    const Eigen::Ref<const Eigen::VectorXd>& weighted_residuals,
-    const Eigen::Ref<const Eigen::VectorXd>& leverage,
-    double scatter,
-    double parameters);
+[[nodiscard]] AXISCAL_EXPORT ResidualDiagnostics
+scale_residuals(const Eigen::Ref<const Eigen::VectorXd>& weighted_residuals,
+                const Eigen::Ref<const Eigen::VectorXd>& leverage,
+                double scatter,
+                double parameters);
 
 }  // namespace axiscal

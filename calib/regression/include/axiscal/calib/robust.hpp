@@ -5,6 +5,7 @@
 
 #include "axiscal/calib/least_squares.hpp"
 #include "axiscal/core/eigen_alignment.hpp"
+#include "axiscal/core/export.hpp"
 
 namespace axiscal {
 
@@ -30,10 +31,10 @@ struct BisquareWeights {
 /// @par Source
 /// DuMouchel & O'Brien, "Integrating a robust option into a multiple regression computing
 /// environment" (1989); Huber, Robust Statistics (1981), sec. 7.6.
-[[nodiscard]] BisquareWeights bisquare_weights(
-    const Eigen::Ref<const Eigen::VectorXd>& weighted_residuals,
-    const Eigen::Ref<const Eigen::VectorXd>& leverage,
-    double parameters,
-    double smallest_scale = 0.0);
+[[nodiscard]] AXISCAL_EXPORT BisquareWeights
+bisquare_weights(const Eigen::Ref<const Eigen::VectorXd>& weighted_residuals,
+                 const Eigen::Ref<const Eigen::VectorXd>& leverage,
+                 double parameters,
+                 double smallest_scale = 0.0);
 
 }  // namespace axiscal

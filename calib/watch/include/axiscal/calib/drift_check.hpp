@@ -6,6 +6,7 @@
 
 #include "axiscal/calib/calibration.hpp"
 #include "axiscal/calib/observations.hpp"
+#include "axiscal/core/export.hpp"
 
 namespace axiscal {
 
@@ -47,9 +48,9 @@ struct DriftCheck {
 /// @throws DomainError  if axes or fields are not the same, or neither states a covariance.
 /// @par Source
 /// method.md, section 8; Hotelling (1931); Fisher (1932).
-[[nodiscard]] DriftCheck check_drift(const Calibration& old,
-                                     const Calibration& fresh,
-                                     double alpha = 0.01);
+[[nodiscard]] AXISCAL_EXPORT DriftCheck check_drift(const Calibration& old,
+                                                    const Calibration& fresh,
+                                                    double alpha = 0.01);
 
 /// Compares fresh biases with those of a record of method bias whose biases contain the field
 /// (gives_field()). Each axis is compared at the fresh readings' temperature; Fisher's method
@@ -60,15 +61,16 @@ struct DriftCheck {
 ///                     (at_reference_temperature()), without temperature terms.
 /// @param temperature  mean of the fresh readings'; nothing: they count as at the reference.
 /// @throws DomainError  if the axes are not the same, or one states no covariance.
-[[nodiscard]] DriftCheck check_biases(const Calibration& old,
-                                      const Calibration& fresh,
-                                      const std::optional<SensorTemperature>& temperature,
-                                      double alpha = 0.01);
+[[nodiscard]] AXISCAL_EXPORT DriftCheck
+check_biases(const Calibration& old,
+             const Calibration& fresh,
+             const std::optional<SensorTemperature>& temperature,
+             double alpha = 0.01);
 
 /// Readings that were taken at some temperature, as a calibration with temperature terms expects
 /// them at its reference; so a short run at room temperature can be held against it.
-[[nodiscard]] Observations at_reference_temperature(Observations observations,
-                                                    const Calibration& calibration);
+[[nodiscard]] AXISCAL_EXPORT Observations at_reference_temperature(Observations observations,
+                                                                   const Calibration& calibration);
 
 /// A static reading in use, in whatever attitude.
 struct InSituReading {
@@ -96,9 +98,9 @@ struct InSituCheck {
 /// @param observations  readings of all axes at rest; labels are not needed.
 /// @param alpha  of the run as a whole; each reading's limit is set for a fifth of alpha / n.
 /// @throws DomainError  for fewer than three axes, or a record without covariance.
-[[nodiscard]] InSituCheck check_in_situ(const Calibration& calibration,
-                                        const Observations& observations,
-                                        double alpha = 0.01);
+[[nodiscard]] AXISCAL_EXPORT InSituCheck check_in_situ(const Calibration& calibration,
+                                                       const Observations& observations,
+                                                       double alpha = 0.01);
 
 /// The largest error of an angle, and where it is made.
 struct WorstAngle {
@@ -111,6 +113,7 @@ struct WorstAngle {
 ///
 /// @param used  what reduces them.
 /// @param now   what the instrument answers.
-[[nodiscard]] WorstAngle worst_angle(const Calibration& used, const Calibration& now);
+[[nodiscard]] AXISCAL_EXPORT WorstAngle worst_angle(const Calibration& used,
+                                                    const Calibration& now);
 
 }  // namespace axiscal

@@ -8,6 +8,7 @@
 #include "axiscal/calib/calibration.hpp"
 #include "axiscal/calib/limits.hpp"
 #include "axiscal/calib/process_scatter.hpp"
+#include "axiscal/core/export.hpp"
 
 namespace axiscal {
 
@@ -50,7 +51,7 @@ struct UnitHistory {
 
 /// The records of a folder, for process_scatter(); files that are none are passed over.
 /// @throws DataError  for a folder that cannot be read.
-[[nodiscard]] std::vector<Calibration> read_records(const std::string& folder);
+[[nodiscard]] AXISCAL_EXPORT std::vector<Calibration> read_records(const std::string& folder);
 
 /// The change of an instrument's biases between blocks in earlier calibrations. It uses the records
 /// of its serial number and, with a model, those of its model. A record of several blocks gives its
@@ -63,12 +64,12 @@ struct UnitHistory {
 /// @return nullopt if earlier records do not show it.
 /// @par Source
 /// method.md, section 4; NIST/SEMATECH e-Handbook of Statistical Methods, 2.4.5.
-[[nodiscard]] std::optional<ProcessScatter> process_scatter(
+[[nodiscard]] AXISCAL_EXPORT std::optional<ProcessScatter> process_scatter(
     const std::vector<Calibration>& records,
     const Instrument& instrument,
     const std::vector<InputFileDigest>& leave_out = {});
 
-[[nodiscard]] std::string history_text(const UnitHistory& unit);
-[[nodiscard]] std::string history_json(const std::vector<UnitHistory>& units);
+[[nodiscard]] AXISCAL_EXPORT std::string history_text(const UnitHistory& unit);
+[[nodiscard]] AXISCAL_EXPORT std::string history_json(const std::vector<UnitHistory>& units);
 
 }  // namespace axiscal

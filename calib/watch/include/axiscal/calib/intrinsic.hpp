@@ -8,6 +8,7 @@
 
 #include "axiscal/calib/uncertainty.hpp"
 #include "axiscal/core/eigen_alignment.hpp"
+#include "axiscal/core/export.hpp"
 
 namespace axiscal {
 
@@ -22,16 +23,17 @@ struct IntrinsicParameters {
 
 /// @par Source
 /// J. Geist, M. Y. Afridi, C. D. McGray, M. Gaitan, J. Res. NIST 122, 32 (2017).
-[[nodiscard]] IntrinsicParameters intrinsic_parameters(const Calibration& calibration);
+[[nodiscard]] AXISCAL_EXPORT IntrinsicParameters
+intrinsic_parameters(const Calibration& calibration);
 
 /// E_n = (x1 - x2) / sqrt(U1^2 + U2^2): two laboratories agree where |E_n| <= 1.
 /// @param expanded_1, expanded_2  expanded uncertainties (95 %).
 /// @return NaN without uncertainties.
 /// @par Source
 /// ISO/IEC 17043, annex B.
-[[nodiscard]] double e_n_score(double value_1,
-                               double expanded_1,
-                               double value_2,
-                               double expanded_2);
+[[nodiscard]] AXISCAL_EXPORT double e_n_score(double value_1,
+                                              double expanded_1,
+                                              double value_2,
+                                              double expanded_2);
 
 }  // namespace axiscal

@@ -5,6 +5,7 @@
 #include "axiscal/calib/drift_check.hpp"
 #include "axiscal/calib/experiment.hpp"
 #include "axiscal/calib/observations.hpp"
+#include "axiscal/core/export.hpp"
 
 namespace axiscal {
 
@@ -24,9 +25,9 @@ namespace axiscal {
 /// @throws DomainError   if the record states no covariance.
 /// @par Source
 /// method.md, sections 5 and 8.
-[[nodiscard]] DriftCheck check_labelled(const Calibration& record,
-                                        const Experiment& experiment,
-                                        const Observations& observations,
-                                        double alpha = 0.01);
+[[nodiscard]] AXISCAL_EXPORT DriftCheck check_labelled(const Calibration& record,
+                                                       const Experiment& experiment,
+                                                       const Observations& observations,
+                                                       double alpha = 0.01);
 
 }  // namespace axiscal

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "axiscal/calib/verdict.hpp"
+#include "axiscal/core/export.hpp"
 
 namespace axiscal {
 
@@ -31,12 +32,13 @@ struct Limits {
 /// @return true if a limit may be stated for a parameter of that name: a coefficient, the angle
 ///         between two axes, `AXIS.residual_sd`, `levelness.x`, `pitch_error_deg`, `drift_p_value`,
 ///         or the number of `readings` or `design_points` of a calibration.
-[[nodiscard]] bool is_limit_parameter(std::string_view name, const std::vector<std::string>& axes);
+[[nodiscard]] AXISCAL_EXPORT bool is_limit_parameter(std::string_view name,
+                                                     const std::vector<std::string>& axes);
 
 /// Reads limits from JSON.
 /// @throws DataError  `PATH: /json/pointer: ...`.
-[[nodiscard]] Limits parse_limits(std::string_view text, const std::string& path);
-[[nodiscard]] Limits read_limits(const std::string& path);
+[[nodiscard]] AXISCAL_EXPORT Limits parse_limits(std::string_view text, const std::string& path);
+[[nodiscard]] AXISCAL_EXPORT Limits read_limits(const std::string& path);
 
 /// Accepts or rejects (JCGM 106:2012). `simple`: the value is within its limits, whatever its
 /// uncertainty. `guarded`: it is within them by a guard band of its expanded uncertainty (95 %), so
@@ -57,11 +59,11 @@ struct Limits {
 /// @throws DomainError  for a parameter that there is not; the message lists what there is.
 /// @par Source
 /// JCGM 106:2012, secs. 7.2, 8.3; method.md, section 9.
-[[nodiscard]] Verdict evaluate(const Limits& limits,
-                               const Calibration& calibration,
-                               const DriftCheck* check = nullptr);
+[[nodiscard]] AXISCAL_EXPORT Verdict evaluate(const Limits& limits,
+                                              const Calibration& calibration,
+                                              const DriftCheck* check = nullptr);
 
 /// @return "" for a unit that passes, else why it does not, in a line.
-[[nodiscard]] std::string reason_of(const Verdict& verdict);
+[[nodiscard]] AXISCAL_EXPORT std::string reason_of(const Verdict& verdict);
 
 }  // namespace axiscal
