@@ -63,8 +63,7 @@ int list_sources(const AcquireCommand& command) {
     write_whole_file("-", json_text(json));
     return 0;
   }
-  std::string text =
-      found.empty() ? "Nothing is connected that announces itself.\n" : "Connected\n";
+  std::string text = found.empty() ? "No connected device announces itself.\n" : "Connected\n";
   for (const FoundSource& one : found) {
     text += formatted("  {}\n      {}\n", one.address, one.description);
   }
@@ -120,9 +119,9 @@ std::vector<std::string> all_slots_of(const ExperimentOptions& options,
 Experiment experiment_for(const AcquireCommand& command) {
   ExperimentOptions options = command.experiment;
   if (!options.files.empty() && !options.files.front().ends_with(".json")) {
-    throw UsageError(
-        formatted("acquire: '{}' is no experiment (.json); a recording is --connect file:{}",
-                  options.files.front(), options.files.front()));
+    throw UsageError(formatted(
+        "acquire: '{}' is not an experiment (.json); for a recording use --connect file:{}",
+        options.files.front(), options.files.front()));
   }
   if (is_simulated(command) && options.files.empty()) {
     options.instrument = options.instrument.value_or("accelerometer");
@@ -172,7 +171,7 @@ void set_noise(const AcquireCommand& command, const Instrument& instrument, Sess
     const auto column = std::find_if(noise.columns.begin(), noise.columns.end(),
                                      [&](const ColumnNoise& one) { return one.name == axis; });
     if (column == noise.columns.end()) {
-      throw DataError(*command.noise, formatted("has no column '{}'", axis));
+      throw DataError(*command.noise, formatted("lacks the column '{}'", axis));
     }
     setup.stillness.noise_sd(k) =
         column->model.coefficient(NoiseKind::white) * std::sqrt(noise.rate_hz);
@@ -511,9 +510,10 @@ Written write_files(const SessionSetup& setup, const LiveSession& session, const
   const std::string readings = observations_csv(observations, setup.experiment.instrument.axes);
   write_whole_file(outputs.observations, readings);
   if (session.calibrations().empty()) {
-    throw RefusedError(formatted(
-        "the readings are in {}, but no calibration follows from them; calibrate says why",
-        outputs.observations));
+    throw RefusedError(
+        formatted("the readings are in {}, but they do not give a calibration; run calibrate on "
+                  "the file for the reason",
+                  outputs.observations));
   }
   Written written{.calibrations = session.calibrations()};
   for (Calibration& calibration : written.calibrations) {
@@ -610,8 +610,8 @@ void check_outputs(const Outputs& outputs, const std::vector<SlotColumns>& slots
     std::filesystem::path file = std::filesystem::weakly_canonical(output);
     if (std::find(files.begin(), files.end(), file) != files.end()) {
       throw UsageError(
-          formatted("acquire: journal, readings, record and report need files of their own; '{}' "
-                    "would be two of them",
+          formatted("acquire: journal, readings, record and report must be different files; '{}' "
+                    "is named twice",
                     output));
     }
     files.push_back(std::move(file));

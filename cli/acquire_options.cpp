@@ -17,7 +17,7 @@ void add_options(OptionSet& options, AcquireCommand& command) {
   OptionSet source = options.group("Source");
   source.add("--connect", command.sources, "ADDRESS",
              "where samples come from; several: the first sets the pace; --list shows kinds");
-  source.add_flag("--list", command.list, "what is connected, and the kinds of sources");
+  source.add_flag("--list", command.list, "list connected devices and the kinds of sources");
   source.add("--temperature-column", command.temperature_column, "NAME",
              "channel of the temperature; temperature");
   add_experiment_options(options, command.experiment);
@@ -25,12 +25,12 @@ void add_options(OptionSet& options, AcquireCommand& command) {
   OptionSet session = options.group("Session");
   session.add("--plan", command.plan, "SHEET", "run sheet, instead of a design");
   session.add("--noise", command.noise, "SD|FILE",
-              "of one sample at rest, or what `noise --json` wrote: what counts as still, and how "
-              "long to dwell; learned");
+              "standard deviation of a sample at rest, or the output of `noise --json`: sets the "
+              "threshold for stillness and the dwell time; learned by default");
   session.add("--window", command.window, "S", "of the sliding variance; 0.5");
   session.add("--dwell", command.dwell, "S", "how long a reading is taken; by the noise, 1 to 20");
   session.add("--placement-u", command.placement_u, "RAD",
-              "how well a seat is taken again (1 sd); 3e-5");
+              "repeatability of a seat (standard deviation); 3e-5");
   session.add("--soak-window", command.soak_window, "S",
               "the temperature is steady over it before a block; 300");
   session.add("--soak-tolerance", command.soak_tolerance, "T",
@@ -41,8 +41,9 @@ void add_options(OptionSet& options, AcquireCommand& command) {
   session.add("--enough-deg", command.enough_deg, "U",
               "with --free: of any direction, expanded (95 %); 0.5");
   session.add_flag("--manual", command.manual, "take readings on command, not by themselves");
-  session.add_flag("--unattended", command.unattended,
-                   "nobody answers: what looks wrong at the end is asked for again, then it ends");
+  session.add_flag(
+      "--unattended", command.unattended,
+      "unattended: suspect readings are asked for again at the end, then the session ends");
   OptionSet files = options.group("Files");
   files.add("--name", command.name, "NAME",
             "of the files: NAME.journal, .csv, .json, .html; axiscal-TIME");

@@ -62,11 +62,11 @@ void add_options(OptionSet& options, ApplyCommand& command) {
               "in which the results are, of an instrument that was calibrated in an assembly; "
               "assembly");
   options.add("--body", command.body, "BODY",
-              "how the sensor sits in a model (calibrate --method attitude): the results are the "
-              "model's");
+              "mounting of the sensor in a model (from calibrate --method attitude): results are "
+              "in the model's frame");
   options.add("--joint", command.joint, "RECORD=BODY",
-              "a second instrument of that model, its axes in the same file: how it is turned "
-              "against the first, in the column joint_deg");
+              "a second instrument of that model with its axes in the same file: column joint_deg "
+              "has its angle to the first");
   options.add("--alarm", command.alarm, "DEG",
               "with --joint: a larger turn that is not by chance is flagged 'moved'; 0");
   options.add("--declination", command.declination, "DEG", "added to headings, makes them true; 0");
@@ -316,7 +316,7 @@ struct Joint {
       columns.uncertainty = &*uncertainty;
       columns.own_uncertainty = &*own_uncertainty;
     } catch (const DomainError& error) {
-      print_remark("note", formatted("joint_deg has no uncertainty: {}", error.what()));
+      print_remark("note", formatted("joint_deg lacks an uncertainty: {}", error.what()));
     }
   }
 
@@ -447,8 +447,8 @@ int run(const ApplyCommand& command) {
   output.commit();
   if (!gives_field(calibration)) {
     print_remark("note",
-                 "the record's biases hold what the instrument met of the field: what is given is "
-                 "how far readings are from bias(t), without residual or direction");
+                 "the record's biases include the field of the run: the output is the distance of "
+                 "each reading from bias(t), without residual or direction");
   }
   if (calibration.sensor.instrument.axis_count() == 2 && reducer.kind().has_axis_elevation) {
     print_remark("note", "with 2 axes the third component is known only up to its sign");

@@ -116,10 +116,9 @@ void apply_records(const std::vector<std::string>& records,
   }
   for (const Corrected& one : all) {
     if (one.reducer.needs_temperature() && !temperature) {
-      print_remark("note",
-                   formatted("the log has no column 'temperature': the {} is corrected as at the "
-                             "record's reference temperature",
-                             one.calibration.sensor.instrument.kind));
+      print_remark("note", formatted("the log lacks the column 'temperature': the {} is corrected "
+                                     "at the record's reference temperature",
+                                     one.calibration.sensor.instrument.kind));
     }
   }
   file.select(selected);

@@ -87,9 +87,10 @@ int run_attitude(const CalibrateCommand& command) {
     } else if (command.body) {
       body = read_body_rotation(*command.body);
     } else {
-      print_remark("note",
-                   "no references: the sensor's axes are taken as the model's, and the tare sets "
-                   "two angles of them; the turn about the vertical counts as known to 1 degree");
+      print_remark(
+          "note",
+          "without references the axes of the sensor count as those of the model. The tare sets "
+          "two of the angles; the turn about the vertical is uncertain by 1 degree");
     }
     options.same_record = finds || body.record_sha256 == sha256_of_file(record);
     if (command.tare) {

@@ -264,8 +264,9 @@ Asked asked_of(const BudgetCommand& command, const Calibration& calibration) {
 int run(const BudgetCommand& command) {
   const Calibration calibration = in_assembly_frame(read_calibration(command.record));
   if (parameter_uncertainties(calibration).empty()) {
-    throw DataError(command.record, "/statistics",
-                    "the record states no covariance of its coefficients, so there is no budget");
+    throw DataError(
+        command.record, "/statistics",
+        "the record lacks the covariance of its coefficients, so a budget cannot be made");
   }
   const Asked asked = asked_of(command, calibration);
   if (command.roll && !command.pitch) {

@@ -47,7 +47,7 @@ void add_options(OptionSet& options, CalibrateCommand& command) {
   options.add("--align", command.align, "RECORD",
               "record of a three-axis instrument in the same file: its frame is taken over");
   options.add("--body", command.body, "BODY",
-              "method attitude: the rotation that --tare corrects, where no FILE finds one");
+              "method attitude: the rotation that --tare corrects, if FILE does not determine one");
   options.add("--tare", command.tare, "FILE",
               "method attitude: readings in one attitude, level if none is stated, that the "
               "rotation is corrected by");
@@ -65,7 +65,7 @@ void add_options(OptionSet& options, CalibrateCommand& command) {
   log.add_flag("--cube", command.cube,
                "it sat in a cube: the seats are recognised; else it was turned by hand");
   log.add("--accelerometer-record", command.known_accelerometer, "RECORD",
-          "of the accelerometer, where it is calibrated already");
+          "of the accelerometer, if it is calibrated already");
   log.add_flag("--fit-gyroscope-bias", command.fit_gyroscope_bias,
                "by the turns, not by the rests: for a bias that wanders");
   log.add("--accelerometer-unit", command.accelerometer_unit, "UNIT",
@@ -83,11 +83,11 @@ void add_options(OptionSet& options, CalibrateCommand& command) {
                    "several files are of several units, each with its record: -o holds {file}, or "
                    "{serial}; else they are blocks of one unit");
   options.add("--calibrated", command.calibrated, "DATE",
-              "when the readings were taken, if no column 'time' or 'date' says it (ISO 8601)");
+              "date of the readings, if the file lacks the columns 'time' and 'date' (ISO 8601)");
   options.add("--table", command.table, "FILE",
               "of many units (column 'serial'): one row each, with verdict and reason");
   options.add_flag("--accept-suggestion", command.accept_suggestion,
-                   "correct, or leave out, what is most likely a mistake; the record says so");
+                   "correct or leave out the most likely mistake; the record names the change");
   options.add_flag("--force", command.force, "store the record even if it is refused");
 }
 
@@ -334,7 +334,7 @@ std::map<std::string, std::string> name_units_by_files(const std::string& output
     if (has_several_units(file) || output.find(serial_place) != std::string::npos) {
       if (file.serial.empty()) {
         throw UsageError(formatted(
-            "--each: {} has no column 'serial'; let -o hold {{file}}, the name of the file",
+            "--each: {} lacks the column 'serial'; let -o contain {{file}}, the name of the file",
             file.inputs.front().path));
       }
       continue;
@@ -769,8 +769,8 @@ int run(const CalibrateCommand& command) {
   experiment.fit.process = process_of(command, earlier, experiment, run);
   if (command.history && !experiment.fit.process) {
     print_remark("note", *command.history +
-                             ": no earlier records of the unit, so nothing is known of how biases "
-                             "change between blocks");
+                             ": the unit lacks earlier records, so changes of the biases between "
+                             "blocks are unknown");
   }
   if (command.output) {
     check_output(*command.output, experiment, run);

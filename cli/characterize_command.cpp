@@ -46,7 +46,7 @@ void add_options(OptionSet& options, CharacterizeCommand& command) {
               "one levelness for each reference (run, default) or for each block");
   options.add("--leave-out", command.leave_out, "SLOTS", "slots not to use, e.g. A,B");
   options.add_flag("--hold-bias-and-scale", command.hold_bias_and_scale,
-                   "take bias and scale from the records; else they are fitted anew");
+                   "take bias and scale from the records; default: fit them again");
   options.add_flag("--json", command.json, "print JSON instead of tables");
 }
 
@@ -114,8 +114,7 @@ std::vector<Reference> read_references(const std::vector<ReferenceFiles>& all) {
     const Calibration& record = reference.calibration;
     if (record.findings.status == CalibrationStatus::refused) {
       throw RefusedError(files.record +
-                         ": this calibration was refused; a cube cannot be measured "
-                         "with it");
+                         ": this calibration was refused, so it cannot measure a cube");
     }
     const ObservationsFile table = read_observations_file(
         files.observations, {.axes = record.sensor.instrument.axes, .needs_labels = true});
@@ -296,8 +295,8 @@ int run(const CharacterizeCommand& command) {
 Subcommand characterize_subcommand() {
   return make_subcommand<CharacterizeCommand>(
       "characterize", "calibrated instruments -> a measured positioner",
-      "The 12 points, several times (replicates). A record that is there twice is one instrument,\n"
-      "fitted anew: that shows the repeatability of the mount.",
+      "The 12 points, several times (replicates). A record that is named twice is one "
+      "instrument,\nmounted again: this shows the repeatability of the mount.",
       &add_options, &run);
 }
 

@@ -174,7 +174,7 @@ int report(const CheckCommand& command,
 
 int run_history(const CheckCommand& command) {
   if (!command.record.empty() || command.other) {
-    throw UsageError("check --history: takes no record beside the folder");
+    throw UsageError("check --history: give either the folder or a record");
   }
   const std::optional<Limits> limits =
       command.limits ? std::optional(read_limits(*command.limits)) : std::nullopt;
@@ -187,7 +187,7 @@ int run_history(const CheckCommand& command) {
     throw DataError(command.limits.value_or(""), error.what(), error.settings());
   }
   for (const std::string& reason : passed_over) {
-    print_remark("note", formatted("passed over: {}", reason));
+    print_line(formatted("note: passed over: {}", reason));
   }
   if (!not_held.empty()) {
     print_remark("note",
@@ -270,7 +270,7 @@ FreshReadings read_fresh(const CheckCommand& command, const Calibration& old) {
   }
   if (old.sensor.temperature && !fresh.run.observations.readings.front().temperature) {
     print_remark("note",
-                 "the readings have no column 'temperature' and count as taken at the record's "
+                 "the readings lack the column 'temperature'; they count as taken at the record's "
                  "reference");
   }
   fresh.temperature = mean_temperature(fresh.run.observations);
@@ -406,7 +406,7 @@ int run(const CheckCommand& command) {
   const Calibration old = read_calibration(command.record);
   if (old.findings.status == CalibrationStatus::refused) {
     throw RefusedError(command.record +
-                       ": this calibration was refused; nothing is held against it");
+                       ": this calibration was refused, so it cannot be a reference for others");
   }
   if (command.experiment.instrument &&
       *command.experiment.instrument != old.sensor.instrument.kind) {

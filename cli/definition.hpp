@@ -12,7 +12,7 @@ struct OptionDefinition {
   std::vector<std::string> names;  ///< "--output", "-o"; an argument's name has no dashes
   std::string type;                ///< what its value is: "FILE", "DEG"; empty for a flag
   std::string help;
-  bool is_argument = false;  ///< positional
+  bool is_argument = false;              ///< positional
   std::vector<std::string> values = {};  ///< that completion proposes
 };
 

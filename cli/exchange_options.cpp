@@ -12,15 +12,14 @@ void add_export_options(OptionSet& options, ExportCommand& command) {
       "calibration record (JSON); for kalibr accelerometer and gyroscope in one file, for px4, "
       "ardupilot, iio all sensors of a vehicle; or the JSON of noise for kalibr");
   options.add("--format", command.format, "NAME", "one of --list");
-  options.add_flag("--list", command.list, "the formats, and what their readers compute");
+  options.add_flag("--list", command.list, "list the formats with the formulas of their readers");
   options.add("--reading-factor", command.reading_factor, "R",
-              "what the consumer's driver makes of 1 unit of the readings (m/s^2 per count)");
-  options.add("--gravity", command.gravity, "G",
-              "m/s^2 that 1 g was, of a record in g that does not say it");
+              "output of the consumer's driver for 1 unit of the readings (m/s^2 per count)");
+  options.add("--gravity", command.gravity, "G", "m/s^2 per g, for a record in g without it");
   options.add("--numbers", command.numbers, "TYPE",
               "of a header: double, float, q16, q0:16 (binary places of readings, of the field)");
   options.add("--name", command.name, "ID",
-              "what a header's names start with; axiscal_KIND, or axiscal_KIND_SLOT");
+              "prefix of the names in a header; axiscal_KIND, or axiscal_KIND_SLOT");
   options.add("--instance", command.instance, "N", "number of the sensor, 0 to 9; 0");
   options.add("--laboratory", command.laboratory, "FILE",
               "of dcc: laboratory, customer, number, ... as report --laboratory");

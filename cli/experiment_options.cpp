@@ -344,12 +344,14 @@ void add_files(OptionSet& options, ExperimentOptions& experiment, Need need) {
 
 void add_experiment_options(OptionSet& options, ExperimentOptions& experiment) {
   OptionSet instrument = options.group("Instrument");
-  instrument.add("--instrument", experiment.instrument, "KIND|FILE.json",
-                 "accelerometer, inclinometer, magnetometer, gyroscope, optical or generic; a file "
-                 "states a kind of your own, for every command; L=KIND,M=KIND: of the slots of "
-                 "columns SLOT.axis, whose --axes, --unit, --field, .. may be L=..,M=.. likewise");
+  instrument.add(
+      "--instrument", experiment.instrument, "KIND|FILE.json",
+      "accelerometer, inclinometer, magnetometer, gyroscope, optical or generic; a FILE.json "
+      "defines your own kind, for every command; L=KIND,M=KIND: kinds of the slots of columns "
+      "SLOT.axis. --axes, --unit, --field and others then also take L=..,M=..");
   instrument.add("--serial", experiment.serial, "TEXT", "serial number");
-  instrument.add("--model", experiment.model, "TEXT", "what units of one design have in common");
+  instrument.add("--model", experiment.model, "TEXT",
+                 "name of the design that several units share");
   instrument.add(
       "--axes", experiment.axes, "A,B,..",
       "response columns, one or more; x,y,z; d=p-n is an axis d, the difference of two columns");
@@ -358,24 +360,25 @@ void add_experiment_options(OptionSet& options, ExperimentOptions& experiment) {
   instrument.add_flag("--one-sided", experiment.one_sided,
                       "axes that see only what comes from in front of them (photodiodes)");
   instrument.add("--unit", experiment.unit, "UNIT", "unit of the readings; 1");
-  instrument.add("--nominal-sensitivity", experiment.nominal_sensitivity, "S",
-                 "what the axes' sensitivities should be: mistakes in a whole run show against it");
+  instrument.add(
+      "--nominal-sensitivity", experiment.nominal_sensitivity, "S",
+      "nominal sensitivities of the axes: used to find mistakes that affect a whole run");
   instrument.add("--convention", experiment.convention, "flu|frd",
                  "axes forward-left-up (default) or forward-right-down");
   OptionSet field = options.group("Field");
   field.add(
       "--field", experiment.field, "KIND",
       "gravity, geomagnetic, earth_rotation, induced_rotation, induced_magnetic, light or custom; "
-      "KIND+KIND is a sum, of which unit, magnitude and vector are those of the induced part; "
-      "KIND:local, KIND:induced: whether a reading's level sets it; NAME=KIND: its level is in the "
-      "column level.NAME; or a FILE.json that states it");
+      "KIND+KIND is a sum, and unit, magnitude and vector are then those of the induced part; "
+      "KIND:local and KIND:induced say if the level of a reading sets the field; NAME=KIND: the "
+      "level is in the column level.NAME; or a FILE.json with the field");
   field.add("--also", experiment.also, "KIND",
             "a second field that it answers to, known in the table (a gyroscope's g-sensitivity)");
   field.add("--field-unit", experiment.field_unit, "UNIT",
             "g (default), m/s^2; nT, uT, T; rad/s, deg/s, deg/h; 1, W/m^2");
-  field.add(
-      "--field-magnitude", experiment.field_magnitude, "F",
-      "its magnitude, in its unit; of a sum A+B; `unknown` is fitted beside one that is known");
+  field.add("--field-magnitude", experiment.field_magnitude, "F",
+            "magnitude of the field, in its unit; for a sum A+B; `unknown` is fitted together with "
+            "a known field");
   field.add("--field-magnitude-u", experiment.field_magnitude_u, "U",
             "standard uncertainty of --field-magnitude");
   field.add("--field-table", experiment.field_table, "X,Y,Z",
@@ -395,8 +398,8 @@ void add_experiment_options(OptionSet& options, ExperimentOptions& experiment) {
       "--fence-azimuth", experiment.fence_azimuth, "DEG",
       "azimuth of the table's y axis, clockwise from north; 0, by joint as the readings show");
   table_and_cube.add("--face-names", experiment.face_names, "WORD=FACE,..",
-                     "what words in the columns rest and fence mean, as 'up=-Z,nose up=-X': the "
-                     "face that lies on the table, or at the fence");
+                     "meaning of words in the columns rest and fence, as 'up=-Z,nose up=-X': the "
+                     "face on the table or at the fence");
   table_and_cube.add("--slope", experiment.slope, "X,Y", "known slope of the table; 0,0");
   table_and_cube.add("--positioner", experiment.positioner, "FILE",
                      "measured cube; the nominal one");
@@ -410,23 +413,22 @@ void add_experiment_options(OptionSet& options, ExperimentOptions& experiment) {
       "h:y "
       "(two on the web of an H, the second turned by 180 degrees about x or y)");
   OptionSet method = options.group("Method");
-  method.add(
-      "--method", experiment.method, "METHOD",
-      "paired, joint, known or magnitude (no labels), chosen by the data; bias: at rest in one "
-      "pose, over temperature; attitude (calibrate): how the instrument of --from sits in a model");
+  method.add("--method", experiment.method, "METHOD",
+             "paired, joint, known or magnitude (without labels), chosen by the data; bias: at "
+             "rest in one pose, over temperature; attitude (calibrate): mounting of the instrument "
+             "of --from in a model");
   method.add("--shape", experiment.shape, "SHAPE",
              "magnitude: symmetric (default) or triangular sensitivity");
   method.add("--weights", experiment.weights, "W",
              "samples (default where the column is there), sd or none");
   method.add_flag("--robust", experiment.robust, "bisquare regression");
   method.add_flag("--squares", experiment.squares,
-                  "of method magnitude: a squared term of each axis beside bias and sensitivity, "
-                  "where the response bends");
+                  "method magnitude: fit a squared term of each axis too, if the response bends");
   method.add_flag("--polar-fit", experiment.polar_fit,
                   "fit the known-art form (coning angle, azimuth) by Gauss-Newton too, to compare");
   method.add("--leave-out", experiment.leave_out, "RUNS", "runs not to use, e.g. 7,8");
   method.add("--noise-ratio", experiment.noise_ratio, "A,B,..",
-             "how the noise of the axes compares (1,1,1: equal); mistakes are then seen better");
+             "ratios of the noise of the axes (1,1,1: equal); mistakes are found more easily");
   method.add("--drift", experiment.drift, "auto|none|linear",
              "a drift of the bias over the run as a term of the fit; auto: where the readings show "
              "one");
@@ -517,7 +519,8 @@ std::optional<std::string> of_slot(const char* option,
     const bool is_slot = std::find(slots.begin(), slots.end(), name) != slots.end();
     const bool begins = item.find('=') != std::string_view::npos && is_slot;
     if (item.find('=') != std::string_view::npos && !is_slot && !may_have_equals) {
-      throw UsageError(formatted("{}: '{}' is no slot; there are {}", option, name, joined(slots)));
+      throw UsageError(
+          formatted("{}: '{}' is not a slot; the slots are {}", option, name, joined(slots)));
     }
     if (begins) {
       any = true;

@@ -128,7 +128,7 @@ int run_export(const ExportCommand& command) {
         "and iio all of a vehicle) and --format NAME; --list names the formats");
   }
   if (command.output == "-" && !is_text(*command.format) && isatty(STDOUT_FILENO) != 0) {
-    throw UsageError(formatted("export: {} is no text; give -o FILE", *command.format));
+    throw UsageError(formatted("export: {} is a binary format; give -o FILE", *command.format));
   }
   const Exported result = exported(command);
   write_whole_file(command.output, result.content);

@@ -40,7 +40,8 @@ ImuOptions options_of(const CalibrateCommand& command) {
   experiment.files.clear();  // further logs
   if (command.accelerometer_unit) {
     if (experiment.unit && *experiment.unit != *command.accelerometer_unit) {
-      throw UsageError("--unit, --accelerometer-unit: are of the same readings; state one of them");
+      throw UsageError(
+          "--unit, --accelerometer-unit: both set the unit of the same readings; give only one");
     }
     experiment.unit = command.accelerometer_unit;
   }
@@ -51,7 +52,8 @@ ImuOptions options_of(const CalibrateCommand& command) {
   experiment.instrument = "accelerometer";
   experiment.field = experiment.field.value_or("gravity");
   if (experiment.axes) {
-    throw UsageError("--axes: with --imu the columns are --accelerometer X,Y,Z and the like");
+    throw UsageError(
+        "--axes: with --imu use --accelerometer X,Y,Z, --gyroscope X,Y,Z and --magnetometer X,Y,Z");
   }
   options.experiment = make_experiment(experiment);
   if (options.experiment.instrument.range) {
@@ -392,12 +394,11 @@ int run_imu(const CalibrateCommand& command) {
     for (const LogSensor& sensor : input.sensors) {
       found += (found.empty() ? "" : "; ") + sensor.words;
     }
-    throw DataError(
-        *command.imu,
-        formatted("holds no accelerometer that feels gravity and varies: {}. What phones "
-                  "call linear acceleration is without gravity: record the acceleration "
-                  "with it. Other columns: --accelerometer X,Y,Z",
-                  found));
+    throw DataError(*command.imu,
+                    formatted("lacks an accelerometer that measures gravity and varies: {}. The "
+                              "linear acceleration of phones excludes gravity: record the "
+                              "acceleration with gravity. Other columns: --accelerometer X,Y,Z",
+                              found));
   }
   std::vector<Calibration> records;
   std::vector<FailedSensor> failed;
@@ -418,8 +419,8 @@ int run_imu(const CalibrateCommand& command) {
   if (instances > 1 && last == first && !chosen && !records.empty()) {
     records.front().findings.notes.push_back(
         {NoteCode::input,
-         formatted("the log has {} sensors of a kind; these records are of the first (another: "
-                   "--instance N; all of them: {{instance}} in the name of -o)",
+         formatted("the log has {} sensors of one kind; these records are of the first (another: "
+                   "--instance N; all: {{instance}} in the name of -o)",
                    instances)});
   }
   return deliver_of_log(command, records, failed, heading);

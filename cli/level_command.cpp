@@ -33,7 +33,8 @@ void add_options(OptionSet& options, LevelCommand& command) {
   add_experiment_options(options, command.experiment);
   options.add("--adjusters", command.adjusters, "X,Y;..",
               "where the table stands [m], frame table; the positioner's");
-  options.add("--thread-pitch", command.thread_pitch, "M", "what a turn raises; the positioner's");
+  options.add("--thread-pitch", command.thread_pitch, "M",
+              "height that one turn of an adjuster raises; default: from the positioner");
   options.add_output(command.output);
   options.add_flag("--json", command.json, "print JSON instead of a table");
 }
@@ -175,7 +176,8 @@ Slope slope_of(const Measured& measured) {
     slope.standard_error = {all.standard_error_x, all.standard_error_y};
   }
   if (!(slope.value.squaredNorm() < 1.0)) {
-    throw DataError(measured.path, "/levelness/mean", "is no slope: X^2 + Y^2 must be less than 1");
+    throw DataError(measured.path, "/levelness/mean",
+                    "is not a slope: X^2 + Y^2 must be less than 1");
   }
   return slope;
 }

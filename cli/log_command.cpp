@@ -117,7 +117,7 @@ std::string next_for_accelerometer(const RecordingSummary& summary,
                                    [](const RecordedSensor& sensor) { return sensor.number > 0; });
   const std::string output = formatted("-o 'imu-{{slot}}{}.json'", several ? "-{instance}" : "");
   if (!has_times(one)) {
-    return "the file has no times; 100 samples a second are taken here: type your rate\n" +
+    return "the file lacks times; 100 samples per second are assumed: type your rate\n" +
            next_of(formatted("calibrate --imu {} --rate 100 {}", file, output));
   }
   if (still_s > most * span_s) {
@@ -190,9 +190,8 @@ std::string next_steps(const RecordingSummary& summary, const std::string& file)
   }
   const auto magnetometer = first_of(SeriesKind::magnetometer);
   if (magnetometer != sensors.end()) {
-    return "the field's size is not known: it is fitted to length 1; --field-magnitude 48 "
-           "--field-unit "
-           "uT,\nor --latitude and --longitude, state it\n" +
+    return "the size of the field is unknown, so the fit uses length 1; give it "
+           "with\n--field-magnitude 48 --field-unit uT, or with --latitude and --longitude\n" +
            next_for_turned(*magnetometer, "magnetometer", file);
   }
   const auto gyroscope = first_of(SeriesKind::gyroscope);
@@ -202,7 +201,8 @@ std::string next_steps(const RecordingSummary& summary, const std::string& file)
                              : "if it is at rest, at 100 samples a second: type your rate\n") +
            next_of(formatted("noise {}{}", file, timed ? "" : " --rate 100"));
   }
-  return summary.series.empty() ? "there are no numbers in it\n" : next_for_unknown(summary, file);
+  return summary.series.empty() ? "the file does not contain numbers\n"
+                                : next_for_unknown(summary, file);
 }
 
 int run(const LogCommand& command) {
@@ -232,9 +232,9 @@ int run(const LogCommand& command) {
 
 Subcommand log_subcommand() {
   return make_subcommand<LogCommand>(
-      "log", "what is in a file: sensors, rates, gaps, and what to do next",
-      "Reads tables (text, .npy, .npz, .mat, .xlsx, JSON), flight logs (ULog, DataFlash, tlog,\n"
-      "blackbox), bags (ROS 1, ROS 2, MCAP), phones' recordings, and what devices print.",
+      "log", "the content of a file: sensors, rates, gaps, and the next commands",
+      "Reads tables (text, .npy, .npz, .mat, .xlsx, JSON), flight logs (ULog, DataFlash, "
+      "tlog,\nblackbox), bags (ROS 1, ROS 2, MCAP), recordings of phones, and output of devices.",
       &add_options, &run);
 }
 

@@ -54,9 +54,10 @@ void add_rest_options(OptionSet& options, RestOptions& rests) {
           "columns whose variance tells rest from motion; segment: --accelerometer, or x,y,z; "
           "calibrate: "
           "the gyroscope's, or the accelerometer's");
-  log.add("--window", rests.window, "S",
-          "of the sliding variance, half of which is left out at both ends of a rest; 0.5");
-  log.add("--min-length", rests.shortest, "S", "what is left of a rest is at least so long; 1");
+  log.add(
+      "--window", rests.window, "S",
+      "length of the sliding window [s]; half a window is left out at both ends of a rest; 0.5");
+  log.add("--min-length", rests.shortest, "S", "shortest length of a rest after trimming [s]; 1");
   log.add("--trim", rests.trim, "S", "left out besides at both ends; 0.1");
   log.add("--threshold", rests.threshold, "V",
           "rest is where the joined variance is below it; chosen from the data");
@@ -140,7 +141,7 @@ SegmentOptions segment_options_of(const RestOptions& options) {
   }
   if (options.log.rate) {
     if (options.log.table.time) {
-      throw UsageError("--rate: goes without --time, one of them");
+      throw UsageError("give either --rate or --time");
     }
     segment.rate_hz = positive_of("--rate", *options.log.rate);
   }

@@ -46,7 +46,7 @@ void add_options(OptionSet& options, NoiseCommand& command) {
   options.add_flag("--all-taus", command.all_taus, "the curve at ten averaging times a decade");
   options.add("--from", command.from, "S",
               "the part at rest, from S seconds after the first sample on; the longest rest");
-  options.add("--to", command.to, "S", "where that part ends, in seconds after the first sample");
+  options.add("--to", command.to, "S", "end of that part, in seconds after the first sample");
   add_unit_options(options, command.units);
   options.add("--tau", command.tau, "LO,HI",
               "fit the curve between these averaging times [s] alone");
@@ -86,8 +86,10 @@ void fill_missing(const std::string& name, std::vector<double>& samples, LogNois
     last = value;
   }
   if (missing > 0) {
-    warn(noise, formatted("column '{}': {} cells are no numbers; each counts as the one before it",
-                          name, missing));
+    warn(noise,
+         formatted(
+             "column '{}': {} cells are not numbers; each takes the value of the cell before it",
+             name, missing));
   }
 }
 
@@ -122,7 +124,7 @@ double rate_of(const RecordedLog& log,
   }
   if (!time) {
     throw DataError(log.name,
-                    "has no column of times; name it with --time COLUMN, or give --rate HZ");
+                    "lacks a column of times; name it with --time COLUMN, or give --rate HZ");
   }
   const std::vector<double>& times = log.samples[time->position];
   const TimeUnit unit = settle_time_unit(log.name, *time, times);
@@ -264,7 +266,7 @@ std::vector<AllanPoint> fitted_part(const std::vector<AllanPoint>& curve,
 void add_column(ColumnNoise one, const NoiseCommand& command, LogNoise& noise) {
   if (std::all_of(one.curve.begin(), one.curve.end(),
                   [](const AllanPoint& point) { return point.deviation <= 0.0; })) {
-    warn(noise, formatted("column '{}' does not vary; it has no noise to speak of", one.name));
+    warn(noise, formatted("column '{}' does not vary, so its noise cannot be estimated", one.name));
     return;
   }
   const std::vector<AllanPoint> part = fitted_part(one.curve, command);
@@ -460,7 +462,7 @@ void cut_to_rest(RecordedLog& log,
   LongestRest part{.first = sample_at("--from", command.from, 0),
                    .end = sample_at("--to", command.to, n)};
   if (part.end <= part.first) {
-    throw UsageError("--from, --to: the log has no samples between them");
+    throw UsageError("--from, --to: the log lacks samples in this interval");
   }
   if (!command.from && !command.to) {
     const std::vector<RestColumn> columns = rest_columns(log, sensors, analysed);
@@ -565,7 +567,7 @@ LogNoise noise_of_input(LogInput& input, const NoiseCommand& command) {
     return noise_of_log(input, own);
   }
   if (command.is_curve && (command.from || command.to)) {
-    throw UsageError("--from, --to: a curve has no samples to cut");
+    throw UsageError("--from, --to: a curve cannot be cut by time");
   }
   return command.is_curve ? noise_of_curve(input.log, command) : noise_of_log(input, command);
 }

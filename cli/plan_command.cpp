@@ -50,7 +50,7 @@ void add_options(OptionSet& options, PlanCommand& command) {
   forecast.add("--noise", command.noise, "SD", "sd of one sample, in the readings' unit");
   forecast.add(
       "--noise-log", command.noise_log, "FILE",
-      "what `noise --json` wrote, instead of --noise: a reading is a mean over the dwell time");
+      "output of `noise --json`, instead of --noise: a reading is a mean over the dwell time");
   forecast.add("--dwell", command.dwell, "S",
                "time at a design point, with --noise-log; the sensible one of its noisiest axis");
   forecast.add("--samples", command.samples, "N", "averaged at each point; 1");
@@ -67,7 +67,7 @@ void add_options(OptionSet& options, PlanCommand& command) {
                "known: standard uncertainty of the table's slope along x and y");
   forecast.add(
       "--world", command.world, "FILE|NAME=V,..",
-      ("what readings suffer besides white noise, each replicate a block: " + world_names())
+      ("effects on the readings besides white noise; each replicate is a block: " + world_names())
           .c_str());
   forecast.add("--slope", command.slope, "X,Y", "of the table, expected; 0,0");
   OptionSet tolerances = options.group("Tolerances");
@@ -80,7 +80,7 @@ void add_options(OptionSet& options, PlanCommand& command) {
       "--soak", command.soak, "LOG",
       "a log (CSV: time [s], temperature): is the instrument steady yet? Exit 1 when not");
   temperature.add("--soak-window", command.soak_window, "S",
-                  "how far to look back, and how long a block takes; 300");
+                  "span of earlier blocks, and duration of a block; 300");
   temperature.add("--soak-tolerance", command.soak_tolerance, "T",
                   "largest change of the temperature output during that time; 0.1");
   options.add("--page", command.page, "SHEET.html", "the run sheet as a page to print");
@@ -145,7 +145,7 @@ double noise_of(const PlanCommand& command, const std::string& kind) {
       command.dwell ? positive_of("--dwell", *command.dwell) : worst->dwell.sensible_s;
   if (dwell_s > worst->curve.back().tau_s) {
     print_remark("warning",
-                 formatted("the noise log tells nothing of averages over more than {} s; the "
+                 formatted("the noise log does not cover averages over more than {} s; the "
                            "forecast for {} s may be far too small",
                            number_text(worst->curve.back().tau_s, 3), number_text(dwell_s, 3)));
   }
@@ -353,7 +353,7 @@ int run(const PlanCommand& command) {
 
 Subcommand plan_subcommand() {
   return make_subcommand<PlanCommand>(
-      "plan", "a run sheet in random order, and what it will reach",
+      "plan", "a run sheet in random order, with a forecast of the uncertainties",
       "Without -o the sheet goes to stdout and the forecast to stderr.", &add_options, &run);
 }
 

@@ -82,8 +82,8 @@ std::optional<Observations> readings_for(const Calibration& calibration,
     observations.response = observations.response.middleCols(m * (slot - slots.begin()), m).eval();
   }
   if (observations.response.cols() != m) {
-    throw DataError(
-        path, formatted("it holds slots {}, and the record is of none of them", joined(slots)));
+    throw DataError(path, formatted("it holds the slots {}; the record belongs to another slot",
+                                    joined(slots)));
   }
   return observations;
 }

@@ -110,7 +110,7 @@ int run(const SegmentCommand& command) {
   }
   options.segment.join = !command.keep_split;
   if (command.recognise && command.rests.plan) {
-    throw UsageError("--recognise: goes without --plan, one of them");
+    throw UsageError("give either --recognise or --plan");
   }
   const bool labels_wanted = command.recognise || command.rests.plan;
   if (command.recognise && options.accelerometer.size() != 3) {

@@ -38,9 +38,10 @@ void add_options(OptionSet& options, SimulateCommand& command) {
   options.add("--slope", command.slope, "X,Y", "tilt of the table; 0,0");
   options.add("--temperature-sd", command.temperature_sd, "SD",
               "scatter of the temperatures about their levels; 0");
-  options.add("--resolution", command.resolution, "Q", "readings are rounded to multiples of it");
+  options.add("--resolution", command.resolution, "Q",
+              "readings are rounded to multiples of this step");
   options.add("--world", command.world, "FILE|NAME=V,..",
-              ("what else readings suffer: " + world_names()).c_str());
+              ("further effects on the readings: " + world_names()).c_str());
   add_recording_options(options, command.recording);
   options.add("--fence-azimuth", command.fence_azimuth, "DEG",
               "of the table's y axis; turns the field of the truth");

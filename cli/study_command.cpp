@@ -49,13 +49,13 @@ void add_options(OptionSet& options, StudyCommand& command) {
   options.add("--temperature-sd", command.temperature_sd, "SD",
               "scatter of the temperatures about their levels; 0");
   options.add("--tolerances", command.tolerances, "NAME=SD,..",
-              "each run has a cube made with such errors, which the calibration does not know");
+              "each run has a cube with such errors, unknown to the calibration");
   options.add_flag("--random-normals", command.random_normals,
                    "each run's cube differs from --positioner by its normal_covariance");
   options.add_flag("--regression-only", command.regression_only,
                    "noise alone on a field known exactly: millions of trials a second");
   options.add("--world", command.world, "FILE|NAME=V,..",
-              ("what else readings suffer: " + world_names()).c_str());
+              ("further effects on the readings: " + world_names()).c_str());
   add_recording_options(options, command.recording);
   options.add_flag("--alarms", command.alarms,
                    "look for mistakes in every run and count the trials with each warning");
@@ -146,7 +146,7 @@ StudySetup setup_of(const StudyCommand& command) {
   StudySetup setup;
   const bool has_truth = command.truth.has_value();
   if (has_truth == !command.experiment.files.empty()) {
-    throw UsageError("study: needs an EXPERIMENT.json or --truth RECORD.json, one of them");
+    throw UsageError("study: give either an EXPERIMENT.json or --truth RECORD.json");
   }
   Eigen::VectorXd scatter;  // of the record's readings
   if (has_truth) {

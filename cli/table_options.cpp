@@ -142,7 +142,7 @@ void rename_temperatures(const std::string& text,
         return axis.starts_with(of + ".");
       });
       if (!is_axis && !is_slot) {
-        throw UsageError(formatted("--temperature-column: '{}' is no axis and no slot", of));
+        throw UsageError(formatted("--temperature-column: '{}' is neither an axis nor a slot", of));
       }
       name = is_axis ? of + "_temperature" : of + ".temperature";
     } else if (items.size() > 1) {
@@ -319,9 +319,9 @@ std::vector<WordsOfFaces> columns_of_faces(const std::string& path, const TableT
     }
     if (good < words.size()) {
       throw DataError(path,
-                      formatted("column '{}': '{}' is no face, and the other words are; call the "
-                                "columns 'rest' and 'fence' and write +X, -Y, .., or say what its "
-                                "words mean by --face-names 'WORD=FACE,..'",
+                      formatted("column '{}': '{}' is not a face, but the other words are; call "
+                                "the columns 'rest' and 'fence' and write +X, -Y, .., or give the "
+                                "meaning of the words with --face-names 'WORD=FACE,..'",
                                 column.name, stranger));
     }
     column.heading = heading_of(column.name);

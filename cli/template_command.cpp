@@ -36,9 +36,9 @@ struct Template {
 
 constexpr std::array<Template, 6> templates = {
     {{"experiment", &experiment_template, "all that is not a reading: calibrate EXPERIMENT.json"},
-     {"laboratory", &laboratory_template, "what a certificate says: report --laboratory"},
+     {"laboratory", &laboratory_template, "the details of a certificate: report --laboratory"},
      {"limits", &limits_template, "accept or reject: calibrate --limits"},
-     {"map", &map_template, "what a log's columns are: --map"},
+     {"map", &map_template, "the meaning of a log's columns: --map"},
      {"positioner", &positioner_template, "a measured cube: --positioner"},
      {"world", &world_template, "errors of a simulation: study --world"}}};
 

@@ -131,7 +131,7 @@ std::string calibrated_of_option(const std::string& text) {
   const std::optional<double> time_s = parse_timestamp(text);
   if (!time_s) {
     throw UsageError(formatted(
-        "--calibrated: '{}' is no date of the form 2026-11-20 or 2026-11-20T20:04:54Z", text));
+        "--calibrated: '{}' is not a date of the form 2026-11-20 or 2026-11-20T20:04:54Z", text));
   }
   constexpr std::size_t date_alone = 10;
   return text.size() == date_alone ? text : timestamp_of(*time_s);

@@ -31,8 +31,8 @@ std::size_t need_channel(const std::vector<Channel>& channels, const std::string
   for (const Channel& channel : channels) {
     there.push_back(channel.name);
   }
-  throw DomainError(formatted("no channel '{}' comes from the sources, only {}: name them by "
-                              "names= of the source, or name the axes by them",
+  throw DomainError(formatted("the sources do not have a channel '{}'; their channels: {}. Name "
+                              "the channels by names= of the source, or give the axes these names",
                               name, joined(there)),
                     {settings::axes});
 }

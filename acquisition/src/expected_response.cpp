@@ -21,11 +21,11 @@ struct UnitMistake {
 constexpr std::array unit_mistakes = {
     UnitMistake{standard_gravity, "m/s^2 for g"},
     UnitMistake{1.0 / standard_gravity, "g for m/s^2"},
-    UnitMistake{1e3, "a thousandth of it"},
-    UnitMistake{1e-3, "a thousand of it"},
+    UnitMistake{1e3, "1/1000 of the unit"},
+    UnitMistake{1e-3, "1000 times the unit"},
     UnitMistake{deg_per_rad, "deg for rad"},
     UnitMistake{rad_per_deg, "rad for deg"},
-    UnitMistake{0.1, "Gauss for mT, or the like: a tenth"},
+    UnitMistake{0.1, "Gauss for mT or similar: 1/10"},
 };
 
 }  // namespace

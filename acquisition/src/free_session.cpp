@@ -344,7 +344,7 @@ class FreeSession::Engine {
     } else if (kind == "free_undo" && !points_.empty()) {
       drop_last();
     } else if (kind != "finished") {
-      entry.fail("is no entry of a free session");
+      entry.fail("is not an entry of a free session");
     }
   }
 
@@ -481,7 +481,7 @@ class FreeSession::Engine {
       case SessionPhase::dwelling:
         if (free.is_enough) {
           view_.headline = "It is enough";
-          view_.detail = "finish, or go on to know it better";
+          view_.detail = "finish, or continue for smaller uncertainties";
         } else if (setup_.by_rests) {
           view_.headline = phase_ == SessionPhase::dwelling ? "Still: hold it"
                            : points_.size() < fewest_points
@@ -543,7 +543,7 @@ class FreeSession::Engine {
         news_.tell("finished", "the session is finished");
       }
     } else if (points_.empty()) {
-      news_.tell("refused", "there is no reading yet; quit stops the session");
+      news_.tell("refused", "take a reading first; quit stops the session");
     } else {
       review();
     }

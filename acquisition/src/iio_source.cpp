@@ -345,7 +345,7 @@ bool has_iio() noexcept {
 }
 
 std::unique_ptr<Source> open_iio_source(const SourceAddress& address) {
-  address.fail("this build has no libiio");
+  address.fail("this build lacks libiio");
 }
 
 std::vector<FoundSource> find_iio_devices() {

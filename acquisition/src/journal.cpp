@@ -76,7 +76,7 @@ Journal Journal::create(const std::string& path) {
 Journal Journal::open(const std::string& path, std::vector<std::string>& lines) {
   if (std::error_code none;
       std::filesystem::exists(path, none) && !std::filesystem::is_regular_file(path, none)) {
-    throw DataError(path, "is no journal: not a regular file");
+    throw DataError(path, "is not a journal: it is not a regular file");
   }
   static_cast<void>(InputFile(path));  // says what is wrong with it
   const int descriptor = ::open(path.c_str(), O_WRONLY | O_APPEND | O_CLOEXEC);
@@ -102,7 +102,7 @@ Journal Journal::open(const std::string& path, std::vector<std::string>& lines) 
       longest_entry);
   // A file whose first line is not whole is no journal of ours, and is left as it is.
   if (lines.empty()) {
-    throw DataError(path, "is no journal: its first line is missing, or not whole");
+    throw DataError(path, "is not a journal: its first line is missing or incomplete");
   }
   if (is_cut && ::ftruncate(descriptor, journal.size_) != 0) {
     throw OutputError(

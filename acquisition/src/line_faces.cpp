@@ -58,7 +58,7 @@ class LineFace : public SessionFace {
       if (const std::optional<SessionCommand> command = parse_command(line)) {
         result.push_back(*command);
       } else if (!line.empty()) {
-        std::fprintf(stderr, "'%s' is no command; there are: %s\n", line.c_str(),
+        std::fprintf(stderr, "'%s' is not a command; the commands are: %s\n", line.c_str(),
                      words_.empty() ? "none just now" : words_.c_str());
       }
     }

@@ -186,7 +186,7 @@ bool has_mqtt() noexcept {
 }
 
 std::unique_ptr<ByteLink> open_mqtt(const SourceAddress& address) {
-  address.fail("this build has no libmosquitto");
+  address.fail("this build lacks libmosquitto");
 }
 
 #endif

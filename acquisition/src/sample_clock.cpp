@@ -33,7 +33,7 @@ double session_seconds() {
 SampleClock::SampleClock(const SourceAddress& address)
     : address_(address), rate_hz_(address.number_or("rate", 0.0, 1e-3, 1e7)) {
   if (address.find("rate") && address.find("time")) {
-    address.fail("rate= or time=, one of them");
+    address.fail("give either rate= or time=");
   }
 }
 
@@ -60,9 +60,10 @@ void SampleClock::check_unit(const std::string& path,
   }
   const TimeUnit unit = settle_time_unit(path, *column_, block[column_->position]);
   if (unit.seconds != column_->seconds) {
-    throw DataError(path, formatted("the times of column '{}' are no seconds by their rate; say "
-                                    "what they are: names=t_us,... (t_ms, t_ns), or rate=HZ",
-                                    column_->name));
+    throw DataError(path,
+                    formatted("the times of column '{}' are not in seconds, judged by the rate; "
+                              "state their unit: names=t_us,... (t_ms, t_ns), or rate=HZ",
+                              column_->name));
   }
 }
 

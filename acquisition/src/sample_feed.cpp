@@ -82,7 +82,7 @@ class SampleFeed::Impl {
         alarms.push_back(
             {.code = "apart",
              .text = formatted(
-                 "{}: has no sample within {} s of those of {}: are their clocks the same?",
+                 "{}: lacks samples within {} s of the samples of {}: do their clocks agree?",
                  readers_[s]->name(), number_text(longest_hold_s), readers_.front()->name())});
       }
     }

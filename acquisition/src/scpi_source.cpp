@@ -103,7 +103,7 @@ class ScpiSource final : public Source {
     }
     take_replies(batch, report);
     if (step_ != Step::connect && session_seconds() - asked_s_ > longest_answer_s) {
-      report.message = formatted("{}: no answer to {} for {} s; it is set up anew", name_, asked_,
+      report.message = formatted("{}: no answer to {} for {} s; connecting again", name_, asked_,
                                  number_text(longest_answer_s));
       begin();
     }

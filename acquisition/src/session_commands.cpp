@@ -68,7 +68,7 @@ void Session::Engine::command(const SessionCommand& command) {
       break;
     case SessionAction::pause:
       before_pause_ = std::exchange(phase_, SessionPhase::paused);
-      news_.tell("paused", "paused; nothing is taken");
+      news_.tell("paused", "paused; no readings are taken");
       break;
     case SessionAction::go_on:
       if (phase_ == SessionPhase::paused) {
@@ -101,7 +101,7 @@ void Session::Engine::capture_now() {
     soaked_ = true;
   } else if (phase_ == SessionPhase::question) {
     // Asked for twice, or before the doubt was seen: that is no answer.
-    news_.tell("refused", "answer first: accept it, or lay it anew");
+    news_.tell("refused", "answer first: accept the reading, or lay the cube again");
   } else if ((phase_ == SessionPhase::dwelling || phase_ == SessionPhase::ready) &&
              dwell_.samples() >= fewest_samples_of_dwell) {
     complete();
@@ -129,7 +129,7 @@ void Session::Engine::retake(std::vector<int> runs, const std::string& why) {
   for (const int run : runs) {
     const CapturedReading* const reading = list_.find(run);
     if (reading == nullptr) {
-      news_.tell("refused", formatted("there is no run {}", run));
+      news_.tell("refused", formatted("run {} does not exist", run));
       continue;
     }
     const DesignPoint point = reading->row.entry.point;
@@ -172,7 +172,7 @@ void Session::Engine::finish() {
     return;
   }
   if (list_.readings().empty()) {
-    news_.tell("refused", "there is no reading yet; quit stops the session");
+    news_.tell("refused", "take a reading first; quit stops the session");
     return;
   }
   wanted_.reset();

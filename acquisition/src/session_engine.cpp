@@ -149,7 +149,7 @@ void Session::Engine::find_moving_field() {
 void Session::Engine::learn_from_readings() {
   if (const auto suspect = knowledge_.learn(list_.readings())) {
     news_.tell("suspect",
-               formatted("{} looks like {} by what came after it: take it again",
+               formatted("{} looks like {} after the readings that followed: take it again",
                          run_text(suspect->run), suspect->looks_like.name()),
                suspect->run, suspect->looks_like);
   }
@@ -204,7 +204,7 @@ void Session::Engine::interrupt(const std::string& why) {
     phase_ = SessionPhase::laying;
     moved_ = true;
     if (!why.empty()) {
-      news_.tell("interrupted", why + ": the reading begins anew");
+      news_.tell("interrupted", why + ": the reading starts again");
     }
   }
   dwell_.clear();

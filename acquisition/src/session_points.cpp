@@ -131,7 +131,7 @@ void Session::Engine::dwell() {
   if (!stillness_.is_still() || axes_.is_saturated() || stuck_.is_stuck()) {
     news_.tell("knock", axes_.is_saturated() || stuck_.is_stuck()
                             ? "the reading is broken off"
-                            : "a knock: the reading begins anew");
+                            : "a knock: the reading starts again");
     dwell_.clear();
     phase_ = SessionPhase::laying;
     moved_ = true;
@@ -146,7 +146,7 @@ void Session::Engine::dwell() {
   if (!may_drift && dwell_.drift() > telling_drift && drift_restarts_ < most_drift_restarts) {
     ++drift_restarts_;
     news_.tell("drift", drift_restarts_ < most_drift_restarts
-                            ? "it drifts: the reading begins anew"
+                            ? "it drifts: the reading starts again"
                             : "it still drifts: the next reading is taken as it is");
     begin_dwell();
     return;

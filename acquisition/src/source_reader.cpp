@@ -98,7 +98,7 @@ void SourceReader::add_alarms(std::vector<SessionAlarm>& alarms) const {
   const double now = session_seconds();
   if (state_ == LinkState::waiting || state_ == LinkState::lost) {
     alarms.push_back({.code = "unplugged",
-                      .text = message_.empty() ? source_->name() + ": nothing is connected"
+                      .text = message_.empty() ? source_->name() + ": no source is connected"
                                                : message_ + "; it is tried again"});
   } else if (ended_) {
     alarms.push_back({.code = "ended", .text = formatted("{}: {}", source_->name(), message_)});
@@ -115,7 +115,7 @@ void SourceReader::add_alarms(std::vector<SessionAlarm>& alarms) const {
   if (defects_at_s_ > 0.0 && now - defects_at_s_ < shown_for_s) {
     alarms.push_back(
         {.code = "garbage",
-         .text = formatted("{}: {} lines or frames so far were no samples, and are left out",
+         .text = formatted("{}: {} lines or frames so far were not samples and are left out",
                            source_->name(), counts_.defects)});
   }
   if (stepped_at_s_ > 0.0 && now - stepped_at_s_ < shown_for_s) {

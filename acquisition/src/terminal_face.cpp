@@ -490,7 +490,7 @@ std::unique_ptr<SessionFace> make_terminal_face(const std::string& title) {
 #else
 
 std::unique_ptr<SessionFace> make_terminal_face(const std::string& /*title*/) {
-  throw DomainError("this build has no ncurses; use plain lines", {settings::plain_face});
+  throw DomainError("this build lacks ncurses; use plain lines", {settings::plain_face});
 }
 
 #endif

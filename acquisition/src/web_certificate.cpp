@@ -136,7 +136,7 @@ bool has_tls() {
 }
 
 WebCertificate make_certificate(const std::vector<std::string>& /*names*/) {
-  throw DomainError("this build has no TLS (OpenSSL)");
+  throw DomainError("this build lacks TLS (OpenSSL)");
 }
 
 #endif

@@ -124,8 +124,7 @@ class WebFace final : public SessionFace {
 
 std::unique_ptr<SessionFace> make_web_face(const WebOptions& options) {
   if (acquire_script().empty()) {
-    throw DomainError("this build has no page for browsers (it was built without node and npm)",
-                      {settings::web_face});
+    throw DomainError("this build lacks the page for browsers", {settings::web_face});
   }
   return std::make_unique<WebFace>(options);
 }
@@ -133,7 +132,8 @@ std::unique_ptr<SessionFace> make_web_face(const WebOptions& options) {
 #else
 
 std::unique_ptr<SessionFace> make_web_face(const WebOptions& /*options*/) {
-  throw DomainError("this build has no server for browsers (libboost-dev)", {settings::web_face});
+  throw DomainError("this build lacks the server for browsers (libboost-dev)",
+                    {settings::web_face});
 }
 
 #endif

@@ -358,7 +358,7 @@ void CsvReader::read_header() {
   std::unordered_set<std::string_view> seen;
   for (std::size_t i = 0; i < header_.size(); ++i) {
     if (header_[i].empty() && header_.size() > 1) {
-      throw DataError(path_, line_, formatted("column {} has no name", i + 1));
+      throw DataError(path_, line_, formatted("column {} lacks a name", i + 1));
     }
     if (!seen.insert(header_[i]).second) {
       throw DataError(path_, line_, formatted("column '{}': is there twice", header_[i]));

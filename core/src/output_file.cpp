@@ -231,7 +231,7 @@ void OutputFile::fail(std::string_view action) const {
 
 void OutputFile::rewrite_start(std::string_view text) {
   if (::pwrite(descriptor_, text.data(), text.size(), 0) != static_cast<ssize_t>(text.size())) {
-    fail("what stands at its start cannot be written once all is known; is it a file?");
+    fail("its header is written last, which needs a regular file");
   }
 }
 

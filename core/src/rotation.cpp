@@ -56,7 +56,8 @@ Eigen::Matrix3d smallest_rotation(const Eigen::Vector3d& from, const Eigen::Vect
   const Eigen::Vector3d b = checked_direction(to, "smallest_rotation");
   const double cosine = a.dot(b);
   if (!(cosine > -1.0 + 1e-12)) {
-    throw DomainError("smallest_rotation: opposite directions have no smallest rotation");
+    throw DomainError(
+        "smallest_rotation: the directions are opposite, so the smallest rotation is not unique");
   }
   const Eigen::Matrix3d K = cross_matrix(a.cross(b));
   return Eigen::Matrix3d::Identity() + K + K * K / (1.0 + cosine);

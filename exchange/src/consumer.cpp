@@ -32,8 +32,8 @@ double reading_factor_of(const Instrument& instrument,
   }
   const std::optional<double> factor = reading_factor_between(instrument.unit, wanted);
   if (!factor) {
-    throw RefusedError(formatted("the readings are in '{}', and this format is for {}; say how "
-                                 "many {} its driver makes of 1 {}",
+    throw RefusedError(formatted("the readings are in '{}', and this format is for {}; give the {} "
+                                 "that the driver outputs for 1 {}",
                                  instrument.unit, wanted, wanted, instrument.unit),
                        {settings::reading_factor});
   }
@@ -192,7 +192,7 @@ Sensor sensor_of(const Calibration& calibration, std::string_view format) {
     return sensor;
   }
   throw RefusedError(formatted(
-      "{} has no place for this instrument ({}): accelerometer, gyroscope or magnetometer",
+      "{} does not support this instrument ({}): only accelerometer, gyroscope or magnetometer",
       of_format, kind));
 }
 

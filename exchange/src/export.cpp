@@ -102,8 +102,10 @@ void require_identifier(const std::string& name) {
       "if",     "inline", "int",   "long",   "main",   "namespace", "new",   "public", "return",
       "short",  "signed", "std",   "struct", "this",   "true",      "union", "void",   "while"};
   if (!starts || !goes_on || std::find(taken.begin(), taken.end(), name) != taken.end()) {
-    throw DomainError(formatted(
-        "'{}' is no name for a header: letters, digits and _, no word of the language", name));
+    throw DomainError(
+        formatted("'{}' is not a valid name for a header: use letters, digits and _, and not a "
+                  "keyword of C++",
+                  name));
   }
 }
 
@@ -188,7 +190,7 @@ HeaderNumbers parse_header_numbers(std::string_view text) {
     }
   }
   throw DomainError(
-      formatted("'{}' is no type of numbers: double, float, q16 (binary places of readings and "
+      formatted("'{}' is not a number type: use double, float, q16 (binary places of readings and "
                 "field, up to 24), q0:16 (of readings, of the field)",
                 text));
 }

@@ -229,8 +229,8 @@ Exported export_ardupilot(const Calibration& given, const ExportOptions& options
     add_axes(all, ins + "SCAL_", "", model.inverse.diagonal());
   } else if (sensor == Sensor::gyroscope) {
     lines = in_flight(sensor, "field = v - GYROFFS",
-                      "in the sensor's own frame, before the board's rotation; kept where "
-                      "INS_GYR_CAL is 0, else measured anew at each start");
+                      "in the sensor's own frame, before the board's rotation; kept if INS_GYR_CAL "
+                      "is 0, else measured at each start");
     add_axes(all, ins + "OFFS_", "", model.bias);
   } else {
     lines =
@@ -266,8 +266,8 @@ Exported export_betaflight(const Calibration& calibration, const ExportOptions& 
   const Sensor sensor = sensor_of(calibration, "betaflight");
   if (sensor == Sensor::gyroscope) {
     throw RefusedError(
-        "Betaflight keeps no calibration of a gyroscope: it takes its bias anew at "
-        "each start");
+        "Betaflight does not store a calibration of a gyroscope: it measures the bias at each "
+        "start");
   }
   // Counts; what a count is, the firmware knows: for acceleration so many to 1 g, a power of two.
   ConsumerModel model = nearest_model(calibration, {}, MatrixShape::scalar, options);

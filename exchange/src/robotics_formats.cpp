@@ -39,8 +39,8 @@ struct ScaleMisalignment {
 ScaleMisalignment scale_misalignment(const Eigen::Matrix3d& S) {
   if (S.determinant() < 0.0) {
     throw RefusedError(
-        "Kalibr's M C is no mirror: an axis of this instrument points the other way; "
-        "change its sign in the readings and calibrate again");
+        "Kalibr's M C cannot mirror: an axis of this instrument points the other way; change its "
+        "sign in the readings and calibrate again");
   }
   const Eigen::HouseholderQR<Eigen::Matrix3d> qr(S.transpose());
   const Eigen::Matrix3d R = qr.matrixQR().triangularView<Eigen::Upper>();
@@ -63,7 +63,7 @@ struct KalibrSensor {
 KalibrSensor kalibr_sensor(const Calibration& calibration, const ExportOptions& options) {
   KalibrSensor result{.sensor = sensor_of(calibration, "kalibr")};
   if (result.sensor == Sensor::magnetometer) {
-    throw RefusedError("Kalibr's imu.yaml has no magnetometer");
+    throw RefusedError("Kalibr's imu.yaml does not support magnetometers");
   }
   const bool is_gyroscope = result.sensor == Sensor::gyroscope;
   const std::string unit = usual_unit(result.sensor, "");
@@ -140,7 +140,7 @@ Exported export_kalibr_imu(const Calibration& first,
                                  first.sensor.instrument.serial, second.sensor.instrument.serial));
   }
   Exported exported{.content = accelerometer.comment + gyroscope.comment +
-                               "# C_gyro_i: from the accelerometer's frame, as Kalibr has it\n" +
+                               "# C_gyro_i: from the accelerometer's frame, as in Kalibr\n" +
                                kalibr_head(options.instance) +
                                kalibr_block(accelerometer, Eigen::Matrix3d::Identity()) +
                                kalibr_block(gyroscope, accelerometer.split.C),
@@ -234,8 +234,8 @@ Exported export_x_io(const Calibration& calibration, const ExportOptions& option
   std::string formula;
   if (sensor == Sensor::magnetometer) {
     formula = formatted(
-        "field [{}] = softIronMatrix (v - hardIronOffset), as Fusion has it since 2022; before, "
-        "and in the x-IMU3: softIronMatrix v - h, h = softIronMatrix hardIronOffset",
+        "field [{}] = softIronMatrix (v - hardIronOffset), as in Fusion since 2022; earlier, and "
+        "in the x-IMU3: softIronMatrix v - h, h = softIronMatrix hardIronOffset",
         unit);
     json["softIronMatrix"] = row_major(model.inverse);
     json["hardIronOffset"] = vector(model.bias);

@@ -32,8 +32,9 @@ void CustomField::resolve(FieldResolver& of) const {
     of.set_direction(value_in_enu_, false);
   } else {
     of.set_given_magnitude_or_1(
-        formatted(" in {}: its magnitude is not known; state it, or its vector in the table",
-                  of.found().unit),
+        formatted(
+            " in {}: its magnitude is unknown; state the magnitude, or the vector in the table",
+            of.found().unit),
         {settings::field_table});
   }
 }

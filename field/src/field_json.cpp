@@ -102,7 +102,7 @@ void write_part(Json& json, FieldSetup part) {
   const FieldKind& kind = field_kind(part.kind());
   if (kind.make == nullptr) {
     throw DomainError(
-        formatted("the field {} is a program's own; a file can state it once its kind is added",
+        formatted("the field {} was added by a program, so only that program reads it from a file",
                   part.kind()));
   }
   json["kind"] = part.kind();

@@ -38,7 +38,7 @@ void add_field_kind(const FieldKind& kind) {
   if (kind.name.empty() || !field_kind(kind.name).name.empty() ||
       kinds().size() == kinds().capacity()) {
     throw DomainError(formatted("a kind of field '{}' cannot be added: {}", kind.name,
-                                kind.name.empty() ? "it has no name" : "it is there already"));
+                                kind.name.empty() ? "its name is empty" : "it is there already"));
   }
   kinds().push_back(kind);
 }

@@ -82,11 +82,11 @@ void FieldResolver::prepare() {
 
 void FieldResolver::resolve_by_value(const ReferenceField& field) {
   if (given_.magnitude && !(std::abs(*given_.magnitude / field.magnitude() - 1.0) <= 1e-9)) {
-    throw SetupError(formatted(
-        "field {}: a field of one's own states its magnitude itself, {} {}; another one, {}, is "
-        "stated beside it: leave one of them out",
-        field.kind(), number_text(field.magnitude()), field.unit(),
-        number_text(*given_.magnitude)));
+    throw SetupError(
+        formatted("field {}: a field of your own states its own magnitude, {} {}; leave out the "
+                  "other magnitude, {}",
+                  field.kind(), number_text(field.magnitude()), field.unit(),
+                  number_text(*given_.magnitude)));
   }
   if (given_.role && (*given_.role == FieldRole::induced) != field.is_induced()) {
     throw SetupError(

@@ -190,8 +190,8 @@ std::vector<FieldDescription> resolve_field(const FieldSetup& setup,
   }
   if (setup.in_table && place.slope.norm() > 0.0) {
     throw SetupError(
-        "the slope and the field's vector both say how the field lies in the table; state one of "
-        "them",
+        "the slope and the field's vector both define the direction of the field in the table; "
+        "state only one",
         {settings::slope, settings::field_table});
   }
   const std::string told = unit_told_by_magnitude(setup, place, occasion);
@@ -208,11 +208,10 @@ std::vector<FieldDescription> resolve_field(const FieldSetup& setup,
     convert(parts.back(), parts.front().unit);
   }
   if (parts.size() == 1 && parts.front().free_length) {
-    throw SetupError(
-        formatted(
-            "field {}: its magnitude is not known; state it, its vector in the table, or a coil",
-            parts.front().kind),
-        {settings::field_table, settings::field_magnitude});
+    throw SetupError(formatted("field {}: its magnitude is unknown; state the magnitude, the "
+                               "vector in the table, or a coil",
+                               parts.front().kind),
+                     {settings::field_table, settings::field_magnitude});
   }
   const bool all_free = std::all_of(parts.begin(), parts.end(),
                                     [](const FieldDescription& part) { return part.free_length; });
@@ -245,7 +244,7 @@ FieldDescription describe_field(const TablePlace& place,
 Eigen::Matrix3d rotation_of_moving(const TablePlace& place, const ReferenceField& field) {
   if (!place.fence_azimuth_rad) {
     throw SetupError(field.moving_name() +
-                         " moves between the readings; how it does in the table needs the fence's "
+                         " moves between the readings; its path in the table needs the fence's "
                          "azimuth, to a few degrees",
                      {settings::fence_azimuth});
   }

@@ -64,8 +64,8 @@ void GravityField::resolve(FieldResolver& of) const {
   } else if (found.unit != "g") {
     if (!site) {
       throw SetupError(
-          "field gravity in m/s^2: its magnitude is not known; state it, or latitude and height of "
-          "the site",
+          "field gravity in m/s^2: its magnitude is unknown; state the magnitude, or latitude and "
+          "height of the site",
           {settings::field_magnitude, settings::site});
     }
     const GravityField there(*site, model_);

@@ -59,7 +59,7 @@ Eigen::Vector3d LightField::moving_in_table(const TablePlace& place, double time
 void LightField::resolve(FieldResolver& of) const {
   if (lamps_.empty() || of.may_be_open()) {
     of.set_given_magnitude_or_1(
-        formatted(" in {}: its magnitude is not known; state it", of.found().unit), {});
+        formatted(" in {}: its magnitude is unknown; give the magnitude", of.found().unit), {});
   }
   if (is_sun_) {
     resolve_sun(of);

@@ -23,7 +23,7 @@ double number_of(const CsvReader& csv, std::size_t column) {
   if (!number) {
     throw DataError(
         csv.path(), csv.line(),
-        formatted("column '{}': '{}' is no number", csv.header()[column], csv.cells()[column]));
+        formatted("column '{}': '{}' is not a number", csv.header()[column], csv.cells()[column]));
   }
   return *number;
 }

@@ -34,7 +34,7 @@ void TurntableField::resolve(FieldResolver& of) const {
   FieldDescription& found = of.found();
   found.turning = true;
   of.set_given_magnitude(
-      ": the turntable's rate is not known; state it as the field's magnitude, or the rate of "
+      ": the rate of the turntable is unknown; give it as the field's magnitude, or the rate of "
       "each reading in columns rate and axis, or fx, fy, fz",
       {});
   found.in_table = Eigen::Vector3d(0.0, 0.0, found.magnitude);

@@ -101,7 +101,7 @@ struct Parsing {
       add_constant(std::numbers::e);
     } else {
       throw DomainError(
-          formatted("there is no number '{}'; it may have {}", called, joined(names, ", ")));
+          formatted("'{}' is not a known number; the numbers are {}", called, joined(names, ", ")));
     }
   }
 
@@ -118,7 +118,7 @@ struct Parsing {
     const auto known = std::find_if(functions.begin(), functions.end(),
                                     [&](const Function& one) { return one.name == name; });
     if (known == functions.end()) {
-      throw DomainError(formatted("there is no function '{}'", name));
+      throw DomainError(formatted("'{}' is not a known function", name));
     }
     if (known->arguments == any_number ? count == 0 : count != known->arguments) {
       throw DomainError(formatted(

@@ -31,7 +31,7 @@ class FormulaField final : public ReferenceField {
       value(static_cast<Eigen::Index>(j)) = components_[j] ? (*components_[j])(t) : 0.0;
     }
     if (!value.allFinite()) {
-      throw RefusedError(formatted("the field by formulas has no value at t = {}", time_s));
+      throw RefusedError(formatted("the field by formulas is undefined at t = {}", time_s));
     }
     return value;
   }
@@ -49,8 +49,8 @@ class FormulaField final : public ReferenceField {
   void resolve(FieldResolver& of) const override {
     if (!components_.front()) {
       throw SetupError(
-          "field formula: state it in a file, with the formulas \"x\", \"y\" and \"z\" "
-          "(--field FILE.json)");
+          "field formula: define the formulas \"x\", \"y\" and \"z\" in a file (--field "
+          "FILE.json)");
     }
     of.resolve_by_value(*this);
   }

@@ -251,11 +251,10 @@ SeatLabels label_by_plan(const Eigen::MatrixXd& means,
     }
     return labels;
   }
-  throw RefusedError(
-      formatted("{} rests, and {} rows of the sheet; which is missing cannot be told from these "
-                "columns: name an accelerometer that was recorded beside, or take the row that was "
-                "skipped off the sheet",
-                means.rows(), sheet.size()));
+  throw RefusedError(formatted(
+      "{} rests, and {} rows of the sheet; these columns do not show which row is missing: name an "
+      "accelerometer that was recorded too, or remove the skipped row from the sheet",
+      means.rows(), sheet.size()));
 }
 
 SeatLabels label_by_turns(const std::vector<std::optional<Face>>& faces,
@@ -287,9 +286,9 @@ SeatLabels label_by_turns(const std::vector<std::optional<Face>>& faces,
       }
     }
     if (!best || least > farthest_rad) {
-      labels.messages.push_back(
-          formatted("{} ({}): the turn before it ends {} degrees from every seat; it has no label",
-                    rest_name(i), seen_name(faces[i]), number_text(least * deg_per_rad, 3)));
+      labels.messages.push_back(formatted(
+          "{} ({}): the turn before it ends {} degrees from every seat; it stays without a label",
+          rest_name(i), seen_name(faces[i]), number_text(least * deg_per_rad, 3)));
       continue;
     }
     labels.points[i] = best;
@@ -333,9 +332,10 @@ SeatLabels label_by_heading(const std::vector<std::optional<Face>>& faces,
     }
     if (!faces[i] || least > farthest_rad) {
       labels.points[i].reset();
-      labels.messages.push_back(formatted(
-          "{} ({}): the magnetometer's heading is {} degrees from every seat; it has no label",
-          rest_name(i), seen_name(faces[i]), number_text(least * deg_per_rad, 3)));
+      labels.messages.push_back(
+          formatted("{} ({}): the magnetometer's heading is {} degrees from every seat; it stays "
+                    "without a label",
+                    rest_name(i), seen_name(faces[i]), number_text(least * deg_per_rad, 3)));
     }
   }
   return labels;
@@ -348,7 +348,7 @@ SeatLabels label_by_order(const std::vector<std::optional<Face>>& faces) {
     if (!faces[i]) {
       labels.points.emplace_back();
       labels.messages.push_back(
-          formatted("{}: {}; it has no label", rest_name(i), seen_name(faces[i])));
+          formatted("{}: {}; it stays without a label", rest_name(i), seen_name(faces[i])));
       continue;
     }
     labels.points.emplace_back(

@@ -189,7 +189,7 @@ void warn_of_defects(const LogFile& log,
       formatted("{} left out, having another number of cells than the others; the first is line {}",
                 counted(defects.ragged_rows, "row was", "rows were"), defects.first_ragged_line));
   warn(repair.missing,
-       formatted("{} a cell that is no number, and part rests{}",
+       formatted("{} a cell that is not a number, and split rests{}",
                  counted(repair.missing, "sample has", "samples have"),
                  defects.first_missing_line > 0
                      ? formatted("; the first is in line {}", defects.first_missing_line)
@@ -224,7 +224,7 @@ void warn_of_marks(Segmentation& result) {
       {"drift", "a drift larger than the noise; let the instrument come to rest and warm up"},
       {"knock", "a knock, or motion at an end; means may be off"},
       {"stuck", "some column does not vary at all: saturated, frozen, or of coarse resolution"},
-      {"restless", "a slow change that is no noise: was it at rest?"}};
+      {"restless", "a slow change that is not noise: was it at rest?"}};
   for (const auto& [mark, meaning] : meanings) {
     std::vector<std::size_t> rests;
     for (std::size_t i = 0; i < result.marks.size(); ++i) {
@@ -269,7 +269,7 @@ SelectedColumns select_columns(LogFile& log, const SegmentOptions& options, Segm
   if (!found && !options.rate_hz) {
     throw DataError(
         log.path(),
-        formatted("has no column of times, only {}; name the column of times, or state the rate",
+        formatted("lacks a column of times, only {}; name the column of times, or state the rate",
                   joined(log.columns())),
         {settings::time_column, settings::rate});
   }
@@ -467,8 +467,8 @@ Segmentation segment(LogFile& log, const SegmentOptions& options, const Threshol
   warn_of_defects(log, clock, repair, result);
   if (result.intervals.empty()) {
     throw RefusedError(
-        formatted("there is no rest of {} s in {} ({} s): let the instrument stand still longer in "
-                  "each position, or ask for shorter rests",
+        formatted("rests of {} s were not found in {} ({} s): let the instrument stand still "
+                  "longer in each position, or ask for shorter rests",
                   number_text(options.shortest_s, 3), counted(result.samples, "sample", "samples"),
                   number_text(static_cast<double>(result.samples) / result.rate_hz, 4)),
         {settings::shortest_rest});

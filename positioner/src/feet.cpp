@@ -70,7 +70,7 @@ std::string defect_of_feet(Face face, const Feet& feet) {
   }
   const std::optional<ContactPlane> plane = tangent_plane(feet, nominal_normal(face));
   if (!plane) {
-    return "have no plane that touches all three: one ball lies inside the others' reach";
+    return "do not rest on a plane: one ball lies inside the reach of the others";
   }
   if (!(plane->offset_m > 0.0)) {
     return "stand on the other side of the cube's centre: are faces mixed up?";

@@ -35,7 +35,7 @@ std::vector<Mount> checked_mounts(std::vector<Mount> mounts) {
     }
     if (!is_rotation(mount.rotation_sensor_from_positioner, 1e-6)) {
       throw DomainError(
-          formatted("slot {}: rotation_sensor_from_positioner is no rotation", mount.slot));
+          formatted("slot {}: rotation_sensor_from_positioner is not a rotation", mount.slot));
     }
     if (!(mount.repeatability_rad >= 0.0)) {
       throw DomainError(formatted("slot {}: the repeatability must not be negative", mount.slot));

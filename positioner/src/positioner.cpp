@@ -99,7 +99,7 @@ void check_normal_covariance(const NormalCovariance& C) {
   const double size = C.cwiseAbs().maxCoeff();
   if (!C.allFinite() || !((C - C.transpose()).cwiseAbs().maxCoeff() <= 1e-9 * size) ||
       !(Eigen::SelfAdjointEigenSolver<NormalCovariance>(C).eigenvalues()(0) >= -1e-9 * size)) {
-    throw DomainError("normal_covariance must be symmetric and have no negative eigenvalue");
+    throw DomainError("normal_covariance must be symmetric without negative eigenvalues");
   }
 }
 

@@ -97,8 +97,8 @@ Seat seat_at_fence(const Eigen::Matrix3d& rotation_table_from_positioner,
       Push(rotation_table_from_positioner, fence_feet, lean_rad).stable_pairs();
   if (stable.empty()) {
     seat.defect =
-        "no two of the fence face's feet hold the cube against the fence: its centre, where it is "
-        "pushed, is not between them";
+        "the feet of the fence face do not hold the cube against the fence: the centre of the push "
+        "must lie between two feet";
     return seat;
   }
   // Feet that all touch at once give one seat by any pair; then the smaller turn, then the order.

@@ -51,7 +51,7 @@ std::vector<AdjusterMove> level_table(const Eigen::Vector2d& slope,
   }
   if (surface.thread_pitch_m && *surface.thread_pitch_m > coarsest_m) {
     throw DomainError(formatted(
-        "a thread pitch of {} m is no adjuster's; it is in metres: that of M6, 1 mm, is 0.001",
+        "a thread pitch of {} m is not that of an adjuster; give metres: M6 has 1 mm, 0.001",
         number_text(*surface.thread_pitch_m)));
   }
   const Eigen::Vector2d gradient = slope / std::sqrt(1.0 - slope.squaredNorm());

@@ -138,7 +138,7 @@ std::string levelness_section(const Calibration& calibration,
   text += " (standard errors). ";
   if (!std::isnan(level.p_value)) {
     text += level.consistent ? "The faces agree."
-                             : "The faces do not agree: one of them, or the table, moved.";
+                             : "The faces do not agree: a face, or the table, moved.";
   }
   const std::optional<Plot> faces = faces_plot(calibration);
   // A slope that the faces contradict is no ground for turning screws.

@@ -234,7 +234,7 @@ void write_results(const Calibration& calibration, PdfPages& pages) {
                     return formatted("{} (valid from {} to {})", number_text(span.reference, 6),
                                      number_text(span.low, 6), number_text(span.high, 6));
                   }),
-        over.has_own_sensors() ? ", each axis's by its own sensor" : ""));
+        over.has_own_sensors() ? "; each axis is corrected by its own sensor's temperature" : ""));
   }
 }
 

@@ -155,7 +155,7 @@ class PdfPages::Page {
     if (cairo_surface_status(image) != CAIRO_STATUS_SUCCESS) {
       const std::string why = cairo_status_to_string(cairo_surface_status(image));
       cairo_surface_destroy(image);
-      throw DataError(path, "is no picture (PNG): " + why);
+      throw DataError(path, "is not a picture (PNG): " + why);
     }
     const double width = cairo_image_surface_get_width(image);
     const double height = cairo_image_surface_get_height(image);

@@ -92,7 +92,8 @@ std::string upright(double x, double y, const std::string& text) {
 struct MarkContent {
   std::string attributes, title;
 };
-std::string marker(std::size_t series, double x, double y, double size, const MarkContent& content) {
+std::string marker(
+    std::size_t series, double x, double y, double size, const MarkContent& content) {
   const std::string start = formatted("class=\"mark s{}\"{}", series % 6, content.attributes);
   switch (series % 3) {
     case 0:
@@ -103,8 +104,8 @@ std::string marker(std::size_t series, double x, double y, double size, const Ma
                        svg_number(x - 3.6 * size), svg_number(y - 3.6 * size),
                        svg_number(7.2 * size), svg_number(7.2 * size), content.title);
     default:
-      return formatted("<polygon {} points=\"{},{} {},{} {},{}\">{}</polygon>", start, svg_number(x),
-                       svg_number(y - 4.8 * size), svg_number(x + 4.6 * size),
+      return formatted("<polygon {} points=\"{},{} {},{} {},{}\">{}</polygon>", start,
+                       svg_number(x), svg_number(y - 4.8 * size), svg_number(x + 4.6 * size),
                        svg_number(y + 3.6 * size), svg_number(x - 4.6 * size),
                        svg_number(y + 3.6 * size), content.title);
   }
@@ -291,7 +292,8 @@ std::string figure(const std::string& id,
                    const std::string& below,
                    const std::string& table) {
   return formatted(
-      "<figure id=\"{}\"><figcaption>{}</figcaption><div class=\"plot\">{}</div>{}<details><summary>Data</summary>{}</details></figure>\n",
+      "<figure id=\"{}\"><figcaption>{}</figcaption><div "
+      "class=\"plot\">{}</div>{}<details><summary>Data</summary>{}</details></figure>\n",
       escaped(id), escaped(title), svg, below, table);
 }
 
@@ -458,12 +460,12 @@ std::string Figures::add(const BarPlot& plot) {
       const double value = plot.values[i][s];
       rows.back().push_back(number_cell(value, 3));
       if (std::isfinite(value)) {
-        svg +=
-            formatted("<rect class=\"bar s{}\" x=\"{}\" y=\"{}\" width=\"{}\" height=\"{}\">{}</rect>",
-                      s % 6, svg_number(left + static_cast<double>(s) * bar), svg_number(y(value)),
-                      svg_number(0.92 * bar), svg_number(frame.bottom - y(value)),
-                      title_of(formatted("{}, {}: {} {}", plot.names[i], plot.series[s],
-                                         plot.value_label, tick_text(value))));
+        svg += formatted(
+            "<rect class=\"bar s{}\" x=\"{}\" y=\"{}\" width=\"{}\" height=\"{}\">{}</rect>", s % 6,
+            svg_number(left + static_cast<double>(s) * bar), svg_number(y(value)),
+            svg_number(0.92 * bar), svg_number(frame.bottom - y(value)),
+            title_of(formatted("{}, {}: {} {}", plot.names[i], plot.series[s], plot.value_label,
+                               tick_text(value))));
       }
     }
     svg += svg_text("tick middle", left + 0.4 * group, frame.bottom + 17.0, plot.names[i]);
@@ -500,7 +502,7 @@ std::string Figures::add(const HeatMap& map) {
   const auto lines = static_cast<double>(map.y.size());
   const double cell_width = (frame.right - frame.left) / columns;
   const double cell_height = (frame.bottom - frame.top) / lines;
-  std::string svg = svg_open(frame, map.alternative);
+  std::string svg = svg_open(frame, map.alternative) + "<g class=\"heat\">";
   std::vector<std::vector<Cell>> rows;
   for (std::size_t j = 0; j < map.y.size(); ++j) {
     const double top = frame.bottom - (static_cast<double>(j) + 1.0) * cell_height;
@@ -510,15 +512,15 @@ std::string Figures::add(const HeatMap& map) {
       rows.back().push_back(number_cell(value, 3));
       if (std::isfinite(value)) {
         svg += formatted(
-            "<rect class=\"heat\" x=\"{}\" y=\"{}\" width=\"{}\" height=\"{}\" "
-            "fill-opacity=\"{}\">{}</rect>",
+            "<rect x=\"{}\" y=\"{}\" width=\"{}\" height=\"{}\" fill-opacity=\"{}\">{}</rect>",
             svg_number(frame.left + static_cast<double>(i) * cell_width), svg_number(top),
             svg_number(cell_width), svg_number(cell_height), shade(value),
-            title_of(formatted("{} {}, {} {}: {} {}", map.x_label, tick_text(map.x[i]), map.y_label,
-                               tick_text(map.y[j]), map.value_label, number_text(value, 3))));
+            title_of(formatted("{} {}, {} {}: {}", map.x_label, tick_text(map.x[i]), map.y_label,
+                               tick_text(map.y[j]), number_text(value, 3))));
       }
     }
   }
+  svg += "</g>";
   const auto every = [](std::size_t count) { return std::max<std::size_t>(1, (count - 1) / 6); };
   for (std::size_t i = 0; i < map.x.size(); i += every(map.x.size())) {
     svg += svg_text("tick middle", frame.left + (static_cast<double>(i) + 0.5) * cell_width,

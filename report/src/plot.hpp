@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// A plot is described once, and is drawn as SVG and written as a table. The page's script and the printer
-// show the same drawing.
+// A plot is described once, and is drawn as SVG and written as a table. The page's script and the
+// printer show the same drawing.
 #pragma once
 
 #include <cstddef>
@@ -60,8 +60,8 @@ struct HeatMap {
 ///         scales, where points are a cloud, each so many-th. A note says how many.
 [[nodiscard]] Plot thinned(Plot plot);
 
-/// The figures of a page: each is a title, a drawing and a data table. Each mark of a drawing has its words
-/// as a title.
+/// The figures of a page: each is a title, a drawing and a data table. Each mark of a drawing has
+/// its words as a title.
 class Figures {
  public:
   /// @return the figure, thinned; nothing of a plot without points.

@@ -93,8 +93,8 @@ std::optional<Plot> slope_plot(const Calibration& calibration) {
                                 ? "Slope of the table"
                                 : "Field in the table's plane");
   plot.alternative =
-      "The table's slope as a line from level, what each face says of it, and the 95 % ellipse of "
-      "the mean";
+      "The table's slope as a line from level, the slope seen by each face, and the 95 % ellipse "
+      "of the mean";
   plot.narrow = true;
   plot.series = faces_and_mean(level);
   plot.series.push_back({.name = "slope",
@@ -110,7 +110,7 @@ std::optional<Plot> faces_plot(const Calibration& calibration) {
     return std::nullopt;
   }
   const Levelness& level = *calibration.fit.levelness;
-  Plot plot = plot_of_table(calibration, "levelness-plot", "What each face says of the table");
+  Plot plot = plot_of_table(calibration, "levelness-plot", "The table's slope by face");
   plot.alternative =
       "Estimates of the table's slope along x and y from each face, their mean and its 95 % "
       "ellipse";
@@ -133,13 +133,12 @@ std::optional<BarPlot> budget_plot(const Calibration& calibration) {
           : Eigen::Vector3d(calibration.sensor.field.magnitude *
                             Eigen::Vector3d(1, 1, 1).normalized());
   const AttitudeBudget budget = attitude_budget(calibration, {}, stated_noise(calibration), field);
-  BarPlot plot{
-      .id = "budget-plot",
-      .title = has_angles(calibration)
-                   ? "What makes the uncertainty of one reading, at pitch 20, roll 30 degrees"
-                   : "What makes the uncertainty of one reading, all components alike",
-      .alternative = "Standard uncertainty of each quantity by source",
-      .series = budget.sources};
+  BarPlot plot{.id = "budget-plot",
+               .title = has_angles(calibration)
+                            ? "Uncertainty of one reading by source, at pitch 20, roll 30 degrees"
+                            : "Uncertainty of one reading by source, all components alike",
+               .alternative = "Standard uncertainty of each quantity by source",
+               .series = budget.sources};
   const std::string unit = has_angles(calibration) ? "deg" : calibration.sensor.field.unit;
   plot.value_label = formatted("standard uncertainty [{}]", unit);
   for (const AttitudeQuantity& quantity : budget.quantities) {
@@ -347,13 +346,13 @@ std::vector<Plot> turn_plots(const Calibration& calibration) {
   if (calibration.fit.turn_errors_rad.empty()) {
     return {};
   }
-  Plot plot{.id = "turns-plot",
-            .title = "Attitude errors after the turns from rest to rest",
-            .alternative =
-                "What the calibrated gyroscope, integrated over each turn, is off the "
-                "known attitude after it, about x, y and z",
-            .x_label = "turn",
-            .y_label = "attitude error [deg]"};
+  Plot plot{
+      .id = "turns-plot",
+      .title = "Attitude errors after the turns from rest to rest",
+      .alternative =
+          "Attitude error of the calibrated gyroscope, integrated over each turn, about x, y and z",
+      .x_label = "turn",
+      .y_label = "attitude error [deg]"};
   for (Eigen::Index k = 0; k < 3; ++k) {
     PlotSeries series{.name = "about " + std::string(1, "xyz"[k])};
     for (const Eigen::Vector3d& error : calibration.fit.turn_errors_rad) {

@@ -54,8 +54,8 @@ std::optional<Plot> measured_plot(const Calibration& calibration,
   Plot plot{.id = "measured-plot",
             .title = "Measured against expected",
             .alternative =
-                "Each reading against what the fit expects of it, one series for each "
-                "axis; they should lie along the line",
+                "Each reading against its value by the fit, one series for each axis; they should "
+                "lie along the line",
             .x_label = formatted("expected [{}]", unit),
             .y_label = formatted("measured [{}]", unit),
             .narrow = true};
@@ -314,12 +314,13 @@ std::string plain_numbers(const OrientationQuality& quality,
        formatted(
            "of the sphere is farther than 30\u00b0 from a reading; the largest gap is {}\u00b0",
            rounded(quality.largest_gap_rad * deg_per_rad))},
-      {"Fit error", percent(quality.fit_error), "of the field: what is left of |f| \u2212 F, rms"},
+      {"Fit error", percent(quality.fit_error),
+       "of the field: |f| \u2212 F after the calibration, rms"},
       {"Field", formatted("{} {}", number_text(field.magnitude, 6), field.unit),
        formatted("as stated; readings of it scatter by {}", percent(quality.magnitude_spread))}};
   if (cloud != nullptr) {
     numbers.push_back({"Wobble", percent(wobble_of(cloud->after, field.magnitude)),
-                       "of the field: how far the sphere's middle is still from zero"});
+                       "of the field: offset of the sphere's centre after the calibration"});
   }
   std::string html = "<dl class=\"numbers\">";
   for (const auto& [name, value, words] : numbers) {

@@ -18,12 +18,12 @@ namespace {
 
 std::string what_it_is_fit_for(const Calibration& calibration) {
   if (calibration.sensor.instrument.axis_count() < 3) {
-    return "It has fewer than three axes: a reading tells the field along each of them, and apply "
-           "says how well.";
+    return "It has fewer than three axes. A reading gives the field along each axis, and apply "
+           "states its uncertainty.";
   }
   const WorstAngleUncertainty worst = worst_angle_uncertainty(calibration);
   if (!std::isfinite(worst.expanded_deg)) {
-    return "The record states no uncertainty: what it is fit for cannot be said.";
+    return "The record lacks uncertainties, so its fitness for a task is unknown.";
   }
   const bool is_direction = worst.quantity == "direction of the field";
   return formatted(

@@ -346,7 +346,7 @@ TEST(CalibrateCommand, NamesTheOptionsThatWouldMendAnError) {
                                             "--field", "gravity", "--field-unit", "m/s^2"});
   EXPECT_EQ(result.status, 2);
   EXPECT_THAT(result.err,
-              HasSubstr("its magnitude is not known; state it, or latitude and height of "
+              HasSubstr("its magnitude is unknown; state the magnitude, or latitude and height of "
                         "the site (--field-magnitude, --latitude, --longitude)"));
 }
 

@@ -60,7 +60,7 @@ TEST_F(HonestAnswers, AUnitOfTheFieldMeansASensitivityOfOne) {
                                          "accelerometer", "--unit", "g"};
   const ProgramResult refused = run_axiscal(in_g);  // it reads 2.5 V/g
   EXPECT_EQ(refused.status, 1);
-  EXPECT_THAT(unwrapped(refused.err), HasSubstr("times what readings in g should have"));
+  EXPECT_THAT(unwrapped(refused.err), HasSubstr("times the expected sensitivity of readings in g"));
   std::vector<std::string> stated = in_g;
   stated.insert(stated.end(), {"--nominal-sensitivity", "2.5"});
   EXPECT_EQ(run_axiscal(stated).status, 0);

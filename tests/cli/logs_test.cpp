@@ -290,7 +290,7 @@ TEST_F(LogCommands, BrokenLogsGiveAnAnswerOrAClearError) {
   EXPECT_EQ(segment("t,ax,ay\n1,2,3\n").status, 3);
   EXPECT_EQ(segment(good.substr(0, good.size() / 2 + 7)).status, 0);  // still growing
   EXPECT_EQ(segment(good.substr(0, 500)).status, 1);                  // too short for a rest
-  EXPECT_THAT(segment(good.substr(0, 500)).err, HasSubstr("there is no rest of 1 s"));
+  EXPECT_THAT(segment(good.substr(0, 500)).err, HasSubstr("rests of 1 s were not found"));
   EXPECT_EQ(run_axiscal({"segment", folder_.path("none.csv")}).status, 3);
   std::filesystem::create_directory(folder_.path("empty"));
   EXPECT_EQ(run_axiscal({"segment", folder_.path("empty")}).status, 3);

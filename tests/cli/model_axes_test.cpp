@@ -205,7 +205,7 @@ TEST_F(ModelAxesTest, SlotsOfSeveralKindsAreStatedOnTheLine) {
   const ProgramResult stranger =
       attempt({"--instrument", "L=accelerometer,M=magnetometer", "--unit", "L=g,N=nT"});
   EXPECT_EQ(stranger.status, 2);
-  EXPECT_THAT(stranger.err, HasSubstr("'N' is no slot; there are L, M"));
+  EXPECT_THAT(stranger.err, HasSubstr("'N' is not a slot; the slots are L, M"));
   const ProgramResult mixed =
       attempt({"--instrument", "accelerometer", "--temperature-column", "x=tx,ty"});
   EXPECT_EQ(mixed.status, 2);

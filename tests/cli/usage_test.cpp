@@ -63,7 +63,7 @@ TEST(Usage, MistakesHaveStatusTwoAndAHint) {
   EXPECT_THAT(with({"--convention", "ned"}), HasSubstr("flu or frd"));
   EXPECT_THAT(with({"--weights", "all"}), HasSubstr("--weights"));
   EXPECT_THAT(with({"--leave-out", "7,x"}), HasSubstr("--leave-out"));
-  EXPECT_THAT(with({"--leave-out", "77"}), HasSubstr("no run 77"));
+  EXPECT_THAT(with({"--leave-out", "77"}), HasSubstr("run 77 cannot be left out"));
   EXPECT_THAT(with({"--axes", "x,,z"}), HasSubstr("--axes"));
   EXPECT_THAT(with({"other.json"}), HasSubstr("only file"));
   EXPECT_THAT(with({"--serial", "", "--json"}), HasSubstr("--serial: its value is empty"));
@@ -147,8 +147,10 @@ TEST(Generated, ZshAndFishHaveThemToo) {
 
 TEST(Generated, ValuesAreCompleted) {
   const std::string bash = run_axiscal({"--generate", "bash"}).out;
-  EXPECT_THAT(bash, HasSubstr("'calibrate --instrument') COMPREPLY=($(compgen -W \"accelerometer "));
-  EXPECT_THAT(bash, HasSubstr("'calibrate --method') COMPREPLY=($(compgen -W \"paired joint known "));
+  EXPECT_THAT(bash,
+              HasSubstr("'calibrate --instrument') COMPREPLY=($(compgen -W \"accelerometer "));
+  EXPECT_THAT(bash,
+              HasSubstr("'calibrate --method') COMPREPLY=($(compgen -W \"paired joint known "));
   EXPECT_THAT(bash, HasSubstr("'calibrate --field') COMPREPLY=($(compgen -W \""));
   // Every format that the program knows.
   const std::string list = run_axiscal({"export", "--list"}).out;
@@ -164,8 +166,9 @@ TEST(Generated, ValuesAreCompleted) {
 TEST(Common, QuietPrintsErrorsAlone) {
   const ScratchFolder folder;
   const std::string run = folder.write("run.csv", observations_text(accelerometer_truth(), {}));
-  const std::vector<std::string> arguments = {"calibrate", run,         "--instrument", "accelerometer",
-                                              "--field",   "gravity",   "-o",           folder.path("cal.json")};
+  const std::vector<std::string> arguments = {
+      "calibrate", run,       "--instrument", "accelerometer",
+      "--field",   "gravity", "-o",           folder.path("cal.json")};
   const ProgramResult loud = run_axiscal(arguments);
   EXPECT_NE(loud.out, "");
   std::vector<std::string> quietly = arguments;
@@ -197,7 +200,9 @@ TEST(Common, RecordsCanStateAnEarlierTime) {
   const std::string run = folder.write("run.csv", observations_text(accelerometer_truth(), {}));
   ::setenv("SOURCE_DATE_EPOCH", "1000000000", 1);
   const auto record = [&] {
-    return run_axiscal({"calibrate", run, "--instrument", "accelerometer", "--field", "gravity", "--json"}).out;
+    return run_axiscal(
+               {"calibrate", run, "--instrument", "accelerometer", "--field", "gravity", "--json"})
+        .out;
   };
   const std::string first = record();
   EXPECT_EQ(first, record());

@@ -338,20 +338,20 @@ TEST(Export, RefusesWhatNobodyCouldUse) {
       EXPECT_EQ(error.settings(), settings);
     }
   };
-  refused(accelerometer_in("LSB", "m/s^2"), "px4", "say how many m/s^2 its driver makes of 1 LSB",
-          {settings::reading_factor});
+  refused(accelerometer_in("LSB", "m/s^2"), "px4",
+          "give the m/s^2 that the driver outputs for 1 LSB", {settings::reading_factor});
   Calibration no_gravity = accelerometer_in("m/s^2", "g");
   no_gravity.sensor.field.local_gravity.reset();
   const Exported by_standard = export_calibration(no_gravity, "px4", {.lossy = true});
   ASSERT_EQ(by_standard.notes.size(), 1U);
   EXPECT_THAT(by_standard.notes.front(), HasSubstr("9.80665 m/s^2, standard gravity"));
   EXPECT_THAT(by_standard.content, HasSubstr("# 1 g is taken as 9.80665 m/s^2"));
-  refused(magnetometer(), "kalibr", "no magnetometer");
+  refused(magnetometer(), "kalibr", "does not support magnetometers");
   refused(gyroscope(), "betaflight", "at each start");
   refused(gyroscope(), "px44", "did you mean 'px4'?");
   Calibration light = magnetometer();
   light.sensor.instrument.kind = "optical";
-  refused(light, "ardupilot", "no place for this instrument");
+  refused(light, "ardupilot", "does not support this instrument");
   Calibration two = accelerometer_in("V", "g");
   two.sensor.instrument.axes = {"x", "y"};
   refused(two, "c-header", "three axes");

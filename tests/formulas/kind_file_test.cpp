@@ -73,8 +73,8 @@ TEST(KindFile, SaysWhatIsWrongWithAFormula) {
         [&] { static_cast<void>(add_instrument_kind_file(path)); });
   };
   EXPECT_THAT(complaint("x +"), HasSubstr("bad.json"));
-  EXPECT_THAT(complaint("x + q"), HasSubstr("there is no number 'q'"));
-  EXPECT_THAT(complaint("foo(x)"), HasSubstr("there is no function 'foo'"));
+  EXPECT_THAT(complaint("x + q"), HasSubstr("'q' is not a known number"));
+  EXPECT_THAT(complaint("foo(x)"), HasSubstr("'foo' is not a known function"));
   EXPECT_THAT(complaint("hypot(x)"), HasSubstr("takes 2 numbers, not 1"));
   EXPECT_THAT(complaint("x y"), HasSubstr("goes wrong at character 3, before 'y'"));
   EXPECT_THAT(complaint("x = 3"), HasSubstr("goes wrong at character 3"));
@@ -87,7 +87,7 @@ TEST(KindFile, SaysWhatIsWrongWithAFormula) {
                    R"js({"format": "axiscal-instrument-kind", "version": 1, "name": "optical"})js");
   EXPECT_THAT(
       test::complaint_of<DataError>([&] { static_cast<void>(add_instrument_kind_file(taken)); }),
-      HasSubstr("there already"));
+      HasSubstr("exists already"));
 }
 
 TEST(Formula, HasThePrecedenceOfMathematics) {

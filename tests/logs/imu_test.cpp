@@ -85,7 +85,7 @@ TEST(CalibrateImu, OfABareBoard) {
   relative.sensitivity *= F;
   expect_near_truth(*imu.magnetometer, relative, 5.0);
   EXPECT_THAT(imu.magnetometer->findings.notes,
-              test::HasNote(HasSubstr("magnitudes are in units of it")));
+              test::HasNote(HasSubstr("magnitudes are in units of the field")));
   ASSERT_EQ(imu.records().size(), 3U);
   EXPECT_EQ(imu.records()[2].provenance.slot, "magnetometer");
   for (const Calibration& record : imu.records()) {

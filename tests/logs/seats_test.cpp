@@ -200,7 +200,7 @@ TEST(LabelByTurns, FindsTheFenceFaces) {
   turns[3] = turns[3] * Eigen::AngleAxisd(0.8, Eigen::Vector3d::UnitX());
   const SeatLabels off = label_by_turns(faces, turns, sheet[0].entry.point);
   EXPECT_THAT(off.messages,
-              testing::Contains(HasSubstr("degrees from every seat; it has no label")));
+              testing::Contains(HasSubstr("degrees from every seat; it stays without a label")));
   EXPECT_FALSE(off.points[4].has_value());
 }
 

@@ -207,7 +207,7 @@ TEST(Segment, BreaksAtMissingNumbersGapsAndSaturation) {
   options.threshold = 1e-4;
   const Segmentation rests = segmented(log, options);
   EXPECT_EQ(rests.intervals.size(), 16U);
-  EXPECT_THAT(rests.warnings, Contains(HasSubstr("1 sample has a cell that is no number")));
+  EXPECT_THAT(rests.warnings, Contains(HasSubstr("1 sample has a cell that is not a number")));
   EXPECT_THAT(rests.warnings, Contains(HasSubstr("1 gap in the times")));
   EXPECT_THAT(rests.warnings, Contains(HasSubstr("1 time stamp is before the one before")));
   EXPECT_THAT(rests.warnings, Contains(HasSubstr("1 sample is at or beyond the range")));
@@ -266,7 +266,7 @@ TEST(Segment, RefusesALogWithoutRest) {
     }
   }
   EXPECT_THAT(test::complaint_of<RefusedError>([&] { segmented(log); }),
-              HasSubstr("there is no rest of 1 s in 500 samples (5 s)"));
+              HasSubstr("rests of 1 s were not found in 500 samples (5 s)"));
 }
 
 // Far behind its start a log is read on a thread of its own.

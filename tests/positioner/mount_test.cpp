@@ -56,7 +56,7 @@ TEST(CheckedMounts, RefusesWhatIsNoMount) {
   EXPECT_THAT(complaint(parallel_mounts({""})), HasSubstr("slot name of its own"));
   const Eigen::Matrix3d mirrored = Eigen::Vector3d(1.0, 1.0, -1.0).asDiagonal();
   EXPECT_THAT(complaint({{.slot = "A", .rotation_sensor_from_positioner = mirrored}}),
-              HasSubstr("slot A: rotation_sensor_from_positioner is no rotation"));
+              HasSubstr("slot A: rotation_sensor_from_positioner is not a rotation"));
   EXPECT_THAT(complaint({{.slot = "A", .repeatability_rad = -1.0}}), HasSubstr("negative"));
   EXPECT_THAT(
       complaint({{.slot = "A", .repeatability_rad = std::numeric_limits<double>::quiet_NaN()}}),

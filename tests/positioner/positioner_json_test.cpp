@@ -166,7 +166,7 @@ TEST(ParsePositioner, SaysWhatIsWrongWithMountsAndTable) {
   nlohmann::json file = nominal_file();
   file["mounts"]["A"] = {{"rotation_sensor_from_positioner", {{1, 0, 0}, {0, 1, 0}, {0, 0, -1}}}};
   EXPECT_THAT(complaint(file), HasSubstr("/mounts/A/rotation_sensor_from_positioner: slot A: "
-                                         "rotation_sensor_from_positioner is no rotation"));
+                                         "rotation_sensor_from_positioner is not a rotation"));
   file["mounts"]["A"] = {{"repeatability_rad", 0.0}};
   EXPECT_THAT(complaint(file), HasSubstr("/mounts/A/rotation_sensor_from_positioner: is missing"));
   file = nominal_file();

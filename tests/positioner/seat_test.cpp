@@ -230,7 +230,7 @@ TEST(Seat, RefusesWhatCannotBe) {
   for (Ball& ball : feet[static_cast<std::size_t>(Face::plus_y)]) {
     ball.centre_m.x() += 0.028;
   }
-  EXPECT_THAT(defect(feet, Face::minus_z, Face::plus_y), HasSubstr("not between them"));
+  EXPECT_THAT(defect(feet, Face::minus_z, Face::plus_y), HasSubstr("must lie between two feet"));
 
   // A foot of a side face below the table, one of another face through the fence.
   feet = feet_of_frame({});

@@ -123,7 +123,7 @@ TEST_F(Certificate, HasTheLaboratorysPictures) {
   EXPECT_GT(certificate_pdf(certified(), with).size(), plain.size());
   with.laboratory.logo = folder.write("other.png", "no picture");
   EXPECT_THAT([&] { static_cast<void>(certificate_pdf(certified(), with)); },
-              testing::ThrowsMessage<DataError>(HasSubstr("other.png: is no picture")));
+              testing::ThrowsMessage<DataError>(HasSubstr("other.png: is not a picture")));
 }
 
 #ifdef AXISCAL_QPDF

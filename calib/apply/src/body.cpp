@@ -127,10 +127,10 @@ std::vector<Direction> directions_of(const Calibration& calibration,
   }
   for (const auto& [face, headings] : flats) {
     if (headings.size() < 2) {
-      throw RefusedError(formatted(
-          "face {} lies flat in one heading alone ({}): the table's slope is not known from it; "
-          "read it in another heading too, half a turn away",
-          face_name(face), rows_text(headings.front().rows)));
+      throw RefusedError(
+          formatted("face {} lies flat in only one heading ({}), so it does not determine the "
+                    "slope of the table; take it in a second heading, half a turn away",
+                    face_name(face), rows_text(headings.front().rows)));
     }
     all.push_back(mean_of(headings));
   }
@@ -197,7 +197,7 @@ BodyRotation find_body_rotation(const Calibration& calibration,
   const Directions directions(calibration);
   const std::vector<Direction> all = directions_of(calibration, directions, references);
   if (all.empty()) {
-    throw RefusedError("there are no readings at references");
+    throw RefusedError("the run lacks readings at references");
   }
   require_all_turns(all);
   Eigen::Matrix3d profile = Eigen::Matrix3d::Zero();
@@ -248,8 +248,8 @@ BodyRotation find_body_rotation(const Calibration& calibration,
     const double nu = calibration.fit.statistics->degrees_of_freedom.sum();
     if (dof > 0.0 && f_upper_p(std::max(chi_squared / dof, 1e-12), dof, nu) < by_chance) {
       throw RefusedError(formatted(
-          "the references contradict each other by more than is stated of them: {} lies {} "
-          "degrees off; look at its attitude, or state a larger uncertainty (direction_u)",
+          "the references contradict each other by more than their stated uncertainties: {} is {} "
+          "degrees off; check its attitude, or state a larger uncertainty (direction_u)",
           rows_text(all[worst].rows), number_text(residual_of(all[worst], R) * deg_per_rad, 2)));
     }
     body.covariance_of_references = inverse * middle * inverse;
@@ -265,14 +265,14 @@ BodyRotation tared(const Calibration& calibration,
                    const BodyOptions& options) {
   const Directions directions(calibration);
   if (tare.empty()) {
-    throw RefusedError("there are no readings to tare by");
+    throw RefusedError("the run lacks readings for the tare");
   }
   std::vector<Direction> all;
   for (const ReferenceReading& reading : tare) {
     if (reading.flat) {
       throw RefusedError(formatted(
-          "row {}: a face that lies flat says nothing exact in one heading; state the attitude of "
-          "a tare (pitch_deg, roll_deg), or take references (method attitude)",
+          "row {}: one heading of a face that lies flat is not enough; state the attitude of the "
+          "tare (pitch_deg, roll_deg), or take references (method attitude)",
           reading.row));
     }
     const StatedAttitude attitude = reading.attitude.value_or(StatedAttitude{});
@@ -292,12 +292,12 @@ BodyRotation tared(const Calibration& calibration,
   const double angle_rad = std::atan2(read.cross(n).norm(), read.dot(n));
   constexpr double largest_rad = 0.2;
   if (!(angle_rad <= largest_rad)) {
-    throw RefusedError(formatted(
-        "the tare would turn the model by {} degrees, more than {}: {} were not taken in the "
-        "attitude that is stated of them, or the sensor was remounted; take references in several "
-        "attitudes (method attitude)",
-        number_text(angle_rad * deg_per_rad, 3), number_text(largest_rad * deg_per_rad, 2),
-        rows_text(mean.rows)));
+    throw RefusedError(
+        formatted("the tare would turn the model by {} degrees, more than {}: {} were not taken in "
+                  "the stated attitude, or the sensor was mounted again; take references in "
+                  "several attitudes (method attitude)",
+                  number_text(angle_rad * deg_per_rad, 3),
+                  number_text(largest_rad * deg_per_rad, 2), rows_text(mean.rows)));
   }
   body.rotation_model_from_sensor = smallest_rotation(read, n) * body.rotation_model_from_sensor;
   const Eigen::Matrix3d along = n * n.transpose();
@@ -413,7 +413,8 @@ BodyChange compare_rotations(const BodyRotation& before, const BodyRotation& aft
   const Eigen::Matrix3d covariance = first + second;
   const PositiveFactor factor(covariance);
   if (!factor.is_determined()) {
-    throw RefusedError("a rotation states no uncertainty about some axis: nothing can be compared");
+    throw RefusedError(
+        "a rotation lacks its uncertainty about some axis, so the two cannot be compared");
   }
   BodyChange change{.turn_rad = turn.angle() * turn.axis(),
                     .u_rad = covariance.diagonal().cwiseSqrt()};

@@ -59,7 +59,7 @@ Eigen::MatrixXd change_with_parameters(const Calibration& calibration,
                                        const Eigen::Vector3d& field,
                                        const ReadingContext& context) {
   if (!calibration.fit.statistics) {
-    throw DomainError("change_with_parameters: the record has no statistics");
+    throw DomainError("change_with_parameters: the record lacks statistics");
   }
   const FitStatistics& statistics = *calibration.fit.statistics;
   const Eigen::Index m = calibration.sensor.instrument.axis_count();
@@ -109,8 +109,8 @@ ReadingPropagation::ReadingPropagation(const Calibration& calibration,
   covariance_ = parameter_covariance(calibration);
   if (covariance_.size() == 0 || !covariance_.allFinite()) {
     throw DomainError(
-        "the record states no covariance of its coefficients (no degrees of freedom were left), so "
-        "there is no uncertainty to propagate; calibrate with more readings");
+        "the record lacks the covariance of its coefficients (zero degrees of freedom), so the "
+        "uncertainty cannot be propagated; calibrate with more readings");
   }
   if (calibration.fit.uncertainty) {
     for (const UncertaintySource& source : calibration.fit.uncertainty->sources) {

@@ -67,7 +67,7 @@ Reducer::Reducer(const SensorModel& sensor,
     bias_.push_back(sensor.response.bias(k));
     length_.push_back(S.row(k).norm());
     if (!(length_.back() > 0.0)) {
-      throw DomainError(formatted("Reducer: axis '{}' has no sensitivity",
+      throw DomainError(formatted("Reducer: axis '{}' has zero sensitivity",
                                   sensor.instrument.axes[static_cast<std::size_t>(k)]));
     }
   }
@@ -328,8 +328,7 @@ ReducedAxis Reducer::reduce_axis(
 Reducer::ClosedField Reducer::closed_field(
     double first, double second, const std::optional<SensorTemperature>& temperature) const {
   if (!open_direction_) {
-    throw DomainError(
-        "Reducer::closed_field: needs two axes of an instrument that sees what is in front of it");
+    throw DomainError("Reducer::closed_field: needs two axes of a one-sided instrument");
   }
   const Eigen::Vector3d seen = inverse_[0] * above_bias(0, first, temperature) +
                                inverse_[1] * above_bias(1, second, temperature);

@@ -150,7 +150,7 @@ Eigen::Matrix3d mount_rotation(const Positioner& positioner, const std::string& 
     names.push_back(mount.slot);
   }
   throw SetupError(
-      formatted("the positioner has no mount for slot '{}'; its slots: {}", slot, joined(names)));
+      formatted("the positioner lacks a mount for slot '{}'; its slots: {}", slot, joined(names)));
 }
 
 std::vector<Mount> mounts_of_assembly(const std::string& assembly,

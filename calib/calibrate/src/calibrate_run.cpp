@@ -106,11 +106,10 @@ std::vector<Calibration> calibrate_run(Experiment experiment,
   if (!run.field_unit.empty() && experiment.field.unit.empty()) {
     experiment.field.unit = run.field_unit;
   } else if (!run.field_unit.empty() && experiment.field.unit != run.field_unit) {
-    throw SetupError(
-        formatted("the column of the readings' fields is in {}, and the field is stated "
-                  "in {}; state one of them",
-                  run.field_unit, experiment.field.unit),
-        {settings::field});
+    throw SetupError(formatted("the column of the readings' fields is in {}, and the field is "
+                               "stated in {}; state only one unit",
+                               run.field_unit, experiment.field.unit),
+                     {settings::field});
   }
   for (const std::string& note : run.notes) {
     notes.push_back({NoteCode::input, note});

@@ -130,8 +130,8 @@ void note_conditions(Calibration& calibration) {
       calibration.fit.statistics->degrees_of_freedom.minCoeff() > 0.0) {
     calibration.findings.notes.push_back(
         {NoteCode::conditions,
-         "repeatability only: one block of readings does not tell how biases and sensitivities "
-         "change from day to day or when all is set up anew; three or four blocks do"});
+         "This is repeatability only. Take three or four blocks to include changes from day to day "
+         "and from set-up to set-up"});
   }
 }
 
@@ -247,9 +247,8 @@ void remark_on_magnitude(const Experiment& experiment, Calibration& calibration)
           {.code = WarningCode::impossible_field,
            .runs = {},
            .message =
-               formatted("the field {} is stated as {} {}, but on the Earth it is {}; state its "
-                         "magnitude and "
-                         "unit again, or take the field custom if it is no field of the Earth",
+               formatted("the field {} is stated as {} {}, but on the Earth it is {}; correct its "
+                         "magnitude and unit, or use field custom for another field",
                          part.kind, number_text(part.magnitude, 6), part.unit,
                          possible_magnitudes(kind, part.unit))});
     }
@@ -270,9 +269,8 @@ void remark_on_magnitude(const Experiment& experiment, Calibration& calibration)
       find_instrument_kind(calibration.sensor.instrument.kind).relative_field_will_do) {
     calibration.findings.notes.push_back(
         {NoteCode::field,
-         "neither the magnitude of the field nor the site is stated: the field is taken as of "
-         "length "
-         "1, so that directions are right and magnitudes are in units of it"});
+         "the magnitude of the field and the site are not stated, so the field has length 1: "
+         "directions are right, and magnitudes are in units of the field"});
   }
 }
 
@@ -330,9 +328,9 @@ void warn_of_other_sensitivity(const Experiment& experiment, Calibration& calibr
     const WarningCode code = by_unit && off > far_off ? WarningCode::reading_unit
                              : reason.empty()         ? WarningCode::sensitivity
                                                       : WarningCode::unit_factor;
-    const std::string nominal =
-        by_unit ? formatted("what readings in {} should have", calibration.sensor.instrument.unit)
-                : "the nominal one";
+    const std::string nominal = by_unit ? formatted("the expected sensitivity of readings in {}",
+                                                    calibration.sensor.instrument.unit)
+                                        : "the nominal one";
     calibration.findings.warnings.push_back(
         {.code = code,
          .runs = {},

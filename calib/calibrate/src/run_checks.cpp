@@ -103,7 +103,7 @@ void check_values(const Observations& observations) {
           largest) ||
         (reading.field_in_sensor && !(reading.field_in_sensor->cwiseAbs().maxCoeff() < largest))) {
       throw RefusedError(
-          formatted("run {}: a value of 1e150 or more is no reading; correct it or leave it out",
+          formatted("run {}: a value of 1e150 or more is not a reading; correct it or leave it out",
                     reading.run));
     }
   }
@@ -132,15 +132,15 @@ void check_readings(const Experiment& experiment, const Observations& observatio
 void check_without_fence(const Experiment& experiment, Method method) {
   constexpr const char* advice = "give the column 'fence', the face at the fence";
   if (!method_kind(method).directions_known) {
-    throw RefusedError(formatted("method {}: the readings have no fence faces; {}, or use method "
-                                 "known on a level table",
-                                 method_name(method), advice),
-                       {settings::method});
+    throw RefusedError(
+        formatted(
+            "method {}: the readings lack fence faces; {}, or use method known on a level table",
+            method_name(method), advice),
+        {settings::method});
   }
   if (!experiment.table.slope.isZero(0.0)) {
-    throw SetupError(
-        formatted("a slope is stated, but the readings have no fence faces; {}", advice),
-        {settings::slope});
+    throw SetupError(formatted("a slope is stated, but the readings lack fence faces; {}", advice),
+                     {settings::slope});
   }
   for (const FieldDescription& part : resolve_field(experiment)) {
     constexpr double upright = 1e-9;
@@ -177,7 +177,7 @@ void check_run(const Experiment& experiment, const Observations& observations) {
   check_level_names(experiment, observations);
   check_readings(experiment, observations);
   if (!is_rotation(experiment.rotation_sensor_from_positioner)) {
-    throw DomainError("calibrate: rotation_sensor_from_positioner is no rotation");
+    throw DomainError("calibrate: rotation_sensor_from_positioner is not a rotation");
   }
 }
 
@@ -208,11 +208,10 @@ void check_method(const Experiment& experiment,
   const std::string name(method_name(method));
   if (!by_field && !method_kind(method).by_magnitude && method_kind(method).fits_sensitivity &&
       !has_labels(observations)) {
-    throw RefusedError(
-        formatted("method {}: the readings have no design points; give columns 'rest' and 'fence', "
-                  "or use method known with fx,fy,fz, or magnitude",
-                  name),
-        {settings::method});
+    throw RefusedError(formatted("method {}: the readings lack design points; give columns 'rest' "
+                                 "and 'fence', or use method known with fx,fy,fz, or magnitude",
+                                 name),
+                       {settings::method});
   }
   if (!observations.has_fence && has_labels(observations) && method_kind(method).fits_sensitivity) {
     check_without_fence(experiment, method);
@@ -224,7 +223,7 @@ void check_method(const Experiment& experiment,
         "method {} estimates no levelness; level by block goes with paired and joint", name));
   }
   if (experiment.fit.robust && !method_kind(method).fits_sensitivity) {
-    throw SetupError("method bias has no robust regression; leave it out");
+    throw SetupError("method bias does not support robust regression; leave the option out");
   }
   if (!experiment.field.others.empty() &&
       (method_kind(method).averages_pairs || method_kind(method).by_magnitude ||
@@ -278,7 +277,7 @@ void check_known_magnitude(const FieldDescription& field) {
       !(std::abs(field.in_table->norm() / field.magnitude - 1.0) <= 1e-6)) {
     throw SetupError(
         formatted("method known: the field in the table has the length {}, but its magnitude is "
-                  "given as {}; give one of them",
+                  "given as {}; give only one",
                   number_text(field.in_table->norm()), number_text(field.magnitude)));
   }
 }

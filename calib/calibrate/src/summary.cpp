@@ -224,7 +224,7 @@ class Summary {
       text_ += "\n";
     }
     if (m > most_axes) {
-      text_ += formatted("  and more, {} in all, which the record has\n", m);
+      text_ += formatted("  and more; all {} are in the record\n", m);
     }
     text_ += uncertainties_.empty() ? "\n" : "  +- U, the expanded uncertainty (95 %)\n\n";
   }
@@ -451,7 +451,7 @@ class Summary {
       const CombinedLevelness& all = *levelness.combined;
       text_ += row(formatted("all {}", counted(all.slots.size(), "slot")), width,
                    pair(all.x, all.y, all.standard_error_x, all.standard_error_y));
-      text_ += row("standard error of all", width,
+      text_ += row("standard error of the total", width,
                    {rounded_uncertainty(1e3 * all.standard_error_x),
                     rounded_uncertainty(1e3 * all.standard_error_y)});
       text_ += formatted("  the slots {} (p = {:.2g})\n", all.consistent ? "agree" : "DISAGREE",
@@ -614,7 +614,7 @@ std::string words_of_verdict(const Calibration& calibration) {
   return calibration.findings.status == CalibrationStatus::warning
              ? formatted("Calibrated{}, with {} to look at.", limits,
                          warnings == 1 ? "one thing" : formatted("{} things", warnings))
-         : limits.empty() ? "Calibrated. Nothing in the readings speaks against it."
+         : limits.empty() ? "Calibrated. No problems found."
                           : formatted("Calibrated{}.", limits);
 }
 
@@ -638,7 +638,7 @@ std::string words_of_field_size(const Calibration& calibration) {
       check.orientations, parts(check.relative_sd), parts(check.by_noise),
       check.by_inputs > next_to_nothing * check.by_noise
           ? formatted(", the stated uncertainty of cube and table {}", parts(check.by_inputs))
-          : ", and nothing is stated of the cube's faces",
+          : ", and the angles of the cube's faces are not stated",
       check.p_value < unlikely
           ? formatted(": more than both explain (p = {})", number_text(check.p_value, 1))
           : "");

@@ -55,7 +55,7 @@ void check(const std::vector<Reference>& references) {
     }
     for (const Reading& reading : reference.observations.readings) {
       if (!reading.point) {
-        throw RefusedError(formatted("{}run {} has no design point", slot, reading.run));
+        throw RefusedError(formatted("{}run {} lacks a design point", slot, reading.run));
       }
     }
   }
@@ -361,7 +361,7 @@ void check_left_out(const std::vector<Reference>& references, const Characterize
   for (const std::string& slot : options.leave_out) {
     if (std::none_of(references.begin(), references.end(),
                      [&](const Reference& reference) { return reference.slot == slot; })) {
-      throw SetupError(formatted("there is no slot '{}' to leave out", slot),
+      throw SetupError(formatted("slot '{}' cannot be left out: it does not exist", slot),
                        {settings::leave_out});
     }
   }

@@ -126,14 +126,12 @@ Constant what_constant_is(const Experiment& experiment,
          "temperature is new"});
     return Constant::from_record;
   }
-  add_warning(
-      calibration,
-      {.code = WarningCode::field_in_bias,
-       .runs = {},
-       .message =
-           "the biases hold the field's part in the pose in which the instrument lay (of an "
-           "accelerometer gravity), and are no biases yet; to take it out give the record "
-           "that has the sensitivity, and the columns rest and fence, or pitch_deg and roll_deg"});
+  add_warning(calibration,
+              {.code = WarningCode::field_in_bias,
+               .runs = {},
+               .message = "the biases include the field (gravity for an accelerometer) in the pose "
+                          "of the run. To remove it, give a record with the sensitivity, and the "
+                          "columns rest and fence, or pitch_deg and roll_deg"});
   return Constant::as_read;
 }
 
@@ -346,12 +344,11 @@ void add_sweep_scatter(const ReadingSet& set,
   if (!differing.empty()) {
     add_component(std::move(branches), statistics);
     calibration.findings.notes.push_back(
-        {NoteCode::hysteresis, formatted("hysteresis: the biases differ between the way up and the "
-                                         "way down by up to {} {}, which "
-                                         "is counted as if a bias were anywhere between; sweep "
-                                         "more slowly, and come back to the "
-                                         "first temperature to tell it from drift",
-                                         differing, calibration.sensor.instrument.unit)});
+        {NoteCode::hysteresis,
+         formatted("hysteresis: the biases on the way up and on the way down differ by up to {} "
+                   "{}; the uncertainty covers both. Sweep more slowly, and return to the first "
+                   "temperature to separate hysteresis from drift",
+                   differing, calibration.sensor.instrument.unit)});
   } else if (ways.size() == 0 && places.size() > 1) {
     calibration.findings.notes.push_back(
         {NoteCode::hysteresis,

@@ -191,8 +191,8 @@ ConfirmedReadings confirmed(const ReadingSet& fitted,
   const auto predictions = fit.predictions(places);
   if (!p || !predictions) {
     throw RefusedError(
-        "the readings of the fit leave nothing to hold those to be confirmed (confirm) against; "
-        "take more of them");
+        "the fit has too few readings to check the readings to be confirmed (confirm) against; "
+        "take more readings");
   }
   constexpr double unlikely = 0.05;
   ConfirmedReadings result;

@@ -476,8 +476,8 @@ std::vector<UncertaintySource> weigh_shared_errors(const Experiment& experiment,
     if (seats && (!may_be_nothing || fit.sees_seats(clear))) {
       estimate.notes.push_back(
           {NoteCode::seats,
-           formatted("each time it is laid the cube lies anew by {} rad about each axis (standard "
-                     "deviation); the coefficients and their uncertainty count it",
+           formatted("the cube turns by {} rad about each axis (standard deviation) each time it "
+                     "is laid down; the coefficients and their uncertainty include this",
                      number_text(fit.seat_sd(), 2))});
     }
     return sources_of(inputs, fit.shares());

@@ -149,8 +149,8 @@ Estimate estimate_joint(const ReadingSet& set) {
     solution.shares = Model::cost_of_shared(*solution.state, solution.sigma);
   } else if (!turn) {
     best.ambiguity =
-        "the field and all sensitivities may as well have the opposite sign, as nothing says where "
-        "the field points";
+        "the field and all sensitivities may have the opposite sign, because the direction of the "
+        "field is not stated";
   }
   const std::optional<ReadingSet> over_temperature = with_scales_of(set, solution.state->place);
   const ReadingSet& fitted = over_temperature ? *over_temperature : set;

@@ -354,8 +354,8 @@ Eigen::VectorXd fit_with_terms(const EllipsoidCloud& cloud,
         fit_further_columns(fit.linear.jacobian, -fit.linear.residuals, changes_with(terms, fit));
     if (!further) {
       throw RankDeficientError(
-          formatted("the orientations do not determine {} beside bias and sensitivity; add "
-                    "orientations, or fit without them",
+          formatted("the orientations do not determine {} together with bias and sensitivity; add "
+                    "orientations, or fit without these terms",
                     joined(names)),
           names);
     }
@@ -637,8 +637,8 @@ Estimate estimate_magnitude(const ReadingSet& set,
   if (squared.size() > 0) {
     estimate.notes.push_back(
         {NoteCode::method,
-         formatted("squared terms were fitted beside bias and sensitivity; at full field they add "
-                   "{}, {}, {}, and are no part of the record's response",
+         formatted("squared terms were fitted together with bias and sensitivity. At full field "
+                   "they add {}, {}, {}. The record's response does not include them",
                    number_text(size * squared(0), 2), number_text(size * squared(1), 2),
                    number_text(size * squared(2), 2))});
   } else {

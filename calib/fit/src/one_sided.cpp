@@ -68,9 +68,9 @@ std::map<DesignPoint, double> readings_in_the_dark(const ReadingSet& set, Eigen:
   }
   if (dark.empty()) {
     throw SetupError(
-        "one-sided axes under a light that stays on beside one that is set: no reading is with "
-        "that light off (level 0), so that nothing tells them apart; take each point with it on "
-        "and off, or darken the room, so that it is the only one");
+        "one-sided axes under two lights, one of which stays on: no reading has the switched light "
+        "off (level 0), so the two cannot be separated; take each point with the light on and off, "
+        "or darken the room");
   }
   return dark;
 }
@@ -193,12 +193,11 @@ Estimate estimate_with(const Sight& sight,
     if (sight.visible.empty()) {
       throw;
     }
-    throw SetupError(formatted(
-        "one-sided axes under a light that stays on beside one that is set: these readings "
-        "do not tell what each axis sees of which ({}); darken the room, so that the light "
-        "that is set is the only one, or take all 24 points, each with that light on and "
-        "off",
-        error.what()));
+    throw SetupError(
+        formatted("one-sided axes under two lights, one of which stays on: these readings do not "
+                  "separate the two lights for each axis ({}); darken the room, or take all 24 "
+                  "points, each with the light on and off",
+                  error.what()));
   }
 }
 

@@ -119,8 +119,8 @@ Alignment align_by_constant_angle(const Eigen::MatrixXd& fields, const Eigen::Ma
   if (fields.rows() != companion.rows() || fields.cols() != 3 || companion.cols() != 3 ||
       fields.rows() < 5) {
     throw DomainError(
-        "align_by_constant_angle: five readings or more of three components each, as many of both, "
-        "are needed");
+        "align_by_constant_angle: needs the same number of readings from both sensors, five or "
+        "more, with three components each");
   }
   const Eigen::MatrixXd f = unit_rows(fields);
   const Eigen::MatrixXd g = unit_rows(companion);

@@ -277,8 +277,8 @@ Estimate estimate_paired(const ReadingSet& given, const Eigen::Vector3d& nominal
     }
     if (!levelness && field.size() > 1) {
       throw RefusedError(
-          "level by block: some block has no opposite readings that tell its levelness; take them, "
-          "or use one levelness for the run");
+          "level by block: some block lacks opposite readings, so its levelness is not determined; "
+          "take them, or use one levelness for the run");
     }
     const TableField next = levelness ? turned_by(*levelness, F, field) : field;
     double turn = 0.0;

@@ -40,7 +40,7 @@ Eigen::MatrixXd weights_of(const Observations& observations, Weighting weighting
   const Eigen::Index m = observations.response.cols();
   if (weighting == Weighting::samples) {
     if (!observations.samples) {
-      throw RefusedError("weights samples: the readings have no column 'samples'");
+      throw RefusedError("weights samples: the readings lack the column 'samples'");
     }
     return observations.samples->replicate(1, m);
   }
@@ -95,7 +95,8 @@ void require_runs_to_leave_out(const Experiment& experiment, const Observations&
     const bool there = std::any_of(observations.readings.begin(), observations.readings.end(),
                                    [run](const Reading& reading) { return reading.run == run; });
     if (!there) {
-      throw SetupError(formatted("there is no run {} to leave out", run), {settings::leave_out});
+      throw SetupError(formatted("run {} cannot be left out: it does not exist", run),
+                       {settings::leave_out});
     }
   }
 }

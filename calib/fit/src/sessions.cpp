@@ -66,8 +66,8 @@ Estimate estimate_sessions(const ReadingSet& set,
   } catch (const RefusedError& error) {
     all.notes.push_back(
         {NoteCode::conditions,
-         formatted("the sessions were fitted together, as one of them alone does not do ({}): how "
-                   "they differ is not in the intervals",
+         formatted("the sessions were fitted together, because one session alone is not enough "
+                   "({}). The intervals do not include differences between sessions",
                    error.what())});
     return all;
   }

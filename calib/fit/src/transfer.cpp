@@ -190,8 +190,8 @@ void forget_unseen(const Eigen::Matrix3Xd& seen, Calibration& calibration) {
                        "not seen, and taken as 0",
                        seen.cols() == 1 ? "line" : "plane", axes.size() == 1 ? "axis" : "axes",
                        joined(axes))
-           : formatted("the fields of the readings have no part along the directions of {}: these "
-                       "are not seen, and taken as 0",
+           : formatted("the fields of the readings lack a part along the directions of {}: these "
+                       "sensitivities are taken as 0",
                        joined(lost))});
 }
 

@@ -144,7 +144,8 @@ class TurnWeighing {
       fit = fit_variance_components(problem_, Eigen::VectorXd::Constant(1, variance));
     }
     if (!fit) {
-      throw RefusedError("the turns do not determine the gyroscope beside its uncertain bias");
+      throw RefusedError(
+          "the turns do not determine the gyroscope together with its uncertain bias");
     }
     return result_of(*fit);
   }

@@ -313,9 +313,9 @@ void require_determined(const Eigen::MatrixXd& J, const TurnFit& fit, std::size_
         formatted("the {} turns do not determine {}; turn the instrument about each of its axes, "
                   "at least a quarter turn from rest to rest{}",
                   turns, list,
-                  fit.has_rotations
-                      ? ""
-                      : ", and not about the vertical alone, which the accelerometer does not see"),
+                  fit.has_rotations ? ""
+                                    : "; turns about the vertical alone do not help, because the "
+                                      "accelerometer does not see them"),
         std::move(open));
   }
 }
@@ -385,10 +385,9 @@ TurnFit fit_turns(std::span<const GyroscopeTurn> turns,
   const double rms = rms_of(found.state.cost(), turns.size());
   if (!(rms < good_rms_rad)) {
     throw RefusedError(formatted(
-        "no scale of the gyroscope fits the turns: at the best one, {} rad/s per unit, the "
-        "attitudes after the turns are {} degrees off (rms). Are its axes those of the "
-        "accelerometer (order and signs), did it stay within its range, and are the seats right, "
-        "where they are labelled?",
+        "the turns do not fit any scale of the gyroscope: with the best scale, {} rad/s per unit, "
+        "the attitudes after the turns are {} degrees off (rms). Check the order and signs of the "
+        "gyroscope's axes against the accelerometer's, its range, and the labels of the seats",
         number_text(found.B.determinant() > 0.0 ? std::cbrt(found.B.determinant()) : 0.0, 3),
         number_text(rms * deg_per_rad, 3)));
   }

@@ -139,7 +139,7 @@ World world_of(std::string_view text) {
     for (const std::string_view number : split(item.substr(parting + 1), ':')) {
       const std::optional<double> value = parse_number(number);
       if (!value) {
-        throw DomainError(formatted("{}: '{}' is no number", name, number));
+        throw DomainError(formatted("{}: '{}' is not a number", name, number));
       }
       values.push_back(*value);
     }

@@ -103,10 +103,10 @@ CertificateDetails read_certificate_details(const std::string& path) {
 
 void check_certifiable(const Calibration& calibration) {
   if (calibration.findings.status == CalibrationStatus::refused) {
-    throw RefusedError("this calibration was refused: there is no certificate of it");
+    throw RefusedError("this calibration was refused, so it cannot be certified");
   }
   if (!calibration.fit.statistics || !states_uncertainty(calibration)) {
-    throw RefusedError("the record states no uncertainty: there is no certificate of such");
+    throw RefusedError("the record lacks uncertainties, so it cannot be certified");
   }
 }
 

@@ -21,7 +21,7 @@ std::deque<MethodKind>& all_kinds() {
       MethodKind{.method = Method::joint,
                  .name = "joint",
                  .by_pose = true,
-                 .words = "all readings, the field's direction in the table fitted with them"},
+                 .words = "all readings; the direction of the field in the table is fitted too"},
       MethodKind{.method = Method::known,
                  .name = "known",
                  .by_pose = true,
@@ -55,7 +55,8 @@ constexpr MethodKind no_method{.name = ""};
 
 Method add_method_kind(MethodKind kind) {
   if (kind.name.empty() || parse_method(kind.name)) {
-    throw DomainError(formatted("add_method_kind: '{}' is no name, or there already", kind.name));
+    throw DomainError(
+        formatted("add_method_kind: '{}' is not a valid name, or it exists already", kind.name));
   }
   kind.method = static_cast<Method>(all_kinds().size());
   return all_kinds().emplace_back(kind).method;

@@ -387,8 +387,8 @@ void find_attitude(Table& table, const std::vector<std::string>& axes, Columns& 
   }
   if (columns.rest || !columns.field.empty()) {
     table.fail("pitch_deg",
-               "attitudes stand beside 'rest' and 'fence' or 'fx', 'fy', 'fz': which of them says "
-               "how the readings were taken? Leave out or rename the other");
+               "the file has attitudes and also 'rest' and 'fence' or 'fx', 'fy', 'fz'; keep one "
+               "description of the poses, and leave out or rename the other");
   }
 }
 
@@ -428,8 +428,8 @@ void find_size(Table& table, const std::vector<std::string>& axes, Columns& colu
     columns.along = table.find("axis");
     if (!columns.along && axes.size() > 1) {
       table.fail(size.name,
-                 "says how large the field was, and nothing says along which axis; add the column "
-                 "'axis' (x, y or z), or give the field in the sensor by 'fx', 'fy', 'fz'");
+                 "states the size of the field, but not its axis; add the column 'axis' (x, y or "
+                 "z), or give the field in the sensor by 'fx', 'fy', 'fz'");
     }
     columns.along_all = direction_of(axes.front(), {}).value_or(Eigen::Vector3d::UnitZ());
     return;
@@ -554,9 +554,11 @@ Reading read_reading(const Table& table,
     const std::optional<Eigen::Vector3d> along =
         columns.along ? direction_of(table.text(*columns.along), axes) : columns.along_all;
     if (!along) {
-      table.fail("axis", formatted("'{}' is no axis; write x, y or z, with a minus sign for the "
-                                   "other way",
-                                   table.text(*columns.along)));
+      table.fail(
+          "axis",
+          formatted(
+              "'{}' is not an axis; write x, y or z, with a minus sign for the opposite direction",
+              table.text(*columns.along)));
     }
     reading.field_in_sensor = table.number(*columns.size) * *along;
   }

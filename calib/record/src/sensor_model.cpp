@@ -62,7 +62,7 @@ double parameter_value(const SensorModel& sensor, const std::string& name) {
       }
     }
   }
-  throw DomainError(formatted("'{}' is no parameter of this record", name));
+  throw DomainError(formatted("'{}' is not a parameter of this record", name));
 }
 
 std::vector<KindQuantity> quantities_of(const SensorModel& sensor,

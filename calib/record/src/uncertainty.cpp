@@ -336,10 +336,8 @@ std::vector<std::string> not_counted(const Calibration& calibration) {
 std::string words_of_not_counted(const Calibration& calibration) {
   const std::vector<std::string> missing = not_counted(calibration);
   return missing.empty() ? ""
-                         : formatted(
-                               "The uncertainties do not count {}: how well that is known was "
-                               "not stated.",
-                               joined(missing));
+                         : formatted("Not included in the uncertainties (no value given): {}.",
+                                     joined(missing));
 }
 
 namespace {

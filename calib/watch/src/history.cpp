@@ -181,7 +181,7 @@ std::vector<std::string> records_in(const std::string& folder) {
     }
   }
   if (error) {
-    throw DataError(folder, "is no folder that can be read");
+    throw DataError(folder, "is not a folder that can be read");
   }
   std::sort(paths.begin(), paths.end());
   return paths;

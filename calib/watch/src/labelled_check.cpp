@@ -214,7 +214,7 @@ DriftCheck check_labelled(const Calibration& record,
   const Eigen::Index n = observations.size();
   const Eigen::Index m = sensor.response.bias.size();
   if (!record.fit.statistics || record.fit.statistics->covariance.size() == 0) {
-    throw DomainError("the record states no covariance to hold readings against");
+    throw DomainError("the record lacks the covariance, so readings cannot be compared with it");
   }
   if (!sensor.field.parts.empty() || !sensor.also.empty() || sensor.instrument.one_sided) {
     throw RefusedError(

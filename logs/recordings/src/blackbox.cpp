@@ -321,7 +321,7 @@ class Blackbox final : public RecordingFile::Decoder {
           left_out_));
     }
     if (lost_ > 0) {
-      all.push_back(formatted("{} bytes are no frames, and left out", lost_));
+      all.push_back(formatted("{} bytes are not frames and are left out", lost_));
     }
     return all;
   }

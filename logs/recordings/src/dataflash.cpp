@@ -146,7 +146,7 @@ class Dataflash final : public RecordingFile::Decoder {
   std::vector<std::string> notes() const override {
     std::vector<std::string> all;
     if (lost_ > 0) {
-      all.push_back(formatted("{} bytes are no messages, and left out", lost_));
+      all.push_back(formatted("{} bytes are not messages and are left out", lost_));
     }
     if (unfinished_ > 0) {
       all.push_back(formatted("the last message is cut short ({} bytes)", unfinished_));

@@ -57,7 +57,7 @@ class DataflashText final : public RecordingFile::Decoder {
   std::vector<std::string> notes() const override {
     std::vector<std::string> all;
     if (other_ > 0) {
-      all.push_back(formatted("{} lines are no messages, and left out", other_));
+      all.push_back(formatted("{} lines are not messages and are left out", other_));
     }
     if (damaged_ > 0) {
       all.push_back(
@@ -210,7 +210,7 @@ class MavlinkText final : public RecordingFile::Decoder {
   }
 
   std::vector<std::string> notes() const override {
-    return other_ > 0 ? std::vector{formatted("{} lines are no messages, and left out", other_)}
+    return other_ > 0 ? std::vector{formatted("{} lines are not messages and are left out", other_)}
                       : std::vector<std::string>{};
   }
 

@@ -176,7 +176,7 @@ class JsonRecords {
     const auto line =
         1 + std::count(text_.begin(), text_.begin() + static_cast<std::ptrdiff_t>(before), '\n');
     throw DataError(path_, static_cast<std::size_t>(line),
-                    "is no JSON: neither a whole file of it nor a record a line");
+                    "is not JSON: neither one document nor one record per line");
   }
 
   [[nodiscard]] Json parsed(std::string_view piece) const {

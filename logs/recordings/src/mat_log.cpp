@@ -245,7 +245,7 @@ class MatReader {
   void read_matrix(Bytes& bytes, std::size_t left, const std::string& outer, int depth) {
     const std::string flags = read_part(bytes, left);
     if (flags.size() < 8) {
-      fail("a variable has no flags");
+      fail("a variable lacks its flags");
     }
     const auto all_flags = number<std::uint32_t>(flags.data());
     const std::uint32_t kind = all_flags & 0xFFU;
@@ -258,7 +258,7 @@ class MatReader {
     const std::string sizes = read_part(bytes, left);
     const std::string own_name = read_part(bytes, left);
     if (sizes.size() % 4 != 0) {
-      fail("a variable has no sizes");
+      fail("a variable lacks its sizes");
     }
     const std::string name = outer.empty() ? own_name : outer;
     std::vector<std::int32_t> dimensions;
@@ -300,7 +300,7 @@ class MatReader {
       const std::string field = names.substr(at, step).c_str();  // up to the first NUL
       const Tag tag = read_tag(bytes, left);
       if (tag.inside || tag.type != matrix_element) {
-        fail("a structure's field is no variable");
+        fail("a structure's field is not a variable");
       }
       if (tag.size > 0) {
         read_matrix(bytes, tag.size, formatted("{}.{}", name, field), depth + 1);

@@ -149,7 +149,7 @@ std::size_t add_message_definitions(const std::string& folder) {
   namespace fs = std::filesystem;
   std::error_code none;
   if (!fs::is_directory(folder, none)) {
-    throw DataError(folder, "is no directory of message definitions (package/msg/Type.msg)");
+    throw DataError(folder, "is not a folder of message definitions (package/msg/Type.msg)");
   }
   std::size_t count = 0;
   constexpr std::size_t most = 100000;

@@ -79,8 +79,9 @@ OpenedTable table_of_series(const std::string& path,
     most = std::max(most, sensor.number + 1);
   }
   if (format.instance >= most && !all.empty()) {
-    throw DataError(path, formatted("has no instance {}: of no kind are there more than {} sensors",
-                                    format.instance, most));
+    throw DataError(
+        path, formatted("instance {} does not exist: the file has at most {} sensors of each kind",
+                        format.instance, most));
   }
   for (const SeriesKind kind :
        {SeriesKind::accelerometer, SeriesKind::gyroscope, SeriesKind::magnetometer}) {

@@ -221,7 +221,7 @@ void TableText::State::look_at_text() {
         rows.empty() ? std::vector<std::string>{} : names_by_faces(rows);
     if (!names.empty()) {
       layout.columns = names;
-      layout.notes = {"the table has no header; by the faces in it its columns are taken as " +
+      layout.notes = {"the table lacks a header; its columns are named after its faces: " +
                       joined(names)};
       has_names = true;
     }

@@ -365,7 +365,7 @@ class LayoutFinder {
     } else {
       layout_.columns = column_names(path_, names, usual_);
       if (names.empty()) {
-        layout_.notes.push_back("the log has no header; its columns are called " +
+        layout_.notes.push_back("the log lacks a header; its columns are called " +
                                 joined(layout_.columns));
       }
     }

@@ -438,7 +438,7 @@ TEST(BudgetOfAnAttitude, NeedsThreeAxesAndAField) {
               HasSubstr("standard deviation"));
   Calibration none = the_budgeted_record();
   none.fit.statistics.reset();
-  EXPECT_THAT(complaint(none), HasSubstr("no covariance"));
+  EXPECT_THAT(complaint(none), HasSubstr("lacks the covariance"));
   EXPECT_EQ(complaint(the_budgeted_record()), "accepted");
 }
 

@@ -192,7 +192,7 @@ TEST(ChangeWithParameters, NeedsStatistics) {
   EXPECT_THAT(test::complaint_of<DomainError>([&] {
                 static_cast<void>(change_with_parameters(record, Eigen::Vector3d::UnitZ(), {}));
               }),
-              HasSubstr("has no statistics"));
+              HasSubstr("lacks statistics"));
 }
 
 // ---- components and angles against closed formulas ----
@@ -421,9 +421,9 @@ TEST(NoiseOfReadings, MustBeKnown) {
   record.fit.statistics->residual_sd(1) = std::numeric_limits<double>::quiet_NaN();
   EXPECT_THAT(complaint(), HasSubstr("scatter of a reading is not known"));
   record.fit.statistics->covariance(2, 2) = std::numeric_limits<double>::infinity();
-  EXPECT_THAT(complaint(), HasSubstr("states no covariance"));
+  EXPECT_THAT(complaint(), HasSubstr("lacks the covariance"));
   record.fit.statistics.reset();
-  EXPECT_THAT(complaint(), HasSubstr("states no covariance"));
+  EXPECT_THAT(complaint(), HasSubstr("lacks the covariance"));
 }
 
 // ---- the field's magnitude ----

@@ -561,7 +561,7 @@ TEST(Calibrate, RefusesAMagnitudeBesideAUsersOwnField) {
   experiment.field.magnitude = 2.0 * Centrifuge().magnitude();
   EXPECT_THAT(test::complaint_of<SetupError>(
                   [&] { static_cast<void>(calibrate(experiment, observations)); }),
-              testing::HasSubstr("leave one of them out"));
+              testing::HasSubstr("leave out the other magnitude"));
 }
 
 TEST(Calibrate, SaysWhatItTookForTheMagnitude) {

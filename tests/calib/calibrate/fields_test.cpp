@@ -522,7 +522,7 @@ TEST(Transfer, IsTheStraightLineAndSaysWhatItDoesNotSee) {
   EXPECT_EQ(statistics.degrees_of_freedom(0), n - 2.0);
   EXPECT_EQ(result.findings.status, CalibrationStatus::ok);
   EXPECT_THAT(result.findings.notes,
-              test::HasNote(HasSubstr("v.sensitivity.x, v.sensitivity.y: these are not seen")));
+              test::HasNote(HasSubstr("v.sensitivity.x, v.sensitivity.y: these sensitivities are taken as 0")));
   EXPECT_TRUE(std::isnan(statistics.sensitivity_se(0, 0)));
   const std::string text = calibration_json(result);
   EXPECT_EQ(calibration_json(parse_calibration(text, "again.json")), text);
@@ -586,7 +586,7 @@ TEST(Transfer, ByAnglesSeesAPlane) {
             (std::vector<std::string>{"v.bias", "v.sensitivity.x", "v.sensitivity.z"}));
   EXPECT_MATRIX_NEAR(result.sensor.response.sensitivity, S, 1e-3);
   EXPECT_THAT(result.findings.notes,
-              test::HasNote(HasSubstr("v.sensitivity.y: these are not seen")));
+              test::HasNote(HasSubstr("v.sensitivity.y: these sensitivities are taken as 0")));
 }
 
 // Labels and levels in one pose say the same; three axes are still refused.

@@ -71,7 +71,7 @@ TEST_F(Rule, NamesAnUncertainDirection) {
 
 TEST_F(Rule, NamesTwoSolutions) {
   estimate_.direction.ambiguity = "another direction fits";
-  expect_one(two_solutions_rule(), WarningCode::two_solutions, "another direction fits; say");
+  expect_one(two_solutions_rule(), WarningCode::two_solutions, "another direction fits; state");
 }
 
 TEST_F(Rule, NamesReadingsThatDoNotSettle) {
@@ -178,7 +178,7 @@ TEST_F(Rule, NamesAPoorDesign) {
 
 TEST_F(Rule, NamesASaturatedAxis) {
   tests_.saturated = {{.axis = 1, .value = 2.5, .runs = {4, 9}}};
-  expect_one(saturated_rule(), WarningCode::saturated, "axis y reads 2.5");
+  expect_one(saturated_rule(), WarningCode::saturated, "axis y stops at 2.5");
 }
 
 TEST_F(Rule, NamesAFaceUnlessTheReadingsWereSearched) {

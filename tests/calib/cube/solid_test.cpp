@@ -286,7 +286,7 @@ TEST(LevelByBlockSetup, RefusesABlockWithoutOpposites) {
   }
   EXPECT_THAT(
       test::complaint_of<RefusedError>([&] { static_cast<void>(calibrate(experiment, run)); }),
-      HasSubstr("level by block: some block has no opposite readings"));
+      HasSubstr("level by block: some block lacks opposite readings"));
 }
 
 // ---- assemblies ----

@@ -371,7 +371,7 @@ TEST(BiasFit, FindsHysteresisBetweenTheWays) {
   EXPECT_LT(found->sd(0), 0.2 * half);
   // A bias anywhere between the branches: half / sqrt(3).
   EXPECT_NEAR(std::sqrt(found->covariance(3, 3)), half / std::sqrt(3.0), 0.2 * half);
-  EXPECT_THAT(record.findings.notes, test::HasNote(HasSubstr("between the way up and the way")));
+  EXPECT_THAT(record.findings.notes, test::HasNote(HasSubstr("on the way up and on the way")));
 }
 
 TEST(BiasFit, FindsNoHysteresisInWhiteNoise) {

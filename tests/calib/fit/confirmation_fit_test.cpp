@@ -330,7 +330,7 @@ TEST(Confirmed, RefusesAFitThatPredictsNone) {
   }
   const KeptOutRun run(all, gone);
   EXPECT_THAT([&] { static_cast<void>(run.confirmed_by_known()); },
-              testing::ThrowsMessage<RefusedError>(testing::HasSubstr("take more of them")));
+              testing::ThrowsMessage<RefusedError>(testing::HasSubstr("take more readings")));
 }
 
 // Of good runs 5 % fail, and 5 % of the errors are outside their interval.

@@ -135,7 +135,7 @@ TEST(ThermalSweep, CountsHysteresisAndNamesIt) {
   EXPECT_GE(found.fit.statistics->interval_95(0), 0.05);
   EXPECT_LE(found.fit.statistics->interval_95(0), 0.12);
   EXPECT_THAT(found.findings.notes,
-              test::HasNote(testing::HasSubstr("hysteresis: the biases differ")));
+              test::HasNote(testing::HasSubstr("hysteresis: the biases on the way up")));
   const std::string text = calibration_json(found);
   EXPECT_EQ(calibration_json(parse_calibration(text, "again.json")), text);
 }

@@ -291,7 +291,7 @@ TEST(OneSidedAxes, NeedTheDarkBesideALightThatStaysOn) {
   AxisMask seen;
   EXPECT_THAT(
       test::complaint_of<SetupError>([&] { static_cast<void>(run.estimate(Method::known, seen)); }),
-      HasSubstr("no reading is with that light off (level 0)"));
+      HasSubstr("no reading has the switched light off (level 0)"));
 }
 
 // A lamp on the table's normal: an axis meets it from one direction only.

@@ -96,7 +96,7 @@ TEST(BlockSensitivities, AskForAMountWhereTheAxesPointOtherwise) {
                {.noise_sd = 1e-5, .world = world_of("remount_rad=1e-3"), .seed = 5});
   EXPECT_EQ(run.readings.back().mount, run.readings.front().mount);
   const Calibration found = calibrate(experiment, run);
-  EXPECT_THAT(notes_of(found), HasSubstr("mounted anew"));
+  EXPECT_THAT(notes_of(found), HasSubstr("mounted again"));
   EXPECT_GT(found.fit.statistics->interval_95(2), 10.0 * found.fit.statistics->interval_95(1));
 }
 

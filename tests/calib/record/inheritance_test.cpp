@@ -133,7 +133,7 @@ TEST(ParameterNames, FindEachNumberOfASensorOnce) {
                             "a.sensitivity.w", "abc.bias", "a.sun.x", "", "a.scale"}) {
     EXPECT_THAT(
         test::complaint_of<DomainError>([&] { static_cast<void>(parameter_value(sensor, wrong)); }),
-        testing::HasSubstr("is no parameter"))
+        testing::HasSubstr("is not a parameter"))
         << wrong;
   }
 }

@@ -332,8 +332,8 @@ TEST(TableOfKnownFields, HasASizeAlongAnAxis) {
   const TableOfReadings light = table_of("lux,y\n400,1\n", {.axes = {"y"}});
   EXPECT_EQ(*light.observations.readings[0].field_in_sensor, Eigen::Vector3d(0.0, 400.0, 0.0));
   EXPECT_EQ(light.field_unit, "lux");
-  EXPECT_THAT(complaint_of_table("rate,x,y,z\n1,1,2,3\n"), HasSubstr("along which axis"));
-  EXPECT_THAT(complaint_of_table("rate,axis,x,y,z\n1,w,1,2,3\n"), HasSubstr("'w' is no axis"));
+  EXPECT_THAT(complaint_of_table("rate,x,y,z\n1,1,2,3\n"), HasSubstr("but not its axis"));
+  EXPECT_THAT(complaint_of_table("rate,axis,x,y,z\n1,w,1,2,3\n"), HasSubstr("'w' is not an axis"));
 }
 
 TEST(TableOfAttitudes, IsInDegreesOrAsTheColumnSays) {

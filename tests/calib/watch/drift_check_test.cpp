@@ -450,7 +450,7 @@ TEST(CheckBiases, FindsNoChangeInRoundingAndNeedsACovariance) {
   fresh.fit.statistics.reset();
   EXPECT_THAT(
       test::complaint_of<DomainError>([&] { static_cast<void>(check_biases(old, fresh, {})); }),
-      HasSubstr("no covariance"));
+      HasSubstr("lacks the covariance"));
 }
 
 // ---- at rest ----

@@ -280,7 +280,7 @@ TEST_F(HistoryOfFolder, PassesOverOtherFilesAndSaysWhy) {
   for (const char* const missing : {"none", "notes.txt"}) {
     EXPECT_THAT(test::complaint_of<DataError>(
                     [&] { static_cast<void>(read_history(folder_.path(missing))); }),
-                HasSubstr("is no folder that can be read"));
+                HasSubstr("is not a folder that can be read"));
     EXPECT_THROW(static_cast<void>(read_records(folder_.path(missing))), DataError);
   }
 }

@@ -285,7 +285,7 @@ TEST(CheckOfLabelled, SaysWhyItIsRefused) {
   bare.fit.statistics.reset();
   EXPECT_THAT(
       test::complaint_of<DomainError>([&] { static_cast<void>(p_labelled(bare, readings)); }),
-      HasSubstr("states no covariance"));
+      HasSubstr("lacks the covariance"));
 }
 
 }  // namespace

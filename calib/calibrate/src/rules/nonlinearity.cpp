@@ -38,8 +38,7 @@ void find_nonlinearity(const JudgedRun& run, Warnings& found) {
   found.add(
       WarningCode::nonlinearity, {},
       by_magnitude(run)
-          ? formatted("{}, which the biases hold in part; fit squared terms beside them (squares)",
-                      text)
+          ? formatted("{}; the biases absorb a part of this. Fit squared terms too (squares)", text)
           : formatted("{}, and its bias holds a third of that; the instrument bends, or opposite "
                       "faces of the cube are not parallel: state the cube's face normals, or "
                       "keep in mind that calibrated readings are off by so much",

@@ -99,16 +99,16 @@ std::optional<CalibrationWarning> warning_of_outliers(const Calibration& calibra
   }
   const std::string more =
       outliers.size() > named
-          ? formatted(" ({} such readings in all, which the record's rows show)", outliers.size())
+          ? formatted(" (all {} such readings are marked in the record's rows)", outliers.size())
           : "";
   const char* const them = outliers.size() == 1 ? "it" : "them";
   return CalibrationWarning{
       .code = WarningCode::outlier,
       .runs = std::move(runs),
-      .message =
-          formatted("{} from what the other readings say{}; {} take {} again, or leave {} out",
-                    joined(worst, "; "), more, by_magnitude ? "if moved," : "check the pose and",
-                    them, them)};
+      .message = formatted("{} away from the value that the other readings predict{}; {} take {} "
+                           "again, or leave {} out",
+                           joined(worst, "; "), more,
+                           by_magnitude ? "if moved," : "check the pose and", them, them)};
 }
 
 void find_outliers(const JudgedRun& run, Warnings& found) {

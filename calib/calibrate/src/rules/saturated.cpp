@@ -12,9 +12,9 @@ void find_saturated(const JudgedRun& run, Warnings& found) {
   for (const SaturatedAxis& axis : run.tests.saturated) {
     found.add(
         WarningCode::saturated, axis.runs,
-        formatted("{}: axis {} reads {} and nothing beyond, short of what the other readings "
-                  "predict: it is saturated, or its response bends towards that end; state its "
-                  "range, or set the instrument to one that holds the field",
+        formatted("{}: axis {} stops at {}, short of the value that the other readings predict: it "
+                  "is saturated, or its response bends towards that end; state its range, or set "
+                  "the instrument to a range that holds the field",
                   name_of_runs(axis.runs), axis_name(run, axis.axis), number_text(axis.value, 8)));
   }
 }

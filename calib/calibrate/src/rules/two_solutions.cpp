@@ -8,12 +8,10 @@ namespace {
 
 void find_two_solutions(const JudgedRun& run, Warnings& found) {
   if (!run.estimate.direction.ambiguity.empty()) {
-    found.add(
-        WarningCode::two_solutions, {},
-        run.estimate.direction.ambiguity +
-            "; say roughly where it points (its vector in the table, or the fence's azimuth), or "
-            "name "
-            "the axes by what they sense (x, y, z)");
+    found.add(WarningCode::two_solutions, {},
+              run.estimate.direction.ambiguity +
+                  "; state roughly where it points (its vector in the table, or the fence's "
+                  "azimuth), or name the axes by their directions (x, y, z)");
   }
 }
 

@@ -18,11 +18,10 @@ void find_unseen_axes(const JudgedRun& run, Warnings& found) {
     }
   }
   if (!names.empty()) {
-    found.add(
-        WarningCode::coverage, {},
-        formatted("the fields of the readings have no part along {} {}, so its sensitivity is not "
-                  "determined; add readings that are turned about another axis",
-                  names.size() == 1 ? "axis" : "the axes", joined(names)));
+    found.add(WarningCode::coverage, {},
+              formatted("the fields of the readings lack a part along {} {}, so its sensitivity is "
+                        "not determined; add readings turned about another axis",
+                        names.size() == 1 ? "axis" : "the axes", joined(names)));
   }
 }
 

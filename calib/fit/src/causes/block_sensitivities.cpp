@@ -307,9 +307,9 @@ bool add_block_sensitivities(const Fit& run, bool mounts_known, Estimate& estima
   if (m == 3 && !mounts_known && p_of_turns(fits, mean, s2) < beyond_chance) {
     estimate.notes.push_back(
         {NoteCode::seats,
-         "the axes point otherwise in each block, as when the instrument is mounted anew in the "
-         "cube: was it? the cross-axis terms' intervals count it; a column 'mount' that numbers "
-         "the mounts makes them shorter"});
+         "the axes point in other directions in each block, as if the instrument was mounted again "
+         "each time. The intervals of the cross-axis terms include this; a column 'mount' that "
+         "numbers the mounts makes them shorter"});
   }
   if (fits.S.size() == 2) {
     estimate.notes.push_back(

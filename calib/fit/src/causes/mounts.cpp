@@ -67,11 +67,10 @@ bool add_mount_scatter(const std::map<int, Eigen::Matrix3d>& turns,
   }
   if (more > 0.0) {
     estimate.notes.push_back(
-        {NoteCode::seats,
-         formatted(
-             "the instrument sits anew in the cube in each of {} mounts, by {} rad about each "
-             "axis (standard deviation); cross-axis terms and their uncertainty count it",
-             turns.size(), number_text(component.sd(0), 2))});
+        {NoteCode::seats, formatted("the instrument was mounted again for each of {} mounts and "
+                                    "turned by {} rad about each axis (standard deviation); the "
+                                    "cross-axis terms and their uncertainty include this",
+                                    turns.size(), number_text(component.sd(0), 2))});
     add_component(std::move(component), statistics);
   }
   return true;

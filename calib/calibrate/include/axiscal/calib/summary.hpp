@@ -25,7 +25,7 @@ enum class SummaryEnd {
                                                  SummaryDetail detail = SummaryDetail::brief,
                                                  SummaryEnd end = SummaryEnd::findings);
 
-/// @return the verdict as a sentence: "Calibrated. Nothing in the readings speaks against it."
+/// @return the verdict as a sentence: "Calibrated. No problems found."
 [[nodiscard]] AXISCAL_EXPORT std::string words_of_verdict(const Calibration& calibration);
 
 /// FieldSizeCheck in a sentence: "the reading of g agrees over 24 orientations to 12 ppm; ...";
