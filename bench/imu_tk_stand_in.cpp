@@ -8,9 +8,9 @@
 // E. Menegatti, "A Robust and Easy to Implement Method for IMU Calibration without External
 // Equipments", ICRA 2014, 3042-3049.
 //
-// What imu_tk could do faster and does not is kept, for it is part of the peer: the variance is
-// computed anew for each threshold, each gyroscope residual owns a copy of the whole record, and
-// Jets go through 4x4 matrices at every step of the integration.
+// Possible improvements of imu_tk are left out, because they are part of the peer: it computes the
+// variance again for each threshold, copies the whole record for each gyroscope residual, and sends
+// Jets through 4x4 matrices at every step of the integration.
 #include <algorithm>
 #include <array>
 #include <ceres/ceres.h>
@@ -320,7 +320,7 @@ Result calibrate(const Record& record) {
   return best;
 }
 
-/// Prints the results beside imu_tk's own, which are known to half their last digit.
+/// Prints the results next to the published results of imu_tk, which have half of the digits.
 bool agrees_with_imu_tk(const Result& result) {
   bool equal = true;
   const auto compare = [&equal](const char* name, double value, double imu_tk, double last_digit) {

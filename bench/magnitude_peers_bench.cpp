@@ -96,8 +96,8 @@ Ellipsoid by_ceres(ceres::CostFunction* deviations) {
 void compare(const Ellipsoid& found) {
   const axiscal::MagnitudeFit fit =
       axiscal::fit_magnitude(magnitude_readings(), 1.0, axiscal::MagnitudeShape::triangular);
-  // Ours weighs a reading by what noise does to its |f|: the sums differ by less than that
-  // weighing.
+  // Our fit weighs a reading by the noise of its |f|. The sums differ by less than this weighing
+  // changes.
   const double rss = fit.residual_sd * fit.residual_sd * fit.degrees_of_freedom;
   if (std::abs(found.rss / rss - 1.0) > 1e-3 ||
       std::abs(found.parameters[0] - fit.response.bias(0)) > 1e-4) {

@@ -31,7 +31,7 @@ void reduce(benchmark::State& state, const char* kind) {
 BENCHMARK_CAPTURE(reduce, components, "generic");
 BENCHMARK_CAPTURE(reduce, components_and_angles, "accelerometer");
 
-// The same by hand, as a floor.
+// A loop by hand as the lower limit.
 void plain_components(benchmark::State& state) {
   const axiscal::Calibration calibration = calibration_of("generic");
   const Eigen::Matrix3d S = calibration.sensor.response.sensitivity;

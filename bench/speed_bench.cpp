@@ -208,7 +208,7 @@ void fit_eigen_qr_12x4x3(benchmark::State& state) {
 }
 BENCHMARK(fit_eigen_qr_12x4x3);
 
-// As many calibrations at once: the time is that of all of them.
+// Several calibrations at once: the time is for all of them together.
 void fit_same_design_256_units(benchmark::State& state) {
   const Eigen::Matrix<double, 12, 4> X = design_of_12();
   const axiscal::RepeatedDesign design = axiscal::repeated_design(X);
@@ -300,7 +300,7 @@ void sliding_variance_101(benchmark::State& state) {
 }
 BENCHMARK(sliding_variance_101)->Unit(benchmark::kMillisecond);
 
-// What running sums make of it in plain code.
+// Running sums in plain code.
 void sliding_variance_101_running_sums(benchmark::State& state) {
   std::vector<double> joined(samples() - 100);
   for (auto _ : state) {

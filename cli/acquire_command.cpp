@@ -220,7 +220,7 @@ SessionSetup session_setup(const AcquireCommand& command,
   return setup;
 }
 
-// What is turned in the hand, and what of it is a reading.
+// The instrument in the hand, and the selection of its readings.
 FreeSetup free_setup(const AcquireCommand& command, const SessionSetup& of) {
   FreeSetup setup{.experiment = of.experiment, .stillness = of.stillness};
   const std::string& kind = of.experiment.instrument.kind;
@@ -370,8 +370,8 @@ void require_trust(const std::vector<std::string>& sources, const std::string& j
       typed_again({journal}), typed_connections(sources)));
 }
 
-// The command that a journal was begun with; what is said anew wins. Files are written beside the
-// journal, or where this call says.
+// The command that started a journal; options of this call take precedence. Files are written next
+// to the journal, or to the stated places.
 AcquireCommand resumed_command(const AcquireCommand& now, const SessionHeader& header) {
   AcquireCommand command = parse_acquire_command(header.arguments, *now.resume);
   command.resume = now.resume;
@@ -444,7 +444,7 @@ std::unique_ptr<SessionFace> web_face_of(const WebOptions& options) {
   }
 }
 
-// On a terminal the whole of it, else lines; the page beside them.
+// On a terminal the full screen, otherwise lines; the page can be added.
 std::vector<std::unique_ptr<SessionFace>> make_faces(const AcquireCommand& command,
                                                      const SessionSetup& setup) {
   std::vector<std::unique_ptr<SessionFace>> faces;
@@ -467,7 +467,7 @@ std::vector<std::unique_ptr<SessionFace>> make_faces(const AcquireCommand& comma
   return faces;
 }
 
-// What a session has left: its calibrations, and the files for those who look at a page.
+// The results of a session: its calibrations, and the files that a page offers.
 struct Written {
   std::vector<Calibration> calibrations;
   std::vector<SessionFile> files;
@@ -477,7 +477,7 @@ std::string name_of_file(const std::string& path) {
   return std::filesystem::path(path).filename().string();
 }
 
-// What a page offers of one instrument beside its record and report.
+// The further files of one instrument that a page offers, besides record and report.
 void add_offers(const Calibration& calibration,
                 const std::string& record,
                 const std::string& of,
@@ -489,7 +489,7 @@ void add_offers(const Calibration& calibration,
                      .type = "application/pdf",
                      .body = certificate_pdf(calibration, {})});
   } catch (const Error&) {
-    // Refused, or a build without cairo: there is no certificate.
+    // For a refused record, or a build without cairo, there is not a certificate.
   }
   try {
     files.push_back({.name = stem + ".h",
@@ -589,7 +589,7 @@ void print_result(const AcquireCommand& command,
   }
 }
 
-// What would be refused at the end of a session is refused before it.
+// Errors that would stop the end of a session are reported before it.
 void check_outputs(const Outputs& outputs, const std::vector<SlotColumns>& slots) {
   std::vector<std::filesystem::path> files = {std::filesystem::weakly_canonical(outputs.journal)};
   std::vector<std::string> all = {outputs.observations};
@@ -604,7 +604,7 @@ void check_outputs(const Outputs& outputs, const std::vector<SlotColumns>& slots
     std::error_code none;
     if (output == "-" || (std::filesystem::exists(output, none) &&
                           !std::filesystem::is_regular_file(output, none))) {
-      continue;  // a device or a pipe takes all of them
+      continue;  // a device or a pipe accepts all rows
     }
     forbid_replacing_input(output);
     std::filesystem::path file = std::filesystem::weakly_canonical(output);
@@ -632,7 +632,7 @@ class Guided {
       try {
         again = run_one(number);
       } catch (...) {
-        failure = std::current_exception();  // what came before is told first
+        failure = std::current_exception();  // earlier events are shown first
         again = false;
       }
     }
@@ -654,7 +654,7 @@ class Guided {
   }
 
  private:
-  // @return whether it is wanted once more.
+  // @return true if another session is wanted.
   bool run_one(int number) {
     std::vector<std::string> lines;
     std::optional<Journal> journal;
@@ -731,13 +731,13 @@ class Guided {
                               const Outputs& outputs) {
     for (const std::string* path : {&outputs.observations, &outputs.record, &outputs.report}) {
       if (*path == "-") {
-        return;  // what is written there stays
+        return;  // the written part stays
       }
     }
     try {
       static_cast<void>(write_files(setup, session, outputs));
     } catch (const Error&) {
-      // The end of the session says it.
+      // The end of the session reports it.
     }
     for (const std::string* path : {&outputs.observations, &outputs.record, &outputs.report}) {
       allow_rewriting(*path);
@@ -761,7 +761,7 @@ class Guided {
   AcquireCommand command_;
   Faces faces_;
   std::vector<std::pair<std::vector<Calibration>, Outputs>> results_;
-  std::string stopped_;  // why the last session has no result
+  std::string stopped_;  // the reason if the last session lacks a result
 };
 
 }  // namespace

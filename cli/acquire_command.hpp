@@ -9,7 +9,7 @@
 
 namespace axiscal::cli {
 
-/// Opens what --connect names. @throws UsageError  if nothing is named, or not so.
+/// Opens the sources of --connect. @throws UsageError  if the option is missing or invalid.
 [[nodiscard]] std::vector<std::unique_ptr<Source>> open_sources(const AcquireCommand& command);
 
 /// `acquire --check`: an installed instrument's health, live, until there are readings enough for a

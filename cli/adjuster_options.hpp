@@ -9,7 +9,7 @@
 namespace axiscal::cli {
 
 /// --adjusters and --thread-pitch, over those of a positioner's table.
-/// @throws UsageError  where there are no adjusters, or they cannot level a table.
+/// @throws UsageError  if adjusters are missing, or cannot level a table.
 void set_adjusters(const std::optional<std::string>& adjusters,
                    const std::optional<std::string>& thread_pitch,
                    Surface& surface);

@@ -24,7 +24,7 @@ namespace {
 struct ApplyCommand {
   std::string record;
   std::string readings;
-  std::vector<std::string> more;  // what follows: records, and the log at the end
+  std::vector<std::string> more;  // the next arguments: records, and the log at the end
   std::string output = "-";
   std::optional<std::string> field_magnitude, field_unit, yaw_above, pitch;
   std::optional<std::string> attitude, declination, latitude, longitude, height, gravity_model;
@@ -98,7 +98,7 @@ void add_options(OptionSet& options, ApplyCommand& command) {
                    "use a refused record, or a magnitude that the field cannot have");
 }
 
-// In what unit the results are, and what the field is where the readings were taken.
+// The unit of the results, and the field at the place of the readings.
 FieldConversion conversion_of(const ApplyCommand& command, const Calibration& calibration) {
   FieldThere there;
   if (command.field_magnitude) {
@@ -361,7 +361,7 @@ int run(const ApplyCommand& command) {
         "--temperature-column: of rows as they come it names one column; sensors of single axes "
         "are read from AXIS_temperature");
   }
-  if (command.follow) {  // rows as they come: nothing is looked at ahead of them
+  if (command.follow) {  // rows are processed one by one, without reading ahead
     followed.emplace(command.readings);
     table.csv = std::make_unique<CsvReader>(
         [&](char* buffer, std::size_t size) { return followed->read(buffer, size); },
@@ -428,8 +428,8 @@ int run(const ApplyCommand& command) {
   } else if (command.alarm) {
     throw UsageError("--alarm: goes with --joint");
   }
-  // Output that goes on for ever is written to directly: it would never be put into its place. That
-  // empties the file: nothing on the command line may be wrong any more.
+  // Endless output is written directly, because it would never be moved to its place. That empties
+  // the file, so the command line must be checked before.
   OutputFile output(command.output,
                     command.follow ? OutputFile::Mode::direct : OutputFile::Mode::replace_whole);
   const std::vector<ReadingColumn> columns = columns_in(csv, calibration);

@@ -129,7 +129,7 @@ std::string output_for(const std::string& pattern,
   return path;
 }
 
-// What would be refused when it is written is refused before the work.
+// Checks the output before the work, so that a later refusal does not waste it.
 void check_output(const std::string& output, const Experiment& experiment, const Run& run) {
   if (run.slots.size() > 1 && output != "-" && output.find(slot_place) == std::string::npos) {
     throw UsageError(
@@ -159,7 +159,7 @@ std::string records_text(const std::vector<Calibration>& calibrations) {
   return text + "]\n";
 }
 
-// Takes over the frame of the instrument that was recorded with it.
+// Takes over the frame of the instrument that was recorded at the same time.
 void align(const std::string& record,
            const Calibration& companion,
            const Observations& own,
@@ -177,7 +177,7 @@ void align(const std::string& record,
   }
 }
 
-// The verdict of a unit in a line: what a factory's log wants.
+// The verdict of a unit in one line, for a factory's log.
 std::string verdict_line(const Calibration& calibration) {
   const Verdict& verdict = *calibration.findings.verdict;
   const std::string& serial = calibration.sensor.instrument.serial;
@@ -198,7 +198,7 @@ void apply_limits(const std::optional<Limits>& limits, std::vector<Calibration>&
   }
 }
 
-// What became of the records of a run, or of one unit.
+// The outcome for the records of a run, or of one unit.
 struct Outcome {
   bool refused = false;
   bool stored_refused = false;
@@ -211,7 +211,7 @@ bool is_refused(const Calibration& calibration) {
   return calibration.findings.status == CalibrationStatus::refused;
 }
 
-// What is refused is stored by force alone.
+// Refused records are stored only with --force.
 bool may_be_stored(const CalibrateCommand& command, bool refused) {
   return !refused || command.force;
 }
@@ -243,7 +243,7 @@ Outcome store(const CalibrateCommand& command, const std::vector<Calibration>& c
   return outcome;
 }
 
-// What earlier records say of the run's unit; nothing without --history.
+// The earlier records of the run's unit; empty without --history.
 std::optional<ProcessScatter> process_of(const CalibrateCommand& command,
                                          const std::vector<Calibration>& earlier,
                                          const Experiment& experiment,
@@ -263,7 +263,7 @@ Suggestions suggestions_of(const CalibrateCommand& command) {
   return command.accept_suggestion ? Suggestions::accept : Suggestions::name;
 }
 
-// What is told of one unit of a batch.
+// The report about one unit of a batch.
 struct Unit {
   std::string serial;
   std::string result;  // "pass", "fail", "ok", "warning", "refused", "error"
@@ -402,7 +402,7 @@ std::string table_of(const std::vector<Unit>& units, const std::vector<std::stri
   return text;
 }
 
-// Whether each unit of a batch has a file of its own.
+// True if each unit of a batch has its own file.
 bool has_place_of_unit(const CalibrateCommand& command) {
   return command.output &&
          (command.output->find(serial_place) != std::string::npos ||
@@ -546,8 +546,7 @@ int deliver_records(const CalibrateCommand& command,
 
 namespace {
 
-// What is known of the readings of a table: the columns of the axes, and of which instrument in
-// which unit.
+// The readings of a table: the columns of the axes, their instrument and unit.
 struct AxesOfTable {
   std::string axes;  // "ax,ay,az"; empty: x, y, z
   std::optional<LogSensor> sensor;
@@ -570,7 +569,8 @@ AxesOfTable axes_of_table(const TableText& text, const ExperimentOptions& option
     found.words = found.sensor->words;
     return found;
   }
-  // Beside labels every other column of numbers is an axis; without, three of no name are.
+  // Every other column of numbers is an axis if the table has labels; without labels, three unnamed
+  // columns are.
   std::vector<std::string> header;
   for (const NamedColumn& one : text.columns()) {
     header.push_back(one.name);
@@ -622,7 +622,7 @@ void take_field_of_table(const TableText& text, ExperimentOptions& options) {
   }
 }
 
-// A recording of an instrument that was turned by hand has no labels: only its magnitude tells.
+// A recording of an instrument turned by hand lacks labels: only the magnitude can be used.
 bool by_magnitude(const ExperimentOptions& options) {
   return options.method == "magnitude";
 }
@@ -632,7 +632,7 @@ std::vector<SeriesKind> recording_for(const ExperimentOptions& options) {
                                : std::vector<SeriesKind>();
 }
 
-// What the options leave open, and the first table's columns say.
+// Fills settings that the options leave open from the columns of the first table.
 ExperimentOptions with_columns_of_table(ExperimentOptions options, const TableOptions& table) {
   const std::string path = options.files.front();
   if (is_experiment_file(path) || !can_be_read_again(path) || states_slots(options)) {

@@ -67,7 +67,7 @@ Json json_of(const std::vector<ParameterChange>& changes, bool with_e_n) {
   return list;
 }
 
-// Readings against themselves agree, whatever became of the instrument.
+// Readings always agree with themselves, so they cannot show a change.
 std::string own_text(bool own) {
   return own ? "These are the readings that the record was made from: that they agree proves "
                "nothing. Take fresh ones.\n"
@@ -239,7 +239,7 @@ std::optional<double> mean_temperature(const Observations& observations) {
   return sum / static_cast<double>(observations.readings.size());
 }
 
-// How the record's instrument sits: as it was calibrated, where nothing else is stated.
+// The mount of the record's instrument: as calibrated, unless stated otherwise.
 Positioner positioner_of(const Positioner& positioner, const Calibration& old) {
   if (!old.sensor.rotation_sensor_from_assembly || !positioner.mounts().empty()) {
     return positioner;
@@ -249,7 +249,7 @@ Positioner positioner_of(const Positioner& positioner, const Calibration& old) {
         .rotation_sensor_from_positioner = *old.sensor.rotation_sensor_from_assembly}});
 }
 
-// Readings for what a record is of, at its reference temperature.
+// Readings for the record's instrument, at its reference temperature.
 FreshReadings read_fresh(const CheckCommand& command, const Calibration& old) {
   ExperimentOptions options = command.experiment;
   options.files = {*command.other};
@@ -276,7 +276,8 @@ FreshReadings read_fresh(const CheckCommand& command, const Calibration& old) {
   fresh.temperature = mean_temperature(fresh.run.observations);
   fresh.run.observations = at_reference_temperature(std::move(fresh.run.observations), old);
   if (!method_kind(old.fit.method).fits_sensitivity) {
-    // What was taken to the reference needs no terms, and method bias asks for temperatures.
+    // Readings converted to the reference do not need temperature terms, and method bias asks for
+    // temperatures.
     for (Reading& reading : fresh.run.observations.readings) {
       reading.temperature = old.sensor.temperature ? old.sensor.temperature->reference() : 0.0;
     }
@@ -296,7 +297,7 @@ Calibration calibration_of(const CheckCommand& command,
                                   readings.run.slots),
                     old);
   std::vector<Calibration> calibrations = calibrate_run(readings.experiment, readings.run);
-  for (Calibration& calibration : calibrations) {  // what check says of such biases itself
+  for (Calibration& calibration : calibrations) {  // check has its own words for such biases
     std::erase_if(calibration.findings.warnings, [](const CalibrationWarning& warning) {
       return warning.code == WarningCode::field_in_bias;
     });
@@ -311,7 +312,7 @@ Calibration calibration_of(const CheckCommand& command,
   }
   print_remarks({fresh});
   if (old.sensor.temperature && method_kind(old.fit.method).fits_sensitivity) {
-    fresh.sensor.temperature = old.sensor.temperature;  // it is compared at the reference of both
+    fresh.sensor.temperature = old.sensor.temperature;  // the comparison is at the common reference
   }
   return fresh;
 }
@@ -321,7 +322,7 @@ bool is_body_rotation(const std::string& path) {
          read_whole_file(path).find("\"axiscal-rotation\"") != std::string::npos;
 }
 
-// Whether a sensor has moved in its model since the rotation was found.
+// True if a sensor has moved in its model since its rotation was calibrated.
 int compare_bodies(const CheckCommand& command, double alpha) {
   const BodyChange change =
       compare_rotations(read_body_rotation(command.record), read_body_rotation(*command.other));
@@ -349,7 +350,7 @@ void print_notes(const DriftCheck& check) {
   }
 }
 
-// Whether labelled readings can be held one by one against what a record predicts of them.
+// True if each labelled reading can be compared with the record's prediction.
 bool can_be_predicted(const Run& run, const Calibration& old) {
   return run.slots.empty() && run.observations.readings.front().point &&
          run.observations.has_fence && old.sensor.field.parts.empty() &&

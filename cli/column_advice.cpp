@@ -14,7 +14,7 @@
 namespace axiscal::cli {
 namespace {
 
-// The names that come of another letter for the one at a place, where the table has all three.
+// The names for the other axes, made by exchanging a letter, if the table has all three.
 std::string three_columns(const std::vector<std::string>& columns,
                           const std::string& first,
                           std::size_t place) {

@@ -8,11 +8,11 @@
 
 namespace axiscal::cli {
 
-/// @param error   what is missing, and what there is.
+/// @param error   the missing column, and the existing ones.
 /// @param option  that states columns: "--axes".
 /// @param word    what the columns of the instrument have in their names: "acc"; may be empty.
-/// @return a message with the line that it is about, and a mark under the cell: `PATH:LINE: column
-///         'x': ...`, where that file can be looked at.
+/// @return a message with the line in question, and a mark under the cell: `PATH:LINE: column 'x':
+///         ...`, if the file can be read.
 [[nodiscard]] std::string with_marked_cell(const std::string& message);
 
 /// @return "; try --axes acc_x,acc_y,acc_z", where the table has three columns that differ in their

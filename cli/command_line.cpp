@@ -34,7 +34,7 @@ CLI::Option* find_option(CLI::App& app, const std::string& argument) {
 
 constexpr std::string_view instrument_option = "--instrument";
 
-// The file of a kind of instrument, where that is what the option at a place states.
+// The file of a kind of instrument, if the option at this place names one.
 std::optional<std::string> instrument_file(const std::vector<std::string>& arguments,
                                            std::size_t at) {
   const std::string& argument = arguments[at];
@@ -87,7 +87,7 @@ std::vector<std::string> with_joined_values(CLI::App& app,
     if (argument.starts_with("--") && argument.size() > 2) {
       const CLI::Option* option = find_option(app, argument);
       if (const std::optional<std::string> file = instrument_file(arguments, i)) {
-        // Every command takes it, as records of a kind can be read only where it is known.
+        // Every command takes this option, because a record can be read only if its kind is known.
         const std::string_view kind = add_instrument_kind_file(*file).name;
         i += argument == instrument_option ? 1U : 0U;
         if (option != nullptr) {
@@ -183,7 +183,7 @@ ProgramDefinition definition_of(const CLI::App& app) {
   return program;
 }
 
-// Help, or the version: text for standard output and nothing more to do.
+// Prints help or the version, and ends.
 Action show(std::string text) {
   return [text = std::move(text)] {
     write_whole_file("-", text);
@@ -201,7 +201,7 @@ Action generate(const CLI::App& app, const std::vector<std::string>& arguments) 
   return show(text);
 }
 
-// Whether a word may ask for help, which names all options: `--help`, `--help-all`, `-h`.
+// True if a word may be a request for help: `--help`, `--help-all`, `-h`.
 bool asks_for_help(std::string_view word) {
   return word.starts_with("--help") || (word.starts_with('-') && !word.starts_with("--") &&
                                         word.find('h') != std::string_view::npos);

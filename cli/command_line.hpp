@@ -9,7 +9,7 @@
 
 namespace axiscal::cli {
 
-/// @return what the arguments ask for, to be run: one of the subcommands, help or the version.
+/// @return the action of the arguments: a subcommand, help or the version.
 /// @throws UsageError  for an unknown subcommand, option or value, or one that is missing.
 [[nodiscard]] Action parse_command_line(const std::vector<std::string>& arguments,
                                         std::span<const Subcommand> subcommands);

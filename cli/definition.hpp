@@ -23,7 +23,7 @@ struct SubcommandDefinition {
   std::vector<OptionDefinition> options;
 };
 
-/// The command as it defines itself: what the manual page and the completions are made from.
+/// The definition of the command, from which the manual page and the completions are generated.
 struct ProgramDefinition {
   std::string name;
   std::string version;
@@ -31,7 +31,7 @@ struct ProgramDefinition {
   std::vector<SubcommandDefinition> subcommands;
 };
 
-/// What `axiscal --generate` knows: "man", "bash", "zsh", "fish", "markdown".
+/// The kinds of `axiscal --generate`: "man", "bash", "zsh", "fish", "markdown".
 /// @return the manual page, a completion, or the documentation's page of options; empty for another
 /// kind.
 [[nodiscard]] std::string generated(const ProgramDefinition& program, std::string_view kind);

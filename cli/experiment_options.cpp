@@ -102,7 +102,7 @@ FieldSetup part_of(std::string_view text) {
   return part;
 }
 
-// What is stated of the parts otherwise stays.
+// Other stated properties of the parts stay.
 void take_kind(FieldSetup part, FieldSetup& field) {
   field.of = std::move(part.of);
   field.name = std::move(part.name);
@@ -186,7 +186,7 @@ void set_magnitude(const std::string& value, FieldSetup& part) {
   }
 }
 
-// X,Y,Z, or the file of what it was over time.
+// X,Y,Z, or a file with its course over time.
 void set_in_table(const std::string& value, FieldSetup& part) {
   if (value.ends_with(".csv") && part.of) {
     part.of = std::make_shared<const RecordedField>(read_recorded_field(value, part.of));
@@ -501,7 +501,7 @@ bool is_experiment_file(const std::string& path) {
 
 namespace {
 
-// What is typed for one slot, L=A,M=B; else the whole text, which then is every slot's.
+// The text for one slot in L=A,M=B; otherwise the whole text, which applies to every slot.
 std::optional<std::string> of_slot(const char* option,
                                    const std::optional<std::string>& text,
                                    const std::vector<std::string>& slots,

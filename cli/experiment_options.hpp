@@ -44,22 +44,22 @@ void add_experiment_options(OptionSet& options, ExperimentOptions& experiment);
 [[nodiscard]] Experiment make_experiment(const ExperimentOptions& options,
                                          const Experiment& base = {});
 
-/// The same with the files that it names.
+/// As above, with the files that it names.
 [[nodiscard]] ExperimentFile make_experiment_file(const ExperimentOptions& options,
                                                   const Experiment& base = {});
 
 /// Takes over the unit of the readings that a file states, where the options state none; gravity is
 /// then in m/s^2 too, the standard one where neither site nor magnitude is stated.
-/// @return what was taken for granted, in words; empty for nothing.
+/// @return the assumptions, in words; may be empty.
 std::string take_unit_of_file(const std::string& unit, ExperimentOptions& options);
 
-/// @return whether the options state an instrument for each of several slots, SLOT=KIND,..
+/// @return true if the options give an instrument for each of several slots, SLOT=KIND,..
 [[nodiscard]] bool states_slots(const ExperimentOptions& options);
 
-/// @return whether a file is an experiment's: JSON that says so, or that cannot be read.
+/// @return true if a file is an experiment: JSON with this format, or unreadable JSON.
 [[nodiscard]] bool is_experiment_file(const std::string& path);
 
-/// The experiment that made a record, as far as the record says it; its positioner is the nominal
+/// The experiment that made a record, reconstructed from the record; its positioner is the nominal
 /// cube.
 [[nodiscard]] Experiment experiment_of(const Calibration& record);
 

@@ -14,10 +14,10 @@
 namespace axiscal::cli {
 namespace {
 
-// What most calls of a subcommand need to know of it.
+// The options that most calls of a subcommand need.
 struct Essentials {
   std::string_view subcommand;
-  std::string_view options;  // without their dashes; empty: all of them
+  std::string_view options;  // without dashes; empty: all options
   std::array<std::string_view, 3> examples;
 };
 

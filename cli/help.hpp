@@ -12,8 +12,8 @@ namespace axiscal::cli {
 /// @return three ways to call a subcommand, one a line; empty for a name that is none.
 [[nodiscard]] std::string examples_of(const std::string& subcommand);
 
-/// @return the help of a subcommand: the options that matter to most, its examples, and how many
-///         more options there are; or all of them.
+/// @return the help of a subcommand: the common options, its examples, and the number of further
+///         options; or all options.
 [[nodiscard]] std::string help_of(CLI::App& subcommand, bool all);
 
 }  // namespace axiscal::cli

@@ -75,7 +75,7 @@ ImuOptions options_of(const CalibrateCommand& command) {
   return options;
 }
 
-// Whether the record of a slot is wanted.
+// True if the record of a slot is requested.
 bool is_wanted(const CalibrateCommand& command, const std::string& slot) {
   if (!command.only) {
     return true;
@@ -99,8 +99,8 @@ const LogSensor* sensor_of(const LogInput& input, const Calibration& record) {
                                                                 : SeriesKind::magnetometer);
 }
 
-// The instrument of which the log lacks a column: the option that names its columns, and what such
-// columns have in their names.
+// The instrument whose columns are missing in the log: the option that names them, and the usual
+// parts of such names.
 struct LackingInstrument {
   std::string_view option = "--accelerometer";
   std::string_view word = "acc";
@@ -123,7 +123,7 @@ namespace {
 
 constexpr std::string_view place_of_instance = "{instance}";
 
-// What a gyroscope's unit makes of a number [rad/s]; nothing where the unit is not known.
+// The factor from a gyroscope's unit to rad/s; nullopt if the unit is unknown.
 std::optional<double> rate_per_unit(const std::string& unit) {
   const std::optional<KnownUnit> known = known_unit(unit, SeriesKind::gyroscope);
   return known && known->kind == SeriesKind::gyroscope ? std::optional(known->si) : std::nullopt;
@@ -133,7 +133,7 @@ std::vector<std::string> columns_of(const LogSensor& sensor) {
   return {sensor.columns.begin(), sensor.columns.end()};
 }
 
-// What the options leave open is taken from what the log says of its sensors.
+// Fills settings that the options leave open from the log's sensors.
 void take_sensors(const CalibrateCommand& command, const LogInput& input, ImuOptions& options) {
   const RestOptions& rests = command.rests;
   const auto take = [&](SeriesKind kind, const std::optional<std::string>& option,
@@ -202,7 +202,7 @@ std::vector<Region> regions_of(const CalibrateCommand& command, const LogInput& 
   return {};
 }
 
-// When the last sample was taken, ISO 8601; empty if the times of the log are no dates.
+// The time of the last sample, ISO 8601; empty if the times of the log are not dates.
 std::string end_of_log(const LogInput& input) {
   const std::optional<std::size_t> column = find_column(input.log.columns, input.time);
   if (!column || input.log.samples[*column].empty()) {
@@ -224,7 +224,7 @@ std::string unit_of_columns(const RecordedLog& log, const std::vector<std::strin
   return columns.size() == 3 ? unit_of_gravity(*columns[0], *columns[1], *columns[2]) : "";
 }
 
-// The records of an instance, and what failed of it.
+// The records of an instance, and its failures.
 struct InstanceRecords {
   std::vector<Calibration> records;
   std::vector<FailedSensor> failed;
@@ -262,7 +262,7 @@ void fit_rests_to_files(const LogInput& input, SegmentOptions& options) {
   }
 }
 
-// The records of one instance: of each kind the sensor of that number, where there is one.
+// The records of one instance: the sensor of that number of each kind, if it exists.
 InstanceRecords calibrate_instance(const CalibrateCommand& command,
                                    const LogInput& input,
                                    int instance,
@@ -364,7 +364,8 @@ int run_imu(const CalibrateCommand& command) {
   if (paths.size() > 1 && command.rests.regions) {
     throw UsageError("--regions: goes with one log");
   }
-  static_cast<void>(options_of(command));  // what is typed wrongly is said before the log is read
+  static_cast<void>(
+      options_of(command));  // errors of the command line are reported before the log is read
   LogFormat format = format_of(command.rests.log, columns_named_by(command.rests));
   std::vector<InputFileDigest> digests;
   for (const std::string& path : paths) {

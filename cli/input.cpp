@@ -99,7 +99,7 @@ ObservationsFile read_observations_file(const std::string& path,
     result.run.inputs = {{.path = path, .sha256 = digest.get()}};
     return result;
   }
-  // What is read once only: its digest is made on the way.
+  // A source that can be read only once: its digest is computed during the read.
   InputFile file(path);
   SHA2_CTX digest;
   SHA256Init(&digest);

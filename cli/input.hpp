@@ -13,10 +13,10 @@ namespace axiscal::cli {
 /// A table of observations with the SHA-256 of its file.
 struct ObservationsFile {
   Run run;
-  Observations beside;  ///< what the columns hold that were asked for beside them; else empty
+  Observations beside;  ///< values of further requested columns; otherwise empty
 };
 
-/// How a table of observations is read.
+/// The options for reading a table of observations.
 struct TableReading {
   TableOptions options;
   /// Kind of the instrument: other columns may stand in for its axes, as open_table(); empty:

@@ -66,7 +66,7 @@ bool is_calibration_record(const std::string& path) {
          parse_json(read_whole_file(path), path).text_or("format") == "axiscal-calibration";
 }
 
-// A record is read as it is: what would change it has no effect, so it is refused.
+// A record is read unchanged. Options that would change it are refused.
 void forbid_options_of_calibrate(const ExperimentOptions& options) {
   for (const auto* option : {&options.instrument,
                              &options.serial,
@@ -124,7 +124,7 @@ Measured measure(const LevelCommand& command, Surface& surface) {
       with_assembly(experiment.positioner, command.experiment.assembly, run.slots);
   const std::vector<Calibration> calibrations = calibrate_run(experiment, run);
   print_remarks(calibrations);
-  // What any slot warns of counts for the one table that all stand on.
+  // A warning of any slot applies to the table that all slots share.
   Measured measured{files.front(), false, calibrations.front()};
   for (std::size_t s = 1; s < calibrations.size(); ++s) {
     std::vector<CalibrationWarning>& warnings = measured.calibration.findings.warnings;
@@ -134,7 +134,7 @@ Measured measure(const LevelCommand& command, Surface& surface) {
   return measured;
 }
 
-// A slope that the readings themselves contradict is no ground for turning screws.
+// If the readings contradict the slope, screws must not be turned.
 void require_trust(const Measured& measured) {
   const Calibration& calibration = measured.calibration;
   const bool spoilt = std::any_of(

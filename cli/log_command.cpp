@@ -37,7 +37,7 @@ std::string full_name(const SeriesSummary& one) {
                                  : one.series.name;
 }
 
-// Columns of what is not known are all listed: their names have to be typed.
+// All columns of unknown meaning are listed, because their names must be typed.
 std::string columns_text(const SeriesSummary& one) {
   constexpr std::size_t most = 4;
   std::vector<std::string> columns = one.series.columns;
@@ -136,7 +136,7 @@ std::string next_for_accelerometer(const RecordingSummary& summary,
          next_of(formatted("calibrate --imu {} {}", file, output));
 }
 
-// For a file of which nothing is known: its first three columns that vary may be a sensor.
+// For an unknown file: its first three columns that vary may be a sensor.
 std::string next_for_unknown(const RecordingSummary& summary, const std::string& file) {
   for (const SeriesSummary& one : summary.series) {
     std::vector<std::string> three;
@@ -166,7 +166,7 @@ std::string next_for_unknown(const RecordingSummary& summary, const std::string&
   return "no accelerometer, gyroscope or magnetometer is known in it by names, units or numbers\n";
 }
 
-// What to type next for what is in the file.
+// The next command for the content of the file.
 // @param file  the log as it is typed, with the options that it needs.
 std::string next_steps(const RecordingSummary& summary, const std::string& file) {
   const std::vector<RecordedSensor> sensors = sensors_of(summary);

@@ -13,13 +13,13 @@
 
 namespace axiscal::cli {
 
-/// How a raw log is read, as typed.
+/// The options for reading a raw log, as typed.
 struct LogOptions {
   TableOptions table;
   std::optional<std::string> rate, instance;
 };
 
-/// How a raw log is cut into rests, as typed.
+/// The options for cutting a raw log into rests, as typed.
 struct RestOptions {
   LogOptions log;
   std::optional<std::string> window, shortest, trim, threshold, range;
@@ -56,7 +56,7 @@ void add_rest_options(OptionSet& options, RestOptions& rests);
 /// @return the options of segment(), but for its columns.
 [[nodiscard]] SegmentOptions segment_options_of(const RestOptions& options);
 
-/// @return the columns of the IMU's instruments, the sheet and what the turns need.
+/// @return the columns of the IMU's instruments, and those for the sheet and the turns.
 /// @param accelerometer  columns where the option does not state them.
 [[nodiscard]] ImuOptions imu_options_of(const RestOptions& options,
                                         const std::vector<std::string>& accelerometer);
@@ -65,8 +65,8 @@ void add_rest_options(OptionSet& options, RestOptions& rests);
 struct LogInput {
   RecordedLog log;
   std::vector<LogSensor> sensors;
-  std::optional<double> stated_rate_hz;  ///< where it has no times
-  bool has_parts = false;                ///< whether a column of words is called `part`
+  std::optional<double> stated_rate_hz;  ///< if it lacks times
+  bool has_parts = false;                ///< true if a column of words is named `part`
   std::string time;                      ///< the column of times; empty: none is known
   std::vector<std::size_t> begins;       ///< samples at which further files begin
 

@@ -93,7 +93,7 @@ void fill_missing(const std::string& name, std::vector<double>& samples, LogNois
   }
 }
 
-// The mean step without gaps; nullopt if there are too many gaps to tell it.
+// The mean step without gaps; nullopt if there are too many gaps.
 std::optional<double> usual_step(const std::vector<double>& times, double seconds) {
   std::vector<double> steps(times.size() - 1);
   for (std::size_t i = 0; i < steps.size(); ++i) {
@@ -149,7 +149,7 @@ double rate_of(const RecordedLog& log,
   return 1.0 / usual_step(times, unit.seconds).value_or(mean_step);
 }
 
-// Whether the five kinds describe the curve.
+// True if the five kinds of noise describe the curve.
 std::string fit_text(const NoiseModel& model) {
   std::string text = formatted("  fitted from {:.3g} s on: ", model.from_tau_s);
   if (std::isnan(model.p_value)) {
@@ -529,7 +529,7 @@ LogNoise noise_of_log(LogInput& input, const NoiseCommand& command) {
   return noise;
 }
 
-// Says of each column which sensor it is of.
+// Prints the sensor of each column.
 void name_sensors(const std::vector<LogSensor>& sensors,
                   const UnitOptions& units,
                   LogNoise& noise) {

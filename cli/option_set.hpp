@@ -14,23 +14,23 @@ class Option;
 
 namespace axiscal::cli {
 
-/// Whether a subcommand does without an argument or option.
+/// True if an argument or option is required.
 enum class Need { optional, required };
 
-/// Which options are known to the parser: to register all costs more than most of what a run does.
-/// Arguments and what is required always are.
+/// The options that are registered with the parser. Registering all of them costs more time than
+/// most runs. Arguments and required options are always registered.
 enum class Known : std::uint8_t { all, typed };
 
 /// The arguments and options of a subcommand, while it registers them.
 ///
-/// Values are kept as typed: whoever uses one says what is wrong with it. A name without dashes is
-/// an argument. What values are put into must outlive the parsing.
+/// Values are kept as typed; the code that uses a value reports its errors. A name without dashes
+/// is an argument. The variables for the values must outlive the parsing.
 class OptionSet {
  public:
   /// @param typed  the whole command line.
   OptionSet(CLI::App& app, const std::vector<std::string>& typed, Known known);
 
-  /// @return the same set; what is added to it stands under this heading of the help.
+  /// @return the same set; options added to it appear under this heading of the help.
   [[nodiscard]] OptionSet group(const char* heading) const;
 
   /// @param type  of the value, as help shows it: "FILE", "DEG".

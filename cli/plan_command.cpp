@@ -88,7 +88,7 @@ void add_options(OptionSet& options, PlanCommand& command) {
   options.add_flag("--json", command.json, "print the forecast as JSON");
 }
 
-// What is planned: the experiment's file, or an accelerometer in gravity.
+// The experiment to plan: from the file, or an accelerometer in gravity.
 Experiment planned_experiment(const PlanCommand& command) {
   Experiment experiment;
   if (command.experiment) {
@@ -246,7 +246,7 @@ int needed_replicates(const ForecastSetup& setup, double wanted_rad, bool makes_
   return static_cast<int>(std::min(*needed, 1e9));
 }
 
-// Whether the instrument has taken on its chamber's temperature, by the last readings of a log.
+// True if the instrument has reached the temperature of its chamber, by the last readings of a log.
 int tell_soak(const PlanCommand& command) {
   const OpenTable table = open_table(*command.soak, {}, {});
   CsvReader& csv = *table.csv;

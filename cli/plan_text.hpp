@@ -11,7 +11,7 @@
 
 namespace axiscal::cli {
 
-/// All that is said of a plan.
+/// The text about a plan.
 struct Plan {
   ForecastSetup setup;
   DesignQuality quality;

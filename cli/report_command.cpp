@@ -21,8 +21,8 @@
 namespace axiscal::cli {
 namespace {
 
-// Whether the file is the log whose rests the record was made from; records of version 0.1 do not
-// say which of their files was one.
+// True if the file is the log of the record's rests. Records of version 0.1 do not mark the log
+// among their files.
 bool is_own_log(const Calibration& calibration, const std::string& path) {
   const bool of_imu = calibration.fit.residuals.empty() || !calibration.fit.residuals.front().point;
   const auto may_be_log = [&](const InputFileDigest& input) {

@@ -14,7 +14,7 @@ namespace axiscal::cli {
 [[nodiscard]] int run_command(const std::vector<std::string>& arguments,
                               const std::vector<Subcommand>& subcommands);
 
-/// The main function of `axiscal` and of the programs beside it.
+/// The main function of `axiscal` and of the other programs.
 [[nodiscard]] int run_main(int count, char** arguments, const std::vector<Subcommand>& subcommands);
 
 }  // namespace axiscal::cli

@@ -15,8 +15,9 @@ namespace axiscal::cli {
 /// Reads the experiment's observations, each file once.
 /// @return the files in their order.
 /// @param reading  how their tables are read.
-/// @param beside  columns of another instrument that was recorded together, read in the same pass.
-/// @param observations_beside  set to what these columns hold.
+/// @param beside  columns of another instrument that was recorded at the same time, read in the
+///                same pass.
+/// @param observations_beside  receives the values of these columns.
 /// @throws DataError  for their content.
 [[nodiscard]] std::vector<Run> read_files(const ExperimentFile& experiment,
                                           Units units = Units::one,
@@ -29,7 +30,7 @@ namespace axiscal::cli {
                            Units units = Units::one,
                            const TableReading& reading = {});
 
-/// @return the positioner with the mounts of --assembly, where that is given, instead of its own.
+/// @return the positioner with the mounts of --assembly if that is given; otherwise with its own.
 /// @throws UsageError  as mounts_of_assembly().
 [[nodiscard]] Positioner with_assembly(const Positioner& positioner,
                                        const std::optional<std::string>& assembly,

@@ -49,7 +49,7 @@ struct RecordingOptions {
 
 void add_recording_options(OptionSet& options, RecordingOptions& recording);
 
-/// @return the recording that is asked for; nothing for readings by hand.
+/// @return the requested recording; nullopt for readings by hand.
 [[nodiscard]] std::optional<Recording> recording_of(const RecordingOptions& options);
 
 }  // namespace axiscal::cli

@@ -107,7 +107,8 @@ SimulationOptions simulation_options(const SimulateCommand& command) {
   return options;
 }
 
-// A log of one instrument, a row for each sample; beside turns what an ideal accelerometer reads.
+// A log of one instrument, a row for each sample; for turns with the reading of an ideal
+// accelerometer.
 std::string recording_csv(const SensorModel& truth,
                           const Recording& recording,
                           const SheetOptions& sheet,

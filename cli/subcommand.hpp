@@ -9,7 +9,7 @@
 
 namespace axiscal::cli {
 
-/// What the command line asks for; it returns the exit status, errors are thrown.
+/// The work of a command line. It returns the exit status and throws errors.
 using Action = std::function<int()>;
 
 /// A subcommand as it defines itself.
@@ -17,7 +17,7 @@ struct Subcommand {
   const char* name;
   const char* help;
   const char* footer;  ///< ends its help: examples
-  /// Registers the options; what it returns is run once they are read.
+  /// Registers the options. The returned action runs after they are parsed.
   std::function<Action(OptionSet& options)> define;
   OwnProgram program = {};  ///< that does the work; without a name: this one
 };

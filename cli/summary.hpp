@@ -31,7 +31,7 @@ void print_line(const std::string& text);
 void print_progress(const std::string& text);
 
 /// Prints a remark on stderr, wrapped to 80 columns; warnings in colour on a terminal.
-/// @param what  "note" or "warning".
+/// @param what  the label, "note" or "warning".
 void print_remark(const char* what, const std::string& text);
 
 }  // namespace axiscal::cli

@@ -180,7 +180,7 @@ std::vector<std::string> three_of(const TableText& table,
   return {};
 }
 
-// Columns of the true field and of what was measured are fx, fy, fz and the axes.
+// The columns of the true field and of the measured one are fx, fy, fz and the axes.
 void name_truth_and_measured(const std::string& path,
                              const WantedColumns& wanted,
                              const TableText& table,
@@ -197,7 +197,7 @@ void name_truth_and_measured(const std::string& path,
           ? wanted.axes
           : three_of(table, {"meas", "measured", "raw", "reading", "sensor", "output", "read"});
   if (truth.empty() || measured.empty()) {
-    // What may be the field in the sensor is not passed over in silence.
+    // Columns that may hold the field in the sensor are not ignored silently.
     const std::vector<std::string> fields =
         three_of(table, {"b", "h", "coil", "i", "current", "field"});
     if (has_axes && !fields.empty() &&
@@ -226,7 +226,7 @@ struct FaceColumn {
   std::string words;
 };
 
-// What the heading of a column says of the face that it names.
+// The meaning of a column's heading for its faces.
 enum class FaceHeading { down, up, at_fence, other };
 
 FaceHeading heading_of(const std::string& name) {
@@ -243,8 +243,8 @@ FaceHeading heading_of(const std::string& name) {
              : FaceHeading::other;
 }
 
-// Whether the readings along an axis are higher where its positive face is named: then the face
-// that is named was up. Nothing if the readings do not tell.
+// True if the readings along an axis are higher if its positive face is named: then the named face
+// was up. nullopt if the readings do not show it.
 std::optional<bool> named_faces_are_up(const TableText& table,
                                        const std::vector<std::string>& axes,
                                        const std::vector<MappedColumn>& renamed,
@@ -327,7 +327,7 @@ std::vector<WordsOfFaces> columns_of_faces(const std::string& path, const TableT
     column.heading = heading_of(column.name);
     found.push_back(std::move(column));
   }
-  // "side" alone is no fence: it is the side that is up or down.
+  // "side" alone is not a fence: it is the side that is up or down.
   const bool has_rest = std::any_of(found.begin(), found.end(), [](const WordsOfFaces& one) {
     return one.heading != FaceHeading::at_fence;
   });
@@ -369,7 +369,7 @@ std::vector<FaceColumn> face_columns(const std::string& path,
     }
     const std::optional<bool> by_readings =
         feels_gravity ? named_faces_are_up(table, wanted.axes, renamed, words.faces) : std::nullopt;
-    // The word itself says it before the heading, and that before the readings.
+    // The word itself takes precedence over the heading, and the heading over the readings.
     const auto of_cell = [is_fence, heading = words.heading, by_readings](const std::string& cell) {
       const std::optional<FaceInWords> face = face_in_words(cell);
       if (!face) {

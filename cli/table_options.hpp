@@ -13,7 +13,7 @@
 
 namespace axiscal::cli {
 
-/// How the columns of a table or a log are called, as typed.
+/// The names of the columns of a table or a log, as typed.
 struct TableOptions {
   std::optional<std::string> names, map, time, temperature_column, definitions, limits;
 };
@@ -44,11 +44,11 @@ struct OpenTable {
   std::unique_ptr<CsvReader> csv;
 };
 
-/// What is wanted of a table besides its labels.
+/// The requested columns of a table, besides its labels.
 struct WantedColumns {
   std::vector<std::string> axes;
-  /// The kind of instrument that they are of: where the table has none of them, but one sensor of
-  /// that kind (or x, y, z), its columns are taken for them, and that is said; empty: never.
+  /// The kind of the instrument. If the table lacks its axes but has one sensor of that kind (or x,
+  /// y, z), its columns are used, with a note; empty: never.
   std::string kind;
   /// Unit of the readings that is wanted: columns whose header states another one are converted,
   /// and refused where it is one of another quantity; empty or "1": any.
@@ -56,13 +56,13 @@ struct WantedColumns {
   /// Kind of instrument whose sensor is read of a recording, a flight log or a bag. Empty: a
   /// recording is refused.
   std::string of_recording;
-  /// Kind of instrument, if a column of faces in words may be taken as `rest` or `fence`: what an
-  /// accelerometer reads then tells whether a face that is named was up or down. Empty: never.
+  /// Kind of instrument, if a column of faces in words may be used as `rest` or `fence`: the
+  /// readings of an accelerometer then show if a named face was up or down. Empty: never.
   std::string faces_of;
 };
 
 /// Opens a table of any look; says in notes how columns were taken.
-/// @param read  gives the bytes, where they come from elsewhere than the path.
+/// @param read  returns the bytes, if they do not come from the path.
 /// @throws DataError  as TableText, CsvReader.
 [[nodiscard]] OpenTable open_table(
     const std::string& path,

@@ -13,7 +13,7 @@
 #include "axiscal/instruments/inclination.hpp"
 #include "usage_error.hpp"
 
-// What is typed behind an option, as the value that it means.
+// Parsers of the values of options.
 namespace axiscal::cli {
 
 /// A typed value as a number. @throws UsageError naming the option.
@@ -42,22 +42,22 @@ namespace axiscal::cli {
 /// The value of --tolerances: NAME=SD,.. @throws UsageError for a name or number that is none.
 [[nodiscard]] Tolerances tolerances_of(const std::string& text);
 
-/// The value of --world: NAME=V,.. or a file of it. @throws UsageError, DataError
+/// The value of --world: NAME=V,.. or a file. @throws UsageError, DataError
 [[nodiscard]] World world_of_option(const std::string& text);
 
-/// The site of --latitude, --longitude and --height; what is not given is as in `otherwise`.
+/// The site of --latitude, --longitude and --height; missing values are those of `otherwise`.
 /// @throws UsageError for one out of range.
 [[nodiscard]] Site site_of_options(const std::optional<std::string>& latitude,
                                    const std::optional<std::string>& longitude,
                                    const std::optional<std::string>& height,
                                    Site otherwise);
 
-/// The value of --date: seconds since 1970, UTC. @throws UsageError for one that is no date.
+/// The value of --date: seconds since 1970, UTC. @throws UsageError if it is not a date.
 [[nodiscard]] double date_of_option(const std::string& text);
 
 /// The value of --calibrated: a date, or date and time, of ISO 8601.
-/// @return it as records have it: 2026-11-20, or 2026-11-20T20:04:54Z.
-/// @throws UsageError for one that is no date.
+/// @return it in the form of records: 2026-11-20, or 2026-11-20T20:04:54Z.
+/// @throws UsageError if it is not a date.
 [[nodiscard]] std::string calibrated_of_option(const std::string& text);
 
 /// The value of --slope. @throws UsageError unless X^2 + Y^2 < 1.

@@ -8,8 +8,8 @@
 
 namespace axiscal::cli {
 
-/// @return the answer to `axiscal --version --verbose`: libraries with their versions, and the
-///         programs beside the command, with those that are not installed.
+/// @return the answer to `axiscal --version --verbose`: libraries with their versions, and programs
+///         with their places.
 [[nodiscard]] std::string verbose_version(std::span<const Subcommand> subcommands);
 
 }  // namespace axiscal::cli

@@ -15,8 +15,8 @@ namespace axiscal {
 /// Does the work of formatted(). Only formatted.cpp and write_number.cpp compile the rest of fmt.
 [[nodiscard]] std::string formatted_all(fmt::string_view text, fmt::format_args values);
 
-/// A text with values in place of its {}: `formatted("run {}: {}", run, why)`. What is between the
-/// braces is fmt's: {:.3g}, {:>8}, {{ for a brace.
+/// A text with values in place of its {}: `formatted("run {}: {}", run, why)`. The format
+/// specifiers are those of fmt: {:.3g}, {:>8}, {{ for a brace.
 ///
 /// A number is written as fmt does, whatever the locale; a double that is to be read back goes
 /// through number_text().

@@ -50,7 +50,7 @@ class JsonValue {
   /// @return a member's text; `otherwise` where it is absent.
   [[nodiscard]] std::string text_or(std::string_view key, const std::string& otherwise = "") const;
 
-  /// Every member's name must be one of these; else the nearest one is suggested.
+  /// Every member must have one of these names; otherwise the nearest name is suggested.
   void allow_keys(std::span<const std::string_view> keys) const;
 
   /// Checks `format` and `version` (only 1 is known).
@@ -77,7 +77,7 @@ class JsonValue {
   void require_list() const;
   void require_object() const;
 
-  // Where it is in its file (RFC 6901), looked for only when something is wrong with it.
+  // Pointer into the file (RFC 6901). It is computed only for error messages.
   [[nodiscard]] std::string pointer() const;
   [[nodiscard]] JsonValue child(const Json& value) const { return {file_, value, std::nullopt}; }
   [[nodiscard]] Eigen::VectorXd numbers(std::optional<Eigen::Index> size, bool null_is_nan) const;
@@ -90,10 +90,11 @@ class JsonValue {
   std::optional<std::size_t> row_;  // of the columns that the value is
 };
 
-/// @return what a text is; discarded where it is no JSON, or nested more than 1,000 deep.
+/// @return the parsed text; a discarded value if the text is not JSON, or is nested more than 1,000
+///         levels deep.
 [[nodiscard]] Json json_or_discarded(std::string_view text);
 
-/// @throws DataError  `PATH:LINE: ...` if the text is no JSON, or nested so deep.
+/// @throws DataError  `PATH:LINE: ...` if the text is not JSON, or is nested too deep.
 [[nodiscard]] JsonValue parse_json(std::string_view text, std::string path);
 
 /// @return the value as text to read: members on lines of their own, arrays of numbers on one,
@@ -107,8 +108,8 @@ using TakeText = std::function<void(std::string_view)>;
 /// The same, piece by piece.
 void put_json(Json& value, const TakeText& take);
 
-/// @return what reading json_text() of the value back gives, without that text; JsonColumns, which
-///         hold nothing but what was written as a number, a word or a list of those, are empty.
+/// @return the value that reading json_text() of the value back gives, without making the text.
+///         JsonColumns, which hold only numbers, words and lists of numbers and words, are empty.
 /// @param value  after json_text().
 [[nodiscard]] JsonValue as_read_back(Json value, std::string path);
 
@@ -119,7 +120,7 @@ class JsonColumns {
   /// @param rows  that are to come, for which room is made; 0: not known.
   explicit JsonColumns(std::size_t rows = 0) : expected_(rows) {}
 
-  /// What follows is of the next row.
+  /// The next cells belong to the next row.
   void begin_row();
 
   void put_number(std::string_view key, double number);  ///< null where it is not finite

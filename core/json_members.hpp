@@ -30,7 +30,8 @@ class JsonMembers {
 
   [[nodiscard]] bool reads() const { return from_ != nullptr; }
 
-  /// For what is more than one member: the object itself; a row of a table has none to write to.
+  /// For a value that spans several members: the object itself. A row of a table does not have one
+  /// when it is written.
   [[nodiscard]] Json& to() { return *to_; }
   [[nodiscard]] const JsonValue& from() const { return *from_; }
 
@@ -56,7 +57,7 @@ class JsonMembers {
     }
   }
 
-  /// Takes what was read over into a struct; where it is written, nothing changes.
+  /// Copies the value read into a struct. Does not change the struct while writing.
   template <typename Value, typename Read>
   void keep(Value& value, Read&& read) const {
     if (reads()) {
@@ -64,7 +65,7 @@ class JsonMembers {
     }
   }
 
-  /// @return whether a member is in the file, or where it is written whether it is there to write.
+  /// @return true if a member is in the file; while writing, whether the member will be written.
   [[nodiscard]] bool has(const char* key, bool there) const {
     return reads() ? from_->find(key).has_value() : there;
   }
@@ -79,7 +80,7 @@ class JsonMembers {
     }
   }
 
-  /// A member that is always written; what is absent in a file stays as it is.
+  /// A member that is always written. If a file lacks it, the value does not change.
   template <typename Value>
   void value(const char* key, Value& value) {
     if (!reads()) {
@@ -118,8 +119,8 @@ class JsonMembers {
   /// The same, not written where it is what it usually is.
   void flag_unless(const char* key, bool& flag, bool usual) { value_if(flag != usual, key, flag); }
 
-  /// A member that is one of some names; nothing is an empty one.
-  /// @param name_of  the name of a value; @param parse  the value of a name, or nothing.
+  /// A member whose value is one of several names; nullopt is an empty name.
+  /// @param name_of  the name of a value; @param parse  the value of a name, or nullopt.
   /// @param known    the names for a complaint; may be left out.
   template <typename Value, typename NameOf, typename Parse>
   void choice(
@@ -151,7 +152,7 @@ class JsonMembers {
     }
   }
 
-  /// A number that is always written; what is absent in a file is NaN.
+  /// A number that is always written. If a file lacks it, it is NaN.
   void number(const char* key, double& number) {
     if (reads()) {
       number = not_a_number;

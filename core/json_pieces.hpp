@@ -13,19 +13,20 @@
 
 namespace axiscal {
 
-/// Finds members of an object in a file's text, ten times as fast as the parser reads it. What is
-/// between them is not looked at.
+/// Finds members of an object in the text of a file, ten times as fast as the parser. The text
+/// between the members is not checked.
 ///
 /// @param members  by their pointers: "/created", "/statistics/covariance".
-/// @param pieces   takes of each its value's text; stays as it is where there is none.
-/// @return false where the text is no object, has one of them or what holds it twice, a name with
-///         an escape or a slash, something else where an object should hold one, or ends early: the
-///         parser says what it is.
+/// @param pieces   receives the text of each member's value; entries of missing members do not
+///                 change.
+/// @return false if the text is not an object, ends early, repeats one of the members or their
+///         parents, contains a name with an escape or a slash, or has another type in place of an
+///         object. The parser then reports the error.
 [[nodiscard]] bool find_json_pieces(std::string_view text,
                                     std::span<const std::string_view> members,
                                     std::span<std::string_view> pieces);
 
-/// The same: @return the pieces, empty where there is none; nothing instead of false.
+/// As above: @return the pieces, with empty entries for missing members; nullopt instead of false.
 template <std::size_t N>
 [[nodiscard]] std::optional<std::array<std::string_view, N>> json_pieces(
     std::string_view text, const std::array<std::string_view, N>& members) {
@@ -33,24 +34,24 @@ template <std::size_t N>
   return find_json_pieces(text, members, pieces) ? std::optional(pieces) : std::nullopt;
 }
 
-/// @return the pieces that a piece lists; nothing where it is no list.
+/// @return the elements of an array; `nullopt` if `piece` is not an array.
 [[nodiscard]] std::optional<std::vector<std::string_view>> list_of_piece(std::string_view piece);
 
-/// @return the matrix that a piece is; nothing where it is none of that size, or an entry is
-///         neither a finite number nor null, which is NaN.
+/// @return the matrix; `nullopt` if the array has another size, or an entry is neither a finite
+///         number nor null. null becomes NaN.
 [[nodiscard]] std::optional<Eigen::MatrixXd> matrix_of_piece(std::string_view piece,
                                                              Eigen::Index rows,
                                                              Eigen::Index columns);
 
-/// @return the numbers that a piece lists, likewise.
+/// @return the numbers of an array; `nullopt` if `piece` is not an array of numbers.
 [[nodiscard]] std::optional<Eigen::VectorXd> vector_of_piece(std::string_view piece,
                                                              Eigen::Index size);
 
-/// @return the texts that a piece lists; nothing where it lists something else, or a text is other
-///         than plain ASCII.
+/// @return the texts of an array; `nullopt` if an element is not a text, or a text is not plain
+///         ASCII.
 [[nodiscard]] std::optional<std::vector<std::string>> texts_of_piece(std::string_view piece);
 
-/// @return the text that a piece is, likewise.
+/// @return the text; `nullopt` if `piece` is not a text of plain ASCII.
 [[nodiscard]] std::optional<std::string> text_of_piece(std::string_view piece);
 
 /// Goes through the entries of a list, or the members of an object, and keeps none. It does not

@@ -5,7 +5,7 @@
 
 namespace axiscal {
 
-/// What stands before the numbers in a file of NumPy's format 1.0; little-endian.
+/// The header of a file in NumPy's format 1.0; little-endian.
 ///
 /// @param type        as a Python literal: `'<f8'`, or a list of names and types.
 /// @param shape       as a Python tuple; of whatever length, the header of a type is as long.

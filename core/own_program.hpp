@@ -6,16 +6,15 @@
 
 namespace axiscal {
 
-/// A program that stands beside the command `axiscal`, as those of git do.
+/// A program in the same installation as the command `axiscal`, similar to those of git.
 struct OwnProgram {
   const char* name = nullptr;     ///< "axiscal-report"
   const char* package = nullptr;  ///< that installs it
 };
 
-/// @return the path of the program. It is sought in the folder that AXISCAL_LIBEXEC names, beside
-/// the
-///         running program, in ../libexec/axiscal, and where axiscal was installed.
-/// @throws RefusedError  if it is in none of them; the message names the package.
+/// @return the path of the program. The search goes through the folder in AXISCAL_LIBEXEC, the
+///         folder of the running program, ../libexec/axiscal, and the folder of the installation.
+/// @throws RefusedError  if none of these folders has the program. The message names the package.
 [[nodiscard]] std::string own_program(const OwnProgram& program);
 
 /// Becomes the program: it replaces this process.

@@ -11,8 +11,8 @@ namespace axiscal {
                                                  const char* last,
                                                  double& value) noexcept;
 
-/// The same by the C library: what from_chars gives for decimal numbers, correctly rounded and in
-/// no one's locale; `inf` and `nan` are no numbers here.
+/// As read_double(), by the C library: the result of from_chars for decimal numbers, correctly
+/// rounded and independent of the locale. `inf` and `nan` are rejected.
 [[nodiscard]] std::from_chars_result read_double_by_c_library(const char* first,
                                                               const char* last,
                                                               double& value) noexcept;

@@ -15,7 +15,7 @@ class TemporaryFile {
   TemporaryFile(const TemporaryFile&) = delete;
   TemporaryFile& operator=(const TemporaryFile&) = delete;
 
-  /// Nothing is left of it from now on, however the program ends.
+  /// Removes the name now. The content disappears when the program ends in any way.
   void remove_name();
 
   /// @return a path by which this process can open it.

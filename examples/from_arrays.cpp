@@ -5,7 +5,8 @@
 #include <vector>
 
 int main() {
-  // What a data acquisition would hand over: how the cube lay, and what the axes read [V].
+  // The output of a data acquisition system: the orientation of the cube, and the readings of the
+  // axes [V].
   std::vector<axiscal::DesignPoint> points;
   for (const axiscal::DesignEntry& entry : axiscal::standard_design(12)) {
     points.push_back(entry.point);

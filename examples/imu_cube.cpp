@@ -10,7 +10,7 @@
 #include <vector>
 
 int main() {
-  // What nobody knows: raw counts of an MPU-9250 or so, with errors of some per cent.
+  // The unknown truth: raw counts of an MPU-9250, with errors of some per cent.
   axiscal::ImuSimulation imu;
   imu.accelerometer.bias = Eigen::Vector3d(120.0, -340.0, 560.0);
   imu.accelerometer.sensitivity = 16384.0 * Eigen::Matrix3d::Identity();

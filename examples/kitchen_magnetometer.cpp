@@ -9,7 +9,7 @@
 #include <cstdio>
 
 int main() {
-  // What is really so: a table that is tilted and turned, a magnetometer with iron around it.
+  // The truth: a table that is tilted and turned, a magnetometer with iron around it.
   const axiscal::Site kitchen{.latitude_deg = 48.14, .longitude_deg = 11.58, .height_m = 520.0};
   const axiscal::GeomagneticField earth(kitchen, 2026.5, "uT");
   axiscal::SensorModel truth;
@@ -25,7 +25,7 @@ int main() {
       axiscal::simulate(truth, axiscal::make_run_sheet(axiscal::standard_design(12), 2, 3),
                         {.noise_sd = 0.05, .seed = 3});
 
-  // What is told: where the kitchen is, and when. Not how the table stands.
+  // The known inputs: place and date of the kitchen, but not the orientation of the table.
   axiscal::Experiment experiment;
   experiment.instrument = truth.instrument;
   experiment.field = earth;

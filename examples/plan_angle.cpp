@@ -32,7 +32,7 @@ int main() {
     }
   }
 
-  // What a workshop's tolerances do where the cube is taken as drawn.
+  // The effect of a workshop's tolerances if the cube is taken as nominal.
   axiscal::ToleranceStudy study;
   study.nominal = setup.nominal;
   study.design = setup.design;

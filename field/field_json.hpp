@@ -16,11 +16,11 @@ namespace axiscal {
 /// The value that states a field.
 void read_field(const JsonValue& json, FieldSetup& field);
 
-/// The field of an experiment, as its file states it: an object, or an array of parts that add up.
+/// The field of an experiment in its file: an object, or an array of parts that are summed.
 /// @throws DataError  as JsonValue, also for a kind or unit that is not known.
 void field_member(JsonMembers& io, const char* key, FieldSetup& field);
 
-/// Second fields: a kind's name, an object, or an array of these. Written as an array of objects.
+/// Second fields: a kind's name, an object, or an array. They are written as an array of objects.
 void second_fields_member(JsonMembers& io, const char* key, std::vector<FieldSetup>& also);
 
 }  // namespace axiscal

@@ -14,12 +14,12 @@ struct EllipsoidReadings {
   std::array<double, 3> b{};
 };
 
-/// How the readings' deviations from it count.
+/// The weights of the readings' deviations.
 struct EllipsoidWeights {
   const double* root_weights = nullptr;  ///< n
   /// C = A N A^T, N the covariance of a reading up to a factor.
   std::array<std::array<double, 3>, 3> C{};
-  bool symmetric = false;  ///< whether an entry of A off the diagonal stands for two
+  bool symmetric = false;  ///< true if an off-diagonal entry of A stands for two entries
 };
 
 /// Columns of n that are set.

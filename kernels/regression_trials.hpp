@@ -26,14 +26,14 @@ struct RegressionTrialSums {
   double error = 0.0;  ///< estimate less truth
   double error_squared = 0.0;
   double u_squared = 0.0;  ///< squared standard errors that the fits state
-  double covered = 0.0;    ///< how many intervals hold the truth
+  double covered = 0.0;    ///< number of intervals that contain the truth
 };
 
-/// Trials in a block: what one seed is for.
+/// Number of trials in a block. Each block has one seed.
 inline constexpr std::size_t regression_trials_block = 4096;
 
-/// Runs one block of trials: normal noise is added to the readings X b, each response is fitted
-/// anew, the scatter comes from the residuals.
+/// Runs one block of trials: adds normal noise to the readings X b, fits each response, and
+/// estimates the scatter from the residuals.
 ///
 /// Block b of a seed is always the same trials: eight streams of xoshiro256++, seeded from (seed,
 /// b), each of which makes every eighth trial, so that neither threads nor the width of the

@@ -6,8 +6,8 @@
 
 namespace axiscal {
 
-/// sum over i = first .. first + count - 1 of (x[i + 2m] - 2 x[i + m] + x[i])^2: what an
-/// overlapping Allan variance is made of.
+/// sum over i = first .. first + count - 1 of (x[i + 2m] - 2 x[i + m] + x[i])^2, for the
+/// overlapping Allan variance.
 ///
 /// @param x      at least first + count + 2m entries.
 /// @return the sum, by as many accumulators as the machine likes: its last digits depend on that.

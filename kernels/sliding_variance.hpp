@@ -9,8 +9,8 @@ namespace axiscal {
 /// Sliding variances of several columns, joined: the sum over columns of variance^2, for each
 /// window of consecutive samples. Small at rest, large in motion (Tedaldi et al. 2014).
 ///
-/// Sums of x and x^2 about a value of their block slide; they are formed anew every 8192 samples,
-/// so that rounding does not add up.
+/// The sums of x and x^2 about a reference value slide along the block. They are computed again
+/// every 8192 samples, so that rounding errors do not add up.
 ///
 /// @param columns  of n finite samples each.
 /// @param window   samples in a window, 2 .. n.

@@ -6,7 +6,7 @@
 
 namespace axiscal {
 
-/// X^T X of the columns x_1 .. x_p of X: what normal equations are made of.
+/// X^T X of the columns x_1 .. x_p of X, for normal equations.
 ///
 /// @param columns   each of n entries.
 /// @param products  p x p, column by column, of which the lower triangle is what it says: by as

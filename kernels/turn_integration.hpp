@@ -15,7 +15,7 @@ struct TurnSamples {
   std::span<const double> time_s;               ///< n times, ascending
 };
 
-/// What a turn comes to: the attitude at its end, and how that changes with B.
+/// The result of a turn: the attitude at its end, and its derivative with respect to B.
 struct IntegratedTurn {
   /// R(T) as a unit quaternion (w, x, y, z): to the sensor's frame at the start from that at the
   /// end.

@@ -32,14 +32,14 @@ struct AxisColumns {
 /// Where what temperature sensors say comes from.
 ///
 /// @param names  of one channel for all axes, or one for each axis in their order.
-/// @return those channels; where none of them is there AXIS_temperature of all axes, else nothing.
+/// @return these channels; if none exists, AXIS_temperature of all axes; otherwise nullopt.
 /// @throws DomainError  if only some of several are there, or they are not as many as the axes.
 [[nodiscard]] std::vector<std::size_t> find_temperatures(const Instrument& instrument,
                                                          const std::vector<Channel>& channels,
                                                          const std::vector<std::string>& names);
 
 /// @param columns  as find_temperatures().
-/// @return what they say in a sample; nothing where there are none, or one says no number.
+/// @return their values in a sample; nullopt without such channels, or if a value is not a number.
 [[nodiscard]] std::optional<SensorTemperature> temperature_in(
     std::span<const double> values, const std::vector<std::size_t>& columns);
 

@@ -12,7 +12,7 @@
 
 namespace axiscal {
 
-/// The axes of a live instrument among the channels of its source, and what is wrong with them.
+/// The axes of a live instrument among the channels of its source, and their problems.
 class AxisIntake {
  public:
   explicit AxisIntake(const Instrument& instrument);
@@ -21,16 +21,16 @@ class AxisIntake {
   void set_channels(const std::vector<Channel>& channels);
 
   /// Takes the axes of a sample.
-  /// @return false where one is no number.
+  /// @return false if a value is not a number.
   bool take(std::span<const double> values);
 
   /// @return m entries of the last sample.
   [[nodiscard]] const Eigen::VectorXd& values() const { return values_; }
 
-  /// @return whether an axis has been at the end of its range for some samples.
+  /// @return true if an axis was at the end of its range for some samples.
   [[nodiscard]] bool is_saturated() const { return !saturated_.empty(); }
 
-  /// What to tell of it; empty where all is well.
+  /// A message about saturation; empty without a problem.
   [[nodiscard]] std::string saturated_text() const;
   [[nodiscard]] std::string missing_text() const;
   [[nodiscard]] const std::string& unit_text() const { return unit_text_; }
@@ -42,7 +42,8 @@ class AxisIntake {
   std::vector<AxisColumns> columns_;
   std::string unit_text_;
   Eigen::VectorXd values_;
-  std::vector<std::size_t> beyond_;  // for each axis, how many samples on end lay beyond its range
+  std::vector<std::size_t>
+      beyond_;  // number of consecutive samples beyond the range, for each axis
   std::vector<std::string> saturated_;  // axes
   std::vector<std::string> missing_;    // axes of the last sample
 };

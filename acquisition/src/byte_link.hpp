@@ -11,11 +11,11 @@
 
 namespace axiscal {
 
-/// What a link says after a read.
+/// The condition of a link after a read.
 struct LinkReport {
   LinkState state = LinkState::open;
   std::string message;
-  bool reopened = false;  ///< what is read now does not join what was read before
+  bool reopened = false;  ///< the next bytes do not continue the earlier ones
 };
 
 /// Bytes from somewhere: a port, a socket, a pipe. A link that is lost is tried again by itself.
@@ -29,13 +29,13 @@ class ByteLink {
   /// Waits for bytes, at most so long, and appends them.
   virtual LinkReport read(std::string& bytes, std::chrono::milliseconds patience) = 0;
 
-  /// Sends all of a text. @return false where the link is not open or is lost by it.
+  /// Sends a text. @return false if the link is not open or breaks.
   virtual bool write(std::string_view text);
 
   /// @return whether one may come in the middle of a line, as at a port that always talks.
   [[nodiscard]] virtual bool joins_midway() const { return false; }
 
-  /// @return whether each read is a message of its own, as a datagram is.
+  /// @return true if each read is one message, as for datagrams.
   [[nodiscard]] virtual bool has_messages() const { return false; }
 };
 

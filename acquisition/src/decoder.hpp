@@ -13,11 +13,11 @@
 
 namespace axiscal {
 
-/// What a decoder does with what it reads.
+/// Receives the output of a decoder.
 struct DecoderSink {
   /// A sample: a value for each channel, NaN where one is missing.
   std::function<void(std::span<const double> values)> sample;
-  /// Something that is no sample: a half line, garbage, a wrong checksum.
+  /// Invalid input: a half line, garbage, a wrong checksum.
   std::function<void()> defect;
 };
 
@@ -29,15 +29,15 @@ class Decoder {
   Decoder(const Decoder&) = delete;
   Decoder& operator=(const Decoder&) = delete;
 
-  /// @return what is delivered; empty until it is known.
+  /// @return the channels; empty until they are known.
   [[nodiscard]] const std::vector<Channel>& channels() const { return channels_; }
 
   virtual void decode(std::string_view bytes, const DecoderSink& sink) = 0;
 
-  /// @return whether a line feed ends what came.
+  /// @return true if the input ends with a line feed.
   [[nodiscard]] virtual bool is_text() const { return true; }
 
-  /// What comes next does not join what came before.
+  /// The next bytes do not continue the earlier ones.
   /// @param midway  it may begin in the middle of a line or frame.
   virtual void restart(bool midway) = 0;
 

@@ -16,14 +16,14 @@ namespace axiscal {
 
 /// A device of Linux IIO, by libiio: local or on the network. Options: device, channels, rate,
 /// buffer, poll.
-/// @throws DomainError  where this build has no libiio.
+/// @throws DomainError  if this build lacks libiio.
 [[nodiscard]] std::unique_ptr<Source> open_iio_source(const SourceAddress& address);
 [[nodiscard]] bool has_iio() noexcept;
 [[nodiscard]] std::vector<FoundSource> find_iio_devices();
 
 /// Messages of an MQTT broker, by libmosquitto: their lines are decoded. Options: user, password,
 /// qos, and those of the decoder and the clock.
-/// @throws DomainError  where this build has no libmosquitto.
+/// @throws DomainError  if this build lacks libmosquitto.
 [[nodiscard]] std::unique_ptr<ByteLink> open_mqtt(const SourceAddress& address);
 [[nodiscard]] bool has_mqtt() noexcept;
 

@@ -28,8 +28,8 @@ class DwellSums {
   [[nodiscard]] const Eigen::VectorXd& mean() const { return mean_; }
   [[nodiscard]] Eigen::VectorXd sd() const;
 
-  /// @return the largest trend of an axis over the reading, in standard errors of itself, where it
-  ///         is more than one standard deviation of a sample; else 0.
+  /// @return the largest trend of an axis during the reading, in standard errors, if it exceeds one
+  ///         standard deviation of a sample; otherwise 0.
   [[nodiscard]] double drift() const;
 
  private:

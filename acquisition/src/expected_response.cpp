@@ -13,7 +13,7 @@
 namespace axiscal {
 namespace {
 
-// Units that are mistaken for one another, and what that makes of a reading.
+// Units that are often confused, and the resulting factor of a reading.
 struct UnitMistake {
   double factor;
   std::string_view text;

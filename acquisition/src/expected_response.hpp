@@ -9,13 +9,13 @@
 
 namespace axiscal {
 
-/// @return how far the field in the table may be from where it is expected [rad, 1 sd]: by a table
-///         that is not level, a heading that nobody measured.
+/// @return the standard deviation of the field's direction in the table [rad]: for a table that is
+///         not level, or a heading that was not measured.
 [[nodiscard]] double expected_direction_sd(const Experiment& experiment,
                                            const FieldDescription& field);
 
-/// @param ratio  of a still reading's length to what it should be.
-/// @return what the ratio of two units that are mistaken for one another explains; else empty.
+/// @param ratio  of the length of a still reading to the expected length.
+/// @return an explanation if the ratio is that of two confused units; otherwise empty.
 [[nodiscard]] std::string unit_mistake_text(double ratio);
 
 }  // namespace axiscal

@@ -290,7 +290,7 @@ class FrameDecoder final : public Decoder {
   std::optional<Checksum> checksum_;
   std::string held_;
   std::vector<double> values_;
-  bool skipped_ = false;  // bytes that are no frame since the last one
+  bool skipped_ = false;  // bytes since the last frame that do not belong to a frame
   bool midway_ = false;   // the first frame may lack its beginning
 };
 

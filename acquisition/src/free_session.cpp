@@ -43,7 +43,7 @@ struct FreePoint {
   Eigen::Vector3d values;
 };
 
-// Expanded uncertainty of the worst direction by what is known of the coefficients [deg].
+// Expanded uncertainty of the worst direction from the uncertainty of the coefficients [deg].
 double worst_direction_u_deg(const Calibration& calibration) {
   const Reducer reducer(calibration, {}, Force::yes);
   ReadingNoise none;
@@ -228,7 +228,7 @@ class FreeSession::Engine {
     }
   }
 
-  // Of samples those that are some way from the last one: a rest is no hundred readings.
+  // Selects samples at some distance from the last one, so that a rest is not a hundred readings.
   void take_sample() {
     const Eigen::Vector3d values = axes_.values();
     const double radius = 0.5 * (highest_ - lowest_).maxCoeff();
@@ -274,7 +274,7 @@ class FreeSession::Engine {
     phase_ = SessionPhase::laying;
     const Eigen::Vector3d mean = dwell_.mean();
     stillness_.learn(dwell_.sd());
-    // Before it was turned what it reads is as good a measure as any of what a turn will do.
+    // Before the first turn the size of the reading serves as the scale of a turn.
     const double radius = std::max(0.5 * (highest_ - lowest_).maxCoeff(), 0.5 * mean.norm());
     const bool is_new = std::none_of(points_.begin(), points_.end(), [&](const FreePoint& one) {
       return (one.values - mean).norm() < novel_rest_rad * radius;
@@ -286,7 +286,7 @@ class FreeSession::Engine {
                  static_cast<int>(points_.size()));
     } else {
       news_.tell("as_before", "this direction is there already: turn it to another one");
-      // Nobody answers, and nothing new comes: that is all there will be.
+      // Without a person and without new samples the session ends.
       constexpr int patience = 50;
       if (setup_.unattended && ++known_again_ >= patience) {
         finish();
@@ -415,7 +415,8 @@ class FreeSession::Engine {
       free.fit_error = calibration.fit.orientations
                            ? std::optional(calibration.fit.orientations->fit_error)
                            : std::nullopt;
-      free.u_deg = worst_direction_u_deg(calibration);  // by all points it is no larger
+      free.u_deg =
+          worst_direction_u_deg(calibration);  // the uncertainty from all points is not larger
       show_numbers(calibration);
       why_none_.clear();
     } catch (const Error& error) {
@@ -566,7 +567,7 @@ class FreeSession::Engine {
   double now_s_ = 0.0;
   double tried_to_store_s_ = 0.0;
   bool taken_ = false;   // of this rest
-  int known_again_ = 0;  // rests in directions that are there already, one after another
+  int known_again_ = 0;  // consecutive rests in directions that exist already
   bool samples_ended_ = false;
   bool quit_ = false;
   std::size_t fitted_of_ = 0;

@@ -37,7 +37,7 @@ std::string error_text(int error) {
   return text.data();
 }
 
-// What a channel's processed value is in, and what makes it that.
+// The unit of a channel's processed value, and the factor to it.
 struct Unit {
   std::string_view prefix;
   std::string_view unit;
@@ -52,7 +52,7 @@ struct IioChannel {
   iio_channel* channel = nullptr;
   double scale = 1.0;
   double offset = 0.0;
-  double unit = 1.0;  // what an `input`, which the driver has scaled, is multiplied with
+  double unit = 1.0;  // factor for an `input` that the driver has scaled
   bool is_time = false;
 };
 
@@ -320,7 +320,7 @@ std::vector<FoundSource> find_iio_devices() {
   try {
     scan = iio_create_scan_context(nullptr, 0);
   } catch (const RefusedError&) {
-    return found;  // without the library there is no device of it
+    return found;  // a build without the library cannot open the device
   }
   if (scan == nullptr) {
     return found;

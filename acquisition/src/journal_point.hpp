@@ -9,7 +9,7 @@ namespace axiscal {
 /// Puts a design point into an entry of a journal: its members `rest` and `fence`.
 void put_point(Json& entry, const DesignPoint& point);
 
-/// @throws DataError  where an entry's `rest` and `fence` are no faces, or lie on one axis.
+/// @throws DataError  if an entry's `rest` and `fence` are not faces, or lie on one axis.
 [[nodiscard]] DesignPoint point_of(const JsonValue& entry);
 
 }  // namespace axiscal

@@ -74,7 +74,7 @@ class LineFace : public SessionFace {
     words_ = joined(names);
   }
 
-  // What can be asked for, as remembered.
+  // The remembered commands.
   [[nodiscard]] const std::string& words() const { return words_; }
 
   static void print(const std::string& line) { write_whole_file("-", line + "\n"); }
@@ -134,7 +134,7 @@ class PlainFace final : public LineFace {
   }
 
  private:
-  // How the sphere fills, where it does.
+  // The progress of the sphere, if it changes.
   void tell_sphere(const SessionView& view) {
     const FreeView& free = *view.free;
     const int tenths = static_cast<int>(10.0 * free.coverage);

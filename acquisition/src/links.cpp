@@ -35,7 +35,7 @@ bool would_block(const boost::system::error_code& error) {
   return error == asio::error::would_block || error == asio::error::try_again;
 }
 
-// What is common to links that are opened, lost and opened again.
+// The common part of links that are opened, lost and opened again.
 class ReopenedLink : public ByteLink {
  public:
   LinkReport read(std::string& bytes, std::chrono::milliseconds patience) final {

@@ -146,7 +146,7 @@ void check_options(const SourceAddress& address, const SourceKind& kind) {
   }
 }
 
-// What udev says of a serial port: the name of its link tells maker and model.
+// The udev name of a serial port: it contains maker and model.
 std::vector<FoundSource> find_serial_ports() {
   std::vector<FoundSource> found;
   std::vector<std::filesystem::path> linked;

@@ -15,20 +15,20 @@
 namespace axiscal {
 namespace {
 
-// So much better must another pose fit before anything is said: half a difference of chi^2. Not the
-// predictive densities: by them a level table's opposite positions, alike as they are, would look
-// like one position taken twice, as a slope of nearly nothing is not what was expected.
+// The difference in fit that another pose needs before it is reported: half a difference of chi^2.
+// Predictive densities are not used, because a slope near zero is unlikely under the prior: the
+// opposite positions of a level table would look like one position taken twice.
 constexpr double telling_log_ratio = 9.0;
 // chi^2 of three axes beyond which a pose does not fit: 5 standard deviations or so.
 constexpr double fitting_misfit = 40.0;
 constexpr double no_pose_misfit = 200.0;
 constexpr std::size_t readings_to_rely_on = 9;
 constexpr int rounds = 6;
-constexpr double wide = 10.0;  // what nothing is known of, in units of the response
+constexpr double wide = 10.0;  // scale of unknown quantities, in units of the response
 constexpr double far_direction_rad = 0.3;
-constexpr double telling_contrast = 0.5;  // of what the field does
+constexpr double telling_contrast = 0.5;  // relative to the effect of the field
 
-// Directions about which the field may be; they are fitted from each of them.
+// Starting directions of the field for the fits.
 std::vector<Eigen::Vector3d> starts_of(const PoseModelSetup& setup) {
   const Eigen::Vector3d expected =
       setup.field.in_table.value_or(Eigen::Vector3d::UnitZ()).normalized();
@@ -84,8 +84,8 @@ Eigen::MatrixXd derivative_of_reading(const PoseModelFit& fit, const Eigen::Matr
   return J;
 }
 
-// The rows of the system from `row` on: what is expected of bias, sensitivity, the field's
-// direction and the scale that the axes have in common.
+// The rows of the system from `row` on: the prior of bias, sensitivity, the field's direction and
+// the common scale of the axes.
 void put_expectations(const PoseModelSetup& setup,
                       const Eigen::MatrixXd& nominal_axes,
                       double scale,
@@ -145,7 +145,7 @@ Eigen::Matrix3d PoseModel::rotation_at(const PlacedReading& reading,
          setup_.positioner.rotation_table_from_positioner(point).transpose() * reading.field_turn;
 }
 
-// What the nominal axes see of a field of length 1.
+// The nominal response of the axes to a field of length 1.
 Eigen::VectorXd PoseModel::seen(const PlacedReading& reading,
                                 const Eigen::Vector3d& direction) const {
   const Eigen::VectorXd along =
@@ -172,8 +172,8 @@ double PoseModel::least_contrast(const PlacedReading& one,
   return least;
 }
 
-// Whether the readings must differ by what the field does, wherever it points: an axis square to
-// it in all of them, or a turntable at rest, says nothing of the scale.
+// True if the readings must differ by the effect of the field for every direction. An axis
+// perpendicular to the field in all readings, or a turntable at rest, does not determine the scale.
 bool PoseModel::shows_scale(const std::vector<PlacedReading>& readings) const {
   return std::all_of(directions_.begin(), directions_.end(), [&](const Eigen::Vector3d& direction) {
     std::vector<Eigen::VectorXd> all;
@@ -188,8 +188,8 @@ bool PoseModel::shows_scale(const std::vector<PlacedReading>& readings) const {
   });
 }
 
-// How much the readings change by the field [unit]: by the differences between them, as biases may
-// be far greater than what the field does; nothing where they do not show it.
+// The change of the readings by the field [unit], from the differences between them, because biases
+// may be far larger; nullopt if they do not show it.
 std::optional<double> PoseModel::scale_of(const std::vector<PlacedReading>& readings) const {
   if (setup_.nominal_sensitivity) {
     return std::abs(*setup_.nominal_sensitivity) * setup_.field.magnitude;
@@ -237,8 +237,8 @@ std::vector<PoseModelFit> PoseModel::fits(const std::vector<PlacedReading>& know
   return all;
 }
 
-// How well a pose is known [rad]. With fewer than three axes slope and cross-axis sensitivities
-// come as products only, at first, and a fit takes one of many pairs for the only one.
+// The uncertainty of a pose [rad]. With fewer than three axes slope and cross-axis sensitivities
+// appear only as products at first, and a fit chooses one of many pairs.
 double PoseModel::placement_sd() const {
   constexpr double of_few_axes = 0.02;
   return setup_.instrument.axis_count() < 3 ? std::hypot(setup_.placement_sd_rad, of_few_axes)
@@ -329,8 +329,7 @@ std::optional<PoseJudgement> PoseModel::judge(const std::vector<PlacedReading>& 
     return {};
   }
   const double placement = placement_sd() * *scale;
-  // By the direction of the field that suits this pose best: what only one of them would doubt is
-  // not doubted.
+  // Uses the direction of the field that fits this pose best. A doubt must hold for all directions.
   const auto misfit_of = [&](const DesignPoint& point) {
     const Eigen::Matrix3d R = rotation_at(reading, point);
     double least = std::numeric_limits<double>::infinity();

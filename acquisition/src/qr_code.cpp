@@ -15,7 +15,7 @@ std::string qr_code(const std::string& text) {
   try {
     code = {QRcode_encodeString(text.c_str(), 0, QR_ECLEVEL_M, QR_MODE_8, 1), QRcode_free};
   } catch (const RefusedError&) {
-    return drawn;  // the address beside it says as much
+    return drawn;  // the address next to it is enough
   }
   if (!code) {
     return drawn;

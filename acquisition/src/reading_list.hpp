@@ -10,8 +10,8 @@
 
 namespace axiscal {
 
-/// The points of a session and the readings of them. Every change is an entry of the journal, and
-/// nothing else changes them: so a journal read again gives the same list.
+/// The points of a session and their readings. Every change is an entry of the journal, and only
+/// these entries change the list. So reading the journal gives the same list.
 class ReadingList {
  public:
   explicit ReadingList(const std::vector<RunSheetRow>& sheet);
@@ -34,7 +34,7 @@ class ReadingList {
   /// @return the readings, in the order taken; with samples, AXIS_sd, times, temperatures.
   [[nodiscard]] Observations observations(Eigen::Index axis_count) const;
 
-  /// @return the step to be done next; nothing where all are done or skipped.
+  /// @return the next step; nullopt if all steps are done or skipped.
   [[nodiscard]] std::optional<std::size_t> next() const;
 
   /// @return the step that waits for a point in the block of another step.

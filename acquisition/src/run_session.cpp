@@ -21,7 +21,7 @@ class Asking {
     if (!view.wanted || !(waits || warns)) {
       return;
     }
-    // What is asked for anew after a warning is the same request.
+    // The same request after a warning is not a new one.
     if (told_ != view.wanted->run || done_ != view.done || (warns && !warned_)) {
       feed.request(&view.wanted->entry, warns);
     }
@@ -39,12 +39,12 @@ class Asking {
 // A session that waits for an answer and has nobody to give it (standard input is closed, say).
 class Unanswered {
  public:
-  // Whether it has waited for so long that it is to end.
+  // True if the session has waited long enough to end.
   bool is_over(const SessionView& view, bool nobody_answers) {
     const bool waits = view.phase == SessionPhase::question || view.phase == SessionPhase::review ||
                        view.phase == SessionPhase::paused ||
                        (view.phase == SessionPhase::ready && !view.automatic);
-    // A knock makes a reading on command begin anew; it is the same question then.
+    // A knock restarts a reading on command; the question stays the same.
     const bool same = view.automatic ? view.phase == phase_ : view.done == done_;
     if (!nobody_answers || !same) {
       since_s_ = never;
@@ -67,7 +67,8 @@ class Unanswered {
   double since_s_ = never;
 };
 
-// Ends a session with what there is: a calibration where one follows, else it can be resumed.
+// Ends a session with the readings so far: with a calibration if possible; otherwise it can be
+// resumed.
 void end(LiveSession& session) {
   session.command({.action = SessionAction::finish, .run = {}});
   session.command({.action = SessionAction::finish, .run = {}});

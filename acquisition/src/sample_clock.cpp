@@ -15,7 +15,7 @@ namespace {
 // A source's own clock that runs ahead of the arrivals by more than this was set.
 constexpr double longest_lead_s = 2.0;
 
-// Counting: how far it may stray from the arrivals, and how it comes back.
+// Counting: the limit of the deviation from the arrival times, and the correction.
 constexpr double free_lag_s = 0.25;
 constexpr double pace_window_s = 2.0;
 constexpr double pull_back_s = 10.0;

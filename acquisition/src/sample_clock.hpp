@@ -23,8 +23,8 @@ namespace axiscal {
 /// Counting follows the arrivals where it strays from them for long: no two clocks are the same,
 /// and a cable may have been out.
 ///
-/// The source's own clock starts where the first sample arrives and may jump (set by a person or
-/// the network, started anew): the jump is left out.
+/// The source's clock starts at the first sample and may jump (set by a person or the network,
+/// restarted). A jump is removed.
 class SampleClock {
  public:
   /// Options: time (a column), rate (samples a second).
@@ -44,7 +44,7 @@ class SampleClock {
   void check_unit(const std::string& path, const std::vector<std::vector<double>>& block) const;
 
   /// Appends a sample with its time, unless it is the last one again.
-  /// @param arrival_s  session_seconds() when it came; 0 for what was recorded.
+  /// @param arrival_s  session_seconds() of the arrival; 0 for recorded samples.
   void append(std::span<const double> values,
               double arrival_s,
               SampleBatch& batch,
@@ -52,7 +52,7 @@ class SampleClock {
 
   [[nodiscard]] double rate_hz() const { return rate_hz_; }
 
-  /// @return whether the source says when, by its own times or a rate.
+  /// @return true if the source gives times, by a column or a rate.
   [[nodiscard]] bool keeps_time() const { return rate_hz_ > 0.0 || column_.has_value(); }
 
  private:

@@ -110,7 +110,7 @@ class SampleFeed::Impl {
     }
   }
 
-  // What a live source has delivered; a recording up to the last sample that waits for it.
+  // The samples of a live source; of a recording, up to the last sample that waits for it.
   void take_other(std::size_t s) {
     SourceReader& reader = *readers_[s];
     if (reader.is_live()) {
@@ -142,7 +142,8 @@ class SampleFeed::Impl {
     }
   }
 
-  // Recordings by one clock go together by it; others are taken to have begun together.
+  // Recordings with a common clock are aligned by their clock; others are assumed to start
+  // together.
   [[nodiscard]] double later_by(const SourceReader& other) const {
     const SourceReader& first = *readers_.front();
     const std::optional<double> own = other.time_at_zero();

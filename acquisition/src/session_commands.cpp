@@ -100,7 +100,7 @@ void Session::Engine::capture_now() {
   if (phase_ == SessionPhase::soaking) {
     soaked_ = true;
   } else if (phase_ == SessionPhase::question) {
-    // Asked for twice, or before the doubt was seen: that is no answer.
+    // A repeated command, or one from before the doubt was displayed, is not an answer.
     news_.tell("refused", "answer first: accept the reading, or lay the cube again");
   } else if ((phase_ == SessionPhase::dwelling || phase_ == SessionPhase::ready) &&
              dwell_.samples() >= fewest_samples_of_dwell) {

@@ -13,15 +13,15 @@ namespace axiscal {
 
 /// The uncertainty that a session will end with, by the points done and still to be done.
 ///
-/// @param nominal   what is known of instrument and field by now; three axes, gravity.
+/// @param nominal   current knowledge of instrument and field; three axes, gravity.
 /// @param noise_sd  of a reading, as seen so far [unit].
-/// @return expanded uncertainty of the worst angle [deg]; nothing where it cannot be told.
+/// @return expanded uncertainty of the worst angle [deg]; nullopt if it is unknown.
 [[nodiscard]] std::optional<double> expected_angle_u_deg(const Experiment& experiment,
                                                          const std::vector<SessionStep>& steps,
                                                          const SensorModel& nominal,
                                                          double noise_sd);
 
-/// What a session came to, in words, and which runs to take again.
+/// The result of a session in words, and the runs to repeat.
 struct SessionReview {
   std::vector<std::string> lines;
   std::vector<int> again;  ///< ascending

@@ -19,8 +19,8 @@
 
 namespace axiscal {
 
-/// What a session does; its calls are the session's own. What it knows, lists, tells and shows are
-/// classes of their own; here is what leads from one phase to the next.
+/// The phases of a session and the transitions between them. Knowledge, list, news and view are
+/// separate classes.
 class Session::Engine {
  public:
   Engine(SessionSetup setup, Journal& journal);
@@ -50,7 +50,7 @@ class Session::Engine {
   [[nodiscard]] double level() const;
   // As it is kept: in UTC, or by the recording's clock.
   [[nodiscard]] double shown_time(double time_s) const;
-  // What is being taken is broken off.
+  // Aborts the current reading.
   void interrupt(const std::string& why);
 
   // ---- what the readings so far say: session_engine.cpp
@@ -61,7 +61,7 @@ class Session::Engine {
   // The model knows the sun as it stood at the first reading, or stands when the first sample
   // comes.
   void find_moving_field();
-  // How far the field may have turned by itself since the last reading [rad].
+  // Largest rotation of the field since the last reading [rad].
   [[nodiscard]] double field_angle_since_last() const;
 
   // ---- the way of a point: session_points.cpp
@@ -71,7 +71,7 @@ class Session::Engine {
   void go_on();
   void soak();
   [[nodiscard]] bool is_nearest_level(double planned) const;
-  // After a question: a bump is no new pose.
+  // After a question a bump is not a new pose.
   void look_for_laying_anew();
   void begin_dwell();
   void dwell();
@@ -90,7 +90,7 @@ class Session::Engine {
   void take_as_seen();
   // A copy of the runs: the view's own list of suspects changes on the way.
   void retake(std::vector<int> runs, const std::string& why);
-  // A change of the list that is no reading; without room on the disk nothing changes.
+  // A change of the list other than a reading. If the disk is full, the list does not change.
   bool change(const Json& entry,
               const std::string& kind,
               const std::string& text,
@@ -136,7 +136,7 @@ class Session::Engine {
   bool soaked_ = false;
   std::optional<double> soaked_at_;
 
-  std::optional<DesignPoint> questioned_;  // what this point was said to look like
+  std::optional<DesignPoint> questioned_;  // the reported resemblance of this point
   int retake_rounds_ = 0;
   std::vector<Calibration> calibrations_;
 

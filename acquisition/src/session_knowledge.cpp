@@ -133,7 +133,7 @@ std::vector<PlacedReading> SessionKnowledge::placed(const std::vector<CapturedRe
 bool SessionKnowledge::reads_otherwise(const CapturedReading& reading,
                                        const DesignEntry& entry,
                                        double now_s) const {
-  constexpr double clearly = 0.5;  // of what the field does
+  constexpr double clearly = 0.5;  // relative to the effect of the field
   const PlacedReading other = {
       .entry = entry,
       .mean = {},

@@ -12,40 +12,40 @@
 
 namespace axiscal {
 
-/// What a session knows of its instrument and field: beforehand, and by the readings so far.
+/// The knowledge of a session about its instrument and field: the prior, and the readings so far.
 class SessionKnowledge {
  public:
   /// @param setup, stillness  must outlive it.
   /// @throws SetupError  as make_field_description().
   SessionKnowledge(const SessionSetup& setup, const Stillness& stillness);
 
-  /// Whether the field moves by itself, as the sun does.
+  /// True if the field moves, as the sun does.
   [[nodiscard]] bool field_moves() const;
 
   /// From now on it knows a moving field as it stood then [s since 1970, UTC].
   void find_field_at(double time_s);
 
-  /// @return how far a moving field turns from one time to another [rad]; else 0.
+  /// @return the rotation of a moving field between two times [rad]; otherwise 0.
   [[nodiscard]] double field_angle(double from_s, double to_s) const;
 
-  /// @return what the field does to a reading [unit]; 0 where nothing tells.
+  /// @return the effect of the field on a reading [unit]; 0 if it is unknown.
   [[nodiscard]] double response_scale() const;
 
   /// @return how long a reading is to be taken [s].
   [[nodiscard]] double dwell_needed() const;
 
   /// @param level  of the point that is wanted.
-  /// @return what the length of a still reading says of its unit, empty if nothing is wrong;
-  ///         nothing where it cannot be told.
+  /// @return a message about the unit from the length of a still reading, empty without a problem;
+  ///         nullopt if it cannot be checked.
   [[nodiscard]] std::optional<std::string> unit_text(double level) const;
 
   /// @param now_s  when the other one would be taken, as a reading's start_s.
-  /// @return whether a point must read otherwise than a reading, by what is known.
+  /// @return true if a point must differ from a reading, by the current knowledge.
   [[nodiscard]] bool reads_otherwise(const CapturedReading& reading,
                                      const DesignEntry& entry,
                                      double now_s) const;
 
-  /// @return how a new reading looks by those before it; nothing while too little is known.
+  /// @return the match of a new reading with the earlier ones; nullopt while they are not enough.
   [[nodiscard]] std::optional<PoseJudgement> judge(const std::vector<CapturedReading>& readings,
                                                    const CapturedReading& reading) const;
 
@@ -67,7 +67,8 @@ class SessionKnowledge {
 
   [[nodiscard]] const std::set<int>& suspects() const { return suspects_; }
 
-  /// Sets what a view shows of it: suspects, the table's slope, the uncertainty at the end.
+  /// Sets the parts of a view that depend on it: suspects, the table's slope, the uncertainty at
+  /// the end.
   void show(const std::vector<CapturedReading>& readings,
             const std::vector<SessionStep>& steps,
             SessionView& view) const;
@@ -86,7 +87,7 @@ class SessionKnowledge {
   const SessionSetup& setup_;
   const Stillness& stillness_;
   FieldDescription field_;
-  double field_at_s_ = 0.0;  // when the field was as field_ has it [s since 1970, UTC]
+  double field_at_s_ = 0.0;  // time of the field in field_ [s since 1970, UTC]
   std::optional<double> nominal_;
   PoseModel model_;
   std::vector<PoseModelFit> fits_;  // by the readings so far, the best one first

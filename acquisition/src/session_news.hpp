@@ -9,7 +9,7 @@
 
 namespace axiscal {
 
-/// What happened in a session, and what is wrong right now.
+/// The events of a session, and the current problems.
 class SessionNews {
  public:
   /// From now on it is this time.
@@ -26,13 +26,13 @@ class SessionNews {
   /// Nothing has come for this long, of a source whose samples come this often (Hz, 0: unknown).
   void set_silence(double seconds, double rate_hz);
 
-  /// What the sources complain of, all at once.
+  /// All current problems of the sources.
   void set_source_alarms(const std::vector<SessionAlarm>& alarms) { source_alarms_ = alarms; }
 
   /// @return all alarms, the sources' first.
   [[nodiscard]] std::vector<SessionAlarm> alarms() const;
 
-  /// @return what happened since the last time.
+  /// @return the events since the last call.
   [[nodiscard]] std::vector<SessionEvent> take_events();
 
  private:

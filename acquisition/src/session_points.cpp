@@ -212,7 +212,7 @@ void Session::Engine::complete() {
   pending_ = reading;
   judgement_ = knowledge_.judge(list_.readings(), reading);
   if (judgement_ && (judgement_->looks_like_another || judgement_->fits_none)) {
-    // Laid anew and the same again: then the doubt is about a reading before.
+    // The cube was laid again with the same result: the doubt then concerns an earlier reading.
     if (questioned_ == judgement_->best) {
       knowledge_.insist(reading.run);
       store();

@@ -12,23 +12,23 @@
 
 namespace axiscal {
 
-/// How a session stands, as far as its view follows from it.
+/// The inputs of a session's view.
 struct SessionState {
   SessionPhase phase;
   const ReadingList& list;
-  const RunSheetRow* wanted;  ///< null where nothing is
+  const RunSheetRow* wanted;  ///< null without a value
   std::optional<DesignPoint> present;
   const Stillness& stillness;
   const SoakWatch& soak;
   bool has_temperature;
   double dwell_s;                        ///< how long the reading is to be taken
   double dwelt_s;                        ///< for how long it has been
-  std::optional<double> median_point_s;  ///< what a point took so far
+  std::optional<double> median_point_s;  ///< number of readings of a point so far
   const PoseJudgement* judgement;
   bool has_quit;
 };
 
-/// Sets all of a view that follows from the state; what the readings taught stays.
+/// Sets the parts of a view that follow from the state. Parts that depend on readings stay.
 void refresh(const SessionState& state, SessionView& view);
 
 }  // namespace axiscal

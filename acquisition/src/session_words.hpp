@@ -8,9 +8,9 @@
 
 namespace axiscal {
 
-/// What a view does not hold and its words need.
+/// The inputs of the words that a view does not contain.
 struct SaidBesides {
-  const PoseJudgement* judgement = nullptr;  ///< what the model makes of the reading in question
+  const PoseJudgement* judgement = nullptr;  ///< the model's assessment of the doubtful reading
   double soak_remaining_s = 0.0;             ///< until the temperature is steady; 0: not known
   bool has_temperature = false;
   bool has_quit = false;
@@ -23,7 +23,7 @@ struct SaidBesides {
 /// @param stated  the point that was asked for.
 [[nodiscard]] std::string question_text(const PoseJudgement& judgement, const DesignPoint& stated);
 
-/// Sets a view's headline and detail: what to do now, and how or why.
+/// Sets a view's headline and detail: the instruction and its reason.
 void say_what_to_do(SessionView& view, const SaidBesides& besides);
 
 }  // namespace axiscal

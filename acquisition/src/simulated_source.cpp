@@ -18,7 +18,7 @@ namespace {
 
 constexpr double reaction_s = 0.8;
 constexpr double move_s = 2.0;
-constexpr double handling_sd = 0.05;  // how much a cube in hands shakes [g]
+constexpr double handling_sd = 0.05;  // shaking of a cube in the hands [g]
 constexpr double knock_g = 0.02;
 constexpr double impatience_s = 300.0;  // nothing was taken: it must lie wrong
 constexpr std::size_t samples_a_read = 50;
@@ -55,7 +55,7 @@ SimulatedSource::SimulatedSource(std::string name, const SimulationSetup& setup)
 }
 
 void SimulatedSource::draw_instrument(double sensitivity, const SensitivityMatrix& nominal) {
-  constexpr double bias_sd = 0.02;  // of what the field does
+  constexpr double bias_sd = 0.02;  // relative to the effect of the field
   constexpr double misalignment_sd = 0.01;
   const Eigen::Index m = nominal.rows();
   truth_.bias.resize(m);

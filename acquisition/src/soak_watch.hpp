@@ -18,20 +18,20 @@ class SoakWatch {
   /// @param temperature  finite, of as many sensors each time.
   void add(double time_s, const SensorTemperature& temperature);
 
-  /// From now on mean() is of what comes.
+  /// Restarts mean().
   void begin_mean();
 
-  /// @return the mean since begin_mean(); nothing where nothing came.
+  /// @return the mean since begin_mean(); nullopt without samples.
   [[nodiscard]] std::optional<SensorTemperature> mean() const;
 
-  /// @return the last one, of several sensors their mean, where there is any.
+  /// @return the last temperature, the mean of several sensors, if there is one.
   [[nodiscard]] std::optional<double> temperature() const { return last_; }
 
   /// Looks again where something new has come since.
-  /// @return whether it is steady over the window, as soak_state().
+  /// @return true if the temperature is steady over the window, as soak_state().
   bool look();
 
-  /// @return what was seen then.
+  /// @return the state at that time.
   [[nodiscard]] const SoakState& state() const { return state_; }
 
  private:
@@ -41,7 +41,7 @@ class SoakWatch {
   std::deque<double> time_s_;  // one a second
   std::deque<double> temperature_;
   double sum_ = 0.0;
-  std::vector<double> sum_of_axes_;  // where each axis has a sensor of its own
+  std::vector<double> sum_of_axes_;  // if each axis has its own sensor
   std::size_t count_ = 0;
   bool is_news_ = false;
   SoakState state_;

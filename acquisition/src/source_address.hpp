@@ -21,7 +21,7 @@ struct SourceAddress {
   [[nodiscard]] std::optional<std::string> find(std::string_view option) const;
   [[nodiscard]] std::string text_or(std::string_view option, const std::string& otherwise) const;
 
-  /// @throws DomainError  for a value that is no number, or not within the range.
+  /// @throws DomainError  for a value that is not a number, or outside the range.
   [[nodiscard]] double number_or(std::string_view option,
                                  double otherwise,
                                  double low,
@@ -43,7 +43,7 @@ struct HostAndPort {
 };
 
 /// @return the place as HOST:PORT, [ADDRESS]:PORT; the port may be missing where one is usual.
-/// @throws DomainError  where there is no port and none is usual.
+/// @throws DomainError  if the port is missing and the scheme lacks a default.
 [[nodiscard]] HostAndPort host_and_port(const SourceAddress& address,
                                         const std::string& usual_port = "");
 

@@ -16,7 +16,7 @@
 
 namespace axiscal {
 
-/// One source with what it has delivered and said; a live one is read in a thread of its own.
+/// One source with its samples and reports. A live source is read in its own thread.
 class SourceReader {
  public:
   explicit SourceReader(std::unique_ptr<Source> source);
@@ -29,7 +29,7 @@ class SourceReader {
   [[nodiscard]] const std::string& name() const { return source_->name(); }
 
   /// Moves what has come into a batch; of a source that is not live it reads the next.
-  /// @throws what the source threw, once all that it delivered before is taken.
+  /// @throws the exception of the source, after all earlier samples are taken.
   void take(SampleBatch& batch, std::chrono::milliseconds patience);
 
   [[nodiscard]] std::vector<Channel> channels() const;

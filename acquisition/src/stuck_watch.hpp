@@ -26,7 +26,7 @@ class StuckWatch {
 
   [[nodiscard]] bool is_stuck() const { return !stuck_.empty(); }
 
-  /// @return what to tell of it; empty where all is well.
+  /// @return a message about the stuck axis; empty without a problem.
   [[nodiscard]] std::string text() const;
 
  private:

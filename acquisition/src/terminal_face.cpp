@@ -17,7 +17,7 @@
 #include "axiscal/positioner/facing.hpp"
 
 #ifdef AXISCAL_NCURSES
-#define NCURSES_NOMACROS 1  // erase(), move() and the like are names of others too
+#define NCURSES_NOMACROS 1  // erase(), move() and similar names exist elsewhere too
 #include <ncurses.h>
 
 #include "axiscal/acquisition/settings.hpp"
@@ -352,7 +352,8 @@ class TerminalFace final : public SessionFace {
         static_cast<int>(A_BOLD) | static_cast<int>(COLOR_PAIR(rest)));
   }
 
-  // The sphere as a map of equal areas: where readings are, where it points, what is asked for.
+  // The sphere as a map of equal areas: the readings, the current direction, the requested
+  // direction.
   static void draw_sphere(const FreeView& free) {
     constexpr int columns = 36;
     constexpr int lines = 9;

@@ -36,10 +36,10 @@ class WebConnection {
   std::string network_;
 };
 
-/// The clients there are, and what they share.
+/// The clients, and their shared state.
 class WebConnections {
  public:
-  WebPage* page = nullptr;                ///< what they are shown
+  WebPage* page = nullptr;                ///< their content
   std::atomic<std::size_t> watchers = 0;  ///< browsers that watch; read by other threads too
   bool stopping = false;                  ///< the server ends
 
@@ -48,8 +48,8 @@ class WebConnections {
   void clear() { all_.clear(); }
   void wake_all();
 
-  /// Makes room for one more of a network: the oldest of it, or of the network that has most, gives
-  /// way, unless it watches.
+  /// Makes room for one more connection of a network: the oldest of this network, or of the network
+  /// with most connections, is closed, unless it watches.
   /// @return false where there is none to be had.
   [[nodiscard]] bool make_room(const std::string& network);
 

@@ -94,7 +94,7 @@ class WebFace final : public SessionFace {
   // Until the browser that controls says so, or all of them have gone.
   bool conclude(const SessionView& view, const std::vector<SessionFile>& files) override {
     constexpr std::chrono::milliseconds patience{50};
-    constexpr std::chrono::seconds gone_for_good{8};  // a page that is loaded anew is back by then
+    constexpr std::chrono::seconds gone_for_good{8};  // a reloaded page is back by then
     if (!page_.is_watched() || files.empty()) {
       return false;
     }

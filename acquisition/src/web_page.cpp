@@ -89,7 +89,7 @@ std::string text_of(const WebRequest& request, const char* key) {
              : "";
 }
 
-// %20 and the like; what is none stays as it is.
+// %20 and similar codes; invalid codes stay unchanged.
 std::string decoded(const std::string& text) {
   std::string plain;
   for (std::size_t i = 0; i < text.size(); ++i) {
@@ -151,7 +151,7 @@ void WebPage::announce() const {
   }
 }
 
-// Whether a request is for this server by its own name, from this page or no page.
+// True if a request names this server, and comes from this page or not from a page.
 std::optional<WebAnswer> WebPage::refused_at_once(const WebRequest& request) const {
   const std::optional<int> length = parse_integer(request.header("Content-Length"));
   const bool is_get = request.method == "GET" || request.method == "HEAD";
@@ -267,7 +267,7 @@ WebAnswer WebPage::take_control(const WebRequest& request) {
   return {};
 }
 
-// Whether a request comes from another browser than the one that controls. Under the lock.
+// True if a request comes from another browser than the one that controls. Call with the lock.
 std::optional<WebAnswer> WebPage::refused_control(const WebRequest& request) const {
   const std::string session = session_of(request);
   if (session.empty() || !is_by_script(request)) {
@@ -368,7 +368,8 @@ bool WebPage::is_watched() const {
   return !watching_.empty();
 }
 
-// By a browser that is no longer heard to the one that has watched longest. Under the lock.
+// Passes control from a browser that has gone silent to the one that has watched longest. Call with
+// the lock.
 void WebPage::lend_control() {
   const auto now = place_.now();
   const auto other = std::find_if(watching_.begin(), watching_.end(),
@@ -384,7 +385,7 @@ void WebPage::offer(std::vector<SessionFile> files) {
   const std::lock_guard lock(mutex_);
   files_ = std::move(files);
   wish_.clear();
-  commands_.clear();  // what came late was meant for the session that is over
+  commands_.clear();  // late commands were meant for the finished session
   ++version_;
 }
 
@@ -399,7 +400,7 @@ WebAnswer WebPage::stream(const WebRequest& request) const {
   if (session.empty()) {
     return refusal(403, "no key: open the address that the terminal shows");
   }
-  // What happened before is no news to a browser that was there: it says what it saw last.
+  // A browser that was connected gets only the events after the last one that it received.
   const std::optional<int> seen = parse_integer(request.header("Last-Event-ID"));
   const std::size_t last = seen ? static_cast<std::size_t>(std::max(*seen, 0)) : last_event_;
   return {.type = "text/event-stream",

@@ -14,9 +14,9 @@
 
 namespace axiscal {
 
-/// Where a page is served and what it is called there.
+/// The address and the name of a page.
 struct WebPlace {
-  std::string title;    ///< what the session is called
+  std::string title;    ///< name of the session
   std::string scheme;   ///< "http" or "https"
   std::string address;  ///< listened at, without brackets
   int port = 0;
@@ -27,7 +27,8 @@ struct WebPlace {
   std::function<std::chrono::steady_clock::time_point()> now = std::chrono::steady_clock::now;
 };
 
-/// The session's page apart from the network: which request gets what, who controls, what is new.
+/// The session's page without the network: the answer to each request, the browser in control, new
+/// events.
 ///
 /// Its functions may be called from several threads; none waits for anything but the others.
 class WebPage {
@@ -37,11 +38,11 @@ class WebPage {
   /// Says where the page is.
   void announce() const;
 
-  /// What a request gets. Requests for another host, from another site or without the key get
-  /// nothing.
+  /// The answer to a request. Requests for another host, from another site or without the key are
+  /// rejected.
   [[nodiscard]] WebAnswer answer(const WebRequest& request);
 
-  /// How far a browser that watches has seen.
+  /// The last event that a watching browser has received.
   struct Watcher {
     std::string session;
     std::size_t event = 0;
@@ -53,27 +54,26 @@ class WebPage {
   /// @return a watcher for an answer that is a stream.
   [[nodiscard]] Watcher watcher_for(const WebAnswer& answer) const;
 
-  /// @return the event stream's next message for a browser; empty where nothing is new to it.
+  /// @return the event stream's next message for a browser; empty without news.
   [[nodiscard]] std::string news_for(Watcher& watcher) const;
 
-  /// Takes a view of the session and what happened, for all browsers.
+  /// Takes a view of the session and its events, for all browsers.
   void show(const SessionView& view, const std::vector<SessionEvent>& events);
 
   /// A browser that watches has come, or gone.
   void came(const Watcher& watcher);
   void gone(const Watcher& watcher);
 
-  /// @return whether a browser watches now.
+  /// @return true if a browser is watching.
   [[nodiscard]] bool is_watched() const;
 
-  /// Offers files at the end of a session; none: it begins anew.
+  /// Offers files at the end of a session; without files a new session starts.
   void offer(std::vector<SessionFile> files);
 
-  /// @return what the browser that controls wants after the end: "again" or "leave"; empty: nothing
-  ///         yet.
+  /// @return the choice of the browser in control after the end: "again" or "leave"; empty: open.
   [[nodiscard]] std::string wish() const;
 
-  /// @return what the browser that controls has asked for since the last time.
+  /// @return the commands of the browser in control since the last call.
   [[nodiscard]] std::vector<SessionCommand> commands();
 
  private:
@@ -118,7 +118,7 @@ class WebPage {
 /// @return the name of this machine.
 [[nodiscard]] std::string host_name();
 
-/// @return whether an address stands for all of this machine's.
+/// @return true if an address means all addresses of this machine.
 [[nodiscard]] bool is_any_address(const std::string& address);
 
 }  // namespace axiscal

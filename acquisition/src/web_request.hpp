@@ -27,7 +27,7 @@ struct WebRequest {
   [[nodiscard]] bool has_header(std::string_view name) const;
 };
 
-/// What is sent for a request.
+/// The answer to a request.
 struct WebAnswer {
   int status = 200;
   std::string type = "application/json";
@@ -42,7 +42,7 @@ struct WebAnswer {
 /// @return an answer that says why nothing else is.
 [[nodiscard]] WebAnswer refusal(int status, std::string_view why);
 
-/// @return an answer's first line and headers, with what a browser is to keep from doing with it.
+/// @return an answer's first line and headers, with the security restrictions for the browser.
 [[nodiscard]] std::string answer_head(const WebAnswer& answer, bool keeps_alive);
 
 /// @return a part of a body whose length is not known beforehand; of an empty text the end.

@@ -174,7 +174,7 @@ class StreamConnection final : public WebConnection,
                       });
   }
 
-  // What the client still sends is read for a moment, else it would lose the answer.
+  // Reads the rest of the client's data for a moment; otherwise the client would lose the answer.
   void say_goodbye() {
     socket().expires_after(goodbye_deadline);
     if constexpr (std::is_same_v<Stream, beast::tcp_stream>) {
@@ -370,7 +370,7 @@ class WebServer::Listener {
       try {
         take(std::move(socket));
       } catch (const std::exception&) {
-        // There is no memory for this connection: it is dropped, and the next one may be accepted.
+        // If memory is short, this connection is dropped; the next one may be accepted.
       }
     });
   }

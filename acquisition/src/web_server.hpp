@@ -14,15 +14,16 @@ struct WebListening {
   std::string address;  ///< without brackets
   int first_port = 0;
   int ports_tried = 1;
-  const WebCertificate* certificate = nullptr;  ///< TLS with it; null: plain HTTP
+  const WebCertificate* certificate = nullptr;  ///< the TLS context; null: plain HTTP
 };
 
-/// Serves a page: HTTP/1.1 by Boost.Beast, in one thread of its own that nobody waits for.
+/// Serves a page: HTTP/1.1 by Boost.Beast, in its own thread.
 ///
-/// A request must be there whole, TLS's greeting included, within five seconds; its head and body
-/// have limits (web_request.hpp). A network address has 32 connections, all together 512: where one
-/// more comes, the oldest of that address, or of the address that has most, gives way to it, unless
-/// it is a browser that watches. So whoever comes anew is answered, however many others hold on.
+/// A request must be complete within five seconds, including the greeting of TLS. Head and body
+/// have limits (web_request.hpp). A network address may have 32 connections, all together 512. If
+/// one more arrives, the oldest connection of that address, or of the address with most
+/// connections, is closed, unless it is a browser that watches. So a new client is answered even if
+/// many others hold connections.
 class WebServer {
  public:
   /// Takes a port. Nobody is answered yet.

@@ -16,7 +16,7 @@ namespace axiscal {
 namespace {
 
 constexpr std::size_t first_size = 1U << 13U;  // of the buffer: a short file costs few pages
-constexpr std::size_t block_size = 1U << 18U;  // to which it grows with what is read
+constexpr std::size_t block_size = 1U << 18U;  // largest size; the buffer grows with the content
 
 bool is_blank(std::string_view text) {
   return text.find_first_not_of(" \t\r") == std::string_view::npos;
@@ -61,7 +61,7 @@ bool is_utf8(std::string_view text) noexcept {
         return false;
       }
     }
-    // Overlong forms, surrogates and what lies beyond U+10FFFF.
+    // Overlong forms, surrogates and code points beyond U+10FFFF.
     if ((lead == 0xE0 && byte(i + 1) < 0xA0) || (lead == 0xED && byte(i + 1) > 0x9F) ||
         (lead == 0xF0 && byte(i + 1) < 0x90) || (lead == 0xF4 && byte(i + 1) > 0x8F)) {
       return false;
@@ -153,8 +153,8 @@ bool CsvReader::find_line_end(std::size_t from, std::size_t& end) {
   }
 }
 
-// What is not consumed moves to the front of the buffer, which grows where it is full, and up to a
-// block where it was half full.
+// Moves the unread bytes to the front of the buffer. The buffer grows if it is full; it doubles up
+// to a block if it was half full.
 void CsvReader::read_more() {
   const bool may_be_long = buffer_.size() < block_size && filled_ > buffer_.size() / 2;
   if (begin_ > 0) {

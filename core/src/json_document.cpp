@@ -81,7 +81,7 @@ struct JsonSink {
   }
 };
 
-// What a column of a table is among JSON values: its cells as text, each ended by a line feed.
+// A column of a table as a JSON value: its cells as text, each ended by a line feed.
 enum class ColumnOf : std::uint8_t { scalars, lists };
 
 void append_column(const JsonSink& sink, const Json::binary_t& column, std::size_t indent) {
@@ -360,7 +360,7 @@ Eigen::VectorXd JsonValue::numbers(std::optional<Eigen::Index> size, bool null_i
     } else if (entry.is_number() && std::isfinite(entry.get<double>())) {
       numbers(i) = entry.get<double>();
     } else {
-      numbers(i) = child(entry).number();  // which says what is wrong with it
+      numbers(i) = child(entry).number();  // the parser reports the error
     }
   }
   return numbers;
@@ -486,7 +486,7 @@ JsonValue as_read_back(Json value, std::string path) {
 
 std::string json_text(Json& value) {
   std::string out;
-  // Columns are most of what is long.
+  // Columns make up most of a long file.
   constexpr std::size_t others = std::size_t{1} << 16U;
   if (const std::size_t columns = size_of_columns(value); columns > others) {
     out.reserve(columns + columns / 4 + others);

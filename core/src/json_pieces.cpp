@@ -98,7 +98,7 @@ class JsonSkimmer {
         case '}':
         case ']':
           if (depth == 0) {
-            return true;  // of a number or a word, what holds it
+            return true;  // of a number or a word: the member that contains it
           }
           --depth;
           ++place_;
@@ -322,7 +322,7 @@ std::optional<std::vector<std::string_view>> list_of_piece(std::string_view piec
 std::optional<Eigen::MatrixXd> matrix_of_piece(std::string_view piece,
                                                Eigen::Index rows,
                                                Eigen::Index columns) {
-  // An entry takes two characters or more: what is too large is not even begun.
+  // An entry takes two characters or more, so a list that is too long is rejected at once.
   const auto most = static_cast<Eigen::Index>(piece.size() / 2);
   if (rows > most || columns > most || rows * columns > most) {
     return std::nullopt;

@@ -58,8 +58,8 @@ pid_t process_in(std::string_view name) {
   return process && attempt && *process > 0 ? *process : 0;
 }
 
-// Whether a killed run left the file: the process in its name is gone, it is ours, and nobody holds
-// its lock (a process of another container that shares the folder would).
+// True if a killed run left the file: the process in its name is gone, we own the file, and its
+// lock is free. A process of another container that shares the folder would hold the lock.
 bool is_orphan(const std::filesystem::path& path) {
   const pid_t process = process_in(path.filename().string());
   if (process == 0 || ::kill(process, 0) == 0 || errno != ESRCH) {
@@ -86,7 +86,8 @@ void remove_orphans(const std::filesystem::path& folder) {
       return;
     }
   }
-  // Of a folder with thousands of files a path for each would cost more than what is to be written.
+  // A path for each file of a folder with thousands of files would cost more than writing the
+  // output.
   const std::unique_ptr<DIR, int (*)(DIR*)> all(::opendir(folder.c_str()), ::closedir);
   for (const dirent* entry = nullptr; all && (entry = ::readdir(all.get())) != nullptr;) {
     if (process_in(entry->d_name) != 0 && is_orphan(folder / entry->d_name)) {

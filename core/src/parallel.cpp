@@ -15,7 +15,7 @@
 namespace axiscal {
 namespace {
 
-// Waits for its threads at the end. (libc++ 14 has no jthread.)
+// Waits for its threads in the destructor. (libc++ 14 lacks jthread.)
 class JoinedThreads {
  public:
   JoinedThreads() = default;

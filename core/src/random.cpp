@@ -14,10 +14,10 @@ namespace {
 using Seeds = std::array<std::uint32_t, 3>;
 using StateWords = std::array<std::uint32_t, 2 * std::mt19937_64::state_size>;
 
-// What std::seed_seq of three numbers makes for an engine of many words, whose state is dearer to
-// fill than most streams are to draw from: the standard's algorithm ([rand.util.seedseq]) in
-// stretches in which no place goes round, instead of three remainders a word. Each word waits for
-// the one before it, so that several sequences at once take little longer than one.
+// The result of std::seed_seq with three numbers for an engine of many words. Filling the state of
+// the engine costs more than most streams draw, and the standard's algorithm ([rand.util.seedseq])
+// runs here in stretches without wrap-around, instead of with three remainders per word. Each word
+// depends on the one before it, so several sequences at once take little longer than one.
 template <std::size_t count>
 class SeedSequences {
  public:

@@ -60,7 +60,7 @@ Digits all_digits(std::uint64_t significand, int count) {
           .last = eight_characters(all % eight)};
 }
 
-// Behind "0.000", where the point comes before all of them.
+// After "0.000": the point comes before all digits.
 void put_fraction(char* first, const Digits& digits, int zeros) {
   std::memcpy(first, "0.0000", 6);
   char* const at = first + 2 + zeros;
@@ -69,8 +69,8 @@ void put_fraction(char* first, const Digits& digits, int zeros) {
   std::memcpy(at + 1 + sizeof digits.middle, &digits.last, sizeof digits.last);
 }
 
-// With the point behind 1 to 7 of them. All are put one place on, where what follows the point
-// belongs; the first eight characters are then put together with the point among them.
+// The point comes after 1 to 7 digits. All digits are moved by one place, to the position of the
+// fraction; then the first eight characters are assembled with the point among them.
 void put_pointed(char* first, const Digits& digits, int before_point) {
   std::memcpy(first + 2, &digits.middle, sizeof digits.middle);
   std::memcpy(first + 2 + sizeof digits.middle, &digits.last, sizeof digits.last);

@@ -65,7 +65,7 @@ double field_factor_of(FieldDescription field,
   }
 }
 
-// What spans the matrices of a shape.
+// The basis of the matrices of a shape.
 std::vector<Eigen::Matrix3d> basis_of(MatrixShape shape) {
   std::vector<Eigen::Matrix3d> basis;
   if (shape == MatrixShape::scalar) {
@@ -299,7 +299,7 @@ std::string loss_text(const ExportLoss& loss) {
 
 namespace {
 
-// What would end a comment, start another line or turn the text round is not for a comment.
+// Removes characters that would end a comment, start another line or reverse the text.
 std::string fit_for_comment(std::string line) {
   std::replace_if(
       line.begin(), line.end(),

@@ -21,10 +21,10 @@ void require_three_axes(const Calibration& calibration, std::string_view format)
 ///                       for the message.
 Sensor sensor_of(const Calibration& calibration, std::string_view format);
 
-/// @return the unit of a sensor's field: m/s^2, rad/s, and what is used of magnetic ones.
+/// @return the unit of a sensor's field: m/s^2, rad/s, and the usual units of magnetic fields.
 std::string usual_unit(Sensor sensor, const std::string& of_magnetometer);
 
-/// What a consumer lets a calibration's matrix be.
+/// The shape that a consumer allows for a calibration's matrix.
 enum class MatrixShape {
   full,
   symmetric,
@@ -33,7 +33,7 @@ enum class MatrixShape {
   identity,  ///< none: an offset only
 };
 
-/// What a consumer computes of a reading: field = inverse (reading - bias).
+/// A consumer's formula: field = inverse (reading - bias).
 struct ConsumerModel {
   Eigen::Matrix3d inverse = Eigen::Matrix3d::Identity();  ///< [its field unit per reading unit]
   Eigen::Vector3d bias = Eigen::Vector3d::Zero();         ///< [its reading unit]
@@ -62,7 +62,7 @@ ConsumerModel nearest_model(const Calibration& calibration,
 /// are.
 Calibration with_measured_field(const Calibration& calibration);
 
-/// What the model leaves out, if anything.
+/// The part of the calibration that the model leaves out, if any.
 std::optional<ExportLoss> loss_of(const Calibration& calibration, const ConsumerModel& model);
 
 /// loss_of(), refused unless losses are allowed.
@@ -75,7 +75,7 @@ std::optional<ExportLoss> accepted_loss(const Calibration& calibration,
 /// control characters.
 std::string source_line(const Calibration& calibration);
 
-/// What a file says of itself, line by line: source, whether it was refused, formula, units, loss.
+/// The comment of a file, line by line: source, status, formula, units, loss.
 std::vector<std::string> comment_of(const Calibration& calibration,
                                     const std::vector<std::string>& lines,
                                     const std::optional<ExportLoss>& loss);

@@ -59,7 +59,7 @@ void content(xml_node parent, const char* name, const std::string& value) {
 struct Unit {
   std::string_view name;
   std::string_view si;       ///< as the D-SI writes it
-  std::string_view inverse;  ///< what the reciprocal unit is called
+  std::string_view inverse;  ///< name of the reciprocal unit
 };
 
 constexpr std::array units = {
@@ -87,8 +87,8 @@ const Unit* find_unit(const std::string& name) {
   return nullptr;
 }
 
-// What the D-SI calls the unit of a coefficient; where it has no word for it (counts, g), \one, and
-// `remark` says the unit.
+// The name of a coefficient's unit in the D-SI. For units without a name (counts, g) it is \one,
+// and `remark` gives the unit.
 std::string si_unit(const Calibration& calibration,
                     bool of_reading,
                     bool per_field,
@@ -122,7 +122,7 @@ void add_contact(xml_node parent,
   }
 }
 
-// What the laboratory says and the schema has no element for.
+// Details of the laboratory for which the schema lacks an element.
 std::vector<std::string> statements_of(const CertificateDetails& details) {
   std::vector<std::string> all = details.traceability;
   const auto say = [&](const char* what, const std::string& text) {

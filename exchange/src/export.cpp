@@ -19,7 +19,7 @@ namespace {
 
 using Writer = Exported (*)(const Calibration&, const ExportOptions&);
 
-// The formats with what writes them, by name.
+// The formats and their writers, by name.
 struct KnownExport {
   ExportFormat format;
   Writer write;

@@ -32,7 +32,7 @@ Eigen::Vector3d above_diagonal(const Eigen::Matrix3d& M) {
   return {M(0, 1), M(0, 2), M(1, 2)};
 }
 
-// What flight controllers let a sensor's matrix be.
+// The shape of a sensor's matrix in flight controllers.
 MatrixShape shape_in_flight(Sensor sensor) {
   switch (sensor) {
     case Sensor::accelerometer:
@@ -269,7 +269,7 @@ Exported export_betaflight(const Calibration& calibration, const ExportOptions& 
         "Betaflight does not store a calibration of a gyroscope: it measures the bias at each "
         "start");
   }
-  // Counts; what a count is, the firmware knows: for acceleration so many to 1 g, a power of two.
+  // Counts. The firmware knows the size of a count: for acceleration a power of two per 1 g.
   ConsumerModel model = nearest_model(calibration, {}, MatrixShape::scalar, options);
   double per_field = 1.0 / model.inverse(0, 0);
   std::vector<std::string> lines;

@@ -27,8 +27,8 @@ Exported export_betaflight(const Calibration& calibration, const ExportOptions& 
 /// @return a flight controller's parameter of an axis k (0, 1, 2): PREFIX + X, Y or Z + SUFFIX.
 std::string axis_parameter(const std::string& prefix, int k, const std::string& suffix);
 
-/// @return what the names of ArduPilot's accelerometer n start with: "INS_ACC", "INS_ACC2",
-///         "INS4_ACC"; the gyroscope's have GYR in it.
+/// @return the prefix of the parameters of ArduPilot's accelerometer n: "INS_ACC", "INS_ACC2",
+///         "INS4_ACC". The gyroscope's prefix has GYR in it.
 std::string ardupilot_group(int instance, std::string_view sensor);
 
 }  // namespace axiscal

@@ -57,7 +57,7 @@ std::string list(const Eigen::Ref<const Eigen::VectorXd>& values, const Write& w
   return row.substr(1, row.size() - 2);
 }
 
-// How a language writes a header: its constants, its guard, what a file starts and ends with.
+// The syntax of a header in a language: constants, guard, start and end of the file.
 struct Dialect {
   bool is_cpp = false;
   std::string name;
@@ -204,7 +204,7 @@ Exported fixed_header(const Calibration& calibration,
                       ConsumerModel model,
                       std::string_view format) {
   constexpr double largest = 1073741823.0;  // 2^30 - 1
-  constexpr double times_field = 8.0;       // how much larger the field may be
+  constexpr double times_field = 8.0;       // factor by which the field may be larger
   const int reading_bits = options.numbers.reading_bits;
   const int field_bits = options.numbers.field_bits;
   const double span = model.bias.cwiseAbs().maxCoeff() +
@@ -239,7 +239,7 @@ Exported fixed_header(const Calibration& calibration,
   const ConsumerModel exact = model;
   model.bias = bias * std::ldexp(1.0, -bias_bits);
   model.inverse = inverse * std::ldexp(1.0, -inverse_bits);
-  // What rounding costs is no loss but for too few digits; temperature is.
+  // Rounding counts as a loss only if there are too few digits. Temperature counts always.
   const std::optional<ExportLoss> loss = accepted_loss(calibration, exact, format, options);
   const std::optional<ExportLoss> rounding = loss_of(calibration, model);
   const std::string places = std::to_string(field_bits);

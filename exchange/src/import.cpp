@@ -37,7 +37,7 @@ struct Source {
 struct Imported {
   Eigen::Vector3d bias = Eigen::Vector3d::Zero();
   Eigen::Matrix3d sensitivity = Eigen::Matrix3d::Identity();
-  std::string unit;        // what the readings are in
+  std::string unit;        // unit of the readings
   std::string field_unit;  // and of the field
   std::vector<std::string> notes;
 };
@@ -96,7 +96,7 @@ ParameterTable read_parameters(const Source& source,
   return table;
 }
 
-// PREFIX + X, Y, Z + SUFFIX; where none of the three is there, `otherwise`.
+// PREFIX + X, Y, Z + SUFFIX; `otherwise` if all three are missing.
 Eigen::Vector3d axes_of(const Source& source,
                         const ParameterTable& table,
                         const std::string& prefix,
@@ -431,7 +431,8 @@ Calibration import_calibration(std::string_view text,
     calibration.findings.notes.push_back({NoteCode::imported, note});
   }
   try {
-    static_cast<void>(calibration_json(calibration));  // what cannot be stored is not imported
+    static_cast<void>(
+        calibration_json(calibration));  // records that could not be stored are not imported
   } catch (const DomainError& error) {
     throw DataError(path, error.what());
   }

@@ -50,7 +50,7 @@ ScaleMisalignment scale_misalignment(const Eigen::Matrix3d& S) {
   return {.M = R.transpose() * signs.asDiagonal(), .C = signs.asDiagonal() * Q.transpose()};
 }
 
-// What Kalibr takes of one sensor.
+// The inputs of Kalibr for one sensor.
 struct KalibrSensor {
   Sensor sensor = Sensor::none;
   ScaleMisalignment split;
@@ -93,8 +93,8 @@ KalibrSensor kalibr_sensor(const Calibration& calibration, const ExportOptions& 
   return result;
 }
 
-// @param frame  rotation of the IMU's frame from the instrument's: C of the accelerometer, where it
-//               is in the same file.
+// @param frame  rotation from the instrument's frame to the IMU's: C of the accelerometer, if it is
+//               in the same file.
 std::string kalibr_block(const KalibrSensor& one, const Eigen::Matrix3d& frame) {
   const bool is_gyroscope = one.sensor == Sensor::gyroscope;
   std::string text = is_gyroscope ? "  gyroscopes:\n" : "  accelerometers:\n";
@@ -154,9 +154,8 @@ Exported export_kalibr_imu(const Calibration& first,
 
 namespace {
 
-// What a node puts into sensor_msgs/Imu, /MagneticField beside corrected readings: the scatter of
-// one reading, and what the calibration leaves of bias and sensitivity where the field is as large
-// as it was.
+// The covariance that a node writes into sensor_msgs/Imu and /MagneticField: the scatter of one
+// reading, and the uncertainty of bias and sensitivity for a field of the calibrated size.
 std::string covariance_for_ros(const Calibration& calibration,
                                const ConsumerModel& model,
                                Sensor sensor,
@@ -248,7 +247,7 @@ Exported export_x_io(const Calibration& calibration, const ExportOptions& option
     json[name + "Sensitivity"] = vector(lengths);
     json[name + "Offset"] = vector(model.bias);
   }
-  // JSON has no comments.
+  // JSON does not allow comments.
   const Json comment = comment_of(
       calibration,
       {formatted("{}, v in {}, matrices row by row", formula, calibration.sensor.instrument.unit)},

@@ -78,7 +78,7 @@ class Sheet {
   lxw_worksheet* sheet_;
 };
 
-// A workbook of two sheets: the coefficients, and readings with what they make of them.
+// A workbook of two sheets: the coefficients, and readings with the computed fields.
 class Workbook {
  public:
   Workbook(const Calibration& calibration, const std::string& path)
@@ -117,8 +117,8 @@ class Workbook {
     return sensor().temperature && sensor().temperature->has_own_sensors();
   }
 
-  // Rows: a title, what it is of, the magnitude, then a table with a row for each axis, and one of
-  // the inverse with a row for each component.
+  // Rows: a title, the instrument, the magnitude, then a table with a row for each axis, and the
+  // inverse with a row for each component.
   static constexpr int magnitude_row = 4;
   static constexpr int table_row = 7;
   [[nodiscard]] int axis_row(int axis) const { return table_row + 1 + axis; }
@@ -225,7 +225,7 @@ class Workbook {
     }
   }
 
-  // How many columns a row of readings begins with.
+  // Number of columns before the results in a row of readings.
   [[nodiscard]] int temperature_columns() const {
     return order() == 0 ? 0 : own_temperatures() ? m_ : 1;
   }
@@ -299,7 +299,7 @@ class Workbook {
     return names;
   }
 
-  // A reading in some attitude, what it makes, and by which formulas.
+  // A reading in some attitude, its results, and their formulas.
   void put_example(Sheet& sheet, int row, int number) {
     constexpr std::array<std::pair<double, double>, example_rows> attitudes_deg = {
         {{0.0, 0.0},

@@ -15,7 +15,7 @@
 namespace axiscal {
 namespace {
 
-constexpr double mu_0 = 4e-7 * std::numbers::pi;  // CODATA differs by 1.3e-10 of it
+constexpr double mu_0 = 4e-7 * std::numbers::pi;  // CODATA differs by a relative 1.3e-10
 
 double helmholtz_T(double ampere_turns, double radius_m) {
   return std::pow(0.8, 1.5) * mu_0 * ampere_turns / radius_m;
@@ -78,7 +78,7 @@ void CoilField::resolve(FieldResolver& of) const {
   } else if (of.largest_met()) {
     of.set_magnitude(*of.largest_met());
   } else {
-    of.leave_magnitude_open();  // what else is known must fix the scale
+    of.leave_magnitude_open();  // other known parts must fix the scale
   }
 }
 

@@ -8,10 +8,10 @@
 
 namespace axiscal {
 
-/// What magnetic fields are given in.
+/// The units of magnetic fields.
 inline constexpr std::array<std::string_view, 5> magnetic_units = {"nT", "uT", "T", "mT", "G"};
 
-// The entry of each kind that comes with the library, beside its class.
+// The entry of each kind in the library, declared next to its class.
 [[nodiscard]] FieldKind gravity_entry();
 [[nodiscard]] FieldKind geomagnetic_entry();
 [[nodiscard]] FieldKind earth_rotation_entry();

@@ -108,7 +108,7 @@ void write_part(Json& json, FieldSetup part) {
   json["kind"] = part.kind();
   JsonMembers io(json);
   common_members(io, part);
-  // The same table reads and writes; writing changes nothing of the field.
+  // One table for reading and writing. Writing does not change the field.
   const_cast<ReferenceField&>(*part.of).members(
       io);  // NOLINT(cppcoreguidelines-pro-type-const-cast)
 }

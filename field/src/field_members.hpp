@@ -18,7 +18,7 @@ inline constexpr std::array<std::string_view, 3> members_with_date = {"model", "
 /// A model's name; not written where it is the usual one.
 void model_members(JsonMembers& io, std::string& model, const std::string& usual);
 
-/// A site of the field's own, where it is not the table's.
+/// The site of the field, if it differs from the table's.
 void site_members(JsonMembers& io, std::optional<Site>& site);
 
 }  // namespace axiscal

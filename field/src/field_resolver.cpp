@@ -59,7 +59,7 @@ void FieldResolver::check_given() const {
   }
 }
 
-// Kind, unit and role, by what is stated of them and what the kind allows.
+// Kind, unit and role, from the stated inputs and the kind's properties.
 void FieldResolver::prepare() {
   const FieldKind& kind = field_kind(given_.kind());
   found_.kind = given_.kind();
@@ -105,7 +105,7 @@ void FieldResolver::resolve_by_value(const ReferenceField& field) {
 }
 
 // The first unit in which the stated magnitude is possible: 9.81 is gravity in m/s^2, 48 the
-// Earth's field in uT. Empty if that tells nothing.
+// Earth's field in uT. Empty if this is ambiguous.
 std::string FieldResolver::unit_told_by_number(const FieldKind& kind) const {
   const std::optional<double> met = kind.vertical ? occasion_.largest : std::nullopt;
   const std::optional<double> magnitude = given_magnitude() ? given_magnitude() : met;

@@ -35,7 +35,8 @@ void convert(FieldDescription& part, const std::string& unit) {
   part.unit = unit;
 }
 
-// Numbers without a unit are in one unit: of a sum, that of the part whose magnitude tells it.
+// Numbers without a unit share one unit: in a sum, the unit of the part whose magnitude determines
+// it.
 std::string unit_told_by_magnitude(const FieldSetup& setup,
                                    const TablePlace& place,
                                    const FieldOccasion& occasion) {
@@ -236,7 +237,7 @@ FieldDescription describe_field(const TablePlace& place,
     return field_kind(part.kind).dated && !part.model.empty();
   });
   if (field.date.empty() && dated) {
-    field.date = output_timestamp().substr(0, 10);  // the model's field changes with it
+    field.date = output_timestamp().substr(0, 10);  // the field of the model changes with the date
   }
   return field;
 }

@@ -16,9 +16,9 @@
 namespace axiscal {
 namespace {
 
-// What gravity models are off by from gravity on the ground (1 standard deviation) [m/s^2]: WGS 84
-// normal gravity knows no anomalies; EGM96 and EGM2008 leave out what is smaller than their grid.
-// Measured at 2872 ground stations of southern Africa (Proof in docs/fields.md).
+// The difference between gravity models and gravity on the ground (1 standard deviation) [m/s^2].
+// WGS 84 normal gravity does not include anomalies; EGM96 and EGM2008 leave out details below their
+// grid. Measured at 2872 ground stations of southern Africa (Proof in docs/fields.md).
 constexpr double normal_gravity_u = 4e-4;
 constexpr double gravity_model_u = 2e-4;
 

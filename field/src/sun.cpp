@@ -60,7 +60,7 @@ double mean_sidereal_time_deg(double days) {
                    360.0);
 }
 
-// Saemundsson's formula: what is added to the geometric elevation.
+// Saemundsson's formula: the correction to the geometric elevation.
 double refraction_rad(double elevation_rad) {
   const double h = elevation_rad * deg_per_rad;
   constexpr double lowest_deg = -1.0;  // below, the sun has set

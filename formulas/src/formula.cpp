@@ -213,7 +213,7 @@ BOOST_SPIRIT_DEFINE(
     choice, disjunction, conjunction, comparison, sum, product, signed_number, primary, name)
 
 // @return the steps of a formula.
-// @throws DomainError  that says where the text is no formula.
+// @throws DomainError  if the text is not a formula; the message gives the position.
 std::vector<Step> parsed(const std::string& text, const std::vector<std::string>& names) {
   Parsing parsing{.names = names, .steps = {}, .called = {}, .calls = {}, .counts = {}};
   auto at = text.begin();

@@ -25,7 +25,7 @@ struct StatedQuantity {
   Formula formula;
 };
 
-// What an InstrumentKind refers to, for as long as the program runs.
+// Data of an InstrumentKind, kept as long as the program runs.
 struct StatedKind {
   std::string path;
   std::string name;
@@ -150,7 +150,7 @@ const InstrumentKind& add_instrument_kind_file(const std::string& path) {
   StatedKind read;
   read.path = path;
   read_into(read, parse_json(read_whole_file(path), path));
-  // Kept only where it was added: a name that is there already leaves nothing behind.
+  // Kept only if the kind was added. A name that exists already leaves no data behind.
   const StatedKind& kind = stated.emplace_back(std::move(read));
   InstrumentKind entry{.name = kind.name,
                        .derived_names = kind.derived_views,

@@ -11,6 +11,6 @@
 /// @file
 /// The library proper: from a field and a cube to a calibration, and to angles.
 ///
-/// Each module has a header that says what it is for, with a short program and its traps:
-/// axiscal/core.hpp, field.hpp, positioner.hpp, instruments.hpp and calib.hpp, which are all here;
-/// and logs.hpp, exchange.hpp, report.hpp and acquisition.hpp, which a build may lack.
+/// Each module has a header with a description, a short program and its traps. This header includes
+/// axiscal/core.hpp, field.hpp, positioner.hpp, instruments.hpp and calib.hpp. A build may lack
+/// logs.hpp, exchange.hpp, report.hpp and acquisition.hpp.

@@ -68,7 +68,7 @@ std::size_t LineariseEllipsoid(const EllipsoidReadings& readings,
   return end;
 }
 
-// The sum over whole vectors of rows, how many they are in `end`.
+// The sum over whole vectors of rows; `end` receives the number of rows.
 double SumOfDeviations(const EllipsoidReadings& readings, const double* scale, std::size_t& end) {
   const hn::CappedTag<double, 8> lanes;
   end = readings.n - readings.n % hn::Lanes(lanes);

@@ -18,7 +18,7 @@
 namespace axiscal {
 namespace {
 
-// What this processor and its system run, of what Highway's targets ask for.
+// The instruction sets of this processor and system, among Highway's targets.
 std::int64_t supported_targets() {
   std::int64_t targets = HWY_STATIC_TARGET;
 #if HWY_ARCH_X86 && (defined(__GNUC__) || defined(__clang__))
@@ -50,7 +50,7 @@ std::size_t place_of(std::int64_t target) {
       return static_cast<std::size_t>(place);
     }
   }
-  return HWY_MAX_DYNAMIC_TARGETS;  // what the table falls back to
+  return HWY_MAX_DYNAMIC_TARGETS;  // the default of the table
 }
 
 std::atomic<std::int64_t>& chosen_target() {

@@ -141,7 +141,7 @@ void ReduceAndStream(const ColumnReduction& reduction,
   hwy::FlushStream();
 }
 
-// @return how many rows were done, from the first.
+// @return the number of rows that were computed, from the first.
 template <bool with_angles>
 std::size_t Reduce(const ColumnReduction& reduction,
                    const ReadColumns& v,

@@ -64,7 +64,7 @@ void FitBlock(const RepeatedDesign& design,
   }
 }
 
-// @return how many responses were done, from the first.
+// @return the number of responses that were computed, from the first.
 std::size_t FitFour(const RepeatedDesign& design,
                     std::span<const double> responses,
                     std::span<double> estimates,

@@ -19,8 +19,8 @@ namespace axiscal {
 namespace HWY_NAMESPACE {
 namespace hn = hwy::HWY_NAMESPACE;
 
-// Four stretches of a column at once, so that no running sum waits for its neighbour: what changes
-// a window is computed along each stretch, and interleaved to one lane for each.
+// Four stretches of a column at once, so that running sums do not wait for each other. The change
+// of a window is computed along each stretch and interleaved to one lane per stretch.
 constexpr std::size_t stretches = 4;
 using Lanes = hn::CappedTag<double, stretches>;
 using Double = hn::Vec<Lanes>;
@@ -40,7 +40,7 @@ struct RunningSums {
     }
   }
 
-  std::size_t ahead;  // how far on the next block's samples are; 0 in the last
+  std::size_t ahead;  // distance to the samples of the next block; 0 in the last block
   const double* x[stretches] = {};
   double sum[stretches] = {};
   double squares[stretches] = {};
@@ -102,11 +102,11 @@ void SlideBlock(std::vector<RunningSums>& columns,
   }
 }
 
-// @return how many windows were done, from the first.
+// @return the number of windows that were computed, from the first.
 std::size_t SlideVariance(std::span<const std::span<const double>> columns,
                           std::size_t window,
                           std::span<double> joined) {
-  // The sums are made anew for each block; its stretches do not meet in the same cache lines.
+  // The sums are computed again for each block. Its stretches use different cache lines.
   constexpr std::size_t block = stretches * 2040;
   const std::size_t whole = (joined.size() - 1) / tile * tile;
   for (std::size_t first = 0; first < whole; first += block) {

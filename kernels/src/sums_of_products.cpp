@@ -17,7 +17,7 @@ namespace axiscal {
 namespace HWY_NAMESPACE {
 namespace hn = hwy::HWY_NAMESPACE;
 
-// Rows that are summed: whole vectors of them.
+// The summed rows: whole vectors.
 struct RowRange {
   std::size_t first;
   std::size_t end;
@@ -41,7 +41,7 @@ void ByThree(
   products[2 * p] += hn::GetLane(hn::SumOfLanes(lanes, c));
 }
 
-// The same of three columns: nine sums from six loads.
+// Three columns: nine sums from six loads.
 void ThreeByThree(const double* const* x,
                   const double* const* others,
                   RowRange rows,
@@ -88,8 +88,8 @@ void ThreeByThree(const double* const* x,
   put(2, 2, c2);
 }
 
-// Adds to the p x p products those of the rows from the first on, whole vectors of them: of blocks
-// of three columns that are on or left of the diagonal.
+// Adds the products of the rows, from the first on and in whole vectors, to the p x p products:
+// blocks of three columns on and left of the diagonal.
 // @return the end of those rows.
 std::size_t AddProducts(const double* const* columns,
                         std::size_t p,

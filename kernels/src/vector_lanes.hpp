@@ -6,13 +6,12 @@
 #include <memory>
 #include <new>
 
-// A kernel is compiled once for each instruction set: for x86 SSE4, AVX2 and AVX-512, and what the
-// compiler's own baseline is.
+// A kernel is compiled once for each instruction set: for x86 SSE4, AVX2, AVX-512 and the
+// compiler's baseline.
 #define HWY_DISABLED_TARGETS (HWY_SSSE3 | HWY_AVX3_DL)
 
-// A kernel's table by instruction set, and the call by it. HWY_EXPORT and HWY_DYNAMIC_DISPATCH do
-// as much with libhwy, which times the processor for five milliseconds whenever a program is loaded
-// with it.
+// A table of kernels by instruction set, and the call. HWY_EXPORT and HWY_DYNAMIC_DISPATCH do this
+// with libhwy, but libhwy measures the processor for five milliseconds at every start.
 #define AXISCAL_KERNEL(FUNCTION)                                                \
   static decltype(&HWY_STATIC_DISPATCH(FUNCTION)) const FUNCTION##Kernels[] = { \
       HWY_CHOOSE_TARGET_LIST(FUNCTION), HWY_CHOOSE_FALLBACK(FUNCTION)}

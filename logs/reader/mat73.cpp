@@ -25,7 +25,7 @@ std::vector<double> doubles_of(const matvar_t& variable, std::size_t count) {
   return std::vector<double>(data, data + count);
 }
 
-// Empty for what is no array of real numbers.
+// Empty if the variable is not an array of real numbers.
 std::vector<double> values_of(const matvar_t& variable, std::size_t count) {
   if (variable.isComplex != 0 || variable.data == nullptr ||
       variable.nbytes != count * static_cast<std::size_t>(variable.data_size)) {
@@ -80,7 +80,7 @@ void add_variable(const matvar_t& variable, const std::string& name, SeriesTable
   }
 }
 
-// Whether a variable of numbers has none, though its sizes say that there are.
+// True if the numbers of a variable are missing although its sizes are not zero.
 bool is_lost(const matvar_t& variable) {
   const bool is_numeric =
       variable.class_type >= MAT_C_DOUBLE && variable.class_type <= MAT_C_UINT64;
@@ -106,7 +106,7 @@ SeriesTables read_mat73(const std::string& path) {
     if (names[i] == nullptr) {
       continue;
     }
-    // What the file lists must be there; matio says of neither that it is missing.
+    // Every listed variable must be readable. matio does not report a missing one.
     const std::unique_ptr<matvar_t, FreeVariable> variable(Mat_VarRead(file.get(), names[i]));
     if (!variable || is_lost(*variable)) {
       throw Error(formatted("the .mat file is damaged: variable '{}' cannot be read", names[i]));

@@ -104,8 +104,8 @@ std::vector<std::size_t> all_rests(const Segmentation& rests) {
   return all;
 }
 
-// How far noise of 1 goes into biases and sensitivities where rests lie in these directions: few
-// directions, or such as leave a side out, make it large.
+// The factor from the noise of rests in these directions to biases and sensitivities. It is large
+// for few directions, or if a side is missing.
 double spread_of(const Eigen::MatrixX3d& ups) {
   Eigen::MatrixXd J(ups.rows(), 9);
   J << ups, ups.cwiseAbs2(), ups.col(0).cwiseProduct(ups.col(1)),
@@ -118,9 +118,9 @@ double spread_of(const Eigen::MatrixX3d& ups) {
   return std::sqrt(ldlt.solve(Eigen::MatrixXd::Identity(9, 9)).trace());
 }
 
-// How well the rests of one threshold serve: the scatter of the fit times the spread of their
-// directions, as it goes into standard errors. Of gravity's magnitude; with a gyroscope, of the
-// attitudes after the turns, which feel what moves in a rest much sooner.
+// The quality of the rests of one threshold: the scatter of the fit times the spread of their
+// directions, as in standard errors. The scatter is of gravity's magnitude; with a gyroscope, of
+// the attitudes after the turns, which are more sensitive to motion in a rest.
 struct RestQuality {
   double scatter = std::numeric_limits<double>::infinity();
   double spread = 1.0;
@@ -150,7 +150,7 @@ RestQuality quality_of(const Segmentation& rests,
 // one.
 //
 // @param notes    is told what was left out for it.
-// @param inverse  what its turns say of the gyroscope.
+// @param inverse  the gyroscope's scale according to its turns.
 std::size_t best_by_scatter(const RecordedLog& log,
                             const ImuOptions& options,
                             const std::vector<IntervalSet>& sets,
@@ -296,7 +296,7 @@ class ImuCalibrator {
       try {
         calibrate_magnetometer();
       } catch (const RefusedError& error) {
-        // It has other needs; what the others are must not be lost for it.
+        // It has other requirements; its failure must not lose the other results.
         result_.rests.warnings.push_back(
             formatted("the magnetometer is left out: {}", error.what()));
         result_.failed.push_back({.slot = "magnetometer", .message = error.what()});
@@ -320,7 +320,7 @@ class ImuCalibrator {
   }
 
  private:
-  // What is to be looked at in the log is so in each record of it.
+  // Problems of the log are in each of its records.
   void warn(Calibration& record) const {
     const auto add = [&](WarningCode code, const std::vector<std::string>& messages) {
       for (const std::string& message : messages) {
@@ -385,8 +385,8 @@ class ImuCalibrator {
     return false;
   }
 
-  // A sensor that sleeps repeats one value, which is no rest. Of a coarse and quiet one all rests
-  // are such; then they stay.
+  // A sensor that sleeps repeats one value; this is not a rest. For a coarse and quiet sensor all
+  // rests are like that; then they stay.
   void leave_frozen_out(const SegmentOptions& options,
                         const std::function<Segmentation(const SegmentOptions&)>& rests_by) {
     SegmentOptions awake = options;
@@ -422,7 +422,7 @@ class ImuCalibrator {
         return;
       }
     } catch (const RefusedError&) {
-      // There is no rest without them.
+      // Without them rests cannot be found.
     }
     result_.notes = std::move(notes);
   }
@@ -448,7 +448,7 @@ class ImuCalibrator {
     try {
       faces = faces_by_gravity(observations);
     } catch (const RefusedError&) {
-      faces.clear();  // not all of them
+      faces.clear();  // some of them are missing
     }
     const std::set<std::optional<Face>> all(faces.begin(), faces.end());
     const bool are_faces = all.size() == all_faces.size() && !all.contains(std::nullopt);

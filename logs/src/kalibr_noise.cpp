@@ -10,7 +10,7 @@
 namespace axiscal {
 namespace {
 
-// What Kalibr is told of one sensor, in SI units.
+// Kalibr's inputs for one sensor, in SI units.
 struct KalibrNoise {
   double density = 0.0;
   double walk = 0.0;

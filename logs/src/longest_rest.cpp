@@ -16,7 +16,7 @@ struct Windows {
   std::vector<double> mean, variance;
 };
 
-// The variance is taken without the sample farthest from the mean: one glitch is no motion.
+// The variance excludes the sample farthest from the mean, so that one glitch is not motion.
 Windows windows_of(std::span<const double> samples, std::size_t length) {
   Windows windows;
   for (std::size_t first = 0; first + length <= samples.size(); first += length) {
@@ -58,7 +58,7 @@ double step_of(std::span<const double> samples) {
   return std::isfinite(step) ? step : 0.0;
 }
 
-// Which windows are loud in some column, compared with the quietest share of them.
+// The windows that are loud in some column, compared with the quietest share of windows.
 std::vector<char> loud_windows(const std::vector<RestColumn>& columns,
                                const std::vector<Windows>& windows,
                                double quietest) {
@@ -108,7 +108,7 @@ std::pair<std::size_t, std::size_t> longest_quiet(const std::vector<char>& loud)
   return longest;
 }
 
-// Whether the means of neighbouring windows differ as those of no sensor at rest do.
+// True if the means of neighbouring windows differ more than those of any sensor at rest.
 bool wanders(const std::vector<RestColumn>& columns,
              const std::vector<Windows>& windows,
              const std::pair<std::size_t, std::size_t>& run) {

@@ -54,7 +54,7 @@ std::vector<const ColumnNoise*> columns_of_instrument(const LogNoise& noise,
   if (any_axes) {
     return instruments.front().second;
   }
-  std::vector<const ColumnNoise*> all;  // the names tell nothing
+  std::vector<const ColumnNoise*> all;  // the names are not helpful
   for (const ColumnNoise& column : noise.columns) {
     all.push_back(&column);
   }

@@ -268,7 +268,7 @@ CurveFit with_model_error(std::span<const AllanPoint> points) {
   return fit;
 }
 
-// What a stretch of the curve says of white noise.
+// White noise in a stretch of the curve.
 struct WhiteStretch {
   double coefficient = 0.0;  // N
   double relative_sd = 0.0;
@@ -482,7 +482,7 @@ NoiseModel fit_noise(std::span<const AllanPoint> curve) {
   for (std::size_t left_out = 0; left_out <= most_left_out && !(best.p_value > by_chance);
        ++left_out) {
     CurveFit fit = fit_curve(all.subspan(left_out), 0.0);
-    if (left_out == 0 || fit.dof >= 1.0) {  // with nothing left over nothing is tested
+    if (left_out == 0 || fit.dof >= 1.0) {  // zero degrees of freedom: not tested
       best = std::move(fit);
     }
   }

@@ -89,7 +89,7 @@ SheetNoise sheet_noise(const ColumnNoise& column, NoiseKind kind) {
 
 std::string sheet_text(const SheetNoise& noise) {
   if (noise.value > 0.0) {
-    // To the place that the interval's width has its second digit at, four digits at most.
+    // Rounded to the second digit of the interval's width, at most four digits.
     const double fourth = std::pow(10.0, std::floor(std::log10(noise.high)) - 2.0);
     const double place = std::max(noise.high - noise.low, fourth);
     return formatted("{} [{}, {}]", rounded_value(noise.value, place),

@@ -5,9 +5,10 @@
 
 namespace axiscal {
 
-/// The running sum of samples, their mean removed, times 1 / rate: what follows a first phase of 0.
+/// The running sum of samples without their mean, times 1 / rate: the phase after a first phase of
+/// 0.
 /// @param phase  as many as the samples, which may be the samples themselves.
-/// @throws DomainError  where a sample is not finite; nothing is written then.
+/// @throws DomainError  if a sample is not finite; the output then stays unchanged.
 void put_phase(std::span<const double> samples, double rate_hz, std::span<double> phase);
 
 }  // namespace axiscal

@@ -40,7 +40,7 @@ std::optional<Face> face_member(const JsonValue& region, const char* name) {
   return face;
 }
 
-// "x_p", "y_a", "z_rot": what imucal calls the parts of a recording.
+// "x_p", "y_a", "z_rot": imucal's names for the parts of a recording.
 std::optional<Region> region_called(std::string_view name) {
   if (name.size() < 3 || name[1] != '_' || name[0] < 'x' || name[0] > 'z') {
     return std::nullopt;
@@ -316,7 +316,7 @@ class RegionCalibrator {
       observations.readings[i].field_in_sensor = Eigen::Vector3d::Zero();
       if (parts[i].region->kind == Region::Kind::turn) {
         const auto row = static_cast<Eigen::Index>(i);
-        // What the gyroscope shows at rest in this attitude is no part of the turn.
+        // The gyroscope's reading at rest in this attitude is not part of the turn.
         observations.response.row(row) -= (rest_like(parts[i]) - mean_rest_).transpose();
         observations.readings[i].field_in_sensor =
             rate_of(parts[i], observations.response.row(row).transpose() - mean_rest_);

@@ -38,7 +38,7 @@ class RestTurns {
 
   double rate_hz_;
   std::vector<std::size_t> begins_;                 // samples at which another recording begins
-  std::vector<std::span<const double>> gyroscope_;  // the log's columns, where nothing is missing
+  std::vector<std::span<const double>> gyroscope_;  // the log's columns, if all are present
   std::span<const double> time_s_;
   std::vector<std::vector<double>> owned_;
   std::vector<double> owned_times_;

@@ -124,7 +124,7 @@ std::optional<SampleRests> rests_of_samples(const Observations& samples) {
   } catch (const Error&) {
     return std::nullopt;  // no rest
   }
-  // What moves slowly is no rest: its samples scatter by more than 5 % of what the column reaches.
+  // A slow motion is not a rest: its samples scatter by more than 5 % of the column's range.
   const Eigen::VectorXd range =
       samples.response.colwise().maxCoeff() - samples.response.colwise().minCoeff();
   const double largest = 0.05 * 0.5 * range.maxCoeff();

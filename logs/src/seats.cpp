@@ -210,7 +210,7 @@ std::optional<SeatLabels> labels_by_most_faces(const Eigen::MatrixXd& means,
   try {
     faces = resting_faces(means);
   } catch (const RefusedError&) {
-    return std::nullopt;  // they are no accelerometer's
+    return std::nullopt;  // they do not belong to an accelerometer
   }
   SeatLabels labels = label_by_sheet(faces, sheet);
   std::size_t agree = 0;
@@ -231,7 +231,7 @@ SeatLabels label_by_plan(const Eigen::MatrixXd& means,
   }
   constexpr double largest_misfit = 0.02;
   const bool as_many = static_cast<std::size_t>(means.rows()) == sheet.size();
-  // Where nothing can contradict the order, faces decide.
+  // If the order cannot be checked, faces decide.
   const double misfit =
       as_many ? misfit_of_order(means, sheet).value_or(not_a_number) : not_a_number;
   std::optional<SeatLabels> by_faces = labels_by_most_faces(means, sheet);

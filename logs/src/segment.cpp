@@ -91,7 +91,7 @@ class Clock {
   double step_ = 0.0;
   double longest_step_ = 0.0;  // a longer one is a gap
   double last_ = 0.0;
-  bool went_back_ = false;  // then the next step forward is no gap
+  bool went_back_ = false;  // then the next forward step is not a gap
   std::size_t samples_ = 0;
 };
 
@@ -131,7 +131,7 @@ class Repair {
     }
   }
 
-  // Whether a column ever had a number: else it is text.
+  // True if a column ever had a number; otherwise it is text.
   [[nodiscard]] bool has_numbers(std::size_t column) const { return found_[column] != 0; }
 
   std::size_t missing = 0;
@@ -256,7 +256,7 @@ double largest_spread(const std::vector<StaticInterval>& intervals,
   return largest;
 }
 
-// What is read of a log: its columns but the times in their order, then the times.
+// The columns of a log in their order, without times; then the times.
 struct SelectedColumns {
   TimeColumn times;
   bool has_times = false;
@@ -337,7 +337,7 @@ class BlocksAhead {
   // The first block is looked at before more is read.
   explicit BlocksAhead(LogFile& log) : log_(log) { read(1, false); }
 
-  // @return how many rows; 0 at the end.
+  // @return the number of rows; 0 at the end.
   std::size_t next(LogBlock& block) {
     if (used_ == blocks_.size()) {
       blocks_ = reading_.get();
@@ -382,7 +382,7 @@ class BlocksAhead {
   std::future<std::vector<Block>> reading_;  // which is waited for at the end
 };
 
-// Breaks rests at samples that are left out, and where another recording begins.
+// Splits rests at omitted samples, and at the start of another recording.
 // @param first  number of the first sample of the block.
 void break_samples(const SegmentOptions& options, std::size_t first, std::vector<char>& broken) {
   const std::size_t end = first + broken.size();
@@ -398,7 +398,7 @@ void break_samples(const SegmentOptions& options, std::size_t first, std::vector
   }
 }
 
-// Says which columns hold no numbers; no rest has a mean of them.
+// Names the columns that do not hold numbers; their means are missing.
 void blank_empty_columns(const Repair& repair, Segmentation& result) {
   for (std::size_t c = 0; c < result.columns.size(); ++c) {
     if (!repair.has_numbers(c)) {

@@ -127,8 +127,8 @@ StaticInterval interval_of(const StillSpan& run) {
     const double spread = n * (n * n - 1.0) / 12.0;
     const double slope = n > 1.0 ? (sums.iu - 0.5 * (n - 1.0) * sums.u) / spread : 0.0;
     interval.drift(c) = slope * (n - 1.0);
-    // sum (u_i - mean)(u_(i+1) - mean) over the n - 1 pairs; the first u is 0. What a drift adds to
-    // it and to the squares is no noise.
+    // sum (u_i - mean)(u_(i+1) - mean) over the n - 1 pairs; the first u is 0. The contributions of
+    // a drift to this sum and to the squares are not noise.
     const double last = run.last[at] - run.reference[at];
     const double products = sums.lag - mean * (2.0 * sums.u - last) + (n - 1.0) * mean * mean;
     const double drifted = slope * slope * spread;
@@ -292,7 +292,8 @@ class StaticDetector::Stream {
       if (detectors_.contains(level)) {
         continue;
       }
-      // Below all others: nothing was still until now. Above them, or the first: everything was.
+      // Below all others: no sample was still until now. Above them, or the first: all samples were
+      // still.
       Detector detector;
       if (first || level > detectors_.rbegin()->first) {
         detector = everything_;
@@ -310,8 +311,8 @@ class StaticDetector::Stream {
     }
   }
 
-  // What the detectors, a dozen or more, need of the block: the extremes of each stretch, and the
-  // sums of the motion before each sample (where it is infinite nothing is still).
+  // The inputs that a dozen or more detectors need from a block: the extremes of each stretch, and
+  // the sums of the motion before each sample (infinite motion is never still).
   // @return the extremes of the block's loudness that is neither 0 nor infinite.
   Extremes survey(std::size_t to) {
     Extremes audible{.quietest = infinite};
@@ -466,7 +467,7 @@ std::vector<IntervalSet> StaticDetector::finish() {
 std::size_t most_persistent(const std::vector<IntervalSet>& sets) {
   const auto count = [&](std::size_t i) { return static_cast<double>(sets[i].intervals.size()); };
   std::size_t best = sets.size() - 1;
-  // Within a factor of 16 of the variance there is no motion: all of it is rest.
+  // A variance within a factor of 16 means that the log is one rest.
   constexpr std::size_t levels_of_noise = 8;
   if (sets.size() - 1 <= levels_of_noise) {
     return best;

@@ -23,7 +23,7 @@ bool is_finite(const Ball& ball) {
   return ball.centre_m.allFinite() && std::isfinite(ball.radius_m);
 }
 
-// The plane on the side of `outward`; nothing where no plane touches all three balls.
+// The plane on the side of `outward`; nullopt if no plane touches all three balls.
 std::optional<ContactPlane> tangent_plane(const Feet& feet, const Eigen::Vector3d& outward) {
   const Eigen::Vector3d a = feet[0].centre_m - feet[2].centre_m;
   const Eigen::Vector3d b = feet[1].centre_m - feet[2].centre_m;

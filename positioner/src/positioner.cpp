@@ -57,7 +57,7 @@ Eigen::Matrix3d rotation_by_normals(const Eigen::Vector3d& rest, const Eigen::Ve
   return R.array() + 0.0;  // no -0
 }
 
-// Whether the cube's centre stands over the triangle in which the rest face touches the table.
+// True if the cube's centre lies above the triangle of the rest face's contact points.
 bool stands(const Feet& feet, const Eigen::Vector3d& normal) {
   int positive = 0;
   int negative = 0;

@@ -156,7 +156,7 @@ void read_origin(const JsonValue& json, PositionerDescription& description) {
 
 Json json_of(const FaceDescription& face, const Eigen::Vector3d& normal) {
   Json json;
-  // A face known by its feet has its normal from them.
+  // If the feet of a face are known, they determine its normal.
   if (face.normal || !face.feet) {
     json["normal"] = json_from(normal);
   }

@@ -12,7 +12,7 @@ namespace axiscal {
 namespace {
 
 constexpr double largest_turn_rad = 0.3;
-constexpr double touching_fence_m = 1e-12;  // what is nearer to the fence touches it
+constexpr double touching_fence_m = 1e-12;  // the foot nearer to the fence touches it
 constexpr double same_turn_rad = 1e-9;
 
 // A pair of feet at the fence, the third clear, and the push between them.
@@ -66,14 +66,14 @@ class Push {
     return turns;
   }
 
-  // How far a ball reaches towards the fence.
+  // Distance that a ball extends towards the fence.
   [[nodiscard]] double reach(int i, double turn) const {
     const Eigen::Vector3d& c = centre_[at(i)];
     return cos_lean_ * (c.x() * std::sin(turn) + c.y() * std::cos(turn)) + c.z() * sin_lean_ +
            radius_[at(i)];
   }
 
-  // Where it touches, along the fence.
+  // The contact point along the fence.
   [[nodiscard]] double along(int i, double turn) const {
     const Eigen::Vector3d& c = centre_[at(i)];
     return c.x() * std::cos(turn) - c.y() * std::sin(turn);

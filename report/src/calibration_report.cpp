@@ -90,7 +90,7 @@ std::string run_section(const Calibration& calibration) {
 
 // ---- levelness, uncertainty ----
 
-// What the fit says of itself beside its residuals.
+// The fit's own figures, besides its residuals.
 std::string words_on_fit(const Calibration& calibration) {
   std::string html;
   for (const std::string& words :
@@ -141,7 +141,7 @@ std::string levelness_section(const Calibration& calibration,
                              : "The faces do not agree: a face, or the table, moved.";
   }
   const std::optional<Plot> faces = faces_plot(calibration);
-  // A slope that the faces contradict is no ground for turning screws.
+  // If the faces contradict the slope, screws must not be turned.
   const bool turns = table && level.consistent &&
                      calibration.findings.status != CalibrationStatus::refused && slope;
   return paragraph(text) + (faces ? figures.add(*faces) : "") +

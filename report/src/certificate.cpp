@@ -29,7 +29,7 @@ std::string block_of(const CertificateParty& party) {
          (party.accreditation.empty() ? "" : "; accreditation " + party.accreditation);
 }
 
-// What a parameter is called on paper.
+// The name of a parameter in a certificate.
 std::string words_of_parameter(const std::string& name) {
   const std::vector<std::string_view> parts = split(name, '.');
   const auto order = [](std::string_view term) {  // "d", "d2"
@@ -118,7 +118,7 @@ std::string method_text(const Calibration& calibration) {
                    method_kind(calibration.fit.method).by_turns ? " turns" : " readings");
 }
 
-// Each value with its U beside the limits that it was held against, narrowed by the guard band.
+// Each value with its U next to its limits, narrowed by the guard band.
 std::vector<std::vector<std::string>> limit_rows(const Calibration& calibration,
                                                  const Verdict& verdict) {
   const std::vector<ParameterUncertainty> all = parameter_uncertainties(calibration);
@@ -156,7 +156,7 @@ std::string decision_rule_of(const CertificateDetails& details, const Verdict& v
 }
 
 #ifdef AXISCAL_CAIRO
-// Who, what, how and by which reference.
+// Laboratory, customer, item, method and reference.
 void write_facts(const Calibration& calibration,
                  const CertificateDetails& details,
                  PdfPages& pages) {
@@ -340,7 +340,7 @@ std::vector<std::string> missing_details(const Calibration& calibration,
 #ifdef AXISCAL_CAIRO
 namespace {
 
-// The same certificate for machines; nothing where this build writes none, or the record fits none.
+// The certificate for machines; nullopt if this build cannot write it, or the record does not fit.
 PdfAttachment dcc_of(const Calibration& calibration, const CertificateDetails& details) {
   try {
     return {.name = "certificate-dcc.xml",

@@ -18,7 +18,7 @@
 namespace axiscal {
 namespace {
 
-// What the temperature terms count from.
+// The reference of the temperature terms.
 std::string reference_temperatures(const Calibration& calibration) {
   return span_text(*calibration.sensor.temperature, calibration.sensor.instrument.axes,
                    [](const TemperatureSpan& span) { return rounded(span.reference, 6); });
@@ -116,7 +116,7 @@ std::string correlation_table(const Calibration& calibration) {
   return html_table("Correlation of the coefficients", head, rows);
 }
 
-// How the other instruments of the assembly are turned against this one.
+// The rotation of the other instruments of the assembly against this one.
 std::string alignments_table(const Calibration& calibration) {
   std::vector<std::vector<Cell>> rows;
   for (const SlotAlignment& other : calibration.fit.slot_alignments) {

@@ -9,11 +9,11 @@
 
 namespace axiscal {
 
-/// @return text as it is shown: no tag, no entity, no attribute's end comes out of it.
+/// @return text for display in HTML: it cannot form tags, entities or the end of an attribute.
 std::string escaped(std::string_view text);
 
-/// @return text as a string of a style sheet, quotes included; nothing of it ends the string or
-///         the style element.
+/// @return text as a string of a style sheet, with quotes; it cannot end the string or the style
+///         element.
 std::string css_string(std::string_view text);
 
 /// @return text with the true minus sign for the hyphen before a number.
@@ -25,7 +25,8 @@ std::string true_face(std::string_view name);
 /// @return a coordinate of a drawing, to a tenth.
 std::string svg_number(double value);
 
-/// A table's cell: what is shown, and the number behind it for copying; `value` empty: as shown.
+/// A table's cell: the displayed text, and the number for copying; `value` empty: the displayed
+/// text.
 struct Cell {
   std::string text;
   std::string value;
@@ -37,8 +38,8 @@ Cell number_cell(double value, int digits = 5);
 /// @return the number alone, rounded.
 std::string rounded(double value, int digits = 2);
 
-/// Values and their uncertainties as one column, "0.01196 ± 0.00027": rounded together, and padded
-/// so that decimal points stand below each other. NaN of both: a dash.
+/// Values and their uncertainties as one column, "0.01196 ± 0.00027": rounded together and padded,
+/// so that decimal points are aligned. NaN is a dash.
 std::vector<Cell> quantity_cells(const std::vector<std::pair<double, double>>& quantities);
 
 enum class Fold {
@@ -48,7 +49,7 @@ enum class Fold {
 };
 
 /// @param title, text  as they are to be read; they are escaped here.
-/// @param content      of pieces that are escaped; without any there is no section.
+/// @param content      of escaped pieces; if empty, the section is left out.
 std::string section(const std::string& id,
                     const std::string& title,
                     const std::string& content,
@@ -58,7 +59,7 @@ std::string paragraph(const std::string& text);
 /// A list of at most 100; of more it says how many are left out.
 std::string bullets(const std::vector<std::string>& lines);
 
-/// Names and what they are, in two columns; those of nothing are left out.
+/// Names and their texts, in two columns; empty texts are left out.
 std::string facts(const std::vector<std::pair<std::string, std::string>>& rows);
 
 /// Tables have so many rows; those of more are folded, a page of so many each.

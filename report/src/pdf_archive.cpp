@@ -17,7 +17,8 @@ namespace axiscal {
 #ifdef AXISCAL_QPDF
 namespace {
 
-// What the document is, as XMP says it; nothing else says it too, so that nothing can differ.
+// The description of the document as XMP. It is the only place of these data, so that they cannot
+// contradict each other.
 std::string metadata_of(const std::string& title, const std::string& now) {
   return formatted(
       "<?xpacket begin=\"\xEF\xBB\xBF\" id=\"W5M0MpCehiHzreSzNTczkc9d\"?>\n"

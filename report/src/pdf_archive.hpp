@@ -14,7 +14,7 @@ struct PdfAttachment {
 };
 
 /// @param pdf         as cairo writes it: its fonts are within.
-/// @param attachment  that goes with it; nothing where its content is empty.
+/// @param attachment  goes into the document; left out if its content is empty.
 /// @return the document written to PDF/A-3b (ISO 19005-3): metadata as XMP, colours by sRGB, the
 ///         attachment as an associated file. The same document in a build without qpdf.
 std::string archived_pdf(const std::string& pdf,

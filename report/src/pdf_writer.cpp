@@ -29,7 +29,7 @@ cairo_status_t append(void* to, const unsigned char* data, unsigned int size) {
   return CAIRO_STATUS_SUCCESS;
 }
 
-// Cairo takes valid UTF-8 only, and control characters have no shape.
+// Cairo accepts only valid UTF-8, and control characters do not have a shape.
 std::string printable(const std::string& text) {
   std::string safe;
   for (std::size_t i = 0; i < text.size();) {
@@ -252,7 +252,7 @@ void PdfPages::title(const std::string& text) {
   page_->y_ += 8.0;
 }
 
-// It is drawn with what it is the heading of.
+// A heading is drawn together with its content.
 void PdfPages::heading(const std::string& text) {
   page_->heading_ = text;
 }

@@ -10,7 +10,7 @@
 
 namespace axiscal {
 
-/// What stands on every page.
+/// The head and foot of every page.
 struct PdfFrame {
   std::string title;
   std::string header;     ///< at the left of the page's top; at its right stands "page x of y"
@@ -27,17 +27,17 @@ class PdfPages {
   PdfPages& operator=(const PdfPages&) = delete;
 
   /// Pictures side by side, the first at the left, the last at the right; PNG files.
-  /// @throws DataError  if a file is no picture.
+  /// @throws DataError  if a file is not a picture.
   void pictures(const std::vector<std::string>& paths);
   void title(const std::string& text);
-  /// Stays with what follows it.
+  /// Stays on one page with the next block.
   void heading(const std::string& text);
   void paragraph(const std::string& text);
-  /// Names at the left, their texts beside them.
+  /// Names at the left, with their texts at the right.
   void facts(const std::vector<std::pair<std::string, std::string>>& rows);
   /// The first column to the left, the others to the right. A table that a page can hold stands on
   /// one; of a longer one the head is repeated.
-  /// @param caption  stands above it, and stays with it; may be empty.
+  /// @param caption  stands above it on the same page; may be empty.
   void table(const std::string& caption,
              const std::vector<std::string>& head,
              const std::vector<std::vector<std::string>>& rows);

@@ -14,7 +14,7 @@ struct PlotSeries {
   std::string name;
   bool line = false;                 ///< else points
   std::vector<double> x, y;          ///< y of NaN is left out
-  std::vector<double> high;          ///< where there are such: a band from y to high
+  std::vector<double> high;          ///< if not empty: a band from y to high
   std::vector<int> runs;             ///< of each point, where points are readings; else empty
   std::optional<std::size_t> style;  ///< of colour and marker; its place among the series
   bool in_legend = true;
@@ -29,10 +29,10 @@ struct PlotLabel {
 struct Plot {
   std::string id;
   std::string title;
-  std::string alternative;  ///< what it shows, in words
+  std::string alternative;  ///< description of the figure in words
   std::string x_label, y_label;
   std::vector<PlotSeries> series;
-  std::vector<std::string> x_names;  ///< what x = 0, 1, .. are called; else numbers
+  std::vector<std::string> x_names;  ///< names of x = 0, 1, ..; empty: numbers
   bool equal_aspect = false;
   bool logarithmic = false;  ///< both axes
   bool narrow = false;       ///< one of three side by side
@@ -64,7 +64,7 @@ struct HeatMap {
 /// its words as a title.
 class Figures {
  public:
-  /// @return the figure, thinned; nothing of a plot without points.
+  /// @return the figure, thinned; empty for a plot without points.
   static std::string add(const Plot& plot);
   static std::string add(const BarPlot& plot);
   static std::string add(const HeatMap& map);

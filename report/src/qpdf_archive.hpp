@@ -14,7 +14,7 @@ struct PdfArchiveParts {
   std::string attachment_name;
   std::string attachment_description;
   std::string attachment_type;
-  std::string attachment_content;  ///< empty: there is no attachment
+  std::string attachment_content;  ///< empty: without an attachment
 };
 
 /// @return the document as PDF/A-3b.

@@ -212,7 +212,7 @@ Json cube_json(const Calibration& calibration) {
 
 namespace {
 
-// What the blue arrow beside the cube is.
+// The meaning of the blue arrow next to the cube.
 std::string words_of_arrow(const Calibration& calibration) {
   const FieldDescription& field = calibration.sensor.field;
   if (!field.in_table) {

@@ -15,7 +15,7 @@ namespace axiscal {
 [[nodiscard]] std::string cube_section(const Calibration& calibration,
                                        const Observations* observations);
 
-/// The same for the drawing in three dimensions.
+/// As above, for the drawing in three dimensions.
 [[nodiscard]] nlohmann::ordered_json cube_json(const Calibration& calibration);
 
 }  // namespace axiscal

@@ -46,7 +46,7 @@ namespace {
 
 constexpr double milli = 1e3;
 
-// What each face says of the table, their mean, and its 95 % ellipse.
+// The slope of the table by face, their mean, and its 95 % ellipse.
 std::vector<PlotSeries> faces_and_mean(const Levelness& level) {
   PlotSeries estimates{.name = "one face"};
   for (const LevelnessEstimate& estimate : level.estimates) {
@@ -149,7 +149,7 @@ std::optional<BarPlot> budget_plot(const Calibration& calibration) {
       plot.values.push_back(quantity.uncertainty.by_source);
     }
   }
-  // One source alone makes one bar of each: nothing to compare.
+  // A single source gives one bar per quantity, without a comparison.
   return plot.names.empty() || plot.series.size() < 2 ? std::nullopt : std::optional(plot);
 }
 
@@ -211,7 +211,7 @@ std::vector<HeatMap> maps_of(const Calibration& calibration) {
   return {map};
 }
 
-// A map of one colour says nothing that its number does not.
+// A map of one colour does not show more than its number.
 bool is_flat(const HeatMap& map) {
   double low = std::numeric_limits<double>::infinity();
   double high = -low;

@@ -19,16 +19,16 @@ inline const std::string& axis_name(const Calibration& calibration, Eigen::Index
 /// that can tell something in this run.
 std::vector<Plot> residual_plots(const Calibration& calibration, const Observations* observations);
 
-/// The table's slope from level; nothing without levelness.
+/// The table's slope from level; nullopt without levelness.
 std::optional<Plot> slope_plot(const Calibration& calibration);
 
-/// What the faces say of it, from near.
+/// The slopes by face, enlarged.
 std::optional<Plot> faces_plot(const Calibration& calibration);
 
 /// Which source makes how much of the uncertainty of one reading.
 std::optional<BarPlot> budget_plot(const Calibration& calibration);
 
-/// Expanded uncertainty over attitudes, where it differs over them.
+/// Expanded uncertainty over attitudes, if it varies over the attitudes.
 std::vector<HeatMap> uncertainty_maps(const Calibration& calibration);
 
 std::vector<Plot> temperature_plots(const Calibration& calibration);

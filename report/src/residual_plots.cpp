@@ -12,7 +12,7 @@
 namespace axiscal {
 namespace {
 
-// One series of points for each axis: `x_of` gives nothing for a reading that is left out.
+// One series of points for each axis. `x_of` returns nullopt for an omitted reading.
 template <typename XOf>
 std::vector<PlotSeries> series_by_axis(const Calibration& calibration, const XOf& x_of) {
   std::vector<PlotSeries> all;
@@ -122,7 +122,7 @@ Plot normal_plot(const Calibration& calibration) {
   return plot;
 }
 
-// How many parameters an axis's regression has: the sum of its leverages, the mean over the axes.
+// Number of parameters of an axis's regression: the sum of its leverages, the mean over the axes.
 double parameters_of_axis(const Eigen::MatrixXd& leverage) {
   const double sum = leverage.array().isFinite().select(leverage.array(), 0.0).sum();
   return leverage.cols() > 0 ? sum / static_cast<double>(leverage.cols()) : 0.0;

@@ -125,7 +125,7 @@ std::string run_sheet_page(const std::vector<RunSheetRow>& sheet,
     return row.entry.level != FieldLevel(1.0);
   });
   const RunSheetCells cells = run_sheet_cells(sheet);
-  // What was typed belongs to this order of the points.
+  // The typed values belong to this order of the points.
   std::size_t order = 0;
   for (const std::vector<std::string>& row : cells.rows) {
     order = 31 * order + std::hash<std::string>()(joined(row, ","));

@@ -28,11 +28,11 @@ namespace {
 
 // ---- measured against expected ----
 
-// What the fit expects of the reading at a design point: in the field as it lies in the table.
+// The fitted reading at a design point, in the field of the table.
 std::optional<Eigen::VectorXd> expected_at(const Calibration& calibration,
                                            const ReadingResidual& residual) {
   const FieldDescription& field = calibration.sensor.field;
-  // Only where it is that simple: else the readings themselves must be given.
+  // Only in this simple case; otherwise the readings must be given.
   if (!residual.point || !field.in_table || residual.level || !calibration.sensor.also.empty() ||
       calibration.sensor.temperature || !calibration.provenance.positioner.empty() ||
       !calibration.provenance.slot.empty()) {
@@ -202,7 +202,7 @@ std::string axes_figure(const Calibration& calibration) {
 
 // ---- the cloud before and after ----
 
-// Readings to the field's scale, and what the calibration makes of them.
+// Readings in the scale of the field, and the calibrated fields.
 struct Cloud {
   Eigen::MatrixXd before;  // n x 3 [field unit]
   Eigen::MatrixXd after;
@@ -232,8 +232,8 @@ Cloud cloud_of(const Calibration& calibration, const Observations& observations)
   return cloud;
 }
 
-// How far the middle of the calibrated readings is from the sphere's, by regions of equal area, so
-// that a side with more readings does not count for more; relative to F.
+// Distance between the centre of the calibrated readings and the sphere's, over regions of equal
+// area, so that a side with more readings does not have more weight; relative to F.
 double wobble_of(const Eigen::MatrixXd& after, double magnitude) {
   constexpr int bands = 8;
   constexpr int sectors = 12;
@@ -250,8 +250,8 @@ double wobble_of(const Eigen::MatrixXd& after, double magnitude) {
     sum += f - magnitude * direction;
     ++count;
   }
-  // The bias that is left moves all readings alike: of each region what lies along its direction
-  // is seen. Least squares of the regions' means.
+  // The remaining bias moves all readings by the same vector. Each region shows the component along
+  // its direction. Least squares over the regions' means.
   Eigen::Matrix3d normal = Eigen::Matrix3d::Zero();
   Eigen::Vector3d right = Eigen::Vector3d::Zero();
   for (const auto& [region, sums] : regions) {

@@ -11,8 +11,8 @@
 
 namespace axiscal {
 
-/// @param observations  the readings; null without them: then measured values are those that the
-///                      fit and its residuals say, and there is no cloud.
+/// @param observations  the readings; null if missing: the measured values are then those of fit
+///                      and residuals, without the cloud.
 std::string story_section(const Calibration& calibration,
                           const Observations* observations,
                           Figures& figures);

@@ -109,7 +109,7 @@ std::string pose_words(const DesignPoint& point) {
                    true_face(face_name(point.fence())));
 }
 
-// What was written and what was probably meant, of readings whose value is wrong.
+// The wrong value and the probable value of a reading.
 std::string values_table(const Calibration& calibration) {
   const Correction& suggestion = *calibration.findings.suggestion;
   std::vector<std::vector<Cell>> rows;
@@ -155,7 +155,7 @@ std::string as_it_probably_was(const Calibration& calibration) {
 }  // namespace
 
 std::string verdict_section(const Calibration& calibration) {
-  // The colour: what the readings say, or that there are none, or that a limit is not met.
+  // The colour of the verdict: from the readings, from their absence, or from a missed limit.
   std::string state(status_name(calibration.findings.status));
   if (state == "ok" && !calibration.fit.statistics) {
     state = "warning";

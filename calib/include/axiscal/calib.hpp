@@ -61,12 +61,11 @@
 /// @file
 /// From readings to bias and sensitivity with their uncertainty, and from these to angles.
 ///
-/// calibrate() takes an Experiment (instrument, field, cube, method) and readings, and gives a
-/// Calibration: what the sensor is (SensorModel), how that was found (CalibrationFit), what to look
-/// at (Findings) and where it comes from (Provenance). Reducer turns later readings into field and
-/// angles, check_drift() holds a new calibration against an old one, characterize() measures a
-/// cube, forecast() and run_study() tell before the experiment what it will reach. The mathematics
-/// is docs/method.md.
+/// calibrate() takes an Experiment (instrument, field, cube, method) and readings, and returns a
+/// Calibration: the sensor (SensorModel), the fit (CalibrationFit), the findings (Findings) and the
+/// origin (Provenance). Reducer turns later readings into field and angles, check_drift() compares
+/// a new calibration with an old one, characterize() measures a cube, forecast() and run_study()
+/// predict the uncertainty before the experiment. docs/method.md describes the mathematics.
 ///
 /// @code
 /// axiscal::SensorModel truth;  // an ideal instrument, to have something to read
@@ -87,10 +86,9 @@
 /// @endcode
 ///
 /// Traps:
-/// - Look at `status` before the coefficients: a refused calibration has them too.
-/// - 12 readings by `paired` leave two degrees of freedom, and t is 4.3: intervals are wide, not
-///   wrong.
-/// - Standard errors are those of white noise about one levelness; what a cube or g adds is in
-///   CalibrationFit::uncertainty, not in FitStatistics.
-/// - Readings are in the instrument's unit, the field in its own; a Reducer answers in the
-///   record's.
+/// - Check `status` before the coefficients: a refused calibration has them too.
+/// - 12 readings by `paired` have two degrees of freedom, and t is 4.3: the intervals are wide.
+/// - Standard errors in FitStatistics are for white noise. CalibrationFit::uncertainty includes the
+///   contributions of the cube and of g.
+/// - Readings are in the instrument's unit and the field is in its own unit. A Reducer answers in
+///   the record's units.

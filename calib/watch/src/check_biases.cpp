@@ -35,7 +35,8 @@ Eigen::RowVectorXd change_of_bias(const Calibration& record, const std::string& 
 void require_biases(const Calibration& record) {
   if (!record.fit.statistics || !record.fit.statistics->covariance.allFinite() ||
       record.fit.statistics->covariance.size() == 0) {
-    throw DomainError("the record lacks the covariance of its biases, so others cannot be compared with it");
+    throw DomainError(
+        "the record lacks the covariance of its biases, so others cannot be compared with it");
   }
 }
 

@@ -21,10 +21,10 @@
 /// @file
 /// What every module shares: errors, units, rotations, files in and out, times, random numbers.
 ///
-/// Errors are exceptions that say where and what to do, and their type says whose turn it is:
-/// DomainError (an argument is wrong; SetupError, one of them: a set-up lacks something), DataError
-/// (a file's content, with path and line), RefusedError (the data do not support an answer),
-/// OutputError. Nothing prints, and nothing ends the program.
+/// Errors are exceptions. Their message gives the place and the remedy; their type gives the kind:
+/// DomainError (a wrong argument; SetupError: an incomplete set-up), DataError (the content of a
+/// file, with path and line), RefusedError (the data do not support an answer), OutputError. The
+/// library does not print and does not end the program.
 ///
 /// @code
 /// axiscal::RandomStream random(7, 0);  // a seed and a stream: the same numbers everywhere
@@ -34,6 +34,6 @@
 /// @endcode
 ///
 /// Traps:
-/// - A function of the standard library may draw other numbers with another compiler; RandomStream
-///   does not.
-/// - OutputFile replaces its target only in commit(): what was there stays whole until then.
+/// - The standard library's distributions draw different numbers with different compilers;
+///   RandomStream draws the same.
+/// - OutputFile replaces its target only in commit(). Until then the old file stays.

@@ -15,6 +15,6 @@
 /// @endcode
 ///
 /// Traps:
-/// - Many formats cannot hold cross-axis terms or temperature: export refuses unless `lossy` is
-///   set, and then says in the field's unit what is lost.
-/// - An imported record has coefficients only; nothing is known of its uncertainty.
+/// - Many formats cannot hold cross-axis terms or temperature. Export refuses unless `lossy` is
+///   set, and then states the loss in the field's unit.
+/// - An imported record has coefficients only, without uncertainty.

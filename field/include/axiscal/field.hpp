@@ -28,10 +28,9 @@
 /// @file
 /// What the world offers to calibrate against: vectors that are known at a site.
 ///
-/// A ReferenceField is a vector in enu (east, north, up) with a unit. Gravity, the geomagnetic
-/// field, the Earth's rotation, what a coil or a turntable makes, light and the sun are here;
-/// derive from it for a field of your own. What is special to a kind is a property of its
-/// FieldKind.
+/// A ReferenceField is a vector in enu (east, north, up) with a unit. The library has gravity, the
+/// geomagnetic field, the Earth's rotation, the fields of coils and turntables, light and the sun.
+/// Derive from it for a field of your own. The properties of a kind are in its FieldKind.
 ///
 /// @code
 /// const axiscal::Site munich{.latitude_deg = 48.14, .longitude_deg = 11.58, .height_m = 520.0};

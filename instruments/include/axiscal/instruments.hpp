@@ -7,8 +7,7 @@
 #include "axiscal/instruments/polar_form.hpp"
 #include "axiscal/instruments/settings.hpp"
 
-/// @file
-/// What an instrument makes of a field: v = b + S f, and what users of its kind call it.
+/// @file The response of an instrument to a field, v = b + S f, and the usual terms of its users.
 ///
 /// An Instrument has a kind, axes and units; a LinearResponse its coefficients; an InstrumentKind
 /// what is special to accelerometers, magnetometers, gyroscopes, light sensors: angles, hard iron,

@@ -13,7 +13,7 @@ namespace axiscal {
 [[nodiscard]] InstrumentKind gyroscope_kind();
 [[nodiscard]] InstrumentKind optical_kind();
 
-/// Standard uncertainties of what follows from bias and sensitivity, by their covariance.
+/// Standard uncertainties of quantities derived from bias and sensitivity, from their covariance.
 ///
 /// @param of  the quantity, by central differences; as many numbers each time.
 /// @return NaN each where the covariance is not known.

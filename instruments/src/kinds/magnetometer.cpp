@@ -36,7 +36,7 @@ std::vector<KindQuantity> describe(const CalibratedInstrument& calibrated) {
                                      [](const LinearResponse& r) -> Eigen::VectorXd {
                                        return Eigen::Matrix3d(r.sensitivity).inverse() * r.bias;
                                      }));
-    // What corrects: field = soft_iron_correction (reading - hard_iron).
+    // The correction: field = soft_iron_correction (reading - hard_iron).
     for (int row = 0; row < 3; ++row) {
       quantities.push_back(quantity_of(
           calibrated, "soft_iron_correction", std::string(1, "xyz"[row]),

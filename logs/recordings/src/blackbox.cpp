@@ -202,7 +202,7 @@ struct FrameFields {
   }
 };
 
-// What the header of one log states.
+// The header of one log.
 struct LogHeader {
   int version = 1;
   std::int64_t interval = 32;  // of I frames, in iterations
@@ -541,7 +541,7 @@ class Blackbox final : public RecordingFile::Decoder {
 
   void take_main(char type, SeriesSink& sink) {
     const std::int64_t iteration = static_cast<std::uint32_t>(scratch_[0]);
-    // The clock has 32 bits and begins anew after 71 minutes.
+    // The clock has 32 bits and restarts after 71 minutes.
     std::int64_t time = static_cast<std::uint32_t>(scratch_[time_]) + rollovers_;
     constexpr std::int64_t turn = std::int64_t{1} << 32U;
     if (last_iteration_ && time + turn / 2 < last_time_) {

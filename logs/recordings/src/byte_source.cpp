@@ -78,7 +78,7 @@ ByteSource::Opened ByteSource::open_file(const std::string& path, const ReadLimi
   return opened;
 }
 
-// The size of a pipe is not known: it grows with what is read.
+// The size of a pipe is unknown. It grows while the pipe is read.
 ByteSource::Opened ByteSource::open_pipe(Read read, const ReadBudget& budget) {
   return {.read =
               [read = std::move(read), budget](char* buffer, std::size_t size) {

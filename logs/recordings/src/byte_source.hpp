@@ -13,8 +13,8 @@
 namespace axiscal {
 
 /// @param read  gives the next bytes, at most so many; 0 at the end.
-/// @return the next `size` bytes, or fewer where the end comes first. The memory grows with what is
-///         there, not with what is asked for.
+/// @return the next `size` bytes, or fewer at the end. The memory grows with the bytes read, not
+///         with `size`.
 [[nodiscard]] std::string read_up_to(
     std::size_t size, const std::function<std::size_t(char* buffer, std::size_t size)>& read);
 
@@ -31,7 +31,7 @@ class ByteSource {
   /// @param read  gives the next bytes, at most so many; 0 at the end.
   ByteSource(const std::string& path, Read read, const ReadLimits& limits = {});
 
-  /// Bytes that are made of a file's: a part of an archive, a text in another encoding.
+  /// Bytes derived from a file: a part of an archive, a text in another encoding.
   /// @param budget  of the file.
   ByteSource(std::string path, Read read, ReadBudget budget);
 
@@ -42,7 +42,7 @@ class ByteSource {
   /// @return the first bytes, at most `size`, which read() gives once more.
   [[nodiscard]] std::string_view peek(std::size_t size);
 
-  /// @return how many bytes were read, at most `size`; 0 at the end.
+  /// @return the number of bytes read, at most `size`; 0 at the end.
   /// @throws DataError  if reading or unpacking fails.
   [[nodiscard]] std::size_t read(char* buffer, std::size_t size);
 
@@ -51,7 +51,7 @@ class ByteSource {
   /// @return whether these are the bytes of the regular file at path(), as they are there.
   [[nodiscard]] bool is_file() const { return is_file_; }
 
-  /// @return what reading these bytes may still cost.
+  /// @return the remaining budget for reading these bytes.
   [[nodiscard]] const ReadBudget& budget() const { return budget_; }
 
   /// @return "gzip", ..., or empty.
@@ -81,7 +81,7 @@ class ByteSource {
 
 /// A text that is made piece by piece as it is read.
 /// @param next    makes the next piece in `piece`, which is empty; false at the end.
-/// @param budget  of the file that it is made of.
+/// @param budget  of the underlying file.
 [[nodiscard]] ByteSource bytes_of_pieces(std::string path,
                                          std::function<bool(std::string& piece)> next,
                                          ReadBudget budget);

@@ -208,7 +208,7 @@ class Dataflash final : public RecordingFile::Decoder {
       facts[texts[0]] = number_text(values_[1], 9);  // TimeUS, Name, Value
       return;
     }
-    // What describes the log itself is no reading.
+    // Messages about the log itself are not readings.
     if (message.name != "UNIT" && message.name != "MULT" && message.name != "FMTU") {
       message.flight.put(sink, values_, count_);
     }
@@ -219,7 +219,7 @@ class Dataflash final : public RecordingFile::Decoder {
   std::vector<double> values_;
   std::size_t count_ = 0, strange_ = 0, unfinished_ = 0;
   std::uint64_t lost_ = 0;
-  bool is_lost_ = false;  // whether what was read last was no message
+  bool is_lost_ = false;  // true if the last bytes were not a message
 };
 
 }  // namespace

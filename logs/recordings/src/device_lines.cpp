@@ -19,13 +19,13 @@ Series of_kind(SeriesKind kind, const char* unit) {
   return {.kind = kind, .unit = unit, .known_by = KnownBy::format};
 }
 
-// The number of consecutive lines that are left out, and are said to be.
+// Number of consecutive lines that the reader omits with a note.
 std::vector<std::string> left_out(std::size_t lines, const char* why) {
   return lines > 0 ? std::vector{formatted("{} lines {}, and are left out", lines, why)}
                    : std::vector<std::string>{};
 }
 
-// $VNYMR,yaw,pitch,roll,mag,acc,gyro*68: the columns of a message, and what they are.
+// $VNYMR,yaw,pitch,roll,mag,acc,gyro*68: the columns of a message, and their meaning.
 struct VectorNavMessage {
   std::string_view name;
   std::string_view columns;
@@ -50,7 +50,7 @@ Series vectornav_rule(const std::string& column) {
              : Series{};
 }
 
-// What stands between $ and *, where the checksum is right: the exclusive or of these characters.
+// The text between $ and *, if the checksum is right: the exclusive or of these characters.
 std::optional<std::string_view> sentence_of(std::string_view line) {
   constexpr std::size_t digits = 2;
   line = trimmed(line);

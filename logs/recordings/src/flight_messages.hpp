@@ -10,8 +10,8 @@
 
 namespace axiscal {
 
-/// A message of ArduPilot or MAVLink, whatever it was written as: its time is found among its
-/// fields, a column `I` is its instance, and what its fields are is known by the message's name.
+/// A message of ArduPilot or MAVLink, in any format. Its time is one of its fields, the column `I`
+/// is its instance, and the message's name determines the meaning of its fields.
 class FlightMessage {
  public:
   FlightMessage() = default;

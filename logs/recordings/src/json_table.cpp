@@ -296,7 +296,7 @@ OpenedFile open_json(ByteSource bytes) {
     throw DataError(path, "JSON of more than 256 MiB; save it as CSV");
   }
   budget.spend(ReadCost::memory, 2 * text.size());  // as it grew
-  // Sensor Logger states of each record which sensor it is of; each is a table.
+  // Sensor Logger states the sensor of each record. Each sensor is a table.
   std::map<std::string, GrowingTable> tables;
   std::vector<std::string> order;
   Cells cells;

@@ -38,8 +38,8 @@ class LineStream {
   std::size_t line_ = 0;
 };
 
-/// @return the whole lines of the start of a text, without their ends; the last, which may be cut,
-///         only where there is no other.
+/// @return the complete lines at the start of a text, without line ends. The last line may be cut;
+///         it is included only if it is the only one.
 [[nodiscard]] std::vector<std::string_view> first_lines(std::string_view start,
                                                         bool is_whole,
                                                         std::size_t most = 200);
@@ -49,7 +49,7 @@ class LineStream {
                                   const std::function<bool(std::string_view line)>& is_such);
 
 /// @param convert  is given each line and makes what comes in its place, its end included.
-/// @return a text of which each line is made anew.
+/// @return a text in which each line is replaced.
 [[nodiscard]] ByteSource converted_lines(
     ByteSource bytes, std::function<void(std::string_view line, std::string& text)> convert);
 

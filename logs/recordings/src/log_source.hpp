@@ -22,7 +22,7 @@ class LogFile::Source {
   std::vector<std::string> notes;
   LogDefects defects;
   std::size_t rows = 0;  ///< of an array, as its header states them; 0: not known
-  double rate_hz = 0.0;  ///< samples a second, as the file states it; 0 where it does not
+  double rate_hz = 0.0;  ///< samples per second stated by the file; 0 if it does not state them
   std::optional<std::size_t> clock;  ///< column of dates or times of day
   std::vector<std::size_t> is_text;  ///< columns in which no number stands
 };

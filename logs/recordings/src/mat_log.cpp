@@ -87,7 +87,7 @@ class InflatedBytes final : public Bytes {
 
 struct Tag {
   std::uint32_t type = 0;
-  std::size_t size = 0;               // how many bytes the data have
+  std::size_t size = 0;               // number of bytes of the data
   std::optional<std::string> inside;  // the data of a small element
 };
 
@@ -268,13 +268,13 @@ class MatReader {
     const bool has_elements = std::all_of(dimensions.begin(), dimensions.end(),
                                           [](std::int32_t size) { return size > 0; });
     const bool is_table = dimensions.size() == 2 && has_elements;
-    // MATLAB's own data about objects have no name.
+    // MATLAB's own data about objects lack a name.
     if (name.empty()) {
       skip(bytes, left);
       return;
     }
     if (kind == struct_class && has_elements && depth < deepest) {
-      read_fields(bytes, left, name, depth);  // where there are several elements, the first one's
+      read_fields(bytes, left, name, depth);  // the first one of several elements
     } else if (is_numeric && is_table && !is_complex) {
       read_numbers(bytes, left, name, static_cast<std::size_t>(dimensions[0]),
                    static_cast<std::size_t>(dimensions[1]));

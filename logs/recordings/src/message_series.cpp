@@ -30,7 +30,7 @@ MessageSeries::MessageSeries(const std::string& name,
                              const std::vector<Series>& of_columns) {
   for (std::size_t c = 0; c < columns.size(); ++c) {
     Series of_column = of_columns[c];
-    // What is of one kind and unit is one series, wherever it stands in the message.
+    // Fields of one kind and unit form one series, at any place in the message.
     Part* part = nullptr;
     for (Part& other : parts_) {
       const bool full = other.series.kind != SeriesKind::other && other.series.columns.size() == 3;

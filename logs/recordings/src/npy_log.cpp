@@ -16,7 +16,7 @@
 namespace axiscal {
 namespace {
 
-// Whatever has more is no log.
+// A file with more is not a log.
 constexpr std::size_t most_columns = 10000;
 
 struct NpyType {
@@ -65,7 +65,7 @@ class NpyHeader {
   }
 
   std::vector<NpyType> types;      // one, or one for each field of a record
-  std::vector<std::string> names;  // what a record's fields are called
+  std::vector<std::string> names;  // names of a record's fields
   bool fortran_order = false;
   std::size_t rows = 0;
   std::size_t columns = 1;
@@ -186,7 +186,7 @@ class NpyLog : public LogFile::Source {
   void select(const std::vector<std::size_t>& selected) override { selected_ = selected; }
 
   std::size_t read(LogBlock& block, std::size_t most) override {
-    // What the header claims is believed only as far as there are bytes.
+    // The sizes in the header are accepted only up to the number of bytes present.
     constexpr std::size_t block_size = 1U << 20U;
     const std::size_t wanted =
         std::min({most, header_.rows - done_, std::max<std::size_t>(block_size / row_size_, 1)});

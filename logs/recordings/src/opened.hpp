@@ -16,33 +16,33 @@ namespace axiscal {
 /// A file that was recognised: a table of text, one of numbers, or a decoder of its series.
 struct OpenedFile {
   std::string format;                      ///< of a table of text: empty until read_table()
-  std::string table_name;                  ///< of a table: what it is about, by the file's name
+  std::string table_name;                  ///< of a table: its subject, from the file's name
   std::optional<ByteSource> text;          ///< a table of text, UTF-8 or Latin-1
   std::unique_ptr<LogFile::Source> table;  ///< a table of numbers
-  DecoderPointer decoder;                  ///< of what is no table
+  DecoderPointer decoder;                  ///< of a file that is not a table
 
   [[nodiscard]] bool is_table() const { return decoder == nullptr; }
 };
 
-/// Reads the start of a table of text, so that its columns are known; its format by them.
+/// Reads the start of a table of text, to find its columns and its format.
 /// @param names  for columns without a header; may be empty.
-/// @throws DataError  if there is no row of numbers.
+/// @throws DataError  if the text does not contain a row of numbers.
 void read_table(OpenedFile& opened, const std::vector<std::string>& names);
 
 /// Recognises a file by its content, and opens it.
 /// @throws DataError  as RecordingFile.
 [[nodiscard]] OpenedFile open_recording(const std::string& path, const ReadLimits& limits = {});
 
-/// The same for a part of an archive, or what was opened already.
+/// As above, for a part of an archive or an open file.
 [[nodiscard]] OpenedFile open_recording(ByteSource bytes);
 
 /// A table as series: its columns by kind and unit. Read by read_table() already.
 [[nodiscard]] DecoderPointer decoder_of_table(OpenedFile opened);
 
-/// What was opened as series, a table as well.
+/// Converts an open recording of series into a table.
 [[nodiscard]] DecoderPointer series_of(OpenedFile opened);
 
-/// As summarise() of a path, of what was opened.
+/// As summarise() of a path, for an open file.
 [[nodiscard]] RecordingSummary summarise(RecordingFile::Decoder& decoder,
                                          std::optional<std::size_t> most_samples = {});
 
@@ -64,8 +64,8 @@ void read_table(OpenedFile& opened, const std::vector<std::string>& names);
 /// JSON as a table of text: records, one record a line, or columns.
 [[nodiscard]] OpenedFile open_json(ByteSource bytes);
 
-/// What sketches print, `X: 1.5 Y: -2 Z: 3`, and what a serial monitor puts before it,
-/// `14:08:06.818 -> 1.5,-2,3`, as a table with commas; another text as it is.
+/// Converts the output of sketches, `X: 1.5 Y: -2 Z: 3`, and the prefix of a serial monitor,
+/// `14:08:06.818 -> 1.5,-2,3`, into a table with commas. Another text stays unchanged.
 [[nodiscard]] ByteSource printed_lines_as_table(ByteSource bytes);
 
 /// @return the first sheet of a workbook that holds numbers, as text with commas.
@@ -75,16 +75,16 @@ void read_table(OpenedFile& opened, const std::vector<std::string>& names);
     const std::function<std::string(const std::string& part)>& part,
     const ReadBudget& budget);
 
-/// A temporary copy of what can be read once only.
+/// A temporary copy of a source that can be read only once.
 class SpooledFile {
  public:
-  /// @param name  of what is copied, for messages.
-  /// @throws OutputError  if TMPDIR is no folder that can be written to.
+  /// @param name  of the source, for messages.
+  /// @throws OutputError  if TMPDIR is not a writable folder.
   SpooledFile(std::string name, ReadBudget budget);
-  /// @throws OutputError  if there is no room for it.
+  /// @throws OutputError  if the disk is full.
   void write(const char* buffer, std::size_t size);
 
-  /// As TemporaryFile: what is open stays so.
+  /// As TemporaryFile: an open file stays open.
   void remove_name() { file_.remove_name(); }
 
   [[nodiscard]] const std::string& path() const { return file_.path(); }
@@ -95,8 +95,8 @@ class SpooledFile {
   TemporaryFile file_;
 };
 
-/// A file that can be opened more than once, a pipe as well: what is read of a pipe is copied,
-/// until it is seen that once is enough.
+/// A file that can be opened more than once, even a pipe. The bytes read from a pipe are copied
+/// until it is clear that one pass is enough.
 class ReopenableFile {
  public:
   explicit ReopenableFile(std::string path, const ReadLimits& limits = {})
@@ -105,14 +105,14 @@ class ReopenableFile {
   /// @throws DataError  as open_recording().
   [[nodiscard]] OpenedFile open();
 
-  /// It will not be opened once more: nothing is copied from now on.
+  /// Declares that the file will not be opened again: copying stops.
   void read_once();
 
  private:
   struct Pipe;
   std::string path_;
   ReadLimits limits_;
-  std::shared_ptr<Pipe> pipe_;  // where it is one, once it was opened
+  std::shared_ptr<Pipe> pipe_;  // the copy, if one was made
 };
 
 /// @return the file's name without folder and ending.

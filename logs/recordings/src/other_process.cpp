@@ -46,7 +46,7 @@ std::optional<pid_t> start(const std::string& path,
 
 struct Outcome {
   std::string text;
-  int status = 0;  // as waitpid() has it
+  int status = 0;  // in the form of waitpid()
 };
 
 Outcome ask_another_process(const std::string& path, const char* format, const ReadBudget& budget) {

@@ -23,7 +23,7 @@ struct Pairs {
   std::string unit;
 };
 
-// "Accel X: 1 Y: 2 Z: 3": the word before the first axis is that of all.
+// "Accel X: 1 Y: 2 Z: 3": the word before the first axis applies to all axes.
 void name_by_first(std::vector<std::string>& names) {
   if (names.size() < 2 || names.front().size() < 3) {
     return;
@@ -55,7 +55,7 @@ bool read_pairs(std::string_view line, Pairs& pairs) {
     }
     const std::size_t mark = line.find_first_of(":=", at);
     if (mark == std::string_view::npos) {
-      // What follows a number may be its unit: "X: 1.5 uT".
+      // The word after a number may be its unit: "X: 1.5 uT".
       pairs.unit = std::string(trimmed(line.substr(at)));
       name_by_first(names);
       return names.size() >= 2 && (known_unit(pairs.unit).has_value() ||
@@ -113,9 +113,9 @@ struct PrintedLine {
   std::size_t count = 0;
 };
 
-// The lines of pairs in a text, in the order in which they first come; those that come once are no
-// samples.
-// @param others  set to how many lines are none of them.
+// The lines of pairs in a text, in the order of their first occurrence. Lines that occur once are
+// not samples.
+// @param others  receives the number of other lines.
 std::vector<PrintedLine> printed_lines(std::string_view start, bool is_whole, std::size_t& others) {
   std::vector<PrintedLine> lines;
   others = 0;

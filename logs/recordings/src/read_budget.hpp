@@ -16,8 +16,8 @@ class LimitError : public DataError {
   using DataError::DataError;
 };
 
-/// What a file may still cost. Each reader asks it before it spends; what stands within an archive
-/// spends of the archive's. Copies share the account.
+/// The remaining cost that a file may cause. Each reader asks before it spends. The parts of an
+/// archive share the archive's budget. Copies share one account.
 class ReadBudget {
  public:
   /// @param path  of the file, for messages.
@@ -33,15 +33,15 @@ class ReadBudget {
   /// @throws LimitError  if so much more would be too much; none of it is spent.
   void check(ReadCost cost, double amount) const;
 
-  /// @return whether so much may be spent, which it then is. For callbacks of C.
+  /// @return true if this cost is allowed; if so, it is spent. For callbacks of C.
   [[nodiscard]] bool may_spend(ReadCost cost, double amount) const noexcept;
 
-  /// @return the budget of what stands within an archive or a compressed file: the same, one
-  /// deeper.
+  /// @return the budget for a part of an archive or the content of a compressed file: shared, one
+  ///         level deeper.
   /// @throws LimitError  if that is too deep.
   [[nodiscard]] ReadBudget within() const;
 
-  /// @return how much of it is left.
+  /// @return the remaining amount.
   [[nodiscard]] double left(ReadCost cost) const noexcept;
 
   [[nodiscard]] double file_bytes() const noexcept;

@@ -82,8 +82,8 @@ class RecordStream {
  public:
   explicit RecordStream(ByteSource bytes) : bytes_(std::move(bytes)) {}
 
-  /// @return the next bytes without taking them; fewer at the end. Valid until the next call. The
-  ///         memory grows with what is there, not with what is asked for.
+  /// @return the next bytes without consuming them; fewer at the end. Valid until the next call.
+  ///         The memory grows with the bytes read, not with `size`.
   [[nodiscard]] std::string_view peek(std::size_t size) {
     while (filled_ - begin_ < size && !ended_) {
       read_more(size);
@@ -99,7 +99,7 @@ class RecordStream {
     return record;
   }
 
-  /// @return how many bytes there were to skip, at most `size`.
+  /// @return the number of skipped bytes, at most `size`.
   std::uint64_t skip(std::uint64_t size) {
     std::uint64_t done = 0;
     while (done < size) {
@@ -115,7 +115,7 @@ class RecordStream {
 
   /// Goes on to the next place behind the first byte that begins so; to the end where there is
   /// none.
-  /// @return how many bytes were passed over.
+  /// @return the number of skipped bytes.
   std::uint64_t skip_to(std::string_view start) {
     std::uint64_t passed = 0;
     for (;;) {

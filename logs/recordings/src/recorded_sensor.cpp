@@ -124,14 +124,14 @@ std::vector<RecordedSensor> sensors_of(const RecordingSummary& summary) {
       most = std::max(most, one.samples);
       found.push_back(std::move(sensor));
     }
-    // A slow copy of what is recorded fast is left out, then what is corrected where it is raw too.
+    // Leaves out a slow copy of a fast sensor, then a corrected sensor if the raw one is there too.
     constexpr double slow = 0.2;
     std::erase_if(found, [&](const RecordedSensor& sensor) {
       return std::isfinite(sensor.rate_hz) && fastest > 0.0
                  ? sensor.rate_hz < slow * fastest
                  : static_cast<double>(sensor.samples) < slow * static_cast<double>(most);
     });
-    // What is known by its numbers alone yields to what is known by name.
+    // A sensor found by its numbers alone gives way to one found by its name.
     const bool has_named =
         std::any_of(found.begin(), found.end(),
                     [](const RecordedSensor& sensor) { return sensor.known_by != KnownBy::data; });

@@ -28,7 +28,7 @@ namespace {
 
 using namespace std::string_view_literals;
 
-// What a table is by its columns: the programs that write such.
+// The program that wrote a table, by its columns.
 std::string format_of_table(const std::vector<std::string>& columns) {
   const auto has = [&](std::string_view part) {
     return std::any_of(columns.begin(), columns.end(), [&](const std::string& name) {
@@ -93,8 +93,8 @@ OpenedFile open_text(ByteSource bytes) {
   return opened;
 }
 
-// What lies in a folder of recordings: the one bag in it, as ROS 2 writes bags, or the tables that
-// a phone's program wrote side by side.
+// The content of a folder of recordings: the one bag in it, as ROS 2 writes bags, or the tables
+// that a phone's program wrote.
 std::vector<std::string> files_in_folder(const std::string& path) {
   std::vector<std::string> bags, tables;
   std::error_code none;
@@ -123,7 +123,7 @@ std::vector<std::string> files_in_folder(const std::string& path) {
   return bags.empty() ? tables : bags;
 }
 
-// Copies what is still to come of a ByteSource or an InputFile.
+// Copies the remaining bytes of a ByteSource or an InputFile.
 template <typename Bytes>
 void copy_rest(Bytes& bytes, SpooledFile& copy) {
   std::vector<char> buffer(1U << 18U);
@@ -143,7 +143,7 @@ ReadBudget unlimited_disk(const std::string& path) {
 // open.
 enum class NameGoes { before, after };
 
-// Formats that are read at several places at once need a file; what is none is copied.
+// Formats that are read at several positions at once need a file. Other sources are copied.
 template <typename Open>
 OpenedFile with_file(ByteSource bytes, NameGoes name_goes, const Open& open) {
   const std::string path = bytes.path();

@@ -20,7 +20,7 @@ constexpr std::size_t longest_array = 16;  // whose numbers are columns
 constexpr std::size_t most_columns = 4096;
 constexpr std::size_t most_types = 256;
 constexpr int deepest = 12;           // messages within messages
-constexpr double name_steps = 100.0;  // of a column's name, beside those of an element
+constexpr double name_steps = 100.0;  // part of a column's name, added to that of an element
 
 struct NumberType {
   std::string_view name;
@@ -67,8 +67,8 @@ std::size_t size_of(char letter) {
   return found == number_types.end() ? 1 : found->size;
 }
 
-// What ROS itself defines (common_interfaces, Apache-2.0 facts of its wire format), for bags that
-// do not say: the names of fields and their types.
+// The messages that ROS itself defines (common_interfaces, Apache-2.0; facts of its wire format),
+// for bags without definitions: names of fields and their types.
 constexpr std::array<std::pair<std::string_view, std::string_view>, 18> usual_types = {{
     {"std_msgs/Header", "builtin_interfaces/Time stamp\nstring frame_id"},
     {"builtin_interfaces/Time", "int32 sec\nuint32 nanosec"},
@@ -291,7 +291,7 @@ void RosMessageType::name_columns(std::size_t type, const std::string& prefix, i
   }
 }
 
-// Goes through a message; what is a column is kept.
+// Goes through a message and keeps the columns.
 struct RosMessageType::Walk {
   const RosMessageType& type;
   RecordBytes bytes;

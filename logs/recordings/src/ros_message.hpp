@@ -13,7 +13,7 @@
 
 namespace axiscal {
 
-/// How the numbers of a message are laid out: ROS 1's own (packed) or ROS 2's CDR (aligned).
+/// The layout of the numbers in a message: ROS 1 (packed) or ROS 2's CDR (aligned).
 enum class RosWire { packed, cdr };
 
 /// A message type of ROS by the text that defines it (wiki.ros.org/msg; docs.ros.org,
@@ -21,11 +21,10 @@ enum class RosWire { packed, cdr };
 class RosMessageType {
  public:
   /// @param name        "sensor_msgs/Imu" or "sensor_msgs/msg/Imu".
-  /// @param definition  its text and those of the types that it holds, parted by lines of `=`;
-  ///                    where it is empty, the usual types of sensors are known.
-  /// @return nothing where a type is not known or the text is not understood.
-  /// @throws LimitError  if its types hold each other more often than the file may cost; decode()
-  ///                     likewise.
+  /// @param definition  the text and the texts of the types in it, separated by lines of `=`; if
+  ///                    empty, the usual types of sensors are known.
+  /// @return nullopt if a type is unknown or the text cannot be parsed.
+  /// @throws LimitError  if the nesting of its types costs more than the file may; decode() too.
   [[nodiscard]] static std::optional<RosMessageType> parse(const std::string& name,
                                                            std::string_view definition,
                                                            ReadBudget budget);
@@ -38,7 +37,7 @@ class RosMessageType {
 
   struct Decoded {
     std::vector<double> values;     ///< one for each column
-    std::optional<double> stamp_s;  ///< header.stamp, where it is not 0
+    std::optional<double> stamp_s;  ///< header.stamp, if it is not 0
   };
 
   /// @return false where the message is shorter than its type says.
@@ -101,7 +100,7 @@ class RosTopic {
   std::size_t damaged_ = 0;
 };
 
-/// @return what is to be said of a bag's topics: those without numbers, damaged messages.
+/// @return notes about a bag's topics: topics without numbers, damaged messages.
 [[nodiscard]] std::vector<std::string> notes_of(const std::vector<const RosTopic*>& topics);
 
 }  // namespace axiscal

@@ -31,7 +31,7 @@ struct FinishStatement {
 };
 using Statement = std::unique_ptr<sqlite3_stmt, FinishStatement>;
 
-// Nothing is written beside the file, not even the index of a write-ahead log.
+// No file is created next to the bag, not even the index of a write-ahead log.
 std::string immutable_uri(const std::string& path) {
   std::string uri = "file:";
   for (const char c : path) {

@@ -17,7 +17,7 @@ namespace {
 
 constexpr std::size_t fewest_rows = 50;  // by which numbers are believed
 
-// Whether a column never falls, and mostly ascends, as times do.
+// True if a column never falls and mostly rises, as times do.
 bool ascends(const std::vector<double>& values) {
   std::size_t up = 0;
   for (std::size_t i = 1; i < values.size(); ++i) {
@@ -29,7 +29,7 @@ bool ascends(const std::vector<double>& values) {
   return values.size() >= fewest_rows && 4 * up > values.size();
 }
 
-// Whether a column is one of times or of a counter: it ascends in even steps.
+// True if a column is a time or a counter: it rises in even steps.
 bool ascends_evenly(const std::vector<double>& values) {
   if (!ascends(values)) {
     return false;
@@ -54,8 +54,8 @@ struct Lengths {
   double middle = 0.0;
   double spread = 1.0;
   bool has_turned = false;  // the three pointed in several directions; a steady length in one
-                            // direction says nothing of what they are
-  // Unit vectors, as a filter or a sun sensor gives.
+                            // Unit vectors, as from a filter or a sun sensor. Their direction does
+                            // not tell the quantity.
   [[nodiscard]] bool are_normalised() const {
     constexpr double exactly = 1e-3;
     return std::abs(middle - 1.0) < exactly && spread < exactly;
@@ -174,7 +174,7 @@ double turning_of(const LogBlock& block, std::size_t gravity, std::size_t rates,
   return changes > 0.0 && turns > 0.0 ? product / std::sqrt(changes * turns) : 0.0;
 }
 
-// What a name is without its number: "accelBuffer" of "accelBuffer_2"; empty without one.
+// A name without its number: "accelBuffer" for "accelBuffer_2"; empty if it lacks a number.
 std::string_view stem_of_part(std::string_view name) {
   const std::size_t end = name.find_last_not_of("0123456789");
   if (end == std::string_view::npos || end + 1 == name.size() || name[end] != '_') {

@@ -11,20 +11,20 @@
 
 namespace axiscal {
 
-/// What the columns of a table are.
+/// The meaning of a table's columns.
 struct TableColumns {
   std::vector<Series> series;       ///< one a column: kind, unit, known_by
   std::optional<std::size_t> time;  ///< column of times
-  double seconds = 0.0;             ///< per unit of the times; 0 where nothing states it
+  double seconds = 0.0;             ///< seconds per unit of the times; 0 if unknown
 };
 
-/// Whether the name of a column tells nothing of what is in it: c4, x, ch2, data_3. Of others (a
-/// quaternion, say) numbers alone are no proof.
+/// True if the name of a column is meaningless: c4, x, ch2, data_3. For other names (a quaternion,
+/// for example) numbers alone are not proof.
 [[nodiscard]] bool says_nothing(std::string_view name);
 
-/// By names and units (SensorColumns), and where they say nothing by the first numbers: a column
-/// that ascends evenly is the time; three neighbours whose length is that of gravity are an
-/// accelerometer; three that turn it are a gyroscope.
+/// By names and units (SensorColumns). If these are not helpful, by the first numbers: a column
+/// that rises evenly is the time; three neighbours with the length of gravity are an accelerometer;
+/// three that rotate it are a gyroscope.
 ///
 /// @param block  the first rows, a column for each name.
 [[nodiscard]] TableColumns recognise_columns(const std::vector<std::string>& columns,

@@ -120,8 +120,8 @@ std::string letters_of_axis(std::string small) {
   return small;
 }
 
-// What phones and filters give without gravity: it is of no use to a calibration.
-// Or gravity alone, which is made by a filter.
+// Accelerations of phones and filters without gravity: a calibration cannot use them. Or gravity
+// alone, computed by a filter.
 bool is_without_gravity(std::string_view small) {
   const bool has_it = contains(small, "including") || contains(small, "with_gravity") ||
                       contains(small, "with gravity") || contains(small, "withgravity");
@@ -299,8 +299,8 @@ NamedColumn named_column(std::string_view header) {
 
 namespace {
 
-// What one part of a name is about: the word that stands last decides, so that "gyro_mag_x" is of a
-// magnetometer and "acc_temp" a temperature.
+// The quantity in one part of a name. The last word decides, so that "gyro_mag_x" is a magnetometer
+// and "acc_temp" a temperature.
 SeriesKind kind_of_part(std::string_view small) {
   struct Word {
     std::string_view text;
@@ -435,7 +435,7 @@ SensorColumns::SensorColumns(const std::vector<std::string>& columns, std::strin
     if (kind == SeriesKind::other && is_axis && letters.size() == 3 && letters.starts_with("gf")) {
       kind = SeriesKind::accelerometer;
     }
-    // tx, ty, tz beside wx, wy, wz; a trajectory's tx stands beside qx.
+    // tx, ty, tz together with wx, wy, wz; a trajectory has tx together with qx.
     if (kind == SeriesKind::other && is_axis && letters.size() == 2 && letters[0] == 't' &&
         has_letters("wx") && !has_letters("qx")) {
       kind = SeriesKind::accelerometer;

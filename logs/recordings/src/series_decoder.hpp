@@ -12,7 +12,7 @@
 
 namespace axiscal {
 
-/// One format of recordings: it parses, and hands on what it finds; it stores nothing.
+/// One format of recordings. A decoder parses and passes samples on; it does not store them.
 class RecordingFile::Decoder {
  public:
   Decoder() = default;
@@ -24,12 +24,12 @@ class RecordingFile::Decoder {
   /// @return false at the end.
   [[nodiscard]] virtual bool read(SeriesSink& sink) = 0;
 
-  /// What was damaged or left out so far.
+  /// The damaged or skipped parts so far.
   [[nodiscard]] virtual std::vector<std::string> notes() const { return notes_; }
 
   std::string format;
   std::map<std::string, std::string> facts;
-  std::shared_ptr<void> keep;  ///< what must live as long: a copy of the file
+  std::shared_ptr<void> keep;  ///< an object that must live as long: a copy of the file
 
  protected:
   std::vector<std::string> notes_;
@@ -37,16 +37,16 @@ class RecordingFile::Decoder {
 
 /// Parts of one message that are of different kinds, each a series of its own.
 ///
-/// Neighbouring columns of one kind and unit are one series; what no rule names is `other`.
+/// Neighbouring columns of one kind and unit form one series. A column without a rule is `other`.
 class MessageSeries {
  public:
   struct Part {
     Series series;
     std::vector<std::size_t> places;  ///< of its columns in the message
-    std::size_t number = 0;           ///< by which the sink knows it
+    std::size_t number = 0;           ///< identifier in the sink
   };
 
-  /// What a column is, or `other`.
+  /// The kind of a column, or `other`.
   using Rule = std::function<Series(const std::string& column)>;
 
   MessageSeries() = default;
@@ -98,7 +98,7 @@ using DecoderPointer = std::unique_ptr<RecordingFile::Decoder>;
                                           const std::string& name,
                                           const ReadBudget& budget);
 
-/// Whether a text's first lines are of that format.
+/// True if the first lines of a text are of that format.
 [[nodiscard]] bool is_dataflash_text(std::string_view start);
 [[nodiscard]] bool is_mavlink_text(std::string_view start);
 [[nodiscard]] bool is_vectornav(std::string_view start);

@@ -108,7 +108,7 @@ bool SeriesLog::take_row(std::vector<double>& row) {
     }
     if (!at_end_ &&
         (queue.samples.empty() || (has_times && queue.samples.back().time_s < time_s))) {
-      return false;  // what comes behind the row's time is still to come
+      return false;  // the columns after the row's time are still missing
     }
     while (has_times && queue.samples.size() > 2 && queue.samples[1].time_s <= time_s) {
       queue.samples.pop_front();

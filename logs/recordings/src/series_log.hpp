@@ -13,15 +13,15 @@
 
 namespace axiscal {
 
-/// A column of a table that is made of series.
+/// A column of a table of series.
 struct MergedColumn {
   std::string name;
   std::size_t series = 0;  ///< number of it in the recording
   std::size_t place = 0;   ///< of the column in its series
 };
 
-/// Series of a recording as one table: the rows are at the samples of one of them, the others are
-/// interpolated to their times. In constant memory where the file holds the series side by side.
+/// Series of a recording as one table. The rows are at the samples of one series; the others are
+/// interpolated to these times. The memory is constant if the file interleaves the series.
 class SeriesLog final : public LogFile::Source {
  public:
   /// @param base     number of the series whose samples are the rows.
@@ -42,7 +42,7 @@ class SeriesLog final : public LogFile::Source {
   std::vector<MergedColumn> merged_;
   std::vector<std::size_t> selected_;
   bool at_end_ = false;
-  bool has_begun_ = false;  // whether all series have
+  bool has_begun_ = false;  // true if all series are present
   double first_s_ = std::numeric_limits<double>::quiet_NaN();
 };
 

@@ -34,7 +34,7 @@ Counts counts_of(std::span<const double> values) {
   return counts;
 }
 
-// How many of the values are positive, negative, and neither.
+// The numbers of positive, negative and other values.
 struct Shares {
   double positive = 0.0, negative = 0.0, between = 0.0;
 };
@@ -73,7 +73,7 @@ SignedCounts find_signed_counts(const std::vector<std::span<const double>>& samp
     }
     std::size_t of_both_signs = 0;
     for (std::size_t c = 0; c < samples.size(); ++c) {
-      // What only rises is a time or a counter.
+      // A column that only rises is a time or a counter.
       if (!counts[c].are_counts || !counts[c].rises || !counts[c].falls) {
         continue;
       }

@@ -50,7 +50,7 @@ class Steps {
     }
   }
 
-  /// @return how many are longer than five times the usual one, or go back.
+  /// @return the number of steps longer than five times the usual step, or backwards.
   [[nodiscard]] std::size_t gaps() const {
     const double limit = longest_usual_s();
     std::size_t longer = back_;
@@ -62,7 +62,7 @@ class Steps {
 
   [[nodiscard]] double sum_s() const { return sum_; }
 
-  /// @return steps a second, of those that are no gaps.
+  /// @return steps per second, without gaps.
   [[nodiscard]] double rate_hz() const {
     const double limit = longest_usual_s();
     double sum = 0.0;
@@ -82,7 +82,7 @@ class Steps {
   }
 
   [[nodiscard]] double longest_usual_s() const {
-    // The middle one, and what is far above it.
+    // The median, and values far above it.
     std::size_t passed = 0;
     std::size_t middle = 0;
     while (middle + 1 < bins_.size() && 2 * (passed += bins_[middle]) < count_) {
@@ -214,7 +214,7 @@ class Summariser final : public SeriesSink {
       SeriesSummary& summary = one.summary;
       const double span = summary.end_s - summary.start_s;
       summary.gaps = one.steps.gaps();
-      // Where times began anew the span says nothing, and the steps between do.
+      // If times restart, the span is meaningless, but the steps are not.
       constexpr double nearly_all = 0.75;
       const bool began_anew = span < nearly_all * one.steps.sum_s();
       summary.rate_hz = summary.samples < 2 ? not_a_number

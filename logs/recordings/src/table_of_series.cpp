@@ -73,7 +73,7 @@ OpenedTable table_of_series(const std::string& path,
       columns.push_back(std::move(column));
     }
   };
-  // The last one serves where there are fewer of a kind: two compasses beside one accelerometer.
+  // The last sensor is used if there are fewer of a kind: two compasses with one accelerometer.
   int most = 0;
   for (const RecordedSensor& sensor : all) {
     most = std::max(most, sensor.number + 1);

@@ -16,8 +16,8 @@ struct OpenedTable {
   std::vector<LogSensor> sensors;
 };
 
-/// A recording of several series as one table: the sensors of one instance, and what else is
-/// wanted.
+/// A recording of several series as one table: the sensors of one instance, and further requested
+/// columns.
 /// @param summary  of its first samples, by which it is seen what it holds.
 /// @param decoder  at its beginning.
 /// @param path     for messages.
@@ -27,8 +27,8 @@ struct OpenedTable {
                                           DecoderPointer decoder,
                                           const LogFormat& format);
 
-/// @return what a recording holds, in a line for a message: "it holds sensor_baro (4 columns),
-/// ...".
+/// @return the content of a recording, in a line for a message: "it holds sensor_baro (4 columns),
+///         ...".
 [[nodiscard]] std::string what_it_holds(const RecordingSummary& summary);
 
 }  // namespace axiscal

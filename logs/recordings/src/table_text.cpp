@@ -111,7 +111,7 @@ class NumbersAsText {
   static constexpr std::size_t rows_at_once = 4096;
   std::unique_ptr<LogFile::Source> source_;
   LogBlock block_;
-  bool is_ahead_ = false;  // whether the block was read and not yet given
+  bool is_ahead_ = false;  // true if the block was read but not yet delivered
   std::vector<double> factors_;
   std::string text_;
   std::size_t given_ = 0;
@@ -260,7 +260,7 @@ void TableText::State::look_at_text() {
              is_utf8(start.substr(0, start.rfind('\n') + 1));
   if (!layout.has_header && !has_names && format.names.empty() && layout.delimiter == ',' &&
       first == 1 && !layout.decimal_comma && layout.first_row_line != first) {
-    // Something stands above the first row that is no header: the reader says what is wrong there.
+    // A line above the first row is not a header: the reader reports the problem.
     is_plain = true;
     columns.clear();
   }
@@ -324,7 +324,8 @@ void TableText::State::map_columns() {
   }
 }
 
-// The next line as CSV; lines that are no rows are empty, so that lines are counted as in the file.
+// The next line as CSV. Lines that are not rows become empty lines, so that line numbers agree with
+// the file.
 bool TableText::State::next_line() {
   std::string_view raw;
   if (!lines->next(raw)) {

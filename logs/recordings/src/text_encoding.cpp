@@ -97,7 +97,7 @@ class Utf16Reader {
 // Lines that end with carriage returns alone, but perhaps for the last.
 ByteSource with_line_feeds(ByteSource bytes) {
   const std::string_view start = bytes.peek(layout_bytes);
-  std::size_t alone = 0;  // returns without a line feed beside them
+  std::size_t alone = 0;  // carriage returns without a line feed next to them
   for (std::size_t at = start.find('\r'); at != std::string_view::npos;
        at = start.find('\r', at + 1)) {
     const bool follows = at > 0 && (start[at - 1] == '\n' || start[at - 1] == '\r');

@@ -8,8 +8,8 @@
 
 namespace axiscal {
 
-/// @return the same text as UTF-8, where it is UTF-16, with line feeds and plain minus signs and
-///         blanks; else as it is.
+/// @return the text as UTF-8 if it is UTF-16, with line feeds and plain minus signs and blanks;
+///         otherwise unchanged.
 [[nodiscard]] ByteSource as_utf8(ByteSource bytes);
 
 /// @return the text as UTF-8: as it is where it is, else each byte is taken as Latin-1 has it.

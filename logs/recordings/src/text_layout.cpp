@@ -39,14 +39,14 @@ bool is_unit_in_cell(std::string_view unit) {
          std::find(others.begin(), others.end(), unit) != others.end();
 }
 
-// Whether a cell is a number with a unit behind it, or with parted thousands.
+// True if a cell is a number followed by a unit, or with separated thousands.
 bool is_dressed_number(std::string_view cell, bool decimal_comma) {
   const DressedNumber number = dressed_number(cell, decimal_comma);
   return std::isfinite(number.value) &&
          (number.unit.empty() ? number.is_grouped : is_unit_in_cell(number.unit));
 }
 
-// How many cells of a line are numbers.
+// Number of cells of a line that are numbers.
 std::size_t count_numbers(const Cells& cells, bool decimal_comma) {
   return static_cast<std::size_t>(
       std::count_if(cells.begin(), cells.end(), [&](std::string_view cell) {
@@ -95,7 +95,7 @@ bool is_a_unit(std::string_view cell) {
          std::find(others.begin(), others.end(), cell) != others.end();
 }
 
-// Whether a filled cell is there twice: names never are, units are.
+// True if a filled cell occurs twice: names never do, units do.
 bool repeats(const Cells& cells) {
   std::unordered_set<std::string_view> seen;
   return std::any_of(cells.begin(), cells.end(), [&](std::string_view cell) {
@@ -103,13 +103,13 @@ bool repeats(const Cells& cells) {
   });
 }
 
-// Whether a row of names is one of units, which stands beneath the names.
+// True if a row below the names is a row of units.
 bool are_units(const Cells& cells) {
   const auto units = static_cast<std::size_t>(std::count_if(cells.begin(), cells.end(), is_a_unit));
   return units > 0 && (2 * units >= count_filled(cells) || repeats(cells));
 }
 
-// Whether a row beneath the names says of which type the columns are.
+// True if a row below the names gives the types of the columns.
 bool are_types(const Cells& cells) {
   constexpr std::array<std::string_view, 14> types = {
       "float", "double",  "int",    "integer", "long", "number",   "bool",
@@ -250,7 +250,7 @@ class LayoutFinder {
     layout_.first_row_line = first_ + 1;
   }
 
-  // Whether all cells of a row are numbers or say that there is none.
+  // True if all cells of a row are numbers or missing values.
   [[nodiscard]] bool has_gaps_alone(std::size_t i) const {
     return rows_[i].size() == usual_ && numbers_[i] > 0 &&
            std::all_of(rows_[i].begin(), rows_[i].end(), [&](std::string_view cell) {
@@ -273,7 +273,7 @@ class LayoutFinder {
     return std::nullopt;
   }
 
-  // Whether the first cells of the rows count 1, 2, 3, as R writes the names of rows.
+  // True if the first cells of the rows count 1, 2, 3, as the row names of R.
   [[nodiscard]] bool rows_are_named() const {
     double expected = 1.0;
     for (std::size_t i = first_; i < rows_.size(); ++i) {

@@ -11,7 +11,7 @@
 
 namespace axiscal {
 
-/// How a table of text is written, found out from its first lines.
+/// The layout of a table of text, found from its first lines.
 struct TextLayout {
   char delimiter = ',';  ///< ' ': any run of blanks and tabs
   bool decimal_comma = false;
@@ -27,13 +27,13 @@ struct TextLayout {
   std::vector<bool> is_dressed;
   bool header_is_odd = false;      ///< it has another number of cells than the rows
   double rate_hz = 0.0;            ///< as a line before the table states it: "Update Rate: 100.0Hz"
-  std::vector<std::string> notes;  ///< what a reader may want to know
+  std::vector<std::string> notes;  ///< notes for the reader
 
   /// @return the cells of a row, without those that are always empty at its ends.
   [[nodiscard]] std::vector<std::string_view> cells_of_row(std::string_view line) const;
 };
 
-/// What is looked at to find out a table's layout.
+/// The inputs for finding a table's layout.
 inline constexpr std::size_t layout_bytes = 1U << 16U;
 
 /// The start of a text: layout_bytes, or more where these hold less than a few rows of a wide
@@ -59,14 +59,14 @@ template <typename Bytes>
 /// @param path   for messages.
 /// @param start  the first bytes of the text, UTF-8.
 /// @param names  for columns without a header; may be empty.
-/// @throws DataError  if there is no table in it; it says what there is.
+/// @throws DataError  if the text is not a table; the message describes the text.
 [[nodiscard]] TextLayout layout_of(const std::string& path,
                                    std::string_view start,
                                    bool is_whole,
                                    const std::vector<std::string>& names);
 
-/// @return seconds of a time of day, 14:08:06.818, or since 1970 of a date and time; NaN for what
-/// is neither.
+/// @return seconds for a time of day, 14:08:06.818; seconds since 1970 for a date and time; NaN for
+///         other texts.
 [[nodiscard]] double clock_seconds(std::string_view cell);
 
 }  // namespace axiscal

@@ -154,7 +154,7 @@ class TextLog : public LogFile::Source {
            line.find_first_not_of(" \t\r") != std::string_view::npos;
   }
 
-  // @return whether the row has as many cells as the table has columns.
+  // @return true if the row has the number of cells of the table.
   bool parse(std::string_view line, LogBlock& block, std::size_t row) {
     line = without_checksum(line);
     if (layout_.has_header && line == header_) {
@@ -176,8 +176,8 @@ class TextLog : public LogFile::Source {
     return good;
   }
 
-  // Whether a row holds no reading: every cell is that of erased memory, all bits 1 (signed: -1),
-  // or 0 behind other rows, or no number.
+  // True if a row is not a reading: every cell is erased memory, all bits 1 (signed: -1), or 0
+  // after other rows, or not a number.
   [[nodiscard]] bool is_erased(std::string_view line) const {
     constexpr std::size_t fewest = 4;  // two or three counters may be alike by chance
     const auto has_one_of = [&](std::string_view digits) {
@@ -288,7 +288,7 @@ class TextLog : public LogFile::Source {
   std::size_t rows_ = 0;
   std::size_t erased_rows_ = 0, first_erased_line_ = 0;
   bool has_readings_ = false;
-  std::vector<int> place_;  // where each column stands in a block; -1: not wanted
+  std::vector<int> place_;  // position of each column in a block; -1: not wanted
   std::size_t selected_ = 0;
 };
 

@@ -30,10 +30,10 @@ constexpr std::array<Unit, 4> units = {{{"s", "seconds", 1.0},
 
 constexpr double lowest_rate_hz = 0.5;
 constexpr double highest_rate_hz = 1e6;
-// What is taken for granted of a unit that nobody stated.
+// The default for a unit that is not stated.
 constexpr double highest_usual_rate_hz = 2000.0;
 
-// Whether a time is of our days, counted from 1970: the years 2001 to 2039.
+// True if a time counts from 1970: in the years 2001 to 2039.
 bool is_since_1970(double time_s) {
   return time_s > 1e9 && time_s < 2.2e9;
 }
@@ -83,7 +83,7 @@ Named named(const std::string& column) {
   }
   std::replace(name.begin(), name.end(), ' ', '_');
   std::replace(name.begin(), name.end(), '-', '_');
-  // What some programs call their times.
+  // Names of times in some programs.
   struct Known {
     const char* name;
     std::optional<double> seconds;
@@ -133,7 +133,7 @@ std::optional<TimeColumn> find_time_column(const std::string& path,
   if (!name.empty()) {
     return column_at(need_column(path, columns, name), name);
   }
-  // A column of dates alone stands beside one of times of day.
+  // A column of dates and a column of times of day.
   std::optional<TimeColumn> date;
   for (std::size_t c = 0; c < columns.size(); ++c) {
     if (named(columns[c]).is_time) {

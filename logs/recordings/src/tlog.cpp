@@ -71,11 +71,11 @@ struct Packet {
   std::uint8_t system = 0;
   std::size_t size = 0;  // of all
   std::string_view payload;
-  std::string_view checked;  // what the checksum is over
+  std::string_view checked;  // input of the checksum
   std::uint16_t crc = 0;
 };
 
-// @return nothing where these bytes begin no packet, or not all of one.
+// @return nullopt if these bytes do not begin a packet, or the packet is incomplete.
 std::optional<Packet> packet_of(std::string_view bytes) {
   RecordBytes in(bytes);
   const std::uint8_t start = in.take<std::uint8_t>();

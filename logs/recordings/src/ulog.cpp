@@ -91,8 +91,8 @@ std::size_t size_of(Type type) {
   return 0;
 }
 
-// PX4's message definitions (msg/SensorCombined.msg, SensorAccel.msg, ...): units of what they
-// hold.
+// PX4's message definitions (msg/SensorCombined.msg, SensorAccel.msg, ...): the units of their
+// fields.
 Series rule_of(const std::string& message, const std::string& column) {
   const auto is = [&](SeriesKind kind, const char* unit) {
     return Series{.kind = kind, .unit = unit, .known_by = KnownBy::format};
@@ -149,7 +149,7 @@ class Ulog final : public RecordingFile::Decoder {
     const char type = bytes.take<char>();
     const std::uint64_t end = stream_.position() + head + size;
     const std::uint64_t next_part = next_offset();
-    if (next_part > stream_.position() && next_part < end) {  // cut off by what was appended
+    if (next_part > stream_.position() && next_part < end) {  // cut off by appended data
       ++cut_;
       stream_.skip(next_part - stream_.position());
       return true;
@@ -196,7 +196,7 @@ class Ulog final : public RecordingFile::Decoder {
     return next;
   }
 
-  // Where bytes are no message, the next synchronisation message is looked for.
+  // After bytes that are not a message, the reader looks for the next synchronisation message.
   bool find_next_message() {
     using namespace std::string_view_literals;
     lost_ += stream_.skip_to("\x08\x00S\x2F\x73\x13\x20\x25\x0C\xBB\x12"sv);
@@ -402,8 +402,8 @@ class Ulog final : public RecordingFile::Decoder {
     to.series.put(sink, time_us * us, values_);
   }
 
-  // Several samples in one message: x[32], y[32], z[32] counts, `samples` of them, `dt` us apart up
-  // to `timestamp_sample`, in units of `scale`.
+  // Several samples in one message: `samples` counts in x[32], y[32], z[32], `dt` us apart up to
+  // `timestamp_sample`, in units of `scale`.
   void take_fifo(Subscription& to, double time_s, SeriesSink& sink) {
     const auto place = [&](const std::string& name) -> std::optional<std::size_t> {
       for (std::size_t f = 0; f < to.fields.size(); ++f) {

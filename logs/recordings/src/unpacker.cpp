@@ -45,13 +45,13 @@ class Decoder {
   // Begins another stream.
   virtual void restart() = 0;
 
-  // Takes bytes off the front of `in`, and fills the front of `out`, which it then leaves out.
-  // @return whether the stream has ended.
+  // Removes consumed bytes from the front of `in`, and filled bytes from the front of `out`.
+  // @return true at the end of the stream.
   // @throws DamagedStream
   virtual bool step(std::string_view& in, std::span<char>& out) = 0;
 };
 
-// For libraries whose streams have the members next_in, avail_in, next_out and avail_out.
+// Runs libraries with streams that have the members next_in, avail_in, next_out and avail_out.
 template <typename Stream, typename Run>
 auto run_stream(Stream& stream, std::string_view& in, std::span<char>& out, const Run& run) {
   using Byte = std::remove_pointer_t<decltype(stream.next_out)>;
@@ -188,7 +188,7 @@ class Lz4Decoder final : public Decoder {
 };
 #endif
 
-// @return null if this build has no library for the packing.
+// @return null if this build lacks the library for the packing.
 std::unique_ptr<Decoder> decoder_of([[maybe_unused]] std::string_view packing) {
 #ifdef AXISCAL_ZLIB
   if (packing == "gzip" || packing == "zlib") {

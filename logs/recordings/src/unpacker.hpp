@@ -33,7 +33,7 @@ class Unpacker {
   Unpacker(Unpacker&&) noexcept;
   Unpacker& operator=(Unpacker&&) noexcept;
 
-  /// @return how many bytes were written into `buffer`, at most `size`; 0 at the end.
+  /// @return the number of bytes written into `buffer`, at most `size`; 0 at the end.
   /// @throws DamagedStream
   [[nodiscard]] std::size_t read(char* buffer, std::size_t size);
 
@@ -47,7 +47,7 @@ class Unpacker {
 
 /// Unpacks a block of a bag, which is held whole.
 /// @param packing  as of Unpacker.
-/// @param size     of the content, as the file states it.
+/// @param size     of the content, as stated by the file.
 /// @return nullopt if the block is damaged, or its content has another size.
 /// @throws LimitError  if the content is more than the file may cost.
 /// @throws Error       if this build cannot unpack it.

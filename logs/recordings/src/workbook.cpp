@@ -81,7 +81,7 @@ Sheet read_sheet(const std::string& xml,
   }
   std::size_t line = 1;
   for (const pugi::xml_node row : document.child("worksheet").child("sheetData").children("row")) {
-    // Rows that are left out are empty lines, so that lines are counted as the sheet counts.
+    // Omitted rows become empty lines, so that line numbers agree with the sheet.
     constexpr unsigned most_rows = 1U << 20U;
     const unsigned number = row.attribute("r").as_uint(static_cast<unsigned>(line));
     while (line < number && line < most_rows) {

@@ -231,7 +231,7 @@ OpenedFile open_npz(const std::string& path,
   return opened;
 }
 
-// Metadata.csv, meta/device.csv and the like say nothing over time.
+// Metadata.csv, meta/device.csv and similar files are not time series.
 bool is_metadata(const std::string& member) {
   return member.starts_with("meta/") || member.find("/meta/") != std::string::npos ||
          member.starts_with("__MACOSX") || stem_of(member) == "Metadata" ||
@@ -273,7 +273,7 @@ OpenedFile open_zip(const std::string& path, const std::string& name, const Read
     }
     try {
       OpenedFile one = open_recording(bytes_of(path, name, member, budget));
-      read_table(one, {});  // what holds no numbers is passed over
+      read_table(one, {});  // members without numbers are skipped
       good.push_back(member);
       opened.push_back(std::move(one));
     } catch (const LimitError&) {

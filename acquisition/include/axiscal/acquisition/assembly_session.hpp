@@ -13,17 +13,16 @@
 // called SLOT.axis: one pose check sees what each of them says.
 namespace axiscal {
 
-/// @param experiment  of one of them; its positioner has the slots' mounts.
+/// @param experiment  of one instrument; its positioner has the mounts of the slots.
 /// @param slots       two or more.
-/// @return the experiment of all: its instrument's axes are those of each slot.
+/// @return the joint experiment: the axes of its instrument are those of all slots.
 [[nodiscard]] Experiment assembled(Experiment experiment, const std::vector<std::string>& slots);
 
 /// @return the slots of an assembled instrument with their axes; none for a single instrument.
 [[nodiscard]] std::vector<SlotColumns> slots_of(const Instrument& instrument);
 
-/// @return what each axis is meant to sense in the frame in which the experiment's mount turns, m x
-///         3: a component, or of a slot that component turned by the slot's mount; a row of zeros
-///         where nothing tells.
+/// @return the nominal direction of each axis in the frame of the experiment's mount, m x 3: a
+///         component, rotated by the mount of the slot; a row of zeros if it is unknown.
 [[nodiscard]] SensitivityMatrix nominal_axes(const Experiment& experiment);
 
 /// Calibrates what a session took: one instrument, or each slot of an assembled one.

@@ -11,7 +11,7 @@
 
 namespace axiscal {
 
-/// What a session without a cube is about.
+/// The inputs of a session without a cube.
 struct FreeSetup {
   Experiment experiment;  ///< of one instrument of three axes; method magnitude
   StillnessOptions stillness;

@@ -13,13 +13,13 @@
 
 namespace axiscal {
 
-/// What is seen of a calibration by turning the instrument in the hand: the sphere so far.
+/// The progress of a calibration in the hand: the sphere so far.
 struct FreeView {
   std::vector<Eigen::Vector3d> points;            ///< readings kept, in the order taken [unit]
   std::size_t dropped = 0;                        ///< how often points were dropped again
-  Eigen::Vector3d now = Eigen::Vector3d::Zero();  ///< what it reads now [unit]
-  /// To the sphere of radius 1: to_sphere (v - centre); by the fit, or before it by the middle and
-  /// the half span of what came.
+  Eigen::Vector3d now = Eigen::Vector3d::Zero();  ///< current reading [unit]
+  /// Maps a reading v to the sphere of radius 1: to_sphere (v - centre). Before the fit it uses the
+  /// middle and the half span of the readings.
   Eigen::Vector3d centre = Eigen::Vector3d::Zero();
   Eigen::Matrix3d to_sphere = Eigen::Matrix3d::Identity();
   bool is_fitted = false;

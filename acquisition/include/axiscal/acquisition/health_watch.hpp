@@ -24,13 +24,13 @@ struct HealthWatchSetup {
   std::vector<std::string> temperature_channels = {"temperature"};  ///< as of a session
 };
 
-/// What an installed instrument says right now.
+/// The current condition of an installed instrument.
 struct HealthView {
   bool is_still = false;
-  double progress = 0.0;  ///< how much of the reading is taken, 0 .. 1
-  ReducedReading now;     ///< what the last moments say
+  double progress = 0.0;  ///< completed part of the reading, 0 .. 1
+  ReducedReading now;     ///< result of the last moments
   std::size_t readings = 0;
-  std::optional<InSituCheck> check;  ///< what the readings so far say
+  std::optional<InSituCheck> check;  ///< result of the readings so far
 };
 
 /// Watches an installed instrument in whatever pose it is: readings at rest, reduced, their
@@ -66,9 +66,10 @@ struct HealthRun {
 
 /// Feeds a watch until it has readings enough, its sources end, or patience does.
 ///
-/// @return what it saw, with its check.
+/// @return the observations and the check.
 /// @throws DomainError   as HealthWatch::set_channels().
-/// @throws RefusedError  if there was no reading: no sample came, or it was never at rest.
+/// @throws RefusedError  if the watch did not get a reading: samples were missing, or the
+///                       instrument was never at rest.
 [[nodiscard]] const HealthView& run_health_watch(HealthWatch& watch,
                                                  SampleFeed& feed,
                                                  const HealthRun& run);

@@ -7,22 +7,22 @@
 
 namespace axiscal {
 
-/// What the first line of a session's journal says that it is: {"format": "axiscal-journal", ..}.
+/// The content of the first line of a session's journal: {"format": "axiscal-journal", ..}.
 inline constexpr std::string_view journal_format = "axiscal-journal";
 
 /// A file that only grows: one JSON object a line, on the disk before append() returns.
 ///
-/// What was appended survives a crash, kill -9 and a full disk. A line that was not written whole
-/// is cut off again, at once or when the journal is opened next.
+/// Appended entries survive a crash, kill -9 and a full disk. An incomplete last line is cut off,
+/// at once or when the journal is opened the next time.
 class Journal {
  public:
   /// Starts a new journal.
   /// @throws OutputError  if the file is there already, or cannot be written.
   [[nodiscard]] static Journal create(const std::string& path);
 
-  /// Opens one to go on with it; nobody else may.
+  /// Opens an existing journal for appending, with a lock.
   /// @param path   of the journal.
-  /// @param lines  set to what it holds, without a last line that was not written whole.
+  /// @param lines  receives the content without an incomplete last line.
   /// @throws DataError    if there is no such file, or its first line is not that of a journal; it
   ///                      is then left as it is.
   /// @throws OutputError  if it cannot be written, or another program has it open.
@@ -35,8 +35,8 @@ class Journal {
   /// Appends a line and waits until the disk has it.
   ///
   /// @param line  without a line end.
-  /// @return why it is not stored (disk full, ...); empty where it is. What was stored before is
-  ///         still there, and the same line may be tried again.
+  /// @return the reason if the line is not stored (disk full, ...); empty if it is. Earlier lines
+  ///         stay stored, and the line may be tried again.
   [[nodiscard]] std::string append(std::string_view line);
 
   /// As append(), but does not wait for the disk: for raw samples.
@@ -50,7 +50,7 @@ class Journal {
 
   std::string path_;
   int descriptor_;
-  long long size_;  // how many bytes are whole
+  long long size_;  // number of bytes in complete lines
 };
 
 }  // namespace axiscal

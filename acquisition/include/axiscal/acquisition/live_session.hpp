@@ -49,12 +49,12 @@ class LiveSession {
   /// Tells that nothing has come for so long, and tries again what could not be stored.
   virtual void idle(double seconds) = 0;
 
-  /// What the sources complain of, all at once; replaces what they said before.
+  /// All current problems of the sources; they replace the earlier ones.
   virtual void set_source_alarms(const std::vector<SessionAlarm>& alarms) = 0;
 
   virtual void command(const SessionCommand& command) = 0;
 
-  /// No sample will come any more: nothing can be taken again.
+  /// The samples have ended: readings cannot be taken again.
   virtual void no_more_samples() = 0;
 
   /// All points were asked for, or the person left.

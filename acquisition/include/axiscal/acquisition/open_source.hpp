@@ -23,8 +23,8 @@ struct SourceKind {
 
 /// Opens a source by its address: SCHEME:PLACE?OPTION=VALUE&OPTION=VALUE.
 ///
-/// `-` is standard input; a path without a scheme is a file. In options `%XX` is a byte.
-/// A source that is not there yet is no error: read() says so and goes on trying.
+/// `-` is standard input. A path without a scheme is a file. The code `%XX` in an option is a byte.
+/// A missing source is not an error: read() reports it and keeps trying.
 /// @throws DomainError  for an unknown scheme, option or value, or one that this build has not.
 /// @throws DataError    for a file that is missing or malformed.
 [[nodiscard]] std::unique_ptr<Source> open_source(const std::string& address);
@@ -35,7 +35,7 @@ struct FoundSource {
   std::string description;  ///< maker, model
 };
 
-/// Looks for serial ports and IIO devices, and what announces itself on the local network.
+/// Looks for serial ports, IIO devices and devices that announce themselves on the local network.
 [[nodiscard]] std::vector<FoundSource> find_sources();
 
 }  // namespace axiscal

@@ -17,20 +17,21 @@ namespace axiscal {
 /// As PoseModelSetup::direction_sd_rad: it may point anywhere.
 inline constexpr double any_direction_rad = 1.0;
 
-/// What is known of an experiment before its first reading.
+/// The prior knowledge of an experiment.
 struct PoseModelSetup {
   Instrument instrument;
-  /// What the axes are meant to sense, m x 3, as nominal_axes(); a row of zeros: not known.
+  /// The nominal directions of the axes, m x 3, as nominal_axes(); a row of zeros: unknown.
   SensitivityMatrix nominal_axes;
   FieldDescription field;  ///< in_table: where it is expected; else along the table's normal
   Positioner positioner;
   Eigen::Matrix3d rotation_sensor_from_positioner = Eigen::Matrix3d::Identity();
-  /// How far the field may be from there [rad]; a table is seldom 20 mrad off level.
+  /// Largest angle between the field and its nominal direction [rad]. A table is seldom 20 mrad off
+  /// level.
   double direction_sd_rad = 0.02;
-  /// What the axes' sensitivities should be [unit per field unit]; nothing where it is not known.
+  /// The nominal sensitivities of the axes [unit per field unit]; nullopt if unknown.
   std::optional<double> nominal_sensitivity;
-  double misalignment_sd = 0.05;   ///< how well the sensitivities are known beforehand, relative
-  double placement_sd_rad = 3e-5;  ///< how well a seat is taken again
+  double misalignment_sd = 0.05;   ///< prior relative uncertainty of the sensitivities
+  double placement_sd_rad = 3e-5;  ///< repeatability of a seat
 };
 
 /// A reading that was taken at a known point.
@@ -38,24 +39,24 @@ struct PlacedReading {
   DesignEntry entry;
   Eigen::VectorXd mean;  ///< m entries [unit]
   Eigen::VectorXd u;     ///< its standard uncertainty from noise
-  /// How the field has turned in the table since the setup's, as change_of_field().
+  /// The rotation of the field in the table since the set-up, as change_of_field().
   Eigen::Matrix3d field_turn = Eigen::Matrix3d::Identity();
 };
 
-/// What the readings so far say of instrument and table.
+/// The estimate of instrument and table from the readings so far.
 struct PoseModelFit {
   LinearResponse response;
   Eigen::Vector3d field_in_table = Eigen::Vector3d::Zero();  ///< at level 1 [field unit]
   Eigen::Vector2d slope_u = Eigen::Vector2d::Zero();  ///< standard uncertainty of its direction
-  /// How the field changes with the two tangents [field unit per rad].
+  /// The derivative of the field with respect to the two tangents [field unit per rad].
   Eigen::Matrix<double, 3, 2> field_by_tangents = Eigen::Matrix<double, 3, 2>::Zero();
   double variance_factor =
-      1.0;            ///< how much larger the scatter's variance is than stated; at least 1
+      1.0;            ///< ratio of the variance of the scatter to the stated one; at least 1
   double cost = 0.0;  ///< sum of the squared weighted residuals
   Eigen::MatrixXd covariance;  ///< covers bias (m), sensitivity by rows (3 m), two tangents, scale
 };
 
-/// How a reading suits the 24 ways to lay the cube.
+/// The match of a reading with the 24 poses of the cube.
 struct PoseJudgement {
   DesignPoint best{Face::minus_z, Face::plus_y};  ///< that fits it best
   double log_ratio = 0.0;  ///< ln of how much better that fits: half the difference of chi^2
@@ -65,8 +66,8 @@ struct PoseJudgement {
   bool fits_none = false;           ///< nothing fits: tilted, grit, or not at rest
 };
 
-/// Predicts what each of the 24 poses would read from what is known so far, and so sees at once
-/// when the cube lies wrong.
+/// Predicts the reading in each of the 24 poses from the prior and the earlier readings, and so
+/// detects a wrong pose at once.
 ///
 /// The response v = b + S f, f = R_sp R f_table, with weak expectations as a prior: S about s times
 /// the nominal axes, s unknown or nominal; f_table about its nominal direction. The parameters'
@@ -81,22 +82,23 @@ class PoseModel {
   /// @return whether anything can be predicted: not for one-sided axes.
   [[nodiscard]] bool is_usable() const;
 
-  /// Fits what is known; nothing without readings.
+  /// Fits the model to the readings. Without readings it does not change.
   [[nodiscard]] std::optional<PoseModelFit> fit(const std::vector<PlacedReading>& known) const;
 
   /// Fits what is known from each direction that the field may have.
   /// @return those that explain it about as well as the best one, which is the first.
   [[nodiscard]] std::vector<PoseModelFit> fits(const std::vector<PlacedReading>& known) const;
 
-  /// @return how far apart two points read at least, in parts of what the field does: by the fits,
-  ///         without such by all directions that the field may have; 0 where they may read alike.
+  /// @return the smallest distance between the readings of two points, relative to the effect of
+  ///         the field: by the fits; without fits, over all possible directions of the field; 0 if
+  ///         the readings may be equal.
   [[nodiscard]] double least_contrast(const PlacedReading& one,
                                       const PlacedReading& other,
                                       const std::vector<PoseModelFit>& fits) const;
 
   /// @param known   the readings so far, without the one to be judged.
   /// @param reading with the point that it is meant to be of.
-  /// @return nothing where too little is known to say anything.
+  /// @return nullopt if the readings are not enough for a prediction.
   [[nodiscard]] std::optional<PoseJudgement> judge(const std::vector<PlacedReading>& known,
                                                    const PlacedReading& reading) const;
 

@@ -22,7 +22,7 @@ enum class CubeTurn {
 /// @return "tip it away from you", ...
 [[nodiscard]] std::string_view turn_words(CubeTurn turn);
 
-/// @return how the cube lies after a turn.
+/// @return the pose of the cube after a turn.
 [[nodiscard]] DesignPoint after_turn(const DesignPoint& point, CubeTurn turn);
 
 /// The fewest turns from one way to lie to another; at most three.

@@ -11,11 +11,11 @@
 
 namespace axiscal {
 
-/// Several sources as one: the channels of all, at the times of the first.
+/// Several sources as one: the channels of all sources, at the times of the first.
 ///
-/// Each live source is read by a thread of its own, so that none waits for another or for the disk;
-/// in between stands a queue of limited length. What the other sources say at the time of a sample
-/// of the first is interpolated between their neighbouring samples.
+/// Each live source has a thread of its own, so that sources do not wait for each other or for the
+/// disk. A queue of limited length connects it to the session. The channels of the other sources
+/// are interpolated to the times of the first.
 class SampleFeed {
  public:
   /// @param sources  one or more; the first sets the pace.
@@ -32,8 +32,8 @@ class SampleFeed {
   /// @return the channels of all sources; empty until all are known.
   [[nodiscard]] const std::vector<Channel>& channels() const;
 
-  /// @return what is wrong with the sources right now: unplugged, no samples among the bytes, wrong
-  ///         rate, clock set, lines that are none.
+  /// @return the current problems of the sources: unplugged, bytes without samples, wrong rate,
+  ///         clock set, invalid lines.
   [[nodiscard]] std::vector<SessionAlarm> alarms() const;
 
   /// @return whether no source will deliver more.
@@ -42,8 +42,9 @@ class SampleFeed {
   /// @return whether samples come in their own time; else they wait for the reader.
   [[nodiscard]] bool is_live() const;
 
-  /// @return when the session's second 0 was: [s since 1970, UTC] by this machine's clock, or by a
-  ///         recording's own; nothing where it has none, and before the channels are known.
+  /// @return the time of the session's second 0: [s since 1970, UTC] by this machine's clock, or by
+  ///         the clock of a recording; nullopt if the recording lacks a clock, and before the
+  ///         channels are known.
   [[nodiscard]] std::optional<double> time_at_zero() const;
 
   /// @return for how long nothing has come from the first source [s]; 0 where it is not live.

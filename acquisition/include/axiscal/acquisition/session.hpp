@@ -25,14 +25,15 @@
 
 namespace axiscal {
 
-/// What a guided session is about.
+/// The inputs of a guided session.
 struct SessionSetup {
   Experiment experiment;           ///< of several instruments in one cube: see assembled()
   std::vector<RunSheetRow> sheet;  ///< the points in the order in which they are asked for
   StillnessOptions stillness;
   /// How long each reading is taken [s]; nothing: as long as the noise asks for, see reading_u.
   std::optional<double> dwell_s;
-  /// Wanted standard uncertainty of a reading by noise, in parts of what the field does to it.
+  /// Target for the standard uncertainty of a reading from noise, relative to the effect of the
+  /// field.
   double reading_u = 5e-5;
   double shortest_dwell_s = 1.0;
   double longest_dwell_s = 20.0;
@@ -40,15 +41,15 @@ struct SessionSetup {
   /// Nobody answers: at the end what looks wrong is asked for again, twice at most.
   bool unattended = false;
   bool keep_raw = false;  ///< raw samples go to the journal too
-  /// Channel of the temperature, or of each axis's own sensor; where none of that name comes,
+  /// Channel of the temperature, or of each axis's sensor. If there is none of that name,
   /// AXIS_temperature of all axes.
   std::vector<std::string> temperature_channels = {"temperature"};
-  double soak_window_s = 300.0;    ///< how far back to look, as soak_state()
+  double soak_window_s = 300.0;    ///< length of the window, as in soak_state()
   double soak_tolerance = 0.1;     ///< largest change of the output in that time
-  double placement_sd_rad = 3e-5;  ///< how well a seat is taken again
+  double placement_sd_rad = 3e-5;  ///< repeatability of a seat
 };
 
-/// What the person can ask of a session.
+/// The commands of a session.
 enum class SessionAction {
   capture,           ///< take the reading now (where it is not automatic, or it drifts)
   accept,            ///< it lies as asked for, whatever it looks like
@@ -60,7 +61,7 @@ enum class SessionAction {
   replicate,         ///< the whole design once more
   pause,
   go_on,
-  finish,  ///< end with what there is; at the end: it is good so
+  finish,  ///< finish with the readings so far; at the end: accept the result
   toggle_automatic,
   quit,  ///< stop; the journal can be resumed
 };
@@ -94,7 +95,7 @@ enum class SessionPhase {
 /// Something that is wrong right now.
 struct SessionAlarm {
   std::string code;  ///< "unplugged", "silent", "saturated", "stuck", "rate", "unit", "disk", ...
-  std::string text;  ///< what is wrong and what to do
+  std::string text;  ///< the problem and the remedy
 };
 
 /// Something that happened.
@@ -123,21 +124,21 @@ struct CapturedReading {
 struct SessionStep {
   RunSheetRow row;
   bool skipped = false;
-  std::optional<int> run;  ///< the reading of it
+  std::optional<int> run;  ///< its reading
 };
 
-/// What a face of the session shows; refreshed with every sample.
+/// The view of the session for display; updated with every sample.
 struct SessionView {
   SessionPhase phase = SessionPhase::waiting;
-  std::string headline;  ///< what to do now, one sentence
+  std::string headline;  ///< the current instruction, one sentence
   std::string detail;    ///< how, or why
   std::optional<RunSheetRow> wanted;
-  std::optional<DesignPoint> present;     ///< how the cube lies, as far as is known
+  std::optional<DesignPoint> present;     ///< pose of the cube, as far as it is known
   std::optional<DesignPoint> looks_like;  ///< in a question
   bool lies_as_before = false;            ///< it was touched, but lies as at the last reading
   std::vector<CubeTurn> turns;            ///< from the present pose to the wanted one
   double stillness = 0.0;                 ///< scatter over what counts as still; at most 1 is still
-  double progress = 0.0;                  ///< how much of the dwell is done, 0 .. 1
+  double progress = 0.0;                  ///< completed part of the dwell time, 0 .. 1
   double dwell_s = 0.0;
   double rate_hz = 0.0;
   bool automatic = true;
@@ -151,7 +152,7 @@ struct SessionView {
   Eigen::Vector2d slope_u = Eigen::Vector2d::Zero();
   std::optional<double> forecast_deg;  ///< largest standard uncertainty of a direction at the end
   std::vector<SessionAlarm> alarms;
-  std::vector<int> suspects;                ///< runs that look wrong by what came after them
+  std::vector<int> suspects;                ///< runs that later readings contradict
   std::vector<std::string> result;          ///< at the end: verdict and warnings
   std::vector<SessionOutcome> outcomes;     ///< at the end: coefficients, one for each instrument
   std::optional<FreeView> free;             ///< of a session without a cube: the sphere so far

@@ -12,7 +12,7 @@
 
 namespace axiscal {
 
-/// What a person, or a program, sees of a session and says to it.
+/// The user interface of a session, for a person or a program.
 class SessionFace {
  public:
   SessionFace() = default;
@@ -20,16 +20,16 @@ class SessionFace {
   SessionFace(const SessionFace&) = delete;
   SessionFace& operator=(const SessionFace&) = delete;
 
-  /// Shows how things stand, some twenty times a second, and what happened since the last time.
-  /// Must not wait.
+  /// Displays the state, about twenty times a second, and the events since the last call. Must not
+  /// block.
   virtual void show(const SessionView& view, const std::vector<SessionEvent>& events) = 0;
 
-  /// @return what was asked for since the last time. Must not wait.
+  /// @return the commands since the last call. Must not block.
   virtual std::vector<SessionCommand> commands() = 0;
 
-  /// Shows what a session came to until it was seen, where there is somebody to see it.
+  /// Displays the result of a session until a person has seen it, if there is one.
   /// @param files  that it leaves.
-  /// @return whether the same is wanted once more.
+  /// @return true if another session is wanted.
   [[nodiscard]] virtual bool conclude(const SessionView& /*view*/,
                                       const std::vector<SessionFile>& /*files*/) {
     return false;
@@ -49,14 +49,14 @@ class SessionFace {
 
 /// A whole terminal of 80 x 24 or more, by ncurses.
 /// @param title  of the session.
-/// @throws DomainError  where this build has no ncurses, or there is no such terminal.
+/// @throws DomainError  if this build lacks ncurses, or the terminal is unknown.
 [[nodiscard]] std::unique_ptr<SessionFace> make_terminal_face(const std::string& title);
 
 /// Runs a session until it is over: samples from the feed, commands from the faces.
 ///
-/// A recording that ends before the session leaves it to the faces; where there is nobody to answer
-/// it is finished with what there is. A question that nobody can answer, as standard input is
-/// closed, ends it after some seconds: a review is finished, all else can be resumed.
+/// A recording may end before the session. The faces then decide; without a person the session
+/// finishes with the readings so far. If standard input is closed, an open question ends the
+/// session after some seconds: a review is finished, other phases can be resumed.
 /// @param unattended  nobody answers.
 /// @param reviewed    is called each time a review begins, so that results can be stored before
 ///                    anybody answers it; may be empty.

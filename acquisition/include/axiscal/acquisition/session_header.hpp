@@ -8,14 +8,14 @@
 
 namespace axiscal {
 
-/// How a session was begun: the first line of its journal.
+/// The start of a session: the first line of its journal.
 struct SessionHeader {
   std::string directory;               ///< where: its files are named from there
-  std::vector<std::string> arguments;  ///< what was typed to begin it
+  std::vector<std::string> arguments;  ///< the command line
   std::vector<RunSheetRow> sheet;      ///< one point or more; none of a free session
   bool free = false;                   ///< without a cube: FreeSession
-  /// What is calibrated, and how, as experiment_json() writes it, so that a session goes on with it
-  /// whatever becomes of the files that were named; empty in older journals.
+  /// The experiment in the form of experiment_json(), so that a session can be resumed even if the
+  /// named files have changed; empty in older journals.
   std::string experiment;
 };
 
@@ -23,7 +23,7 @@ struct SessionHeader {
 [[nodiscard]] std::string session_header_line(const SessionHeader& header);
 
 /// @param path  of the journal, for messages.
-/// @throws DataError  for what is missing or no point of a cube.
+/// @throws DataError  for a missing member or an invalid design point.
 [[nodiscard]] SessionHeader parse_session_header(const std::string& line, const std::string& path);
 
 }  // namespace axiscal

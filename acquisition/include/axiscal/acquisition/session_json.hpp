@@ -9,7 +9,7 @@
 
 namespace axiscal {
 
-/// @return a view as JSON in one line: what the page in the browser shows, and `--json` prints.
+/// @return a view as JSON in one line, for the page in the browser and for `--json`.
 [[nodiscard]] std::string view_json(const SessionView& view);
 
 /// @return an event as JSON in one line: {"event": "captured", "text": .., "time": .., "run": ..}.
@@ -19,7 +19,7 @@ namespace axiscal {
 /// @return nothing for another text.
 [[nodiscard]] std::optional<SessionCommand> parse_command(std::string_view text);
 
-/// @return what can be asked of a session in this phase, most likely first.
+/// @return the possible commands in this phase, the most likely first.
 [[nodiscard]] std::vector<SessionAction> possible_actions(const SessionView& view);
 
 }  // namespace axiscal

@@ -8,7 +8,7 @@
 
 namespace axiscal {
 
-/// What a session came to for one instrument, as its faces show it.
+/// The result of a session for one instrument, for its faces.
 struct SessionOutcome {
   std::string slot;                            ///< of an assembly; empty for one instrument
   std::string status;                          ///< "ok", "warning", "refused"

@@ -25,10 +25,10 @@ struct SimulationSetup {
   double noise_sd = 1e-4;  ///< scatter of one sample [g]
   double rate_hz = 100.0;
   double speed = 0.0;                    ///< times real time; 0: as fast as can be
-  Eigen::Vector2d slope{0.003, -0.002};  ///< how the table slopes [rad]
+  Eigen::Vector2d slope{0.003, -0.002};  ///< slope of the table [rad]
   double error_rate = 0.0;               ///< how often the person lays the cube wrong
   double knock_rate = 0.0;               ///< how often the table is knocked during a rest
-  double placement_sd_rad = 2e-5;        ///< how well a seat is taken again
+  double placement_sd_rad = 2e-5;        ///< repeatability of a seat
   double sensitivity = 1.0;              ///< about [unit per g]
   std::optional<double> temperature;     ///< gives a channel of that name
 };
@@ -54,12 +54,12 @@ class SimulatedSource final : public Source {
 
   void roam(bool by_rests) override;
 
-  /// From now on it has the experiment's axes, units and field, at the levels that are asked for. A
-  /// field whose direction is not known points somewhere, as the seed says.
-  /// @throws SetupError  for a field that moves: a simulation has no time of day.
+  /// Takes the experiment's axes, units and field, with the requested levels. If the direction of
+  /// the field is unknown, the seed chooses one.
+  /// @throws SetupError  for a field that moves, because a simulation lacks the time of day.
   void play(const Experiment& experiment) override;
 
-  /// @return what the instrument really is [unit per field unit], of the accelerometer [g].
+  /// @return the true response of the instrument [unit per field unit]; for an accelerometer per g.
   [[nodiscard]] const LinearResponse& truth() const { return truth_; }
   [[nodiscard]] const std::vector<SimulatedMistake>& mistakes() const { return mistakes_; }
 

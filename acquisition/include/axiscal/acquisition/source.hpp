@@ -16,7 +16,7 @@ struct Experiment;
 /// One quantity that a source delivers.
 struct Channel {
   std::string name;
-  std::string unit;  ///< as the source states it; empty where it does not
+  std::string unit;  ///< as stated by the source; empty if unknown
 };
 
 /// Samples of all channels of a source, in the order in which they were taken.
@@ -40,7 +40,7 @@ struct SampleBatch {
   }
 };
 
-/// How a source is connected.
+/// The connection of a source.
 enum class LinkState {
   waiting,  ///< not yet connected
   open,
@@ -48,16 +48,16 @@ enum class LinkState {
   ended,  ///< no more samples will come
 };
 
-/// What a source says of itself after a read.
+/// The report of a source after a read.
 struct SourceReport {
   LinkState state = LinkState::open;
-  std::string message;         ///< what is wrong and what to do; empty where nothing is
-  std::size_t defects = 0;     ///< since the last report: what came and was no sample
+  std::string message;         ///< the problem and the remedy; empty without a problem
+  std::size_t defects = 0;     ///< since the last report: invalid lines or frames
   std::size_t duplicates = 0;  ///< since the last report: samples that came twice, left out
   bool clock_stepped = false;  ///< the source's own clock jumped; times go on without the jump
-  std::size_t bytes = 0;       ///< since the last report: what came, samples or not
-  /// When second 0 of the samples' times was, said once: of live samples in UTC [s since 1970], of
-  /// a recording by its own clock; nothing where it has none.
+  std::size_t bytes = 0;       ///< since the last report: lines or frames, valid or not
+  /// The time of second 0 of the samples, reported once: for live samples in UTC [s since 1970],
+  /// for a recording by its own clock; nullopt without a clock.
   std::optional<double> time_at_zero;
 };
 
@@ -71,7 +71,7 @@ class Source {
   Source(const Source&) = delete;
   Source& operator=(const Source&) = delete;
 
-  /// @return what is delivered; empty until it is known, then always the same.
+  /// @return the channels; empty until they are known, then constant.
   [[nodiscard]] virtual const std::vector<Channel>& channels() const = 0;
 
   /// @return a name for messages: the address as given.
@@ -84,15 +84,15 @@ class Source {
   /// @return false where the source waits for its reader: a file, a simulation as fast as can be.
   [[nodiscard]] virtual bool is_live() const { return true; }
 
-  /// @return true for what was taken before, at whatever speed it is replayed.
+  /// @return true for recorded samples, at any speed of replay.
   [[nodiscard]] virtual bool is_recorded() const { return false; }
 
   /// @return samples a second that the source should deliver; 0 where it is not stated.
   [[nodiscard]] virtual double stated_rate_hz() const { return 0.0; }
 
-  /// What the person is asked to do next; only a simulated person needs to know.
+  /// The current instruction to the person. Only a simulated person uses it.
   ///
-  /// @param entry   how the cube is to be laid; null: nothing is asked.
+  /// @param entry   the requested pose; null without a request.
   /// @param warned  whether the person was just told that the cube lies wrong, or to lift it.
   virtual void request(const DesignEntry* entry, bool warned);
 
@@ -100,7 +100,7 @@ class Source {
   /// readings are rests; only a simulated person needs to know.
   virtual void roam(bool by_rests);
 
-  /// What is calibrated; only a simulated instrument needs to know, before channels() is asked for.
+  /// The calibrated instrument. Only a simulated instrument uses it, before channels() is called.
   /// @throws SetupError  for a field that cannot be simulated.
   virtual void play(const Experiment& experiment);
 };

@@ -24,12 +24,12 @@ struct StillnessOptions {
 /// Tells live whether an instrument stands still: the scatter within a sliding window against the
 /// instrument's own noise floor.
 ///
-/// The floor is stated, or it is that of the quietest window so far, and from the first rest on
-/// what that rest showed. In constant memory, whatever the rate.
+/// The floor is stated, or it is the level of the quietest window so far, and after the first rest
+/// the level of that rest. The memory is constant at any rate.
 class Stillness {
  public:
   /// @param axes     m.
-  /// @param options  window, noise, and what counts as still.
+  /// @param options  window, noise, and the threshold for stillness.
   /// @throws DomainError  if the window or factor is not positive, or noise_sd has not m entries.
   explicit Stillness(std::size_t axes, const StillnessOptions& options = {});
 
@@ -37,7 +37,7 @@ class Stillness {
   /// @param values  m, finite.
   void add(double time_s, std::span<const double> values);
 
-  /// Forgets the window: what comes does not join what came (a gap, a lost cable).
+  /// Clears the window: the next samples do not continue the earlier ones (a gap, a lost cable).
   void restart();
 
   /// A rest showed this scatter: the floor from now on.
@@ -60,8 +60,8 @@ class Stillness {
   /// @return the noise floor, m entries [unit]; 0 until something is known.
   [[nodiscard]] const Eigen::VectorXd& floor() const { return floor_; }
 
-  /// @return the smallest change of a value that was seen, m entries [unit]: no more than the step
-  ///         of its converter, where it has one; infinite until a value changes.
+  /// @return the smallest observed change of a value, m entries [unit]: an upper limit of the
+  ///         converter's step; infinite until a value changes.
   [[nodiscard]] const Eigen::VectorXd& step() const { return step_; }
 
   /// @return for how long the floor has not fallen by half; the first rest should not be taken
@@ -94,7 +94,7 @@ class Stillness {
       1;  // every so many samples one goes into the window, so that it stays small
   std::size_t skipped_ = 0;
   std::size_t since_sums_ = 0;
-  Eigen::VectorXd reference_;  // the sums are about it
+  Eigen::VectorXd reference_;  // reference value of the sums
   Eigen::VectorXd sum_;
   Eigen::VectorXd sum_of_squares_;
   Eigen::VectorXd sd_;  // scatter within the window, once it is whole

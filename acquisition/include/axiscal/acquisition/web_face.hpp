@@ -10,7 +10,7 @@
 namespace axiscal {
 
 struct WebOptions {
-  std::string title;    ///< what the session is called; any text
+  std::string title;    ///< name of the session; any text
   std::string address;  ///< to listen at; empty: loopback only
   int port = 0;         ///< 0: 8712 or the next free one
   /// Called with the page's address when it can be opened, and with a new one when a one-time key
@@ -26,11 +26,12 @@ struct WebOptions {
 /// certificate made for the session, and a key opens one browser only. Requests for another host,
 /// from another site, too long or too slow are turned away, and no request ever waits for the
 /// session or the session for it.
-/// @throws DomainError  where this build has no page, no server, or no TLS for another address.
+/// @throws DomainError  if this build lacks the page, the server, or TLS for an address other than
+///                      loopback.
 /// @throws OutputError  if the address cannot be listened at.
 [[nodiscard]] std::unique_ptr<SessionFace> make_web_face(const WebOptions& options);
 
-/// @return a text as a QR code for a terminal, in half blocks; empty where this build has no
+/// @return a text as a QR code for a terminal, in half blocks; empty if this build lacks
 ///         libqrencode.
 [[nodiscard]] std::string qr_code(const std::string& text);
 

@@ -27,8 +27,8 @@ class CsvReader {
 
   enum class Row { good, defective, end };
 
-  /// Whether a quoted cell may go on in the next line. Where rows must be handed on at once it may
-  /// not: one stray quote would hold back all that follows.
+  /// True if a quoted cell may continue in the next line. It may not if rows must be delivered at
+  /// once, because one stray quote would hold back all further rows.
   enum class Quotes { span_lines, end_with_line };
 
   /// Whole lines, as they stand in the file.
@@ -52,7 +52,7 @@ class CsvReader {
   /// A table without a header: each row is one of readings.
   /// @param source, path, quotes  as above.
   /// @param header                the columns' names.
-  /// @throws DataError  if there is no row.
+  /// @throws DataError  if the file does not contain a row.
   CsvReader(Source source,
             std::string path,
             std::vector<std::string> header,
@@ -71,7 +71,7 @@ class CsvReader {
   /// @return the header as it stands in the file, without its line end.
   [[nodiscard]] const std::string& header_text() const { return header_text_; }
 
-  /// @return the position of a column, or nothing if there is none of that name.
+  /// @return the position of a column, or nullopt if no column has that name.
   [[nodiscard]] std::optional<std::size_t> column(std::string_view name) const;
 
   /// @return the position of a column.
@@ -86,9 +86,9 @@ class CsvReader {
   /// @throws DataError  if reading fails or a line is longer than longest_row.
   Row next();
 
-  /// Takes as many of the next lines as a buffer holds, to be read elsewhere. There are no quotes
-  /// in them: each line is a row of its own.
-  /// @return nothing where a quote is in one of the next lines, or at the end.
+  /// Takes the next lines, as many as fit into a buffer, so that another thread can parse them.
+  /// They do not contain quotes: each line is one row.
+  /// @return nullopt if one of the next lines contains a quote, or at the end.
   /// @throws DataError  as next().
   [[nodiscard]] std::optional<Lines> take_lines();
 
@@ -99,10 +99,10 @@ class CsvReader {
   ///         that another reader took as long as this.
   [[nodiscard]] std::string_view text() const { return text_; }
 
-  /// @return how many cells the row has, also when that is not what the header says.
+  /// @return the number of cells of the row, even if the header has another number.
   [[nodiscard]] std::size_t cell_count() const { return cells_.size(); }
 
-  /// @return what is wrong with a defective row.
+  /// @return the defect of a defective row, for a message.
   [[nodiscard]] const std::string& defect() const { return defect_; }
 
   /// @return the line on which the row starts, counted from 1.
@@ -142,7 +142,7 @@ class CsvReader {
 /// @return the text as a cell: in quotes where it holds a comma, a quote or a line end.
 [[nodiscard]] AXISCAL_EXPORT std::string csv_cell(const std::string& text);
 
-/// @return whether the text is well-formed UTF-8.
+/// @return true if the text is valid UTF-8.
 [[nodiscard]] AXISCAL_EXPORT bool is_utf8(std::string_view text) noexcept;
 
 }  // namespace axiscal

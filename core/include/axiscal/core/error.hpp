@@ -17,12 +17,12 @@ namespace axiscal {
 /// Everything that the library throws.
 class AXISCAL_EXPORT Error : public std::runtime_error {
  public:
-  /// @param what      a sentence in the library's own words.
+  /// @param what      the message.
   /// @param settings  what to state, or to state otherwise, to mend it.
   explicit Error(const std::string& what, std::vector<Setting> settings = {})
       : std::runtime_error(what), settings_(std::move(settings)) {}
 
-  /// @return what to state to mend it; empty where no setting would.
+  /// @return the settings that would remedy the error; empty if none would.
   [[nodiscard]] const std::vector<Setting>& settings() const { return settings_; }
 
  private:
@@ -47,10 +47,11 @@ class AXISCAL_EXPORT DataError : public Error {
   /// Message `PATH: what`.
   DataError(std::string_view path, std::string_view what, std::vector<Setting> settings = {});
 
-  /// Message `PATH:LINE: what`; lines are counted from 1, header and comments included.
+  /// Message `PATH:LINE: what`. Lines are counted from 1, header and comments included.
   DataError(std::string_view path, std::size_t line, std::string_view what);
 
-  /// Message `PATH: POINTER: what`, for a value in a JSON file (RFC 6901); the whole file is `/`.
+  /// Message `PATH: POINTER: what`, for a value in a JSON file. The pointer is RFC 6901; `/` is the
+  /// whole file.
   DataError(std::string_view path, std::string_view pointer, std::string_view what);
 };
 
@@ -81,7 +82,7 @@ class AXISCAL_EXPORT RefusedError : public Error {
 /// The design does not determine the parameters.
 class AXISCAL_EXPORT RankDeficientError : public RefusedError {
  public:
-  /// @param what          the message; it should say what to add.
+  /// @param what          the message; it should name the missing input.
   /// @param undetermined  names of the parameters that the data leave open.
   /// @param settings      that would mend it.
   RankDeficientError(const std::string& what,

@@ -43,8 +43,8 @@ class InputFile {
   int descriptor_ = -1;
 };
 
-/// @return whether a path names a file that can be read more than once: neither `-`, nor a pipe,
-/// nor a folder, nor nothing.
+/// @return true if a path names a file that can be read more than once. `-`, a pipe, a folder and
+///         an empty path cannot.
 [[nodiscard]] AXISCAL_EXPORT bool can_be_read_again(const std::string& path);
 
 /// @return the whole content of a file; `-` is standard input.

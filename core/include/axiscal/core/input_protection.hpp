@@ -5,17 +5,17 @@
 
 #include "axiscal/core/export.hpp"
 
-struct stat;  // POSIX: what fstat() says
+struct stat;  // POSIX: st_dev and st_ino of fstat()
 
 namespace axiscal {
 
 /// While one lives, no OutputFile replaces a file that InputFile has opened, or that was written.
 ///
-/// A program that reads and writes files makes one in main(). From then on each regular file that
-/// is opened for reading is known by device and inode, whatever name or link it was opened by, and
-/// so is each file that an OutputFile has put into its place: to replace either throws
-/// InputOverwriteError and changes nothing. Without one nothing is remembered: a library's user may
-/// read a file, change what was in it and write it again.
+/// A program that reads and writes files creates one in main(). Afterwards each regular file that
+/// is opened for reading is remembered by device and inode, under any name or link, and so is each
+/// file that an OutputFile has replaced. Replacing such a file throws InputOverwriteError and
+/// changes no file. Without an InputProtection no file is remembered: a user of the library may
+/// read a file, change the content and write it again.
 class InputProtection {
  public:
   InputProtection();
@@ -24,8 +24,9 @@ class InputProtection {
   InputProtection& operator=(const InputProtection&) = delete;
 };
 
-/// Remembers an open file as an input, as InputFile does; for what is opened in another way.
-/// @param descriptor  of the file; what is no regular file is not remembered.
+/// Remembers an open file as an input, as InputFile does. Use it for files that are opened in
+/// another way.
+/// @param descriptor  of the file. Files that are not regular are not remembered.
 AXISCAL_EXPORT void protect_input(int descriptor);
 AXISCAL_EXPORT void protect_input(const struct stat& status);
 
@@ -37,8 +38,8 @@ AXISCAL_EXPORT void forbid_replacing_input(const std::string& path);
 /// @param name  for the message.
 AXISCAL_EXPORT void forbid_replacing_input(int descriptor, const std::string& name);
 
-/// Forgets a file that this run has written: it may be written anew, as a session's results at its
-/// end. A file that was read stays an input.
+/// Forgets a file that this run has written, so that it can be written again, as the results of a
+/// session are at its end. A file that was read stays an input.
 AXISCAL_EXPORT void allow_rewriting(const std::string& path);
 
 /// Remembers a file that was put into its place: the next output of that name would replace it.

@@ -14,8 +14,8 @@ namespace axiscal {
 /// A table that lacks a column; it says which there are.
 class AXISCAL_EXPORT MissingColumnError : public DataError {
  public:
-  /// Message `PATH:LINE: column 'NAME': is missing; the columns are: ...`; where all stands in one
-  /// column, with semicolons or tabs, that comes first.
+  /// Message `PATH:LINE: column 'NAME': is missing; the columns are: ...`. If the whole header is
+  /// one column with semicolons or tabs, the message starts with that.
   ///
   /// @param path     of the table.
   /// @param line     of the header, from 1; 0: of no text.

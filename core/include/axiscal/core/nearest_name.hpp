@@ -17,11 +17,11 @@ namespace axiscal {
 [[nodiscard]] AXISCAL_EXPORT std::string_view nearest_name(
     std::string_view name, std::span<const std::string_view> candidates);
 
-/// @return "; did you mean 'NAME'?" for nearest_name(), or "" where nothing is near.
+/// @return "; did you mean 'NAME'?" for nearest_name(), or "" if no name is near.
 [[nodiscard]] AXISCAL_EXPORT std::string did_you_mean(std::string_view name,
                                                       std::span<const std::string_view> candidates);
 
-/// The same with what there is instead, e.g. "there are a, b".
+/// As did_you_mean(), followed by the valid names: "the names are a, b".
 /// @return "; there are a, b", or "; did you mean 'a'? There are a, b".
 [[nodiscard]] AXISCAL_EXPORT std::string did_you_mean(std::string_view name,
                                                       std::span<const std::string_view> candidates,

@@ -5,7 +5,7 @@
 
 namespace axiscal {
 
-/// Stands for a number that is not known; only std::isnan() tells it.
+/// Represents an unknown number. Only std::isnan() recognises it.
 inline constexpr double not_a_number = std::numeric_limits<double>::quiet_NaN();
 
 }  // namespace axiscal

@@ -12,8 +12,8 @@ namespace axiscal {
 
 /// Reads a whole text as one finite number; '.' is the decimal point whatever the locale.
 ///
-/// @param text  e.g. "1.5", "+2e-3"; no blanks, nothing behind the number.
-/// @return the nearest double, or nothing if the text is no finite number.
+/// @param text  e.g. "1.5", "+2e-3", without blanks before or after the number.
+/// @return the nearest double, or nullopt if the text is not a finite number.
 [[nodiscard]] AXISCAL_EXPORT std::optional<double> parse_number(std::string_view text) noexcept;
 
 /// As parse_number(), for whole numbers that an int holds.
@@ -21,7 +21,7 @@ namespace axiscal {
 
 /// Numbers parted by commas: "0.001,-0.002"; blanks around a number are allowed.
 ///
-/// @return the numbers, or nothing if one of them is no finite number.
+/// @return the numbers, or nullopt if one of them is not a finite number.
 [[nodiscard]] AXISCAL_EXPORT std::optional<std::vector<double>> parse_numbers(
     std::string_view text);
 

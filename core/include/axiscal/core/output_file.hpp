@@ -12,12 +12,12 @@ namespace axiscal {
 
 /// A file that is replaced whole or left as it was.
 ///
-/// A regular file is written beside its place, without a name where the system can (O_TMPFILE),
-/// else under a temporary one; commit() flushes it to the disk and renames it. A link is followed.
-/// Without commit() nothing changes. What is no regular file (`/dev/null`, a pipe) and the path
-/// `-`, standard output, are written to directly. Temporary files of runs that were killed are
-/// removed from the folder: they are known by their name and by the process in it, which is gone.
-/// While an InputProtection lives, no file that was read as an input is replaced.
+/// A regular file is written next to its target, without a name if the system supports that
+/// (O_TMPFILE), otherwise under a temporary name. commit() flushes it to the disk and renames it. A
+/// link is followed. Without commit() the target does not change. Other targets (`/dev/null`, a
+/// pipe, `-` for standard output) are written directly. Temporary files of killed runs are removed
+/// from the folder; their names contain the process id. While an InputProtection lives, files that
+/// were read as input are not replaced.
 class OutputFile {
  public:
   enum class Mode {
@@ -35,14 +35,15 @@ class OutputFile {
   /// @return whether what is written cannot be taken back.
   [[nodiscard]] bool is_direct() const { return target_.empty(); }
 
-  /// @throws OutputError  if the disk is full or the like; ClosedPipe if nobody reads any more.
+  /// @throws OutputError  if the file cannot be written, for example because the disk is full;
+  ///                      ClosedPipe if the reader has gone away.
   void write(std::string_view text);
 
   /// Puts other bytes where the file starts, as long as those that were written there.
   /// @throws OutputError  where that cannot be: in a pipe.
   void rewrite_start(std::string_view text);
 
-  /// Puts the file into its place; nothing can be written after it.
+  /// Moves the file to its target. Do not write to it afterwards.
   /// @throws OutputError          as write().
   /// @throws InputOverwriteError  as forbid_replacing_input().
   void commit();
@@ -58,7 +59,7 @@ class OutputFile {
 
   std::string path_;
   std::string target_;     // path_ with links followed; empty when written to directly, or done
-  std::string temporary_;  // beside target_; empty while it has no name
+  std::string temporary_;  // path next to target_; empty while the file is unnamed
   int descriptor_ = -1;
   std::size_t written_ = 0;
   std::size_t handed_to_disk_ = 0;

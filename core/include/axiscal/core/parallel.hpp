@@ -18,8 +18,8 @@
 
 namespace axiscal {
 
-/// Begins work on a thread of its own. Where none can be had, or the work is not worth one, who
-/// asks for what it gives does it.
+/// Starts work on a thread of its own. If no thread is available, or the work is too small for one,
+/// the caller of get() does the work.
 template <typename Work>
 [[nodiscard]] std::future<std::invoke_result_t<Work>> begin_work(Work work,
                                                                  bool worth_a_thread = true) {
@@ -34,25 +34,25 @@ template <typename Work>
 
 /// Does `work(0) .. work(count - 1)` on the machine's cores, in any order, each once.
 ///
-/// What the work gives must not depend on the order: then the result is the same, bit for bit, on
-/// any number of cores. Of several exceptions that of the lowest number is thrown, after all
-/// threads have ended.
+/// The result of the work must not depend on the order. The results are then identical for any
+/// number of threads. If several calls throw, the exception of the lowest number is thrown after
+/// all threads have ended.
 ///
-/// @param threads  how many; 0: worker_count(). One thread, or one piece of work, runs
-///                 in the caller's; so does all where the machine gives no more of them.
+/// @param threads  number of threads; 0: worker_count(). With one thread, with one piece of work,
+///                 or if the system refuses a thread, the work runs in the caller's thread.
 AXISCAL_EXPORT void for_each_in_parallel(std::size_t count,
                                          const std::function<void(std::size_t)>& work,
                                          std::size_t threads = 0);
 
-/// Makes pieces of what goes on and on, on the machine's cores, and hands them over in their order.
-/// A few are under way at a time: memory stays what it is.
+/// Computes the pieces of a stream in parallel and delivers them in order. Only a few pieces are in
+/// progress at a time, so the memory stays bounded.
 ///
-/// @param next     gives the work for the next piece, or nothing at the end; in order, by the
-///                 caller's thread.
+/// @param next     returns the work for the next piece, or nullopt at the end. It is called in
+///                 order by the caller's thread.
 /// @param take     takes the pieces, in order, by the caller's thread.
 /// @param threads  how many; 0: worker_count(). With one all is done in the caller's.
-/// @throws what the work of the first piece that fails throws, and behind all pieces what next()
-///         does; after all threads have ended.
+/// @throws the exception of the first piece that fails, or of next() after all earlier pieces are
+///         delivered; after all threads have ended.
 template <typename Piece>
 void for_each_in_order(const std::function<std::optional<std::function<Piece()>>()>& next,
                        const std::function<void(Piece)>& take,

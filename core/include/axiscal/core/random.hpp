@@ -15,7 +15,7 @@
 
 namespace axiscal {
 
-/// Random numbers that are the same with every compiler for the same seed.
+/// Random numbers that are identical with every compiler for one seed.
 ///
 /// The engine is std::mt19937_64, whose output the standard fixes; its distributions it does not
 /// fix, so these are our own: normals by Box and Muller (as exact as log, sin and cos are),
@@ -36,8 +36,9 @@ class RandomStream {
   /// @return normal, mean 0, standard deviation 1.
   double normal();
 
-  /// @return N of them, drawn from the last to the first. The arguments of a call are drawn in an
-  /// order that is the compiler's: a vector's components are not to be drawn so.
+  /// @return N numbers, drawn from the last to the first. The order of evaluation of function
+  ///         arguments depends on the compiler, so do not draw the components of a vector as
+  ///         arguments.
   template <int N>
   Eigen::Matrix<double, N, 1> normals() {
     Eigen::Matrix<double, N, 1> values;

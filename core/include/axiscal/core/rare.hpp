@@ -18,7 +18,7 @@ class Rare {
   Rare(T value)
       : value_(std::make_unique<T>(std::move(value))) {}  // NOLINT(google-explicit-constructor)
 
-  /// From what a T is made of.
+  /// Constructs from the arguments of a constructor of T.
   template <typename From>
   requires(std::constructible_from<T, From> && !std::same_as<std::remove_cvref_t<From>, T> &&
            !std::same_as<std::remove_cvref_t<From>, Rare>)

@@ -17,7 +17,7 @@ namespace axiscal {
 [[nodiscard]] AXISCAL_EXPORT Eigen::Matrix3d cross_matrix(const Eigen::Vector3d& v);
 
 /// @param rotation_rad  axis times angle [rad]; zero gives 1.
-/// @return the rotation by it.
+/// @return the rotation about this vector.
 [[nodiscard]] AXISCAL_EXPORT Eigen::Matrix3d rotation_by(const Eigen::Vector3d& rotation_rad);
 
 /// The nearest rotation to a matrix: the R that makes |R - M| least, and sum |a_i - R b_i|^2 for
@@ -47,8 +47,8 @@ namespace axiscal {
 /// @throws DomainError  if the azimuth is not finite.
 [[nodiscard]] AXISCAL_EXPORT Eigen::Matrix3d rotation_table_from_enu(double fence_azimuth_rad);
 
-/// What a slope does to directions in the table's frame: the level table's normal becomes
-/// (x, y, sqrt(1 - x^2 - y^2)), by the smallest rotation.
+/// The rotation of directions in the table's frame by a slope. The normal of the level table
+/// becomes (x, y, sqrt(1 - x^2 - y^2)), by the smallest rotation.
 ///
 /// @param slope  the field's part along the table's x and y, for gravity the table's slope [rad].
 /// @throws DomainError  unless x^2 + y^2 < 1.

@@ -13,8 +13,7 @@ namespace axiscal {
 /// @return "-" of NaN.
 [[nodiscard]] AXISCAL_EXPORT std::string rounded_value(double value, double uncertainty);
 
-/// An uncertainty to two digits, as rounded_value() shows it beside its value; "-" of what is not
-/// finite.
+/// An uncertainty with two digits, in the format of rounded_value(); "-" if it is not finite.
 [[nodiscard]] AXISCAL_EXPORT std::string rounded_uncertainty(double uncertainty);
 
 }  // namespace axiscal

@@ -5,10 +5,10 @@
 
 namespace axiscal {
 
-/// Something that a user can state, by its path in what is stated: "field.magnitude" is the member
-/// `magnitude` of an experiment's field. An error carries the settings that would mend it, and a
-/// program makes its own names of them: the command its options, a dialogue its fields. Each module
-/// has those that it asks for in its `settings.hpp`.
+/// An input that a user can state, by its path: "field.magnitude" is the member `magnitude` of an
+/// experiment's field. An error carries the settings that would remedy it. A program translates
+/// them into its own names: the command into options, a dialogue into fields. Each module defines
+/// its settings in its `settings.hpp`.
 struct Setting {
   std::string_view path;  ///< of a literal
 

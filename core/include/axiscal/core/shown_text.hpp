@@ -15,8 +15,7 @@ namespace axiscal {
 /// @return a name as shown_text(), in one line: tabs and line feeds are written so too.
 [[nodiscard]] AXISCAL_EXPORT std::string shown_name(std::string_view name);
 
-/// @return whether a spreadsheet takes a cell for a formula: it begins with = + - or @. A number
-/// and
+/// @return true if a spreadsheet reads a cell as a formula: it begins with = + - or @. A number and
 ///         a face (+X) are not formulas.
 [[nodiscard]] AXISCAL_EXPORT bool is_formula(std::string_view cell);
 

@@ -11,8 +11,8 @@ namespace axiscal {
 
 /// Reads a date or date and time of ISO 8601: 2026-11-20, 2026-11-20T20:04:54.5Z, ...+01:00.
 ///
-/// @return seconds since 1970-01-01T00:00:00 UTC, or nothing if it is no such text. Without an
-///         offset the time is UTC; the separator may be a blank.
+/// @return seconds since 1970-01-01T00:00:00 UTC, or nullopt if the text is not a timestamp.
+///         Without an offset the time is UTC. The separator may be a blank.
 [[nodiscard]] AXISCAL_EXPORT std::optional<double> parse_timestamp(std::string_view text);
 
 /// Whether 10/9/2011 may be read at all: the month comes first in America, the day elsewhere.
@@ -24,10 +24,9 @@ enum class UnclearDays {
 /// Reads a time as instruments and spreadsheets write it: ISO 8601, and 2011/10/09 10:25:00:500,
 /// 27.03.2026 14:08:06,818, 10/9/2011 1:05:00.5 PM, 14:08:06.
 ///
-/// @param unclear  what becomes of a day parted by slashes whose month and day may be exchanged.
-/// @return seconds since 1970-01-01T00:00:00 UTC, of a time without a day since midnight; nothing
-/// if
-///         it is no such text.
+/// @param unclear  treatment of a date with slashes whose month and day may be exchanged.
+/// @return seconds since 1970-01-01T00:00:00 UTC; for a time without a date, seconds since
+///         midnight; nullopt if the text is not a time.
 [[nodiscard]] AXISCAL_EXPORT std::optional<double> parse_clock_time(
     std::string_view text, UnclearDays unclear = UnclearDays::month_first);
 
@@ -46,8 +45,8 @@ enum class UnclearDays {
 [[nodiscard]] AXISCAL_EXPORT double output_seconds();
 [[nodiscard]] AXISCAL_EXPORT std::string output_timestamp();
 
-/// @return whether a time is one since 1970, UTC, and not one since a recording began: whether it
-///         is after the year 2000.
+/// @return true if a time counts from 1970 UTC and not from the start of a recording: whether it is
+///         after the year 2000.
 [[nodiscard]] AXISCAL_EXPORT bool is_utc(double time_s);
 
 /// @return the decimal year of a time: 2026.5 is in the middle of 2026.
@@ -55,7 +54,7 @@ enum class UnclearDays {
 [[nodiscard]] AXISCAL_EXPORT double decimal_year_of(double seconds);
 
 /// A date as users give it: ISO 8601 (UTC) or a decimal year.
-/// @return seconds since 1970-01-01, UTC; nothing for another text.
+/// @return seconds since 1970-01-01 UTC; nullopt for another text.
 [[nodiscard]] AXISCAL_EXPORT std::optional<double> parse_date(std::string_view text);
 
 /// A clock's number as seconds: phones and computers count seconds, milli-, micro- or nanoseconds

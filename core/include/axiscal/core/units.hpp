@@ -11,7 +11,7 @@ namespace axiscal {
 inline constexpr double rad_per_deg = std::numbers::pi / 180.0;
 inline constexpr double deg_per_rad = 180.0 / std::numbers::pi;
 
-/// Standard acceleration of gravity [m/s^2] (3rd CGPM, 1901): what drivers take 1 g for.
+/// Standard acceleration of gravity [m/s^2] (3rd CGPM, 1901). Drivers use it for 1 g.
 inline constexpr double standard_gravity = 9.80665;
 
 }  // namespace axiscal

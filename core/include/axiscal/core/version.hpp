@@ -18,7 +18,7 @@
 
 namespace axiscal {
 
-/// @return name and version of this library as records state it, e.g. "axiscal 0.1.0".
+/// @return name and version of this library in the form of records, e.g. "axiscal 0.1.0".
 [[nodiscard]] AXISCAL_EXPORT std::string_view software_name();
 
 }  // namespace axiscal

@@ -7,9 +7,9 @@
 
 namespace axiscal {
 
-/// @return how many threads compute: the number that set_worker_count() was given, else that of the
-///         environment variable AXISCAL_THREADS, else the processors that this process may use. The
-///         processors of a container are those of its quota.
+/// @return the number of threads that compute: the number given to set_worker_count(), else the
+///         environment variable AXISCAL_THREADS, else the number of processors that this process
+///         may use. In a container the quota counts.
 [[nodiscard]] AXISCAL_EXPORT std::size_t worker_count();
 
 /// @param count  0: as before any call.

@@ -16,14 +16,14 @@ namespace axiscal {
 struct ExportFormat {
   std::string_view name;         ///< "px4", "c-header", ...
   std::string_view description;  ///< who reads it
-  std::string_view formula;      ///< what the reader makes of a reading v
-  bool is_text = true;           ///< false: not for a terminal
+  std::string_view formula;  ///< formula by which the reader computes the field from a reading v
+  bool is_text = true;       ///< false: not for a terminal
 };
 
 /// @return the formats of this build, by name.
 [[nodiscard]] std::span<const ExportFormat> export_formats();
 
-/// How the numbers of a header are written.
+/// The format of the numbers in a header.
 struct HeaderNumbers {
   enum class Type { float64, float32, fixed };
   Type type = Type::float64;
@@ -37,27 +37,26 @@ struct HeaderNumbers {
 
 struct ExportOptions {
   bool lossy = false;  ///< write what the format holds, and say what is lost
-  /// What the consumer's driver makes of one unit of the record's readings, where the units do not
-  /// say it: m/s^2 per count.
+  /// Output of the consumer's driver for one unit of the record's readings, if the units do not
+  /// determine it: m/s^2 per count.
   std::optional<double> reading_factor;
-  std::optional<double>
-      local_gravity;      ///< what 1 g was, for a record in g that does not say it [m/s^2]
-  HeaderNumbers numbers;  ///< what c-header and cpp-header compute with
-  /// What the header's names start with; empty: by kind and slot, "axiscal_accelerometer_L".
+  std::optional<double> local_gravity;  ///< m/s^2 per g, for a record in g without this value
+  HeaderNumbers numbers;                ///< number type of c-header and cpp-header
+  /// Prefix of the names in a header; empty: by kind and slot, "axiscal_accelerometer_L".
   std::string name;
   int instance = 0;               ///< number of the sensor: CAL_ACC0, INS_ACC2
-  CertificateDetails laboratory;  ///< what dcc says besides: number, laboratory, customer, dates
+  CertificateDetails laboratory;  ///< further details of dcc: number, laboratory, customer, dates
 };
 
-/// What a format cannot hold: how far the consumer's field is from the calibration's, over all
-/// directions of a field of the record's magnitude and over the calibrated temperatures.
+/// The error of the consumer's field, because the format lacks some terms: over all directions of a
+/// field of the record's magnitude and over the calibrated temperatures.
 struct ExportLoss {
   std::vector<std::string> what;  ///< "cross-axis terms", "temperature", ...
   double worst = 0.0;             ///< |difference of the fields| [field unit]
   double rms = 0.0;
   double worst_deg = 0.0;  ///< angle between them
   double rms_deg = 0.0;
-  std::string unit;  ///< what worst and rms are in
+  std::string unit;  ///< unit of worst and rms
 };
 
 /// @return "cross-axis terms, temperature: up to 0.012 g and 0.7 degrees (rms ...)".
@@ -66,28 +65,28 @@ struct ExportLoss {
 struct Exported {
   std::string content;
   std::optional<ExportLoss> loss;  ///< nothing: all that was calibrated is in it
-  std::vector<std::string> notes;  ///< what was taken as so, in words
+  std::vector<std::string> notes;  ///< the assumptions, in words
 };
 
 /// Writes a calibration for other software. Text formats say the consumer's formula and units in a
 /// comment.
 ///
 /// @param format  one of export_formats().
-/// @throws DomainError   for an unknown format, or a name that is no identifier.
+/// @throws DomainError   for an unknown format, or a name that is not an identifier.
 /// @throws RefusedError  where the format cannot hold the calibration and `lossy` is not set, or
 ///                       cannot take this instrument or its units at all.
 [[nodiscard]] Exported export_calibration(const Calibration& calibration,
                                           std::string_view format,
                                           const ExportOptions& options = {});
 
-/// The sensors of a vehicle in one file: formats "px4", "ardupilot", "iio". Each record's instance
-/// is the sensor's number, its device that by which the software knows it.
+/// The sensors of a vehicle in one file: formats "px4", "ardupilot", "iio". Each record has an
+/// instance, the number of the sensor, and a device, its id in the software.
 /// @throws RefusedError  where the format takes one instrument a file; as export_calibration().
 [[nodiscard]] Exported export_vehicle(const std::vector<const Calibration*>& calibrations,
                                       std::string_view format,
                                       const ExportOptions& options = {});
 
-/// The same of an IMU's accelerometer and gyroscope, in one file of one frame: format "kalibr".
+/// An IMU's accelerometer and gyroscope in one file and one frame: format "kalibr".
 ///
 /// @throws DomainError   for an unknown format.
 /// @throws RefusedError  where the format takes one instrument a file, the two are of one kind or

@@ -22,8 +22,8 @@ struct ImportOptions {
   std::optional<double> magnitude;
 };
 
-/// Reads another program's calibration, so that `check` and `apply` can work with it. The record
-/// has coefficients only: no uncertainty comes with such files.
+/// Reads another program's calibration, for `check` and `apply`. Such files have coefficients only,
+/// so the record lacks uncertainties.
 ///
 /// @param text    content of the file.
 /// @param path    its name, for messages.

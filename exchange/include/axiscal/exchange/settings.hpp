@@ -3,7 +3,7 @@
 
 #include "axiscal/core/setting.hpp"
 
-/// What an export or import is asked for.
+/// The settings of an export or import.
 namespace axiscal::settings {
 
 inline constexpr Setting imported_magnitude{"import.magnitude"};

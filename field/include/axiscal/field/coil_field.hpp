@@ -10,20 +10,20 @@
 
 namespace axiscal {
 
-/// How a coil system is wound.
+/// The winding of a coil system.
 enum class CoilShape {
   helmholtz,  ///< two round coils, a radius apart
   merritt,    ///< four square coils of side d at +-0.128106 d and +-0.505492 d, the inner ones with
               ///< 11/26 of the outer ones' turns
 };
 
-/// @return the shape called "helmholtz" or "merritt", or nothing.
+/// @return the shape called "helmholtz" or "merritt", or nullopt.
 [[nodiscard]] AXISCAL_EXPORT std::optional<CoilShape> parse_coil_shape(std::string_view name);
 
 /// A coil system around the cube.
 struct Coil {
   CoilShape shape = CoilShape::helmholtz;
-  double turns = 1.0;      ///< how many each (outer) coil has
+  double turns = 1.0;      ///< number of turns of each (outer) coil
   double current_A = 1.0;  ///< at level 1
   double size_m = 1.0;     ///< radius of the round, side of the square coils
   Eigen::Vector3d axis_in_table = Eigen::Vector3d::UnitZ();  ///< direction of the field
@@ -43,7 +43,8 @@ struct Coil {
 /// the multiple of the coil's current.
 class AXISCAL_EXPORT CoilField final : public ReferenceField {
  public:
-  /// Of which the experiment states the vector or magnitude; beside a known field it may be open.
+  /// A coil whose vector or magnitude the experiment states. Together with a known field it may be
+  /// unknown.
   CoilField() = default;
 
   /// @throws DomainError  as coil_field_in_table_T().

@@ -12,11 +12,11 @@
 
 namespace axiscal {
 
-/// One part of a field on its way from what is stated to what can be known of it in the table: what
-/// the kinds have in common. Each kind's own way is its ReferenceField::resolve().
+/// One part of a field while it is resolved from its inputs to a vector in the table. This class
+/// has the steps that all kinds share. ReferenceField::resolve() has the steps of a kind.
 class FieldResolver {
  public:
-  /// @param part           what is stated of it.
+  /// @param part           the stated inputs.
   /// @param place          where the table stands, and how.
   /// @param occasion       when the readings were taken, and in which unit.
   /// @param beside_others  whether it is one part of a sum.
@@ -28,7 +28,7 @@ class FieldResolver {
   /// @throws SetupError, RefusedError  as resolve_part().
   [[nodiscard]] FieldDescription resolve();
 
-  /// What is stated, and what has been found of it.
+  /// The stated inputs, and the results so far.
   [[nodiscard]] const FieldSetup& given() const { return given_; }
   [[nodiscard]] FieldDescription& found() { return found_; }
 
@@ -38,35 +38,36 @@ class FieldResolver {
   /// @throws SetupError  where the table's longitude is not stated.
   void require_longitude() const;
 
-  /// Whether the time of day is known, by the readings or the place's date.
+  /// True if the time of day is known, from the readings or from the place's date.
   [[nodiscard]] bool knows_time() const;
 
-  /// The time of the readings, where it is known.
+  /// The time of the readings, if it is known.
   [[nodiscard]] const std::optional<double>& reading_time_s() const { return occasion_.time_s; }
 
   /// The place's date, or today [s].
   [[nodiscard]] double date_s() const;
 
-  /// The given magnitude, else the given vector's length; nothing where neither is there.
+  /// The given magnitude, else the length of the given vector; nullopt if both are missing.
   [[nodiscard]] std::optional<double> given_magnitude() const;
 
   void set_magnitude(double magnitude);
 
-  /// The given magnitude; where none is given it is open, if other parts can fix the scale.
+  /// The given magnitude. If it is missing, the magnitude is unknown, provided that other parts can
+  /// fix the scale.
   /// @param otherwise  what is said behind the field's name where there is none and none may be.
-  /// @param settings   that would say it too.
+  /// @param settings   that would provide the value too.
   void set_given_magnitude(const std::string& otherwise, std::vector<Setting> settings);
 
-  /// As set_given_magnitude(), and 1 where the unit is 1 and nothing says more.
+  /// As set_given_magnitude(); the default is 1 if the unit is 1.
   void set_given_magnitude_or_1(const std::string& otherwise, std::vector<Setting> settings);
 
-  /// The magnitude is open: it is fitted beside parts whose own is known.
+  /// The magnitude is unknown: it is fitted together with parts of known magnitude.
   void leave_magnitude_open();
 
-  /// Whether this is a local part of which no number is stated, beside others.
+  /// True if this is a local part without any stated number, in a sum.
   [[nodiscard]] bool may_be_open() const;
 
-  /// @return length of the largest field that readings bring; nothing if they bring none.
+  /// @return length of the largest field in the readings; nullopt if they do not contain fields.
   [[nodiscard]] const std::optional<double>& largest_met() const { return occasion_.largest; }
 
   /// A model's own uncertainty, unless the user states another.
@@ -77,7 +78,8 @@ class FieldResolver {
   /// @param induced  whether it is made on the table, and so follows its slope and heading.
   void set_direction(const Eigen::Vector3d& value, bool induced);
 
-  /// A vector in the table that follows from what makes it; a magnitude that is given wins.
+  /// A vector in the table that follows from the source of the field. A stated magnitude takes
+  /// precedence.
   void set_made(const std::function<Eigen::Vector3d()>& make);
 
   /// As ReferenceField::resolve() by the value that the field itself says.

@@ -8,13 +8,13 @@
 
 namespace axiscal {
 
-/// Whether the experimenter sets a part of the field.
+/// True if the experimenter sets a part of the field (induced) or finds it in place (local).
 enum class FieldRole {
   local,    ///< it is found at the site, and stays as it is
   induced,  ///< it is made on the table, and each reading states the multiple of it that was set
 };
 
-/// @return the role of that name ("local", "induced"), or nothing.
+/// @return the role of that name ("local", "induced"), or nullopt.
 [[nodiscard]] AXISCAL_EXPORT std::optional<FieldRole> parse_role(std::string_view name);
 
 /// @return "local", "induced"; empty for nothing.

@@ -21,7 +21,7 @@
 
 namespace axiscal {
 
-/// The reference field as an experiment states it: one field, or the sum of several.
+/// The reference field of an experiment: one field, or the sum of several.
 ///
 /// @code
 /// experiment.field = axiscal::GeomagneticField(site, 2026.5, "uT");
@@ -44,11 +44,11 @@ struct FieldSetup {
   std::shared_ptr<const ReferenceField> of;  ///< which field; null: not stated
   std::string name;  ///< its readings' levels are in the column level.NAME; may be empty
   std::optional<FieldRole> role;  ///< default: the kind's
-  /// Empty: the first of the kind's; where no magnitude is stated, the readings' own if the kind
+  /// Empty: the first unit of the kind; without a magnitude, the unit of the readings if the kind
   /// has it.
   std::string unit;
   std::optional<double> magnitude;          ///< F [unit]; default: see resolve_field()
-  bool magnitude_unknown = false;           ///< it is fitted; of a part beside a known one
+  bool magnitude_unknown = false;           ///< it is fitted; in a sum with a known part
   double magnitude_u = 0.0;                 ///< its standard uncertainty [unit]
   std::optional<Eigen::Vector3d> in_table;  ///< [unit], frame table
   std::vector<FieldSetup> others;           ///< further parts, local and induced, that add up
@@ -61,7 +61,7 @@ struct FieldSetup {
   /// @return the field's kind; empty where none is stated.
   [[nodiscard]] std::string_view kind() const { return of ? of->kind() : std::string_view(); }
 
-  /// @return whether it is made on the table: by its role, its own class, or its kind.
+  /// @return true if the table produces it: by its role, its class, or its kind.
   [[nodiscard]] bool is_induced() const;
 
   /// @return the parts of a sum, this one first.
@@ -73,29 +73,29 @@ struct FieldSetup {
 };
 
 /// @param kind     its name; empty: none.
-/// @param members  what files state of the kind besides, as {"model", "igrf14"}.
+/// @param members  further members of the kind in files, as {"model", "igrf14"}.
 /// @return a field of that kind.
 /// @throws SetupError  for a kind or member that is not known; the message lists the kinds.
 [[nodiscard]] AXISCAL_EXPORT std::shared_ptr<const ReferenceField> make_field(
     std::string_view kind, const std::map<std::string, std::string>& members = {});
 
-/// Reads a field as an experiment's file states it (formats.md, Experiment): an object, or an array
-/// of parts that add up.
+/// Reads a field of an experiment's file (formats.md, Experiment): an object, or an array of parts
+/// that are summed.
 /// @param path  of the file; `-` is standard input.
 /// @throws DataError  for a file that is no such thing.
 [[nodiscard]] AXISCAL_EXPORT FieldSetup read_field(const std::string& path);
 
-/// @return a record's field as an experiment would state it.
+/// @return a record's field in the form of an experiment.
 /// @param with_vector  whether where it lies in the table is stated too.
 [[nodiscard]] AXISCAL_EXPORT FieldSetup setup_of(const FieldDescription& field, bool with_vector);
 
 /// @throws SetupError  for a unit that a kind of field is not given in.
 AXISCAL_EXPORT void check_field_unit(std::string_view kind, const std::string& unit);
 
-/// What is known beside the table's place when a field is looked at.
+/// Further inputs, besides the table's place, for resolving a field.
 struct FieldOccasion {
-  std::optional<double> time_s;   ///< of the readings, where they tell; else the place's date
-  std::string reading_unit;       ///< what readings are in; a field of which no number is stated
+  std::optional<double> time_s;   ///< from the readings if they have it; otherwise the place's date
+  std::string reading_unit;       ///< unit of the readings; for a field without any stated number
                                   ///< takes it
   std::optional<double> largest;  ///< length of the largest field that readings bring [unit]; it is
                                   ///< the magnitude of a field of which none is stated or computed
@@ -103,10 +103,11 @@ struct FieldOccasion {
 
 /// The field before anything is measured, part by part, in the unit of the first.
 ///
-/// Its magnitude is the given one; else the length of in_table; else 1 in `g` or `1`; else what a
-/// model gives at the site and date, a coil's geometry, the sum of lamps. in_table is the given
-/// one; else the field at the site by the fence's azimuth and the known slope; a turntable's is
-/// along the table's normal. Beside a part whose magnitude is known, that of another may be open.
+/// The magnitude is the stated one; else the length of in_table; else 1 for the units `g` and `1`;
+/// else from a model at the site and date, from the geometry of a coil, or from the sum of lamps.
+/// in_table is the stated vector; else the field at the site, rotated by the fence's azimuth and
+/// the known slope; a turntable's is along the table's normal. In a sum with a part of known
+/// magnitude, other magnitudes may be unknown.
 /// @throws SetupError    if kind or unit are not known, or a magnitude cannot be computed.
 /// @throws RefusedError  if a model does not hold there, or the sun is below the horizon.
 [[nodiscard]] AXISCAL_EXPORT std::vector<FieldDescription> resolve_field(
@@ -117,7 +118,7 @@ struct FieldOccasion {
                                                            const TablePlace& place,
                                                            const FieldOccasion& occasion);
 
-/// What the parts make together, with the site and date that they were found for.
+/// The sum of the parts, with the site and date of the computation.
 [[nodiscard]] AXISCAL_EXPORT FieldDescription
 describe_field(const TablePlace& place, const std::vector<FieldDescription>& parts);
 
@@ -126,8 +127,8 @@ describe_field(const TablePlace& place, const std::vector<FieldDescription>& par
 [[nodiscard]] AXISCAL_EXPORT Eigen::Matrix3d rotation_of_moving(const TablePlace& place,
                                                                 const ReferenceField& field);
 
-/// How a field that moves changes in the table: its value at one time becomes that at the other, by
-/// a turn times the ratio of their lengths.
+/// The change of a moving field in the table: the value at one time becomes the value at another by
+/// a rotation times the ratio of their lengths.
 ///
 /// @param from_s, to_s  seconds since 1970-01-01, UTC.
 /// @return frame table; the identity where the field does not move.

@@ -14,7 +14,7 @@
 
 namespace axiscal {
 
-/// What a geomagnetic model itself may be wrong by: standard deviations of the field at a place.
+/// The uncertainty of a geomagnetic model: standard deviations of the field at a place.
 struct GeomagneticUncertainty {
   Eigen::Vector3d in_enu_nT =
       Eigen::Vector3d::Zero();  ///< standard uncertainty of each component, east, north, up
@@ -25,12 +25,12 @@ struct GeomagneticUncertainty {
 
 /// A spherical harmonic model of the geomagnetic field.
 ///
-/// `wmm2025` is built in: its coefficients are arrays in the library, summed by GeographicLib's
-/// SphericalHarmonic1, which takes arrays where its MagneticModel takes only files; so nothing is
-/// written, downloaded or looked for. Any other name is a model that the user has installed for
-/// GeographicLib (`igrf14`, `emm2017`, ...), found by its own search path and environment
-/// variables. Make models of higher degree than 12 before other threads evaluate any: GeographicLib
-/// then lengthens a table that they share.
+/// `wmm2025` is built in. Its coefficients are arrays in the library; GeographicLib's
+/// SphericalHarmonic1 sums them, because it accepts arrays while MagneticModel accepts only files.
+/// So no file is read, written or downloaded. Any other name is a model that the user has installed
+/// for GeographicLib (`igrf14`, `emm2017`, ...); GeographicLib finds it by its own search path and
+/// environment variables. Create models of a degree above 12 before other threads evaluate any,
+/// because GeographicLib then lengthens a table that they share.
 class GeomagneticModel {
  public:
   /// @throws DataError  if no such model is installed; the message says where it was looked for.
@@ -41,10 +41,11 @@ class GeomagneticModel {
   /// @param site  its height is above the WGS 84 ellipsoid.
   /// @param year  decimal year.
   /// @return field [nT], frame enu.
-  /// @throws RefusedError  if height or date are out of the model's range, which the message says.
+  /// @throws RefusedError  if height or date are outside the model's range; the message gives the
+  ///                       range.
   [[nodiscard]] Eigen::Vector3d value_in_enu_nT(const Site& site, double year) const;
 
-  /// The model's own uncertainty where the field has that value, as its authors state it.
+  /// The model's uncertainty for that value of the field, as published by its authors.
   ///
   /// @return nothing for models that have no error model here.
   /// @par Source

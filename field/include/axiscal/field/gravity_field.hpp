@@ -35,8 +35,8 @@ class AXISCAL_EXPORT GravityField final : public ReferenceField {
 
   /// Gravity at a site by a model, in m/s^2.
   ///
-  /// WGS 84 normal gravity knows no local anomalies: it is off by a few 1e-4 m/s^2 (1 standard
-  /// deviation), rarely by more than 1e-3. What counts here is the length; the table is levelled by
+  /// WGS 84 normal gravity does not include local anomalies. Its error is a few 1e-4 m/s^2 (1
+  /// standard deviation), rarely above 1e-3. Only the length matters here: the table is levelled by
   /// the plumb line, so the direction is up.
   /// @param site   where.
   /// @param model  as gravity_in_enu().

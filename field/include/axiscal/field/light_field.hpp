@@ -17,7 +17,7 @@ struct Lamp {
 
 /// @return the field of several lamps at once: the sum of irradiance times direction, which is what
 ///         an axis with a cosine response that sees all of them answers to [unit], frame table.
-/// @throws DomainError  if there is no lamp, or one has no direction or irradiance.
+/// @throws DomainError  if the list is empty, or a lamp lacks its direction or irradiance.
 [[nodiscard]] AXISCAL_EXPORT Eigen::Vector3d lamps_in_table(const std::vector<Lamp>& lamps);
 
 /// Light: of lamps on the table, of the sun, or from wherever the readings find it.

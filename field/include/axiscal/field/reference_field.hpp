@@ -15,7 +15,8 @@ class FieldResolver;
 class JsonMembers;
 struct FieldSetup;
 
-/// What the world offers to calibrate against: gravity, the geomagnetic field, a lamp's light.
+/// A vector of the surroundings that serves as the reference: gravity, the geomagnetic field, the
+/// light of a lamp.
 ///
 /// `experiment.field = GeomagneticField(site, 2026.5)`. Any field whose direction is fixed in the
 /// room will do, and one that moves if it says how. Derive from this class to calibrate against a
@@ -39,11 +40,11 @@ class ReferenceField {
   /// @return the kind of field as records name it, e.g. "gravity".
   [[nodiscard]] virtual std::string_view kind() const = 0;
 
-  /// @return whether the field changes from reading to reading, as with the sun's place.
+  /// @return true if the field changes from reading to reading, as the direction of the sun.
   [[nodiscard]] virtual bool moves() const { return false; }
 
-  /// @return whether a field that moves asks for times in UTC; else any clock will do that the
-  ///         readings have too.
+  /// @return true if a field that moves needs times in UTC; otherwise any clock that the readings
+  ///         share is enough.
   [[nodiscard]] virtual bool needs_utc() const { return true; }
 
   /// @param time_s  seconds since 1970-01-01, UTC.
@@ -59,18 +60,18 @@ class ReferenceField {
   /// @return standard uncertainty of magnitude() [unit()]; 0 where none is stated.
   [[nodiscard]] virtual double magnitude_uncertainty() const { return 0.0; }
 
-  /// @return whether the field is made on the table: value_in_enu() is then its value in the table
-  ///         wherever that stands, and a reading's `level` the multiple of it that was set.
+  /// @return true if the table produces the field. value_in_enu() is then its value in the table's
+  ///         frame, wherever the table stands, and the `level` of a reading multiplies it.
   [[nodiscard]] virtual bool is_induced() const { return false; }
 
   // ---- what a kind that is stated in files says besides ----
 
-  /// States in an experiment's setup what this field knows of itself; as it comes, nothing, and
-  /// resolve() asks the functions above.
+  /// Writes the properties of this field into an experiment's setup. The default does not write
+  /// any, and resolve() calls the functions above.
   virtual void state([[maybe_unused]] FieldSetup& setup) const {}
 
-  /// Finds what the field is in the table by what is stated of it. As it comes, the value above
-  /// counts, and no other may be stated beside it.
+  /// Computes the field in the table from the stated inputs. The default uses the value above, and
+  /// refuses another stated value.
   /// @throws SetupError, RefusedError  as resolve_field().
   virtual void resolve(FieldResolver& of) const;
 
@@ -80,7 +81,7 @@ class ReferenceField {
   [[nodiscard]] virtual Eigen::Vector3d moving_in_table(const TablePlace& place,
                                                         double time_s) const;
 
-  /// @return what moves, for messages: "the field NAME", "the sun's place".
+  /// @return the name of the moving object, for messages: "the field NAME", "the sun's place".
   [[nodiscard]] virtual std::string moving_name() const;
 
   /// The members that files have for this kind besides those of every field, by one table for

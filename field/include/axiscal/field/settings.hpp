@@ -3,7 +3,7 @@
 
 #include "axiscal/core/setting.hpp"
 
-/// What a field is asked for where it is not stated.
+/// The settings of a field.
 namespace axiscal::settings {
 
 inline constexpr Setting field{"field.kind"};
@@ -11,7 +11,7 @@ inline constexpr Setting field_magnitude{"field.magnitude"};
 inline constexpr Setting field_magnitude_u{"field.magnitude_u"};
 inline constexpr Setting field_table{"field.in_table"};
 inline constexpr Setting magnetic_model{"field.model"};
-inline constexpr Setting site{"site"};  ///< latitude, and what else of it is asked for
+inline constexpr Setting site{"site"};  ///< latitude, and with it longitude and height
 inline constexpr Setting longitude{"site.longitude_deg"};
 inline constexpr Setting date{"site.date"};
 inline constexpr Setting fence_azimuth{"table.fence_azimuth_deg"};

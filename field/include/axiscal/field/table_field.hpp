@@ -14,9 +14,9 @@
 
 namespace axiscal {
 
-/// The field in the table at each reading: which parts add up, what a reading's level multiplies,
-/// how often the table was tilted anew, and the vectors. All that is fitted of a field, and all
-/// that is said of one, goes through here.
+/// The field in the table at each reading: the parts of a sum, the levels of the readings, the
+/// number of tilts of the table, and the vectors. All fitted field quantities are accessed through
+/// this class.
 ///
 /// The vectors are, frame table [unit of the field], of a sum those of its parts at level 1; else
 /// one for each tilt. A sum has one tilt. A field whose vectors are not known yet, or that the
@@ -38,7 +38,7 @@ class TableField {
   [[nodiscard]] TableField tilted_by_block(std::vector<int> blocks) const;
 
   /// @return the same field with these vectors.
-  /// @throws DomainError  unless there are vector_count() of them.
+  /// @throws DomainError  unless the size is vector_count().
   [[nodiscard]] TableField with(std::vector<Eigen::Vector3d> vectors) const;
 
   /// @return the same field with this vector for every tilt.
@@ -54,7 +54,7 @@ class TableField {
   [[nodiscard]] bool is_sum() const { return parts().size() > 1; }
   [[nodiscard]] const std::vector<FieldDescription>& parts() const { return layout_->parts; }
 
-  /// @return whether a part turns, so that the sum is not linear in the others.
+  /// @return true if a part rotates the table, so that the sum is not linear in the other parts.
   [[nodiscard]] bool turns() const;
 
   /// @return whether some part is made on the table, so that other levels can be asked for.
@@ -66,19 +66,19 @@ class TableField {
   /// @return the tilt of a block; 0 for one that has none of its own.
   [[nodiscard]] std::size_t tilt_of_block(int block) const;
 
-  /// @return how many vectors there are once they are known.
+  /// @return the number of vectors after the fit.
   [[nodiscard]] std::size_t vector_count() const {
     return is_sum() ? parts().size() : blocks().size();
   }
 
-  /// @return whether the magnitude of a vector is not known and is fitted.
+  /// @return true if the magnitude of a vector is unknown and is fitted.
   [[nodiscard]] bool has_free_length(std::size_t which) const {
     return is_sum() && parts()[which].free_length;
   }
 
   [[nodiscard]] bool has_vectors() const { return !vectors_.empty(); }
 
-  /// @return how many vectors are known.
+  /// @return the number of known vectors.
   [[nodiscard]] std::size_t size() const { return vectors_.size(); }
   [[nodiscard]] const std::vector<Eigen::Vector3d>& vectors() const { return vectors_; }
   [[nodiscard]] const Eigen::Vector3d& vector(std::size_t which) const { return vectors_[which]; }
@@ -92,31 +92,32 @@ class TableField {
   /// @return "the field", "the field geomagnetic", "the field in block 2".
   [[nodiscard]] std::string name_of(std::size_t which) const;
 
-  /// @return how much of a part a level leaves.
+  /// @return the factor by which a level multiplies a part.
   [[nodiscard]] double factor_of(std::size_t part, const FieldLevel& level) const {
     return parts()[part].set_by_level ? level.of(parts()[part].level_name()) : 1.0;
   }
 
-  /// @return whether a level leaves nothing of the field, as with the lamp dark.
+  /// @return true if the field is zero at this level, as with a dark lamp.
   [[nodiscard]] bool is_dark(const FieldLevel& level) const;
 
-  /// @return what a reading at a level meets, frame table.
+  /// @return the field of a reading at a level, frame table.
   [[nodiscard]] Eigen::Vector3d at(const FieldLevel& level, std::size_t tilt = 0) const;
 
-  /// @return what that changes with one of the vectors, 3 x 3.
+  /// @return its derivative with respect to one of the vectors, 3 x 3.
   [[nodiscard]] Eigen::Matrix3d change(const FieldLevel& level,
                                        std::size_t tilt,
                                        std::size_t which) const;
 
-  /// @return what the mean of the tilts, or a sum at level 1, changes with one of the vectors.
+  /// @return the derivative of the mean of the tilts, or of a sum at level 1, with respect to one
+  ///         of the vectors.
   [[nodiscard]] Eigen::Matrix3d change_of_mean(std::size_t which) const;
 
   /// The directions in which each vector is open, of length 1: two across it; all three where its
   /// magnitude is not known, so that it may also vanish.
   [[nodiscard]] std::vector<Tangents> tangents() const;
 
-  /// @return what a vector moves by a step of 1 along a tangent [unit of the field]: its length; if
-  ///         that is not known, that of the longest one that is.
+  /// @return the change of a vector for a step of 1 along a tangent [unit of the field]: its
+  ///         length; if that is unknown, the length of the longest known vector.
   [[nodiscard]] double step_unit(std::size_t which) const;
 
   /// The field after a step along its tangents: vectors turned by the two angles across them [rad],

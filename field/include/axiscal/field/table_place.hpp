@@ -11,11 +11,11 @@
 
 namespace axiscal {
 
-/// Where the table stands, how it lies, and when the readings are taken: what turns a field of the
-/// world into a vector in the table.
+/// Site, orientation and date of the table: they turn a field of the surroundings into a vector in
+/// the table.
 struct TablePlace {
   std::optional<Site> site;                 ///< where local fields are computed
-  bool has_longitude = true;                ///< whether the site's longitude was stated
+  bool has_longitude = true;                ///< true if the longitude of the site was stated
   std::string date;                         ///< ISO 8601 or decimal year; empty: today
   std::optional<double> fence_azimuth_rad;  ///< azimuth of the table's y, clockwise from north;
                                             ///< not stated: 0, or as the readings show it

@@ -8,8 +8,9 @@
 
 namespace axiscal {
 
-/// A turntable's rotation, `induced_rotation`: along the table's normal, and a reading's level is
-/// the multiple of its rate. Of local fields beside it only what lies along its axis is left.
+/// The rotation of a turntable, `induced_rotation`: along the table's normal; the level of a
+/// reading multiplies the rate. Of local fields in the sum only the component along the axis
+/// remains.
 class AXISCAL_EXPORT TurntableField final : public ReferenceField {
  public:
   /// Of which the experiment states the rate as the field's magnitude.

@@ -47,8 +47,8 @@ inclination_from_field(const Eigen::Vector3d& field_in_sensor,
                        double magnitude,
                        const InclinationOptions& options = {}) noexcept;
 
-/// How an instrument lies whose attitude is stated, as by a dividing head: turned by its heading,
-/// then nose up by its pitch, then right side down by its roll.
+/// The orientation of an instrument with a stated attitude, as on a dividing head: turned by its
+/// heading, then nose up by its pitch, then right side down by its roll.
 ///
 /// @param heading_rad  of its x axis, clockwise from the y axis of the level frame.
 /// @return the rotation to its frame from the level one, z up; inclination_from_field() gives the
@@ -62,7 +62,7 @@ inclination_from_field(const Eigen::Vector3d& field_in_sensor,
 
 /// An angle and whether the arcsine's argument had to be clamped.
 struct AxisElevation {
-  double angle_rad = 0.0;  ///< how far the axis points above the horizontal, -pi/2 to pi/2
+  double angle_rad = 0.0;  ///< angle of the axis above the horizontal, -pi/2 to pi/2
   bool clamped = false;
 };
 

@@ -13,7 +13,7 @@
 
 namespace axiscal {
 
-/// How the sensor's axes lie in the vehicle; it matters to angles only.
+/// The orientation of the sensor's axes in the vehicle. It affects angles only.
 enum class AxisConvention {
   forward_left_up,     ///< the default
   forward_right_down,  ///< y and z change sign in the angle formulas
@@ -26,7 +26,7 @@ enum class AxisConvention {
 /// One row of numbers for each sensing axis: its sensitivity to the field's x, y, z.
 using SensitivityMatrix = Eigen::Matrix<double, Eigen::Dynamic, 3>;
 
-/// What an axis can read; at either end and beyond it is saturated.
+/// The range of an axis. A reading at either end or beyond is saturated.
 struct ReadingRange {
   double low = 0.0;   ///< [unit of the readings]
   double high = 0.0;  ///< greater than low
@@ -39,13 +39,13 @@ struct DifferentialAxis {
   std::string minus;  ///< the column that is subtracted
 };
 
-/// What an instrument is called and how it speaks.
+/// Names, axes and units of an instrument.
 struct Instrument {
   std::string kind;                                 ///< name of an InstrumentKind
   std::string serial;                               ///< as check_serial(); may be empty
-  std::string model;                                ///< what units of one design have in common
+  std::string model;                                ///< name of the design that several units share
   std::vector<std::string> axes = {"x", "y", "z"};  ///< names of the response columns, one or more
-  std::string unit = "1";                           ///< what the readings are in, any text
+  std::string unit = "1";                           ///< unit of the readings, any text
   AxisConvention convention = AxisConvention::forward_left_up;
   std::vector<DifferentialAxis> differences;  ///< the axes that are not columns of their own
   std::optional<ReadingRange> range;  ///< readings of a column at or beyond it are saturated
@@ -78,8 +78,8 @@ AXISCAL_EXPORT void check_serial(std::string_view serial);
 ///
 /// @param instrument  its axes' names and number are looked at.
 /// @param axis        0 .. axis_count() - 1.
-/// @return 0, 1, 2 for x, y, z: what the axis's name ends in ("x", "acc_x", "aX"), else its
-///         position where there are three; nothing where neither tells.
+/// @return 0, 1, 2 for x, y, z: by the last letter of the axis's name ("x", "acc_x", "aX"), else by
+///         its position if the instrument has three axes; nullopt otherwise.
 [[nodiscard]] AXISCAL_EXPORT std::optional<int> nominal_axis(const Instrument& instrument,
                                                              Eigen::Index axis);
 

@@ -19,7 +19,7 @@
 
 namespace axiscal {
 
-/// What a reduced reading offers to derive from.
+/// A reduced reading, the input of derived results.
 struct DeriveInput {
   Eigen::Vector3d field_in_sensor = Eigen::Vector3d::Zero();  ///< [field unit], finite
   double magnitude = 1.0;                                     ///< F [field unit], positive
@@ -29,7 +29,8 @@ struct DeriveInput {
   double declination_rad = 0.0;  ///< added to magnetic headings
 };
 
-/// What a kind of instrument derives from the field: at most four numbers, NaN for an empty one.
+/// Results that a kind of instrument derives from the field: at most four numbers. NaN leaves a
+/// cell empty.
 struct DerivedValues {
   std::array<double, 4> values{};
   bool clamped = false;
@@ -47,7 +48,8 @@ struct CalibratedInstrument {
   std::optional<Eigen::Matrix3d> in_table_covariance;  ///< [field unit^2]
 };
 
-/// What users of a kind of instrument call its calibration: some numbers under a name.
+/// Parameters of a calibration in the usual terms of a kind of instrument: some numbers under a
+/// name.
 struct KindQuantity {
   std::string name;            ///< "hard_iron", "responsivity", "dip_to_table_deg", ...
   std::string of;              ///< the axis or component that it is of; may be empty
@@ -65,7 +67,7 @@ struct ColumnNames {
   std::string_view word;     ///< what a longer name has in it: "gyr" of "gyro_x"
 };
 
-/// A kind of instrument is data: its name, and what its users want to know.
+/// A kind of instrument is data: its name and the results that its users expect.
 ///
 /// A new kind is one such entry: for Axiscal itself one more file among src/kinds/, in a program of
 /// your own one call of add_instrument_kind().
@@ -73,8 +75,8 @@ struct InstrumentKind {
   std::string_view name;
   std::span<const std::string_view> derived_names;  ///< columns, e.g. "pitch_deg"
 
-  /// Gives as many values as there are derived_names; empty where nothing is derived. It is called
-  /// for each reading, from several threads, and must not throw.
+  /// Returns one value for each of derived_names; null if derived_names is empty. It is called for
+  /// each reading, from several threads, and must not throw.
   std::function<DerivedValues(const DeriveInput& input)> derive;
 
   bool derives_with_attitude = false;  ///< derive() needs DeriveInput::up, and is left out without
@@ -84,11 +86,11 @@ struct InstrumentKind {
   /// If neither a magnitude, a unit nor a site tells the usual field's size, its length is 1.
   bool relative_field_will_do = false;
   VehicleSensor sensor = VehicleSensor::none;
-  ColumnNames columns;              ///< empty: they tell nothing of the kind
-  bool sees_one_side = false;       ///< its axes may see only what comes from in front of them
-  bool answers_to_gravity = false;  ///< beside its own field it often does
+  ColumnNames columns;              ///< empty: the unit does not tell the kind
+  bool sees_one_side = false;       ///< its axes may respond only to light from the front
+  bool answers_to_gravity = false;  ///< common in addition to its own field
 
-  /// What the record and the summary show besides bias and sensitivity; empty for nothing.
+  /// Results of the record and the summary in addition to bias and sensitivity; may be empty.
   std::function<std::vector<KindQuantity>(const CalibratedInstrument& calibrated)> describe;
 };
 

@@ -9,7 +9,7 @@
 
 namespace axiscal {
 
-/// One sensing axis as the wind-tunnel literature states it.
+/// One sensing axis in the form of the wind-tunnel literature.
 struct PolarForm {
   double sensitivity = 0.0;       ///< s [unit per field unit]; negative for a reversed axis
   double coning_angle_rad = 0.0;  ///< Omega between nominal and true axis, 0 to pi/2

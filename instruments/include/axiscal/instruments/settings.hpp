@@ -3,7 +3,7 @@
 
 #include "axiscal/core/setting.hpp"
 
-/// What an instrument is asked for.
+/// The settings of an instrument.
 namespace axiscal::settings {
 
 inline constexpr Setting instrument{"instrument.kind"};

@@ -19,7 +19,7 @@ struct RepeatedDesign {
 /// Fits many responses at one design: b = P y, and the real residuals y - X b.
 ///
 /// @param responses  n x m, row by row: entry i m + u is reading i of response u.
-/// @param estimates  p x m, likewise.
+/// @param estimates  p x m, row by row.
 /// @param rss        m residual sums of squares.
 void fit_repeatedly(const RepeatedDesign& design,
                     std::span<const double> responses,

@@ -56,7 +56,7 @@ void add_intervals(std::vector<AllanPoint>& points, double phases);
 
 /// The same without memory of its own, several times as fast for a long record: the samples become
 /// their phase.
-/// @throws DomainError  likewise; the samples stay what they are then.
+/// @throws DomainError  as above; the samples then stay unchanged.
 [[nodiscard]] std::vector<AllanPoint> allan_deviation_in_place(
     std::span<double> samples, double rate_hz, std::span<const std::size_t> lengths);
 

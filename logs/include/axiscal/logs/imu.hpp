@@ -17,17 +17,18 @@ struct RecordedLog {
   std::string name;  ///< for messages
   std::vector<std::string> columns;
   LogBlock samples;                ///< a column for each name
-  std::vector<std::string> notes;  ///< how it was read; they go into the records
+  std::vector<std::string> notes;  ///< notes of the reader; they go into the records
 };
 
-/// How the seats of a log are known.
+/// The source of the labels for the seats of a log.
 enum class Seats {
   unknown,     ///< a bare board turned by hand
   sheet,       ///< a cube, in the order of a run sheet
-  recognised,  ///< a cube: rest faces by the accelerometer, fence faces by what else there is
+  recognised,  ///< a cube: rest faces by the accelerometer, fence faces by gyroscope or
+               ///< magnetometer
 };
 
-/// What an IMU's log is calibrated with.
+/// The options for calibrating an IMU's log.
 struct ImuOptions {
   std::vector<std::string> accelerometer;  ///< three columns, in the frame's order x, y, z
   std::vector<std::string> gyroscope;      ///< three, or none
@@ -42,8 +43,8 @@ struct ImuOptions {
   SegmentOptions segment;  ///< its columns: the gyroscope's by default, or the accelerometer's
   Seats seats = Seats::unknown;
   std::vector<RunSheetRow> sheet;
-  /// A calibration of the accelerometer that is there already, in the unit of the log's readings:
-  /// it is taken as it is.
+  /// An existing calibration of the accelerometer, in the unit of the log's readings. It is used
+  /// unchanged.
   std::optional<Calibration> known_accelerometer;
   std::optional<Face> first;  ///< the first rest's fence face, where seats are recognised
   TurnFitOptions turns;
@@ -61,11 +62,11 @@ struct ImuCalibration {
   std::optional<SeatLabels> seats;
   Calibration accelerometer;
   bool accelerometer_was_known = false;  ///< then records() leaves it out
-  bool accelerometer_failed = false;     ///< likewise; `failed` says why
+  bool accelerometer_failed = false;     ///< as above; `failed` gives the reason
   std::optional<Calibration> gyroscope;
   std::optional<Calibration> magnetometer;
   std::optional<TurnFit> turns;
-  /// How the gyroscope's rests change with gravity, 3 x 3 [unit per g], and its standard errors.
+  /// The change of the gyroscope's rests with gravity, 3 x 3 [unit per g], and its standard errors.
   std::optional<Eigen::Matrix3d> g_sensitivity, g_sensitivity_se;
   std::vector<FailedSensor> failed;  ///< the others are calibrated without them
   std::vector<std::string> notes;
@@ -83,8 +84,8 @@ struct ImuCalibration {
                                          const ImuOptions& options,
                                          std::vector<std::string>& notes);
 
-/// Holds labels by a run sheet against what gyroscope or magnetometer say of the fence faces;
-/// messages name the rests that disagree.
+/// Compares the labels of a run sheet with the fence faces seen by gyroscope or magnetometer.
+/// Messages name the rests that disagree.
 void check_fences(const RecordedLog& log,
                   const Segmentation& rests,
                   const ImuOptions& options,
@@ -103,7 +104,7 @@ void check_fences(const RecordedLog& log,
 /// calibrated as if it were not there.
 ///
 /// @throws DataError     for columns that are not there.
-/// @throws RefusedError  as segment(), calibrate() and label_by_sheet(), with what to do.
+/// @throws RefusedError  as segment(), calibrate() and label_by_sheet(), with a remedy.
 [[nodiscard]] ImuCalibration calibrate_imu(const RecordedLog& log, const ImuOptions& options);
 
 }  // namespace axiscal

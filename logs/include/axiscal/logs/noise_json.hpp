@@ -27,15 +27,15 @@ struct ColumnNoise {
 /// The noise of a log at rest.
 struct LogNoise {
   double rate_hz = 0.0;
-  std::size_t samples = 0;  ///< 0: of a curve that does not say it
+  std::size_t samples = 0;  ///< 0: a curve without this value
   std::vector<ColumnNoise> columns;
-  std::vector<std::string> warnings;  ///< what should be looked at in the log
+  std::vector<std::string> warnings;  ///< problems of the log
 };
 
-/// The columns that are axes of one instrument, and so of one unit: names that are alike but for
-/// the last letter x, y or z. Where there are several such instruments, those of a kind by how
-/// their names begin (a, acc, g, gyr, m, mag, ..), else the first; all columns where names
-/// tell nothing.
+/// The columns that are axes of one instrument and share a unit: their names differ only in the
+/// last letter x, y or z. If there are several such instruments, those of a kind are chosen by the
+/// start of their names (a, acc, g, gyr, m, mag, ..), else the first; all columns if the names are
+/// not helpful.
 /// @param kind  of instrument: "accelerometer", "gyroscope", "magnetometer", ...
 /// @return not empty; pointers into `noise`.
 [[nodiscard]] std::vector<const ColumnNoise*> columns_of_instrument(const LogNoise& noise,
@@ -44,9 +44,9 @@ struct LogNoise {
 /// @return the unit of a coefficient, "unit" standing for that of the samples: "unit/sqrt(Hz)".
 [[nodiscard]] std::string noise_unit(NoiseKind kind, const std::string& unit = "unit");
 
-/// The noise of an accelerometer and a gyroscope as Kalibr's imu.yaml states it: densities N and
-/// random walks K, continuous-time, in SI units, the root of the mean square of the three axes; and
-/// the rate of the samples. A walk that the record does not show is stated by its limit.
+/// The noise of an accelerometer and a gyroscope for Kalibr's imu.yaml: densities N and random
+/// walks K, continuous-time, in SI units, root mean square over the three axes; and the rate of the
+/// samples. If the record does not show a walk, its limit is given.
 /// @throws RefusedError  if one of the two is missing, or of no unit that is known.
 /// @par Source
 /// github.com/ethz-asl/kalibr/wiki/IMU-Noise-Model; IEEE Std 952-1997, annex C.

@@ -27,7 +27,7 @@ inline constexpr std::array all_noise_kinds = {NoiseKind::quantisation, NoiseKin
 /// @return "quantisation", "white", "bias_instability", "random_walk", "ramp".
 [[nodiscard]] std::string noise_name(NoiseKind kind);
 
-/// @return what a coefficient of 1 makes of the Allan variance at tau.
+/// @return the Allan variance at tau for a coefficient of 1.
 [[nodiscard]] double allan_variance_of(NoiseKind kind, double tau_s);
 
 /// One coefficient: Q [unit s], N [unit sqrt(s)], B [unit], K [unit / sqrt(s)], R [unit / s].
@@ -38,7 +38,7 @@ struct NoiseCoefficient {
   double high = 0.0;
 };
 
-/// What an Allan deviation curve says of a sensor.
+/// The noise coefficients of a sensor from its Allan deviation curve.
 struct NoiseModel {
   std::vector<NoiseCoefficient> coefficients;  ///< one for every kind
   /// How likely the curve is so far from the five kinds by chance, from `from_tau_s` on;
@@ -47,8 +47,8 @@ struct NoiseModel {
   double from_tau_s = 0.0;  ///< the shortest tau that was fitted; below a filter shows, say
   double model_error =
       0.0;  ///< of the deviation, relative: by how much the kinds do not describe it
-  /// N is what a stretch of the curve shows that falls as white noise does: the kinds together
-  /// made less of it.
+  /// N comes from a stretch of the curve with the slope of white noise, because the joint fit gave
+  /// a smaller N.
   bool white_by_stretch = false;
 
   [[nodiscard]] double coefficient(NoiseKind kind) const;
@@ -62,15 +62,16 @@ struct NoiseModel {
 /// the model's error e); no coefficient is negative. Of the sets of kinds it takes that with the
 /// least deviance + 8 for each kind (10 for a ramp).
 ///
-/// With e = 0 the chi^2 says whether the kinds describe the curve (p > 0.05). If they do not, up to
-/// four of the shortest octaves, which a filter shapes, are left out until they do; else from where
-/// the least is needed e is that for which chi^2 equals its degrees of freedom, so that no point
-/// counts as surer than the model, and no interval is shorter than +-10 %.
+/// With e = 0 the chi^2 tests whether the kinds of noise describe the curve (p > 0.05). If they do
+/// not, up to four of the shortest octaves, which a filter shapes, are left out until they do.
+/// Otherwise e is the value for which chi^2 equals its degrees of freedom, for the smallest number
+/// of octaves left out. So no point is more certain than the model, and no interval is shorter than
+/// +-10 %.
 ///
-/// White noise is never denied: where tau times the Allan variance stays the same over four octaves
-/// or more (chi^2 with 3 % has p > 0.05, the slope is within 0.1 of -1/2), and the fit gives less
-/// than 0.7 of the N of that stretch, N is taken from there and the other kinds are fitted to what
-/// is left.
+/// White noise is always kept. If tau times the Allan variance is constant over four octaves or
+/// more (chi^2 with 3 % has p > 0.05, the slope is within 0.1 of -1/2), and the fit gives less than
+/// 0.7 of the N of that stretch, N is taken from the stretch, and the other kinds are fitted to the
+/// remainder.
 ///
 /// The intervals are by the profile of the deviance over all sets of the other kinds. Points of one
 /// curve are correlated, so the deviance may rise by 10 to 13, found by simulation. A coefficient
@@ -86,17 +87,17 @@ struct NoiseModel {
 /// @throws DomainError  without points.
 [[nodiscard]] double deviation_at(std::span<const AllanPoint> curve, double tau_s);
 
-/// One coefficient by the points at which its slope is seen: the geometric mean of what each says.
+/// One coefficient from the points at which its slope is visible: their geometric mean.
 /// @throws DomainError  without points.
 [[nodiscard]] double coefficient_by_slope(NoiseKind kind, std::span<const AllanPoint> points);
 
 /// How long to dwell on a design point.
 struct Dwell {
-  double best_s = 0.0;      ///< where the curve is least: longer is no better
+  double best_s = 0.0;      ///< position of the minimum: longer averages are not better
   double deviation = 0.0;   ///< there [unit]
   double sensible_s = 0.0;  ///< the shortest within 10 % of that
   double sensible_deviation = 0.0;
-  bool beyond_record = false;  ///< whether the curve still falls where the record ends
+  bool beyond_record = false;  ///< true if the curve still falls at the end of the record
 };
 
 /// Where the curve itself is least, of its points that are known well enough (20 degrees of

@@ -11,15 +11,15 @@
 
 namespace axiscal {
 
-/// Deviations beside Allan's. With x the phase of N points, tau = m tau_0:
+/// Further deviations. With x the phase of N points, tau = m tau_0:
 enum class OtherDeviation {
   /// sum_j (sum_(i=j..j+m-1) x_(i+2m) - 2 x_(i+m) + x_i)^2 / (2 m^2 tau^2 (N - 3m + 1)):
   /// parts quantisation from white phase noise.
   modified,
   /// sum_i (x_(i+3m) - 3 x_(i+2m) + 3 x_(i+m) - x_i)^2 / (6 tau^2 (N - 3m)): blind to a ramp.
   hadamard,
-  /// sum_i (x_(i-m) - 2 x_i + x_(i+m))^2 / (2 tau^2 (N - 2)), the phase continued behind its ends
-  /// by turning it about them: surer at the longest tau.
+  /// sum_i (x_(i-m) - 2 x_i + x_(i+m))^2 / (2 tau^2 (N - 2)). The phase is continued at both ends
+  /// by point reflection, which reduces the uncertainty at the longest tau.
   total,
 };
 

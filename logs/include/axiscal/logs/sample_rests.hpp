@@ -14,8 +14,9 @@ namespace axiscal {
 struct SampleRests {
   Observations readings;  ///< with `samples` and `response_sd`; the time is the rest's middle
   std::vector<std::size_t> rows;  ///< the sample in the middle of each rest
-  std::size_t samples = 0;        ///< how many samples the rests hold
-  /// Whether each block is one rest: one file for each face, say. The readings are then one block.
+  std::size_t samples = 0;        ///< number of samples in the rests
+  /// True if each block is one rest, for example one file per face. The readings then form one
+  /// block.
   bool one_each_block = false;
 };
 
@@ -23,8 +24,8 @@ struct SampleRests {
 /// each orientation. The rests are segment()'s; none spans two blocks.
 ///
 /// @param samples  without poses, in the order in which they were taken.
-/// @return nothing if they are no raw samples: there are fewer than 30, or rests hold less than
-///         30 % of them, or have fewer than 3 samples on the average.
+/// @return nullopt if the samples are not raw: there are fewer than 30, rests hold less than 30 %
+///         of the samples, or rests have fewer than 3 samples on average.
 [[nodiscard]] std::optional<SampleRests> rests_of_samples(const Observations& samples);
 
 /// The faces on which a cube rested, by the gravity that its readings show.

@@ -14,12 +14,12 @@
 
 namespace axiscal {
 
-/// How each rest of a log lay, as far as it is known.
+/// The orientation of each rest of a log, as far as it is known.
 struct SeatLabels {
   std::vector<std::optional<DesignPoint>> points;  ///< one for each rest
   std::vector<std::optional<std::size_t>>
-      rows;                           ///< the sheet's rows, where there is a sheet; else empty
-  std::vector<std::string> messages;  ///< seats that do not fit, and what to do
+      rows;                           ///< rows of the sheet, if there is one; otherwise empty
+  std::vector<std::string> messages;  ///< seats that do not fit, with a remedy
 };
 
 /// Up at each rest of a cube by a rough calibration: the middle and half of each axis's extremes.
@@ -27,7 +27,7 @@ struct SeatLabels {
 /// @param means  of an accelerometer, n x 3.
 [[nodiscard]] Eigen::MatrixX3d rough_ups(const Eigen::MatrixX3d& means);
 
-/// States the field of readings by the face that lay on a level table: F up, away from it.
+/// Writes the field of readings from the face that lay on a level table: F up, away from the face.
 /// @param magnitude  F [field unit].
 /// @param faces      of each reading; those without one are left as they are.
 void take_as_level(double magnitude,
@@ -52,14 +52,14 @@ void take_as_level(double magnitude,
 [[nodiscard]] SeatLabels label_by_sheet(const std::vector<std::optional<Face>>& faces,
                                         const std::vector<RunSheetRow>& sheet);
 
-/// How far rests are from what a sheet's poses and levels read, one by one, by any linear response
-/// to any field that stays in the table: v_i = c + M vec(level_i R_i), least squares over c and M.
-/// Exchanges that such a model absorbs do not show.
+/// The deviation of the rests from the poses and levels of a sheet, one by one, for any linear
+/// response to any field that is constant in the table: v_i = c + M vec(level_i R_i), least squares
+/// over c and M. Exchanges that such a model absorbs are not visible.
 ///
 /// @param means  of each rest, n x m, of any columns of one instrument.
 /// @param sheet  n rows.
-/// @return the residuals' standard deviation in parts of the largest range of a column; nothing
-///         where every order fits, as no degree of freedom is left.
+/// @return the residuals' standard deviation relative to the largest range of a column; nullopt if
+///         every order fits, because the degrees of freedom are zero.
 [[nodiscard]] std::optional<double> misfit_of_order(const Eigen::MatrixXd& means,
                                                     const std::vector<RunSheetRow>& sheet);
 
@@ -69,8 +69,7 @@ void take_as_level(double magnitude,
 ///
 /// @param means             of each rest, n x m.
 /// @param is_accelerometer  whether the columns were said to be one's, three.
-/// @throws RefusedError  where there are not as many rests as rows and nothing shows which is
-/// which.
+/// @throws RefusedError  if the numbers of rests and rows differ and the assignment is ambiguous.
 [[nodiscard]] SeatLabels label_by_plan(const Eigen::MatrixXd& means,
                                        const std::vector<RunSheetRow>& sheet,
                                        bool is_accelerometer);
@@ -80,7 +79,8 @@ void take_as_level(double magnitude,
 /// @param faces  as resting_faces().
 /// @param turns  rotation from the sensor's frame at rest i + 1 to that at rest i, n - 1, as an
 ///               integrated gyroscope gives it.
-/// @param first  of the first rest; nothing: any, as turning the table changes no coefficient.
+/// @param first  of the first rest; nullopt: any, because turning the table does not change
+///               coefficients.
 /// @return a rest whose turn is more than 30 degrees from every label has none, and a message.
 [[nodiscard]] SeatLabels label_by_turns(const std::vector<std::optional<Face>>& faces,
                                         const std::vector<Eigen::Matrix3d>& turns,

@@ -15,7 +15,7 @@
 
 namespace axiscal {
 
-/// How a log is cut into rests.
+/// The options for cutting a log into rests.
 struct SegmentOptions {
   std::vector<std::string> columns;  ///< whose variance tells rest from motion
   /// Whose means tell one attitude from another, an accelerometer's; default: `columns`.
@@ -23,7 +23,7 @@ struct SegmentOptions {
   std::string time;               ///< column of times; empty: as find_time_column()
   std::optional<double> rate_hz;  ///< instead of a column of times
   double window_s = 0.5;          ///< length of the sliding variance's window
-  double shortest_s = 1.0;        ///< what is left of a rest is at least so long
+  double shortest_s = 1.0;        ///< shortest length of a rest after trimming
   double trim_s = 0.1;            ///< left out at both ends, besides half a window
   std::optional<double>
       threshold;  ///< rest is where the joined variance is below it [unit^2]; default: chosen
@@ -36,7 +36,7 @@ struct SegmentOptions {
 
 /// The rests of a log.
 struct Segmentation {
-  std::vector<std::string> columns;    ///< what the means' columns are called; without the time
+  std::vector<std::string> columns;    ///< names of the columns of means, without the time
   std::vector<std::size_t> detection;  ///< which of them told rest from motion
   std::vector<StaticInterval> intervals;
   std::vector<std::vector<std::string>> marks;  ///< "drift", "knock", "stuck", "restless"
@@ -46,8 +46,8 @@ struct Segmentation {
   double rate_hz = 0.0;
   std::size_t samples = 0;
   std::size_t broken_samples = 0;     ///< missing numbers, saturated, at gaps
-  std::vector<std::string> notes;     ///< what asks for nothing
-  std::vector<std::string> warnings;  ///< what should be looked at
+  std::vector<std::string> notes;     ///< notes that do not need action
+  std::vector<std::string> warnings;  ///< problems of the log
 };
 
 /// Which of the thresholds' sets is taken; default: most_persistent().
@@ -63,7 +63,7 @@ using ThresholdChoice =
 ///
 /// @throws DataError     for a missing column or a log that has neither times nor a rate; for times
 ///                       that never increase, or as settle_time_unit().
-/// @throws RefusedError  if there is no rest; it says how quiet the quietest second was.
+/// @throws RefusedError  if no rest is found; the message gives the noise of the quietest second.
 [[nodiscard]] Segmentation segment(LogFile& log,
                                    const SegmentOptions& options,
                                    const ThresholdChoice& choose = {});

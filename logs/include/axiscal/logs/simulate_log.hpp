@@ -14,7 +14,7 @@
 
 namespace axiscal {
 
-/// What a simulated IMU is, and how it is turned.
+/// The properties of a simulated IMU, and its motion.
 struct ImuSimulation {
   LinearResponse accelerometer;                ///< [unit, unit per g]
   std::optional<LinearResponse> gyroscope;     ///< [unit, unit per rad/s]
@@ -23,7 +23,7 @@ struct ImuSimulation {
   double gyroscope_sd = 0.0;
   double magnetometer_sd = 0.0;
   Eigen::Vector3d magnetic_in_table = Eigen::Vector3d(0.2, 0.4, -0.9);  ///< x along the fence, z up
-  Eigen::Vector2d slope = Eigen::Vector2d::Zero();  ///< how the table slopes, as Levelness
+  Eigen::Vector2d slope = Eigen::Vector2d::Zero();  ///< slope of the table, as in Levelness
   double rate_hz = 100.0;
   double rest_s = 3.0;
   double turn_s = 1.5;

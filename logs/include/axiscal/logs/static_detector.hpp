@@ -22,8 +22,8 @@ struct StaticInterval {
   double end_s = 0.0;    ///< time of the last sample
   Eigen::VectorXd mean;  ///< one for every column
   Eigen::VectorXd sd;    ///< standard deviations of the samples
-  /// How many independent samples they are worth, n (1 - r) / (1 + r) with r the correlation of
-  /// neighbours about the drift, 1 .. n, for every column.
+  /// The effective number of independent samples, n (1 - r) / (1 + r), with r the correlation of
+  /// neighbours about the drift; 1 .. n, for every column.
   Eigen::VectorXd effective_samples;
   Eigen::VectorXd drift;  ///< slope times length, by least squares [unit of the column]
   double loudest = 1.0;   ///< largest sliding variance over the mean one
@@ -83,9 +83,9 @@ class StaticDetector {
 /// a factor of 8 of the threshold, the lowest such range; else the widest range there is. Noise
 /// parts rests, motion joins them; in between the number does not depend on the threshold.
 ///
-/// @return three steps above the lower end of the range; ranges of two intervals and more come
-/// before those of one. Where
-///         the variance stays within a factor of 16 there is no motion, and it is the last.
+/// @return three steps above the lower end of the range; ranges of two intervals or more are
+///         preferred to ranges of one. If the variance stays within a factor of 16, the log does
+///         not contain motion, and the last threshold is returned.
 [[nodiscard]] std::size_t most_persistent(const std::vector<IntervalSet>& sets);
 
 /// Joins neighbours that are one attitude, parted by a knock: the gap between them is short and
@@ -94,7 +94,7 @@ class StaticDetector {
 /// @param columns    that are compared.
 /// @param longest_gap_s  between the end of one and the start of the next.
 /// @param tolerance  of the means [unit].
-/// @return how many were joined.
+/// @return the number of joined rests.
 std::size_t join_split_rests(std::vector<StaticInterval>& intervals,
                              const std::vector<std::size_t>& columns,
                              double longest_gap_s,

@@ -18,10 +18,10 @@ struct FaceAngle {
   double deviation_rad = 0.0;  ///< from square (neighbours) or parallel (opposites)
 };
 
-/// How a cube differs from the nominal one, whatever way its axes are drawn.
+/// The deviation of a cube from the nominal one, independent of its axes.
 struct CubeGeometry {
   std::vector<FaceAngle> angles;  ///< one for each of the 15 pairs of faces
-  /// Distance of each face's contact plane from the centre [m]; nothing without feet.
+  /// Distance of each face's contact plane from the centre [m]; nullopt without feet.
   std::array<std::optional<double>, all_faces.size()> offset_m;
   double worst_from_square_rad = 0.0;
   double worst_from_parallel_rad = 0.0;

@@ -13,7 +13,7 @@ namespace axiscal {
 
 class RandomStream;
 
-/// One point of an experiment: how the cube lies, and at which multiple of an induced field.
+/// One point of an experiment: the orientation of the cube, and the level of an induced field.
 struct DesignEntry {
   DesignPoint point;
   FieldLevel level;
@@ -36,7 +36,7 @@ struct RunSheetRow {
   int run = 1;    ///< number of the reading, in the order in which it is to be taken
   int block = 1;  ///< replicate of the whole design, from 1
   DesignEntry entry;
-  std::optional<double> temperature;  ///< to be soaked at before the block, where one is planned
+  std::optional<double> temperature;  ///< soak temperature before the block, if one is planned
 };
 
 /// Puts a design into random order, block by block; of several temperatures one after another.
@@ -52,7 +52,7 @@ struct RunSheetRow {
     std::uint64_t seed,
     const std::vector<double>& temperatures = {});
 
-/// The same by a stream, RandomStream(seed) for that seed's order.
+/// As above, with a stream. RandomStream(seed) gives the order of that seed.
 [[nodiscard]] AXISCAL_EXPORT std::vector<RunSheetRow> make_run_sheet(
     const std::vector<DesignEntry>& design,
     int replicates,

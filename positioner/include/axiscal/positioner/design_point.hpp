@@ -27,7 +27,7 @@ inline constexpr std::array all_faces = {Face::plus_x,  Face::minus_x, Face::plu
   return static_cast<int>(face) / 2;
 }
 
-/// @return whether the face's normal points along its axis, not against it.
+/// @return true if the face's normal points in the positive direction of its axis.
 [[nodiscard]] constexpr bool is_positive(Face face) {
   return static_cast<int>(face) % 2 == 0;
 }

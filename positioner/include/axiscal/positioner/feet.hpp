@@ -30,7 +30,7 @@ struct ContactPlane {
   double offset_m = 0.0;                              ///< from the cube's centre
 };
 
-/// What is wrong with the feet of a face.
+/// The errors of the feet of a face.
 ///
 /// @return "" for good ones; else why they cannot be: a number that is not finite, a radius below
 ///         0, balls that go into each other, feet in a line, no plane that touches all three, or a
@@ -49,15 +49,15 @@ struct ContactPlane {
 
 /// A ball frame as it is drawn: all faces alike.
 ///
-/// On the face +Z a foot position is (x, y), on +X (y, z), on +Y (z, x): along the next axis in the
-/// cycle X, Y, Z, X, and the one after it; opposite faces are mirror images. The default has no
-/// foot over the middle of its face, whichever way the face meets the fence: then no seat rocks.
+/// On the face +Z a foot position is (x, y), on +X (y, z), on +Y (z, x): along the next two axes in
+/// the cycle X, Y, Z, X. Opposite faces are mirror images. In the default layout the middle of a
+/// face lies inside its feet, for every fence face, so that no seat rocks.
 struct BallFrame {
   double edge_m = 0.07;  ///< distance of opposite faces, feet not counted
   std::array<Eigen::Vector2d, 3> foot_positions_m = {Eigen::Vector2d(0.027, 0.027),
                                                      Eigen::Vector2d(-0.027, 0.009),
                                                      Eigen::Vector2d(0.009, -0.027)};
-  double foot_height_m = 0.004;  ///< how far a ball's outermost point stands out of its face
+  double foot_height_m = 0.004;  ///< distance of a ball's outermost point from its face
   double ball_radius_m = 0.003;
 };
 
@@ -70,7 +70,7 @@ struct BallFrame {
 
 /// Feet from protuberances of any kind, each touching at a point.
 ///
-/// @return balls of radius 0; a face's are checked where a Positioner is made of them.
+/// @return balls of radius 0. A Positioner checks the feet of a face.
 /// @param points  of each face in the order of Face, three points [m], frame positioner.
 [[nodiscard]] AXISCAL_EXPORT CubeFeet
 feet_from_points(const std::array<std::array<Eigen::Vector3d, 3>, all_faces.size()>& points);

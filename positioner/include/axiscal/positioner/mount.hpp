@@ -11,11 +11,12 @@
 
 namespace axiscal {
 
-/// How an instrument sits in the positioner: one slot of an assembly.
+/// The mount of an instrument in the positioner: one slot of an assembly.
 struct Mount {
   std::string slot;  ///< its name; columns of observations are called SLOT.axis
   Eigen::Matrix3d rotation_sensor_from_positioner = Eigen::Matrix3d::Identity();
-  double repeatability_rad = 0.0;  ///< sd of a small rotation, per axis, when it is fitted anew
+  double repeatability_rad =
+      0.0;  ///< standard deviation of a small rotation about each axis, each time it is mounted
 };
 
 /// The axis in the web of an H-shaped frame about which the second instrument is turned.
@@ -23,11 +24,11 @@ enum class WebAxis { x, y };
 
 /// The two instruments of an H-shaped frame: on either side of its web, "mirror images".
 ///
-/// The web lies square to the positioner's z. A mirror image is no rotation, and no instrument can
-/// be made its own mirror image by mounting it: what a rigid frame does is to turn the second
-/// instrument by 180 degrees about an axis in the web, here the positioner's x, diag(1, -1, -1), or
-/// y, diag(-1, 1, -1). Both bring its base to the web from the other side; they differ by half a
-/// turn about z.
+/// The web is perpendicular to the positioner's z. A mirror image is not a rotation, so an
+/// instrument cannot be mounted as its own mirror image. A rigid frame turns the second instrument
+/// by 180 degrees about an axis in the web, here the positioner's x, diag(1, -1, -1), or y,
+/// diag(-1, 1, -1). Both bring its base to the web from the other side; they differ by half a turn
+/// about z.
 ///
 /// @param first, second  the slots' names.
 /// @return the first as the cube, the second turned.
@@ -43,8 +44,8 @@ enum class WebAxis { x, y };
 
 /// Checks mounts, and makes matrices that were written with few digits rotations to the last digit.
 ///
-/// @throws DomainError  if a slot has no name or its name twice, a matrix is no rotation (to 1e-6),
-///                      or a repeatability is negative.
+/// @throws DomainError  if a slot's name is empty or repeated, a matrix is not a rotation (to
+///                      1e-6), or a repeatability is negative.
 [[nodiscard]] AXISCAL_EXPORT std::vector<Mount> checked_mounts(std::vector<Mount> mounts);
 
 }  // namespace axiscal

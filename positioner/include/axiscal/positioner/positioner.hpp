@@ -20,7 +20,7 @@
 
 namespace axiscal {
 
-/// What is wrong with the measured normal of a face.
+/// The error of a face's measured normal.
 ///
 /// @return "" for a good one; else why it cannot be: not of unit length to 1e-6, or more than
 ///         0.2 rad from the face's nominal direction (a face mixed up, a left-handed frame).
@@ -29,13 +29,13 @@ namespace axiscal {
 /// Outward unit normals in the order of Face, frame positioner.
 using FaceNormals = std::array<Eigen::Vector3d, all_faces.size()>;
 
-/// @throws DomainError  unless the matrix is symmetric and has no negative eigenvalue.
+/// @throws DomainError  unless the matrix is symmetric without negative eigenvalues.
 AXISCAL_EXPORT void check_normal_covariance(const Eigen::Matrix<double, 18, 18>& covariance);
 
 /// Covariance of the normals, faces in the order of Face, each x y z [rad^2].
 using NormalCovariance = Eigen::Matrix<double, 18, 18>;
 
-/// What is known of one face; of the two at least one.
+/// The known data of a face: feet, normal, or both.
 ///
 /// Where both are, the normal is what was measured and the feet say where the face touches: they
 /// are turned together until their plane has that normal.
@@ -44,7 +44,7 @@ struct FaceDescription {
   std::optional<Feet> feet;
 };
 
-/// What a positioner was measured with.
+/// The traceability of a positioner's measurement.
 struct MeasuredFrom {
   std::string slot;          ///< the instrument's mount
   std::string record;        ///< its calibration record
@@ -59,7 +59,7 @@ struct PositionerDescription {
   std::vector<Mount> mounts;
   Surface surface;
   std::string created;   ///< when it was measured, ISO 8601; may be empty
-  std::string software;  ///< what measured it; may be empty
+  std::string software;  ///< measuring instrument; may be empty
   std::vector<MeasuredFrom> from;
   std::vector<std::string> notes;  ///< remarks of who measured it
 };
@@ -98,7 +98,7 @@ class Positioner {
   }
   [[nodiscard]] const FaceNormals& normals() const { return normals_; }
 
-  /// @return the feet of a face, or nothing where only its normal is known.
+  /// @return the feet of a face, or nullopt if only its normal is known.
   [[nodiscard]] const std::optional<Feet>& feet(Face face) const {
     return description_.faces[static_cast<std::size_t>(face)].feet;
   }
@@ -107,7 +107,7 @@ class Positioner {
   /// that another cube is made by.
   [[nodiscard]] CubeFeet drawing() const;
 
-  /// How the cube lies at a design point.
+  /// The orientation of the cube at a design point.
   ///
   /// With n_r and n_f the normals of rest and fence face: z = -n_r, y = n_f - (n_f . z) z
   /// normalised, x = y cross z. That is exact for the rest face; where the feet of the fence face
@@ -123,7 +123,7 @@ class Positioner {
   [[nodiscard]] const Eigen::Matrix3d& rotation_table_from_positioner(
       const DesignPoint& point) const;
 
-  /// @return the mount of that slot, or nothing.
+  /// @return the mount of that slot, or nullopt.
   [[nodiscard]] std::optional<Mount> mount(const std::string& slot) const;
 
   /// @return the same cube with other mounts.

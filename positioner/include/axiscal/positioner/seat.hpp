@@ -12,7 +12,7 @@
 
 namespace axiscal {
 
-/// How a cube lies at a design point.
+/// The seat of a cube at a design point.
 struct Seat {
   Eigen::Matrix3d rotation_table_from_positioner = Eigen::Matrix3d::Identity();
   std::array<int, 2> contacts = {-1, -1};  ///< feet of the fence face that touch; -1: not known

@@ -24,10 +24,10 @@ struct Surface {
   /// frame is (0, cos, sin) [rad].
   double fence_lean_rad = 0.0;
   std::vector<Eigen::Vector2d> adjusters_m;  ///< where the table stands on its height adjusters
-  std::optional<double> thread_pitch_m;      ///< what one turn of an adjuster raises [m]
+  std::optional<double> thread_pitch_m;      ///< height that one turn of an adjuster raises [m]
 };
 
-/// What to do to one height adjuster.
+/// The correction of one height adjuster.
 struct AdjusterMove {
   Eigen::Vector2d position_m = Eigen::Vector2d::Zero();  ///< frame table
   double raise_m = 0.0;                                  ///< not negative

@@ -18,7 +18,7 @@ struct ReportOptions {
   const Observations* observations = nullptr;
   /// Earlier records of the same unit, for its drift; their unit is the one of the report's serial.
   std::vector<UnitHistory> history;
-  /// Where the table's adjusters stand, for the turns that level it; nothing without them.
+  /// Positions of the table's adjusters, to compute the turns that level it; nullopt without them.
   std::optional<Surface> table;
   /// Of the instrument at rest, for its Allan deviation; null without it.
   const LogNoise* noise = nullptr;
@@ -32,8 +32,8 @@ struct WorstAngleUncertainty {
 };
 
 /// @param calibration  of three axes.
-/// @return for what has pitch and roll the worst of these (up to 80 degrees of pitch, where roll is
-///         still one), else the angle between the field and what is read.
+/// @return for instruments with pitch and roll the worst of the two (up to 80 degrees of pitch, to
+///         keep roll defined), else the angle between the field and the reduced reading.
 [[nodiscard]] WorstAngleUncertainty worst_angle_uncertainty(const Calibration& calibration);
 
 /// A calibration to look at: one page that needs nothing else, no request, no file.

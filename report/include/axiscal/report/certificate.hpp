@@ -9,17 +9,16 @@
 
 namespace axiscal {
 
-/// @return what ISO/IEC 17025 asks for and the details do not say: "the customer's name", ...
+/// @return details that ISO/IEC 17025 requires and that are missing: "the customer's name", ...
 [[nodiscard]] std::vector<std::string> missing_details(const Calibration& calibration,
                                                        const CertificateDetails& details);
 
 /// A calibration certificate, as PDF: A4, each page with the number and "page x of y", an end mark.
 ///
-/// What is missing is left out, or shown as "not stated" where the standard asks for it.
+/// Missing details are left out, or shown as "not stated" if the standard requires them.
 ///
-/// @throws RefusedError  for a refused calibration, or a record without uncertainty: there is no
-///                       certificate of such.
-/// @throws DomainError   where this build has no cairo.
+/// @throws RefusedError  for a refused calibration, or a record without uncertainties.
+/// @throws DomainError   if this build lacks cairo.
 [[nodiscard]] std::string certificate_pdf(const Calibration& calibration,
                                           const CertificateDetails& details);
 

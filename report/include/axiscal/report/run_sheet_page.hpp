@@ -21,11 +21,11 @@ namespace axiscal {
 /// room for its readings and the temperature; above them for serial number, operator and date.
 ///
 /// @param sheet       the steps in order.
-/// @param instrument  its axes, unit and serial number; without axes there is no room for readings.
+/// @param instrument  its axes, unit and serial number; without axes the sheet lacks cells for
+///                    readings.
 /// @param title       of the page; any text.
-/// @return an HTML page that needs nothing else and asks for nothing; A4 and Letter. Its script
-/// keeps
-///         what is typed in the browser and makes run_sheet_csv() filled in of it.
+/// @return an HTML page without external files, for A4 and Letter. Its script keeps typed values in
+///         the browser and makes run_sheet_csv() with the values.
 [[nodiscard]] std::string run_sheet_page(const std::vector<RunSheetRow>& sheet,
                                          const Instrument& instrument,
                                          const std::string& title);

@@ -91,7 +91,7 @@ struct AngleUncertainty {
   double roll_rad = 0.0;   ///< grows as 1 / cos(pitch)
 };
 
-/// @param covariance  of b, S by axis: Forecast::covariance(), or a part of it.
+/// @param covariance  of b, S by axis: Forecast::covariance(), or a block.
 /// @param pitch_rad, roll_rad  the attitude; axes forward-left-up.
 /// @throws DomainError  if the instrument does not determine the field (fewer than three axes).
 /// @par Source

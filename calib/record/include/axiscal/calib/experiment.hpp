@@ -120,7 +120,7 @@ AXISCAL_EXPORT void take_usual_field(const Instrument& instrument,
 
 /// The field of an experiment before anything is measured, part by part: resolve_field() at its
 /// table.
-/// @param time_s   for a field that moves, if the readings state it; otherwise the table's date.
+/// @param time_s   for a field that moves, if the readings give it; otherwise the table's date.
 /// @param largest  length of the largest field that the readings bring, if they bring them.
 [[nodiscard]] std::vector<FieldDescription> resolve_field(const Experiment& experiment,
                                                           std::optional<double> time_s = {},

@@ -24,10 +24,10 @@ struct MappedColumn {
   std::function<std::string(const std::string& cell)> of_cell = {};
 };
 
-/// How a log is to be read; all can be left to be found out.
+/// Options for reading a log; all have automatic defaults.
 struct LogFormat {
   std::vector<std::string>
-      names;  ///< what the columns are called where the log has no header; else c1, c2, ...
+      names;  ///< names of the columns if the log lacks a header; default: c1, c2, ...
   std::vector<MappedColumn> columns;  ///< renamed or scaled; the others stay as they are
   /// Of recordings that hold several sensors of a kind: which, counted from 0.
   int instance = 0;
@@ -46,9 +46,9 @@ struct LogSensor {
   std::array<std::string, 3> columns;  ///< of x, y, z, as the log calls them
   std::string unit;                    ///< empty: not known
   int number = 0;                      ///< of its kind in the recording, counted from 0
-  int of = 1;                          ///< how many of its kind the recording has
-  std::string device;                  ///< by which the vehicle's software knows it; may be empty
-  std::string words;                   ///< what it is, and how that is known
+  int of = 1;                          ///< number of sensors of this kind in the recording
+  std::string device;                  ///< the device id in the vehicle's software; may be empty
+  std::string words;                   ///< kind of the sensor, and the evidence for it
   bool is_guess = false;               ///< known by the numbers alone
 };
 
@@ -68,7 +68,7 @@ using LogBlock = std::vector<std::vector<double>>;
                                           const std::vector<double>& second,
                                           const std::vector<double>& third);
 
-/// @return the position of a column among others, or nothing.
+/// @return the position of a column among others, or nullopt.
 [[nodiscard]] std::optional<std::size_t> find_column(const std::vector<std::string>& columns,
                                                      const std::string& name);
 
@@ -79,24 +79,24 @@ using LogBlock = std::vector<std::vector<double>>;
                                       const std::vector<std::string>& columns,
                                       const std::string& name);
 
-/// What was not as it should be in a log.
+/// Defects of a log.
 struct LogDefects {
   std::size_t ragged_rows = 0;  ///< left out: another number of cells than the first
   std::size_t first_ragged_line = 0;
-  std::size_t missing_numbers = 0;  ///< cells that are no finite number; they read as NaN
+  std::size_t missing_numbers = 0;  ///< cells that are not finite numbers; they read as NaN
   std::size_t first_missing_line = 0;
 };
 
 /// A raw recording, read block by block in constant memory.
 ///
-/// Text: comma, semicolon, tab or blanks between the cells, decimal point or comma, with or without
-/// a header, lines before it skipped; `#`, `%` and `//` begin comments; UTF-8, UTF-16 or Latin-1.
-/// Compressed by gz, bz2, xz, zst, lz4; within a zip. NumPy's .npy and .npz, MATLAB's .mat (v5,
-/// v7.3), spreadsheets (.xlsx) and JSON, whose columns are held in memory. Flight logs, bags and
-/// phones' recordings (RecordingFile): the sensors that they hold become the columns ax, ay, az,
-/// gx, ..., mx, ..., temperature beside time_s, at the times of the fastest accelerometer or
-/// gyroscope, the others interpolated. What a file is, is seen from its content, not from its name;
-/// `-` is standard input.
+/// Text: comma, semicolon, tab or blanks as separator, decimal point or comma, with or without a
+/// header; lines before it are skipped; `#`, `%` and `//` begin comments; UTF-8, UTF-16 or Latin-1.
+/// Compressed by gz, bz2, xz, zst, lz4; in a zip. NumPy's .npy and .npz, MATLAB's .mat (v5, v7.3),
+/// spreadsheets (.xlsx) and JSON; their columns are held in memory. Flight logs, bags and phones'
+/// recordings (RecordingFile): their sensors become the columns ax, ay, az, gx, ..., mx, ...,
+/// temperature after time_s, at the times of the fastest accelerometer or gyroscope; the others are
+/// interpolated. The format follows from the content of the file, not from its name; `-` is
+/// standard input.
 class LogFile {
  public:
   /// @throws DataError  if there is no such file, it is empty or damaged, or no table and no sensor
@@ -128,16 +128,17 @@ class LogFile {
   /// @return its name; empty where there is none.
   [[nodiscard]] std::string time_column();
 
-  /// @return whether a column that holds no numbers, and is no column of the log, is called so.
+  /// @return true if a column of the file has this name but is not a column of the log, because it
+  ///         does not hold numbers.
   [[nodiscard]] bool has_text_column(const std::string& name) const;
 
-  /// @return samples a second, where the file states it and has no times; else nothing.
+  /// @return samples per second if the file states the rate and lacks times; otherwise nullopt.
   [[nodiscard]] std::optional<double> stated_rate_hz() const;
 
   /// @return "ulog", "table", ...; empty for samples from memory.
   [[nodiscard]] const std::string& format() const { return format_; }
 
-  /// @return whether it is a table of its own, and not one made of a recording's series.
+  /// @return true if the file is a table; false for a table made of a recording's series.
   [[nodiscard]] bool is_table() const { return is_table_; }
 
   /// From now on read() gives these columns only, in this order.
@@ -146,14 +147,14 @@ class LogFile {
   /// Reads the next samples into a block.
   ///
   /// @param block overwritten: a column for each that is selected.
-  /// @param most   at most so many samples; fewer come of a file with thousands of columns.
-  /// @return how many; 0 at the end.
+  /// @param most   largest number of samples; a file with thousands of columns gives fewer.
+  /// @return the number of rows; 0 at the end.
   /// @throws DataError  if the file is damaged from here on (a truncated .gz, say).
   [[nodiscard]] std::size_t read(LogBlock& block, std::size_t most);
 
   [[nodiscard]] const LogDefects& defects() const;
 
-  /// @return what a reader may want to know: "columns parted by ';', decimal comma", ...
+  /// @return notes about the format: "separator ';', decimal comma", ...
   [[nodiscard]] const std::vector<std::string>& notes() const;
 
   [[nodiscard]] const std::string& path() const;
@@ -168,7 +169,7 @@ class LogFile {
 
   std::unique_ptr<Source> source_;
   std::vector<std::string> columns_;
-  std::vector<double> factors_;   // what every column is multiplied with
+  std::vector<double> factors_;   // factor of every column
   std::vector<int> signed_bits_;  // of columns of signed counts that were printed unsigned; else 0
   std::vector<std::size_t> places_;  // of every column in the source
   std::vector<std::size_t> selected_;

@@ -14,8 +14,8 @@ enum class ReadCost {
   nesting,   ///< archives and compressed files within each other
   members,   ///< files in an archive
   unpacked,  ///< bytes that come out of compressed ones
-  cells,     ///< numbers and words that are made of it
-  steps,     ///< repetitions that need no further byte of it
+  cells,     ///< numbers and words created from the file
+  steps,     ///< repetitions that do not need further bytes of the file
   memory,    ///< bytes that are held at once
   disk       ///< bytes of temporary copies
 };

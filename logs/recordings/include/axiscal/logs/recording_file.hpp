@@ -16,22 +16,22 @@
 
 namespace axiscal {
 
-/// What the numbers of a series are of.
+/// The quantity of a series.
 enum class SeriesKind { accelerometer, gyroscope, magnetometer, temperature, other };
 
 /// @return "accelerometer", ...
 [[nodiscard]] std::string_view name_of(SeriesKind kind);
 
-/// How it is known what a series is.
+/// The evidence for the kind of a series.
 enum class KnownBy {
   format,  ///< the file's format says so
-  names,   ///< by what its columns are called
+  names,   ///< by the names of its columns
   units,   ///< by the units in its header
   data,    ///< by its numbers: gravity's length, rates that are turns
   nothing  ///< it is not
 };
 
-/// Numbers that are sampled together: a message, or one sensor's part of it.
+/// Numbers with common sample times: a message, or one sensor's part of a message.
 struct Series {
   std::string name;  ///< of the message, topic or table, as the file has it
   int instance = 0;  ///< of several of one name
@@ -55,14 +55,14 @@ class SeriesSink {
   /// One sample.
   /// @param series  its number.
   /// @param time_s  by the file's clock [s]; NaN where the file has none.
-  /// @param values  one for each column; NaN for what is no number or not valid.
+  /// @param values  one for each column; NaN if a value is missing or invalid.
   virtual void sample(std::size_t series, double time_s, std::span<const double> values) = 0;
 };
 
 /// A file of numbers over time, of any format that is known: tables, flight logs, bags, phones'.
 ///
-/// What a file is, is seen from its content, not from its name; it may be compressed. It is decoded
-/// record by record in constant memory; damage is counted and reading goes on behind it.
+/// The format follows from the content of the file, not from its name; the file may be compressed.
+/// Records are decoded one by one in constant memory. Damaged parts are counted and skipped.
 class RecordingFile {
  public:
   /// @param path  `-` is standard input; a folder stands for the one bag in it.
@@ -80,11 +80,11 @@ class RecordingFile {
   /// @throws DataError  if nothing more can be read.
   [[nodiscard]] bool read(SeriesSink& sink);
 
-  /// @return what was damaged or left out so far.
+  /// @return the damaged or skipped parts so far.
   [[nodiscard]] std::vector<std::string> notes() const;
 
-  /// @return what the file states of its devices so far: parameters and numbers of sensors, as
-  ///         "CAL_ACC0_ID" = "2424842", "device_id accelerometer 0".
+  /// @return the devices in the file so far: parameters and serial numbers, as "CAL_ACC0_ID" =
+  ///         "2424842", "device_id accelerometer 0".
   [[nodiscard]] const std::map<std::string, std::string>& facts() const;
 
   [[nodiscard]] const std::string& path() const { return path_; }
@@ -96,15 +96,14 @@ class RecordingFile {
   std::unique_ptr<Decoder> decoder_;
 };
 
-/// Takes ROS message definitions from a folder, for bags that hold none of their own (a .db3 of ROS
-/// 2 before Iron): package/msg/Type.msg, as in a workspace's source or share folder. They hold for
-/// all recordings that this program opens from then on; not to be called beside readers in other
-/// threads.
-/// @return how many definitions the folder holds.
+/// Takes ROS message definitions from a folder, for bags that lack their own (a .db3 of ROS 2
+/// before Iron): package/msg/Type.msg, as in a workspace's source or share folder. They apply to
+/// all recordings that this program opens afterwards. Do not call this while other threads read.
+/// @return the number of definitions in the folder.
 /// @throws DataError  if there is no such folder, or none is in it.
 std::size_t add_message_definitions(const std::string& folder);
 
-/// What is in a series.
+/// The content of a series.
 struct SeriesSummary {
   Series series;
   std::size_t samples = 0;
@@ -113,13 +112,13 @@ struct SeriesSummary {
   double rate_hz = 0.0;          ///< samples less one over the span; NaN where it is not known
   std::size_t gaps = 0;          ///< steps of more than five times the mean one, or back
   std::vector<double> mean, sd;  ///< of each column; NaN left out
-  std::vector<std::size_t> missing;  ///< how many NaN of each column
+  std::vector<std::size_t> missing;  ///< number of NaN in each column
   /// Of an accelerometer: the longest row of half seconds in which no axis scatters by more than
   /// 0.08 m/s^2, from the first sample [s]; both 0 where there is none.
   double still_from_s = 0.0, still_to_s = 0.0;
 };
 
-/// What is in a recording.
+/// The content of a recording.
 struct RecordingSummary {
   std::string format;
   std::vector<SeriesSummary> series;  ///< in the file's order
@@ -128,7 +127,8 @@ struct RecordingSummary {
 };
 
 /// Reads a recording from end to end, in constant memory.
-/// @param most_samples  of all series together; where there are more, the summary is of the first.
+/// @param most_samples  of all series together; the summary of a larger recording covers the first
+///                      samples.
 /// @throws DataError  as RecordingFile.
 [[nodiscard]] RecordingSummary summarise(const std::string& path,
                                          std::optional<std::size_t> most_samples = {},

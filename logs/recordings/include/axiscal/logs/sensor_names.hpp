@@ -19,12 +19,12 @@ namespace axiscal {
 struct KnownUnit {
   std::string_view
       name;  ///< as Axiscal writes it: "m/s^2", "g", "deg/s", "uT", "gauss", "degC", ...
-  SeriesKind kind = SeriesKind::other;  ///< what such a unit is of
+  SeriesKind kind = SeriesKind::other;  ///< quantity of the unit
   double si = 1.0;                      ///< times this it is m/s^2, rad/s, T
 };
 
-/// @return the unit, or nothing for one that is not known. "G" is gauss, but in what says that it
-///         is an acceleration; "mG" likewise.
+/// @return the unit, or nullopt if it is unknown. "G" is gauss, except for an acceleration; "mG" is
+///         milli-gauss, except for an acceleration.
 [[nodiscard]] std::optional<KnownUnit> known_unit(std::string_view text,
                                                   SeriesKind of = SeriesKind::other);
 
@@ -35,17 +35,17 @@ struct NamedColumn {
   std::string unit;  ///< as it stands there; empty where there is none
 };
 
-/// Parts "x [V]" into name and unit. Brackets of numbers, as in "gyro_rad[0]", are no units.
+/// Splits "x [V]" into name and unit. Brackets with numbers, as in "gyro_rad[0]", are not units.
 [[nodiscard]] NamedColumn named_column(std::string_view header);
 
-/// @return the kind of sensor that words are about: "acc", "gyr", "mag", "temp" and the like.
+/// @return the kind of sensor in a name: "acc", "gyr", "mag", "temp" and similar.
 [[nodiscard]] SeriesKind kind_of_words(std::string_view words);
 
 /// @return 0, 1, 2 for a name that is of an axis: "AccX", "gyro_y", "Acc_Z", "accel[2]", "mag.x";
 /// the format's x, y, z; else nothing.
 [[nodiscard]] std::optional<std::size_t> axis_of_name(std::string_view name);
 
-/// What the columns of a table are, by their names and units.
+/// The meaning of a table's columns, by their names and units.
 class SensorColumns {
  public:
   /// @param columns  as the table's header has them.
@@ -55,10 +55,10 @@ class SensorColumns {
   /// @return kind, unit and known_by of each column.
   [[nodiscard]] const std::vector<Series>& series() const { return series_; }
 
-  /// @return the column of times, where there is one.
+  /// @return the column of times, if there is one.
   [[nodiscard]] std::optional<std::size_t> time() const { return time_; }
 
-  /// @return seconds per unit of the times, as the name states it; 0 if it does not.
+  /// @return seconds per unit of the times, from the name; 0 if the name does not give it.
   [[nodiscard]] double seconds() const { return seconds_; }
 
  private:

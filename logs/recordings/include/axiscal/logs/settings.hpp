@@ -3,11 +3,11 @@
 
 #include "axiscal/core/setting.hpp"
 
-/// What a log is asked for.
+/// The settings of a log.
 namespace axiscal::settings {
 
 inline constexpr Setting log{"log"};                   ///< a raw log instead of observations
-inline constexpr Setting column_names{"log.columns"};  ///< what its columns are called
+inline constexpr Setting column_names{"log.columns"};  ///< names of its columns
 /// The most that a file may cost.
 inline constexpr Setting read_limit{"log.limits"};
 inline constexpr Setting time_column{"log.time"};

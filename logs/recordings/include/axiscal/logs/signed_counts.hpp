@@ -27,7 +27,7 @@ struct SignedCounts {
 [[nodiscard]] double with_sign(double count, int bits);
 
 /// @param names  of all columns.
-/// @return the note that says it.
+/// @return a note about the change.
 [[nodiscard]] std::string words_of(const SignedCounts& counts,
                                    const std::vector<std::string>& names);
 

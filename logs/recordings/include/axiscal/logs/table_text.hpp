@@ -24,8 +24,8 @@ class TableText {
   /// @param format  names of columns without a header; columns renamed, scaled, turned round. Kinds
   /// of
   ///                sensors: a recording is a table of theirs, as LogFile makes it.
-  /// @throws DataError  if there is no such file, or it is no table: of a flight log or a bag the
-  ///                    message says what it holds, if no kinds are named.
+  /// @throws DataError  if the file does not exist or is not a table. For a flight log or a bag the
+  ///                    message lists its content, if no kinds are named.
   explicit TableText(const std::string& path, const LogFormat& format = {});
 
   /// Bytes that come from elsewhere.
@@ -63,10 +63,10 @@ class TableText {
   /// @return the cells of the first rows, row by row; empty for a table of numbers alone.
   [[nodiscard]] const std::vector<std::vector<std::string>>& first_cells() const;
 
-  /// @return the columns of numbers whose names say nothing, as c1 or data_2, and no times.
+  /// @return the columns of numbers with meaningless names, as c1 or data_2, without times.
   [[nodiscard]] std::vector<std::string> unnamed_numbers() const;
 
-  /// @return how it was read, in words.
+  /// @return the format, in words.
   [[nodiscard]] const std::vector<std::string>& notes() const;
 
  private:
@@ -76,7 +76,7 @@ class TableText {
 
 /// A line of a table with a mark under the cell of a column, for people.
 /// @param line    counted from 1.
-/// @param column  as messages call it; where it is none, the line stands without a mark.
+/// @param column  its name in messages; if empty, the line is shown without a mark.
 /// @return two lines of text, or empty where the file cannot be looked at.
 [[nodiscard]] std::string marked_cell(const std::string& path,
                                       std::size_t line,

@@ -12,20 +12,20 @@ namespace axiscal {
 
 /// @param line       without its end.
 /// @param delimiter  between the cells; a blank stands for any run of blanks and tabs.
-/// @return the cells of a line of text, without blanks around them; what is between quotes is one
+/// @return the cells of a line of text, without surrounding blanks. Text between quotes is one
 ///         cell.
 [[nodiscard]] std::vector<std::string_view> cells_of(std::string_view line, char delimiter);
 
 /// @param cell           may stand in quotes.
 /// @param decimal_comma  whether a comma is the decimal point.
-/// @return the number; NaN where it is no finite one.
+/// @return the number; NaN if the text is not a finite number.
 [[nodiscard]] double cell_number(std::string_view cell, bool decimal_comma);
 
-/// @return whether a cell says that there is no number: empty, nan, null, none, n/a, -, ? and the
-///         like.
+/// @return true if a cell stands for a missing number: empty, nan, null, none, n/a, -, ? and
+///         similar.
 [[nodiscard]] bool is_missing(std::string_view cell);
 
-/// A number with what people write about it.
+/// A number with the usual additions of handwriting, such as a unit.
 struct DressedNumber {
   double value;           ///< NaN if the cell is no such number
   std::string_view unit;  ///< behind it, as "g" of "0.34 g"; may be empty
@@ -40,7 +40,7 @@ struct DressedNumber {
 /// @return a column's name, without quotes and blanks around it.
 [[nodiscard]] std::string_view cell_name(std::string_view cell);
 
-/// @return whether a line says nothing: empty, or a comment by `#` or `%`.
+/// @return true if a line is empty or a comment by `#` or `%`.
 [[nodiscard]] bool is_comment_line(std::string_view line);
 
 }  // namespace axiscal

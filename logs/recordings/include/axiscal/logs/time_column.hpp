@@ -13,13 +13,13 @@ namespace axiscal {
 struct TimeColumn {
   std::size_t position = 0;
   double seconds = 1.0;         ///< per unit of the column
-  bool unit_is_stated = false;  ///< the name says it; else seconds are only assumed
+  bool unit_is_stated = false;  ///< the name gives the unit; otherwise seconds are assumed
   std::string name;
 };
 
 /// @param path  of the log, for messages.
 /// @param name  of the column; empty: the first that is called so.
-/// @return nothing where there is none and no name was given.
+/// @return nullopt if there is none and no name was given.
 /// @throws DataError  if the named column is not there.
 [[nodiscard]] std::optional<TimeColumn> find_time_column(const std::string& path,
                                                          const std::vector<std::string>& columns,
@@ -30,7 +30,7 @@ struct TimeColumn {
 /// @return NaN where they never increase.
 [[nodiscard]] double usual_step(std::span<const double> times);
 
-/// What one unit of a column of times is, and what is to be said of it.
+/// The unit of a column of times, with notes about the unit.
 struct TimeUnit {
   double seconds = 1.0;
   std::string remark;  ///< a warning; empty where all is as expected
@@ -48,7 +48,7 @@ struct TimeUnit {
                                         const TimeColumn& column,
                                         std::span<const double> times);
 
-/// How many of a log's first times settle their unit.
+/// Number of a log's first times that determine their unit.
 inline constexpr std::size_t times_that_settle_the_unit = 4096;
 
 }  // namespace axiscal
