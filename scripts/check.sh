@@ -17,6 +17,7 @@ esac
 . scripts/jobs.sh
 scripts/format.sh --check
 scripts/nested_initialisers.py
+scripts/plain_english.py
 for preset in dev gcc sanitize sanitize-gcc thread; do
   cmake --workflow --preset "$preset"
 done
