@@ -14,6 +14,7 @@
 #include "axiscal/field/gravity_field.hpp"
 #include "core/formatted.hpp"
 #include "input.hpp"
+#include "json_lines.hpp"
 #include "subcommands.hpp"
 #include "summary.hpp"
 #include "typed_values.hpp"
@@ -35,6 +36,7 @@ struct ApplyCommand {
   bool uncertainty = false;
   bool expanded = false;
   bool follow = false;
+  bool json = false;
   bool strict = false;
   bool force = false;
 };
@@ -48,6 +50,7 @@ void add_options(OptionSet& options, ApplyCommand& command) {
               "its corrected columns");
   options.add_output(command.output,
                      "where to write; - is stdout; FILE.npy has the results alone, for NumPy");
+  options.add_flag("--json", command.json, "rows as JSON, one object per line, instead of CSV");
   options.add("--field-magnitude", command.field_magnitude, "F",
               "of the field where the readings were taken; the record's");
   options.add("--field-unit", command.field_unit, "UNIT",
@@ -329,7 +332,7 @@ struct Joint {
 // Several records and a log.
 int run_records(const ApplyCommand& command) {
   if (command.follow || command.uncertainty || command.expanded || command.attitude ||
-      command.joint || command.body || command.output.ends_with(".npy")) {
+      command.joint || command.body || command.json || command.output.ends_with(".npy")) {
     throw UsageError(
         "apply: several records correct the columns of a log, without angles and "
         "uncertainties; apply each RECORD alone for these");
@@ -379,8 +382,8 @@ int run(const ApplyCommand& command) {
   ReductionCsvOptions options;
   if (command.output.ends_with(".npy")) {
     options.form = ReductionForm::npy;
-    if (command.follow || command.decimals) {
-      throw UsageError("-o FILE.npy: does not go with --follow or --decimals");
+    if (command.follow || command.decimals || command.json) {
+      throw UsageError("-o FILE.npy: does not go with --follow, --decimals or --json");
     }
   }
   options.strict = command.strict;
@@ -439,8 +442,11 @@ int run(const ApplyCommand& command) {
   if (options.form == ReductionForm::npy) {
     output.write(header(0));
   }
-  const ReductionCsvSummary summary = reduce_csv(
-      csv, columns, reducer, options, [&output](std::string_view rows) { output.write(rows); });
+  JsonLines json;
+  const ReductionCsvSummary summary =
+      reduce_csv(csv, columns, reducer, options, [&](std::string_view rows) {
+        command.json ? output.write(json.of(rows)) : output.write(rows);
+      });
   if (options.form == ReductionForm::npy) {
     output.rewrite_start(header(summary.rows));
   }

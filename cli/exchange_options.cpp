@@ -13,6 +13,7 @@ void add_export_options(OptionSet& options, ExportCommand& command) {
       "ardupilot, iio all sensors of a vehicle; or the JSON of noise for kalibr");
   options.add("--format", command.format, "NAME", "one of --list");
   options.add_flag("--list", command.list, "list the formats with the formulas of their readers");
+  options.add_flag("--json", command.json, "with --list: as JSON");
   options.add("--reading-factor", command.reading_factor, "R",
               "output of the consumer's driver for 1 unit of the readings (m/s^2 per count)");
   options.add("--gravity", command.gravity, "G", "m/s^2 per g, for a record in g without it");

@@ -24,6 +24,7 @@ struct ExportCommand {
   UnitOptions units;
   std::string output = "-";
   bool list = false;
+  bool json = false;
   bool lossy = false;
   bool force = false;
 };

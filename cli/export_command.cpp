@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <cstdio>
 
+#include <nlohmann/json.hpp>
 #include <unistd.h>
 
 #include "axiscal/core/input_file.hpp"
@@ -16,6 +17,17 @@
 
 namespace axiscal::cli {
 namespace {
+
+std::string formats_json() {
+  nlohmann::ordered_json formats = nlohmann::ordered_json::array();
+  for (const ExportFormat& format : export_formats()) {
+    formats.push_back({{"name", format.name},
+                       {"description", format.description},
+                       {"formula", format.formula},
+                       {"text", format.is_text}});
+  }
+  return formats.dump(2) + "\n";
+}
 
 std::string list_of_formats() {
   std::string text;
@@ -118,7 +130,7 @@ int run_export(const ExportCommand& command) {
     return 0;
   }
   if (command.list) {
-    write_whole_file(command.output, list_of_formats());
+    write_whole_file(command.output, command.json ? formats_json() : list_of_formats());
     return 0;
   }
   if (command.records.empty() || !command.format) {

@@ -13,6 +13,7 @@
 #include "axiscal/core/units.hpp"
 #include "axiscal/positioner/positioner_json.hpp"
 #include "core/formatted.hpp"
+#include "json_lines.hpp"
 #include "run_input.hpp"
 #include "sheet_options.hpp"
 #include "subcommands.hpp"
@@ -28,7 +29,12 @@ struct SimulateCommand {
   std::optional<std::string> temperature_sd, resolution, world;
   RecordingOptions recording;
   std::string output = "-";
+  bool json = false;
 };
+
+void write_csv(const SimulateCommand& command, const std::string& csv) {
+  write_whole_file(command.output, command.json ? JsonLines().of(csv) : csv);
+}
 
 void add_options(OptionSet& options, SimulateCommand& command) {
   options.add_repeated("--truth", command.truths, "RECORD",
@@ -48,6 +54,7 @@ void add_options(OptionSet& options, SimulateCommand& command) {
   options.add("--positioner", command.positioner, "FILE", "cube: feet or normals, fence, mounts");
   options.add("--slot", command.slot, "NAME", "mount of the positioner that holds the instrument");
   options.add("--assembly", command.assembly, "NAME", "mounts of the slots, as by calibrate");
+  options.add_flag("--json", command.json, "rows as JSON, one object per line, instead of CSV");
   options.add_output(command.output);
 }
 
@@ -178,8 +185,7 @@ int run(const SimulateCommand& command) {
     const std::string slot =
         truths.front().slot.empty() ? command.slot.value_or("") : truths.front().slot;
     options.rotation_sensor_from_positioner = mount_rotation(options.positioner, slot);
-    write_whole_file(command.output,
-                     recording_csv(truths.front().sensor, *recording, command.sheet, options));
+    write_csv(command, recording_csv(truths.front().sensor, *recording, command.sheet, options));
     return 0;
   }
   // Every instrument stands at the same points, but has noise of its own.
@@ -202,7 +208,7 @@ int run(const SimulateCommand& command) {
       all.response = std::move(response);
     }
   }
-  write_whole_file(command.output, observations_csv(all, columns));
+  write_csv(command, observations_csv(all, columns));
   return 0;
 }
 

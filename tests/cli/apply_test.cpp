@@ -68,6 +68,31 @@ TEST_F(ApplyCommand, GivesComponentsAndAngles) {
   EXPECT_NEAR(std::abs(std::stod(rows[2][10])), 180.0, 1e-9);
 }
 
+TEST_F(ApplyCommand, GivesRowsAsJson) {
+  const std::string table =
+      "t,\"a \"\"b\"\", c\",x,y,z\n7,up," + readings_of({0.0, 0.0, 1.0}) + "8,,nan,0,0\n";
+  const std::vector<std::string> lines = [&] {
+    const ProgramResult result =
+        run_axiscal({"apply", record_, "-", "--json"}, {.stdin_text = table});
+    EXPECT_EQ(result.status, 0) << result.err;
+    std::vector<std::string> all;
+    for (const std::string_view line : split(result.out, '\n')) {
+      all.emplace_back(line);
+    }
+    return all;
+  }();
+  ASSERT_EQ(lines.size(), 3U);  // the last one is empty
+  const nlohmann::json row = nlohmann::json::parse(lines[0]);
+  EXPECT_EQ(row.at("t"), 7);
+  EXPECT_EQ(row.at("a \"b\", c"), "up");
+  EXPECT_NEAR(row.at("field_z").get<double>(), 1.0, 1e-14);
+  EXPECT_NEAR(row.at("pitch_deg").get<double>(), 0.0, 1e-12);
+  const nlohmann::json bad = nlohmann::json::parse(lines[1]);
+  EXPECT_TRUE(bad.at("x").is_null());
+  EXPECT_EQ(bad.at("flag"), "unreadable");
+  EXPECT_EQ(run_axiscal({"apply", record_, "-", "--json", "-o", folder_.path("a.npy")}).status, 2);
+}
+
 TEST_F(ApplyCommand, ObeysItsOptions) {
   const Eigen::Vector3d f(std::sin(1.4), 0.0, std::cos(1.4));  // 80.2 degrees
   const std::string input = folder_.write("in.csv", "x,y,z\n" + readings_of(f));
