@@ -21,7 +21,7 @@ std::deque<MethodKind>& all_kinds() {
       MethodKind{.method = Method::joint,
                  .name = "joint",
                  .by_pose = true,
-                 .words = "all readings; the direction of the field in the table is fitted too"},
+                 .words = "all readings; fits the field's direction in the table"},
       MethodKind{.method = Method::known,
                  .name = "known",
                  .by_pose = true,
