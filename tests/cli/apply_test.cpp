@@ -90,7 +90,9 @@ TEST_F(ApplyCommand, GivesRowsAsJson) {
   const nlohmann::json bad = nlohmann::json::parse(lines[1]);
   EXPECT_TRUE(bad.at("x").is_null());
   EXPECT_EQ(bad.at("flag"), "unreadable");
-  EXPECT_EQ(run_axiscal({"apply", record_, "-", "--json", "-o", folder_.path("a.npy")}).status, 2);
+  const ProgramResult binary = run_axiscal(
+      {"apply", record_, "-", "--json", "-o", folder_.path("a.npy")}, {.stdin_text = table});
+  EXPECT_EQ(binary.status, 2) << binary.err;
 }
 
 TEST_F(ApplyCommand, ObeysItsOptions) {
