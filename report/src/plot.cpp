@@ -341,7 +341,7 @@ std::string table_of(const Plot& plot) {
 }  // namespace
 
 Plot thinned(Plot plot) {
-  constexpr std::size_t most = 800;
+  constexpr std::size_t most = 600;
   constexpr std::size_t kept_of_stretch = 4;
   std::size_t points = 0;
   std::size_t groups = 0;
@@ -355,6 +355,7 @@ Plot thinned(Plot plot) {
   if (points <= most) {
     return plot;
   }
+  plot.labels.clear();  // thousands of labels would cover each other
   if (plot.equal_aspect) {
     return thinned_cloud(std::move(plot), (points + most - 1) / most);
   }

@@ -93,7 +93,7 @@ TEST(Cloud, IsThinnedEvenly) {
   for (const int band : bands) {  // z of a sphere's points is spread evenly
     EXPECT_NEAR(band, mean, 0.3 * mean);
   }
-  EXPECT_EQ(thin.note, "one point of 25 is drawn");
+  EXPECT_EQ(thin.note, "one point of 34 is drawn");
 }
 
 // What people come for stands first: verdict, matrix, picture; the rest is folded.

@@ -231,7 +231,7 @@ async function runSheet(browser) {
 try {
   const browser = await launch(folder);
   makeReport();
-  assert.ok(statSync(path("report.html")).size < 350e3, "the report of 24 readings is light");
+  assert.ok(statSync(path("report.html")).size < 420e3, "the report of 24 readings is light");
   assert.ok(!/(src|href)=["']?(https?:)?\/\//.test(readFileSync(path("report.html"), "utf8").split("<script")[0]));
   await withScript(browser);
   await contrast(browser);
