@@ -20,7 +20,7 @@ namespace axiscal {
 /// RFC 4180 with a header row, UTF-8 with or without byte order mark, LF or CRLF; lines that start
 /// with `#` and empty lines are skipped, blanks around a cell too. Reading a row allocates nothing
 /// once the buffers have grown to the longest row.
-class CsvReader {
+class AXISCAL_EXPORT CsvReader {
  public:
   /// Gives the next bytes: fills at most `size` and returns how many; 0 at the end.
   using Source = std::function<std::size_t(char* buffer, std::size_t size)>;

@@ -18,7 +18,7 @@ inline constexpr std::size_t largest_whole_file = 256U << 20U;
 inline constexpr std::size_t longest_line = 1U << 20U;
 
 /// A file, pipe or device opened for reading; the path `-` is standard input.
-class InputFile {
+class AXISCAL_EXPORT InputFile {
  public:
   /// @throws DataError  if the path does not exist, is a directory or cannot be read.
   explicit InputFile(std::string path);

@@ -16,7 +16,7 @@ namespace axiscal {
 /// file that an OutputFile has replaced. Replacing such a file throws InputOverwriteError and
 /// changes no file. Without an InputProtection no file is remembered: a user of the library may
 /// read a file, change the content and write it again.
-class InputProtection {
+class AXISCAL_EXPORT InputProtection {
  public:
   InputProtection();
   ~InputProtection();

@@ -18,7 +18,7 @@ namespace axiscal {
 /// pipe, `-` for standard output) are written directly. Temporary files of killed runs are removed
 /// from the folder; their names contain the process id. While an InputProtection lives, files that
 /// were read as input are not replaced.
-class OutputFile {
+class AXISCAL_EXPORT OutputFile {
  public:
   enum class Mode {
     replace_whole,  ///< as described above

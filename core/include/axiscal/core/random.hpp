@@ -12,6 +12,7 @@
 #include <Eigen/Core>
 
 #include "axiscal/core/eigen_alignment.hpp"
+#include "axiscal/core/export.hpp"
 
 namespace axiscal {
 
@@ -20,7 +21,7 @@ namespace axiscal {
 /// The engine is std::mt19937_64, whose output the standard fixes; its distributions it does not
 /// fix, so these are our own: normals by Box and Muller (as exact as log, sin and cos are),
 /// integers by rejection.
-class RandomStream {
+class AXISCAL_EXPORT RandomStream {
  public:
   /// @param seed    any number; the same seed gives the same stream.
   /// @param stream  streams of one seed with different numbers are independent.

@@ -21,7 +21,7 @@ enum class CoilShape {
 [[nodiscard]] AXISCAL_EXPORT std::optional<CoilShape> parse_coil_shape(std::string_view name);
 
 /// A coil system around the cube.
-struct Coil {
+struct AXISCAL_EXPORT Coil {
   CoilShape shape = CoilShape::helmholtz;
   double turns = 1.0;      ///< number of turns of each (outer) coil
   double current_A = 1.0;  ///< at level 1

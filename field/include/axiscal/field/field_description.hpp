@@ -14,7 +14,7 @@
 namespace axiscal {
 
 /// From where a fit of the field's direction begins.
-struct FieldStart {
+struct AXISCAL_EXPORT FieldStart {
   bool has_heading = true;  ///< false: it follows from the site, but the fence's azimuth is open
   /// (S, f) and (-S, -f) fit alike. This vector decides between them; if it is zero, the sign that
   /// is expected of S does. Frame table, any length.
@@ -26,7 +26,7 @@ struct FieldStart {
 
 /// A reference field, or one part, in the table's frame: in an experiment as stated, in a record as
 /// fitted.
-struct FieldDescription {
+struct AXISCAL_EXPORT FieldDescription {
   std::string kind;  ///< "gravity", "geomagnetic", ..., or a user's own; of a sum joined by "+"
   std::string name;  ///< by which readings state the level of a part; may be empty
   std::string unit = "1";                   ///< unit of magnitude and in_table

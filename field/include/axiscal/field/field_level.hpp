@@ -7,11 +7,13 @@
 #include <string>
 #include <string_view>
 
+#include "axiscal/core/export.hpp"
+
 namespace axiscal {
 
 /// The multiple of the induced field that was set for a reading: one number for all induced parts,
 /// or for some parts, by their names, numbers of their own.
-class FieldLevel {
+class AXISCAL_EXPORT FieldLevel {
  public:
   /// Levels of parts, by the parts' names.
   using OfParts = std::map<std::string, double, std::less<>>;

@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "axiscal/core/export.hpp"
 #include "axiscal/core/setting.hpp"
 #include "axiscal/field/field_kind.hpp"
 #include "axiscal/field/field_setup.hpp"
@@ -14,7 +15,7 @@ namespace axiscal {
 
 /// One part of a field while it is resolved from its inputs to a vector in the table. This class
 /// has the steps that all kinds share. ReferenceField::resolve() has the steps of a kind.
-class FieldResolver {
+class AXISCAL_EXPORT FieldResolver {
  public:
   /// @param part           the stated inputs.
   /// @param place          where the table stands, and how.

@@ -28,7 +28,7 @@ namespace axiscal {
 /// experiment.field.magnitude = 48.2;               // measured, and not the model's
 /// experiment.field += axiscal::CoilField(coil);    // beside it, by the readings' level
 /// @endcode
-struct FieldSetup {
+struct AXISCAL_EXPORT FieldSetup {
   FieldSetup() = default;
 
   /// Not explicit, so that a field is assigned to an experiment as it is.

@@ -15,7 +15,7 @@
 namespace axiscal {
 
 /// The uncertainty of a geomagnetic model: standard deviations of the field at a place.
-struct GeomagneticUncertainty {
+struct AXISCAL_EXPORT GeomagneticUncertainty {
   Eigen::Vector3d in_enu_nT =
       Eigen::Vector3d::Zero();  ///< standard uncertainty of each component, east, north, up
   double magnitude_nT = 0.0;
@@ -31,7 +31,7 @@ struct GeomagneticUncertainty {
 /// for GeographicLib (`igrf14`, `emm2017`, ...); GeographicLib finds it by its own search path and
 /// environment variables. Create models of a degree above 12 before other threads evaluate any,
 /// because GeographicLib then lengthens a table that they share.
-class GeomagneticModel {
+class AXISCAL_EXPORT GeomagneticModel {
  public:
   /// @throws DataError  if no such model is installed; the message says where it was looked for.
   explicit GeomagneticModel(const std::string& name = "wmm2025");

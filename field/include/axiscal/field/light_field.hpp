@@ -10,7 +10,7 @@
 namespace axiscal {
 
 /// A collimated lamp: its light comes from one direction.
-struct Lamp {
+struct AXISCAL_EXPORT Lamp {
   Eigen::Vector3d direction_in_table = Eigen::Vector3d::UnitZ();  ///< towards the lamp, any length
   double irradiance = 1.0;  ///< on a surface square to the light [unit]
 };

@@ -7,6 +7,7 @@
 #include <Eigen/Core>
 
 #include "axiscal/core/eigen_alignment.hpp"
+#include "axiscal/core/export.hpp"
 #include "axiscal/field/table_place.hpp"
 
 namespace axiscal {
@@ -22,7 +23,7 @@ struct FieldSetup;
 /// room will do, and one that moves if it says how. Derive from this class to calibrate against a
 /// field of your own: a calibration asks for nothing but the functions of the first group. Those of
 /// the second are for a kind that files can state too (docs/howto.md, "Add a field").
-class ReferenceField {
+class AXISCAL_EXPORT ReferenceField {
  public:
   ReferenceField() = default;
   virtual ~ReferenceField() = default;

@@ -9,6 +9,7 @@
 #include <Eigen/Core>
 
 #include "axiscal/core/eigen_alignment.hpp"
+#include "axiscal/core/export.hpp"
 #include "axiscal/field/field_description.hpp"
 #include "axiscal/field/field_level.hpp"
 
@@ -21,7 +22,7 @@ namespace axiscal {
 /// The vectors are, frame table [unit of the field], of a sum those of its parts at level 1; else
 /// one for each tilt. A sum has one tilt. A field whose vectors are not known yet, or that the
 /// readings bring, has none. Copies share what does not change.
-class TableField {
+class AXISCAL_EXPORT TableField {
  public:
   using Tangents = Eigen::Matrix<double, 3, Eigen::Dynamic>;
 

@@ -7,13 +7,14 @@
 #include <Eigen/Core>
 
 #include "axiscal/core/eigen_alignment.hpp"
+#include "axiscal/core/export.hpp"
 #include "axiscal/field/site.hpp"
 
 namespace axiscal {
 
 /// Site, orientation and date of the table: they turn a field of the surroundings into a vector in
 /// the table.
-struct TablePlace {
+struct AXISCAL_EXPORT TablePlace {
   std::optional<Site> site;                 ///< where local fields are computed
   bool has_longitude = true;                ///< true if the longitude of the site was stated
   std::string date;                         ///< ISO 8601 or decimal year; empty: today

@@ -40,7 +40,7 @@ struct DifferentialAxis {
 };
 
 /// Names, axes and units of an instrument.
-struct Instrument {
+struct AXISCAL_EXPORT Instrument {
   std::string kind;                                 ///< name of an InstrumentKind
   std::string serial;                               ///< as check_serial(); may be empty
   std::string model;                                ///< name of the design that several units share

@@ -52,7 +52,7 @@ inline constexpr std::array all_faces = {Face::plus_x,  Face::minus_x, Face::plu
 [[nodiscard]] AXISCAL_EXPORT std::optional<Face> parse_face(std::string_view text) noexcept;
 
 /// One of the 24 ways to lay the cube down: the face on the table and the face at the fence.
-class DesignPoint {
+class AXISCAL_EXPORT DesignPoint {
  public:
   /// @throws DomainError  if `rest` and `fence` lie on one axis.
   DesignPoint(Face rest, Face fence);

@@ -13,7 +13,7 @@
 namespace axiscal {
 
 /// A ball foot; a radius of 0 is a point, so that other protuberances can be described too.
-struct Ball {
+struct AXISCAL_EXPORT Ball {
   Eigen::Vector3d centre_m = Eigen::Vector3d::Zero();  ///< frame positioner, from the cube's centre
   double radius_m = 0.0;
 };
@@ -25,7 +25,7 @@ using Feet = std::array<Ball, 3>;
 using CubeFeet = std::array<Feet, all_faces.size()>;
 
 /// The plane that a face stands on: the points p with normal . p = offset_m.
-struct ContactPlane {
+struct AXISCAL_EXPORT ContactPlane {
   Eigen::Vector3d normal = Eigen::Vector3d::UnitZ();  ///< outward unit normal, frame positioner
   double offset_m = 0.0;                              ///< from the cube's centre
 };

@@ -12,7 +12,7 @@
 namespace axiscal {
 
 /// The mount of an instrument in the positioner: one slot of an assembly.
-struct Mount {
+struct AXISCAL_EXPORT Mount {
   std::string slot;  ///< its name; columns of observations are called SLOT.axis
   Eigen::Matrix3d rotation_sensor_from_positioner = Eigen::Matrix3d::Identity();
   double repeatability_rad =

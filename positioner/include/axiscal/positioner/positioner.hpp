@@ -70,7 +70,7 @@ struct PositionerDescription {
 /// const axiscal::Positioner cube;  // the nominal one
 /// cube.rotation_table_from_positioner({axiscal::Face::minus_z, axiscal::Face::plus_y});  // 1
 /// @endcode
-class Positioner {
+class AXISCAL_EXPORT Positioner {
  public:
   /// The nominal cube.
   Positioner();

@@ -13,7 +13,7 @@
 namespace axiscal {
 
 /// The seat of a cube at a design point.
-struct Seat {
+struct AXISCAL_EXPORT Seat {
   Eigen::Matrix3d rotation_table_from_positioner = Eigen::Matrix3d::Identity();
   std::array<int, 2> contacts = {-1, -1};  ///< feet of the fence face that touch; -1: not known
   double turn_rad = 0.0;  ///< about the table's normal, from where the face normals put the fence

@@ -28,7 +28,7 @@ struct Surface {
 };
 
 /// The correction of one height adjuster.
-struct AdjusterMove {
+struct AXISCAL_EXPORT AdjusterMove {
   Eigen::Vector2d position_m = Eigen::Vector2d::Zero();  ///< frame table
   double raise_m = 0.0;                                  ///< not negative
   double uncertainty_m = 0.0;  ///< standard uncertainty of raise_m, from the slope's

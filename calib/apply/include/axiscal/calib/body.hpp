@@ -24,7 +24,7 @@ namespace axiscal {
 ///
 /// @par Source
 /// method.md, section 11.
-struct BodyRotation {
+struct AXISCAL_EXPORT BodyRotation {
   Eigen::Matrix3d rotation_model_from_sensor = Eigen::Matrix3d::Identity();
   /// Total covariance of the rotation's error about the model's axes [rad^2].
   Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();

@@ -32,7 +32,7 @@ struct ReadingNoise {
 [[nodiscard]] AXISCAL_EXPORT ReadingNoise stated_noise(const Calibration& calibration);
 
 /// Uncertainties of a reading's results, in their units.
-struct UncertaintyOfResults {
+struct AXISCAL_EXPORT UncertaintyOfResults {
   Eigen::Vector3d field_in_sensor = Eigen::Vector3d::Zero();  ///< [field unit]
   double residual = 0.0;
   std::array<double, DerivedValues{}.values.size()> derived{};  ///< NaN where the value is
@@ -73,7 +73,7 @@ class ReadingPropagation;
 /// const axiscal::ReadingPropagation propagation(calibration, reducer);
 /// const axiscal::ReducedUncertainty u = propagation.at(std::array{0.01, -0.02, 0.99});
 /// @endcode
-class ReadingPropagation {
+class AXISCAL_EXPORT ReadingPropagation {
  public:
   /// @param calibration  with statistics and their covariance.
   /// @param reducer      of the same record; must outlive this.

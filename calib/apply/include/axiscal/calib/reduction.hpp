@@ -80,7 +80,7 @@ struct ReadingContext {
 };
 
 /// The result of a reading of three or more axes.
-struct ReducedReading {
+struct AXISCAL_EXPORT ReducedReading {
   Eigen::Vector3d field_in_sensor = Eigen::Vector3d::Zero();  ///< f_hat [field unit]
   double residual = 0.0;      ///< |f_hat| - F [field unit]; NaN where the biases hold the field
   DerivedValues derived;      ///< of the kind of instrument; NaN if the biases contain the field
@@ -133,7 +133,7 @@ struct ReducedAxis {
 ///
 /// @par Source
 /// method.md, section 7; US 7,467,536.
-class Reducer {
+class AXISCAL_EXPORT Reducer {
  public:
   /// @throws DomainError  if m >= 3 axes do not determine the field (the rank of S is below 3), if
   ///         the sensitivity of an axis is zero, or if the magnitude is not positive.

@@ -37,7 +37,7 @@ struct CharacterizeOptions {
 };
 
 /// The result for one reference.
-struct ReferenceResult {
+struct AXISCAL_EXPORT ReferenceResult {
   std::string slot;
   Eigen::Matrix3d rotation_sensor_from_positioner = Eigen::Matrix3d::Identity();
   Eigen::Vector3d mount_se_rad = Eigen::Vector3d::Zero();  ///< about the sensor's axes

@@ -18,7 +18,7 @@
 namespace axiscal {
 
 /// The turn of a three-axis gyroscope from one rest to the next.
-struct GyroscopeTurn {
+struct AXISCAL_EXPORT GyroscopeTurn {
   std::array<std::span<const double>, 3> readings;  ///< raw, n samples of each axis [unit]
   std::span<const double> time_s;                   ///< n times, ascending
   /// Up in the sensor's frame at the rests before and after, any length: an accelerometer's means.
@@ -62,7 +62,7 @@ AXISCAL_EXPORT void take_out_earth(const std::optional<Site>& site,
                                    TurnFitOptions& options);
 
 /// The result of the rests of a gyroscope: its bias, and the change of the bias with gravity.
-struct RestFit {
+struct AXISCAL_EXPORT RestFit {
   Eigen::Vector3d bias = Eigen::Vector3d::Zero();
   Eigen::Matrix3d bias_covariance = Eigen::Matrix3d::Zero();
   double degrees_of_freedom = std::numeric_limits<double>::infinity();  ///< of the covariance
@@ -87,7 +87,7 @@ struct RestFit {
                                                const Eigen::MatrixX3d& ups,
                                                const Eigen::MatrixX3d& mean_u = {});
 
-struct TurnFitOptions {
+struct AXISCAL_EXPORT TurnFitOptions {
   /// rad/s per unit of the readings, roughly; default: found among the usual ones.
   std::optional<double> rate_per_unit;
   std::optional<Eigen::Matrix3d> start;  ///< B of a fit that is near, instead
@@ -110,7 +110,7 @@ struct TurnFitOptions {
 };
 
 /// A gyroscope's calibration from turns.
-struct TurnFit {
+struct AXISCAL_EXPORT TurnFit {
   LinearResponse response;  ///< [unit, unit per rad/s]
   Eigen::Matrix3d inverse =
       Eigen::Matrix3d::Identity();  ///< B = S^-1: w = B (v - b) [rad/s per unit]

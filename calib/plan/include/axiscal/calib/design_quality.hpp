@@ -17,7 +17,7 @@ namespace axiscal {
 ///
 /// With n readings of unit variance in a field of length 1 the best that any n readings can do is
 /// X^T X = n diag(1, 1/3, 1/3, 1/3); the efficiencies are relative to that, 1 for the best.
-struct DesignQuality {
+struct AXISCAL_EXPORT DesignQuality {
   bool determined = false;    ///< else the efficiencies are 0 and the variances infinite
   double d_efficiency = 0.0;  ///< det(X^T X)^(1/4): volume of the coefficients' confidence region
   double a_efficiency = 0.0;  ///< 1 / trace (X^T X)^-1: mean variance of the coefficients

@@ -18,7 +18,7 @@
 namespace axiscal {
 
 /// An experiment before the experiment.
-struct ForecastSetup {
+struct AXISCAL_EXPORT ForecastSetup {
   SensorModel nominal;              ///< instrument, field and response as expected
   std::vector<DesignEntry> design;  ///< one replicate
   int replicates = 1;

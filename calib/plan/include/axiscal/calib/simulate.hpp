@@ -17,7 +17,7 @@
 
 namespace axiscal {
 
-struct SimulationOptions {
+struct AXISCAL_EXPORT SimulationOptions {
   double noise_sd = 0.0;      ///< each reading's [unit of the readings]
   Eigen::VectorXd noise_sds;  ///< one for each axis, in place of noise_sd; may be empty
   World world;                ///< other errors of the readings

@@ -11,7 +11,7 @@ namespace axiscal {
 
 /// The differences between a run and readings with white noise of one standard deviation
 /// (method.md, section 8). An entry of 0 is off; if all are 0, noise is white and normal.
-struct World {
+struct AXISCAL_EXPORT World {
   double block_sd = 0.0;  ///< scatter of the bias from block to block, each axis [unit]
   double seat_rad = 0.0;  ///< turn of the cube each time it is laid, about x, y and z each [rad]
   double mount_rad =

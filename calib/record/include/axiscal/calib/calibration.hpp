@@ -72,7 +72,7 @@ struct Quantity {
 
 /// The result of a calibration: the content of a record file (formats.md, Record). Each part can be
 /// used alone: the sensor to reduce readings, the fit to judge it.
-struct Calibration {
+struct AXISCAL_EXPORT Calibration {
   SensorModel sensor;
   CalibrationFit fit;
   Findings findings;

@@ -13,6 +13,7 @@
 #include "axiscal/calib/sensor_temperature.hpp"
 #include "axiscal/calib/uncertainty_budget.hpp"
 #include "axiscal/core/eigen_alignment.hpp"
+#include "axiscal/core/export.hpp"
 #include "axiscal/field/field_level.hpp"
 #include "axiscal/instruments/polar_form.hpp"
 #include "axiscal/positioner/design_point.hpp"
@@ -42,7 +43,7 @@ struct PolarFit {
 
 /// The coverage of the sphere by orientations without labels, and the quality of the fit: the
 /// figures known from magneto and MotionCal.
-struct OrientationQuality {
+struct AXISCAL_EXPORT OrientationQuality {
   double fit_error = 0.0;         ///< rms of |f| - F, relative to F
   double magnitude_spread = 0.0;  ///< standard deviation of |f|, relative to F
   double coverage = 0.0;          ///< share of the sphere that is within 30 degrees of a reading
@@ -51,7 +52,7 @@ struct OrientationQuality {
 };
 
 /// How two instruments that were recorded together are turned against each other.
-struct Alignment {
+struct AXISCAL_EXPORT Alignment {
   Eigen::Matrix3d rotation_companion_from_sensor = Eigen::Matrix3d::Identity();
   Eigen::Vector3d standard_error_rad = Eigen::Vector3d::Zero();  ///< about x, y, z of the companion
   double angle_rad = 0.0;  ///< between the two fields; the dip is this less 90 degrees
@@ -66,7 +67,7 @@ struct CompanionAlignment {
 };
 
 /// The turn between the frames of two instruments of one assembly.
-struct SlotAlignment {
+struct AXISCAL_EXPORT SlotAlignment {
   std::string slot;  ///< of the other instrument
   Eigen::Matrix3d rotation_other_from_sensor = Eigen::Matrix3d::Identity();
   Eigen::Vector3d u_rad = Eigen::Vector3d::Zero();  ///< standard uncertainty about its x, y, z

@@ -81,7 +81,7 @@ struct SlotSetup {
 };
 
 /// All that is not a reading.
-struct Experiment {
+struct AXISCAL_EXPORT Experiment {
   Instrument instrument;  ///< of all slots, where `slots` states none
   FieldSetup field;
   std::vector<FieldSetup> also;  ///< second fields that it answers to, known in the table

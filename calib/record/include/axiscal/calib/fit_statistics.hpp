@@ -9,6 +9,7 @@
 #include <Eigen/Core>
 
 #include "axiscal/core/eigen_alignment.hpp"
+#include "axiscal/core/export.hpp"
 #include "axiscal/instruments/instrument.hpp"
 #include "axiscal/positioner/design_point.hpp"
 
@@ -41,7 +42,7 @@ struct ScatterComponent {
 };
 
 /// Under which conditions the scatter was seen (VIM 2.20, 2.22).
-struct CalibrationConditions {
+struct AXISCAL_EXPORT CalibrationConditions {
   int blocks = 1;  ///< over whose biases the scatter counts
   int mounts = 1;  ///< in the cube; the scatter over their turns counts
   /// Whether blocks or mounts were several, or earlier calibrations say how they scatter; else
@@ -59,7 +60,7 @@ struct CalibrationConditions {
 
 /// Statistics of the fit (method.md, section 5); m axes. NaN stands for a value that does not
 /// exist.
-struct FitStatistics {
+struct AXISCAL_EXPORT FitStatistics {
   int observations = 0;                ///< readings used
   Eigen::VectorXd degrees_of_freedom;  ///< per axis, of residual_sd
   Eigen::VectorXd residual_sd;         ///< per axis, of one reading [unit]

@@ -9,6 +9,7 @@
 #include <Eigen/Core>
 
 #include "axiscal/core/eigen_alignment.hpp"
+#include "axiscal/core/export.hpp"
 #include "axiscal/positioner/design_point.hpp"
 
 namespace axiscal {
@@ -45,7 +46,7 @@ struct CombinedLevelness {
 
 /// The field's components along the table's x and y, divided by its magnitude. For gravity slopes:
 /// x > 0 means that the table rises towards +x.
-struct Levelness {
+struct AXISCAL_EXPORT Levelness {
   std::vector<LevelnessEstimate> estimates;
   double mean_x = 0.0;
   double mean_y = 0.0;

@@ -38,7 +38,7 @@ struct Reading {
 };
 
 /// The readings of one run: n readings of an instrument with m axes.
-struct Observations {
+struct AXISCAL_EXPORT Observations {
   std::vector<Reading> readings;               ///< n
   Eigen::MatrixXd response;                    ///< n x m [unit of the instrument]
   std::optional<Eigen::VectorXd> samples;      ///< number of samples averaged in each reading, n

@@ -105,7 +105,7 @@ enum class Units { one, several };
 /// The units of a run in the order in which they first come; without a column `serial` all readings
 /// are of one unit, of the serial that was stated. Each is made when it is asked for: thousands
 /// take no more memory than their run.
-class UnitsOfRun {
+class AXISCAL_EXPORT UnitsOfRun {
  public:
   UnitsOfRun(Run run, const std::string& stated_serial);
 

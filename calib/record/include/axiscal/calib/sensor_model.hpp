@@ -17,7 +17,7 @@
 namespace axiscal {
 
 /// The response of an instrument besides its field: a gyroscope's to gravity.
-struct AlsoResponse {
+struct AXISCAL_EXPORT AlsoResponse {
   std::string kind;
   std::string unit;
   Eigen::Vector3d in_table = Eigen::Vector3d::Zero();  ///< as given [unit]

@@ -6,13 +6,14 @@
 #include <Eigen/Core>
 
 #include "axiscal/core/eigen_alignment.hpp"
+#include "axiscal/core/export.hpp"
 #include "axiscal/core/rare.hpp"
 
 namespace axiscal {
 
 /// The outputs of an instrument's temperature sensors at a reading: one number for all axes, or one
 /// number for each axis if each has a sensor.
-class SensorTemperature {
+class AXISCAL_EXPORT SensorTemperature {
  public:
   /// One output for all axes. Not explicit, as most instruments have one sensor.
   SensorTemperature(double of_all = 0.0) : mean_(of_all) {}  // NOLINT(google-explicit-constructor)

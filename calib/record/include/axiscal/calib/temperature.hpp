@@ -38,7 +38,7 @@ struct TemperatureSpan {
 ///
 /// @par Source
 /// method.md, section 6; US 7,467,536.
-struct TemperatureResponse {
+struct AXISCAL_EXPORT TemperatureResponse {
   std::vector<TemperatureSpan> spans = {{}};  ///< one for all axes, or one for each: m
   Eigen::MatrixXd bias;                       ///< m x order [unit of the readings per power of t]
   Eigen::MatrixXd scale;                      ///< m x order [1 per power of t]

@@ -31,7 +31,7 @@ struct VarianceShare {
 };
 
 /// The variance of a quantity by where it comes from.
-struct VarianceShares {
+struct AXISCAL_EXPORT VarianceShares {
   std::vector<VarianceShare> axes;        ///< of the readings' scatter, one for each axis
   std::vector<VarianceShare> components;  ///< of blocks, seats, ...
   double others = 0.0;                    ///< known well: infinite degrees of freedom
@@ -55,7 +55,7 @@ struct VarianceShares {
 
 /// Student's t at one probability for any degrees of freedom, from a table: to 0.4 %, and a hundred
 /// times as fast as the quantile; for streams.
-class CoverageFactors {
+class AXISCAL_EXPORT CoverageFactors {
  public:
   /// @throws DomainError  unless 0 < coverage < 1.
   explicit CoverageFactors(double coverage = 0.95);

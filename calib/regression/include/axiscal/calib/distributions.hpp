@@ -43,7 +43,7 @@ namespace axiscal {
 ///
 /// @par Source
 /// Fisher, Statistical Methods for Research Workers, 4th ed. (1932), sec. 21.1.
-class FisherSum {
+class AXISCAL_EXPORT FisherSum {
  public:
   /// @return the contribution of a probability to the sum; a probability of 0 counts as 1e-300.
   [[nodiscard]] static double term(double p);

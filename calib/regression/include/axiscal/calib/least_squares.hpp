@@ -70,7 +70,7 @@ using DesignNames = std::function<std::vector<std::string>()>;
 /// @par Source
 /// Golub & Van Loan, Matrix Computations, 4th ed. (2013), secs. 5.3, 5.4; A. Bjorck, "Iterative
 /// refinement of linear least squares solutions I", BIT 7 (1967) 257-278.
-class FactoredDesign {
+class AXISCAL_EXPORT FactoredDesign {
  public:
   /// Condition number above which solutions are refined.
   static constexpr double refinement_above = 100.0;

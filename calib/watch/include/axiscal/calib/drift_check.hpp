@@ -103,7 +103,7 @@ struct InSituCheck {
                                                        double alpha = 0.01);
 
 /// The largest error of an angle, and where it is made.
-struct WorstAngle {
+struct AXISCAL_EXPORT WorstAngle {
   double error_deg = 0.0;
   Eigen::Vector3d field = Eigen::Vector3d::UnitZ();  ///< where [field unit]
 };
