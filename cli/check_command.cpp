@@ -322,7 +322,7 @@ bool is_body_rotation(const std::string& path) {
          read_whole_file(path).find("\"axiscal-rotation\"") != std::string::npos;
 }
 
-// True if a sensor has moved in its model since its rotation was calibrated.
+// Reports if a sensor has moved in its model since its rotation was calibrated.
 int compare_bodies(const CheckCommand& command, double alpha) {
   const BodyChange change =
       compare_rotations(read_body_rotation(command.record), read_body_rotation(*command.other));

@@ -149,7 +149,7 @@ double rate_of(const RecordedLog& log,
   return 1.0 / usual_step(times, unit.seconds).value_or(mean_step);
 }
 
-// True if the five kinds of noise describe the curve.
+// Reports if the five kinds of noise describe the curve.
 std::string fit_text(const NoiseModel& model) {
   std::string text = formatted("  fitted from {:.3g} s on: ", model.from_tau_s);
   if (std::isnan(model.p_value)) {

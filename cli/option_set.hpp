@@ -14,7 +14,7 @@ class Option;
 
 namespace axiscal::cli {
 
-/// True if an argument or option is required.
+/// The need of a subcommand for an argument or option.
 enum class Need { optional, required };
 
 /// The options that are registered with the parser. Registering all of them costs more time than

@@ -246,7 +246,7 @@ int needed_replicates(const ForecastSetup& setup, double wanted_rad, bool makes_
   return static_cast<int>(std::min(*needed, 1e9));
 }
 
-// True if the instrument has reached the temperature of its chamber, by the last readings of a log.
+// Reports if the instrument has reached the temperature of its chamber, by a log.
 int tell_soak(const PlanCommand& command) {
   const OpenTable table = open_table(*command.soak, {}, {});
   CsvReader& csv = *table.csv;

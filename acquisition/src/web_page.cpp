@@ -151,7 +151,7 @@ void WebPage::announce() const {
   }
 }
 
-// True if a request names this server, and comes from this page or not from a page.
+// Refuses a request that does not name this server, or comes from another page.
 std::optional<WebAnswer> WebPage::refused_at_once(const WebRequest& request) const {
   const std::optional<int> length = parse_integer(request.header("Content-Length"));
   const bool is_get = request.method == "GET" || request.method == "HEAD";
@@ -267,7 +267,7 @@ WebAnswer WebPage::take_control(const WebRequest& request) {
   return {};
 }
 
-// True if a request comes from another browser than the one that controls. Call with the lock.
+// Refuses a request from another browser than the one that controls. Call with the lock.
 std::optional<WebAnswer> WebPage::refused_control(const WebRequest& request) const {
   const std::string session = session_of(request);
   if (session.empty() || !is_by_script(request)) {

@@ -30,7 +30,7 @@ Eigen::Matrix3Xd along_axes(const Eigen::Matrix3Xd& directions) {
   return axes.cols() == directions.cols() ? axes : directions;
 }
 
-// True if the squared field bends the response, from the field along one direction.
+// Tests if the squared field bends the response, from the field along one direction.
 std::optional<CurvatureTest> curvature_along(const ReadingSet& set,
                                              const Eigen::MatrixXd& columns,
                                              const Eigen::VectorXd& along,

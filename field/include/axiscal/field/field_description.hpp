@@ -43,8 +43,8 @@ struct AXISCAL_EXPORT FieldDescription {
   std::vector<FieldDescription> parts;                 ///< parts of a sum; otherwise empty
 
   bool set_by_level = true;  ///< true if the level of a reading multiplies it: an induced field
-  bool turning = false;      ///< the table turns about this field: of the other parts only the
-                         ///< components along it remain axis is left on average, except at level 0
+  bool turning = false;      ///< the table turns about this field: only the components of the
+                         ///< other parts along its axis remain on average, except at level 0
   bool free_length = false;  ///< its magnitude is not known and is fitted
   FieldStart start;          ///< of a fit of its direction
 

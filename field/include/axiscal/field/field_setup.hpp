@@ -95,7 +95,7 @@ AXISCAL_EXPORT void check_field_unit(std::string_view kind, const std::string& u
 /// Further inputs, besides the table's place, for resolving a field.
 struct FieldOccasion {
   std::optional<double> time_s;   ///< from the readings if they have it; otherwise the place's date
-  std::string reading_unit;       ///< unit of the readings; for a field without any stated number
+  std::string reading_unit;       ///< unit of the readings; a field without any stated number
                                   ///< takes it
   std::optional<double> largest;  ///< length of the largest field that readings bring [unit]; it is
                                   ///< the magnitude of a field of which none is stated or computed
