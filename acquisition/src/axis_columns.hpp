@@ -32,7 +32,7 @@ struct AxisColumns {
 /// Where what temperature sensors say comes from.
 ///
 /// @param names  of one channel for all axes, or one for each axis in their order.
-/// @return these channels; if none exists, AXIS_temperature of all axes; otherwise nullopt.
+/// @return these channels; if none exists, AXIS_temperature of all axes; otherwise empty.
 /// @throws DomainError  if only some of several are there, or they are not as many as the axes.
 [[nodiscard]] std::vector<std::size_t> find_temperatures(const Instrument& instrument,
                                                          const std::vector<Channel>& channels,

@@ -286,7 +286,7 @@ class FreeSession::Engine {
                  static_cast<int>(points_.size()));
     } else {
       news_.tell("as_before", "this direction is there already: turn it to another one");
-      // Without a person and without new samples the session ends.
+      // Without a person, the session ends after many rests without a new direction.
       constexpr int patience = 50;
       if (setup_.unattended && ++known_again_ >= patience) {
         finish();

@@ -34,7 +34,7 @@ void lock(const std::string& path, int descriptor) {
 // Samples of a moment when the disk was full are one line.
 constexpr std::size_t longest_entry = 64U << 20U;
 
-// A file with a defective last line must stay complete otherwise.
+// An incomplete last line is cut off in journals only, so the first line is checked.
 void check_first_line(const std::string& path, std::string_view line) {
   parse_json(line, path).require_format(journal_format);
 }
@@ -78,7 +78,7 @@ Journal Journal::open(const std::string& path, std::vector<std::string>& lines) 
       std::filesystem::exists(path, none) && !std::filesystem::is_regular_file(path, none)) {
     throw DataError(path, "is not a journal: it is not a regular file");
   }
-  static_cast<void>(InputFile(path));  // throws an error for the line
+  static_cast<void>(InputFile(path));  // throws an error with the reason if the file cannot be read
   const int descriptor = ::open(path.c_str(), O_WRONLY | O_APPEND | O_CLOEXEC);
   if (descriptor < 0) {
     throw OutputError(formatted("{}: cannot be written: {}", path, reason()));

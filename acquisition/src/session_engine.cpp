@@ -44,7 +44,8 @@ void Session::Engine::set_channels(const std::vector<Channel>& channels,
       find_temperatures(setup_.experiment.instrument, channels, setup_.temperature_channels);
   time_at_zero_ = time_at_zero;
   if (knowledge_.field_moves()) {
-    static_cast<void>(change_of_field(setup_.experiment, 0.0, 0.0));  // true if it is known
+    static_cast<void>(change_of_field(setup_.experiment, 0.0, 0.0));  // throws if the motion of the
+                                                                      // field cannot be computed
     if (!is_utc(time_at_zero_.value_or(0.0))) {
       throw DomainError(setup_.experiment.field.moving_part()->of->moving_name() +
                         " needs times in UTC, and the recording's are of its own: state "

@@ -16,14 +16,14 @@ namespace axiscal {
 struct SessionState {
   SessionPhase phase;
   const ReadingList& list;
-  const RunSheetRow* wanted;  ///< null without a value
+  const RunSheetRow* wanted;  ///< the requested point; null if there is none
   std::optional<DesignPoint> present;
   const Stillness& stillness;
   const SoakWatch& soak;
   bool has_temperature;
   double dwell_s;                        ///< how long the reading is to be taken
   double dwelt_s;                        ///< for how long it has been
-  std::optional<double> median_point_s;  ///< number of readings of a point so far
+  std::optional<double> median_point_s;  ///< median time per point so far [s]
   const PoseJudgement* judgement;
   bool has_quit;
 };

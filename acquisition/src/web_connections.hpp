@@ -39,7 +39,7 @@ class WebConnection {
 /// The clients, and their shared state.
 class WebConnections {
  public:
-  WebPage* page = nullptr;                ///< their content
+  WebPage* page = nullptr;                ///< the page served to the clients
   std::atomic<std::size_t> watchers = 0;  ///< browsers that watch; read by other threads too
   bool stopping = false;                  ///< the server ends
 

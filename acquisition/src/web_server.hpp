@@ -14,7 +14,7 @@ struct WebListening {
   std::string address;  ///< without brackets
   int first_port = 0;
   int ports_tried = 1;
-  const WebCertificate* certificate = nullptr;  ///< the TLS context; null: plain HTTP
+  const WebCertificate* certificate = nullptr;  ///< the certificate for TLS; null: plain HTTP
 };
 
 /// Serves a page: HTTP/1.1 by Boost.Beast, in its own thread.

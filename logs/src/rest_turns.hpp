@@ -38,7 +38,8 @@ class RestTurns {
 
   double rate_hz_;
   std::vector<std::size_t> begins_;                 // samples at which another recording begins
-  std::vector<std::span<const double>> gyroscope_;  // the log's columns, if all are present
+  std::vector<std::span<const double>> gyroscope_;  // the log's columns; owned_ has a filled copy
+                                                    // if numbers are missing
   std::span<const double> time_s_;
   std::vector<std::vector<double>> owned_;
   std::vector<double> owned_times_;

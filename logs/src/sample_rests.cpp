@@ -124,7 +124,7 @@ std::optional<SampleRests> rests_of_samples(const Observations& samples) {
   } catch (const Error&) {
     return std::nullopt;  // no rest
   }
-  // A slow motion is not a rest: its samples scatter by more than 5 % of the column's range.
+  // A slow motion is not a rest: its samples scatter by more than 5 % of half the largest range.
   const Eigen::VectorXd range =
       samples.response.colwise().maxCoeff() - samples.response.colwise().minCoeff();
   const double largest = 0.05 * 0.5 * range.maxCoeff();

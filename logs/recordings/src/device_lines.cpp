@@ -19,7 +19,7 @@ Series of_kind(SeriesKind kind, const char* unit) {
   return {.kind = kind, .unit = unit, .known_by = KnownBy::format};
 }
 
-// Number of consecutive lines that the reader omits with a note.
+// The note about omitted lines; empty without any.
 std::vector<std::string> left_out(std::size_t lines, const char* why) {
   return lines > 0 ? std::vector{formatted("{} lines {}, and are left out", lines, why)}
                    : std::vector<std::string>{};

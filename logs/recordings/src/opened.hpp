@@ -39,7 +39,7 @@ void read_table(OpenedFile& opened, const std::vector<std::string>& names);
 /// A table as series: its columns by kind and unit. Read by read_table() already.
 [[nodiscard]] DecoderPointer decoder_of_table(OpenedFile opened);
 
-/// Converts an open recording of series into a table.
+/// @return an open file as series; a table is converted.
 [[nodiscard]] DecoderPointer series_of(OpenedFile opened);
 
 /// As summarise() of a path, for an open file.
@@ -112,7 +112,7 @@ class ReopenableFile {
   struct Pipe;
   std::string path_;
   ReadLimits limits_;
-  std::shared_ptr<Pipe> pipe_;  // the copy, if one was made
+  std::shared_ptr<Pipe> pipe_;  // the pipe and its copy, after the first open(); null for a file
 };
 
 /// @return the file's name without folder and ending.

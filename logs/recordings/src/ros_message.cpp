@@ -20,7 +20,7 @@ constexpr std::size_t longest_array = 16;  // whose numbers are columns
 constexpr std::size_t most_columns = 4096;
 constexpr std::size_t most_types = 256;
 constexpr int deepest = 12;           // messages within messages
-constexpr double name_steps = 100.0;  // part of a column's name, added to that of an element
+constexpr double name_steps = 100.0;  // cost of a column's name, in addition to that of an element
 
 struct NumberType {
   std::string_view name;

@@ -53,9 +53,11 @@ double length_of(const LogBlock& block, std::size_t first, std::size_t row) {
 struct Lengths {
   double middle = 0.0;
   double spread = 1.0;
-  bool has_turned = false;  // the three pointed in several directions; a steady length in one
-                            // Unit vectors, as from a filter or a sun sensor. Their direction does
-                            // not tell the quantity.
+  // The three pointed in several directions. A steady length in one direction does not tell the
+  // quantity.
+  bool has_turned = false;
+
+  // True for unit vectors, as from a filter or a sun sensor.
   [[nodiscard]] bool are_normalised() const {
     constexpr double exactly = 1e-3;
     return std::abs(middle - 1.0) < exactly && spread < exactly;

@@ -108,7 +108,7 @@ bool SeriesLog::take_row(std::vector<double>& row) {
     }
     if (!at_end_ &&
         (queue.samples.empty() || (has_times && queue.samples.back().time_s < time_s))) {
-      return false;  // the columns after the row's time are still missing
+      return false;  // a sample at or after the row's time has not been read yet
     }
     while (has_times && queue.samples.size() > 2 && queue.samples[1].time_s <= time_s) {
       queue.samples.pop_front();

@@ -8,8 +8,7 @@
 
 namespace axiscal {
 
-/// @return the text as UTF-8 if it is UTF-16, with line feeds and plain minus signs and blanks;
-///         otherwise unchanged.
+/// @return UTF-16 text as UTF-8; other text with line feeds, plain minus signs and blanks.
 [[nodiscard]] ByteSource as_utf8(ByteSource bytes);
 
 /// @return the text as UTF-8: as it is where it is, else each byte is taken as Latin-1 has it.

@@ -133,7 +133,7 @@ std::optional<TimeColumn> find_time_column(const std::string& path,
   if (!name.empty()) {
     return column_at(need_column(path, columns, name), name);
   }
-  // A column of dates and a column of times of day.
+  // A column of dates is used only if there is no other column of times.
   std::optional<TimeColumn> date;
   for (std::size_t c = 0; c < columns.size(); ++c) {
     if (named(columns[c]).is_time) {

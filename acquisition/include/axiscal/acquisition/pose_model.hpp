@@ -25,8 +25,8 @@ struct PoseModelSetup {
   FieldDescription field;  ///< in_table: where it is expected; else along the table's normal
   Positioner positioner;
   Eigen::Matrix3d rotation_sensor_from_positioner = Eigen::Matrix3d::Identity();
-  /// Largest angle between the field and its nominal direction [rad]. A table is seldom 20 mrad off
-  /// level.
+  /// Standard deviation of the angle between the field and its nominal direction [rad]. A table is
+  /// seldom 20 mrad off level.
   double direction_sd_rad = 0.02;
   /// The nominal sensitivities of the axes [unit per field unit]; nullopt if unknown.
   std::optional<double> nominal_sensitivity;
@@ -82,7 +82,8 @@ class PoseModel {
   /// @return whether anything can be predicted: not for one-sided axes.
   [[nodiscard]] bool is_usable() const;
 
-  /// Fits the model to the readings. Without readings it does not change.
+  /// Fits the model to the readings. @return the best fit; nullopt without readings, or if they do
+  /// not determine the scale.
   [[nodiscard]] std::optional<PoseModelFit> fit(const std::vector<PlacedReading>& known) const;
 
   /// Fits what is known from each direction that the field may have.

@@ -55,7 +55,7 @@ struct SourceReport {
   std::size_t defects = 0;     ///< since the last report: invalid lines or frames
   std::size_t duplicates = 0;  ///< since the last report: samples that came twice, left out
   bool clock_stepped = false;  ///< the source's own clock jumped; times go on without the jump
-  std::size_t bytes = 0;       ///< since the last report: lines or frames, valid or not
+  std::size_t bytes = 0;       ///< since the last report: bytes received, valid or not
   /// The time of second 0 of the samples, reported once: for live samples in UTC [s since 1970],
   /// for a recording by its own clock; nullopt without a clock.
   std::optional<double> time_at_zero;

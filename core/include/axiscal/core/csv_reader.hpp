@@ -27,8 +27,8 @@ class AXISCAL_EXPORT CsvReader {
 
   enum class Row { good, defective, end };
 
-  /// A quoted cell may continue in the next line, or it must end with the line. The latter suits rows
-  /// that must be delivered at once, because one stray quote would hold back all further rows.
+  /// A quoted cell may continue in the next line, or it must end with the line. The latter suits
+  /// rows that must be delivered at once, because one stray quote would hold back all further rows.
   enum class Quotes { span_lines, end_with_line };
 
   /// Whole lines, as they stand in the file.

@@ -44,7 +44,7 @@ struct AXISCAL_EXPORT FieldDescription {
 
   bool set_by_level = true;  ///< true if the level of a reading multiplies it: an induced field
   bool turning = false;      ///< the table turns about this field: only the components of the
-                         ///< other parts along its axis remain on average, except at level 0
+                             ///< other parts along its axis remain on average, except at level 0
   bool free_length = false;  ///< its magnitude is not known and is fitted
   FieldStart start;          ///< of a fit of its direction
 

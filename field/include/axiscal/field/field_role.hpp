@@ -8,7 +8,8 @@
 
 namespace axiscal {
 
-/// The role of a part of the field: the experimenter sets it (induced) or finds it in place (local).
+/// The role of a part of the field: the experimenter sets it (induced) or finds it in place
+/// (local).
 enum class FieldRole {
   local,    ///< it is found at the site, and stays as it is
   induced,  ///< it is made on the table, and each reading states the multiple of it that was set

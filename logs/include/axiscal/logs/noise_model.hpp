@@ -64,9 +64,9 @@ struct NoiseModel {
 ///
 /// With e = 0 the chi^2 tests whether the kinds of noise describe the curve (p > 0.05). If they do
 /// not, up to four of the shortest octaves, which a filter shapes, are left out until they do.
-/// Otherwise e is the value for which chi^2 equals its degrees of freedom, for the smallest number
-/// of octaves left out. So no point is more certain than the model, and no interval is shorter than
-/// +-10 %.
+/// Otherwise e is the value for which chi^2 equals its degrees of freedom, with the number of left-out
+/// octaves that gives the smallest e. So no point is more certain than the model, and no
+/// interval is shorter than +-10 %.
 ///
 /// White noise is always kept. If tau times the Allan variance is constant over four octaves or
 /// more (chi^2 with 3 % has p > 0.05, the slope is within 0.1 of -1/2), and the fit gives less than

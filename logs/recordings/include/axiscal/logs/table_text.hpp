@@ -76,7 +76,7 @@ class TableText {
 
 /// A line of a table with a mark under the cell of a column, for people.
 /// @param line    counted from 1.
-/// @param column  its name in messages; if empty, the line is shown without a mark.
+/// @param column  its name in messages; without such a column the line is shown without a mark.
 /// @return two lines of text, or empty where the file cannot be looked at.
 [[nodiscard]] std::string marked_cell(const std::string& path,
                                       std::size_t line,
