@@ -604,7 +604,7 @@ void check_outputs(const Outputs& outputs, const std::vector<SlotColumns>& slots
     std::error_code none;
     if (output == "-" || (std::filesystem::exists(output, none) &&
                           !std::filesystem::is_regular_file(output, none))) {
-      continue;  // a device or a pipe accepts all rows
+      continue;  // outputs may share a device or a pipe
     }
     forbid_replacing_input(output);
     std::filesystem::path file = std::filesystem::weakly_canonical(output);
@@ -731,7 +731,7 @@ class Guided {
                               const Outputs& outputs) {
     for (const std::string* path : {&outputs.observations, &outputs.record, &outputs.report}) {
       if (*path == "-") {
-        return;  // the written part stays
+        return;  // stdout cannot be written again
       }
     }
     try {

@@ -43,7 +43,7 @@ template <std::size_t N>
                                                              Eigen::Index rows,
                                                              Eigen::Index columns);
 
-/// @return the numbers of an array; `nullopt` if `piece` is not an array of numbers.
+/// @return the numbers of an array; `nullopt` as for matrices. null becomes NaN.
 [[nodiscard]] std::optional<Eigen::VectorXd> vector_of_piece(std::string_view piece,
                                                              Eigen::Index size);
 

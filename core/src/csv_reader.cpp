@@ -16,7 +16,7 @@ namespace axiscal {
 namespace {
 
 constexpr std::size_t first_size = 1U << 13U;  // of the buffer: a short file costs few pages
-constexpr std::size_t block_size = 1U << 18U;  // largest size; the buffer grows with the content
+constexpr std::size_t block_size = 1U << 18U;  // usual size; long rows need more
 
 bool is_blank(std::string_view text) {
   return text.find_first_not_of(" \t\r") == std::string_view::npos;

@@ -85,7 +85,7 @@ void for_each_line(const std::string& path,
                    const std::function<void(std::string_view line, bool is_whole)>& take,
                    std::size_t longest) {
   InputFile file(path);
-  std::string line;  // number of bytes read so far
+  std::string line;  // the part of the current line read so far
   std::size_t number = 1;
   std::vector<char> block(1U << 16U);
   for (std::size_t count = file.read(block.data(), block.size()); count > 0;

@@ -360,7 +360,7 @@ Eigen::VectorXd JsonValue::numbers(std::optional<Eigen::Index> size, bool null_i
     } else if (entry.is_number() && std::isfinite(entry.get<double>())) {
       numbers(i) = entry.get<double>();
     } else {
-      numbers(i) = child(entry).number();  // the parser reports the error
+      numbers(i) = child(entry).number();  // number() throws the error
     }
   }
   return numbers;

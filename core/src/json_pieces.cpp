@@ -98,7 +98,7 @@ class JsonSkimmer {
         case '}':
         case ']':
           if (depth == 0) {
-            return true;  // of a number or a word: the member that contains it
+            return true;  // a number or a word ends with its container
           }
           --depth;
           ++place_;

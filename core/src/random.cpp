@@ -14,9 +14,9 @@ namespace {
 using Seeds = std::array<std::uint32_t, 3>;
 using StateWords = std::array<std::uint32_t, 2 * std::mt19937_64::state_size>;
 
-// The result of std::seed_seq with three numbers for an engine of many words. Filling the state of
-// the engine costs more than most streams draw, and the standard's algorithm ([rand.util.seedseq])
-// runs here in stretches without wrap-around, instead of with three remainders per word. Each word
+// The result of std::seed_seq with three numbers for an engine of many words. Filling the state
+// takes longer than most streams draw, so that the standard's algorithm ([rand.util.seedseq]) runs
+// here in stretches without wrap-around, instead of with three remainders per word. Each word
 // depends on the one before it, so several sequences at once take little longer than one.
 template <std::size_t count>
 class SeedSequences {

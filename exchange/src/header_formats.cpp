@@ -239,7 +239,7 @@ Exported fixed_header(const Calibration& calibration,
   const ConsumerModel exact = model;
   model.bias = bias * std::ldexp(1.0, -bias_bits);
   model.inverse = inverse * std::ldexp(1.0, -inverse_bits);
-  // Rounding counts as a loss only if there are too few digits. Temperature counts always.
+  // Rounding does not count as a loss; missing temperature terms do.
   const std::optional<ExportLoss> loss = accepted_loss(calibration, exact, format, options);
   const std::optional<ExportLoss> rounding = loss_of(calibration, model);
   const std::string places = std::to_string(field_bits);

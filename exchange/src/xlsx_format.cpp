@@ -225,7 +225,7 @@ class Workbook {
     }
   }
 
-  // Number of columns before the results in a row of readings.
+  // Number of temperature columns, between the axes and the results.
   [[nodiscard]] int temperature_columns() const {
     return order() == 0 ? 0 : own_temperatures() ? m_ : 1;
   }

@@ -105,7 +105,7 @@ void FieldResolver::resolve_by_value(const ReferenceField& field) {
 }
 
 // The first unit in which the stated magnitude is possible: 9.81 is gravity in m/s^2, 48 the
-// Earth's field in uT. Empty if this is ambiguous.
+// Earth's field in uT. Empty if no unit fits.
 std::string FieldResolver::unit_told_by_number(const FieldKind& kind) const {
   const std::optional<double> met = kind.vertical ? occasion_.largest : std::nullopt;
   const std::optional<double> magnitude = given_magnitude() ? given_magnitude() : met;

@@ -229,7 +229,7 @@ class TrialLanes {
   std::size_t first_;
   std::size_t n_;
   std::vector<double> means_;  // X b of each response
-  AlignedValues readings_;     // results of one response
+  AlignedValues readings_;     // simulated readings of one response
   AlignedValues sums_;
 };
 

@@ -105,14 +105,8 @@ std::vector<AllanPoint> curve_of(std::span<const double> phase,
     sums.push_back(zero_before ? std::pow(phase[2 * m - 1] - 2.0 * phase[m - 1], 2) : 0.0);
   }
   // All lengths within a block, so that the data in the cache serve several lengths. A block needs
-  // at most 2048
-  // numbers at
-  // each of the
-  // three places
-  // of its terms;
-  // the first
-  // cache holds
-  // them together.
+  // at most 2048 numbers at each of the three places of its terms; the first cache holds them
+  // together.
   constexpr std::size_t block = 2048;
   for (std::size_t first = 0; first < phase.size(); first += block) {
     for (std::size_t k = 0; k < used.size(); ++k) {

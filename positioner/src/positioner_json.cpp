@@ -156,7 +156,7 @@ void read_origin(const JsonValue& json, PositionerDescription& description) {
 
 Json json_of(const FaceDescription& face, const Eigen::Vector3d& normal) {
   Json json;
-  // If the feet of a face are known, they determine its normal.
+  // If only the feet of a face are known, its normal follows and is not written.
   if (face.normal || !face.feet) {
     json["normal"] = json_from(normal);
   }

@@ -12,7 +12,7 @@ namespace axiscal {
 namespace {
 
 constexpr double largest_turn_rad = 0.3;
-constexpr double touching_fence_m = 1e-12;  // the foot nearer to the fence touches it
+constexpr double touching_fence_m = 1e-12;  // a foot within this distance touches it
 constexpr double same_turn_rad = 1e-9;
 
 // A pair of feet at the fence, the third clear, and the push between them.

@@ -340,7 +340,7 @@ std::vector<std::string> missing_details(const Calibration& calibration,
 #ifdef AXISCAL_CAIRO
 namespace {
 
-// The certificate for machines; nullopt if this build cannot write it, or the record does not fit.
+// The certificate for machines; empty if this build cannot write it, or the record does not fit.
 PdfAttachment dcc_of(const Calibration& calibration, const CertificateDetails& details) {
   try {
     return {.name = "certificate-dcc.xml",

@@ -7,7 +7,8 @@
 #include "axiscal/instruments/polar_form.hpp"
 #include "axiscal/instruments/settings.hpp"
 
-/// @file The response of an instrument to a field, v = b + S f, and the usual terms of its users.
+/// @file
+/// The response of an instrument to a field, v = b + S f, and the usual terms of its users.
 ///
 /// An Instrument has a kind, axes and units; a LinearResponse its coefficients; an InstrumentKind
 /// what is special to accelerometers, magnetometers, gyroscopes, light sensors: angles, hard iron,

@@ -13,7 +13,7 @@ namespace axiscal {
 ///
 /// A program that reads and writes files creates one in main(). Afterwards each regular file that
 /// is opened for reading is remembered by device and inode, under any name or link, and so is each
-/// file that an OutputFile has replaced. Replacing such a file throws InputOverwriteError and
+/// file that an OutputFile has put into place. Replacing such a file throws InputOverwriteError and
 /// changes no file. Without an InputProtection no file is remembered: a user of the library may
 /// read a file, change the content and write it again.
 class AXISCAL_EXPORT InputProtection {

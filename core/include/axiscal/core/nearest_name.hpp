@@ -21,7 +21,7 @@ namespace axiscal {
 [[nodiscard]] AXISCAL_EXPORT std::string did_you_mean(std::string_view name,
                                                       std::span<const std::string_view> candidates);
 
-/// As did_you_mean(), followed by the valid names: "the names are a, b".
+/// As above, followed by the existing names, e.g. "there are a, b".
 /// @return "; there are a, b", or "; did you mean 'a'? There are a, b".
 [[nodiscard]] AXISCAL_EXPORT std::string did_you_mean(std::string_view name,
                                                       std::span<const std::string_view> candidates,

@@ -20,7 +20,7 @@ struct FieldKind {
   bool local = false;     ///< found at a site, and no one can set it; else it is made on the table
   bool vertical = false;  ///< points up at every site, so that the table's slope shows in it
   bool along_normal = false;  ///< lies along the normal of a level table
-  bool rotation = false;      ///< an angular rate: a sensor at rest reads 0
+  bool rotation = false;      ///< an angular rate: only rotation is read
   bool dated = false;         ///< changes over the years, as its model says
   /// The least and the greatest magnitude that the field has on the Earth [its first unit]; both 0
   /// if it may have any.

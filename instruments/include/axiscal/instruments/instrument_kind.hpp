@@ -86,7 +86,7 @@ struct InstrumentKind {
   /// If neither a magnitude, a unit nor a site tells the usual field's size, its length is 1.
   bool relative_field_will_do = false;
   VehicleSensor sensor = VehicleSensor::none;
-  ColumnNames columns;              ///< empty: the unit does not tell the kind
+  ColumnNames columns;              ///< empty: names do not tell the kind
   bool sees_one_side = false;       ///< its axes may respond only to light from the front
   bool answers_to_gravity = false;  ///< common in addition to its own field
 

@@ -64,8 +64,8 @@ struct NoiseModel {
 ///
 /// With e = 0 the chi^2 tests whether the kinds of noise describe the curve (p > 0.05). If they do
 /// not, up to four of the shortest octaves, which a filter shapes, are left out until they do.
-/// Otherwise e is the value for which chi^2 equals its degrees of freedom, with the number of left-out
-/// octaves that gives the smallest e. So no point is more certain than the model, and no
+/// Otherwise e is the value for which chi^2 equals its degrees of freedom, with the number of
+/// left-out octaves that gives the smallest e. So no point is more certain than the model, and no
 /// interval is shorter than +-10 %.
 ///
 /// White noise is always kept. If tau times the Allan variance is constant over four octaves or

@@ -59,7 +59,7 @@ struct PositionerDescription {
   std::vector<Mount> mounts;
   Surface surface;
   std::string created;   ///< when it was measured, ISO 8601; may be empty
-  std::string software;  ///< measuring instrument; may be empty
+  std::string software;  ///< program that measured it; may be empty
   std::vector<MeasuredFrom> from;
   std::vector<std::string> notes;  ///< remarks of who measured it
 };
