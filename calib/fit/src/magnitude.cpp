@@ -377,9 +377,8 @@ Eigen::VectorXd fit_with_terms(const EllipsoidCloud& cloud,
   return sizes;
 }
 
-// @return whether the instrument turned steadily, so that a step of the field is like the one
-// before
-//         it. In a list of attitudes at rest the steps have no order.
+// @return true if consecutive steps of the field are correlated, as for an instrument that turns.
+//         Attitudes at rest are in any order.
 bool turned_steadily(const EllipsoidCloud& cloud, const Ellipsoid& at) {
   constexpr double alike = 0.5;  // correlation of consecutive steps
   const Eigen::MatrixX3d f = (cloud.v.rowwise() - at.b.transpose()) * at.A.transpose();

@@ -351,8 +351,8 @@ void put_levelness(const ReadingSet& set, double F, Estimate& estimate) {
 namespace {
 
 // If the cube is not seated the same way each time, the slope of each face has an error. The
-// scatter of the differences shows only part of this error. The standard error is the larger of
-// both.
+// scatter of the differences shows only part of this error. The larger of the two standard errors
+// is used.
 void count_scatter_of_faces(Levelness& levelness) {
   constexpr std::size_t fewest = 4;
   if (levelness.estimates.size() < fewest || !(levelness.degrees_of_freedom > 0.0)) {

@@ -27,6 +27,7 @@
 
 #include "axiscal/core/error.hpp"
 #include "core/formatted.hpp"
+#include "logs/recordings/src/byte_source.hpp"
 
 namespace axiscal {
 namespace {
@@ -311,22 +312,16 @@ std::optional<std::string> unpack(std::string_view packing,
     block.remove_prefix(count);
     return count;
   });
-  // The memory grows with the content, not with the size that the file states.
-  std::string content;
   try {
-    while (content.size() < size) {
-      const std::size_t filled = content.size();
-      content.resize(std::min(size, std::max(2 * filled, piece)));
-      const std::size_t count = unpacker.read(content.data() + filled, content.size() - filled);
-      content.resize(filled + count);
-      if (count == 0) {
-        return std::nullopt;
-      }
+    std::string content = read_up_to(
+        size, [&unpacker](char* buffer, std::size_t most) { return unpacker.read(buffer, most); });
+    if (content.size() == size) {
+      return content;
     }
   } catch (const DamagedStream&) {
     return std::nullopt;
   }
-  return content;
+  return std::nullopt;
 }
 
 std::optional<std::string> unpack_zstd([[maybe_unused]] std::string_view block,
