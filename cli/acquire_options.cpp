@@ -15,54 +15,57 @@ void add_options(OptionSet& options, AcquireCommand& command) {
   options.add("experiment", command.experiment.files, "FILE",
               "instrument, field, cube and method (.json)");
   OptionSet source = options.group("Source");
-  source.add("--connect", command.sources, "ADDRESS",
-             "where samples come from; several: the first sets the pace; --list shows kinds");
+  source.add(
+      "--connect", command.sources, "ADDRESS",
+      "address of the instrument; --list shows the kinds. Of several the first sets the pace");
   source.add_flag("--list", command.list, "list connected devices and the kinds of sources");
   source.add("--temperature-column", command.temperature_column, "NAME",
-             "channel of the temperature; temperature");
+             "channel of the temperature [default: temperature]");
   add_experiment_options(options, command.experiment);
   add_sheet_options(options, command.sheet);
   OptionSet session = options.group("Session");
-  session.add("--plan", command.plan, "SHEET", "run sheet, instead of a design");
+  session.add("--plan", command.plan, "SHEET", "run sheet to follow, instead of a design");
   session.add("--noise", command.noise, "SD|FILE",
               "standard deviation of a sample at rest, or the output of `noise --json`: sets the "
-              "threshold for stillness and the dwell time; learned by default");
-  session.add("--window", command.window, "S", "of the sliding variance; 0.5");
-  session.add("--dwell", command.dwell, "S", "how long a reading is taken; by the noise, 1 to 20");
+              "threshold for stillness and the dwell time [default: learned]");
+  session.add("--window", command.window, "S", "window of the sliding variance [s] [default: 0.5]");
+  session.add("--dwell", command.dwell, "S",
+              "duration of a reading [default: by the noise, 1 to 20]");
   session.add("--placement-u", command.placement_u, "RAD",
-              "repeatability of a seat (standard deviation); 3e-5");
+              "repeatability of a seat (standard deviation) [default: 3e-5]");
   session.add("--soak-window", command.soak_window, "S",
-              "the temperature is steady over it before a block; 300");
+              "the temperature is steady over it before a block [default: 300]");
   session.add("--soak-tolerance", command.soak_tolerance, "T",
-              "largest change of the temperature output meanwhile; 0.1");
+              "largest change of the temperature output meanwhile [default: 0.1]");
   session.add_flag(
       "--free", command.free,
-      "no cube: turned in the hand until the directions are filled (method magnitude)");
+      "no cube: turn the instrument by hand until all directions are filled (method magnitude)");
   session.add("--enough-deg", command.enough_deg, "U",
-              "with --free: of any direction, expanded (95 %); 0.5");
+              "with --free: wanted expanded uncertainty of any direction (95 %) [default: 0.5]");
   session.add_flag("--manual", command.manual, "take readings on command, not by themselves");
-  session.add_flag(
-      "--unattended", command.unattended,
-      "unattended: suspect readings are asked for again at the end, then the session ends");
+  session.add_flag("--unattended", command.unattended,
+                   "ask for suspect readings again at the end, then end the session");
   OptionSet files = options.group("Files");
   files.add("--name", command.name, "NAME",
-            "of the files: NAME.journal, .csv, .json, .html; axiscal-TIME");
-  files.add("--journal", command.journal, "FILE", "a new file that only grows");
-  files.add("--resume", command.resume, "JOURNAL", "go on where a session stopped");
+            "name of the files NAME.journal, .csv, .json, .html [default: axiscal-TIME]");
+  files.add("--journal", command.journal, "FILE", "journal file, a new file that only grows");
+  files.add("--resume", command.resume, "JOURNAL", "continue a session that stopped");
   files.add_flag("--raw", command.raw, "keep every sample in the journal");
   files.add("-o,--output", command.output, "FILE", "the readings (CSV)");
   files.add("--record", command.record, "FILE", "the calibration record");
   files.add("--report", command.report, "FILE", "the report (HTML)");
   OptionSet health = options.group("Health");
-  health.add("--check", command.check, "RECORD",
-             "an installed instrument, in whatever pose it is: has it drifted? Exit status 1");
-  health.add("--readings", command.readings, "N", "at rest, until the verdict; 3");
-  health.add("--within", command.within, "S", "give up after this time; 60");
+  health.add(
+      "--check", command.check, "RECORD",
+      "test an installed instrument for drift, in any pose; exit status 1 if it has drifted");
+  health.add("--readings", command.readings, "N",
+             "readings at rest before the verdict [default: 3]");
+  health.add("--within", command.within, "S", "give up after this time [default: 60]");
   OptionSet face = options.group("Face");
-  face.add_flag("--plain", command.plain, "lines of words, commands as words on stdin");
+  face.add_flag("--plain", command.plain, "write lines of text; read commands from stdin");
   face.add_flag("--json", command.json, "events as JSON lines, commands on stdin");
-  face.add_flag("--web", command.web, "a page for the browser, on loopback");
-  face.add("--port", command.port, "N", "of the page; 8712, or the next free one");
+  face.add_flag("--web", command.web, "show the session in the browser, on loopback");
+  face.add("--port", command.port, "N", "port of the page [default: 8712, or the next free one]");
   face.add("--listen", command.listen, "ADDRESS",
            "serve the page at this address, encrypted, by one-time keys (QR code)");
 }
@@ -85,8 +88,8 @@ AcquireCommand parse_acquire_command(const std::vector<std::string>& arguments,
 }
 
 Subcommand acquire_subcommand(int (*run)(const AcquireCommand&)) {
-  return make_subcommand<AcquireCommand>("acquire", "a live instrument -> observations, guided", "",
-                                         &add_options, run);
+  return make_subcommand<AcquireCommand>("acquire", "record a live instrument, guided step by step",
+                                         "", &add_options, run);
 }
 
 }  // namespace axiscal::cli

@@ -45,56 +45,62 @@ void add_options(OptionSet& options, ApplyCommand& command) {
   options.add("record", command.record, "RECORD", "calibration record (JSON)", Need::required);
   options.add("readings", command.readings, "FILE",
               "raw readings (CSV), or a log of any format; - is stdin", Need::required);
-  options.add("more", command.more, "FILE",
-              "of several RECORDs, one for each sensor of a log, the log comes last: its time and "
-              "its corrected columns");
-  options.add_output(command.output,
-                     "where to write; - is stdout; FILE.npy has the results alone, for NumPy");
+  options.add(
+      "more", command.more, "FILE",
+      "further files: of several RECORDs, one for each sensor of a log, the log comes last");
+  options.add_output(
+      command.output,
+      "output file; - is stdout. FILE.npy has the results alone, for NumPy [default: -]");
   options.add_flag("--json", command.json, "rows as JSON, one object per line, instead of CSV");
   options.add("--field-magnitude", command.field_magnitude, "F",
-              "of the field where the readings were taken; the record's");
+              "magnitude of the field where the readings were taken [default: the record's]");
   options.add("--field-unit", command.field_unit, "UNIT",
-              "of --field-magnitude and of the results; the record's");
+              "of --field-magnitude and of the results [default: the record's]");
   options.add("--latitude", command.latitude, "DEG", "where the readings were taken: its gravity");
-  options.add("--longitude", command.longitude, "DEG", "of that site; 0");
-  options.add("--height", command.height, "M", "of that site above the ellipsoid; 0");
-  options.add("--gravity-model", command.gravity_model, "NAME", "of that site; wgs84");
+  options.add("--longitude", command.longitude, "DEG", "longitude of that site [default: 0]");
+  options.add("--height", command.height, "M",
+              "height of that site above the ellipsoid [default: 0]");
+  options.add("--gravity-model", command.gravity_model, "NAME", "gravity model [default: wgs84]");
   options.add("--attitude", command.attitude, "RECORD",
-              "an accelerometer's, its axes in the same file: headings, second fields");
+              "record of an accelerometer in the same file; it gives headings and second fields");
   options.add("--frame", command.frame, "assembly|sensor",
               "in which the results are, of an instrument that was calibrated in an assembly; "
               "assembly");
   options.add("--body", command.body, "BODY",
-              "mounting of the sensor in a model (from calibrate --method attitude): results are "
-              "in the model's frame");
+              "mounting of the sensor in a model (by calibrate --method attitude); results are in "
+              "the model's frame");
   options.add("--joint", command.joint, "RECORD=BODY",
               "a second instrument of that model with its axes in the same file: column joint_deg "
               "has its angle to the first");
   options.add("--alarm", command.alarm, "DEG",
-              "with --joint: a larger turn that is not by chance is flagged 'moved'; 0");
-  options.add("--declination", command.declination, "DEG", "added to headings, makes them true; 0");
+              "with --joint: a larger turn that is not by chance is flagged 'moved' [default: 0]");
+  options.add("--declination", command.declination, "DEG",
+              "magnetic declination, added to headings [default: 0]");
   options.add("--yaw-above", command.yaw_above, "DEG",
-              "pitch from which yaw is given instead of roll; 85");
+              "pitch from which yaw is given instead of roll [default: 85]");
   options.add("--pitch", command.pitch, "asin|atan2",
-              "pitch by asin(f_x / F), or by atan2 without F; asin");
+              "pitch by asin(f_x / F), or by atan2 without F [default: asin]");
   options.add_flag("--uncertainty", command.uncertainty,
-                   "state the standard uncertainty of each result, in columns u_...");
+                   "add columns u_... with the standard uncertainty of each result");
   options.add_flag("--expanded", command.expanded,
-                   "state the expanded uncertainty and its coverage factor too, in columns U_... "
-                   "and k_...; implies --uncertainty");
-  options.add("--level", command.level, "P", "probability of --expanded; 0.95");
+                   "add columns U_... and k_... with the expanded uncertainty and its coverage "
+                   "factor; implies --uncertainty");
+  options.add("--level", command.level, "P", "probability of --expanded [default: 0.95]");
   options.add("--field-magnitude-u", command.field_magnitude_u, "U",
               "standard uncertainty of the field where the readings were taken, in the results' "
-              "unit; 0");
+              "unit [default: 0]");
   options.add("--noise", command.noise, "SD",
-              "of a reading, for --uncertainty; the scatter of the calibration");
+              "standard deviation of a reading, for --uncertainty [default: the scatter of the "
+              "calibration]");
   options.add("--resolution", command.resolution, "Q",
-              "smallest step of a reading, for --uncertainty; the record's");
-  options.add("--temperature-u", command.temperature_u, "U",
-              "of the temperature output, for --uncertainty; the record's");
+              "smallest step of a reading, for --uncertainty [default: the record's]");
+  options.add(
+      "--temperature-u", command.temperature_u, "U",
+      "standard uncertainty of the temperature output, for --uncertainty [default: the record's]");
   add_table_options(options, command.table);
   options.add("--decimals", command.decimals, "N",
-              "of every result, 0 to 15: faster; as many as read back to the same number");
+              "decimals of every result, 0 to 15; fewer are faster [default: as many as read back "
+              "to the same number]");
   options.add_flag("--follow", command.follow, "write each row at once");
   options.add_flag("--strict", command.strict, "stop at a row that cannot be reduced");
   options.add_flag("--force", command.force,
@@ -488,7 +494,7 @@ int run(const ApplyCommand& command) {
 
 Subcommand apply_subcommand() {
   return make_subcommand<ApplyCommand>(
-      "apply", "raw readings -> field components and angles; streams", "", &add_options, &run);
+      "apply", "turn raw readings into field components and angles", "", &add_options, &run);
 }
 
 }  // namespace axiscal::cli

@@ -26,17 +26,19 @@ struct BudgetCommand {
 
 void add_options(OptionSet& options, BudgetCommand& command) {
   options.add("record", command.record, "RECORD", "calibration record (JSON)", Need::required);
-  options.add("--pitch", command.pitch, "DEG", "of the attitude that is read");
-  options.add("--roll", command.roll, "DEG", "of it; 0");
+  options.add("--pitch", command.pitch, "DEG", "pitch of the attitude");
+  options.add("--roll", command.roll, "DEG", "roll of the attitude [default: 0]");
   options.add("--temperature", command.temperature, "T",
-              "of the sensor there; the record's reference");
-  options.add("--noise", command.noise, "SD", "of a reading there; the scatter of the calibration");
-  options.add("--pitch-formula", command.pitch_formula, "asin|atan2", "as apply --pitch; asin");
+              "temperature of the sensor [default: the record's reference]");
+  options.add("--noise", command.noise, "SD",
+              "standard deviation of a reading [default: the scatter of the calibration]");
+  options.add("--pitch-formula", command.pitch_formula, "asin|atan2",
+              "formula of pitch, as apply --pitch [default: asin]");
   options.add("--attitudes,--map", command.map, "DEG",
               "expanded uncertainty of pitch and roll over all attitudes, in steps");
   options.add("--monte-carlo", command.monte_carlo, "N",
               "check the linear propagation in the attitude by N trials (JCGM 101)");
-  options.add("--seed", command.seed, "S", "of the trials; 1");
+  options.add("--seed", command.seed, "S", "seed of the trials [default: 1]");
   options.add_output(command.output);
   options.add_flag("--json", command.json, "print JSON instead of tables");
 }
@@ -317,8 +319,7 @@ int run(const BudgetCommand& command) {
 
 Subcommand budget_subcommand() {
   return make_subcommand<BudgetCommand>(
-      "budget", "a record's uncertainty by source: coefficients, and readings in any attitude", "",
-      &add_options, &run);
+      "budget", "list the uncertainties of a record by their sources", "", &add_options, &run);
 }
 
 }  // namespace axiscal::cli

@@ -43,49 +43,53 @@ namespace {
 void add_options(OptionSet& options, CalibrateCommand& command) {
   add_files(options, command.experiment, Need::optional);
   add_experiment_options(options, command.experiment);
-  options.add("-o,--output", command.output, "FILE", "the record (JSON); - is stdout");
+  options.add("-o,--output", command.output, "FILE", "file of the record (JSON); - is stdout");
   options.add("--align", command.align, "RECORD",
-              "record of a three-axis instrument in the same file: its frame is taken over");
+              "record of a three-axis instrument in the same file, whose frame is taken over");
   options.add("--body", command.body, "BODY",
-              "method attitude: the rotation that --tare corrects, if FILE does not determine one");
+              "rotation that --tare corrects (method attitude), if FILE does not determine one");
   options.add("--tare", command.tare, "FILE",
-              "method attitude: readings in one attitude, level if none is stated, that the "
-              "rotation is corrected by");
+              "readings in one attitude that correct the rotation (method attitude); level if no "
+              "attitude is stated");
   options.add_flag("--json", command.json, "print the record instead of tables");
   options.add_flag("--all", command.all,
-                   "print all that was found: sensing axes, levelness, quality of the fit");
+                   "print all results: sensing axes, levelness, quality of the fit");
   OptionSet log = options.group("Log");
   log.add("--imu", command.imu, "LOG",
-          "a raw log of rests and turns instead of observations, or several logs, one recording "
-          "after another: accelerometer, gyroscope and magnetometer at once; -o holds {slot}, and "
-          "of several sensors of a kind {instance}");
+          "a raw log of rests and turns, or several logs of one recording; accelerometer, "
+          "gyroscope and magnetometer are calibrated at once. -o holds {slot}, and {instance} if "
+          "there are several sensors of a kind");
   log.add("--only", command.only, "SLOT,..",
           "records of these sensors of the log alone: accelerometer, gyroscope, magnetometer");
   add_rest_options(options, command.rests);
-  log.add_flag("--cube", command.cube,
-               "it sat in a cube: the seats are recognised; else it was turned by hand");
+  log.add_flag(
+      "--cube", command.cube,
+      "the instrument sat in a cube, whose seats are recognised; else it was turned by hand");
   log.add("--accelerometer-record", command.known_accelerometer, "RECORD",
-          "of the accelerometer, if it is calibrated already");
+          "record of the accelerometer, if it is calibrated already");
   log.add_flag("--fit-gyroscope-bias", command.fit_gyroscope_bias,
-               "by the turns, not by the rests: for a bias that wanders");
+               "fit the gyroscope's bias to the turns instead of the rests, if the bias wanders");
   log.add("--accelerometer-unit", command.accelerometer_unit, "UNIT",
-          "of the accelerometer's readings, as --unit");
-  log.add("--gyroscope-unit", command.gyroscope_unit, "UNIT", "of the gyroscope's readings");
+          "unit of the accelerometer's readings");
+  log.add("--gyroscope-unit", command.gyroscope_unit, "UNIT", "unit of the gyroscope's readings");
   log.add("--magnetometer-unit", command.magnetometer_unit, "UNIT",
-          "of the magnetometer's readings");
-  log.add("--magnetic-magnitude", command.magnetic_magnitude, "F",
-          "of the local magnetic field [nT]; by --latitude and --longitude, or 1");
+          "unit of the magnetometer's readings");
+  log.add(
+      "--magnetic-magnitude", command.magnetic_magnitude, "F",
+      "magnitude of the local magnetic field [nT] [default: by --latitude and --longitude, or 1]");
   options.add("--limits", command.limits, "FILE",
-              "accept or reject by these limits; rejected: exit 1");
+              "accept or reject by these limits; a rejected unit gives exit status 1");
   options.add("--history", command.history, "FOLDER",
-              "earlier records of the unit, or of its --model: how biases change between blocks");
+              "folder of earlier records of the unit or of its --model; they show how biases "
+              "change between blocks");
   options.add_flag("--each", command.each,
-                   "several files are of several units, each with its record: -o holds {file}, or "
-                   "{serial}; else they are blocks of one unit");
+                   "each file is a unit with its own record; -o holds {file} or {serial}. Without "
+                   "it the files are blocks of one unit");
   options.add("--calibrated", command.calibrated, "DATE",
               "date of the readings, if the file lacks the columns 'time' and 'date' (ISO 8601)");
-  options.add("--table", command.table, "FILE",
-              "of many units (column 'serial'): one row each, with verdict and reason");
+  options.add(
+      "--table", command.table, "FILE",
+      "write a table of many units (column 'serial'): one row each, with verdict and reason");
   options.add_flag("--accept-suggestion", command.accept_suggestion,
                    "correct or leave out the most likely mistake; the record names the change");
   options.add_flag("--force", command.force, "store the record even if it is refused");
@@ -786,8 +790,9 @@ int run(const CalibrateCommand& command) {
 }  // namespace
 
 Subcommand calibrate_subcommand() {
-  return make_subcommand<CalibrateCommand>("calibrate", "observations -> calibration record", "",
-                                           &add_options, &run);
+  return make_subcommand<CalibrateCommand>(
+      "calibrate", "calibrate an instrument from labelled readings, or from a log", "",
+      &add_options, &run);
 }
 
 }  // namespace axiscal::cli

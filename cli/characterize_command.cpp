@@ -36,17 +36,18 @@ struct CharacterizeCommand {
 };
 
 void add_options(OptionSet& options, CharacterizeCommand& command) {
-  options.add_repeated("--reference", command.references, "RECORD=OBS",
-                       "an instrument's record and its readings in the cube; once for each");
+  options.add_repeated(
+      "--reference", command.references, "RECORD=OBS",
+      "record of an instrument and its readings in the cube; once for each instrument");
   options.add("--id", command.id, "NAME", "name of the cube", Need::required);
-  options.add("-o,--output", command.output, "FILE", "the positioner (JSON); - is stdout",
-              Need::required);
-  options.add("--drawing", command.drawing, "FILE", "the cube as drawn: its feet make seats exact");
+  options.add("-o,--output", command.output, "FILE",
+              "file of the measured cube (JSON); - is stdout", Need::required);
+  options.add("--drawing", command.drawing, "FILE", "cube as drawn; its feet make the seats exact");
   options.add("--level-by", command.level_by, "run|block",
               "one levelness for each reference (run, default) or for each block");
-  options.add("--leave-out", command.leave_out, "SLOTS", "slots not to use, e.g. A,B");
+  options.add("--leave-out", command.leave_out, "SLOTS", "slots that are not used, as A,B");
   options.add_flag("--hold-bias-and-scale", command.hold_bias_and_scale,
-                   "take bias and scale from the records; default: fit them again");
+                   "take bias and scale from the records [default: fit them again]");
   options.add_flag("--json", command.json, "print JSON instead of tables");
 }
 
@@ -294,9 +295,9 @@ int run(const CharacterizeCommand& command) {
 
 Subcommand characterize_subcommand() {
   return make_subcommand<CharacterizeCommand>(
-      "characterize", "calibrated instruments -> a measured positioner",
-      "The 12 points, several times (replicates). A record that is named twice is one "
-      "instrument,\nmounted again: this shows the repeatability of the mount.",
+      "characterize", "measure a cube with calibrated instruments",
+      "Take the 12 points several times (replicates). A record that is named twice\n"
+      "is one instrument, mounted again; this shows the repeatability of the mount.",
       &add_options, &run);
 }
 

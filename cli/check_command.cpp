@@ -43,10 +43,11 @@ void add_options(OptionSet& options, CheckCommand& command) {
   options.add("other", command.other, "FILE", "observations (CSV) or another record (JSON)");
   add_experiment_options(options, command.experiment);
   add_table_options(options, command.table);
-  options.add("--alpha", command.alpha, "P", "probability of a false alarm; 0.01");
+  options.add("--alpha", command.alpha, "P", "probability of a false alarm [default: 0.01]");
   options.add("--limits", command.limits, "FILE", "accept or reject by these limits");
-  options.add("--history", command.history, "FOLDER",
-              "records of one or many units: trend, and when a limit will be met");
+  options.add(
+      "--history", command.history, "FOLDER",
+      "folder of records of one or many units: show the trend, and when a limit will be met");
   options.add_output(command.output);
   options.add_flag("--json", command.json, "print JSON instead of a table");
 }
@@ -487,9 +488,10 @@ int run(const CheckCommand& command) {
 
 Subcommand check_subcommand() {
   return make_subcommand<CheckCommand>(
-      "check", "fresh observations, or another record, against a calibration: has it drifted?",
-      "Readings without labels are checked at rest, by the size of the field alone. Options count\n"
-      "where they differ from the record's. Exit 1 when it has drifted or a limit is not met.",
+      "check", "test whether an instrument has drifted since its calibration",
+      "Readings without labels are checked at rest, by the magnitude of the field\n"
+      "alone. Options are needed only if they differ from the record's. The exit\n"
+      "status is 1 if the instrument has drifted or a limit is not met.",
       &add_options, &run);
 }
 

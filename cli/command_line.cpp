@@ -55,9 +55,8 @@ struct CommonOptions {
 
 void add_common_options(const OptionSet& options, CommonOptions& common) {
   OptionSet group = options.group("Common");
-  group.add_flag("--quiet", common.quiet,
-                 "print errors and results, no summary, notes or warnings");
-  group.add("--jobs", common.jobs, "N", "threads that compute; as many as there are processors");
+  group.add_flag("--quiet", common.quiet, "print results and errors only");
+  group.add("--jobs", common.jobs, "N", "number of threads [default: the number of processors]");
 }
 
 // The long options that a subcommand knows, typed or not.
@@ -99,7 +98,8 @@ std::vector<std::string> with_joined_values(CLI::App& app,
         const std::vector<std::string> names = all_names(subcommand, arguments);
         const std::vector<std::string_view> views(names.begin(), names.end());
         const std::string name = argument.substr(0, argument.find('='));
-        throw UsageError(formatted("unknown option '{}'{}", name, did_you_mean(name, views)));
+        throw UsageError(formatted("unknown option '{}'{}\naxiscal {} --help shows the options",
+                                   name, did_you_mean(name, views), subcommand.name));
       }
       const bool takes_value = option->get_items_expected_min() > 0;
       const bool has_value = argument.find('=') != std::string::npos;
@@ -137,6 +137,8 @@ std::vector<std::string> values_of(const std::string& option) {
                                 Method::bias, Method::faces}) {
       values.emplace_back(method_name(method));
     }
+  } else if (option == "--design") {
+    values = {"6", "12", "24"};
   } else if (option == "--format") {
     values.assign(export_format_names.begin(), export_format_names.end());
   }
@@ -147,7 +149,9 @@ OptionDefinition definition_of(const CLI::Option& option) {
   OptionDefinition definition{.names = {},
                               .type = "",
                               .help = option.get_description(),
-                              .is_argument = option.get_positional()};
+                              .group = option.get_group(),
+                              .is_argument = option.get_positional(),
+                              .is_required = option.get_required()};
   for (const std::string& name : option.get_snames()) {
     definition.names.push_back("-" + name);
   }
@@ -164,21 +168,35 @@ OptionDefinition definition_of(const CLI::Option& option) {
   return definition;
 }
 
+SubcommandDefinition definition_of_subcommand(const CLI::App& subcommand) {
+  SubcommandDefinition definition{.name = subcommand.get_name(),
+                                  .help = subcommand.get_description(),
+                                  .examples = examples_of(subcommand.get_name()),
+                                  .remarks = subcommand.get_footer(),
+                                  .options = {}};
+  for (const CLI::Option* option : subcommand.get_options()) {
+    definition.options.push_back(definition_of(*option));
+  }
+  // The groups in the order in which CLI11 knows them: arguments, then each heading once.
+  const std::vector<std::string> groups = subcommand.get_groups();
+  std::stable_sort(definition.options.begin(), definition.options.end(),
+                   [&](const OptionDefinition& a, const OptionDefinition& b) {
+                     const auto rank = [&](const OptionDefinition& option) {
+                       return std::pair(!option.is_argument,
+                                        std::find(groups.begin(), groups.end(), option.group));
+                     };
+                     return rank(a) < rank(b);
+                   });
+  return definition;
+}
+
 ProgramDefinition definition_of(const CLI::App& app) {
   ProgramDefinition program{.name = app.get_name(),
                             .version = std::string(software_name()),
                             .help = app.get_description(),
                             .subcommands = {}};
   for (const CLI::App* subcommand : app.get_subcommands(nullptr)) {
-    SubcommandDefinition& definition = program.subcommands.emplace_back();
-    definition.name = subcommand->get_name();
-    definition.help = subcommand->get_description();
-    definition.footer =
-        formatted("{}{}Examples:\n{}", subcommand->get_footer(),
-                  subcommand->get_footer().empty() ? "" : "\n\n", examples_of(definition.name));
-    for (const CLI::Option* option : subcommand->get_options()) {
-      definition.options.push_back(definition_of(*option));
-    }
+    program.subcommands.push_back(definition_of_subcommand(*subcommand));
   }
   return program;
 }
@@ -201,6 +219,15 @@ Action generate(const CLI::App& app, const std::vector<std::string>& arguments) 
   return show(text);
 }
 
+// `axiscal help calibrate` is `axiscal calibrate --help`.
+std::vector<std::string> with_help_as_option(std::vector<std::string> arguments) {
+  if (!arguments.empty() && arguments.front() == "help") {
+    arguments.erase(arguments.begin());
+    arguments.emplace_back("--help");
+  }
+  return arguments;
+}
+
 // True if a word may be a request for help: `--help`, `--help-all`, `-h`.
 bool asks_for_help(std::string_view word) {
   return word.starts_with("--help") || (word.starts_with('-') && !word.starts_with("--") &&
@@ -213,20 +240,19 @@ bool asks_for_help(std::string_view word) {
   for (const Subcommand& subcommand : subcommands) {
     names.emplace_back(subcommand.name);
   }
-  throw UsageError(formatted("unknown subcommand '{}'{}", name, did_you_mean(name, names)));
+  throw UsageError(formatted("unknown subcommand '{}'{}\naxiscal help lists the subcommands", name,
+                             did_you_mean(name, names)));
 }
 
 }  // namespace
 
-Action parse_command_line(const std::vector<std::string>& arguments,
+Action parse_command_line(const std::vector<std::string>& typed,
                           std::span<const Subcommand> subcommands) {
+  const std::vector<std::string> arguments = with_help_as_option(typed);
   CLI::App app("Axiscal calibrates axis-sensitive instruments in 12 orientations.", "axiscal");
   app.require_subcommand(1);
   app.set_version_flag("--version", std::string(software_name()), "Print the version and exit");
   app.add_flag("--verbose", "With --version: libraries and programs too");
-  app.get_formatter()->column_width(28);
-  app.footer("axiscal SUBCOMMAND --help tells more of each; --help-all names all options.");
-
   const bool generates = !arguments.empty() && arguments.front() == "--generate";
   const bool shows_all =
       generates || std::any_of(arguments.begin(), arguments.end(), asks_for_help);
@@ -248,7 +274,7 @@ Action parse_command_line(const std::vector<std::string>& arguments,
   }
 
   if (arguments.empty()) {
-    throw UsageError("a subcommand is missing\n\n" + app.help());
+    throw UsageError("a subcommand is missing\n\n" + overview(definition_of(app)));
   }
   if (generates) {
     return generate(app, arguments);
@@ -257,7 +283,8 @@ Action parse_command_line(const std::vector<std::string>& arguments,
     refuse_subcommand(subcommands, arguments.front());
   }
   if (std::find(arguments.begin(), arguments.end(), "--help-all") != arguments.end()) {
-    return show(named != nullptr ? help_of(*named, true) : app.help());
+    return show(named != nullptr ? full_help(definition_of_subcommand(*named))
+                                 : overview(definition_of(app)));
   }
   try {
     std::vector<std::string> words =
@@ -265,7 +292,8 @@ Action parse_command_line(const std::vector<std::string>& arguments,
     std::reverse(words.begin(), words.end());  // as CLI11 wants them
     app.parse(words);
   } catch (const CLI::CallForHelp&) {
-    return show(named != nullptr ? help_of(*named, false) : app.help());
+    return show(named != nullptr ? short_help(definition_of_subcommand(*named))
+                                 : overview(definition_of(app)));
   } catch (const CLI::CallForVersion&) {
     const bool asks_for_all =
         std::find(arguments.begin(), arguments.end(), "--verbose") != arguments.end();
@@ -278,7 +306,7 @@ Action parse_command_line(const std::vector<std::string>& arguments,
     set_worker_count(static_cast<std::size_t>(whole_number_of("--jobs", *common.jobs, 1)));
   }
   if (named == nullptr) {
-    throw UsageError("the subcommand stands before its options\n\n" + app.help());
+    throw UsageError("the subcommand stands before its options\n\n" + overview(definition_of(app)));
   }
   return action;
 }

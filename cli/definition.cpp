@@ -57,9 +57,11 @@ std::string man_page(const ProgramDefinition& program) {
     for (const OptionDefinition& option : subcommand.options) {
       text += formatted(".TP\n{}\n{}\n", roff_names(option), roff(option.help));
     }
-    if (!subcommand.footer.empty()) {
-      text += formatted(".PP\n.nf\n{}\n.fi\n", roff(subcommand.footer));
+    if (!subcommand.remarks.empty()) {
+      text += formatted(".PP\n.nf\n{}\n.fi\n", roff(subcommand.remarks));
     }
+    text +=
+        formatted(".PP\nExamples:\n.PP\n.nf\n{}\n.fi\n", roff(joined(subcommand.examples, "\n")));
   }
   text += roff_heading("exit status") +
           ".TP\n"
@@ -241,10 +243,6 @@ std::string fish_completion(const ProgramDefinition& program) {
   return text;
 }
 
-}  // namespace
-
-namespace {
-
 // Text that Markdown shows as it is, in a table's cell.
 std::string markdown(const std::string& text) {
   std::string safe;
@@ -254,14 +252,6 @@ std::string markdown(const std::string& text) {
                                                          : std::string(1, c);
   }
   return safe;
-}
-
-std::string without_indent(const std::string& lines) {
-  std::string text;
-  for (const std::string_view line : split(lines, '\n')) {
-    text += line.empty() ? "" : formatted("{}\n", line);
-  }
-  return text;
 }
 
 // A page of all options: the reference of the documentation.
@@ -283,11 +273,7 @@ std::string markdown_page(const ProgramDefinition& program) {
                     option.type.empty() || option.is_argument ? "" : " " + markdown(option.type),
                     markdown(option.help));
     }
-    const std::size_t examples = subcommand.footer.find("Examples:\n");
-    if (examples != std::string::npos) {
-      text +=
-          formatted("\n```sh\n{}```\n", without_indent(subcommand.footer.substr(examples + 10)));
-    }
+    text += formatted("\n```sh\n{}\n```\n", joined(subcommand.examples, "\n"));
   }
   return text;
 }

@@ -10,16 +10,19 @@ namespace axiscal::cli {
 /// One option or argument, as the help shows it.
 struct OptionDefinition {
   std::vector<std::string> names;  ///< "--output", "-o"; an argument's name has no dashes
-  std::string type;                ///< what its value is: "FILE", "DEG"; empty for a flag
+  std::string type;                ///< of its value: "FILE", "DEG"; empty for a flag
   std::string help;
-  bool is_argument = false;              ///< positional
+  std::string group;         ///< heading under which the help shows it
+  bool is_argument = false;  ///< positional
+  bool is_required = false;
   std::vector<std::string> values = {};  ///< that completion proposes
 };
 
 struct SubcommandDefinition {
   std::string name;
   std::string help;
-  std::string footer;  ///< examples
+  std::vector<std::string> examples;  ///< command lines
+  std::string remarks;                ///< ends the full help
   std::vector<OptionDefinition> options;
 };
 

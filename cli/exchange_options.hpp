@@ -34,6 +34,7 @@ struct ImportCommand {
   std::string file;
   std::optional<std::string> format, instrument, instance, magnitude;
   std::string output = "-";
+  bool json = false;
 };
 
 /// Run the commands, in the program axiscal-exchange.

@@ -339,70 +339,73 @@ void set_stated_uncertainties(const ExperimentOptions& options, StatedUncertaint
 
 void add_files(OptionSet& options, ExperimentOptions& experiment, Need need) {
   options.add("files", experiment.files, "FILE",
-              "Observations (CSV, several are blocks) or one experiment (.json); - is stdin", need);
+              "readings (CSV), or one experiment (.json); several files are blocks; - is stdin",
+              need);
 }
 
 void add_experiment_options(OptionSet& options, ExperimentOptions& experiment) {
   OptionSet instrument = options.group("Instrument");
   instrument.add(
-      "--instrument", experiment.instrument, "KIND|FILE.json",
-      "accelerometer, inclinometer, magnetometer, gyroscope, optical or generic; a FILE.json "
-      "defines your own kind, for every command; L=KIND,M=KIND: kinds of the slots of columns "
-      "SLOT.axis. --axes, --unit, --field and others then also take L=..,M=..");
+      "--instrument", experiment.instrument, "KIND",
+      "accelerometer, inclinometer, magnetometer, gyroscope, optical or generic; or a FILE.json "
+      "with a kind of your own. L=KIND,M=KIND gives the kinds of several slots (columns "
+      "SLOT.axis); --axes, --unit, --field and others then take L=..,M=.. too");
   instrument.add("--serial", experiment.serial, "TEXT", "serial number");
   instrument.add("--model", experiment.model, "TEXT",
                  "name of the design that several units share");
-  instrument.add(
-      "--axes", experiment.axes, "A,B,..",
-      "response columns, one or more; x,y,z; d=p-n is an axis d, the difference of two columns");
+  instrument.add("--axes", experiment.axes, "A,B,..",
+                 "columns of the readings, one or more; d=p-n is an axis d, the difference of two "
+                 "columns [default: x,y,z]");
   instrument.add("--range", experiment.range, "LO,HI",
                  "readings at or beyond these are left out for their axis (saturated)");
   instrument.add_flag("--one-sided", experiment.one_sided,
-                      "axes that see only what comes from in front of them (photodiodes)");
-  instrument.add("--unit", experiment.unit, "UNIT", "unit of the readings; 1");
+                      "each axis sees light from its front only (photodiodes)");
+  instrument.add("--unit", experiment.unit, "UNIT", "unit of the readings [default: 1]");
   instrument.add(
       "--nominal-sensitivity", experiment.nominal_sensitivity, "S",
-      "nominal sensitivities of the axes: used to find mistakes that affect a whole run");
+      "nominal sensitivities of the axes; they help to find a mistake that affects a whole run");
   instrument.add("--convention", experiment.convention, "flu|frd",
-                 "axes forward-left-up (default) or forward-right-down");
+                 "axes forward-left-up or forward-right-down [default: flu]");
   OptionSet field = options.group("Field");
-  field.add(
-      "--field", experiment.field, "KIND",
-      "gravity, geomagnetic, earth_rotation, induced_rotation, induced_magnetic, light or custom; "
-      "KIND+KIND is a sum, and unit, magnitude and vector are then those of the induced part; "
-      "KIND:local and KIND:induced say if the level of a reading sets the field; NAME=KIND: the "
-      "level is in the column level.NAME; or a FILE.json with the field");
+  field.add("--field", experiment.field, "KIND",
+            "gravity, geomagnetic, earth_rotation, induced_rotation, induced_magnetic, light or "
+            "custom; or a FILE.json with the field. KIND+KIND is a sum: unit, magnitude and vector "
+            "are then those of the induced part. KIND:local and KIND:induced say whether the level "
+            "of a reading sets the field. NAME=KIND takes the level from the column level.NAME");
   field.add("--also", experiment.also, "KIND",
-            "a second field that it answers to, known in the table (a gyroscope's g-sensitivity)");
+            "a second known field to which the instrument responds (a gyroscope's g-sensitivity)");
   field.add("--field-unit", experiment.field_unit, "UNIT",
-            "g (default), m/s^2; nT, uT, T; rad/s, deg/s, deg/h; 1, W/m^2");
+            "g, m/s^2, nT, uT, T, rad/s, deg/s, deg/h, 1 or W/m^2 [default: g for gravity]");
   field.add("--field-magnitude", experiment.field_magnitude, "F",
-            "magnitude of the field, in its unit; for a sum A+B; `unknown` is fitted together with "
+            "magnitude of the field, in its unit; A+B for a sum; `unknown` is fitted together with "
             "a known field");
   field.add("--field-magnitude-u", experiment.field_magnitude_u, "U",
             "standard uncertainty of --field-magnitude");
   field.add("--field-table", experiment.field_table, "X,Y,Z",
-            "the field in the table's frame; of a sum X,Y,Z+X,Y,Z; or a FILE.csv of it over time");
-  field.add("--latitude", experiment.latitude, "DEG", "of the site");
-  field.add("--longitude", experiment.longitude, "DEG", "of the site; 0");
-  field.add("--height", experiment.height, "M", "of the site above the ellipsoid; 0");
-  field.add("--date", experiment.date, "DATE", "ISO 8601 or decimal year; today");
+            "the field in the table's frame; X,Y,Z+X,Y,Z for a sum; or a FILE.csv of the field "
+            "over time");
+  field.add("--latitude", experiment.latitude, "DEG", "latitude of the site");
+  field.add("--longitude", experiment.longitude, "DEG", "longitude of the site [default: 0]");
+  field.add("--height", experiment.height, "M",
+            "height of the site above the ellipsoid [default: 0]");
+  field.add("--date", experiment.date, "DATE", "ISO 8601 or decimal year [default: today]");
   field.add("--magnetic-model", experiment.magnetic_model, "NAME",
             "wmm2025 (built in), or one installed for GeographicLib");
   field.add("--gravity-model", experiment.gravity_model, "NAME",
             "wgs84 (built in), or one installed for GeographicLib");
-  field.add("--source", experiment.source, "sun|lamp",
-            "of light; the sun's place at each reading's time");
+  field.add(
+      "--source", experiment.source, "sun|lamp",
+      "source of the light; the position of the sun is computed for the time of each reading");
   OptionSet table_and_cube = options.group("Table and cube");
+  table_and_cube.add("--fence-azimuth", experiment.fence_azimuth, "DEG",
+                     "azimuth of the table's y axis, clockwise from north [default: 0; method "
+                     "joint estimates it]");
   table_and_cube.add(
-      "--fence-azimuth", experiment.fence_azimuth, "DEG",
-      "azimuth of the table's y axis, clockwise from north; 0, by joint as the readings show");
-  table_and_cube.add("--face-names", experiment.face_names, "WORD=FACE,..",
-                     "meaning of words in the columns rest and fence, as 'up=-Z,nose up=-X': the "
-                     "face on the table or at the fence");
-  table_and_cube.add("--slope", experiment.slope, "X,Y", "known slope of the table; 0,0");
+      "--face-names", experiment.face_names, "WORD=FACE,..",
+      "faces that words in the columns rest and fence stand for, as 'up=-Z,nose up=-X'");
+  table_and_cube.add("--slope", experiment.slope, "X,Y", "known slope of the table [default: 0,0]");
   table_and_cube.add("--positioner", experiment.positioner, "FILE",
-                     "measured cube; the nominal one");
+                     "file of the measured cube [default: the nominal cube]");
   table_and_cube.add(
       "--slot", experiment.slot, "NAME",
       "mount of the positioner that holds the instrument; acquire: A,B,.. of several "
@@ -414,48 +417,49 @@ void add_experiment_options(OptionSet& options, ExperimentOptions& experiment) {
       "(two on the web of an H, the second turned by 180 degrees about x or y)");
   OptionSet method = options.group("Method");
   method.add("--method", experiment.method, "METHOD",
-             "paired, joint, known or magnitude (without labels), chosen by the data; bias: at "
-             "rest in one pose, over temperature; attitude (calibrate): mounting of the instrument "
-             "of --from in a model");
+             "paired, joint, known, magnitude, bias or attitude; magnitude needs no labels. bias "
+             "takes readings at rest in one pose, over temperature. attitude finds how the "
+             "instrument of --from is mounted in a model [default: chosen by the data]");
   method.add("--shape", experiment.shape, "SHAPE",
-             "magnitude: symmetric (default) or triangular sensitivity");
-  method.add("--weights", experiment.weights, "W",
-             "samples (default where the column is there), sd or none");
-  method.add_flag("--robust", experiment.robust, "bisquare regression");
+             "sensitivity of method magnitude: symmetric or triangular [default: symmetric]");
+  method.add(
+      "--weights", experiment.weights, "W",
+      "weights of the readings: samples, sd or none [default: samples if there is such a column]");
+  method.add_flag("--robust", experiment.robust, "bisquare regression, which outliers do not pull");
   method.add_flag("--squares", experiment.squares,
                   "method magnitude: fit a squared term of each axis too, if the response bends");
   method.add_flag("--polar-fit", experiment.polar_fit,
                   "fit the known-art form (coning angle, azimuth) by Gauss-Newton too, to compare");
-  method.add("--leave-out", experiment.leave_out, "RUNS", "runs not to use, e.g. 7,8");
-  method.add("--noise-ratio", experiment.noise_ratio, "A,B,..",
-             "ratios of the noise of the axes (1,1,1: equal); mistakes are found more easily");
-  method.add("--drift", experiment.drift, "auto|none|linear",
-             "a drift of the bias over the run as a term of the fit; auto: where the readings show "
-             "one");
-  method.add("--seats", experiment.seats, "auto|fit|none",
-             "the turn of the cube each time it is laid as a part of the scatter; auto: from 24 "
-             "readings on");
-  method.add("--level-by", experiment.level_by, "run|block",
-             "one levelness for the run (default) or one for each block");
+  method.add("--leave-out", experiment.leave_out, "RUNS", "runs that are not used, as 7,8");
   method.add(
-      "--temperature-order", experiment.temperature_order, "N",
-      "of bias and scale over the column 'temperature': 0 (default), 1, 2 or auto; bias: any");
+      "--noise-ratio", experiment.noise_ratio, "A,B,..",
+      "known ratios of the noise of the axes, as 1,1,1; smaller mistakes are found with them");
+  method.add(
+      "--drift", experiment.drift, "auto|none|linear",
+      "fit a drift of the bias over the run; auto: if the readings show one [default: auto]");
+  method.add("--seats", experiment.seats, "auto|fit|none",
+             "count the turn of the cube each time it is laid as scatter; auto: from 24 readings "
+             "on [default: auto]");
+  method.add("--level-by", experiment.level_by, "run|block",
+             "one slope of the table for the run or one for each block [default: run]");
+  method.add("--temperature-order", experiment.temperature_order, "N",
+             "order of the polynomial in temperature for bias and scale: 0, 1, 2 or auto; any for "
+             "method bias [default: 0]");
   method.add("--temperature-reference", experiment.temperature_reference, "T",
-             "where the coefficients are stated; mean of the readings");
+             "temperature for which the coefficients are stated [default: mean of the readings]");
   method.add("--from", experiment.from, "RECORD",
-             "bias: the record that has the sensitivity; attitude: the instrument's");
+             "record with the sensitivity (method bias), or of the instrument (method attitude)");
   OptionSet uncertainty = options.group("Uncertainty");
   uncertainty.add("--resolution", experiment.resolution, "Q", "smallest step of a reading");
   uncertainty.add("--slope-u", experiment.slope_u, "RAD",
-                  "known: standard uncertainty of the slope, x and y");
+                  "standard uncertainty of a known slope, x and y");
   uncertainty.add("--direction-u", experiment.direction_u, "RAD",
-                  "known: standard uncertainty of the field's direction");
+                  "standard uncertainty of a known direction of the field");
   uncertainty.add("--temperature-u", experiment.temperature_u, "U",
                   "standard uncertainty of the temperature output");
-  uncertainty.add(
-      "--reference-u", experiment.reference_u, "U",
-      "relative standard uncertainty of the voltage or current reference of readings in "
-      "an electrical unit");
+  uncertainty.add("--reference-u", experiment.reference_u, "U",
+                  "relative standard uncertainty of the voltage or current reference, for readings "
+                  "in an electrical unit");
   uncertainty.add("--positioner-u", experiment.positioner_u, "RAD",
                   "standard uncertainty of each face normal of the cube");
 }

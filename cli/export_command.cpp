@@ -29,6 +29,14 @@ std::string formats_json() {
   return formats.dump(2) + "\n";
 }
 
+// The export in words: {"format", "file", "notes", "lost"}.
+std::string export_json(const ExportCommand& command, const Exported& result) {
+  nlohmann::ordered_json json{
+      {"format", *command.format}, {"file", command.output}, {"notes", result.notes}};
+  json["lost"] = result.loss ? nlohmann::ordered_json(loss_text(*result.loss)) : nullptr;
+  return json.dump(2) + "\n";
+}
+
 std::string list_of_formats() {
   std::string text;
   for (const ExportFormat& format : export_formats()) {
@@ -142,8 +150,14 @@ int run_export(const ExportCommand& command) {
   if (command.output == "-" && !is_text(*command.format) && isatty(STDOUT_FILENO) != 0) {
     throw UsageError(formatted("export: {} is a binary format; give -o FILE", *command.format));
   }
+  if (command.json && command.output == "-") {
+    throw UsageError("export: --json needs -o FILE, because the export itself goes to stdout");
+  }
   const Exported result = exported(command);
   write_whole_file(command.output, result.content);
+  if (command.json) {
+    write_whole_file("-", export_json(command, result));
+  }
   for (const std::string& note : result.notes) {
     print_remark("note", note);
   }

@@ -31,16 +31,17 @@ struct FieldCommand {
 };
 
 void add_options(OptionSet& options, FieldCommand& command) {
-  options.add("--latitude", command.latitude, "DEG", "geodetic, north positive");
-  options.add("--longitude", command.longitude, "DEG", "east positive");
-  options.add("--height", command.height, "M", "above the WGS 84 ellipsoid; 0");
-  options.add("--date", command.date, "DATE", "ISO 8601 (UTC) or decimal year; now");
+  options.add("--latitude", command.latitude, "DEG", "geodetic latitude, north positive");
+  options.add("--longitude", command.longitude, "DEG", "longitude, east positive");
+  options.add("--height", command.height, "M", "height above the WGS 84 ellipsoid [default: 0]");
+  options.add("--date", command.date, "DATE", "ISO 8601 (UTC) or decimal year [default: now]");
   options.add("--only", command.only, "NAMES", "some of gravity,geomagnetic,earth_rotation,sun");
   options.add("--magnetic-model", command.magnetic_model, "NAME",
               "wmm2025 (built in), or one installed for GeographicLib (igrf14)");
   options.add("--gravity-model", command.gravity_model, "NAME",
               "wgs84 (built in), or one installed for GeographicLib (egm96, egm2008)");
-  options.add_flag("--refraction", command.refraction, "the sun as the air lifts it");
+  options.add_flag("--refraction", command.refraction,
+                   "include the refraction of the air in the elevation of the sun");
   options.add_output(command.output);
   options.add_flag("--json", command.json, "print JSON instead of a table");
 }
@@ -192,7 +193,7 @@ int run(const FieldCommand& command) {
 
 Subcommand field_subcommand() {
   return make_subcommand<FieldCommand>(
-      "field", "gravity, geomagnetic field, Earth rotation and sun at a site", "", &add_options,
+      "field", "compute gravity, magnetic field, rotation and sun at a site", "", &add_options,
       &run);
 }
 

@@ -2,18 +2,23 @@
 #pragma once
 
 #include <string>
+#include <vector>
 
-namespace CLI {
-class App;
-}  // namespace CLI
+#include "definition.hpp"
 
 namespace axiscal::cli {
 
-/// @return three ways to call a subcommand, one a line; empty for a name that is none.
-[[nodiscard]] std::string examples_of(const std::string& subcommand);
+/// @return three ways to call a subcommand; none if the name is unknown.
+[[nodiscard]] std::vector<std::string> examples_of(const std::string& subcommand);
 
-/// @return the help of a subcommand: the common options, its examples, and the number of further
-///         options; or all options.
-[[nodiscard]] std::string help_of(CLI::App& subcommand, bool all);
+/// @return the subcommands, in at most 23 lines of 80 columns.
+[[nodiscard]] std::string overview(const ProgramDefinition& program);
+
+/// @return examples and the options that most calls need, each by the first clause of its
+///         description, in at most 24 lines of 80 columns.
+[[nodiscard]] std::string short_help(const SubcommandDefinition& subcommand);
+
+/// @return examples and all options, with their whole descriptions, in lines of 80 columns.
+[[nodiscard]] std::string full_help(const SubcommandDefinition& subcommand);
 
 }  // namespace axiscal::cli

@@ -23,8 +23,12 @@ int run_import(const ImportCommand& command) {
   }
   const std::string text = read_whole_file(command.file);
   try {
-    write_whole_file(command.output, calibration_json(import_calibration(
-                                         text, command.file, *command.format, options)));
+    const std::string record =
+        calibration_json(import_calibration(text, command.file, *command.format, options));
+    write_whole_file(command.output, record);
+    if (command.json && command.output != "-") {
+      write_whole_file("-", record);
+    }
   } catch (const DomainError& error) {
     throw UsageError("import", error);
   }

@@ -31,10 +31,11 @@ struct LevelCommand {
 void add_options(OptionSet& options, LevelCommand& command) {
   add_files(options, command.experiment, Need::required);
   add_experiment_options(options, command.experiment);
-  options.add("--adjusters", command.adjusters, "X,Y;..",
-              "where the table stands [m], frame table; the positioner's");
+  options.add(
+      "--adjusters", command.adjusters, "X,Y;..",
+      "positions of the height adjusters [m], in the table's frame [default: the positioner's]");
   options.add("--thread-pitch", command.thread_pitch, "M",
-              "height that one turn of an adjuster raises; default: from the positioner");
+              "height that one turn of an adjuster raises [default: from the positioner]");
   options.add_output(command.output);
   options.add_flag("--json", command.json, "print JSON instead of a table");
 }
@@ -271,8 +272,9 @@ int run(const LevelCommand& command) {
 
 Subcommand level_subcommand() {
   return make_subcommand<LevelCommand>(
-      "level", "12 readings or a record -> what to turn to level the table",
-      "Raise the adjusters as it says, take 12 readings again, until it says that it is level.",
+      "level", "compute the turns of the adjusters that level the table",
+      "Turn the adjusters as the output says. Take 12 readings again. Repeat this\n"
+      "until the output says that the table is level.",
       &add_options, &run);
 }
 

@@ -25,7 +25,7 @@ struct LogCommand {
 };
 
 void add_options(OptionSet& options, LogCommand& command) {
-  options.add("log", command.log, "FILE", "of any format; - is stdin", Need::required);
+  options.add("log", command.log, "FILE", "log of any format; - is stdin", Need::required);
   options.add_output(command.output);
   add_definitions_option(options, command.definitions);
   add_limit_option(options, command.limits);
@@ -232,9 +232,10 @@ int run(const LogCommand& command) {
 
 Subcommand log_subcommand() {
   return make_subcommand<LogCommand>(
-      "log", "the content of a file: sensors, rates, gaps, and the next commands",
-      "Reads tables (text, .npy, .npz, .mat, .xlsx, JSON), flight logs (ULog, DataFlash, "
-      "tlog,\nblackbox), bags (ROS 1, ROS 2, MCAP), recordings of phones, and output of devices.",
+      "log", "show the content of a file: sensors, rates, gaps",
+      "Reads tables (text, .npy, .npz, .mat, .xlsx, JSON), flight logs (ULog,\n"
+      "DataFlash, tlog, blackbox), bags (ROS 1, ROS 2, MCAP), recordings of phones,\n"
+      "and the output of devices.",
       &add_options, &run);
 }
 

@@ -34,46 +34,49 @@ void add_log_options(OptionSet& options, LogOptions& log) {
   OptionSet log_options = options.group("Log");
   log_options.add("--rate", log.rate, "HZ", "samples a second, instead of a column of times");
   log_options.add("--instance", log.instance, "N",
-                  "of recordings with several sensors of a kind: which, counted from 0");
+                  "number of the sensor, counted from 0, if a recording has several of a kind");
 }
 
 void add_unit_options(OptionSet& options, UnitOptions& units) {
   OptionSet group = options.group("Units of readings that state none");
-  group.add("--unit", units.all, "UNIT", "of all");
+  group.add("--unit", units.all, "UNIT", "unit of all readings");
   group.add("--accelerometer-unit", units.accelerometer, "UNIT",
-            "of the accelerometer: m/s^2, g, ..");
-  group.add("--gyroscope-unit", units.gyroscope, "UNIT", "of the gyroscope: deg/s, rad/s, ..");
+            "unit of the accelerometer: m/s^2, g, ..");
+  group.add("--gyroscope-unit", units.gyroscope, "UNIT", "unit of the gyroscope: deg/s, rad/s, ..");
   group.add("--magnetometer-unit", units.magnetometer, "UNIT",
-            "of the magnetometer: uT, gauss, ..");
+            "unit of the magnetometer: uT, gauss, ..");
 }
 
 void add_rest_options(OptionSet& options, RestOptions& rests) {
   add_log_options(options, rests.log);
   OptionSet log = options.group("Log");
   log.add("--columns", rests.columns, "A,B,..",
-          "columns whose variance tells rest from motion; segment: --accelerometer, or x,y,z; "
-          "calibrate: "
-          "the gyroscope's, or the accelerometer's");
-  log.add(
-      "--window", rests.window, "S",
-      "length of the sliding window [s]; half a window is left out at both ends of a rest; 0.5");
-  log.add("--min-length", rests.shortest, "S", "shortest length of a rest after trimming [s]; 1");
-  log.add("--trim", rests.trim, "S", "left out besides at both ends; 0.1");
+          "columns whose variance tells rest from motion; [default: segment: --accelerometer, or "
+          "x,y,z; calibrate: the gyroscope's, or the accelerometer's]");
+  log.add("--window", rests.window, "S",
+          "length of the sliding window [s]; half a window is left out at both ends of a rest "
+          "[default: 0.5]");
+  log.add("--min-length", rests.shortest, "S",
+          "shortest length of a rest after trimming [s] [default: 1]");
+  log.add("--trim", rests.trim, "S",
+          "time that is left out at both ends of a rest, besides [s] [default: 0.1]");
   log.add("--threshold", rests.threshold, "V",
-          "rest is where the joined variance is below it; chosen from the data");
+          "threshold of the variance; the instrument is at rest below it [default: chosen from the "
+          "data]");
   log.add("--plan", rests.plan, "SHEET", "run sheet: the seats of a cube, in its order");
   log.add("--regions", rests.regions, "FILE|COLUMN",
           "calibrate: rests and whole turns that are known: axiscal-regions (JSON), or a column of "
           "the table that names them, as x_p, x_a, x_rot");
   log.add("--first-fence", rests.first_fence, "FACE",
           "the first rest's face at the fence, where seats are recognised");
-  log.add("--accelerometer", rests.accelerometer, "X,Y,Z", "columns; ax,ay,az");
+  log.add("--accelerometer", rests.accelerometer, "X,Y,Z",
+          "columns of the accelerometer [default: ax,ay,az]");
   log.add("--gyroscope", rests.gyroscope, "X,Y,Z",
-          "columns; calibrate: gx,gy,gz if there are such");
+          "columns of the gyroscope [default: calibrate takes gx,gy,gz if they exist]");
   log.add("--magnetometer", rests.magnetometer, "X,Y,Z",
-          "columns; calibrate: mx,my,mz if there are such");
+          "columns of the magnetometer [default: calibrate takes mx,my,mz if they exist]");
   log.add("--gyroscope-scale", rests.gyroscope_scale, "RATE",
-          "rad/s per unit of the gyroscope, roughly; found among the usual ones");
+          "rad/s per unit of the gyroscope, roughly [default: found among the usual ones]");
 }
 
 std::vector<std::string> stated_options_of(const RestOptions& rests) {

@@ -39,13 +39,15 @@ struct NoiseCommand {
 };
 
 void add_options(OptionSet& options, NoiseCommand& command) {
-  options.add("log", command.log, "LOG", "of any format (see axiscal log); - is stdin",
+  options.add("log", command.log, "LOG", "log of any format (see axiscal log); - is stdin",
               Need::required);
-  options.add("--columns", command.columns, "A,B,..", "columns; all but the times");
+  options.add("--columns", command.columns, "A,B,..",
+              "columns of the sensors [default: all but the times]");
   add_log_options(options, command.options);
   options.add_flag("--all-taus", command.all_taus, "the curve at ten averaging times a decade");
-  options.add("--from", command.from, "S",
-              "the part at rest, from S seconds after the first sample on; the longest rest");
+  options.add(
+      "--from", command.from, "S",
+      "the part at rest, from S seconds after the first sample on [default: the longest rest]");
   options.add("--to", command.to, "S", "end of that part, in seconds after the first sample");
   add_unit_options(options, command.units);
   options.add("--tau", command.tau, "LO,HI",
@@ -55,9 +57,8 @@ void add_options(OptionSet& options, NoiseCommand& command) {
   options.add("--deviations", command.deviations, "mdev,hdev,totdev",
               "besides Allan's: modified, Hadamard, total");
   options.add("-o,--output", command.output, "FILE",
-              "where to write; - is stdout; a page to look at where it ends in .html");
-  options.add_flag("--all", command.all,
-                   "print all coefficients and the curves too; so do --deviations");
+              "output file; - is stdout. FILE.html is a page with plots [default: -]");
+  options.add_flag("--all", command.all, "print all coefficients and the curves");
   options.add_flag("--json", command.json, "print JSON instead of a table");
   options.add("--format", command.format, "kalibr",
               "write Kalibr's imu.yaml instead: densities, walks and rate of an IMU");
@@ -628,8 +629,9 @@ int run(const NoiseCommand& command) {
 }  // namespace
 
 Subcommand noise_subcommand() {
-  return make_subcommand<NoiseCommand>("noise", "log at rest -> Allan deviation, noise", "",
-                                       &add_options, &run);
+  return make_subcommand<NoiseCommand>("noise",
+                                       "compute the Allan deviation and the noise of a log at rest",
+                                       "", &add_options, &run);
 }
 
 }  // namespace axiscal::cli

@@ -53,7 +53,7 @@ class OptionSet {
                     const char* help);
   void add_flag(const char* name, bool& value, const char* help);
   /// `-o`, standard output where it is not given.
-  void add_output(std::string& path, const char* help = "where to write; - is stdout");
+  void add_output(std::string& path, const char* help = "output file; - is stdout [default: -]");
 
   /// The whole command line, as typed.
   [[nodiscard]] const std::vector<std::string>& typed() const { return *typed_; }

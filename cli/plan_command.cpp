@@ -47,18 +47,22 @@ void add_options(OptionSet& options, PlanCommand& command) {
               "instrument, field, cube and method (.json)");
   add_sheet_options(options, command.sheet);
   OptionSet forecast = options.group("Forecast");
-  forecast.add("--noise", command.noise, "SD", "sd of one sample, in the readings' unit");
+  forecast.add("--noise", command.noise, "SD",
+               "standard deviation of one sample, in the readings' unit");
   forecast.add(
       "--noise-log", command.noise_log, "FILE",
       "output of `noise --json`, instead of --noise: a reading is a mean over the dwell time");
-  forecast.add("--dwell", command.dwell, "S",
-               "time at a design point, with --noise-log; the sensible one of its noisiest axis");
-  forecast.add("--samples", command.samples, "N", "averaged at each point; 1");
+  forecast.add(
+      "--dwell", command.dwell, "S",
+      "time at a design point, with --noise-log [default: the sensible one of its noisiest axis]");
+  forecast.add("--samples", command.samples, "N", "averaged at each point [default: 1]");
   forecast.add("--want-angle-deg", command.want_angle, "U",
-               "standard uncertainty wanted of an angle: takes as many replicates as it needs");
-  forecast.add("--sensitivity", command.sensitivity, "S", "of each axis, nominal; 1");
-  forecast.add("--method", command.method, "METHOD", "paired, joint or known; by the design");
-  forecast.add("--positioner", command.positioner, "FILE", "the cube; the nominal one");
+               "wanted standard uncertainty of an angle; it sets the number of replicates");
+  forecast.add("--sensitivity", command.sensitivity, "S", "of each axis, nominal [default: 1]");
+  forecast.add("--method", command.method, "METHOD",
+               "paired, joint or known [default: by the design]");
+  forecast.add("--positioner", command.positioner, "FILE",
+               "file of the measured cube [default: the nominal cube]");
   forecast.add("--positioner-u", command.positioner_u, "RAD",
                "standard uncertainty of each face normal, besides the positioner's covariance");
   forecast.add("--slot", command.slot, "NAME",
@@ -69,22 +73,23 @@ void add_options(OptionSet& options, PlanCommand& command) {
       "--world", command.world, "FILE|NAME=V,..",
       ("effects on the readings besides white noise; each replicate is a block: " + world_names())
           .c_str());
-  forecast.add("--slope", command.slope, "X,Y", "of the table, expected; 0,0");
+  forecast.add("--slope", command.slope, "X,Y", "of the table, expected [default: 0,0]");
   OptionSet tolerances = options.group("Tolerances");
   tolerances.add(
       "--tolerances", command.tolerances, "NAME=SD,..",
       "errors by how the cube is made: foot_height_m, ball_radius_m, squareness_rad, fence_rad");
-  tolerances.add("--trials", command.trials, "N", "cubes simulated; 1000");
+  tolerances.add("--trials", command.trials, "N", "cubes simulated [default: 1000]");
   OptionSet temperature = options.group("Temperature");
   temperature.add(
       "--soak", command.soak, "LOG",
       "a log (CSV: time [s], temperature): is the instrument steady yet? Exit 1 when not");
   temperature.add("--soak-window", command.soak_window, "S",
-                  "span of earlier blocks, and duration of a block; 300");
+                  "span of earlier blocks, and duration of a block [default: 300]");
   temperature.add("--soak-tolerance", command.soak_tolerance, "T",
-                  "largest change of the temperature output during that time; 0.1");
+                  "largest change of the temperature output during that time [default: 0.1]");
   options.add("--page", command.page, "SHEET.html", "the run sheet as a page to print");
-  options.add("-o,--output", command.output, "FILE", "the run sheet (CSV); stdout");
+  options.add("-o,--output", command.output, "FILE",
+              "file of the run sheet (CSV) [default: -, stdout]");
   options.add_flag("--json", command.json, "print the forecast as JSON");
 }
 
@@ -353,7 +358,7 @@ int run(const PlanCommand& command) {
 
 Subcommand plan_subcommand() {
   return make_subcommand<PlanCommand>(
-      "plan", "a run sheet in random order, with a forecast of the uncertainties",
+      "plan", "write a run sheet, and forecast the uncertainties",
       "Without -o the sheet goes to stdout and the forecast to stderr.", &add_options, &run);
 }
 

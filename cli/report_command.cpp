@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
 
+#include <nlohmann/json.hpp>
+
 #include "adjuster_options.hpp"
 #include "axiscal/calib/calibration_json.hpp"
 #include "axiscal/calib/history.hpp"
@@ -88,17 +90,32 @@ std::optional<Observations> readings_for(const Calibration& calibration,
   return observations;
 }
 
-int write_certificate(const ReportCommand& command, const Calibration& calibration) {
+// The names of the details that ISO/IEC 17025 asks for and that are not given.
+std::vector<std::string> write_certificate(const ReportCommand& command,
+                                           const Calibration& calibration) {
   CertificateDetails details;
   if (command.laboratory) {
     details = read_certificate_details(*command.laboratory);
   }
   write_whole_file(command.output, certificate_pdf(calibration, details));
-  const std::vector<std::string> missing = missing_details(calibration, details);
+  std::vector<std::string> missing = missing_details(calibration, details);
   if (!missing.empty()) {
     print_remark("note", "ISO/IEC 17025 asks for more than --laboratory says: " + joined(missing));
   }
-  return 0;
+  return missing;
+}
+
+// The written file in words: {"file", "kind", "serial", "missing"}.
+std::string report_json(const ReportCommand& command,
+                        const Calibration& calibration,
+                        std::string_view kind,
+                        const std::vector<std::string>& missing) {
+  return nlohmann::ordered_json{{"file", command.output},
+                                {"kind", kind},
+                                {"serial", calibration.sensor.instrument.serial},
+                                {"missing", missing}}
+             .dump(2) +
+         "\n";
 }
 
 }  // namespace
@@ -110,8 +127,15 @@ int run_report(const ReportCommand& command) {
     throw UsageError(formatted("report: -o must end in .html or .pdf, not '{}'", command.output));
   }
   const Calibration calibration = read_calibration(command.record);
+  if (command.json && command.output == "-") {
+    throw UsageError("report: --json needs -o FILE, because the report itself goes to stdout");
+  }
   if (command.output.ends_with(".pdf")) {
-    return write_certificate(command, calibration);
+    const std::vector<std::string> missing = write_certificate(command, calibration);
+    if (command.json) {
+      write_whole_file("-", report_json(command, calibration, "certificate", missing));
+    }
+    return 0;
   }
   if (command.laboratory) {
     throw UsageError("report: --laboratory is for a certificate (-o FILE.pdf)");
@@ -145,6 +169,9 @@ int run_report(const ReportCommand& command) {
     options.noise = &*noise;
   }
   write_whole_file(command.output, calibration_report(calibration, options));
+  if (command.json) {
+    write_whole_file("-", report_json(command, calibration, "report", {}));
+  }
   return 0;
 }
 

@@ -10,27 +10,32 @@ namespace {
 void add_options(OptionSet& options, ReportCommand& command) {
   options.add("record", command.record, "RECORD", "calibration record (JSON)", Need::required);
   options.add("observations", command.observations, "OBS",
-              "its readings (CSV), for their values, times and directions");
+              "readings of the record (CSV), to show their values, times and directions");
   add_table_options(options, command.table);
   options.add("--history", command.history, "FOLDER",
-              "records of the same unit: its drift over the years");
+              "folder of records of the same unit, to show its drift over the years");
   options.add("--adjusters", command.adjusters, "X,Y;X,Y;..",
-              "where the table's height adjusters stand [m]: the turns that level it");
-  options.add("--thread-pitch", command.thread_pitch, "M", "of the adjusters");
-  options.add("--positioner", command.positioner, "FILE", "with a table and its adjusters");
+              "positions of the table's height adjusters [m], for the turns that level the table");
+  options.add("--thread-pitch", command.thread_pitch, "M", "thread pitch of the adjusters");
+  options.add("--positioner", command.positioner, "FILE",
+              "positioner file with the table and its adjusters");
   options.add("--noise", command.noise, "FILE",
-              "of the instrument at rest (noise --json): its Allan deviation");
-  options.add("--laboratory", command.laboratory, "FILE",
-              "of a certificate: laboratory, customer, number, ... (axiscal-laboratory, JSON)");
+              "noise of the instrument at rest (from noise --json), to show its Allan deviation");
+  options.add(
+      "--laboratory", command.laboratory, "FILE",
+      "details of a certificate: laboratory, customer, number, ... (axiscal-laboratory, JSON)");
   options.add("-o,--output", command.output, "FILE", "a report (.html), or a certificate (.pdf)",
               Need::required);
+  options.add_flag("--json", command.json,
+                   "print JSON: the file, its kind, and the missing details");
 }
 
 }  // namespace
 
 Subcommand report_subcommand(int (*run)(const ReportCommand&)) {
-  return make_subcommand<ReportCommand>("report", "calibration record -> a report to look at", "",
-                                        &add_options, run);
+  return make_subcommand<ReportCommand>(
+      "report", "write a report (HTML) or a certificate (PDF) of a calibration", "", &add_options,
+      run);
 }
 
 }  // namespace axiscal::cli

@@ -15,6 +15,7 @@ struct ReportCommand {
       thread_pitch;
   TableOptions table;
   std::string output;
+  bool json = false;
 };
 
 /// Runs the command, in the program axiscal-report.

@@ -25,7 +25,7 @@ struct SegmentCommand {
 };
 
 void add_options(OptionSet& options, SegmentCommand& command) {
-  options.add("log", command.log, "LOG", "of any format (see axiscal log); - is stdin",
+  options.add("log", command.log, "LOG", "log of any format (see axiscal log); - is stdin",
               Need::required);
   add_rest_options(options, command.rests);
   options.add("--range", command.rests.range, "LO,HI", "samples at or beyond these are saturated");
@@ -164,8 +164,8 @@ int run(const SegmentCommand& command) {
 }  // namespace
 
 Subcommand segment_subcommand() {
-  return make_subcommand<SegmentCommand>("segment", "raw log -> static positions as observations",
-                                         "", &add_options, &run);
+  return make_subcommand<SegmentCommand>(
+      "segment", "find the rests of a log, and write them as readings", "", &add_options, &run);
 }
 
 }  // namespace axiscal::cli

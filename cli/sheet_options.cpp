@@ -14,12 +14,13 @@
 namespace axiscal::cli {
 
 void add_sheet_options(OptionSet& options, SheetOptions& sheet) {
-  options.add("--design", sheet.design, "6|12|24|optimal:N|FILE",
-              "6, 12 (default) or 24 points, the N of the 24 that determine most, or a file");
-  options.add("--replicates", sheet.replicates, "N", "how often the whole design is taken; 1");
-  options.add("--seed", sheet.seed, "S", "of the random order; 1");
+  options.add("--design", sheet.design, "DESIGN",
+              "6, 12 or 24 points, optimal:N (the N best of the 24), or a FILE [default: 12]");
+  options.add("--replicates", sheet.replicates, "N",
+              "repetitions of the whole design [default: 1]");
+  options.add("--seed", sheet.seed, "S", "seed of the random order [default: 1]");
   options.add("--temperatures", sheet.temperatures, "T,T,..",
-              "soak levels, one after another: all replicates at each");
+              "soak levels; each has all replicates");
 }
 
 std::uint64_t seed_of(const SheetOptions& options) {
@@ -98,10 +99,10 @@ std::vector<RunSheetRow> make_sheet(const SheetOptions& options) {
 
 void add_recording_options(OptionSet& options, RecordingOptions& recording) {
   options.add("--recording", recording.kind, "free|sweep|turns",
-              "a log instead of readings: turned by hand, at rest over temperature, or rests and "
-              "turns of a gyroscope in the seats");
-  options.add("--samples", recording.samples, "N", "of the recording; 6000");
-  options.add("--rate", recording.rate, "HZ", "samples a second; 100");
+              "simulate a log: turned by hand (free), at rest over temperature (sweep), or rests "
+              "and turns of a gyroscope (turns)");
+  options.add("--samples", recording.samples, "N", "samples of the recording [default: 6000]");
+  options.add("--rate", recording.rate, "HZ", "samples a second [default: 100]");
 }
 
 std::optional<Recording> recording_of(const RecordingOptions& options) {

@@ -37,13 +37,15 @@ void write_csv(const SimulateCommand& command, const std::string& csv) {
 }
 
 void add_options(OptionSet& options, SimulateCommand& command) {
-  options.add_repeated("--truth", command.truths, "RECORD",
-                       "calibration record; for an assembly SLOT=RECORD, once for each slot");
+  options.add_repeated(
+      "--truth", command.truths, "RECORD",
+      "calibration record of the true instrument; SLOT=RECORD, once for each slot of an assembly");
   add_sheet_options(options, command.sheet);
-  options.add("--noise", command.noise, "SD", "sd of a reading, in its unit; 0");
-  options.add("--slope", command.slope, "X,Y", "tilt of the table; 0,0");
+  options.add("--noise", command.noise, "SD",
+              "standard deviation of a reading, in its unit [default: 0]");
+  options.add("--slope", command.slope, "X,Y", "tilt of the table [default: 0,0]");
   options.add("--temperature-sd", command.temperature_sd, "SD",
-              "scatter of the temperatures about their levels; 0");
+              "scatter of the temperatures about their levels [default: 0]");
   options.add("--resolution", command.resolution, "Q",
               "readings are rounded to multiples of this step");
   options.add("--world", command.world, "FILE|NAME=V,..",
@@ -51,7 +53,8 @@ void add_options(OptionSet& options, SimulateCommand& command) {
   add_recording_options(options, command.recording);
   options.add("--fence-azimuth", command.fence_azimuth, "DEG",
               "of the table's y axis; turns the field of the truth");
-  options.add("--positioner", command.positioner, "FILE", "cube: feet or normals, fence, mounts");
+  options.add("--positioner", command.positioner, "FILE",
+              "measured cube: feet or normals, fence, mounts");
   options.add("--slot", command.slot, "NAME", "mount of the positioner that holds the instrument");
   options.add("--assembly", command.assembly, "NAME", "mounts of the slots, as by calibrate");
   options.add_flag("--json", command.json, "rows as JSON, one object per line, instead of CSV");
@@ -215,8 +218,8 @@ int run(const SimulateCommand& command) {
 }  // namespace
 
 Subcommand simulate_subcommand() {
-  return make_subcommand<SimulateCommand>("simulate", "observations from a known truth", "",
-                                          &add_options, &run);
+  return make_subcommand<SimulateCommand>("simulate", "simulate the readings of a known instrument",
+                                          "", &add_options, &run);
 }
 
 }  // namespace axiscal::cli

@@ -40,14 +40,15 @@ void add_options(OptionSet& options, StudyCommand& command) {
   options.add("--truth", command.truth, "RECORD", "the true instrument and field");
   add_experiment_options(options, command.experiment);
   add_sheet_options(options, command.sheet);
-  options.add("--trials", command.trials, "N", "runs simulated and calibrated; 1000");
+  options.add("--trials", command.trials, "N", "runs simulated and calibrated [default: 1000]");
   options.add("--shard", command.shard, "I/N", "part I of N of the trials; for --merge");
-  options.add("--noise", command.noise, "SD[,SD..]",
-              "of a reading, for all axes or each; the truth's residual_sd");
+  options.add(
+      "--noise", command.noise, "SD[,SD..]",
+      "standard deviation of a reading, for all axes or each [default: the truth's residual_sd]");
   options.add("--slope-sd", command.slope_sd, "RAD",
-              "each run's table is tilted by this much more; 0");
+              "each run's table is tilted by this much more [default: 0]");
   options.add("--temperature-sd", command.temperature_sd, "SD",
-              "scatter of the temperatures about their levels; 0");
+              "scatter of the temperatures about their levels [default: 0]");
   options.add("--tolerances", command.tolerances, "NAME=SD,..",
               "each run has a cube with such errors, unknown to the calibration");
   options.add_flag("--random-normals", command.random_normals,
@@ -241,11 +242,11 @@ int run(const StudyCommand& command) {
 
 Subcommand study_subcommand() {
   return make_subcommand<StudyCommand>(
-      "study", "Monte Carlo of the whole chain: bias, scatter, stated uncertainty, coverage",
-      "On several processors: parallel axiscal study --truth cal.json --noise 1e-4 --trials 100000 "
-      "--seed 7 \\\n"
-      "           --shard {}/8 -o part{}.json ::: 1 2 3 4 5 6 7 8; axiscal study --merge "
-      "part*.json",
+      "study", "simulate many runs: bias, scatter, stated uncertainty, coverage",
+      "On several processors:\n"
+      "  parallel axiscal study --truth cal.json --noise 1e-4 --trials 100000 \\\n"
+      "    --seed 7 --shard {}/8 -o part{}.json ::: 1 2 3 4 5 6 7 8\n"
+      "  axiscal study --merge part*.json",
       &add_options, &run);
 }
 

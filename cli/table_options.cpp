@@ -396,20 +396,21 @@ void add_table_options(OptionSet& options, TableOptions& table) {
   OptionSet group = options.group("Table");
   group.add("--names", table.names, "A,B,..", "names of the columns of a file without a header");
   group.add("--map", table.map, "FILE",
-            "axiscal-log (JSON): columns renamed, scaled, turned round");
-  group.add("--time", table.time, "COLUMN",
-            "of times; time, t, timestamp with _s, _ms, _us, _ns or (s), (ms), ..");
+            "axiscal-log file (JSON) that renames, scales and turns columns");
+  group.add(
+      "--time", table.time, "COLUMN",
+      "column of times [default: time, t or timestamp, with _s, _ms, _us, _ns, (s), (ms), ..]");
   group.add("--temperature-column", table.temperature_column, "COLUMN",
-            "of temperatures; temperature; A,B,C: of each axis's own sensor, in their order, or "
-            "AXIS=A,.. and SLOT=A,..; else AXIS_temperature and SLOT.temperature");
+            "column of temperatures; A,B,C or AXIS=A,.. if each axis has its own sensor, SLOT=A,.. "
+            "for slots [default: temperature, AXIS_temperature, SLOT.temperature]");
   add_definitions_option(group, table.definitions);
   add_limit_option(group, table.limits);
 }
 
 void add_limit_option(OptionSet& options, std::optional<std::string>& limits) {
   options.add("--limit", limits, "NAME=VALUE,..",
-              "the most that reading a file may cost, for a file that you trust: nesting, members, "
-              "unpacked, cells, steps, memory, disk");
+              "raise a limit of reading, for a file that you trust; NAME is nesting, members, "
+              "unpacked, cells, steps, memory or disk");
 }
 
 ReadLimits limits_of(const std::optional<std::string>& limits) {
@@ -432,7 +433,7 @@ ReadLimits limits_of(const std::optional<std::string>& limits) {
 
 void add_definitions_option(OptionSet& options, std::optional<std::string>& definitions) {
   options.add("--definitions", definitions, "DIR",
-              "of ROS message definitions (package/msg/Type.msg), for a bag that holds none");
+              "folder of ROS message definitions (package/msg/Type.msg), for a bag without them");
 }
 
 void take_definitions(const std::optional<std::string>& definitions) {

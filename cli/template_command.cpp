@@ -4,6 +4,8 @@
 #include <string>
 #include <vector>
 
+#include <nlohmann/json.hpp>
+
 #include "axiscal/core/nearest_name.hpp"
 #include "axiscal/core/number_text.hpp"
 #include "axiscal/core/output_file.hpp"
@@ -18,13 +20,15 @@ namespace {
 struct TemplateCommand {
   std::string name;
   std::string output = "-";
+  bool json = false;
 };
 
 void add_options(OptionSet& options, TemplateCommand& command) {
-  options.add("name", command.name, "NAME",
-              "experiment, laboratory, limits, map, positioner or world; without a name they are "
-              "listed",
-              Need::optional);
+  options.add(
+      "name", command.name, "NAME",
+      "experiment, laboratory, limits, map, positioner or world; without a name all are listed",
+      Need::optional);
+  options.add_flag("--json", command.json, "print the list of templates as JSON");
   options.add_output(command.output);
 }
 
@@ -42,14 +46,25 @@ constexpr std::array<Template, 6> templates = {
      {"positioner", &positioner_template, "a measured cube: --positioner"},
      {"world", &world_template, "errors of a simulation: study --world"}}};
 
+std::string list_of_templates() {
+  std::string text;
+  for (const Template& one : templates) {
+    text += formatted("{:<12}{}\n", one.name, one.help);
+  }
+  return text + "\naxiscal template laboratory -o lab.json writes one\n";
+}
+
+std::string templates_json() {
+  nlohmann::ordered_json list = nlohmann::ordered_json::array();
+  for (const Template& one : templates) {
+    list.push_back({{"name", one.name}, {"description", one.help}});
+  }
+  return list.dump(2) + "\n";
+}
+
 int run(const TemplateCommand& command) {
   if (command.name.empty()) {
-    std::string text;
-    for (const Template& one : templates) {
-      text += formatted("{:<12}{}\n", one.name, one.help);
-    }
-    write_whole_file(command.output,
-                     text + "\naxiscal template laboratory -o lab.json writes one\n");
+    write_whole_file(command.output, command.json ? templates_json() : list_of_templates());
     return 0;
   }
   const auto* const found =
@@ -73,7 +88,7 @@ int run(const TemplateCommand& command) {
 
 Subcommand template_subcommand() {
   return make_subcommand<TemplateCommand>(
-      "template", "an example of each file that is written by hand", "", &add_options, &run);
+      "template", "print an example of a file that is written by hand", "", &add_options, &run);
 }
 
 }  // namespace axiscal::cli

@@ -5,7 +5,7 @@
 
 namespace axiscal {
 
-std::string wrapped(const std::string& text, std::size_t width) {
+std::string wrapped(const std::string& text, std::size_t width, std::size_t indent) {
   std::string result;
   std::size_t column = 0;
   std::size_t from = 0;
@@ -13,8 +13,8 @@ std::string wrapped(const std::string& text, std::size_t width) {
     const std::size_t end = std::min(text.find(' ', from), text.size());
     const std::string word = text.substr(from, end - from);
     if (column > 0 && column + 1 + word.size() > width) {
-      result += "\n    ";
-      column = 4;
+      result += '\n' + std::string(indent, ' ');
+      column = indent;
     } else if (column > 0) {
       result += ' ';
       ++column;

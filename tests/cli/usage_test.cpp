@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <cstdlib>
+#include <sstream>
 
 #include "axiscal/calib/certificate_details.hpp"
 #include "axiscal/calib/experiment_json.hpp"
@@ -20,18 +21,53 @@ TEST(Usage, HelpAndVersionGoToStandardOutput) {
   const ProgramResult version = run_axiscal({"--version"});
   EXPECT_EQ(version.status, 0);
   EXPECT_EQ(version.out, "axiscal 0.1.0\n");
-  for (const std::vector<std::string>& arguments :
-       std::vector<std::vector<std::string>>{{"--help"},
-                                             {"calibrate", "--help"},
-                                             {"apply", "--help"},
-                                             {"plan", "-h"},
-                                             {"simulate", "--help"}}) {
-    const ProgramResult help = run_axiscal(arguments);
-    EXPECT_EQ(help.status, 0);
-    EXPECT_THAT(help.out, HasSubstr("Usage: axiscal"));
-    EXPECT_EQ(help.err, "");
+}
+
+std::vector<std::string> lines_of(const std::string& text) {
+  std::vector<std::string> lines;
+  std::istringstream stream(text);
+  for (std::string line; std::getline(stream, line);) {
+    lines.push_back(line);
   }
-  EXPECT_THAT(run_axiscal({"--help"}).out, HasSubstr("simulate"));
+  return lines;
+}
+
+void expect_to_fit(const std::string& text, std::size_t rows) {
+  const std::vector<std::string> lines = lines_of(text);
+  EXPECT_LE(lines.size(), rows) << text;
+  for (const std::string& line : lines) {
+    EXPECT_LE(line.size(), 80U) << text;
+  }
+}
+
+// Help begins with examples and fits a terminal of 80 x 24; the whole help is as wide.
+TEST(Usage, HelpFitsATerminal) {
+  const std::string overview = run_axiscal({"help"}).out;
+  EXPECT_EQ(run_axiscal({"--help"}).out, overview);
+  EXPECT_EQ(run_axiscal({"-h"}).out, overview);
+  expect_to_fit(overview, 23);
+  const ProgramResult alone = run_axiscal({});
+  EXPECT_EQ(alone.status, 2);
+  EXPECT_THAT(alone.err, HasSubstr(overview));
+
+  int subcommands = 0;
+  for (const std::string& line : lines_of(overview)) {
+    if (!line.starts_with("  ") || line.starts_with("  axiscal")) {
+      continue;
+    }
+    const std::string name = line.substr(2, line.find(' ', 2) - 2);
+    SCOPED_TRACE(name);
+    const ProgramResult help = run_axiscal({name, "--help"});
+    EXPECT_EQ(help.status, 0);
+    EXPECT_EQ(help.err, "");
+    EXPECT_TRUE(help.out.starts_with("  axiscal " + name) || name == "apply") << help.out;
+    EXPECT_THAT(help.out, HasSubstr("Usage: axiscal " + name));
+    EXPECT_EQ(run_axiscal({"help", name}).out, help.out);
+    expect_to_fit(help.out, 24);
+    expect_to_fit(run_axiscal({name, "--help-all"}).out, 400);
+    ++subcommands;
+  }
+  EXPECT_EQ(subcommands, 18);
 }
 
 TEST(Usage, MistakesHaveStatusTwoAndAHint) {
