@@ -1,27 +1,47 @@
 #!/usr/bin/env bash
 # SPDX-License-Identifier: Apache-2.0
-# Compiles the library proper and its vector kernels for arm64, and runs the kernels' tests in an emulator. Needs
-# Debian's g++-aarch64-linux-gnu (or crossbuild-essential-arm64), qemu-user and googletest. The headers of the other
-# libraries are this machine's: they are the same on both.
+# Compiles the library, the command and the tests of core and kernels for arm64, and runs them in an emulator: the
+# tests, and a calibration whose record is compared with this machine's. The arm64 libraries come from Debian; they
+# lie in AXISCAL_ROOTS (/var/tmp/axiscal-roots) and are kept for the next run. Needs root, and Debian's
+# g++-aarch64-linux-gnu, qemu-user and debootstrap.
 set -euo pipefail
 cd "$(dirname "$0")/.."
 
 . scripts/jobs.sh
-for program in aarch64-linux-gnu-g++ qemu-aarch64; do
+for program in aarch64-linux-gnu-g++ qemu-aarch64 debootstrap; do
   command -v "$program" >/dev/null || {
-    echo "arm64.sh: $program is missing; install crossbuild-essential-arm64 and qemu-user" >&2
+    echo "arm64.sh: $program is missing; install g++-aarch64-linux-gnu, qemu-user and debootstrap" >&2
     exit 1
   }
 done
-# The preset names the compiler.
-env -u CXX cmake --preset arm64 "-Dfmt_DIR=/usr/lib/$(uname -m)-linux-gnu/cmake/fmt"
-cmake --build --preset arm64
 
-googletest=/usr/src/googletest
-aarch64-linux-gnu-g++ -std=c++20 -O1 -pthread -I . -I kernels/include -I core/include \
-  -I build/arm64/core/include -isystem /usr/include/eigen3 \
-  -I "$googletest/googletest" -I "$googletest/googletest/include" -I "$googletest/googlemock" \
-  -I "$googletest/googlemock/include" tests/kernels/kernels_test.cpp "$googletest/googletest/src/gtest-all.cc" \
-  "$googletest/googlemock/src/gmock-all.cc" "$googletest/googlemock/src/gmock_main.cc" \
-  build/arm64/kernels/libaxiscal_kernels.a build/arm64/core/libaxiscal_core.a -o build/arm64/kernels_test
-qemu-aarch64 -L /usr/aarch64-linux-gnu build/arm64/kernels_test
+suite=$(. /etc/os-release && echo "$VERSION_CODENAME")
+sysroot=${AXISCAL_ROOTS:-/var/tmp/axiscal-roots}/$suite-arm64
+libraries=libc6-dev,libgeographiclib-dev,libfmt-dev,libmd-dev,zlib1g-dev,libbz2-dev,liblzma-dev,libminizip-dev
+libraries+=,liblz4-dev,libzstd-dev,libsqlite3-dev,libeigen3-dev,nlohmann-json3-dev,libboost-dev,libcli11-dev
+libraries+=,libpugixml-dev,libyaml-cpp-dev,libxlsxwriter-dev,libgtest-dev,libgmock-dev
+if [ ! -e "$sysroot/.complete" ]; then
+  rm -rf "$sysroot"
+  mkdir -p "$sysroot"
+  # --foreign downloads the packages and runs none of their scripts; the compiler needs their files alone.
+  debootstrap --foreign --arch=arm64 --variant=minbase "--include=$libraries" "$suite" "$sysroot"
+  for package in "$sysroot"/var/cache/apt/archives/*.deb; do
+    dpkg-deb -x "$package" "$sysroot"
+  done
+  touch "$sysroot/.complete"
+fi
+
+# The preset names the compiler.
+env -u CXX PKG_CONFIG_SYSROOT_DIR="$sysroot" PKG_CONFIG_LIBDIR="$sysroot/usr/lib/aarch64-linux-gnu/pkgconfig" \
+  cmake --preset arm64 "-DCMAKE_SYSROOT=$sysroot" "-DCMAKE_FIND_ROOT_PATH=$sysroot" \
+  "-DCMAKE_CROSSCOMPILING_EMULATOR=qemu-aarch64;-L;$sysroot"
+cmake --build --preset arm64 -- -k 0
+
+emulated() { qemu-aarch64 -L "$sysroot" "$@"; }
+emulated build/arm64/tests/core_test
+emulated build/arm64/tests/kernels_test
+work=build/arm64/files
+mkdir -p "$work"
+emulated build/arm64/cli/axiscal calibrate examples/run.csv --instrument accelerometer --unit V -o $work/cal.json
+emulated build/arm64/cli/axiscal apply $work/cal.json examples/run.csv -o $work/angles.csv
+head -n 3 $work/angles.csv

@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 # The long look before a change is handed in: format, clang, g++, address and undefined-behaviour sanitizers of both,
 # the thread sanitizer, libc++ where it is there, the gates (hostile clients, short fuzzing), each public header alone, Doxygen,
-# the library for arm64 (scripts/arm64.sh), and clang-tidy on what changed against origin/main (--all: on everything).
+# arm64 and musl (scripts/arm64.sh, scripts/musl.sh), and clang-tidy on what changed against origin/main (--all: on everything).
 # Needs clang, clang-format, clang-tidy and doxygen beside what dependencies.sh installs.
 #
 # check.sh SUITE [COMPILER ...] runs the README's two commands on a fresh Debian instead: check.sh trixie
@@ -31,6 +31,7 @@ scripts/gates.sh
 cmake --build --preset dev --target all_verify_interface_header_sets
 doxygen scripts/Doxyfile
 scripts/arm64.sh
+scripts/musl.sh
 
 if [ "${1:-}" = --all ]; then
   files=$(git ls-files '*.cpp')

@@ -321,7 +321,7 @@ RegressionRows rows_of_readings(const ReadingSet& set) {
   const std::vector<std::size_t> firsts = first_of_layings(set);
   std::size_t laying = 0;
   for (std::size_t i = 0; i < set.readings.size() && firsts.size() < set.readings.size(); ++i) {
-    laying += laying < firsts.size() && firsts[laying] == i ? 1 : 0;
+    laying += laying < firsts.size() && firsts[laying] == i ? 1U : 0U;
     rows.laying.push_back(static_cast<int>(laying) - 1);
   }
   rows.rows.reserve(set.readings.size());
