@@ -252,7 +252,8 @@ Action parse_command_line(const std::vector<std::string>& typed,
   CLI::App app("Axiscal calibrates axis-sensitive instruments in 12 orientations.", "axiscal");
   app.require_subcommand(1);
   app.set_version_flag("--version", std::string(software_name()), "Print the version and exit");
-  app.add_flag("--verbose", "With --version: libraries and programs too");
+  bool is_verbose = false;
+  app.add_flag("--verbose", is_verbose, "With --version: libraries and programs too");
   const bool generates = !arguments.empty() && arguments.front() == "--generate";
   const bool shows_all =
       generates || std::any_of(arguments.begin(), arguments.end(), asks_for_help);

@@ -169,13 +169,18 @@ std::string residuals_section(const Calibration& calibration,
   return words_on_fit(calibration) + figures.add_all(plots);
 }
 
+// The value with the digits that its standard uncertainty lets it have.
+Cell rounded_cell(double value, double u) {
+  return {true_minus(rounded_value(value, u)), number_text(value)};
+}
+
 std::string history_section(const UnitHistory& unit, Figures& figures) {
   std::vector<std::vector<Cell>> rows;
   for (const ParameterTrend& trend : unit.trends) {
     rows.push_back({{trend.parameter, ""},
-                    number_cell(trend.values.back(), 8),
-                    number_cell(trend.slope_per_year, 3),
-                    number_cell(trend.slope_u_per_year, 2),
+                    rounded_cell(trend.values.back(), trend.u.back()),
+                    rounded_cell(trend.slope_per_year, trend.slope_u_per_year),
+                    {rounded_uncertainty(trend.slope_u_per_year), ""},
                     number_cell(trend.p_value, 2),
                     {trend.meets_limit_on, ""}});
   }

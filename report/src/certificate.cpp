@@ -2,7 +2,10 @@
 #include "axiscal/report/certificate.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <functional>
+#include <map>
 
 #include "axiscal/calib/intrinsic.hpp"
 #include "axiscal/calib/method_kind.hpp"
@@ -18,6 +21,7 @@
 #include "report/src/pdf_writer.hpp"
 
 namespace axiscal {
+#ifdef AXISCAL_CAIRO
 namespace {
 
 std::string or_not_stated(const std::string& text) {
@@ -47,6 +51,22 @@ std::string words_of_parameter(const std::string& name) {
   }
   if (parts.size() == 3 && parts[1] == "sensitivity") {
     return formatted("sensitivity of {} along {}", parts[0], parts[2]);
+  }
+  if (parts.size() == 2 && parts[1] == "residual_sd") {
+    return formatted("scatter of {}", parts[0]);
+  }
+  if (parts.size() == 2 && parts[0] == "levelness") {
+    return formatted("tilt of the table along {}", parts[1]);
+  }
+  constexpr std::array<std::pair<std::string_view, std::string_view>, 4> others = {
+      {{"readings", "number of readings"},
+       {"design_points", "number of orientations"},
+       {"pitch_error_deg", "uncertainty of pitch"},
+       {"drift_p_value", "p value of the test for drift"}}};
+  for (const auto& [known, words] : others) {
+    if (name == known) {
+      return std::string(words);
+    }
   }
   if (parts.size() == 3 && parts[2].starts_with('d') &&
       (parts[1] == "bias" || parts[1] == "scale")) {
@@ -118,28 +138,74 @@ std::string method_text(const Calibration& calibration) {
                    method_kind(calibration.fit.method).by_turns ? " turns" : " readings");
 }
 
-// Each value with its U next to its limits, narrowed by the guard band.
+// The expanded uncertainties of coefficients, of axes' sensitivities and of angles between axes.
+std::map<std::string, double, std::less<>> expanded_uncertainties(const Calibration& calibration) {
+  std::map<std::string, double, std::less<>> expanded;
+  for (const ParameterUncertainty& one : parameter_uncertainties(calibration)) {
+    expanded[one.name] = one.uncertainty.expanded;
+  }
+  const IntrinsicParameters intrinsic = intrinsic_parameters(calibration);
+  for (std::size_t i = 0; i < intrinsic.uncertainty.size(); ++i) {
+    expanded.emplace(intrinsic.names[i], intrinsic.uncertainty[i].expanded);
+  }
+  return expanded;
+}
+
+// The unit of a limit in a certificate, which states angles in degrees; and the factor to it.
+std::pair<std::string, double> unit_of_limit(const Calibration& calibration,
+                                             const std::string& name) {
+  if (name.starts_with("angle.") || name.starts_with("levelness.")) {
+    return {"deg", deg_per_rad};
+  }
+  if (name == "pitch_error_deg") {
+    return {"deg", 1.0};
+  }
+  if (name == "readings" || name == "design_points" || name == "drift_p_value") {
+    return {"1", 1.0};
+  }
+  const Instrument& instrument = calibration.sensor.instrument;
+  if (name.ends_with(".residual_sd")) {
+    return {instrument.unit, 1.0};
+  }
+  return {name.ends_with(".sensitivity") ? unit_per(instrument.unit, calibration.sensor.field.unit)
+                                         : parameter_unit(calibration, name),
+          1.0};
+}
+
+// Each value with its U, its limits, and the range that is accepted under a guarded rule.
 std::vector<std::vector<std::string>> limit_rows(const Calibration& calibration,
                                                  const Verdict& verdict) {
-  const std::vector<ParameterUncertainty> all = parameter_uncertainties(calibration);
+  const auto all = expanded_uncertainties(calibration);
   std::vector<std::vector<std::string>> rows;
   for (const LimitVerdict& limit : verdict.limits) {
-    const auto known = std::find_if(all.begin(), all.end(), [&](const ParameterUncertainty& one) {
-      return one.name == limit.parameter;
-    });
-    const double expanded = known != all.end() ? known->uncertainty.expanded : std::nan("");
-    const auto bound = [&](const std::optional<double>& value, double inwards) {
-      return value ? true_minus(number_text(*value + inwards * limit.guard_band, 7))
-                   : std::string("none");
+    const auto [unit, factor] = unit_of_limit(calibration, limit.parameter);
+    const auto known = all.find(limit.parameter);
+    const double expanded = factor * (known != all.end()       ? known->second
+                                      : limit.guard_band > 0.0 ? limit.guard_band
+                                                               : std::nan(""));
+    const auto bound = [&, factor = factor](const std::optional<double>& value, double guard) {
+      if (!value) {
+        return std::string("none");
+      }
+      const double at = factor * (*value + guard);
+      return true_minus(guard == 0.0 || std::isnan(expanded) ? number_text(at, 6)
+                                                             : rounded_value(at, expanded));
     };
-    rows.push_back({words_of_parameter(limit.parameter),
-                    true_minus(rounded_value(limit.value, expanded)), rounded_uncertainty(expanded),
-                    bound(limit.low, 0.0), bound(limit.high, 0.0),
-                    limit.guard_band > 0.0 ? number_text(limit.guard_band, 2) : "none",
-                    limit.guard_band > 0.0
-                        ? formatted("{} to {}", bound(limit.low, 1.0), bound(limit.high, -1.0))
-                        : "the limits",
-                    limit.passed ? "pass" : "fail"});
+    std::vector<std::string> row = {words_of_parameter(limit.parameter),
+                                    true_minus(rounded_value(factor * limit.value, expanded)),
+                                    rounded_uncertainty(expanded),
+                                    unit,
+                                    bound(limit.low, 0.0),
+                                    bound(limit.high, 0.0)};
+    if (verdict.rule == "guarded") {
+      const std::string low = bound(limit.low, limit.guard_band);
+      const std::string high = bound(limit.high, -limit.guard_band);
+      row.push_back(!limit.low    ? "at most " + high
+                    : !limit.high ? "at least " + low
+                                  : formatted("{} to {}", low, high));
+    }
+    row.emplace_back(limit.passed ? "pass" : "fail");
+    rows.push_back(std::move(row));
   }
   return rows;
 }
@@ -149,13 +215,12 @@ std::string decision_rule_of(const CertificateDetails& details, const Verdict& v
     return details.decision_rule;
   }
   return verdict.rule == "guarded"
-             ? "Guarded acceptance (JCGM 106:2012): a value passes where it lies within the limits "
+             ? "Guarded acceptance (JCGM 106:2012): a value passes if it lies within the limits "
                "narrowed by its expanded uncertainty."
-             : "Simple acceptance (JCGM 106:2012): a value passes where it lies within the limits; "
+             : "Simple acceptance (JCGM 106:2012): a value passes if it lies within the limits; "
                "its uncertainty is not taken into account.";
 }
 
-#ifdef AXISCAL_CAIRO
 // Laboratory, customer, item, method and reference.
 void write_facts(const Calibration& calibration,
                  const CertificateDetails& details,
@@ -256,8 +321,15 @@ void write_uncertainty(const Calibration& calibration,
   if (calibration.findings.verdict) {
     pages.heading("Statement of conformity");
     pages.paragraph(decision_rule_of(details, *calibration.findings.verdict));
-    pages.table("", {"quantity", "value", "U", "low", "high", "guard band", "accepted", "verdict"},
-                limit_rows(calibration, *calibration.findings.verdict));
+    const bool is_guarded = calibration.findings.verdict->rule == "guarded";
+    std::vector<std::string> head = {"quantity", "value", "U", "unit", "low", "high", "verdict"};
+    if (is_guarded) {
+      head.insert(head.end() - 1, "accepted");
+    }
+    pages.table("", head, limit_rows(calibration, *calibration.findings.verdict));
+    if (is_guarded) {
+      pages.paragraph("A quantity without U is compared with its limits as they are.");
+    }
     pages.paragraph(calibration.findings.verdict->passed
                         ? "The item meets the limits above."
                         : "The item does not meet the limits above.");
@@ -306,9 +378,9 @@ void write_certificate(const Calibration& calibration,
   pages.signature_lines(details.authorised);
   pages.centred("\u2013 end of the certificate \u2013");
 }
-#endif
 
 }  // namespace
+#endif
 
 std::vector<std::string> missing_details(const Calibration& calibration,
                                          const CertificateDetails& details) {
@@ -355,7 +427,8 @@ PdfAttachment dcc_of(const Calibration& calibration, const CertificateDetails& d
 }  // namespace
 #endif
 
-std::string certificate_pdf(const Calibration& calibration, const CertificateDetails& details) {
+std::string certificate_pdf(const Calibration& calibration,
+                            [[maybe_unused]] const CertificateDetails& details) {
   check_certifiable(calibration);
 #ifdef AXISCAL_CAIRO
   const bool is_draft = !missing_details(calibration, details).empty();

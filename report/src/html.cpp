@@ -129,7 +129,7 @@ std::vector<Cell> quantity_cells(const std::vector<std::pair<double, double>>& q
     }
     std::string text = padded(values[i], before, behind);
     if (std::isfinite(uncertainty)) {
-      text += " \u00b1 " + padded(uncertainties[i], u_before, u_behind);
+      text += " \u00b1\u00a0" + padded(uncertainties[i], u_before, u_behind);
     }
     cells.push_back({std::move(text), number_text(value)});
   }

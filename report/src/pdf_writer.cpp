@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cairo/cairo-pdf.h>
 #include <cmath>
+#include <numeric>
 #include <pango/pangocairo.h>
 #include <utility>
 
@@ -142,10 +143,10 @@ class PdfPages::Page {
     }
   }
 
-  void rule(double width) {
+  void rule(double width, double length = text_width) {
     cairo_set_line_width(pen_, width);
     cairo_move_to(pen_, margin, y_);
-    cairo_line_to(pen_, page_width - margin, y_);
+    cairo_line_to(pen_, margin + length, y_);
     cairo_stroke(pen_);
   }
 
@@ -283,16 +284,25 @@ void PdfPages::facts(const std::vector<std::pair<std::string, std::string>>& row
 void PdfPages::table(const std::string& caption,
                      const std::vector<std::string>& head,
                      const std::vector<std::vector<std::string>>& rows) {
-  constexpr double size = 8.5;
   constexpr double gap = 12.0;
-  page_->font(size, true);
+  double size = 8.5;
   std::vector<double> widths;
-  for (std::size_t c = 0; c < head.size(); ++c) {
-    double width = page_->width_of(printable(head[c]));
-    for (const std::vector<std::string>& row : rows) {
-      width = std::max(width, page_->width_of(printable(row[c])));
+  const auto measure = [&] {
+    page_->font(size, true);
+    widths.clear();
+    for (std::size_t c = 0; c < head.size(); ++c) {
+      double width = page_->width_of(printable(head[c]));
+      for (const std::vector<std::string>& row : rows) {
+        width = std::max(width, page_->width_of(printable(row[c])));
+      }
+      widths.push_back(width + gap);
     }
-    widths.push_back(width + gap);
+    return std::accumulate(widths.begin(), widths.end(), -gap);
+  };
+  double table_width = measure();
+  if (table_width > text_width) {  // smaller letters make a wide table fit
+    size = std::max(5.0, size * (text_width / table_width));
+    table_width = measure();
   }
   const auto put_row = [&](const std::vector<std::string>& row) {
     page_->y_ += size * 1.5;
@@ -307,7 +317,7 @@ void PdfPages::table(const std::string& caption,
     page_->font(size, true);
     put_row(head);
     page_->y_ += 3.0;
-    page_->rule(0.6);
+    page_->rule(0.6, std::min(table_width, text_width));
     page_->font(size, false);
   };
   constexpr double whole_page = bottom - margin;

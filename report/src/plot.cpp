@@ -95,7 +95,7 @@ struct MarkContent {
 std::string marker(
     std::size_t series, double x, double y, double size, const MarkContent& content) {
   const std::string start = formatted("class=\"mark s{}\"{}", series % 6, content.attributes);
-  switch (series % 3) {
+  switch (series % 4) {
     case 0:
       return formatted("<circle {} cx=\"{}\" cy=\"{}\" r=\"{}\">{}</circle>", start, svg_number(x),
                        svg_number(y), svg_number(4.0 * size), content.title);
@@ -103,11 +103,16 @@ std::string marker(
       return formatted("<rect {} x=\"{}\" y=\"{}\" width=\"{}\" height=\"{}\">{}</rect>", start,
                        svg_number(x - 3.6 * size), svg_number(y - 3.6 * size),
                        svg_number(7.2 * size), svg_number(7.2 * size), content.title);
-    default:
+    case 2:
       return formatted("<polygon {} points=\"{},{} {},{} {},{}\">{}</polygon>", start,
                        svg_number(x), svg_number(y - 4.8 * size), svg_number(x + 4.6 * size),
                        svg_number(y + 3.6 * size), svg_number(x - 4.6 * size),
                        svg_number(y + 3.6 * size), content.title);
+    default:
+      return formatted("<polygon {} points=\"{},{} {},{} {},{} {},{}\">{}</polygon>", start,
+                       svg_number(x), svg_number(y - 5.0 * size), svg_number(x + 5.0 * size),
+                       svg_number(y), svg_number(x), svg_number(y + 5.0 * size),
+                       svg_number(x - 5.0 * size), svg_number(y), content.title);
   }
 }
 
@@ -176,9 +181,12 @@ class Scales {
     }
     for (const double mark : marks) {
       svg += svg_line("grid", x(mark), frame_.top, x(mark), frame_.bottom);
-      svg += svg_text(
-          "tick middle", x(mark), frame_.bottom + 17.0,
-          plot.x_names.empty() ? tick_text(mark) : plot.x_names[static_cast<std::size_t>(mark)]);
+      const std::string text =
+          plot.x_names.empty() ? tick_text(mark) : plot.x_names[static_cast<std::size_t>(mark)];
+      // A text of 12 pixels takes about 6.4 a letter; a long one at the right end would be cut off.
+      const double half = 3.2 * static_cast<double>(text.size());
+      svg += svg_text("tick middle", std::min(x(mark), frame_.width - half), frame_.bottom + 17.0,
+                      text);
     }
     for (const double mark : marks_of(y_, 6)) {
       svg += svg_line("grid", frame_.left, y(mark), frame_.right, y(mark));
@@ -539,7 +547,8 @@ std::string Figures::add(const HeatMap& map) {
     head.push_back(number_text(x, 5));
   }
   const std::string key = formatted(
-      "<p class=\"legend\"><span>{} {}</span><span class=\"key\"></span><span>{}</span></p>",
+      "<p class=\"legend\"><span>{} from {}</span><span class=\"key\"></span><span>to "
+      "{}</span></p>",
       escaped(map.value_label), rounded(low), rounded(high));
   return figure(map.id, map.title, svg + "</svg>", key, html_table(map.value_label, head, rows));
 }

@@ -138,14 +138,20 @@ std::optional<BarPlot> budget_plot(const Calibration& calibration) {
                             ? "Uncertainty of one reading by source, at pitch 20, roll 30 degrees"
                             : "Uncertainty of one reading by source, all components alike",
                .alternative = "Standard uncertainty of each quantity by source",
-               .series = budget.sources};
+               .series = {}};
+  for (const std::string& source : budget.sources) {
+    plot.series.push_back(source == "fit"       ? "coefficients"
+                          : source == "reading" ? "noise of the reading"
+                                                : source);
+  }
   const std::string unit = has_angles(calibration) ? "deg" : calibration.sensor.field.unit;
   plot.value_label = formatted("standard uncertainty [{}]", unit);
   for (const AttitudeQuantity& quantity : budget.quantities) {
     const bool is_angle = quantity.name.ends_with("_deg");
     if (is_angle == has_angles(calibration) && quantity.name != "residual" &&
         std::isfinite(quantity.value)) {
-      plot.names.push_back(quantity.name);
+      plot.names.push_back(is_angle ? quantity.name.substr(0, quantity.name.size() - 4)
+                                    : quantity.name);
       plot.values.push_back(quantity.uncertainty.by_source);
     }
   }
@@ -365,30 +371,37 @@ std::vector<Plot> turn_plots(const Calibration& calibration) {
 }
 
 std::vector<Plot> history_plots(const UnitHistory& unit) {
-  Plot plot{.id = "history-plot",
-            .title = "Coefficients since the first record",
-            .alternative =
-                "Change of each coefficient since the first record, in standard "
-                "uncertainties of the change",
-            .x_label = "record",
-            .y_label = "change / standard uncertainty"};
-  for (const std::string& date : unit.dates) {
-    plot.x_names.push_back(date.substr(0, 10));
-  }
+  std::vector<Plot> plots;  // one an axis
   for (const ParameterTrend& trend : unit.trends) {
     PlotSeries series{.name = trend.parameter};
-    for (std::size_t i = 1; i < trend.values.size(); ++i) {
+    for (std::size_t i = 0; i < trend.values.size(); ++i) {
       const double u = std::hypot(trend.u[i], trend.u[0]);
       if (std::isfinite(u) && u > 0.0) {
         series.x.push_back(static_cast<double>(i));
         series.y.push_back((trend.values[i] - trend.values[0]) / u);
       }
     }
-    if (!series.x.empty()) {
-      plot.series.push_back(std::move(series));
+    if (series.x.empty()) {
+      continue;
     }
+    const std::string axis = trend.parameter.substr(0, trend.parameter.find('.'));
+    const std::string id = "history-" + axis;
+    if (plots.empty() || plots.back().id != id) {
+      Plot& plot = plots.emplace_back(Plot{
+          .id = id,
+          .title = formatted("Axis {}: coefficients since the first record", axis),
+          .alternative = formatted("Change of each coefficient of axis {} since the first record, "
+                                   "in standard uncertainties of the change",
+                                   axis),
+          .x_label = "record",
+          .y_label = "change / standard uncertainty"});
+      for (const std::string& date : unit.dates) {
+        plot.x_names.push_back(date.substr(0, 10));
+      }
+    }
+    plots.back().series.push_back(std::move(series));
   }
-  return plot.series.empty() ? std::vector<Plot>() : std::vector<Plot>{plot};
+  return plots;
 }
 
 }  // namespace axiscal

@@ -108,7 +108,7 @@ TEST(CalibrationReport, ShowsTheCoefficientsAsAMatrix) {
   EXPECT_LT(matrix, story);
   EXPECT_LT(story, page.find("<details class=\"part\">"));
   const Quantity bias = calibration.parameter("y.bias");
-  EXPECT_THAT(page, HasSubstr(true_minus(rounded_value(bias.value, bias.U)) + " \u00b1 " +
+  EXPECT_THAT(page, HasSubstr(true_minus(rounded_value(bias.value, bias.U)) + " \u00b1\u00a0" +
                               rounded_uncertainty(bias.U) + "<"));
   for (const char* const id : {"measured-plot", "axes-figure", "slope-plot"}) {
     EXPECT_THAT(page.substr(story), HasSubstr("<figure id=\"" + std::string(id) + "\">"));
@@ -122,9 +122,9 @@ TEST(QuantityCells, StandBelowEachOtherAtTheDecimalPoint) {
   const std::string figure = "\u2007";
   const std::string point = "\u2008";
   EXPECT_EQ(in(cells[0]),
-            figure + figure + figure + "4.09" + figure + " \u00b1 " + figure + "0.11" + figure);
-  EXPECT_EQ(in(cells[1]), figure + figure + "\u22120.395 \u00b1 " + figure + "0.021");
-  EXPECT_EQ(in(cells[2]), "9956" + point + figure + figure + figure + " \u00b1 79" + point +
+            figure + figure + figure + "4.09" + figure + " \u00b1\u00a0" + figure + "0.11" + figure);
+  EXPECT_EQ(in(cells[1]), figure + figure + "\u22120.395 \u00b1\u00a0" + figure + "0.021");
+  EXPECT_EQ(in(cells[2]), "9956" + point + figure + figure + figure + " \u00b1\u00a079" + point +
                               figure + figure + figure);
   EXPECT_EQ(cells[1].value, "-0.395");
 }
@@ -317,7 +317,7 @@ TEST(CalibrationReport, TemperatureAndHistoryHaveTheirPlots) {
   const std::string page = calibration_report(calibration, {.history = {history}});
   EXPECT_THAT(page, HasSubstr("id=\"temperature-bias\""));
   EXPECT_THAT(page, HasSubstr("x, extrapolated"));
-  EXPECT_THAT(page, HasSubstr("id=\"history-plot\""));
+  EXPECT_THAT(page, HasSubstr("id=\"history-x\""));
   EXPECT_THAT(page, HasSubstr(">2026-01-01<"));
 }
 
