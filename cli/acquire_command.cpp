@@ -160,7 +160,8 @@ void set_noise(const AcquireCommand& command, const Instrument& instrument, Sess
   }
   const auto m = instrument.axis_count();
   if (const std::optional<double> sd = parse_number(*command.noise)) {
-    setup.stillness.noise_sd = Eigen::VectorXd::Constant(m, positive_of("--noise", *command.noise));
+    setup.stillness.noise_sd =
+        Eigen::VectorXd::Constant(m, parse_positive("--noise", *command.noise));
     return;
   }
   const LogNoise noise = parse_noise(read_whole_file(*command.noise), *command.noise);
@@ -183,10 +184,10 @@ void set_noise(const AcquireCommand& command, const Instrument& instrument, Sess
 // How long, and how still: as they are stated.
 void set_stillness(const AcquireCommand& command, SessionSetup& setup) {
   if (command.window) {
-    setup.stillness.window_s = positive_of("--window", *command.window);
+    setup.stillness.window_s = parse_positive("--window", *command.window);
   }
   if (command.dwell) {
-    setup.dwell_s = positive_of("--dwell", *command.dwell);
+    setup.dwell_s = parse_positive("--dwell", *command.dwell);
   }
 }
 
@@ -203,13 +204,13 @@ SessionSetup session_setup(const AcquireCommand& command,
   set_noise(command, setup.experiment.instrument, setup);
   set_stillness(command, setup);
   if (command.soak_window) {
-    setup.soak_window_s = positive_of("--soak-window", *command.soak_window);
+    setup.soak_window_s = parse_positive("--soak-window", *command.soak_window);
   }
   if (command.soak_tolerance) {
-    setup.soak_tolerance = positive_of("--soak-tolerance", *command.soak_tolerance);
+    setup.soak_tolerance = parse_positive("--soak-tolerance", *command.soak_tolerance);
   }
   if (command.placement_u) {
-    setup.placement_sd_rad = positive_of("--placement-u", *command.placement_u);
+    setup.placement_sd_rad = parse_positive("--placement-u", *command.placement_u);
   }
   if (command.temperature_column) {
     setup.temperature_channels = names_of(*command.temperature_column);
@@ -239,7 +240,7 @@ FreeSetup free_setup(const AcquireCommand& command, const SessionSetup& of) {
   setup.by_rests = kind == "accelerometer" || kind == "inclinometer";
   setup.dwell_s = of.dwell_s.value_or(setup.dwell_s);
   if (command.enough_deg) {
-    setup.wanted_u_deg = positive_of("--enough-deg", *command.enough_deg);
+    setup.wanted_u_deg = parse_positive("--enough-deg", *command.enough_deg);
   }
   setup.unattended = command.unattended;
   return setup;
@@ -416,7 +417,7 @@ std::string title_of(const SessionSetup& setup) {
 // A port that somebody else may have: 1 to 65535.
 int port_of(const AcquireCommand& command) {
   constexpr int highest = 65535;
-  const int port = command.port ? whole_number_of("--port", *command.port, 1) : 0;
+  const int port = command.port ? parse_whole_number("--port", *command.port, 1) : 0;
   if (port > highest) {
     throw UsageError("--port: up to 65535");
   }

@@ -111,7 +111,7 @@ void add_options(OptionSet& options, ApplyCommand& command) {
 FieldConversion conversion_of(const ApplyCommand& command, const Calibration& calibration) {
   FieldThere there;
   if (command.field_magnitude) {
-    there.magnitude = positive_of("--field-magnitude", *command.field_magnitude);
+    there.magnitude = parse_positive("--field-magnitude", *command.field_magnitude);
     const std::string unit = command.field_unit.value_or(calibration.sensor.field.unit);
     const FieldKind& kind = field_kind(calibration.sensor.field.kind);
     if (!command.force && !is_possible_magnitude(kind, *there.magnitude, unit)) {
@@ -122,7 +122,7 @@ FieldConversion conversion_of(const ApplyCommand& command, const Calibration& ca
     }
   }
   if (command.field_magnitude_u) {
-    there.magnitude_u = not_negative_of("--field-magnitude-u", *command.field_magnitude_u);
+    there.magnitude_u = parse_nonnegative("--field-magnitude-u", *command.field_magnitude_u);
   }
   if ((command.longitude || command.height || command.gravity_model) && !command.latitude) {
     throw UsageError("a site needs its --latitude");
@@ -255,13 +255,13 @@ ReadingNoise reading_noise(const ApplyCommand& command, const Calibration& calib
   ReadingNoise noise = stated_noise(calibration);
   if (command.noise) {
     noise.sd = Eigen::VectorXd::Constant(calibration.sensor.instrument.axis_count(),
-                                         not_negative_of("--noise", *command.noise));
+                                         parse_nonnegative("--noise", *command.noise));
   }
   if (command.resolution) {
-    noise.resolution = not_negative_of("--resolution", *command.resolution);
+    noise.resolution = parse_nonnegative("--resolution", *command.resolution);
   }
   if (command.temperature_u) {
-    noise.temperature_u = not_negative_of("--temperature-u", *command.temperature_u);
+    noise.temperature_u = parse_nonnegative("--temperature-u", *command.temperature_u);
   }
   return noise;
 }
@@ -315,7 +315,7 @@ struct Joint {
           columns.columns.front().plus));
     }
     if (command.alarm) {
-      columns.alarm_rad = not_negative_of("--alarm", *command.alarm) * rad_per_deg;
+      columns.alarm_rad = parse_nonnegative("--alarm", *command.alarm) * rad_per_deg;
     }
     try {
       uncertainty.emplace(calibration, *reducer, reading_noise(command, calibration));
@@ -395,7 +395,7 @@ int run(const ApplyCommand& command) {
   options.strict = command.strict;
   options.every_row = command.follow;
   if (command.decimals) {
-    options.decimals = whole_number_of("--decimals", *command.decimals, 0);
+    options.decimals = parse_whole_number("--decimals", *command.decimals, 0);
     constexpr int most = 15;
     if (*options.decimals > most) {
       throw UsageError("--decimals: must be 15 or less");

@@ -76,7 +76,7 @@ int run_attitude(const CalibrateCommand& command) {
   }
   BodyOptions options;
   if (command.experiment.direction_u) {
-    options.reference_u_rad = not_negative_of("--direction-u", *command.experiment.direction_u);
+    options.reference_u_rad = parse_nonnegative("--direction-u", *command.experiment.direction_u);
   }
   BodyRotation body;
   try {

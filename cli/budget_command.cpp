@@ -250,7 +250,7 @@ Asked asked_of(const BudgetCommand& command, const Calibration& calibration) {
   asked.noise = stated_noise(calibration);
   if (command.noise) {
     asked.noise.sd = Eigen::VectorXd::Constant(calibration.sensor.instrument.axis_count(),
-                                               not_negative_of("--noise", *command.noise));
+                                               parse_nonnegative("--noise", *command.noise));
   }
   if (command.temperature) {
     asked.temperature = number_of("--temperature", *command.temperature);
@@ -291,8 +291,8 @@ int run(const BudgetCommand& command) {
           field_of_attitude(calibration.sensor, pitch * rad_per_deg, roll * rad_per_deg);
       show_attitude(calibration, asked, field, shown);
       if (command.monte_carlo) {
-        const int trials = whole_number_of("--monte-carlo", *command.monte_carlo, 1000);
-        const int seed = command.seed ? whole_number_of("--seed", *command.seed, 0) : 1;
+        const int trials = parse_whole_number("--monte-carlo", *command.monte_carlo, 1000);
+        const int seed = command.seed ? parse_whole_number("--seed", *command.seed, 0) : 1;
         show_monte_carlo(calibration, asked, field, trials, static_cast<std::uint64_t>(seed),
                          shown);
       }

@@ -27,6 +27,7 @@
 #include "axiscal/core/shown_text.hpp"
 #include "axiscal/logs/sensor_names.hpp"
 #include "core/formatted.hpp"
+#include "core/redirected_streams.hpp"
 #include "experiment_options.hpp"
 #include "log_input.hpp"
 #include "option_names.hpp"
@@ -540,9 +541,9 @@ int deliver_records(const CalibrateCommand& command,
     std::for_each(calibrations.begin(), calibrations.end(), print_verdict);
   }
   if (outcome.refused) {
-    std::fprintf(stderr, "axiscal: %s%s\n", outcome.refused_slots.c_str(),
-                 outcome.stored_refused ? "; the record is stored as such, as --force asks"
-                                        : "; its record is not stored (--force would)");
+    print_error(formatted("axiscal: {}{}\n", outcome.refused_slots,
+                          outcome.stored_refused ? "; the record is stored as such, as --force asks"
+                                                 : "; its record is not stored (--force would)"));
     return 1;
   }
   return outcome.failed ? 1 : 0;
@@ -579,7 +580,7 @@ AxesOfTable axes_of_table(const TableText& text, const ExperimentOptions& option
   for (const NamedColumn& one : text.columns()) {
     header.push_back(one.name);
   }
-  const std::vector<std::string> others = columns_without_meaning(header);
+  const std::vector<std::string> others = unknown_columns(header);
   const bool has_labels = others.size() < header.size() &&
                           std::any_of(header.begin(), header.end(), [&](const std::string& name) {
                             return is_label_of_pose(name);
@@ -754,7 +755,7 @@ int run(const CalibrateCommand& command) {
   if (has_several_units(run) || command.table || command.each) {
     return run_batch(command, experiment, std::move(run), std::move(serials), limits, earlier);
   }
-  read_with_sign(run);
+  restore_count_signs(run);
   const bool may_be_samples =
       experiment.slots.empty() &&
       (!experiment.fit.method || method_kind(*experiment.fit.method).by_magnitude);

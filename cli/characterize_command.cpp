@@ -263,7 +263,7 @@ CharacterizeOptions options_of(const CharacterizeCommand& command) {
     options.drawing = read_positioner(*command.drawing);
   }
   if (command.level_by) {
-    options.level_by = level_by_of_option(*command.level_by);
+    options.level_by = levelness_scope_of_option(*command.level_by);
   }
   if (command.leave_out) {
     for (const std::string_view slot : split(*command.leave_out, ',')) {

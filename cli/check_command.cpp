@@ -264,7 +264,7 @@ FreshReadings read_fresh(const CheckCommand& command, const Calibration& old) {
                 .unit = old.sensor.instrument.unit,
                 .faces_of = old.sensor.instrument.kind,
                 .of_recording = old.sensor.instrument.kind});
-  read_with_sign(fresh.run);
+  restore_count_signs(fresh.run);
   if (!gather_rests(old.sensor.instrument.kind, fresh.run) &&
       old.sensor.instrument.kind == "accelerometer") {
     require_readings(fresh.run);

@@ -23,7 +23,7 @@ namespace axiscal::cli {
 
 /// Does some work; where a column is missing its error ends with the option that would name it.
 template <typename Work>
-auto advising_columns(std::string_view option, std::string_view word, const Work& work) {
+auto with_column_advice(std::string_view option, std::string_view word, const Work& work) {
   try {
     return work();
   } catch (const MissingColumnError& error) {

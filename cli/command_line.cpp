@@ -304,7 +304,7 @@ Action parse_command_line(const std::vector<std::string>& typed,
   }
   set_quiet(common.quiet);
   if (common.jobs) {
-    set_worker_count(static_cast<std::size_t>(whole_number_of("--jobs", *common.jobs, 1)));
+    set_worker_count(static_cast<std::size_t>(parse_whole_number("--jobs", *common.jobs, 1)));
   }
   if (named == nullptr) {
     throw UsageError("the subcommand stands before its options\n\n" + overview(definition_of(app)));

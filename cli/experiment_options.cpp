@@ -214,7 +214,7 @@ void set_field(const ExperimentOptions& options,
   if (options.field_magnitude_u) {
     for_each_part("--field-magnitude-u", *options.field_magnitude_u, field,
                   [](const std::string& value, FieldSetup& part) {
-                    part.magnitude_u = not_negative_of("--field-magnitude-u", value);
+                    part.magnitude_u = parse_nonnegative("--field-magnitude-u", value);
                   });
   }
   const bool by_file = options.field_table && options.field_table->ends_with(".csv");
@@ -294,7 +294,7 @@ void set_method(const ExperimentOptions& options, Experiment& experiment) {
     experiment.fit.seats = seats_of_option(*options.seats);
   }
   if (options.level_by) {
-    experiment.fit.level_by = level_by_of_option(*options.level_by);
+    experiment.fit.level_by = levelness_scope_of_option(*options.level_by);
   }
 }
 
@@ -325,7 +325,7 @@ void set_temperature(const ExperimentOptions& options, Experiment& experiment) {
 void set_stated_uncertainties(const ExperimentOptions& options, StatedUncertainties& stated) {
   const auto set = [](const char* option, const std::optional<std::string>& text, double& to) {
     if (text) {
-      to = not_negative_of(option, *text);
+      to = parse_nonnegative(option, *text);
     }
   };
   set("--resolution", options.resolution, stated.resolution);
@@ -664,7 +664,7 @@ ExperimentFile make_experiment_file(const ExperimentOptions& options, const Expe
   }
   if (options.positioner_u) {
     experiment.positioner = experiment.positioner.with_normal_u(
-        not_negative_of("--positioner-u", *options.positioner_u));
+        parse_nonnegative("--positioner-u", *options.positioner_u));
   }
   experiment.slot = options.slot.value_or(experiment.slot);
   set_method(options, experiment);

@@ -9,6 +9,7 @@
 #include "axiscal/exchange/export.hpp"
 #include "axiscal/logs/noise_json.hpp"
 #include "core/formatted.hpp"
+#include "core/redirected_streams.hpp"
 #include "exchange_options.hpp"
 #include "input.hpp"
 #include "log_input.hpp"
@@ -51,10 +52,10 @@ ExportOptions options_of(const ExportCommand& command) {
     options.reading_factor = number_of("--reading-factor", *command.reading_factor);
   }
   if (command.gravity) {
-    options.local_gravity = positive_of("--gravity", *command.gravity);
+    options.local_gravity = parse_positive("--gravity", *command.gravity);
   }
   if (command.instance) {
-    options.instance = whole_number_of("--instance", *command.instance, 0);
+    options.instance = parse_whole_number("--instance", *command.instance, 0);
   }
   if (command.laboratory) {
     options.laboratory = read_certificate_details(*command.laboratory);
@@ -162,7 +163,7 @@ int run_export(const ExportCommand& command) {
     print_remark("note", note);
   }
   if (result.loss) {
-    std::fputs(formatted("axiscal: not held: {}\n", loss_text(*result.loss)).c_str(), stderr);
+    print_error(formatted("axiscal: not held: {}\n", loss_text(*result.loss)));
   }
   return 0;
 }

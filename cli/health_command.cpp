@@ -55,10 +55,10 @@ HealthWatchSetup watch_setup(const AcquireCommand& command) {
   HealthWatchSetup setup;
   setup.calibration = in_assembly_frame(read_calibration(*command.check));
   if (command.dwell) {
-    setup.dwell_s = positive_of("--dwell", *command.dwell);
+    setup.dwell_s = parse_positive("--dwell", *command.dwell);
   }
   if (command.window) {
-    setup.stillness.window_s = positive_of("--window", *command.window);
+    setup.stillness.window_s = parse_positive("--window", *command.window);
   }
   if (command.temperature_column) {
     setup.temperature_channels = names_of(*command.temperature_column);
@@ -74,10 +74,10 @@ int run_health_check(const AcquireCommand& command) {
   const std::string& unit = calibration.sensor.field.unit;
   HealthRun run;
   if (command.readings) {
-    run.readings = static_cast<std::size_t>(whole_number_of("--readings", *command.readings, 1));
+    run.readings = static_cast<std::size_t>(parse_whole_number("--readings", *command.readings, 1));
   }
   if (command.within) {
-    run.patience_s = positive_of("--within", *command.within);
+    run.patience_s = parse_positive("--within", *command.within);
   }
   run.show = [&](const HealthView& view) {
     print_result_text(command.json ? health_json(view, calibration).dump() + "\n"

@@ -16,10 +16,10 @@ int run_import(const ImportCommand& command) {
   ImportOptions options;
   options.kind = command.instrument.value_or(options.kind);
   if (command.instance) {
-    options.instance = whole_number_of("--instance", *command.instance, 0);
+    options.instance = parse_whole_number("--instance", *command.instance, 0);
   }
   if (command.magnitude) {
-    options.magnitude = positive_of("--magnitude", *command.magnitude);
+    options.magnitude = parse_positive("--magnitude", *command.magnitude);
   }
   const std::string text = read_whole_file(command.file);
   try {

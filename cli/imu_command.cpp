@@ -14,6 +14,7 @@
 #include "calibrate_command.hpp"
 #include "column_advice.hpp"
 #include "core/formatted.hpp"
+#include "core/redirected_streams.hpp"
 #include "input.hpp"
 #include "summary.hpp"
 #include "typed_values.hpp"
@@ -64,7 +65,7 @@ ImuOptions options_of(const CalibrateCommand& command) {
   options.turns.fit_bias = command.fit_gyroscope_bias;
   if (command.magnetic_magnitude) {
     options.magnetic_field.magnitude =
-        positive_of("--magnetic-magnitude", *command.magnetic_magnitude);
+        parse_positive("--magnetic-magnitude", *command.magnetic_magnitude);
   }
   if (command.cube && command.rests.plan) {
     throw UsageError("--cube: goes without --plan, which states the seats");
@@ -303,7 +304,7 @@ InstanceRecords calibrate_instance(const CalibrateCommand& command,
   }
   const LackingInstrument lacking = lacking_instrument(input.log, options);
   const std::vector<Region> regions = regions_of(command, input);
-  ImuCalibration imu = advising_columns(lacking.option, lacking.word, [&] {
+  ImuCalibration imu = with_column_advice(lacking.option, lacking.word, [&] {
     return regions.empty() ? calibrate_imu(input.log, options)
                            : calibrate_regions(input.log, regions, options);
   });
@@ -341,7 +342,7 @@ int deliver_of_log(const CalibrateCommand& command,
     status = deliver_records(command, records, heading);
   }
   for (const FailedSensor& sensor : failed) {
-    std::fprintf(stderr, "axiscal: %s: refused: %s\n", sensor.slot.c_str(), sensor.message.c_str());
+    print_error(formatted("axiscal: {}: refused: {}\n", sensor.slot, sensor.message));
   }
   if (records.empty() && failed.empty()) {
     throw RefusedError("--only: the log has none of these sensors");

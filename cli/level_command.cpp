@@ -167,7 +167,7 @@ Slope slope_of(const Measured& measured) {
         "shows the table's slope; take each face turned round as well");
   }
   const Levelness& levelness = *calibration.fit.levelness;
-  const BlockLevelness now = levelness.as_it_stands();
+  const BlockLevelness now = levelness.current_levelness();
   Slope slope{.value = {now.x, now.y},
               .standard_error = {now.standard_error_x, now.standard_error_y},
               .of_last_block = !levelness.blocks.empty()};

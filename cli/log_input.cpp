@@ -119,7 +119,7 @@ LogFormat format_of(const LogOptions& options, const std::vector<std::string>& w
     format.columns.push_back({.name = "temperature", .column = *options.table.temperature_column});
   }
   if (options.instance) {
-    format.instance = whole_number_of("--instance", *options.instance, 0);
+    format.instance = parse_whole_number("--instance", *options.instance, 0);
   }
   return format;
 }
@@ -146,19 +146,19 @@ SegmentOptions segment_options_of(const RestOptions& options) {
     if (options.log.table.time) {
       throw UsageError("give either --rate or --time");
     }
-    segment.rate_hz = positive_of("--rate", *options.log.rate);
+    segment.rate_hz = parse_positive("--rate", *options.log.rate);
   }
   if (options.window) {
-    segment.window_s = positive_of("--window", *options.window);
+    segment.window_s = parse_positive("--window", *options.window);
   }
   if (options.shortest) {
-    segment.shortest_s = positive_of("--min-length", *options.shortest);
+    segment.shortest_s = parse_positive("--min-length", *options.shortest);
   }
   if (options.trim) {
-    segment.trim_s = not_negative_of("--trim", *options.trim);
+    segment.trim_s = parse_nonnegative("--trim", *options.trim);
   }
   if (options.threshold) {
-    segment.threshold = positive_of("--threshold", *options.threshold);
+    segment.threshold = parse_positive("--threshold", *options.threshold);
   }
   if (options.range) {
     segment.range = range_of("--range", *options.range);
@@ -180,7 +180,7 @@ ImuOptions imu_options_of(const RestOptions& options,
     imu.magnetometer = three_columns("--magnetometer", *options.magnetometer);
   }
   if (options.gyroscope_scale) {
-    imu.turns.rate_per_unit = positive_of("--gyroscope-scale", *options.gyroscope_scale);
+    imu.turns.rate_per_unit = parse_positive("--gyroscope-scale", *options.gyroscope_scale);
   }
   if (options.first_fence) {
     imu.first = parse_face(*options.first_fence);

@@ -121,7 +121,7 @@ double rate_of(const RecordedLog& log,
                const std::optional<TimeColumn>& time,
                LogNoise& noise) {
   if (options.rate) {
-    return positive_of("--rate", *options.rate);
+    return parse_positive("--rate", *options.rate);
   }
   if (!time) {
     throw DataError(log.name,
@@ -457,7 +457,7 @@ void cut_to_rest(RecordedLog& log,
     if (!text) {
       return otherwise;
     }
-    const double at = std::round(not_negative_of(option, *text) * noise.rate_hz);
+    const double at = std::round(parse_nonnegative(option, *text) * noise.rate_hz);
     return static_cast<std::size_t>(std::min(at, static_cast<double>(n)));
   };
   LongestRest part{.first = sample_at("--from", command.from, 0),
@@ -612,7 +612,7 @@ int run(const NoiseCommand& command) {
     for (const std::string& note : input.log.notes) {
       print_remark("note", note);
     }
-    noise = advising_columns("--columns", "", [&] { return noise_of_input(input, command); });
+    noise = with_column_advice("--columns", "", [&] { return noise_of_input(input, command); });
     name_sensors(input.sensors, command.units, noise);
   }
   if (noise.columns.empty()) {

@@ -127,7 +127,7 @@ double noise_of(const PlanCommand& command, const std::string& kind) {
     throw UsageError("--dwell: goes with --noise-log FILE");
   }
   if (!command.noise_log) {
-    return command.noise ? not_negative_of("--noise", *command.noise) : 0.0;
+    return command.noise ? parse_nonnegative("--noise", *command.noise) : 0.0;
   }
   if (command.noise || command.samples) {
     throw UsageError("--noise-log: states the noise, so goes without --noise and --samples");
@@ -147,7 +147,7 @@ double noise_of(const PlanCommand& command, const std::string& kind) {
                  formatted("of the noise log's columns {} count, which are of one unit", names));
   }
   const double dwell_s =
-      command.dwell ? positive_of("--dwell", *command.dwell) : worst->dwell.sensible_s;
+      command.dwell ? parse_positive("--dwell", *command.dwell) : worst->dwell.sensible_s;
   if (dwell_s > worst->curve.back().tau_s) {
     print_remark("warning",
                  formatted("the noise log does not cover averages over more than {} s; the "
@@ -175,10 +175,10 @@ ForecastSetup setup_of(const PlanCommand& command,
   ForecastSetup setup = forecast_setup(experiment, design, sensitivity);
   setup.replicates = replicates_of(command.sheet);
   setup.noise_sd = noise_of(command, experiment.instrument.kind);
-  setup.samples = command.samples ? whole_number_of("--samples", *command.samples, 1) : 1;
+  setup.samples = command.samples ? parse_whole_number("--samples", *command.samples, 1) : 1;
   setup.normal_u_rad =
-      command.positioner_u ? not_negative_of("--positioner-u", *command.positioner_u) : 0.0;
-  setup.level_u_rad = command.level_u ? not_negative_of("--level-u", *command.level_u) : 0.0;
+      command.positioner_u ? parse_nonnegative("--positioner-u", *command.positioner_u) : 0.0;
+  setup.level_u_rad = command.level_u ? parse_nonnegative("--level-u", *command.level_u) : 0.0;
   if (command.world) {
     setup.world = world_of_option(*command.world);
   }
@@ -197,7 +197,7 @@ ToleranceStudy tolerance_study(const PlanCommand& command,
   study.slope = setup.slope;
   study.seed = seed_of(command.sheet);
   if (command.trials) {
-    study.trials = whole_number_of("--trials", *command.trials, 1);
+    study.trials = parse_whole_number("--trials", *command.trials, 1);
   }
   return study;
 }
@@ -319,7 +319,7 @@ int run(const PlanCommand& command) {
       plan.setup.nominal.field.in_table.value_or(Eigen::Vector3d(Eigen::Vector3d::UnitZ()));
   plan.quality = assess_design(design, experiment.positioner, field);
   if (command.want_angle) {
-    plan.wanted_rad = positive_of("--want-angle-deg", *command.want_angle) * rad_per_deg;
+    plan.wanted_rad = parse_positive("--want-angle-deg", *command.want_angle) * rad_per_deg;
     plan.replicates_needed =
         needed_replicates(plan.setup, *plan.wanted_rad, !command.sheet.replicates);
     if (!command.sheet.replicates) {

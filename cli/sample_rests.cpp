@@ -117,7 +117,7 @@ void leave_erased_out(Run& run) {
 
 }  // namespace
 
-void read_with_sign(Run& run) {
+void restore_count_signs(Run& run) {
   leave_erased_out(run);
   Eigen::MatrixXd& response = run.observations.response;
   std::vector<std::span<const double>> columns;

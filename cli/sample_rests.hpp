@@ -9,7 +9,7 @@ namespace axiscal::cli {
 
 /// Gives signed counts that were printed unsigned their sign, leaves readings of erased memory
 /// (65535 in every axis) out, and says so.
-void read_with_sign(Run& run);
+void restore_count_signs(Run& run);
 
 /// Takes raw samples of an instrument that gravity alone determines as readings: those at rest in
 /// one place are averaged to one. Says so. Readings with poses are left as they are.

@@ -134,7 +134,7 @@ int run(const SegmentCommand& command) {
     needed.insert(needed.end(), options.accelerometer.begin(), options.accelerometer.end());
   }
   const Segmentation rests =
-      advising_columns(command.rests.accelerometer ? "--accelerometer" : "--columns", "acc", [&] {
+      with_column_advice(command.rests.accelerometer ? "--accelerometer" : "--columns", "acc", [&] {
         for (const std::string& column : needed) {
           static_cast<void>(log.need(column));
         }

@@ -119,10 +119,11 @@ std::optional<Recording> recording_of(const RecordingOptions& options) {
   }
   Recording recording{.kind = *kind};
   if (options.samples) {
-    recording.samples = static_cast<std::size_t>(whole_number_of("--samples", *options.samples, 1));
+    recording.samples =
+        static_cast<std::size_t>(parse_whole_number("--samples", *options.samples, 1));
   }
   if (options.rate) {
-    recording.rate_hz = positive_of("--rate", *options.rate);
+    recording.rate_hz = parse_positive("--rate", *options.rate);
   }
   return recording;
 }

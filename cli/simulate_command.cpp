@@ -97,13 +97,13 @@ SimulationOptions simulation_options(const SimulateCommand& command) {
   SimulationOptions options;
   options.seed = seed_of(command.sheet);
   if (command.noise) {
-    options.noise_sd = not_negative_of("--noise", *command.noise);
+    options.noise_sd = parse_nonnegative("--noise", *command.noise);
   }
   if (command.temperature_sd) {
-    options.temperature_sd = not_negative_of("--temperature-sd", *command.temperature_sd);
+    options.temperature_sd = parse_nonnegative("--temperature-sd", *command.temperature_sd);
   }
   if (command.resolution) {
-    options.resolution = not_negative_of("--resolution", *command.resolution);
+    options.resolution = parse_nonnegative("--resolution", *command.resolution);
   }
   if (command.world) {
     options.world = world_of_option(*command.world);

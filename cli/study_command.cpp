@@ -136,7 +136,7 @@ Eigen::VectorXd noise_of(const StudyCommand& command,
     throw UsageError("study: the noise of a reading is needed (--noise SD)");
   }
   if (command.noise->find(',') == std::string::npos) {
-    return Eigen::VectorXd::Constant(m, not_negative_of("--noise", *command.noise));
+    return Eigen::VectorXd::Constant(m, parse_nonnegative("--noise", *command.noise));
   }
   const std::vector<double> all =
       numbers_of("--noise", *command.noise, static_cast<std::size_t>(m));
@@ -181,10 +181,11 @@ StudySetup setup_of(const StudyCommand& command) {
     setup.experiment.table.slope.setZero();
   }
   if (command.temperature_sd) {
-    setup.simulation.temperature_sd = not_negative_of("--temperature-sd", *command.temperature_sd);
+    setup.simulation.temperature_sd =
+        parse_nonnegative("--temperature-sd", *command.temperature_sd);
   }
   if (command.slope_sd) {
-    setup.slope_sd = not_negative_of("--slope-sd", *command.slope_sd);
+    setup.slope_sd = parse_nonnegative("--slope-sd", *command.slope_sd);
   }
   if (command.world) {
     setup.simulation.world = world_of_option(*command.world);
@@ -216,7 +217,7 @@ int run(const StudyCommand& command) {
   const StudySetup setup = setup_of(command);
   std::int64_t trials = 1000;
   if (command.trials) {
-    trials = whole_number_of("--trials", *command.trials, 1);
+    trials = parse_whole_number("--trials", *command.trials, 1);
   }
   const Shard shard = command.shard ? shard_of(*command.shard) : Shard{};
   const auto mine = trials / shard.count;

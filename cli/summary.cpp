@@ -11,6 +11,7 @@
 #include "axiscal/core/output_file.hpp"
 #include "axiscal/core/shown_text.hpp"
 #include "core/formatted.hpp"
+#include "core/redirected_streams.hpp"
 
 namespace axiscal::cli {
 namespace {
@@ -68,7 +69,7 @@ bool is_quiet() {
 
 void print_line(const std::string& text) {
   if (!quiet_output) {
-    std::fprintf(stderr, "%s\n", shown_text(text).c_str());
+    print_error(shown_text(text) + "\n");
   }
 }
 
@@ -87,7 +88,7 @@ void print_remark(const char* what, const std::string& text) {
   if (name == "warning") {
     shown.replace(0, name.size(), coloured(what, yellow, STDERR_FILENO));
   }
-  std::fprintf(stderr, "%s\n", shown.c_str());
+  print_error(shown + "\n");
 }
 
 }  // namespace axiscal::cli

@@ -34,7 +34,7 @@ ReadingRange range_of(std::string_view option, const std::string& text) {
   return {.low = ends[0], .high = ends[1]};
 }
 
-double positive_of(std::string_view option, const std::string& text) {
+double parse_positive(std::string_view option, const std::string& text) {
   const double value = number_of(option, text);
   if (!(value > 0.0)) {
     throw UsageError(std::string(option) + ": must be positive");
@@ -42,7 +42,7 @@ double positive_of(std::string_view option, const std::string& text) {
   return value;
 }
 
-double not_negative_of(std::string_view option, const std::string& text) {
+double parse_nonnegative(std::string_view option, const std::string& text) {
   const double value = number_of(option, text);
   if (value < 0.0) {
     throw UsageError(std::string(option) + ": must not be negative");
@@ -50,7 +50,7 @@ double not_negative_of(std::string_view option, const std::string& text) {
   return value;
 }
 
-int whole_number_of(std::string_view option, const std::string& text, int least) {
+int parse_whole_number(std::string_view option, const std::string& text, int least) {
   const std::optional<int> value = parse_integer(text);
   if (!value || *value < least) {
     throw UsageError(formatted("{}: '{}' is not a whole number from {} on", option, text, least));
@@ -81,7 +81,7 @@ Tolerances tolerances_of(const std::string& text) {
                     "squareness_rad, fence_rad, =, and its standard deviation",
                     item));
     }
-    *value = not_negative_of("--tolerances", std::string(item.substr(parting + 1)));
+    *value = parse_nonnegative("--tolerances", std::string(item.substr(parting + 1)));
   }
   return tolerances;
 }
@@ -173,7 +173,7 @@ SeatSetup seats_of_option(const std::string& text) {
   return *seats;
 }
 
-LevelBy level_by_of_option(const std::string& text) {
+LevelBy levelness_scope_of_option(const std::string& text) {
   const std::optional<LevelBy> level_by = parse_level_by(text);
   if (!level_by) {
     throw UsageError(formatted("--level-by: must be run or block, not '{}'", text));

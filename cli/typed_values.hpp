@@ -28,13 +28,13 @@ namespace axiscal::cli {
 [[nodiscard]] ReadingRange range_of(std::string_view option, const std::string& text);
 
 /// A typed value as a number above 0. @throws UsageError naming the option.
-[[nodiscard]] double positive_of(std::string_view option, const std::string& text);
+[[nodiscard]] double parse_positive(std::string_view option, const std::string& text);
 
 /// A typed value as a number that is not negative. @throws UsageError naming the option.
-[[nodiscard]] double not_negative_of(std::string_view option, const std::string& text);
+[[nodiscard]] double parse_nonnegative(std::string_view option, const std::string& text);
 
 /// A typed value as a whole number that is not less. @throws UsageError naming the option.
-[[nodiscard]] int whole_number_of(std::string_view option, const std::string& text, int least);
+[[nodiscard]] int parse_whole_number(std::string_view option, const std::string& text, int least);
 
 /// A typed value as a pitch formula, asin or atan2. @throws UsageError naming the option.
 [[nodiscard]] PitchFormula pitch_formula_of(std::string_view option, const std::string& text);
@@ -73,6 +73,6 @@ namespace axiscal::cli {
 [[nodiscard]] SeatSetup seats_of_option(const std::string& text);
 
 /// The value of --level-by. @throws UsageError for one that is not known.
-[[nodiscard]] LevelBy level_by_of_option(const std::string& text);
+[[nodiscard]] LevelBy levelness_scope_of_option(const std::string& text);
 
 }  // namespace axiscal::cli

@@ -111,7 +111,7 @@ void put_json(Json& value, const TakeText& take);
 /// @return the value that reading json_text() of the value back gives, without making the text.
 ///         JsonColumns, which hold only numbers, words and lists of numbers and words, are empty.
 /// @param value  after json_text().
-[[nodiscard]] JsonValue as_read_back(Json value, std::string path);
+[[nodiscard]] JsonValue json_round_trip(Json value, std::string path);
 
 /// Rows taken apart into columns: of each member its values, null where a row has none. They are
 /// kept as the text that they become in the file.

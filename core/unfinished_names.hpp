@@ -7,9 +7,9 @@ namespace axiscal {
 
 /// Announces the path of a file that a signal which ends the program must remove. Up to 64 at once
 /// are known to the handler: remove_unfinished_output().
-void announce_unfinished(const std::string& path) noexcept;
+void register_unfinished_file(const std::string& path) noexcept;
 
 /// The file is gone, or is to stay.
-void withdraw_unfinished(const std::string& path) noexcept;
+void unregister_unfinished_file(const std::string& path) noexcept;
 
 }  // namespace axiscal

@@ -9,7 +9,7 @@
 #include "acquisition/src/axis_intake.hpp"
 #include "acquisition/src/dwell_sums.hpp"
 #include "acquisition/src/session_end.hpp"
-#include "acquisition/src/session_news.hpp"
+#include "acquisition/src/session_event_log.hpp"
 #include "axiscal/acquisition/session.hpp"
 #include "axiscal/calib/calibrate.hpp"
 #include "axiscal/calib/orientation_quality.hpp"
@@ -204,7 +204,7 @@ class FreeSession::Engine {
       free.now = axes_.values();
       view_.reading.assign(free.now.data(), free.now.data() + 3);
     }
-    say_what_to_do();
+    set_next_step_text();
     return view_;
   }
 
@@ -469,7 +469,7 @@ class FreeSession::Engine {
 
   // ---- words, and the end ----
 
-  void say_what_to_do() {
+  void set_next_step_text() {
     const FreeView& free = *view_.free;
     view_.headline.clear();
     view_.detail.clear();
@@ -524,7 +524,7 @@ class FreeSession::Engine {
     } catch (const Error& error) {
       why_none = error.what();
     }
-    view_.result = review_of(calibrations_, why_none, {}, {}).lines;
+    view_.result = review_session(calibrations_, why_none, {}, {}).lines;
     view_.outcomes.clear();
     for (const Calibration& calibration : calibrations_) {
       view_.outcomes.push_back(outcome_of(calibration));
@@ -556,7 +556,7 @@ class FreeSession::Engine {
   AxisIntake axes_;
   Stillness stillness_;
   DwellSums dwell_;
-  SessionNews news_;
+  SessionEventLog news_;
   SessionView view_;
   SessionPhase phase_ = SessionPhase::waiting;
   std::vector<FreePoint> points_;

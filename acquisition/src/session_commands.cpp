@@ -36,12 +36,12 @@ void Session::Engine::command(const SessionCommand& command) {
       break;
     case SessionAction::accept:
       if (phase_ == SessionPhase::question) {
-        knowledge_.insist(pending_->run);
+        knowledge_.accept_run(pending_->run);
         store();
       }
       break;
     case SessionAction::as_seen:
-      take_as_seen();
+      accept_recognised_pose();
       break;
     case SessionAction::retake:
       retake({command.run.value_or(list_.next_run() - 1)}, "retake");
@@ -110,7 +110,7 @@ void Session::Engine::capture_now() {
   }
 }
 
-void Session::Engine::take_as_seen() {
+void Session::Engine::accept_recognised_pose() {
   if (phase_ != SessionPhase::question || !judgement_ || !judgement_->looks_like_another) {
     return;
   }
@@ -143,7 +143,7 @@ void Session::Engine::retake(std::vector<int> runs, const std::string& why) {
   }
   if (some) {
     phase_ = SessionPhase::laying;
-    learn_from_readings();
+    update_pose_model();
     next_point();
   }
 }
@@ -196,7 +196,7 @@ void Session::Engine::review() {
     why_none = error.what();
   }
   const SessionReview result =
-      review_of(calibrations_, why_none, list_.readings(), knowledge_.suspects());
+      review_session(calibrations_, why_none, list_.readings(), knowledge_.suspects());
   view_.result = result.lines;
   view_.suspects = result.again;
   view_.outcomes.clear();

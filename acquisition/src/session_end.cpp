@@ -61,10 +61,10 @@ std::optional<double> expected_angle_u_deg(const Experiment& experiment,
   }
 }
 
-SessionReview review_of(const std::vector<Calibration>& calibrations,
-                        const std::string& why_none,
-                        const std::vector<CapturedReading>& readings,
-                        const std::set<int>& suspects) {
+SessionReview review_session(const std::vector<Calibration>& calibrations,
+                             const std::string& why_none,
+                             const std::vector<CapturedReading>& readings,
+                             const std::set<int>& suspects) {
   SessionReview review;
   std::set<int> runs = suspects;
   for (const Calibration& calibration : calibrations) {

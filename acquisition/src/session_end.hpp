@@ -32,9 +32,9 @@ struct SessionReview {
 /// @param calibrations  none where there is none; `why_none` says why.
 /// @param readings     none of a session without a cube.
 /// @param suspects     runs that looked wrong on the way.
-[[nodiscard]] SessionReview review_of(const std::vector<Calibration>& calibrations,
-                                      const std::string& why_none,
-                                      const std::vector<CapturedReading>& readings,
-                                      const std::set<int>& suspects);
+[[nodiscard]] SessionReview review_session(const std::vector<Calibration>& calibrations,
+                                           const std::string& why_none,
+                                           const std::vector<CapturedReading>& readings,
+                                           const std::set<int>& suspects);
 
 }  // namespace axiscal

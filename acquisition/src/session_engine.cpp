@@ -67,7 +67,7 @@ void Session::Engine::restore(const std::vector<std::string>& lines, const std::
     remember(list_.readings().back());
   }
   if (!knowledge_.field_moves()) {  // else with the first sample
-    learn_from_readings();
+    update_pose_model();
   }
   if (!list_.readings().empty()) {
     news_.tell("resumed",
@@ -144,10 +144,10 @@ const SessionView& Session::Engine::view() {
 void Session::Engine::find_moving_field() {
   knowledge_.find_field_at(list_.readings().empty() ? shown_time(now_s_)
                                                     : list_.readings().front().start_s);
-  learn_from_readings();
+  update_pose_model();
 }
 
-void Session::Engine::learn_from_readings() {
+void Session::Engine::update_pose_model() {
   if (const auto suspect = knowledge_.learn(list_.readings())) {
     news_.tell("suspect",
                formatted("{} looks like {} after the readings that followed: take it again",

@@ -11,8 +11,8 @@
 #include "acquisition/src/dwell_sums.hpp"
 #include "acquisition/src/raw_samples.hpp"
 #include "acquisition/src/reading_list.hpp"
+#include "acquisition/src/session_event_log.hpp"
 #include "acquisition/src/session_knowledge.hpp"
-#include "acquisition/src/session_news.hpp"
 #include "acquisition/src/soak_watch.hpp"
 #include "acquisition/src/stuck_watch.hpp"
 #include "axiscal/acquisition/session.hpp"
@@ -57,7 +57,7 @@ class Session::Engine {
 
   // The cube lies as at this reading until it is moved.
   void remember(const CapturedReading& taken);
-  void learn_from_readings();
+  void update_pose_model();
   // The model knows the sun as it stood at the first reading, or stands when the first sample
   // comes.
   void find_moving_field();
@@ -72,7 +72,7 @@ class Session::Engine {
   void soak();
   [[nodiscard]] bool is_nearest_level(double planned) const;
   // After a question a bump is not a new pose.
-  void look_for_laying_anew();
+  void detect_repositioning();
   void begin_dwell();
   void dwell();
   // It was touched, and lies as it did at the last reading, though another face is wanted below.
@@ -87,7 +87,7 @@ class Session::Engine {
   // ---- what the person asks for, and the end: session_commands.cpp
 
   void capture_now();
-  void take_as_seen();
+  void accept_recognised_pose();
   // A copy of the runs: the view's own list of suspects changes on the way.
   void retake(std::vector<int> runs, const std::string& why);
   // A change of the list other than a reading. If the disk is full, the list does not change.
@@ -140,7 +140,7 @@ class Session::Engine {
   int retake_rounds_ = 0;
   std::vector<Calibration> calibrations_;
 
-  SessionNews news_;
+  SessionEventLog news_;
   SessionView view_;
 };
 

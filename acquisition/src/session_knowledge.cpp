@@ -130,9 +130,9 @@ std::vector<PlacedReading> SessionKnowledge::placed(const std::vector<CapturedRe
   return result;
 }
 
-bool SessionKnowledge::reads_otherwise(const CapturedReading& reading,
-                                       const DesignEntry& entry,
-                                       double now_s) const {
+bool SessionKnowledge::is_distinguishable_from(const CapturedReading& reading,
+                                               const DesignEntry& entry,
+                                               double now_s) const {
   constexpr double clearly = 0.5;  // relative to the effect of the field
   const PlacedReading other = {
       .entry = entry,

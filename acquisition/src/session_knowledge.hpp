@@ -41,9 +41,9 @@ class SessionKnowledge {
 
   /// @param now_s  when the other one would be taken, as a reading's start_s.
   /// @return true if a point must differ from a reading, by the current knowledge.
-  [[nodiscard]] bool reads_otherwise(const CapturedReading& reading,
-                                     const DesignEntry& entry,
-                                     double now_s) const;
+  [[nodiscard]] bool is_distinguishable_from(const CapturedReading& reading,
+                                             const DesignEntry& entry,
+                                             double now_s) const;
 
   /// @return the match of a new reading with the earlier ones; nullopt while they are not enough.
   [[nodiscard]] std::optional<PoseJudgement> judge(const std::vector<CapturedReading>& readings,
@@ -60,7 +60,7 @@ class SessionKnowledge {
   std::optional<Suspect> learn(const std::vector<CapturedReading>& readings);
 
   /// A run is taken as right, whatever it looks like: it becomes no suspect.
-  void insist(int run) { insisted_.insert(run); }
+  void accept_run(int run) { insisted_.insert(run); }
 
   /// A run was dropped.
   void forget(int run) { suspects_.erase(run); }

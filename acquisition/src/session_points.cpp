@@ -80,7 +80,7 @@ void Session::Engine::go_on() {
       dwell();
       break;
     case SessionPhase::question:
-      look_for_laying_anew();
+      detect_repositioning();
       break;
     case SessionPhase::storing:
       if (now_s_ - tried_to_store_s_ > store_again_s) {
@@ -110,7 +110,7 @@ bool Session::Engine::is_nearest_level(double planned) const {
   });
 }
 
-void Session::Engine::look_for_laying_anew() {
+void Session::Engine::detect_repositioning() {
   if (!stillness_.is_ready() || stillness_.is_still()) {
     moving_from_s_ = now_s_;
   } else if (now_s_ - moving_from_s_ > laying_anew_s) {
@@ -172,7 +172,7 @@ void Session::Engine::dwell() {
 
 bool Session::Engine::lies_as_before() const {
   if (said_as_before_ || !last_ ||
-      !knowledge_.reads_otherwise(*last_, wanted_row().entry, shown_time(now_s_))) {
+      !knowledge_.is_distinguishable_from(*last_, wanted_row().entry, shown_time(now_s_))) {
     return false;
   }
   const Eigen::VectorXd difference = dwell_.mean() - last_->mean;
@@ -214,7 +214,7 @@ void Session::Engine::complete() {
   if (judgement_ && (judgement_->looks_like_another || judgement_->fits_none)) {
     // The cube was laid again with the same result: the doubt then concerns an earlier reading.
     if (questioned_ == judgement_->best) {
-      knowledge_.insist(reading.run);
+      knowledge_.accept_run(reading.run);
       store();
       return;
     }
@@ -254,7 +254,7 @@ void Session::Engine::store() {
              formatted("{}: {}, {} samples", run_text(taken.run), taken.row.entry.point.name(),
                        taken.samples),
              taken.run, taken.row.entry.point);
-  learn_from_readings();
+  update_pose_model();
   next_point();
 }
 

@@ -60,10 +60,10 @@ void refresh(const SessionState& state, SessionView& view) {
   const bool doubts = state.phase == SessionPhase::question && state.judgement != nullptr &&
                       state.judgement->looks_like_another;
   view.looks_like = doubts ? std::optional(state.judgement->best) : std::nullopt;
-  say_what_to_do(view, {.judgement = state.judgement,
-                        .soak_remaining_s = state.soak.state().remaining_s,
-                        .has_temperature = state.has_temperature,
-                        .has_quit = state.has_quit});
+  set_next_step_text(view, {.judgement = state.judgement,
+                            .soak_remaining_s = state.soak.state().remaining_s,
+                            .has_temperature = state.has_temperature,
+                            .has_quit = state.has_quit});
 }
 
 }  // namespace axiscal

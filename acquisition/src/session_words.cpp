@@ -26,7 +26,7 @@ std::string laying_words(const SessionView& view) {
   return text;
 }
 
-std::string soaking_words(const SaidBesides& besides) {
+std::string soaking_words(const MessageContext& besides) {
   if (!besides.has_temperature) {
     return "no temperature comes; go on when it is there";
   }
@@ -52,7 +52,7 @@ std::string question_text(const PoseJudgement& judgement, const DesignPoint& sta
              : formatted("this looks like {}, not {}", best.name(), stated.name());
 }
 
-void say_what_to_do(SessionView& view, const SaidBesides& besides) {
+void set_next_step_text(SessionView& view, const MessageContext& besides) {
   view.headline.clear();
   view.detail.clear();
   switch (view.phase) {

@@ -9,7 +9,7 @@
 namespace axiscal {
 
 /// The inputs of the words that a view does not contain.
-struct SaidBesides {
+struct MessageContext {
   const PoseJudgement* judgement = nullptr;  ///< the model's assessment of the doubtful reading
   double soak_remaining_s = 0.0;             ///< until the temperature is steady; 0: not known
   bool has_temperature = false;
@@ -24,6 +24,6 @@ struct SaidBesides {
 [[nodiscard]] std::string question_text(const PoseJudgement& judgement, const DesignPoint& stated);
 
 /// Sets a view's headline and detail: the instruction and its reason.
-void say_what_to_do(SessionView& view, const SaidBesides& besides);
+void set_next_step_text(SessionView& view, const MessageContext& besides);
 
 }  // namespace axiscal

@@ -152,7 +152,7 @@ void WebPage::announce() const {
 }
 
 // Refuses a request that does not name this server, or comes from another page.
-std::optional<WebAnswer> WebPage::refused_at_once(const WebRequest& request) const {
+std::optional<WebAnswer> WebPage::early_refusal(const WebRequest& request) const {
   const std::optional<int> length = parse_integer(request.header("Content-Length"));
   const bool is_get = request.method == "GET" || request.method == "HEAD";
   const bool has_short_body = request.method == "POST" && length && *length >= 0 &&
@@ -191,7 +191,7 @@ std::optional<WebAnswer> WebPage::refused_at_once(const WebRequest& request) con
 }
 
 WebAnswer WebPage::answer(const WebRequest& request) {
-  if (const std::optional<WebAnswer> refused = refused_at_once(request)) {
+  if (const std::optional<WebAnswer> refused = early_refusal(request)) {
     return *refused;
   }
   const std::string path = request.target.substr(0, request.target.find('?'));
@@ -200,7 +200,7 @@ WebAnswer WebPage::answer(const WebRequest& request) {
            : path == "/control" ? take_control(request)
            : path == "/command" ? take_command(request)
            : path == "/wish"    ? take_wish(request)
-           : path == "/alive"   ? take_sign_of_life(request)
+           : path == "/alive"   ? handle_heartbeat(request)
                                 : refusal(404, "no such page");
   }
   return path == "/"              ? content(acquire_page(), "text/html; charset=utf-8")
@@ -302,7 +302,7 @@ WebAnswer WebPage::take_command(const WebRequest& request) {
 
 // Each page says every few seconds that it is there. Control comes back to the owner that was not
 // heard for a while, as long as nobody used it.
-WebAnswer WebPage::take_sign_of_life(const WebRequest& request) {
+WebAnswer WebPage::handle_heartbeat(const WebRequest& request) {
   const std::lock_guard lock(mutex_);
   const std::string session = session_of(request);
   if (session.empty() || !is_by_script(request)) {

@@ -78,7 +78,7 @@ class WebPage {
 
  private:
   [[nodiscard]] std::string url() const;
-  [[nodiscard]] std::optional<WebAnswer> refused_at_once(const WebRequest& request) const;
+  [[nodiscard]] std::optional<WebAnswer> early_refusal(const WebRequest& request) const;
   [[nodiscard]] std::string cookie_name() const;
   [[nodiscard]] std::string session_of(const WebRequest& request) const;
   [[nodiscard]] std::optional<WebAnswer> refused_control(const WebRequest& request) const;
@@ -86,7 +86,7 @@ class WebPage {
   [[nodiscard]] WebAnswer take_control(const WebRequest& request);
   [[nodiscard]] WebAnswer take_command(const WebRequest& request);
   [[nodiscard]] WebAnswer take_wish(const WebRequest& request);
-  [[nodiscard]] WebAnswer take_sign_of_life(const WebRequest& request);
+  [[nodiscard]] WebAnswer handle_heartbeat(const WebRequest& request);
   [[nodiscard]] WebAnswer stream(const WebRequest& request) const;
   [[nodiscard]] WebAnswer file(const WebRequest& request, const std::string& name) const;
   void lend_control();

@@ -17,7 +17,7 @@
 namespace axiscal {
 
 /// The run whose scatter is looked at. All members outlive the search.
-struct RunToCount {
+struct ScatterAnalysisInput {
   const Experiment& experiment;
   const SolvedReadings& fitted;  ///< the readings of the fit
   const SolvedReadings& judged;  ///< the same without errors that the readings share
@@ -46,7 +46,7 @@ struct Cause {
   std::string_view name;
   bool changes_fit = false;  ///< it changes the coefficients' covariance itself, and is first
   /// Makes intervals longer, never shorter, and adds a note if it was found.
-  CountedEstimate (*counted)(const RunToCount& run, CountedEstimate so_far) = nullptr;
+  CountedEstimate (*counted)(const ScatterAnalysisInput& run, CountedEstimate so_far) = nullptr;
 };
 
 /// @return all causes in the order in which they are counted.
@@ -57,6 +57,6 @@ void add_cause(const Cause& cause);
 
 /// Counts the causes of scatter in the uncertainty of an estimate (method.md, sections 4 and 4.1).
 /// @param estimate  of the methods paired, joint or known.
-[[nodiscard]] CountedEstimate count_scatter(const RunToCount& run, Estimate estimate);
+[[nodiscard]] CountedEstimate count_scatter(const ScatterAnalysisInput& run, Estimate estimate);
 
 }  // namespace axiscal

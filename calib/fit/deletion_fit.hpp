@@ -38,7 +38,7 @@ class DeletionFit {
   ///
   /// @param readings   d positions in the set.
   /// @param contrasts  q x d.
-  /// @param loss       of degrees of freedom (loss_by_common_noise()); 1: the axes are independent.
+  /// @param loss       of degrees of freedom (dof_reduction_factor()); 1: the axes are independent.
   /// @return `nullopt` if the others do not determine the contrasts.
   [[nodiscard]] std::optional<double> p_value(const std::vector<std::size_t>& readings,
                                               const Eigen::MatrixXd& contrasts,

@@ -96,7 +96,7 @@ struct PairedDesign {
 [[nodiscard]] ReadingSet at_reference(ReadingSet set, const Estimate& estimate);
 
 /// The set, with weight 0 for the readings that method paired left out.
-[[nodiscard]] ReadingSet without_unpaired(ReadingSet set, const Estimate& estimate);
+[[nodiscard]] ReadingSet exclude_unpaired_readings(ReadingSet set, const Estimate& estimate);
 
 /// Takes what the columns of an axis's regression say into the estimate.
 void set_coefficients(const ReadingSet& set,

@@ -93,8 +93,8 @@ class Fit {
   [[nodiscard]] Eigen::MatrixXd shared_columns_of_axis(Eigen::Index axis) const;
 
   /// @return columns of an axis's rows less their projection on its own columns, n x c.
-  [[nodiscard]] Eigen::MatrixXd left_by_own(Eigen::Index axis,
-                                            const Eigen::MatrixXd& columns) const;
+  [[nodiscard]] Eigen::MatrixXd orthogonal_to_own_columns(Eigen::Index axis,
+                                                          const Eigen::MatrixXd& columns) const;
 
   /// @return Q, n x p: an orthonormal basis of the own weighted columns of an axis.
   [[nodiscard]] const Eigen::MatrixXd& basis_of_axis(Eigen::Index axis) const {
@@ -107,7 +107,7 @@ class Fit {
   /// @return residuals of weight less columns.
   [[nodiscard]] double degrees_of_freedom() const { return rows_ - static_cast<double>(x_.size()); }
 
-  // The functions from here to taken_up() need full rank.
+  // The functions from here to solution_change() need full rank.
 
   /// @return P, n x s: the rows of an axis in an orthonormal basis of the shared columns less their
   ///         projection on the own ones.
@@ -155,7 +155,7 @@ class Fit {
 
   /// @param changes  n m x c, rows as residuals().
   /// @return the change of the unknowns for such changes of the readings, q x c.
-  [[nodiscard]] Eigen::MatrixXd taken_up(const Eigen::MatrixXd& changes) const;
+  [[nodiscard]] Eigen::MatrixXd solution_change(const Eigen::MatrixXd& changes) const;
 
   /// @return S of an axis as in its columns.
   [[nodiscard]] Eigen::RowVector3d sensitivity(Eigen::Index axis) const {

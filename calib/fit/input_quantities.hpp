@@ -55,8 +55,8 @@ struct InputQuantity {
 
 /// Derivatives of a run's readings with respect to the inputs' errors. They are further columns of
 /// the run, one for each error; the rows are in units of the run's sigma.
-[[nodiscard]] Eigen::MatrixXd change_of_readings(const std::vector<InputQuantity>& inputs,
-                                                 const Fit& run,
-                                                 const TableField& field);
+[[nodiscard]] Eigen::MatrixXd input_error_jacobian(const std::vector<InputQuantity>& inputs,
+                                                   const Fit& run,
+                                                   const TableField& field);
 
 }  // namespace axiscal

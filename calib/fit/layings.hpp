@@ -15,7 +15,7 @@ namespace axiscal {
 /// Consecutive readings at one design point, level and block are one laying. Over temperature, and
 /// without design points, each reading stands for itself.
 /// @return the position of the first reading of each laying.
-[[nodiscard]] std::vector<std::size_t> first_of_layings(const ReadingSet& set);
+[[nodiscard]] std::vector<std::size_t> laying_starts(const ReadingSet& set);
 
 /// Readings that are each the mean of one laying, with the scatter within the laying.
 struct Layings {
@@ -28,6 +28,6 @@ struct Layings {
 };
 
 /// Readings that the estimate left unpaired do not count.
-[[nodiscard]] Layings layings_of(const ReadingSet& given, const Estimate& estimate);
+[[nodiscard]] Layings average_layings(const ReadingSet& given, const Estimate& estimate);
 
 }  // namespace axiscal

@@ -79,7 +79,7 @@ struct ReadingSet {
   }
 
   // Where the coefficients of all axes stand among all their columns, one axis after another.
-  [[nodiscard]] std::vector<Eigen::Index> places_of_coefficients() const;
+  [[nodiscard]] std::vector<Eigen::Index> coefficient_column_indices() const;
 
   // Columns [1, f, second fields] of an axis with those of temperature and of the run; all
   // readings, and one row.
@@ -95,9 +95,9 @@ struct ReadingSet {
 
   // The columns of an axis that its readings can separate, and the map to them from all columns.
   // These are all columns, except for a transfer, which has one for each direction of its fields.
-  [[nodiscard]] Eigen::MatrixXd seen_columns(const Eigen::MatrixXd& design,
-                                             Eigen::Index axis) const;
-  [[nodiscard]] Eigen::MatrixXd map_of_seen() const;
+  [[nodiscard]] Eigen::MatrixXd observable_columns(const Eigen::MatrixXd& design,
+                                                   Eigen::Index axis) const;
+  [[nodiscard]] Eigen::MatrixXd observable_column_map() const;
 
   // 1 + c_1 d + ..., as far as known.
   [[nodiscard]] double scale(Eigen::Index reading, Eigen::Index axis) const;
@@ -132,12 +132,12 @@ struct ReadingSet {
                                               const Eigen::Vector3d& field_in_table) const;
 
   // Whether some axis leaves readings out (weight 0).
-  [[nodiscard]] bool leaves_out() const { return (weights.array() == 0.0).any(); }
+  [[nodiscard]] bool has_excluded_readings() const { return (weights.array() == 0.0).any(); }
 
   // True if the set stays as it is after the fit: it lacks temperature terms, and its axes use all
   // readings and see all lights.
   [[nodiscard]] bool is_final() const {
-    return temperature.order == 0 && visible.empty() && !leaves_out();
+    return temperature.order == 0 && visible.empty() && !has_excluded_readings();
   }
 
   [[nodiscard]] Eigen::Index size() const { return response.rows(); }

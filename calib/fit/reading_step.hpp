@@ -19,7 +19,7 @@ namespace axiscal {
 /// @param stated_step  [unit]; 0: not stated.
 /// @param noise_sd     of one reading [unit]; without it any step is looked for.
 /// @return [unit]; nullopt if the readings do not show a step.
-[[nodiscard]] std::optional<double> step_of_readings(
+[[nodiscard]] std::optional<double> detect_rounding_step(
     std::vector<double> readings,
     double stated_step,
     double noise_sd = std::numeric_limits<double>::infinity());
@@ -37,9 +37,9 @@ namespace axiscal {
 /// @param weights   n x m; readings of weight 0 do not count.
 /// @param noise_sd  m: of one reading of each axis [unit]; empty: any step is looked for.
 /// @return n x m [unit]; 0: the readings do not show a step.
-[[nodiscard]] Eigen::MatrixXd steps_of_responses(const Eigen::MatrixXd& response,
-                                                 const Eigen::MatrixXd& weights,
-                                                 double stated_step,
-                                                 const Eigen::VectorXd& noise_sd = {});
+[[nodiscard]] Eigen::MatrixXd detect_rounding_steps(const Eigen::MatrixXd& response,
+                                                    const Eigen::MatrixXd& weights,
+                                                    double stated_step,
+                                                    const Eigen::VectorXd& noise_sd = {});
 
 }  // namespace axiscal

@@ -21,7 +21,7 @@ using FieldChanges = Eigen::MatrixXd;
 ///              changes nothing.
 /// @return derivative with respect to a step along the tangents of the field [rad]; the vectors are
 ///         in order.
-[[nodiscard]] FieldChanges changes_with_directions(
+[[nodiscard]] FieldChanges field_direction_derivatives(
     const ReadingSet& set,
     const TableField& field,
     const std::vector<TableField::Tangents>& tangents,

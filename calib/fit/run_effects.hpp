@@ -104,17 +104,17 @@ void add_memory(const std::vector<Reading>& readings,
 /// For each reading its response minus that of the reading before it, with the sign reversed; 0 for
 /// the first one in order_of_runs().
 /// @return n x m [unit].
-[[nodiscard]] Eigen::MatrixXd changes_before(const std::vector<Reading>& readings,
-                                             const Eigen::MatrixXd& response);
+[[nodiscard]] Eigen::MatrixXd previous_minus_current(const std::vector<Reading>& readings,
+                                                     const Eigen::MatrixXd& response);
 
 /// The columns of readings that are not of the run, in the terms of those that are: its drift goes
 /// on, the level behind a step stays in its block, and a block that it does not know is as the mean
 /// of those it knows. A memory is not continued.
 /// @param run     the readings of the run.
 /// @return as RunEffects::columns, for `others`.
-[[nodiscard]] Eigen::MatrixXd effects_at(const RunEffects& effects,
-                                         const std::vector<Reading>& run,
-                                         const std::vector<Reading>& others);
+[[nodiscard]] Eigen::MatrixXd extrapolate_run_effects(const RunEffects& effects,
+                                                      const std::vector<Reading>& run,
+                                                      const std::vector<Reading>& others);
 
 /// @return positions of the readings in the order in which they were taken, by their run numbers.
 [[nodiscard]] std::vector<std::size_t> order_of_runs(const std::vector<Reading>& readings);

@@ -13,7 +13,8 @@ namespace axiscal {
 /// @param set      with temperature.order and .d.
 /// @param without  the estimate of the same readings without temperature terms.
 /// @throws RankDeficientError  if the temperatures do not determine the terms.
-[[nodiscard]] ReadingSet started_over_temperature(const ReadingSet& set, const Estimate& without);
+[[nodiscard]] ReadingSet initialize_temperature_terms(const ReadingSet& set,
+                                                      const Estimate& without);
 
 /// The number of temperatures of a run: soak levels, or all of a continuous run.
 [[nodiscard]] int temperature_count(const ReadingSet& set);

@@ -34,6 +34,6 @@ namespace axiscal {
 /// Takes the parameters that were not seen out of a record's statistics and budget, and names them
 /// in a note.
 /// @param calibration  of the transfer, otherwise finished.
-void forget_unseen(const Eigen::Matrix3Xd& seen, Calibration& calibration);
+void drop_unobserved_parameters(const Eigen::Matrix3Xd& seen, Calibration& calibration);
 
 }  // namespace axiscal

@@ -17,7 +17,7 @@ namespace axiscal {
 ///         its mean by chance.
 /// @par Source
 /// method.md, section 5; Satterthwaite, Biometrics Bulletin 2 (1946) 110-114.
-[[nodiscard]] double loss_by_common_noise(const Eigen::MatrixXd& residuals,
+[[nodiscard]] double dof_reduction_factor(const Eigen::MatrixXd& residuals,
                                           double degrees_of_freedom);
 
 }  // namespace axiscal

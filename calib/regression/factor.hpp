@@ -139,11 +139,11 @@ struct SingularValues {
 [[nodiscard]] Eigen::MatrixXd pseudo_inverse(const Eigen::MatrixXd& A);
 
 /// A^+ and the rank of A to working precision.
-struct RankedInverse {
+struct PseudoInverseWithRank {
   Eigen::MatrixXd inverse;
   Eigen::Index rank = 0;
 };
-[[nodiscard]] RankedInverse ranked_inverse(const Eigen::MatrixXd& A);
+[[nodiscard]] PseudoInverseWithRank pseudo_inverse_with_rank(const Eigen::MatrixXd& A);
 
 /// @return T with T T^T = (A^T A)^+; singular values that are not above `open_below` count as 0.
 [[nodiscard]] Eigen::MatrixXd root_of_pseudo_inverse(const Eigen::MatrixXd& A, double open_below);
@@ -162,14 +162,14 @@ struct RankedInverse {
                                                            double share_above);
 
 /// @return the names of columns; neighbours with one name give it once.
-[[nodiscard]] std::vector<std::string> names_of_open(const std::vector<Eigen::Index>& columns,
-                                                     const std::vector<std::string>& names);
+[[nodiscard]] std::vector<std::string> undetermined_column_names(
+    const std::vector<Eigen::Index>& columns, const std::vector<std::string>& names);
 
 /// @return the ratio of the largest to the smallest singular value of J with columns of length 1.
 [[nodiscard]] double condition_of(const Eigen::MatrixXd& J);
 
 /// As above, by the normal equations J^T J, with less work.
 /// @return `nullopt` above 100: there the normal equations lose digits that matter.
-[[nodiscard]] std::optional<double> small_condition_of(const Eigen::MatrixXd& normal);
+[[nodiscard]] std::optional<double> condition_from_normal_matrix(const Eigen::MatrixXd& normal);
 
 }  // namespace axiscal

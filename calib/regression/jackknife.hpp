@@ -18,7 +18,7 @@ inline constexpr Eigen::Index jackknife_parts = 10;
 /// @return p x 10; NaN where the others do not determine the unknowns.
 /// @par Source
 /// Kuensch, Annals of Statistics 17 (1989) 1217-1241 (the jackknife for dependent observations).
-[[nodiscard]] Eigen::MatrixXd changes_without_parts(const Linearised& at_solution);
+[[nodiscard]] Eigen::MatrixXd block_jackknife_changes(const Linearised& at_solution);
 
 /// The standard uncertainties that such changes say, with 9 degrees of freedom.
 /// @param changes  q x 10, of any q linear functions of the unknowns.

@@ -13,9 +13,9 @@ namespace axiscal {
 /// @param weigh          gives the weights from the residuals of the last fit.
 /// @param fit            repeats the fit with these weights.
 /// @return the weights of the last fit, after at most 100 rounds.
-Eigen::MatrixXd reweight_until_still(Eigen::Index rows,
-                                     Eigen::Index columns,
-                                     const std::function<Eigen::MatrixXd()>& weigh,
-                                     const std::function<void(const Eigen::MatrixXd&)>& fit);
+Eigen::MatrixXd reweight_until_converged(Eigen::Index rows,
+                                         Eigen::Index columns,
+                                         const std::function<Eigen::MatrixXd()>& weigh,
+                                         const std::function<void(const Eigen::MatrixXd&)>& fit);
 
 }  // namespace axiscal

@@ -109,12 +109,12 @@ struct CorrelatedMean {
 /// @par Source
 /// Harvey, Forecasting, Structural Time Series Models and the Kalman Filter (1989), sec. 3.4;
 /// Hoeting et al., Statistical Science 14 (1999) 382-417 (averages over models).
-[[nodiscard]] CorrelatedMean mean_under_correlation(const OrderedReadings& readings);
+[[nodiscard]] CorrelatedMean estimate_correlated_mean(const OrderedReadings& readings);
 
 /// As above, for one response with the noise of three axes along a changing direction. Each pair of
 /// neighbours is weighted by the product of their directions.
 /// @param design  n x p.
-/// @param along   h, n x 3, as of fit_under_correlation().
+/// @param along   h, n x 3, as of fit_with_correlated_noise().
 [[nodiscard]] double lag_one_score(const Eigen::MatrixXd& design,
                                    const Eigen::VectorXd& response,
                                    const Eigen::MatrixX3d& along);
@@ -129,25 +129,26 @@ struct CorrelatedFit {
 
 /// All coefficients where a response sees noise that is correlated in three axes along a direction
 /// that turns: y_i = J_i p + h_i . x_i + white noise, each component of x with rho^|i - j|. The
-/// models are as mean_under_correlation()'s, up to a correlation of 0.995; the work is linear in n.
+/// models are as estimate_correlated_mean()'s, up to a correlation of 0.995; the work is linear in
+/// n.
 ///
 /// @param design    J, n x p.
 /// @param response  y, n.
 /// @param along     h, n x 3.
-[[nodiscard]] CorrelatedFit fit_under_correlation(const Eigen::MatrixXd& design,
-                                                  const Eigen::VectorXd& response,
-                                                  const Eigen::MatrixX3d& along);
+[[nodiscard]] CorrelatedFit fit_with_correlated_noise(const Eigen::MatrixXd& design,
+                                                      const Eigen::VectorXd& response,
+                                                      const Eigen::MatrixX3d& along);
 
 /// As lag_one_score(), of deviations z = B e of the residuals e of a larger fit.
 /// @param hat_root     K, n x q, with K K^T = B J (J^T J)^-1 J^T B^T, J the Jacobian of that fit.
 /// @param hat_squares  K^T K.
-[[nodiscard]] double likeness_along(const Eigen::VectorXd& z,
-                                    const Eigen::MatrixXd& hat_root,
-                                    const Eigen::MatrixXd& hat_squares);
+[[nodiscard]] double lag_one_score_along(const Eigen::VectorXd& z,
+                                         const Eigen::MatrixXd& hat_root,
+                                         const Eigen::MatrixXd& hat_squares);
 
 /// A linear fit in whose residuals each reading may share one cause, of size h_i along one
 /// direction of its m residuals, that wanders from reading to reading.
-struct WanderProblem {
+struct CommonAr1Problem {
   Eigen::MatrixXd information;        ///< J^T J, q x q
   double squares = 0.0;               ///< of all residuals, which are square to J
   const Eigen::MatrixXd& along;       ///< n x q: of J, the direction that the cause has
@@ -159,6 +160,6 @@ struct WanderProblem {
 
 /// The change of the coefficients as a mean over models V = I + lambda h h^T rho^|i - j|, and the
 /// covariance of the coefficients.
-[[nodiscard]] CorrelatedFit fit_under_wander(const WanderProblem& problem);
+[[nodiscard]] CorrelatedFit fit_with_common_ar1(const CommonAr1Problem& problem);
 
 }  // namespace axiscal

@@ -16,10 +16,14 @@
 #include "axiscal/core/error.hpp"
 #include "axiscal/core/input_protection.hpp"
 #include "core/formatted.hpp"
+#include "core/redirected_streams.hpp"
 
 namespace axiscal {
 
 InputFile::InputFile(std::string path) : path_(std::move(path)) {
+  if (path_ == "-" && RedirectedStreams::current() != nullptr) {
+    return;
+  }
   descriptor_ = path_ == "-" ? STDIN_FILENO : ::open(path_.c_str(), O_RDONLY | O_CLOEXEC);
   if (descriptor_ < 0) {
     throw DataError(path_, errno == ENOENT ? "no such file" : std::strerror(errno));
@@ -44,6 +48,9 @@ InputFile::~InputFile() {
 }
 
 std::size_t InputFile::read(char* buffer, std::size_t size) {
+  if (path_ == "-" && RedirectedStreams::current() != nullptr) {
+    return RedirectedStreams::current()->read(buffer, size);
+  }
   for (;;) {
     const ssize_t count = ::read(descriptor_, buffer, size);
     if (count >= 0) {

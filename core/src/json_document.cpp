@@ -479,7 +479,7 @@ void put_nulls(Json& value) {
 
 }  // namespace
 
-JsonValue as_read_back(Json value, std::string path) {
+JsonValue json_round_trip(Json value, std::string path) {
   put_nulls(value);
   return {std::move(value), std::move(path)};
 }

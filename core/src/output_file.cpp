@@ -22,6 +22,7 @@
 #include "axiscal/core/number_text.hpp"
 #include "core/descriptor.hpp"
 #include "core/formatted.hpp"
+#include "core/redirected_streams.hpp"
 #include "core/unfinished_names.hpp"
 
 namespace axiscal {
@@ -104,6 +105,9 @@ std::string link_of(int descriptor) {
 }  // namespace
 
 OutputFile::OutputFile(std::string path, Mode mode) : path_(std::move(path)) {
+  if (path_ == "-" && RedirectedStreams::current() != nullptr) {
+    return;
+  }
   if (path_ == "-") {
     descriptor_ = STDOUT_FILENO;
     forbid_replacing_input(descriptor_, "standard output");
@@ -171,12 +175,12 @@ template <typename Make>
 bool OutputFile::make_temporary(const Make& make) {
   for (int attempt = 0; attempt < 1000; ++attempt) {
     temporary_ = (folder() / temporary_name(attempt)).string();
-    announce_unfinished(temporary_);
+    register_unfinished_file(temporary_);
     if (make(temporary_)) {
       return true;
     }
     const int reason = errno;
-    withdraw_unfinished(temporary_);
+    unregister_unfinished_file(temporary_);
     temporary_.clear();
     errno = reason;
     if (reason != EEXIST) {
@@ -217,7 +221,7 @@ void OutputFile::discard() noexcept {
   }
   if (!temporary_.empty()) {
     ::unlink(temporary_.c_str());
-    withdraw_unfinished(temporary_);
+    unregister_unfinished_file(temporary_);
   }
 }
 
@@ -237,6 +241,10 @@ void OutputFile::rewrite_start(std::string_view text) {
 }
 
 void OutputFile::write(std::string_view text) {
+  if (path_ == "-" && RedirectedStreams::current() != nullptr) {
+    RedirectedStreams::current()->output += text;
+    return;
+  }
   if (!write_all(descriptor_, text)) {
     fail("cannot be written");
   }
@@ -273,7 +281,7 @@ void OutputFile::commit() {
   if (::rename(temporary_.c_str(), target_.c_str()) != 0) {
     fail("cannot be put into its place");
   }
-  withdraw_unfinished(temporary_);
+  unregister_unfinished_file(temporary_);
   temporary_.clear();
   sync_folder(folder());  // else a power failure may bring the earlier file back
   target_.clear();

@@ -28,7 +28,7 @@ TemporaryFile::TemporaryFile() {
                   "in TMPDIR",
                   folder, std::strerror(errno)));
   }
-  announce_unfinished(path_);
+  register_unfinished_file(path_);
 }
 
 TemporaryFile::~TemporaryFile() {
@@ -40,7 +40,7 @@ TemporaryFile::~TemporaryFile() {
 
 void TemporaryFile::remove_name() {
   ::unlink(path_.c_str());
-  withdraw_unfinished(path_);
+  unregister_unfinished_file(path_);
   has_name_ = false;
   path_ = formatted("/proc/self/fd/{}", descriptor_);
 }

@@ -24,7 +24,7 @@ std::mutex changing;  // of the slots; the signal handler only reads
 
 }  // namespace
 
-void announce_unfinished(const std::string& path) noexcept {
+void register_unfinished_file(const std::string& path) noexcept {
   const std::lock_guard lock(changing);
   for (Slot& slot : slots) {
     if (!slot.is_used && path.size() < slot.path.size()) {
@@ -35,7 +35,7 @@ void announce_unfinished(const std::string& path) noexcept {
   }
 }
 
-void withdraw_unfinished(const std::string& path) noexcept {
+void unregister_unfinished_file(const std::string& path) noexcept {
   const std::lock_guard lock(changing);
   for (Slot& slot : slots) {
     if (slot.is_used && path == slot.path.data()) {

@@ -374,7 +374,7 @@ Calibration with_measured_field(const Calibration& calibration) {
   return own;
 }
 
-std::string worked_line(const Calibration& calibration, const ConsumerModel& model) {
+std::string worked_example(const Calibration& calibration, const ConsumerModel& model) {
   constexpr int digits = 7;
   const auto text_of = [](const Eigen::Vector3d& v) {
     return formatted("({}, {}, {})", number_text(v(0), digits), number_text(v(1), digits),

@@ -82,7 +82,7 @@ std::vector<std::string> comment_of(const Calibration& calibration,
 
 /// How one reading becomes the corrected value, with numbers: "for example v = (0.1, 0, 9.9)
 /// becomes (0.05, 0.01, 9.807)".
-std::string worked_line(const Calibration& calibration, const ConsumerModel& model);
+std::string worked_example(const Calibration& calibration, const ConsumerModel& model);
 
 /// The same as a comment in a file that marks them by `mark`.
 std::string comment_lines(const Calibration& calibration,

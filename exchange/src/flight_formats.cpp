@@ -174,7 +174,7 @@ Exported export_px4(const Calibration& given, const ExportOptions& options) {
       in_flight(sensor, formula,
                 "in the frame in which PX4 publishes the sensor, before the board's rotation");
   lines.push_back(formatted("PX4 takes them where {}ID is the sensor's device number", prefix));
-  lines.push_back(worked_line(calibration, model));
+  lines.push_back(worked_example(calibration, model));
   if (model.has_bias_over_temperature) {
     lines.emplace_back(thermal_remark);
   }
@@ -243,7 +243,7 @@ Exported export_ardupilot(const Calibration& given, const ExportOptions& options
     add_axes(all, formatted("COMPASS_ODI{}_", number), "", above_diagonal(model.inverse));
     all.push_back({"COMPASS_SCALE" + number, 0.0});  // none besides the matrix
   }
-  lines.push_back(worked_line(calibration, model));
+  lines.push_back(worked_example(calibration, model));
   if (!calibration.provenance.device.empty() && parse_number(calibration.provenance.device)) {
     const std::string name = is_compass ? "COMPASS_DEV_ID" + number : ins + "_ID";
     all.push_back({name, *parse_number(calibration.provenance.device)});
@@ -312,7 +312,7 @@ Exported export_betaflight(const Calibration& calibration, const ExportOptions& 
                        number_text(model.bias.cwiseAbs().maxCoeff(), 6));
   }
   const std::optional<ExportLoss> loss = accepted_loss(calibration, model, "betaflight", options);
-  lines.push_back(worked_line(calibration, model));
+  lines.push_back(worked_example(calibration, model));
   std::string text = comment_lines(calibration, "# ", lines, loss);
   text += sensor == Sensor::accelerometer ? "set acc_calibration = " : "set mag_calibration = ";
   for (int k = 0; k < 3; ++k) {

@@ -24,7 +24,7 @@ Exported export_iio(const Calibration& given, const ExportOptions& options) {
                  "the unit of calibbias: see that of yours",
                  unit),
        "cd /sys/bus/iio/devices/iio:deviceN, and run these lines there",
-       worked_line(calibration, model)},
+       worked_example(calibration, model)},
       loss);
   for (int k = 0; k < 3; ++k) {
     text +=

@@ -88,7 +88,7 @@ KalibrSensor kalibr_sensor(const Calibration& calibration, const ExportOptions& 
                     : "Kalibr takes C of the accelerometer as the identity: the IMU's frame is "
                       "then C's",
        "C of an accelerometer and bias are additions: Kalibr itself writes neither",
-       "noise densities and random walks: axiscal noise", worked_line(calibration, model)},
+       "noise densities and random walks: axiscal noise", worked_example(calibration, model)},
       result.loss);
   return result;
 }
@@ -197,7 +197,7 @@ Exported export_ros(const Calibration& calibration, const ExportOptions& options
                                    {formatted("field [{}] = SM v - bias, v in {}; SM row by row; "
                                               "imu_calib itself applies it to accelerometers only",
                                               unit, readings),
-                                    worked_line(calibration, model)},
+                                    worked_example(calibration, model)},
                                    loss);
   std::string entries;
   for (int i = 0; i < 3; ++i) {

@@ -124,7 +124,7 @@ void read_second_field(const JsonValue& json, std::vector<FieldSetup>& also) {
 }  // namespace
 
 Json level_json(const FieldLevel& level) {
-  return level.differs_by_part() ? Json(level.of_parts()) : Json(level.of_all());
+  return level.has_level_per_part() ? Json(level.of_parts()) : Json(level.of_all());
 }
 
 FieldLevel level_of(const JsonValue& json) {

@@ -97,7 +97,7 @@ void FieldResolver::resolve_by_value(const ReferenceField& field) {
   set_model_u(field.magnitude_uncertainty());
   if (!field.moves()) {
     set_direction(field.value_in_enu(), field.is_induced());
-  } else if (knows_time()) {
+  } else if (is_time_of_day_known()) {
     const Eigen::Vector3d value = field.value_in_enu_at(occasion_.time_s.value_or(date_s()));
     found_.magnitude = value.norm();
     set_direction(value, field.is_induced());
@@ -137,7 +137,7 @@ void FieldResolver::require_longitude() const {
   }
 }
 
-bool FieldResolver::knows_time() const {
+bool FieldResolver::is_time_of_day_known() const {
   return occasion_.time_s || place_.date.find('T') != std::string::npos;
 }
 

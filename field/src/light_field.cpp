@@ -75,7 +75,7 @@ void LightField::resolve_sun(FieldResolver& of) const {
   if (!of.site()) {
     throw SetupError("the sun's place needs the site: latitude and longitude", {settings::site});
   }
-  if (!of.knows_time()) {
+  if (!of.is_time_of_day_known()) {
     return;  // the readings' times are not known yet, or there are none
   }
   of.require_longitude();

@@ -465,7 +465,7 @@ class ImuCalibrator {
           observations.size(), observations.size() == 1 ? "" : "s",
           number_text(options_.segment.shortest_s, 2)));
     }
-    take_as_level(make_field_description(experiment).magnitude, faces, observations);
+    assume_level_table(make_field_description(experiment).magnitude, faces, observations);
     result_.notes.emplace_back("it lay on its six faces, which gravity names");
   }
 

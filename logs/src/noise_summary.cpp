@@ -109,8 +109,8 @@ std::string noise_summary(const LogNoise& noise) {
     std::string cells;
     for (const NoiseKind kind : sheet_kinds) {
       const SheetNoise stated = sheet_noise(one, kind);
-      units += formatted("{:>21}", "[" + stated.unit + "]");
-      cells += formatted("{:>21}", sheet_text(stated));
+      units += formatted(" {:>20}", "[" + stated.unit + "]");
+      cells += formatted(" {:>20}", sheet_text(stated));
     }
     if (units != units_above) {
       text += formatted("{}{:<16}{:>21}{:>21}{:>21}\n{:<16}{}\n", text.empty() ? "" : "\n",

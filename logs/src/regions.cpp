@@ -276,7 +276,7 @@ class RegionCalibrator {
       for (const KnownRegion& rest : rests_) {
         faces.push_back(rest.region->rest);
       }
-      take_as_level(make_field_description(experiment).magnitude, faces, observations);
+      assume_level_table(make_field_description(experiment).magnitude, faces, observations);
       experiment.fit.method = experiment.fit.method.value_or(Method::known);
       result_.notes.emplace_back(
           "the regions name the face on the table alone: it is taken as level, and its slope is in "

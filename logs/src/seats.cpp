@@ -72,9 +72,9 @@ Eigen::MatrixX3d rough_ups(const Eigen::MatrixX3d& means) {
   return (means.rowwise() - 0.5 * (high + low)).array().rowwise() / (0.5 * (high - low)).array();
 }
 
-void take_as_level(double magnitude,
-                   const std::vector<std::optional<Face>>& faces,
-                   Observations& observations) {
+void assume_level_table(double magnitude,
+                        const std::vector<std::optional<Face>>& faces,
+                        Observations& observations) {
   observations.has_fence = false;
   for (std::size_t i = 0; i < faces.size(); ++i) {
     if (faces[i]) {

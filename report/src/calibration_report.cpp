@@ -124,8 +124,8 @@ std::string levelness_section(const Calibration& calibration,
   const Levelness& level = *calibration.fit.levelness;
   const bool slope = field_kind(calibration.sensor.field.kind).vertical;
   const auto stated = [](double value, double u) {
-    return true_minus(formatted("{} \u00b1 {}", rounded_value(1e3 * value, 1e3 * u),
-                                rounded_uncertainty(1e3 * u)));
+    return typographic_minus(formatted("{} \u00b1 {}", rounded_value(1e3 * value, 1e3 * u),
+                                       rounded_uncertainty(1e3 * u)));
   };
   const std::string x = stated(level.mean_x, level.standard_error_x);
   const std::string y = stated(level.mean_y, level.standard_error_y);
@@ -145,7 +145,7 @@ std::string levelness_section(const Calibration& calibration,
   const bool turns = table && level.consistent &&
                      calibration.findings.status != CalibrationStatus::refused && slope;
   return paragraph(text) + (faces ? figures.add(*faces) : "") +
-         (turns ? adjusters_table(level.as_it_stands(), *table) : "");
+         (turns ? adjusters_table(level.current_levelness(), *table) : "");
 }
 
 std::string uncertainty_section(const Calibration& calibration, Figures& figures) {
@@ -171,7 +171,7 @@ std::string residuals_section(const Calibration& calibration,
 
 // The value with the digits that its standard uncertainty lets it have.
 Cell rounded_cell(double value, double u) {
-  return {true_minus(rounded_value(value, u)), number_text(value)};
+  return {typographic_minus(rounded_value(value, u)), number_text(value)};
 }
 
 std::string history_section(const UnitHistory& unit, Figures& figures) {

@@ -79,7 +79,7 @@ std::vector<std::string> row_of(const std::string& name,
                                 double value,
                                 const CombinedUncertainty& uncertainty,
                                 const std::string& unit) {
-  return {words_of_parameter(name), true_minus(rounded_value(value, uncertainty.expanded)),
+  return {words_of_parameter(name), typographic_minus(rounded_value(value, uncertainty.expanded)),
           rounded_uncertainty(uncertainty.expanded), number_text(uncertainty.coverage_factor, 3),
           unit};
 }
@@ -188,15 +188,16 @@ std::vector<std::vector<std::string>> limit_rows(const Calibration& calibration,
         return std::string("none");
       }
       const double at = factor * (*value + guard);
-      return true_minus(guard == 0.0 || std::isnan(expanded) ? number_text(at, 6)
-                                                             : rounded_value(at, expanded));
+      return typographic_minus(guard == 0.0 || std::isnan(expanded) ? number_text(at, 6)
+                                                                    : rounded_value(at, expanded));
     };
-    std::vector<std::string> row = {words_of_parameter(limit.parameter),
-                                    true_minus(rounded_value(factor * limit.value, expanded)),
-                                    rounded_uncertainty(expanded),
-                                    unit,
-                                    bound(limit.low, 0.0),
-                                    bound(limit.high, 0.0)};
+    std::vector<std::string> row = {
+        words_of_parameter(limit.parameter),
+        typographic_minus(rounded_value(factor * limit.value, expanded)),
+        rounded_uncertainty(expanded),
+        unit,
+        bound(limit.low, 0.0),
+        bound(limit.high, 0.0)};
     if (verdict.rule == "guarded") {
       const std::string low = bound(limit.low, limit.guard_band);
       const std::string high = bound(limit.high, -limit.guard_band);

@@ -10,6 +10,7 @@
 #include "axiscal/calib/intrinsic.hpp"
 #include "axiscal/calib/uncertainty.hpp"
 #include "axiscal/core/number_text.hpp"
+#include "axiscal/core/rounded_value.hpp"
 #include "axiscal/core/units.hpp"
 #include "axiscal/instruments/polar_form.hpp"
 #include "core/formatted.hpp"
@@ -29,7 +30,8 @@ std::string parameters_table(const Calibration& calibration) {
   const std::vector<ParameterUncertainty> all = parameter_uncertainties(calibration);
   for (const ParameterUncertainty& one : all) {
     rows.push_back({{one.name, ""},
-                    number_cell(one.value, 8),
+                    {typographic_minus(rounded_value(one.value, one.uncertainty.expanded)),
+                     number_text(one.value)},
                     number_cell(one.uncertainty.u, 2),
                     number_cell(one.uncertainty.expanded, 2),
                     number_cell(one.uncertainty.degrees_of_freedom, 3),
@@ -51,7 +53,7 @@ std::string parameters_table(const Calibration& calibration) {
   const std::string over = calibration.sensor.temperature ? "; d is the temperature less " +
                                                                 reference_temperatures(calibration)
                                                           : "";
-  return html_table("All parameters" + over,
+  return html_table("Parameters and their uncertainties" + over,
                     {"parameter", "value", "u", "U (95 %)", "degrees of freedom", "unit"}, rows);
 }
 

@@ -48,7 +48,7 @@ std::string css_string(std::string_view text) {
   return safe + "\"";
 }
 
-std::string true_minus(std::string text) {
+std::string typographic_minus(std::string text) {
   constexpr const char* minus = "\u2212";
   for (std::size_t at = text.find('-'); at != std::string::npos; at = text.find('-', at + 1)) {
     if (at + 1 < text.size() && std::isdigit(static_cast<unsigned char>(text[at + 1])) != 0) {
@@ -62,7 +62,7 @@ std::string svg_number(double value) {
   return number_text(std::round(10.0 * value) / 10.0);
 }
 
-std::string true_face(std::string_view name) {
+std::string typographic_face(std::string_view name) {
   return name.starts_with('-') ? formatted("\u2212{}", name.substr(1)) : std::string(name);
 }
 
@@ -70,7 +70,7 @@ Cell number_cell(double value, int digits) {
   if (!std::isfinite(value)) {
     return {"\u2013", ""};
   }
-  return {true_minus(number_text(value, digits)), number_text(value)};
+  return {typographic_minus(number_text(value, digits)), number_text(value)};
 }
 
 namespace {
@@ -84,7 +84,7 @@ struct Figure {
 
 Figure figure_of(const std::string& plain) {
   const std::size_t point = std::min(plain.find('.'), plain.size());
-  return {true_minus(plain), point, plain.size() - point};
+  return {typographic_minus(plain), point, plain.size() - point};
 }
 
 // Blanks as wide as figures; the first for a missing point is as wide as a point.

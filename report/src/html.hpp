@@ -17,10 +17,10 @@ std::string escaped(std::string_view text);
 std::string css_string(std::string_view text);
 
 /// @return text with the true minus sign for the hyphen before a number.
-std::string true_minus(std::string text);
+std::string typographic_minus(std::string text);
 
 /// @return a face's name with a true minus, which can be read from a distance.
-std::string true_face(std::string_view name);
+std::string typographic_face(std::string_view name);
 
 /// @return a coordinate of a drawing, to a tenth.
 std::string svg_number(double value);

@@ -132,7 +132,9 @@ Plot allan_plot(const NoiseGroup& group, std::size_t number) {
         fitted.y.push_back(model);
       }
     }
+    const std::size_t labels = k == 0 ? std::string::npos : plot.labels.size();
     mark_coefficients(*column, plot, marks);
+    plot.labels.resize(std::min(labels, plot.labels.size()));  // the first axis names all marks
     bands.push_back(std::move(band));
     points.push_back(std::move(measured));
     fits.push_back(std::move(fitted));
@@ -155,7 +157,10 @@ std::string noise_section(const LogNoise& noise, Figures& figures) {
   }
   std::size_t number = 0;
   for (const NoiseGroup& group : groups_of(noise)) {
-    html += coefficients_of(group) + figures.add(allan_plot(group, ++number));
+    html += coefficients_of(group);
+    if (group.front()->kind != "temperature") {
+      html += figures.add(allan_plot(group, ++number));
+    }
   }
   return html;
 }

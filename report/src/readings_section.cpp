@@ -24,8 +24,8 @@ std::string words_of(const Calibration& calibration, const ReadingResidual& resi
   std::string text = formatted("Run {}", residual.run);
   if (residual.point) {
     text += formatted(": face {} on the table, {} at the fence",
-                      true_face(face_name(residual.point->rest())),
-                      true_face(face_name(residual.point->fence())));
+                      typographic_face(face_name(residual.point->rest())),
+                      typographic_face(face_name(residual.point->fence())));
   }
   text += "; residual";
   for (Eigen::Index k = 0; k < residual.response.size(); ++k) {
@@ -88,8 +88,8 @@ std::string reading_row(const Calibration& calibration,
     html += escaped(cell.text) + (short_form ? "" : "</td>");
   };
   const Cell none{"\u2013", ""};
-  add(residual.point ? Cell{true_face(face_name(residual.point->rest())), ""} : none);
-  add(residual.point ? Cell{true_face(face_name(residual.point->fence())), ""} : none);
+  add(residual.point ? Cell{typographic_face(face_name(residual.point->rest())), ""} : none);
+  add(residual.point ? Cell{typographic_face(face_name(residual.point->fence())), ""} : none);
   const Eigen::Index m = calibration.sensor.instrument.axis_count();
   for (Eigen::Index k = 0; k < m && observations != nullptr; ++k) {
     add(row >= 0 && k < observations->response.cols()

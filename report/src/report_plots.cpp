@@ -118,7 +118,7 @@ std::optional<Plot> faces_plot(const Calibration& calibration) {
   for (const LevelnessEstimate& estimate : level.estimates) {
     plot.labels.push_back({.x = milli * estimate.x,
                            .y = milli * estimate.y,
-                           .text = true_face(face_name(estimate.point.rest()))});
+                           .text = typographic_face(face_name(estimate.point.rest()))});
   }
   return plot;
 }

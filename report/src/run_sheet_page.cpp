@@ -48,7 +48,7 @@ std::string label(const std::string& style, const Spot& at, const std::string& t
 
 // The name of the face that looks along an axis of the table.
 std::string name_towards(const DesignPoint& point, const Eigen::Vector3d& direction_in_table) {
-  return true_face(face_name(face_towards(point, direction_in_table)));
+  return typographic_face(face_name(face_towards(point, direction_in_table)));
 }
 
 }  // namespace
@@ -78,8 +78,9 @@ std::string seat_svg(const DesignPoint& point) {
   svg += label("name", {top.x, top.y + 6.0}, name_towards(point, Eigen::Vector3d::UnitZ()));
   svg += label("name", {front.x, front.y + 6.0}, name_towards(point, -Eigen::Vector3d::UnitY()));
   svg += label("name", {side.x, side.y + 6.0}, name_towards(point, Eigen::Vector3d::UnitX()));
-  svg += label("onfence", {seen(-0.1, 1.0, 1.55).x, 19.0}, true_face(fence) + " at the fence");
-  svg += label("onrest", {84.0, 183.0}, true_face(rest) + " on the table");
+  svg +=
+      label("onfence", {seen(-0.1, 1.0, 1.55).x, 19.0}, typographic_face(fence) + " at the fence");
+  svg += label("onrest", {84.0, 183.0}, typographic_face(rest) + " on the table");
   return svg + "</svg>";
 }
 

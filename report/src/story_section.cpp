@@ -316,7 +316,7 @@ std::string plain_numbers(const OrientationQuality& quality,
            rounded(quality.largest_gap_rad * deg_per_rad))},
       {"Fit error", percent(quality.fit_error),
        "of the field: |f| \u2212 F after the calibration, rms"},
-      {"Field", formatted("{} {}", number_text(field.magnitude, 6), field.unit),
+      {"Field", number_text(field.magnitude, 6) + (field.unit == "1" ? "" : " " + field.unit),
        formatted("as stated; readings of it scatter by {}", percent(quality.magnitude_spread))}};
   if (cloud != nullptr) {
     numbers.push_back({"Wobble", percent(wobble_of(cloud->after, field.magnitude)),

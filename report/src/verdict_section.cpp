@@ -53,7 +53,7 @@ std::vector<std::string> what_to_watch(const Calibration& calibration, const std
         span_text(over, calibration.sensor.instrument.axes, [](const TemperatureSpan& span) {
           return formatted("{} to {}", rounded(span.low, 5), rounded(span.high, 5));
         })));
-  } else if (calibration.fit.statistics) {
+  } else if (calibration.fit.statistics && calibration.status() != CalibrationStatus::refused) {
     lines.emplace_back(
         "It holds at the temperature of the calibration: no temperature was modelled.");
   }
@@ -105,8 +105,8 @@ std::vector<std::pair<int, DesignPoint>> probable_points(const Calibration& cali
 }
 
 std::string pose_words(const DesignPoint& point) {
-  return formatted("{} on the table, {} at the fence", true_face(face_name(point.rest())),
-                   true_face(face_name(point.fence())));
+  return formatted("{} on the table, {} at the fence", typographic_face(face_name(point.rest())),
+                   typographic_face(face_name(point.fence())));
 }
 
 // The wrong value and the probable value of a reading.

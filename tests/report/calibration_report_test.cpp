@@ -108,8 +108,8 @@ TEST(CalibrationReport, ShowsTheCoefficientsAsAMatrix) {
   EXPECT_LT(matrix, story);
   EXPECT_LT(story, page.find("<details class=\"part\">"));
   const Quantity bias = calibration.parameter("y.bias");
-  EXPECT_THAT(page, HasSubstr(true_minus(rounded_value(bias.value, bias.U)) + " \u00b1\u00a0" +
-                              rounded_uncertainty(bias.U) + "<"));
+  EXPECT_THAT(page, HasSubstr(typographic_minus(rounded_value(bias.value, bias.U)) +
+                              " \u00b1\u00a0" + rounded_uncertainty(bias.U) + "<"));
   for (const char* const id : {"measured-plot", "axes-figure", "slope-plot"}) {
     EXPECT_THAT(page.substr(story), HasSubstr("<figure id=\"" + std::string(id) + "\">"));
   }
@@ -121,8 +121,8 @@ TEST(QuantityCells, StandBelowEachOtherAtTheDecimalPoint) {
   const auto in = [](const Cell& cell) { return cell.text; };
   const std::string figure = "\u2007";
   const std::string point = "\u2008";
-  EXPECT_EQ(in(cells[0]),
-            figure + figure + figure + "4.09" + figure + " \u00b1\u00a0" + figure + "0.11" + figure);
+  EXPECT_EQ(in(cells[0]), figure + figure + figure + "4.09" + figure + " \u00b1\u00a0" + figure +
+                              "0.11" + figure);
   EXPECT_EQ(in(cells[1]), figure + figure + "\u22120.395 \u00b1\u00a0" + figure + "0.021");
   EXPECT_EQ(in(cells[2]), "9956" + point + figure + figure + figure + " \u00b1\u00a079" + point +
                               figure + figure + figure);
@@ -250,9 +250,9 @@ TEST(CalibrationReport, RefusedIsSaidAtTheTopWithTheLikeliestReason) {
   const std::string page =
       calibration_report(parse_calibration(calibration_json(calibration), "record"));
   const DesignPoint labelled = *calibration.fit.residuals[6].point;
-  EXPECT_THAT(
-      page, HasSubstr("As labelled: " + true_face(face_name(labelled.rest())) + " on the table, " +
-                      true_face(face_name(labelled.fence())) + " at the fence"));
+  EXPECT_THAT(page, HasSubstr("As labelled: " + typographic_face(face_name(labelled.rest())) +
+                              " on the table, " + typographic_face(face_name(labelled.fence())) +
+                              " at the fence"));
   EXPECT_THAT(page, HasSubstr("As it probably lay: +Y on the table, +X at the fence"));
   const std::size_t verdict = page.find("class=\"verdict refused\"");
   ASSERT_NE(verdict, std::string::npos);

@@ -6,7 +6,7 @@
 #include "axiscal/core/error.hpp"
 #include "axiscal/core/random.hpp"
 #include "calib/apply/src/reduced_results.hpp"
-#include "calib/record/inheritance.hpp"
+#include "calib/record/linear_propagation.hpp"
 #include "calib/regression/factor.hpp"
 
 namespace axiscal {
@@ -88,7 +88,7 @@ class AttitudeBudgetMaker {
     const Eigen::VectorXd here = results_of(
         reducer_.reduce(readings_, {.temperature = temperature_}), derived_count(reducer_, false));
     const std::vector<std::string> names = names_of_results(reducer_);
-    const Inheritance inheritance(calibration_);
+    const LinearPropagation inheritance(calibration_);
     for (Eigen::Index r = 0; r < here.size(); ++r) {
       if (std::isnan(here(r))) {
         continue;

@@ -360,7 +360,7 @@ Calibration in_model_frame(Calibration calibration, const BodyRotation& body, bo
         T.block<3, 3>(*at, *at) = R;
       }
     }
-    change_parameters(
+    transform_parameters(
         Eigen::MatrixXd::Identity(count, count) - D * body.by_parameters * T.transpose(),
         calibration.fit);
   }

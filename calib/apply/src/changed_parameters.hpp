@@ -11,7 +11,7 @@ namespace axiscal {
 /// Takes all covariances, intervals and standard errors of a record's parameters to parameters
 /// T theta. If T is not diagonal, the intervals follow from the new covariance.
 /// @param T  p x p; the record has statistics. Covariances of another size stay.
-inline void change_parameters(const Eigen::MatrixXd& T, CalibrationFit& fit) {
+inline void transform_parameters(const Eigen::MatrixXd& T, CalibrationFit& fit) {
   const auto change = [&](Eigen::MatrixXd& covariance) {
     if (covariance.rows() == T.rows()) {
       covariance = T * covariance * T.transpose();

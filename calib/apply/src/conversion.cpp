@@ -146,7 +146,7 @@ Calibration converted(Calibration calibration, const FieldConversion& conversion
     FitStatistics& statistics = *calibration.fit.statistics;
     statistics.sensitivity_se /= factor;
     const Eigen::VectorXd units = units_of_parameters(statistics.parameter_names, factor);
-    change_parameters(units.asDiagonal().toDenseMatrix(), calibration.fit);
+    transform_parameters(units.asDiagonal().toDenseMatrix(), calibration.fit);
     calibration.fit.conditions.sensitivity_mean_square /= factor * factor;
     if (calibration.fit.uncertainty) {
       for (UncertaintySource& source : calibration.fit.uncertainty->sources) {
@@ -185,7 +185,7 @@ Calibration in_assembly_frame(Calibration calibration) {
       T.block<3, 3>(i, i) = mount.transpose();
     }
   }
-  change_parameters(T, calibration.fit);
+  transform_parameters(T, calibration.fit);
   // The mean squares of independent components.
   calibration.fit.conditions.sensitivity_mean_square *= mount.cwiseAbs2();
   FitStatistics& statistics = *calibration.fit.statistics;

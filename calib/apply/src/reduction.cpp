@@ -82,7 +82,7 @@ Reducer::Reducer(const SensorModel& sensor,
   one_sided_ = sensor.instrument.one_sided;
   temperature_ = sensor.temperature;
   const Eigen::VectorXd& weights = knowledge.weights;
-  const RankedInverse of_weighted = ranked_inverse(weights.asDiagonal() * S);
+  const PseudoInverseWithRank of_weighted = pseudo_inverse_with_rank(weights.asDiagonal() * S);
   if (m >= 3 && of_weighted.rank < 3) {
     throw DomainError(
         "Reducer: the axes' sensitivities lie in one plane, so that readings do not determine the "

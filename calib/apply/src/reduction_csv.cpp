@@ -148,7 +148,7 @@ std::vector<std::string> result_names(const std::vector<ReadingColumn>& axes,
         names.push_back(formatted("angle_{}_deg", column.axis));
       }
     }
-    if (reducer.closes_by_magnitude()) {
+    if (reducer.completes_third_component()) {
       names.insert(names.end(), reducer.kind().derived_names.begin(),
                    reducer.kind().derived_names.end());
     }
@@ -582,7 +582,7 @@ class RowReduction {
         clamped = clamped || reduced.clamped;
       }
     }
-    if (reducer_.closes_by_magnitude()) {
+    if (reducer_.completes_third_component()) {
       const Reducer::ClosedField field = closed_field(0.0, 0.0);
       clamped = clamped || field.clamped;
       for (const double component : field.in_sensor.normalized()) {
@@ -613,7 +613,7 @@ class RowReduction {
           out_.put_cell(of_angle(u));
         }
       }
-      for (int j = 0; j < 3 && reducer_.closes_by_magnitude(); ++j) {
+      for (int j = 0; j < 3 && reducer_.completes_third_component(); ++j) {
         out_.put_cell(k_direction > 0.0 ? k_direction * u_direction(j)
                                         : all.front().coverage_factor);
       }
@@ -642,7 +642,7 @@ class RowReduction {
   [[nodiscard]] Eigen::Vector3d direction_uncertainty(
       const std::vector<ReadingPropagation::Axis>& components) const {
     Eigen::Vector3d variance = Eigen::Vector3d::Zero();
-    if (!reducer_.closes_by_magnitude()) {
+    if (!reducer_.completes_third_component()) {
       return variance;
     }
     const double step = 1e-5 * reducer_.magnitude();

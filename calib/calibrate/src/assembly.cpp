@@ -35,13 +35,13 @@ struct Mean {
 };
 
 Eigen::Array2d slope_of(const Levelness& levelness) {
-  const BlockLevelness now = levelness.as_it_stands();
+  const BlockLevelness now = levelness.current_levelness();
   return {now.x, now.y};
 }
 
 // Without noise all weigh alike.
 Eigen::Array2d variance_of(const Levelness& levelness) {
-  const BlockLevelness now = levelness.as_it_stands();
+  const BlockLevelness now = levelness.current_levelness();
   return Eigen::Array2d(now.standard_error_x, now.standard_error_y)
       .square()
       .max(rounding_rad * rounding_rad);
@@ -340,7 +340,7 @@ void take_slope(const std::vector<Calibration>& calibrations,
   }
   for (const Calibration& calibration : calibrations) {
     if (shows_slope(calibration) && calibration.fit.levelness->consistent) {
-      const BlockLevelness now = calibration.fit.levelness->as_it_stands();
+      const BlockLevelness now = calibration.fit.levelness->current_levelness();
       experiment.table.slope = {now.x, now.y};
       experiment.stated.slope_u = std::max(now.standard_error_x, now.standard_error_y);
     }

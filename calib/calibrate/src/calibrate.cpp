@@ -9,8 +9,8 @@
 #include "axiscal/calib/calibrate_run.hpp"
 #include "axiscal/core/error.hpp"
 #include "calib/calibrate/fitted_record.hpp"
+#include "calib/calibrate/src/fit_tests.hpp"
 #include "calib/calibrate/src/fitted_run.hpp"
-#include "calib/calibrate/src/judgement.hpp"
 #include "calib/calibrate/src/prepared_run.hpp"
 #include "calib/calibrate/src/record_of_run.hpp"
 #include "calib/calibrate/src/repeated_readings.hpp"
@@ -48,7 +48,7 @@ SolvedRun solved(const PreparedRun& run) {
   ChosenModel model = choose_model(run);
   FittedRun fit = solve(run, model);
   SearchedRun search = find_mistakes(run, fit);
-  while (const std::optional<ChosenModel> extended = with_found_term(run, model, search)) {
+  while (const std::optional<ChosenModel> extended = with_mistake_term(run, model, search)) {
     FittedRun refit = solve(run, *extended);
     if (refit.source.choice().effects != extended->choice.effects ||
         !(refit.estimate.statistics.degrees_of_freedom.minCoeff() > 0.0)) {
@@ -97,7 +97,7 @@ Calibration calibrated(const Experiment& experiment, const Observations& observa
   }
   auto [model, fit, search] = solved(run);  // method.md, sections 4 to 6
   if (const auto repeats = find_repeats(run, fit); !repeats.empty()) {
-    return calibrated_without(experiment, observations, rows_of_copies(repeats),
+    return calibrated_without(experiment, observations, duplicate_rows(repeats),
                               warnings_of(repeats, observations));
   }
   fit = tested(run, std::move(fit), search);                        // levelness, lack of fit

@@ -199,9 +199,9 @@ ChosenModel choose_model(const PreparedRun& run) {
   return model;
 }
 
-std::optional<ChosenModel> with_found_term(const PreparedRun& run,
-                                           ChosenModel model,
-                                           const SearchedRun& search) {
+std::optional<ChosenModel> with_mistake_term(const PreparedRun& run,
+                                             ChosenModel model,
+                                             const SearchedRun& search) {
   if (!search.mistakes.culprit || run.experiment().fit.drift != DriftSetup::automatic) {
     return std::nullopt;
   }

@@ -60,9 +60,9 @@ struct SearchedRun {
 /// of
 ///         the biases, or a memory. nullopt if it is another mistake, if the model has the term, or
 ///         if terms of the course of the run are switched off.
-[[nodiscard]] std::optional<ChosenModel> with_found_term(const PreparedRun& run,
-                                                         ChosenModel model,
-                                                         const SearchedRun& search);
+[[nodiscard]] std::optional<ChosenModel> with_mistake_term(const PreparedRun& run,
+                                                           ChosenModel model,
+                                                           const SearchedRun& search);
 
 /// @param fit  with a term for the mistake that the search found.
 /// @return the warnings of the terms so far, and that of the new term.

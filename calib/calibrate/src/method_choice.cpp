@@ -10,7 +10,7 @@
 
 namespace axiscal {
 
-bool brings_field(const Observations& observations) {
+bool has_stated_fields(const Observations& observations) {
   return !observations.readings.empty() &&
          std::all_of(observations.readings.begin(), observations.readings.end(),
                      [](const Reading& reading) { return reading.field_in_sensor.has_value(); });
@@ -49,7 +49,7 @@ Method choose_method(const Experiment& experiment, const Observations& observati
   if (!observations.has_fence && shows_six_faces(observations)) {
     return Method::faces;
   }
-  if (brings_field(observations)) {
+  if (has_stated_fields(observations)) {
     return Method::known;
   }
   if (!has_labels(observations)) {

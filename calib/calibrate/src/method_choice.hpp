@@ -6,7 +6,7 @@
 namespace axiscal {
 
 /// @return true if each reading states the field that it met.
-[[nodiscard]] bool brings_field(const Observations& observations);
+[[nodiscard]] bool has_stated_fields(const Observations& observations);
 
 /// @return true if each reading states the point at which it was taken.
 [[nodiscard]] bool has_labels(const Observations& observations);

@@ -82,7 +82,7 @@ MetFields fields_met_by(const Observations& observations) {
 }
 
 bool uses_fields_of_readings(Method method, const Observations& observations) {
-  return method_kind(method).directions_known && brings_field(observations);
+  return method_kind(method).directions_known && has_stated_fields(observations);
 }
 
 }  // namespace

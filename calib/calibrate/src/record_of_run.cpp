@@ -174,7 +174,7 @@ Calibration record_of(const PreparedRun& run,
   calibration.fit.uncertainty = make_budget(run.experiment(), *fit.set, calibration, estimate.field,
                                             std::move(counted.weighed));
   if (fit.set->seen.cols() > 0) {
-    forget_unseen(fit.set->seen, calibration);
+    drop_unobserved_parameters(fit.set->seen, calibration);
   }
   return calibration;
 }

@@ -184,7 +184,8 @@ void note_stated_inputs(double resolution, const ReadingSet& set, Calibration& c
   for (Eigen::Index k = 0; k < set.axis_count() && resolution > 0.0; ++k) {
     const double noise = calibration.fit.statistics->residual_sd(k);
     finest = std::min(
-        finest, step_of_readings(set.readings_of_axis(k), resolution, noise).value_or(resolution));
+        finest,
+        detect_rounding_step(set.readings_of_axis(k), resolution, noise).value_or(resolution));
   }
   if (finest < 0.5 * resolution) {
     notes.push_back({NoteCode::stated,
@@ -274,7 +275,7 @@ void remark_on_magnitude(const Experiment& experiment, Calibration& calibration)
   }
 }
 
-void say_what_length_means(const Experiment& experiment, Calibration& calibration) {
+void note_meaning_of_magnitude(const Experiment& experiment, Calibration& calibration) {
   const FieldSetup& field = experiment.field;
   if (!field.in_table || field.magnitude || !field.others.empty()) {
     return;

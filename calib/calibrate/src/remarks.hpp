@@ -32,7 +32,7 @@ void remark_on_magnitude(const Experiment& experiment, Calibration& calibration)
 
 /// A magnitude that nobody stated comes from the length of a vector that may be a direction only:
 /// a note, or where the field is 1 g a warning.
-void say_what_length_means(const Experiment& experiment, Calibration& calibration);
+void note_meaning_of_magnitude(const Experiment& experiment, Calibration& calibration);
 
 /// A mistake in the whole run fits as well as no mistake; only what is expected shows it: the
 /// nominal sensitivity, or what readings in a unit of the field's quantity should have.

@@ -79,8 +79,8 @@ Eigen::VectorXd chances_of_equal(const PreparedRun& run, const FittedRun& fit) {
   const Eigen::VectorXd noise = noise_of(run, fit);
   const Eigen::MatrixXd& response = run.observations().response;
   const Eigen::MatrixXd steps =
-      steps_of_responses(response, Eigen::MatrixXd::Ones(response.rows(), response.cols()),
-                         run.experiment().stated.resolution, noise);
+      detect_rounding_steps(response, Eigen::MatrixXd::Ones(response.rows(), response.cols()),
+                            run.experiment().stated.resolution, noise);
   Eigen::VectorXd chances = Eigen::VectorXd::Ones(steps.rows());
   for (Eigen::Index k = 0; k < steps.cols(); ++k) {
     if (!(noise(k) > 0.0)) {
@@ -172,7 +172,7 @@ std::vector<RepeatedReadings> find_repeats(const PreparedRun& run, const FittedR
   return found;
 }
 
-std::vector<std::size_t> rows_of_copies(const std::vector<RepeatedReadings>& repeats) {
+std::vector<std::size_t> duplicate_rows(const std::vector<RepeatedReadings>& repeats) {
   std::vector<std::size_t> rows;
   for (const RepeatedReadings& one : repeats) {
     for (const auto& [original, copy] : one.rows) {

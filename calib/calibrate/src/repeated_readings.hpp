@@ -28,7 +28,7 @@ struct RepeatedReadings {
                                                          const FittedRun& fit);
 
 /// @return the rows of the copies.
-[[nodiscard]] std::vector<std::size_t> rows_of_copies(const std::vector<RepeatedReadings>& repeats);
+[[nodiscard]] std::vector<std::size_t> duplicate_rows(const std::vector<RepeatedReadings>& repeats);
 
 /// @return one warning for each stretch: "runs 13 to 24 repeat runs 1 to 12 ...".
 [[nodiscard]] std::vector<CalibrationWarning> warnings_of(

@@ -38,7 +38,7 @@ std::vector<ReadingResidual> residuals_of(const Observations& observations,
                                           const Calibration& calibration,
                                           const AxisMask& used) {
   const LinearResponse& response = calibration.sensor.response;
-  const auto [inverse, rank] = ranked_inverse(response.sensitivity);
+  const auto [inverse, rank] = pseudo_inverse_with_rank(response.sensitivity);
   const bool has_magnitude = rank == 3;
   const bool by_magnitude = (!fitted.has_vectors() && !source.by_field()) ||
                             (method_kind(calibration.fit.method).by_length && has_magnitude);

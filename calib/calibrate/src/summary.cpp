@@ -57,7 +57,7 @@ class Summary {
 
   // On a screen.
   std::string brief() {
-    add_what_was_done();
+    append_readings_sentence();
     text_ = wrapped(in_one_line(text_), 80) + "\n";
     add_matrix();
     add_also();
@@ -72,7 +72,7 @@ class Summary {
   }
 
   std::string text() {
-    add_what_was_done();
+    append_readings_sentence();
     add_coefficients();
     add_also();
     add_temperature();
@@ -89,7 +89,7 @@ class Summary {
  private:
   void heading(const std::string& title) { text_ += formatted("\n{}\n", wrapped(title, 80)); }
 
-  void add_what_was_done() {
+  void append_readings_sentence() {
     const Instrument& instrument = c_.sensor.instrument;
     text_ += instrument.kind;
     text_ += instrument.serial.empty() ? "" : " " + instrument.serial;

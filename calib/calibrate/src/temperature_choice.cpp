@@ -49,7 +49,7 @@ double p_of_following(const ReadingSet& set,
     const Eigen::MatrixXd X = root.asDiagonal() * set.all_columns(base, k);
     const Eigen::VectorXd t = Eigen::Map<const Eigen::VectorXd>(
         temperatures.data(), static_cast<Eigen::Index>(temperatures.size()));
-    const auto [inverse, rank] = ranked_inverse(X);
+    const auto [inverse, rank] = pseudo_inverse_with_rank(X);
     const Eigen::VectorXd centred = root.asDiagonal() * (t.array() - t.mean()).matrix();
     const Eigen::VectorXd d = centred - X * (inverse * centred);
     const Eigen::VectorXd y = root.asDiagonal() * set.response.col(k);
@@ -72,7 +72,7 @@ double p_of_following(const ReadingSet& set,
 
 bool has_temperatures_enough(const Experiment& experiment, const Observations& observations) {
   if (!nothing_is_said(experiment.fit.temperature) || experiment.instrument.one_sided ||
-      (!has_labels(observations) && !brings_field(observations)) ||
+      (!has_labels(observations) && !has_stated_fields(observations)) ||
       !method_kind(experiment.fit.method.value_or(Method::joint)).by_pose) {
     return false;
   }

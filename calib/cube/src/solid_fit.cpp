@@ -55,7 +55,7 @@ Eigen::Matrix<double, 12, 9> gauge_basis(const Eigen::Matrix<double, 18, 12>& T)
 Factor factored(const Eigen::MatrixXd& J, const std::vector<std::string>& names) {
   Factor factors(J);
   if (!factors.has_full_rank()) {
-    std::vector<std::string> open = names_of_open(undetermined_columns(J), names);
+    std::vector<std::string> open = undetermined_column_names(undetermined_columns(J), names);
     const std::string list = joined(open);
     throw RankDeficientError(
         formatted("the readings do not determine {}; take all 12 points with each instrument",
@@ -129,7 +129,7 @@ SolidState SolidFit::start() const {
   // Outward normals as each instrument sees them, in its own frame.
   std::vector<std::map<Face, Eigen::Vector3d>> seen;
   for (const SolidReference& reference : references_) {
-    const auto [inverse, rank] = ranked_inverse(reference.calibrated.sensitivity);
+    const auto [inverse, rank] = pseudo_inverse_with_rank(reference.calibrated.sensitivity);
     if (rank < 3) {
       throw RefusedError(formatted(
           "slot {}: an instrument needs three axes in different directions to measure a cube",

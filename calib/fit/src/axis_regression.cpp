@@ -35,7 +35,7 @@ void make_robust(AxisRegression& axis,
   require_robust_freedom(axis.fit.degrees_of_freedom);
   const Eigen::VectorXd root = axis.weights.cwiseSqrt();
   BisquareWeights bisquare;
-  axis.robust_weights = reweight_until_still(
+  axis.robust_weights = reweight_until_converged(
       response.size(), 1,
       [&] {
         bisquare =
@@ -222,7 +222,7 @@ FitStatistics blank_statistics(const ReadingSet& set, RegressionRows& rows) {
   statistics.variance_inflation.resize(m, 3);
   const Eigen::Index p = set.coefficient_count();
   statistics.covariance = Eigen::MatrixXd::Zero(p * m, p * m);
-  for (Eigen::Index k = 0; k < m && set.leaves_out(); ++k) {
+  for (Eigen::Index k = 0; k < m && set.has_excluded_readings(); ++k) {
     statistics.observations_per_axis.push_back(
         static_cast<int>((set.weights.col(k).array() > 0.0).count()));
   }
@@ -318,7 +318,7 @@ std::vector<int> groups_of_readings(const ReadingSet& set) {
 
 RegressionRows rows_of_readings(const ReadingSet& set) {
   RegressionRows rows{.rows = {}, .group = groups_of_readings(set), .laying = {}};
-  const std::vector<std::size_t> firsts = first_of_layings(set);
+  const std::vector<std::size_t> firsts = laying_starts(set);
   std::size_t laying = 0;
   for (std::size_t i = 0; i < set.readings.size() && firsts.size() < set.readings.size(); ++i) {
     laying += laying < firsts.size() && firsts[laying] == i ? 1U : 0U;

@@ -284,12 +284,12 @@ SweepScatter scatter_of_sweep(const ReadingSet& set,
     }
   }
   scatter.independent = static_cast<double>(X.rows()) / correlation_length(root.cwiseProduct(left));
-  scatter.u = jackknife_uncertainty(changes_without_parts({.residuals = -root.cwiseProduct(left),
-                                                           .jacobian = root.asDiagonal() * X}))
+  scatter.u = jackknife_uncertainty(block_jackknife_changes({.residuals = -root.cwiseProduct(left),
+                                                             .jacobian = root.asDiagonal() * X}))
                   .head(q);
   if (!scatter.u
            .allFinite()) {  // one branch lies within a tenth: use the polynomial of both branches
-    scatter.u = jackknife_uncertainty(changes_without_parts(
+    scatter.u = jackknife_uncertainty(block_jackknife_changes(
         {.residuals = -root.cwiseProduct(fit.residuals), .jacobian = root.asDiagonal() * P}));
   }
   return scatter;
@@ -307,8 +307,8 @@ void add_sweep_scatter(const ReadingSet& set,
   const Eigen::Index m = set.axis_count();
   const Eigen::Index p = statistics.covariance.rows() / m;
   const Eigen::VectorXd mean = set.temperature.d.rowwise().mean();
-  Eigen::VectorXd ways = ways_of_sweep(mean);
-  if (!goes_both_ways(mean, ways)) {
+  Eigen::VectorXd ways = sweep_directions(mean);
+  if (!is_bidirectional(mean, ways)) {
     ways.resize(0);
   }
   ScatterComponent branches{.name = "hysteresis",
@@ -373,7 +373,8 @@ void add_noise_of_order(const ReadingSet& set,
   const bool has_branches = std::any_of(known.begin(), known.end(), [](const auto& component) {
     return component.name == "hysteresis";  // which look alike about one polynomial
   });
-  if (has_branches || set.leaves_out() || set.robust || set.size() < order + 1 + fewest_left) {
+  if (has_branches || set.has_excluded_readings() || set.robust ||
+      set.size() < order + 1 + fewest_left) {
     return;
   }
   for (Eigen::Index k = 0; k < set.axis_count(); ++k) {
@@ -390,8 +391,8 @@ void add_noise_of_order(const ReadingSet& set,
   double freedom = 0.0;
   for (Eigen::Index k = 0; k < set.axis_count(); ++k) {
     const CorrelatedFit fit =
-        fit_under_correlation(ordered.designs[static_cast<std::size_t>(k)], responses.col(k),
-                              Eigen::VectorXd::Ones(set.size()) * Eigen::RowVector3d::UnitX());
+        fit_with_correlated_noise(ordered.designs[static_cast<std::size_t>(k)], responses.col(k),
+                                  Eigen::VectorXd::Ones(set.size()) * Eigen::RowVector3d::UnitX());
     // The estimate stays, and how far it is from that of the models counts.
     const Eigen::VectorXd off = fit.estimate - fits[static_cast<std::size_t>(k)].estimate;
     for (std::size_t j = 0; j < places.size(); ++j) {

@@ -67,7 +67,7 @@ ReadingSet with_noise_ratio(ReadingSet set, const Eigen::MatrixXd& cosines, doub
 
 struct Likelihood {
   double minus_twice_log = 0.0;  // restricted
-  double loss = 1.0;             // loss_by_common_noise()
+  double loss = 1.0;             // dof_reduction_factor()
 };
 
 // nullopt if the readings do not determine the fit.
@@ -89,7 +89,7 @@ std::optional<Likelihood> likelihood_of(const ReadingSet& set,
   if (!noise) {
     return std::nullopt;
   }
-  Likelihood likelihood{.loss = loss_by_common_noise(residuals, noise->degrees_of_freedom.mean())};
+  Likelihood likelihood{.loss = dof_reduction_factor(residuals, noise->degrees_of_freedom.mean())};
   for (Eigen::Index k = 0; k < m; ++k) {
     const AxisSolution& axis = solution->axes[static_cast<std::size_t>(k)];
     const Eigen::MatrixXd X = axis.root_weights().asDiagonal() * axis.X();

@@ -6,12 +6,12 @@
 
 namespace axiscal {
 
-double BendTest::readings_of(Eigen::Index axis) const {
+double CurvatureFTest::readings_of(Eigen::Index axis) const {
   return static_cast<double>((layings_.set().weights.col(axis).array() > 0.0).count()) +
          layings_.degrees_of_freedom(axis);
 }
 
-bool BendTest::weigh_alike_if_equal(const Eigen::Ref<const Eigen::VectorXd>& left) {
+bool CurvatureFTest::pool_variances_if_equal(const Eigen::Ref<const Eigen::VectorXd>& left) {
   const ReadingSet& set = layings_.set();
   const Eigen::Index m = set.axis_count();
   const Eigen::VectorXd ratio = set.noise_ratio.size() > 0
@@ -35,10 +35,11 @@ bool BendTest::weigh_alike_if_equal(const Eigen::Ref<const Eigen::VectorXd>& lef
   return true;
 }
 
-std::optional<Bend> BentAxes::fit(const Eigen::VectorXd& variances, bool bent) const {
+std::optional<CurvatureFit> IndependentCurvature::fit(const Eigen::VectorXd& variances,
+                                                      bool bent) const {
   const auto m = static_cast<Eigen::Index>(axes_.size());
   const Eigen::Index shared = axes_.front().gradient.size() - 1;
-  Bend bend{.estimate = Eigen::VectorXd::Zero(m), .squares_of_axis = Eigen::VectorXd(m)};
+  CurvatureFit bend{.estimate = Eigen::VectorXd::Zero(m), .squares_of_axis = Eigen::VectorXd(m)};
   for (Eigen::Index k = 0; k < m; ++k) {
     bend.squares_of_axis(k) = axes_[static_cast<std::size_t>(k)].squares;
     bend.squares += bend.squares_of_axis(k) / variances(k);
@@ -65,9 +66,9 @@ std::optional<Bend> BentAxes::fit(const Eigen::VectorXd& variances, bool bent) c
 }
 
 // By the normal equations; on return their right side.
-std::optional<Eigen::VectorXd> BentAxes::solved(const Eigen::VectorXd& variances,
-                                                bool bent,
-                                                Eigen::VectorXd& right) const {
+std::optional<Eigen::VectorXd> IndependentCurvature::solved(const Eigen::VectorXd& variances,
+                                                            bool bent,
+                                                            Eigen::VectorXd& right) const {
   const auto m = static_cast<Eigen::Index>(axes_.size());
   const Eigen::Index shared = axes_.front().gradient.size() - 1;
   const Eigen::Index size = shared + (bent ? m : 0);

@@ -14,7 +14,7 @@
 namespace axiscal {
 
 /// The result of a fit with columns f_k^2, one for each axis, or without them.
-struct Bend {
+struct CurvatureFit {
   Eigen::VectorXd estimate;         // of the columns
   double squares = 0.0;             // weighted, those of errors that are shared among them
   Eigen::VectorXd squares_of_axis;  // not weighted
@@ -23,13 +23,16 @@ struct Bend {
 /// Tests whether the axes' responses bend, by an F test of the columns f_k^2. A bend increases the
 /// scatter of its axis. Therefore the weights of the axes come from the scatter with the columns;
 /// if these do not differ, the weights are equal.
-class BendTest {
+class CurvatureFTest {
  public:
   /// @param layings      of the readings; must outlive it.
   /// @param directions   whether the field's directions are fitted.
   /// @param columns      how many are fitted without those.
   /// @param variances    the axes' first: as they scatter without the columns.
-  BendTest(const Layings& layings, bool directions, Eigen::Index columns, Eigen::VectorXd variances)
+  CurvatureFTest(const Layings& layings,
+                 bool directions,
+                 Eigen::Index columns,
+                 Eigen::VectorXd variances)
       : layings_(layings),
         directions_(directions),
         columns_(columns),
@@ -37,13 +40,14 @@ class BendTest {
 
   [[nodiscard]] const Eigen::VectorXd& variances() const { return variances_; }
 
-  /// @param fit  gives a Bend at the present variances, or nullopt if the readings do not determine
+  /// @param fit  gives a CurvatureFit at the present variances, or nullopt if the readings do not
+  /// determine
   ///             it. Its argument is true if the columns are in the fit.
   /// @param F    the field's length.
   template <typename Fit>
   [[nodiscard]] std::optional<CurvatureTest> by(const Fit& fit, double F) {
     auto after = fit(true);
-    if (after && weigh_alike_if_equal(after->squares_of_axis)) {
+    if (after && pool_variances_if_equal(after->squares_of_axis)) {
       after = fit(true);
     }
     const auto before = after ? fit(false) : std::nullopt;
@@ -75,7 +79,7 @@ class BendTest {
   // One variance for all axes, or in the stated ratio, where what a fit leaves of them does not
   // contradict that; returns whether it is so.
   // @param left  m sums of squares.
-  bool weigh_alike_if_equal(const Eigen::Ref<const Eigen::VectorXd>& left);
+  bool pool_variances_if_equal(const Eigen::Ref<const Eigen::VectorXd>& left);
 
   const Layings& layings_;
   bool directions_;
@@ -84,7 +88,7 @@ class BendTest {
 };
 
 /// Axes that share nothing but columns, so that each is known by its sums.
-class BentAxes {
+class IndependentCurvature {
  public:
   /// An axis's readings less what its own coefficients take up: the shared columns, and last its
   /// own column f_k^2.
@@ -96,7 +100,7 @@ class BentAxes {
   };
 
   /// @param errors  how many of the shared columns are inputs' errors, of variance 1.
-  explicit BentAxes(Eigen::Index errors) : errors_(errors) {}
+  explicit IndependentCurvature(Eigen::Index errors) : errors_(errors) {}
 
   /// @param P, y     the other columns (f_k^2 is the last) and the readings, after projection off
   ///           the axis's own columns.
@@ -109,7 +113,7 @@ class BentAxes {
   }
 
   /// @return none if the readings do not determine it.
-  [[nodiscard]] std::optional<Bend> fit(const Eigen::VectorXd& variances, bool bent) const;
+  [[nodiscard]] std::optional<CurvatureFit> fit(const Eigen::VectorXd& variances, bool bent) const;
 
  private:
   [[nodiscard]] std::optional<Eigen::VectorXd> solved(const Eigen::VectorXd& variances,

@@ -13,7 +13,7 @@ Estimate estimate_by(Method method, const ReadingSet& set, bool by_field) {
   }
   ReadingSet without = set;
   without.temperature = {};
-  return fit.fitted(started_over_temperature(set, fit.fitted(without, by_field)), by_field);
+  return fit.fitted(initialize_temperature_terms(set, fit.fitted(without, by_field)), by_field);
 }
 
 std::vector<TemperatureOrderTrial> try_orders(Method method,

@@ -35,7 +35,7 @@ void set_coefficients(const ReadingSet& set,
   }
 }
 
-ReadingSet without_unpaired(ReadingSet set, const Estimate& estimate) {
+ReadingSet exclude_unpaired_readings(ReadingSet set, const Estimate& estimate) {
   for (const std::size_t i : estimate.unpaired) {
     set.weights.row(static_cast<Eigen::Index>(i)).setZero();
   }

@@ -21,10 +21,10 @@ bool can_be_checked(const Experiment& experiment,
                     const ReadingSet& set,
                     const TableField& field,
                     const Calibration& calibration) {
-  return set.axis_count() == 3 && !set.leaves_out() && !set.field.is_sum() && !set.robust &&
-         !experiment.instrument.one_sided && set.also_in_table.empty() && set.seen.cols() == 0 &&
-         field.has_vectors() && !set.rotation_sensor_from_table.empty() && set.field_then.empty() &&
-         set.size() <= most_readings &&
+  return set.axis_count() == 3 && !set.has_excluded_readings() && !set.field.is_sum() &&
+         !set.robust && !experiment.instrument.one_sided && set.also_in_table.empty() &&
+         set.seen.cols() == 0 && field.has_vectors() && !set.rotation_sensor_from_table.empty() &&
+         set.field_then.empty() && set.size() <= most_readings &&
          (calibration.fit.statistics->residual_sd.array() > 0.0).all() &&
          std::none_of(set.readings.begin(), set.readings.end(),
                       [&](const Reading& reading) { return field.is_dark(reading.level); });
@@ -172,7 +172,7 @@ std::optional<FieldSizeCheck> check_field_size(const Experiment& experiment,
     return std::nullopt;
   }
   const LengthScatter scatter =
-      scatter_of_lengths(run, setup_of(change_of_readings(inputs, run, field)));
+      scatter_of_lengths(run, setup_of(input_error_jacobian(inputs, run, field)));
   const double expected = scatter.expected();
   if (!(expected > 0.0)) {
     return std::nullopt;

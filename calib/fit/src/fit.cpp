@@ -209,7 +209,8 @@ Fit::RootOfAxis Fit::root_of_axis(Eigen::Index axis) const {
   return root;
 }
 
-Eigen::MatrixXd Fit::left_by_own(Eigen::Index axis, const Eigen::MatrixXd& columns) const {
+Eigen::MatrixXd Fit::orthogonal_to_own_columns(Eigen::Index axis,
+                                               const Eigen::MatrixXd& columns) const {
   const Eigen::MatrixXd& Q = basis_of_axis(axis);
   return columns - Q * (Q.transpose() * columns);
 }
@@ -240,7 +241,7 @@ Eigen::MatrixXd Fit::information() const {
   return sum;
 }
 
-Eigen::MatrixXd Fit::taken_up(const Eigen::MatrixXd& changes) const {
+Eigen::MatrixXd Fit::solution_change(const Eigen::MatrixXd& changes) const {
   if (has_full_rank_) {  // R K^T changes
     Eigen::MatrixXd x(column_count(), changes.cols());
     Eigen::MatrixXd in_shared = Eigen::MatrixXd::Zero(shared(), changes.cols());

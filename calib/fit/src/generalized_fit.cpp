@@ -131,10 +131,10 @@ class GeneralizedFit {
   // Columns f_k^2 at the fields that it began with.
   [[nodiscard]] std::optional<CurvatureTest> curvature() {
     const Fit run = about_field();
-    BendTest test(layings_, !run_.known_field(), run.column_count(), variances_);
+    CurvatureFTest test(layings_, !run_.known_field(), run.column_count(), variances_);
     const double F = field_.magnitude();
     if (!seats_) {
-      const BentAxes axes = bent_axes(run);
+      const IndependentCurvature axes = bent_axes(run);
       return test.by([&](bool bent) { return axes.fit(test.variances(), bent); }, F);
     }
     VarianceProblem straight = problem(run);
@@ -165,7 +165,7 @@ class GeneralizedFit {
       statistics.degrees_of_freedom(k) = degrees_of_freedom(k);
       set_coefficients(set_, k, coefficients_.col(k), estimate);
     }
-    const std::vector<Eigen::Index> places = set_.places_of_coefficients();
+    const std::vector<Eigen::Index> places = set_.coefficient_column_indices();
     statistics.covariance = fit_->scatter()(places, places);
     if (!seats_) {
       return;
@@ -208,7 +208,7 @@ class GeneralizedFit {
   // The contribution of each input to the coefficients' covariance.
   [[nodiscard]] std::vector<Eigen::MatrixXd> shares() const {
     std::vector<Eigen::MatrixXd> all;
-    const Eigen::MatrixXd to_all = fit_->covariance(set_.places_of_coefficients(), Eigen::all);
+    const Eigen::MatrixXd to_all = fit_->covariance(set_.coefficient_column_indices(), Eigen::all);
     Eigen::Index first = fit_->covariance.cols() - errors();
     for (const InputQuantity& input : inputs_) {
       const Eigen::MatrixXd to_input = to_all.middleCols(first, input.parts);
@@ -229,16 +229,16 @@ class GeneralizedFit {
     coefficients_ = solution.head(p * m).reshaped(p, m);
   }
 
-  [[nodiscard]] std::optional<Bend> fit_problem(const VarianceProblem& problem,
-                                                const Eigen::VectorXd& variances) const {
+  [[nodiscard]] std::optional<CurvatureFit> fit_problem(const VarianceProblem& problem,
+                                                        const Eigen::VectorXd& variances) const {
     const Eigen::Index m = set_.axis_count();
     const std::optional<WeightedFit> fit = fit_at_variances(problem, variances);
     if (!fit) {
       return std::nullopt;
     }
-    Bend bend{.estimate = fit->estimate.head(m),
-              .squares = fit->squares,
-              .squares_of_axis = Eigen::VectorXd::Zero(m)};
+    CurvatureFit bend{.estimate = fit->estimate.head(m),
+                      .squares = fit->squares,
+                      .squares_of_axis = Eigen::VectorXd::Zero(m)};
     const Eigen::VectorXd left = problem.y - problem.W * fit->estimate;
     for (Eigen::Index row = 0; row < left.size(); ++row) {
       bend.squares_of_axis(row % m) += left(row) * left(row);
@@ -246,14 +246,14 @@ class GeneralizedFit {
     return bend;
   }
 
-  [[nodiscard]] BentAxes bent_axes(const Fit& run) const {
-    const Eigen::MatrixXd of_errors = change_of_readings(inputs_, run, field_);
-    BentAxes axes(errors());
+  [[nodiscard]] IndependentCurvature bent_axes(const Fit& run) const {
+    const Eigen::MatrixXd of_errors = input_error_jacobian(inputs_, run, field_);
+    IndependentCurvature axes(errors());
     for (Eigen::Index k = 0; k < run.axes(); ++k) {
       const auto rows = run.rows_of_axis(k);
       Eigen::MatrixXd columns(run.readings(), run.shared() + errors() + 1);
       columns << run.shared_columns_of_axis(k), of_errors(rows, Eigen::all), squares_of(run, k);
-      axes.add(run.left_by_own(k, columns), Eigen::VectorXd(run.residuals()(rows)),
+      axes.add(run.orthogonal_to_own_columns(k, columns), Eigen::VectorXd(run.residuals()(rows)),
                columns.colwise().squaredNorm().transpose());
     }
     return axes;
@@ -306,7 +306,7 @@ class GeneralizedFit {
                             .pure_squares = Eigen::VectorXd::Zero(variances_.size()),
                             .pure_degrees_of_freedom = Eigen::VectorXd::Zero(variances_.size()),
                             .smallest = smallest_};
-    problem.W << run.columns(), change_of_readings(inputs_, run, field_);
+    problem.W << run.columns(), input_error_jacobian(inputs_, run, field_);
     problem.pure_squares.head(m) = layings_.squares;
     problem.pure_degrees_of_freedom.head(m) = layings_.degrees_of_freedom;
     for (Eigen::Index k = 0; k < m; ++k) {
@@ -395,7 +395,7 @@ std::optional<CurvatureTest> test_curvature(const Experiment& experiment,
       return std::nullopt;  // rounding bends as it likes
     }
   }
-  const Layings layings = layings_of(set, estimate);
+  const Layings layings = average_layings(set, estimate);
   const bool known = method_kind(method).directions_known;
   const std::vector<InputQuantity> inputs =
       input_quantities(experiment, layings.set(), known, estimate.field);
@@ -418,7 +418,7 @@ std::optional<ReadingSet> without_shared_errors(const Experiment& experiment,
   if (own.empty()) {
     return std::nullopt;
   }
-  const Layings layings = layings_of(set, estimate);
+  const Layings layings = average_layings(set, estimate);
   const std::vector<InputQuantity> inputs =
       input_quantities(experiment, layings.set(), known, estimate.field);
   SolvedReadings of_layings(layings.set(), known);
@@ -440,7 +440,7 @@ std::vector<UncertaintySource> weigh_shared_errors(const Experiment& experiment,
   if (!can_weigh(set, estimate)) {
     return {};
   }
-  const Layings layings = layings_of(set, estimate);
+  const Layings layings = average_layings(set, estimate);
   const std::vector<InputQuantity> inputs =
       input_quantities(experiment, layings.set(), known, estimate.field);
   const bool has_normals = !inputs.empty() && inputs.front().name == "positioner";

@@ -84,9 +84,9 @@ InputQuantity mount_quantity(double u_rad, const ReadingSet& set) {
           }};
 }
 
-Eigen::MatrixXd change_of_readings(const std::vector<InputQuantity>& inputs,
-                                   const Fit& run,
-                                   const TableField& field) {
+Eigen::MatrixXd input_error_jacobian(const std::vector<InputQuantity>& inputs,
+                                     const Fit& run,
+                                     const TableField& field) {
   Eigen::Index count = 0;
   for (const InputQuantity& input : inputs) {
     count += input.parts;

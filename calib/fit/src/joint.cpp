@@ -59,7 +59,7 @@ Estimate robust_estimate(const ReadingSet& set, const Model& given, const JointS
           .statistics.leverage;
   std::shared_ptr<const Solution> state = plain.state;
   Eigen::VectorXd sigma = plain.sigma;
-  const Eigen::MatrixXd robust = reweight_until_still(
+  const Eigen::MatrixXd robust = reweight_until_converged(
       set.size(), set.axis_count(),
       [&] {
         RobustRound next = robust_round(set, *state, leverage, plain.shares.degrees_of_freedom);
@@ -84,7 +84,7 @@ Estimate robust_estimate(const ReadingSet& set, const Model& given, const JointS
       .state = robust_state, .sigma = sigma, .shares = Model::cost_of_shared(*robust_state, sigma)};
   Estimate estimate = describe_joint(set, solution, robust);
   const Fit run = linearised(set, solution);
-  const std::optional<double> small = small_condition_of(run.information());
+  const std::optional<double> small = condition_from_normal_matrix(run.information());
   estimate.statistics.condition_number = small ? *small : condition_of(run.columns());
   return estimate;
 }
@@ -119,7 +119,7 @@ std::optional<bool> is_reversed(const ReadingSet& set,
 
 Estimate estimate_joint(const ReadingSet& set) {
   std::vector<TableField> all_starts = start_fields(set);
-  if (set.leaves_out() && set.visible.empty() && all_starts.size() == 1) {
+  if (set.has_excluded_readings() && set.visible.empty() && all_starts.size() == 1) {
     // A lamp that is given on the cube's very diagonal leaves one-sided axes open only just: where
     // it really is may be enough, and the condition number will say how much.
     constexpr double a_little_rad = 0.01;
@@ -155,7 +155,7 @@ Estimate estimate_joint(const ReadingSet& set) {
   const std::optional<ReadingSet> over_temperature = with_scales_of(set, solution.state->place);
   const ReadingSet& fitted = over_temperature ? *over_temperature : set;
   std::optional<double> condition_number =
-      small_condition_of(linearised(fitted, solution).information());
+      condition_from_normal_matrix(linearised(fitted, solution).information());
   if (!condition_number) {
     const Fit run = linearised(fitted, solution);
     require_direction(run, solution);
@@ -173,7 +173,7 @@ Estimate estimate_joint(const ReadingSet& set) {
     }
   }
   estimate.direction.ambiguity = std::move(best.ambiguity);
-  if (!set.field.is_sum() && !set.leaves_out()) {
+  if (!set.field.is_sum() && !set.has_excluded_readings()) {
     put_levelness(fitted, set.field.parts().front().magnitude, estimate);
   }
   return estimate;

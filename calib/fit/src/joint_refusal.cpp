@@ -35,7 +35,7 @@ Eigen::MatrixXd jacobian_rows(const ReadingSet& set,
   one.effects.memory.resize(0, 0);
   const Solution& state = *solution.state;
   const Eigen::MatrixXd base = field_design(one, state.field());
-  const FieldChanges changes = changes_with_directions(one, state.field(), state.tangents);
+  const FieldChanges changes = field_direction_derivatives(one, state.field(), state.tangents);
   std::vector<Eigen::MatrixXd> own;
   std::vector<Eigen::MatrixXd> shared;
   for (Eigen::Index k = 0; k < set.axis_count(); ++k) {
@@ -62,7 +62,7 @@ void require_direction(const Fit& run, const JointSolution& solution) {
   } else {
     open = undetermined_columns(J);
   }
-  std::vector<std::string> names = names_of_open(open, run.names());
+  std::vector<std::string> names = undetermined_column_names(open, run.names());
   const std::string points = points_to_add(
       J,
       [&](const DesignPoint& point, double level) {

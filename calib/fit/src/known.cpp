@@ -22,7 +22,7 @@ namespace {
 std::shared_ptr<const Solution> determined_state(const ReadingSet& set,
                                                  const TableField& field,
                                                  const Eigen::MatrixXd& design) {
-  const auto say_what_is_open = [&] {
+  const auto throw_rank_deficient = [&] {
     if (set.visible.empty()) {
       require_determined(set, design,
                          field.has_vectors() ? rows_of_points(set, field) : RowsForPoint());
@@ -34,7 +34,7 @@ std::shared_ptr<const Solution> determined_state(const ReadingSet& set,
     state =
         model.solved(model.at(model.start(field)), Eigen::VectorXd::Ones(set.axis_count())).state;
   } catch (const RankDeficientError&) {
-    say_what_is_open();
+    throw_rank_deficient();
     require_response(set);  // a dead axis is a clearer message than its undetermined coefficients
     throw;
   }
@@ -42,7 +42,7 @@ std::shared_ptr<const Solution> determined_state(const ReadingSet& set,
   if (!std::all_of(state->axes.begin(), state->axes.end(), [](const AxisSolution& axis) {
         return axis.design->smallest_pivot() > clearly_determined;
       })) {
-    say_what_is_open();
+    throw_rank_deficient();
   }
   return state;
 }
@@ -90,7 +90,7 @@ Estimate estimate_known(const ReadingSet& given, const TableField& field) {
   estimate.mean_field = mean_length_of_fields(design);
   estimate.field = field;
   estimate.solution = std::move(state);
-  if (field.has_vectors() && !set.field.is_sum() && !set.leaves_out()) {
+  if (field.has_vectors() && !set.field.is_sum() && !set.has_excluded_readings()) {
     put_levelness(set, field.magnitude(), estimate);
   }
   return estimate;

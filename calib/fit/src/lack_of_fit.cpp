@@ -77,7 +77,7 @@ void test_axis(const PoseMeans& means, LackOfFit& test) {
   }
   const Eigen::MatrixXd X = whitening.times(means.design);
   const Eigen::VectorXd y = whitening.times(means.response);
-  const auto [inverse, rank] = ranked_inverse(X);
+  const auto [inverse, rank] = pseudo_inverse_with_rank(X);
   const auto free = static_cast<double>(X.rows() - rank);
   if (!(free > 0.0)) {
     return;

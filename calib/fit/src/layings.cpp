@@ -8,7 +8,7 @@
 
 namespace axiscal {
 
-std::vector<std::size_t> first_of_layings(const ReadingSet& set) {
+std::vector<std::size_t> laying_starts(const ReadingSet& set) {
   const bool may_continue =
       set.temperature.order == 0 && set.rotation_sensor_from_table.size() == set.readings.size();
   const auto continues = [&](std::size_t i) {
@@ -27,16 +27,16 @@ std::vector<std::size_t> first_of_layings(const ReadingSet& set) {
   return firsts;
 }
 
-Layings layings_of(const ReadingSet& given, const Estimate& estimate) {
+Layings average_layings(const ReadingSet& given, const Estimate& estimate) {
   const Eigen::Index m = given.axis_count();
   Layings layings{.given = given,
                   .own = estimate.unpaired.empty()
                              ? std::nullopt
-                             : std::optional(without_unpaired(given, estimate)),
+                             : std::optional(exclude_unpaired_readings(given, estimate)),
                   .squares = Eigen::VectorXd::Zero(m),
                   .degrees_of_freedom = Eigen::VectorXd::Zero(m)};
   const ReadingSet& set = layings.set();
-  const std::vector<std::size_t> firsts = first_of_layings(set);
+  const std::vector<std::size_t> firsts = laying_starts(set);
   if (firsts.size() == set.readings.size()) {
     return layings;
   }

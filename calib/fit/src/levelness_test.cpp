@@ -74,7 +74,8 @@ void test_levelness(const SolvedReadings& run, Estimate& estimate) {
   Levelness& levelness = *estimate.levelness;
   const ReadingSet& set = run.set();
   const std::optional<ReadingSet> paired =
-      estimate.unpaired.empty() ? std::nullopt : std::optional(without_unpaired(set, estimate));
+      estimate.unpaired.empty() ? std::nullopt
+                                : std::optional(exclude_unpaired_readings(set, estimate));
   const OppositePairs pairs = opposite_positions(set);
   const std::vector<FacePairs> faces = sorted_faces(pairs.pairs);
   const DeletionFit others = paired ? DeletionFit(*paired, estimate.field, run.known_field())

@@ -55,7 +55,7 @@ std::vector<std::string> names_of(const ReadingSet& set) {
 
 void require_open_nothing(const ReadingSet& set, const LinearisedEllipsoid& linear) {
   std::vector<std::string> open =
-      names_of_open(confounded_columns(linear.jacobian, 1e-6, 1e-3), names_of(set));
+      undetermined_column_names(confounded_columns(linear.jacobian, 1e-6, 1e-3), names_of(set));
   if (!open.empty()) {
     const std::string list = joined(open);
     throw RankDeficientError(
@@ -137,7 +137,7 @@ EllipsoidFit fit_cloud(const EllipsoidCloud& cloud, bool robust) {
     return describe(cloud, at, {});
   }
   BisquareWeights bisquare;
-  const Eigen::VectorXd weights = reweight_until_still(
+  const Eigen::VectorXd weights = reweight_until_converged(
       cloud.size(), 1,
       [&] {
         const EllipsoidFit now = describe(cloud, at, {});
@@ -207,14 +207,14 @@ EllipsoidParameters bias_by_bootstrap(const EllipsoidCloud& all, const Ellipsoid
 
 // How alike consecutive residuals are: their correlation, and how many of its standard deviations
 // by chance that is.
-struct Likeness {
+struct LagOneCorrelation {
   double correlation = 0.0;
   double beyond_chance = 0.0;
 };
 
 constexpr double alike_by_more_than_chance = 3.5;  // standard deviations
 
-Likeness likeness_of_neighbours(const Eigen::VectorXd& r) {
+LagOneCorrelation likeness_of_neighbours(const Eigen::VectorXd& r) {
   const double correlation =
       r.head(r.size() - 1).dot(r.tail(r.size() - 1)) / std::max(r.squaredNorm(), 1e-300);
   return {.correlation = correlation,
@@ -292,7 +292,7 @@ Eigen::MatrixXd changes_by_order(const EllipsoidFit& fit,
         correlation_length(at_solution.residuals.cwiseProduct(at_solution.jacobian.col(k))));
   }
   independent = static_cast<double>(at_solution.residuals.size()) / longest;
-  return with_further(T, fit) * changes_without_parts(at_solution);
+  return with_further(T, fit) * block_jackknife_changes(at_solution);
 }
 
 // For each further term of the fit: the change of the readings per unit of the term, n x 3.
@@ -487,7 +487,7 @@ std::string cause_of(const ReadingSet& set, const EllipsoidCloud& cloud) {
     return "the readings lie about one point, not on a sphere: was the instrument turned?";
   }
   if (quality.coverage >= well_covered && quality.fit_error > much_scatter) {
-    const Likeness alike = likeness_of_neighbours(fields.rowwise().norm().array() - 1.0);
+    const LagOneCorrelation alike = likeness_of_neighbours(fields.rowwise().norm().array() - 1.0);
     return formatted(
         "the readings cover {} % of the sphere within 30 degrees, but their magnitudes scatter by "
         "{} %{}; take the readings at rest, in one place, away from iron and currents",

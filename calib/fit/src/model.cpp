@@ -264,7 +264,7 @@ std::shared_ptr<const Solution> Model::at(const Place& place) const {
       field_changes.resize(3 * n, directions + turns);
       if (directions > 0) {
         field_changes.leftCols(directions) =
-            changes_with_directions(set, place.field, solution.tangents, first);
+            field_direction_derivatives(set, place.field, solution.tangents, first);
       }
       if (turns > 0) {
         field_changes.rightCols(turns) = changes_with_mounts(set, place);

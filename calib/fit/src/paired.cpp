@@ -272,7 +272,7 @@ Estimate estimate_paired(const ReadingSet& given, const Eigen::Vector3d& nominal
     }
     so_far.field = field;
     fitted_for = field;
-    if (!set.leaves_out()) {
+    if (!set.has_excluded_readings()) {
       levelness = levelness_of(set, opposites.pairs, so_far, F);
     }
     if (!levelness && field.size() > 1) {

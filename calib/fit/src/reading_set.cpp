@@ -76,7 +76,7 @@ double ReadingSet::scale(Eigen::Index reading, Eigen::Index axis) const {
   return factor;
 }
 
-std::vector<Eigen::Index> ReadingSet::places_of_coefficients() const {
+std::vector<Eigen::Index> ReadingSet::coefficient_column_indices() const {
   std::vector<Eigen::Index> places;
   for (Eigen::Index k = 0; k < axis_count(); ++k) {
     for (Eigen::Index j = 0; j < coefficient_count(); ++j) {
@@ -136,11 +136,13 @@ Eigen::Index ReadingSet::end_of_alike(Eigen::Index first, const Eigen::MatrixXd&
   return end;
 }
 
-Eigen::MatrixXd ReadingSet::seen_columns(const Eigen::MatrixXd& design, Eigen::Index axis) const {
-  return seen.cols() == 0 ? all_columns(design, axis) : all_columns(design, axis) * map_of_seen();
+Eigen::MatrixXd ReadingSet::observable_columns(const Eigen::MatrixXd& design,
+                                               Eigen::Index axis) const {
+  return seen.cols() == 0 ? all_columns(design, axis)
+                          : all_columns(design, axis) * observable_column_map();
 }
 
-Eigen::MatrixXd ReadingSet::map_of_seen() const {
+Eigen::MatrixXd ReadingSet::observable_column_map() const {
   const Eigen::Index all = column_count();
   if (seen.cols() == 0) {
     return Eigen::MatrixXd::Identity(all, all);

@@ -360,7 +360,7 @@ ReadingSet ReadingSource::kept_out(const ReadingSet& fitted) const {
   put_temperature(set);
   set.temperature.scale = fitted.temperature.scale;
   set.temperature.along = fitted.temperature.along;
-  set.effects.columns = effects_at(fitted.effects, fitted.readings, set.readings);
+  set.effects.columns = extrapolate_run_effects(fitted.effects, fitted.readings, set.readings);
   set.effects.memory.setZero(fitted.effects.memory.size() > 0 ? set.size() : 0,
                              fitted.effects.memory.cols());
   return set;

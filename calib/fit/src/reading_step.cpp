@@ -163,7 +163,7 @@ void add_steps_by_range(const Eigen::MatrixXd& response,
   std::transform(places.begin(), places.end(), readings.begin(), value);
   constexpr double by_digits = 0.0;  // no noise: the step is sought in the digits alone
   for (auto first = places.begin(); first != places.end();) {
-    const std::optional<double> least = step_of_readings(readings, 0.0, by_digits);
+    const std::optional<double> least = detect_rounding_step(readings, 0.0, by_digits);
     const WideStep wide = least ? wide_step_of_first(readings, *least) : WideStep();
     if (wide.readings == 0) {
       return;
@@ -178,9 +178,9 @@ void add_steps_by_range(const Eigen::MatrixXd& response,
 
 }  // namespace
 
-std::optional<double> step_of_readings(std::vector<double> readings,
-                                       double stated_step,
-                                       double noise_sd) {
+std::optional<double> detect_rounding_step(std::vector<double> readings,
+                                           double stated_step,
+                                           double noise_sd) {
   if (stated_step > 0.0 && are_multiples(readings, stated_step)) {
     return stated_step;
   }
@@ -219,16 +219,17 @@ std::vector<double> readings_with_weight(const Eigen::Ref<const Eigen::VectorXd>
   return values;
 }
 
-Eigen::MatrixXd steps_of_responses(const Eigen::MatrixXd& response,
-                                   const Eigen::MatrixXd& weights,
-                                   double stated_step,
-                                   const Eigen::VectorXd& noise_sd) {
+Eigen::MatrixXd detect_rounding_steps(const Eigen::MatrixXd& response,
+                                      const Eigen::MatrixXd& weights,
+                                      double stated_step,
+                                      const Eigen::VectorXd& noise_sd) {
   Eigen::MatrixXd steps(response.rows(), response.cols());
   for (Eigen::Index k = 0; k < response.cols(); ++k) {
     const double noise =
         noise_sd.size() > 0 ? noise_sd(k) : std::numeric_limits<double>::infinity();
     steps.col(k).setConstant(
-        step_of_readings(readings_with_weight(response.col(k), weights.col(k)), stated_step, noise)
+        detect_rounding_step(readings_with_weight(response.col(k), weights.col(k)), stated_step,
+                             noise)
             .value_or(0.0));
   }
   add_steps_by_range(response, weights, steps);

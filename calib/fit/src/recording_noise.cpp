@@ -13,7 +13,7 @@ std::optional<CorrelatedFit> noise_of_recording(const Linearised& at_solution,
       !(lag_one_score(at_solution.jacobian, at_solution.residuals, along) > alike_above)) {
     return std::nullopt;
   }
-  return fit_under_correlation(at_solution.jacobian, -at_solution.residuals, along);
+  return fit_with_correlated_noise(at_solution.jacobian, -at_solution.residuals, along);
 }
 
 }  // namespace axiscal

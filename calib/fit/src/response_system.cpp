@@ -3,10 +3,10 @@
 
 namespace axiscal {
 
-FieldChanges changes_with_directions(const ReadingSet& set,
-                                     const TableField& field,
-                                     const std::vector<TableField::Tangents>& tangents,
-                                     Eigen::Index axis) {
+FieldChanges field_direction_derivatives(const ReadingSet& set,
+                                         const TableField& field,
+                                         const std::vector<TableField::Tangents>& tangents,
+                                         Eigen::Index axis) {
   Eigen::Index directions = 0;
   for (const TableField::Tangents& own : tangents) {
     directions += own.cols();

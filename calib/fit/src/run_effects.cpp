@@ -139,8 +139,8 @@ RunEffects RunEffects::of_means(const std::vector<std::vector<Eigen::Index>>& gr
   return means;
 }
 
-Eigen::MatrixXd changes_before(const std::vector<Reading>& readings,
-                               const Eigen::MatrixXd& response) {
+Eigen::MatrixXd previous_minus_current(const std::vector<Reading>& readings,
+                                       const Eigen::MatrixXd& response) {
   const std::vector<std::size_t> order = order_of_runs(readings);
   Eigen::MatrixXd changes = Eigen::MatrixXd::Zero(response.rows(), response.cols());
   for (std::size_t at = 1; at < order.size(); ++at) {
@@ -154,7 +154,7 @@ void add_memory(const std::vector<Reading>& readings,
                 const Eigen::MatrixXd& response,
                 RunEffects& effects) {
   add_column(Eigen::VectorXd::Zero(response.rows()), "memory", effects);
-  effects.memory = changes_before(readings, response);
+  effects.memory = previous_minus_current(readings, response);
 }
 
 RunEffects run_effects(const std::vector<Reading>& readings,
@@ -245,9 +245,9 @@ double place_among(const std::vector<double>& numbers, double number) {
 
 }  // namespace
 
-Eigen::MatrixXd effects_at(const RunEffects& effects,
-                           const std::vector<Reading>& run,
-                           const std::vector<Reading>& others) {
+Eigen::MatrixXd extrapolate_run_effects(const RunEffects& effects,
+                                        const std::vector<Reading>& run,
+                                        const std::vector<Reading>& others) {
   Eigen::MatrixXd columns =
       Eigen::MatrixXd::Zero(static_cast<Eigen::Index>(others.size()), effects.columns.cols());
   if (columns.cols() == 0) {

@@ -141,7 +141,7 @@ std::vector<SaturatedAxis> saturated_axes(const ReadingSet& set,
       continue;
     }
     if (steps.size() == 0) {
-      steps = steps_of_responses(set.response, set.weights, search.stated_step);
+      steps = detect_rounding_steps(set.response, set.weights, search.stated_step);
     }
     const double step = steps.col(k).maxCoeff();
     for (const double sign : {1.0, -1.0}) {
@@ -156,8 +156,9 @@ std::vector<SaturatedAxis> saturated_axes(const ReadingSet& set,
         designs.emplace(set, estimate.field);
       }
       const double p =
-          by_magnitude ? p_by_magnitude(set, estimate, search.magnitude, *end)
-                       : p_by_others(set, set.seen_columns(designs->of(k), k), *end).value_or(1.0);
+          by_magnitude
+              ? p_by_magnitude(set, estimate, search.magnitude, *end)
+              : p_by_others(set, set.observable_columns(designs->of(k), k), *end).value_or(1.0);
       if (ends * p < false_alarm) {
         SaturatedAxis& axis =
             found.emplace_back(SaturatedAxis{.axis = k, .value = end->value, .runs = {}});

@@ -6,7 +6,7 @@
 
 namespace axiscal {
 
-Eigen::VectorXd ways_of_sweep(const Eigen::VectorXd& temperatures) {
+Eigen::VectorXd sweep_directions(const Eigen::VectorXd& temperatures) {
   constexpr double share_to_turn = 0.2;
   Eigen::VectorXd ways = Eigen::VectorXd::Zero(temperatures.size());
   if (temperatures.size() == 0) {
@@ -40,7 +40,7 @@ Eigen::VectorXd ways_of_sweep(const Eigen::VectorXd& temperatures) {
   return ways;
 }
 
-bool goes_both_ways(const Eigen::VectorXd& temperatures, const Eigen::VectorXd& ways) {
+bool is_bidirectional(const Eigen::VectorXd& temperatures, const Eigen::VectorXd& ways) {
   const double range = temperatures.maxCoeff() - temperatures.minCoeff();
   const auto spans_half = [&](double way) {
     double low = std::numeric_limits<double>::infinity();

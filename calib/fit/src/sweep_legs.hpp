@@ -8,9 +8,10 @@ namespace axiscal {
 /// Which way the temperature goes at each reading of a sweep: 1 on the way up, -1 on the way down.
 /// It turns where it has come back from its extreme by a fifth of the range.
 /// @param temperatures  in the order of the readings.
-[[nodiscard]] Eigen::VectorXd ways_of_sweep(const Eigen::VectorXd& temperatures);
+[[nodiscard]] Eigen::VectorXd sweep_directions(const Eigen::VectorXd& temperatures);
 
 /// @return true if the temperature goes both ways, each over half of the range or more.
-[[nodiscard]] bool goes_both_ways(const Eigen::VectorXd& temperatures, const Eigen::VectorXd& ways);
+[[nodiscard]] bool is_bidirectional(const Eigen::VectorXd& temperatures,
+                                    const Eigen::VectorXd& ways);
 
 }  // namespace axiscal

@@ -71,7 +71,7 @@ int temperature_count(const ReadingSet& set) {
   return static_cast<int>(std::set<double>(mean.begin(), mean.end()).size());
 }
 
-ReadingSet started_over_temperature(const ReadingSet& set, const Estimate& without) {
+ReadingSet initialize_temperature_terms(const ReadingSet& set, const Estimate& without) {
   require_temperatures(set);
   ReadingSet started = set;
   started.temperature.scale = Eigen::MatrixXd::Zero(set.axis_count(), set.temperature.order);

@@ -104,7 +104,7 @@ Estimate estimate_transfer(const ReadingSet& given,
   ReadingSet set = given;
   set.seen = seen;
   require_response(set);
-  const Eigen::MatrixXd map = set.map_of_seen();
+  const Eigen::MatrixXd map = set.observable_column_map();
   const Eigen::Index m = set.axis_count();
   const auto names_of = [&](Eigen::Index axis) {
     const std::vector<std::string> all_names = set.names_of_axis(axis);
@@ -119,7 +119,7 @@ Estimate estimate_transfer(const ReadingSet& given,
   std::optional<CurvatureTest> curvature;
   for (Eigen::Index first = 0; first < m;) {
     const Eigen::Index count = set.end_of_alike(first, set.weights) - first;
-    const Eigen::MatrixXd columns = set.seen_columns(design, first);
+    const Eigen::MatrixXd columns = set.observable_columns(design, first);
     const FactoredDesign factored(columns, set.weights.col(first), [&] { return names_of(first); });
     std::vector<AxisRegression> alike = regress({.set = set,
                                                  .first = first,
@@ -146,7 +146,7 @@ Estimate estimate_transfer(const ReadingSet& given,
   return estimate;
 }
 
-void forget_unseen(const Eigen::Matrix3Xd& seen, Calibration& calibration) {
+void drop_unobserved_parameters(const Eigen::Matrix3Xd& seen, Calibration& calibration) {
   const std::vector<std::string>& axes = calibration.sensor.instrument.axes;
   FitStatistics& statistics = *calibration.fit.statistics;
   std::vector<Eigen::Index> kept;

@@ -159,7 +159,7 @@ void look_at_order(const Eigen::MatrixX3d& means, RestFit& fit) {
       .blocks = {}};
   const bool alike = lag_one_score(ordered) > alike_above;
   if (alike) {
-    const CorrelatedMean mean = mean_under_correlation(ordered);
+    const CorrelatedMean mean = estimate_correlated_mean(ordered);
     fit.bias = mean.estimate;
     fit.bias_covariance = mean.u.cwiseAbs2().asDiagonal();
     fit.degrees_of_freedom = mean.degrees_of_freedom;

@@ -306,7 +306,8 @@ bool leaves_room(const Eigen::MatrixXd& J) {
 }
 
 void require_determined(const Eigen::MatrixXd& J, const TurnFit& fit, std::size_t turns) {
-  std::vector<std::string> open = names_of_open(open_unknowns(J), names_of_unknowns(J.cols()));
+  std::vector<std::string> open =
+      undetermined_column_names(open_unknowns(J), names_of_unknowns(J.cols()));
   if (!open.empty()) {
     const std::string list = joined(open);
     throw RankDeficientError(

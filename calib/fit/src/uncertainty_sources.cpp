@@ -137,7 +137,7 @@ class BudgetMaker {
         }
       }
     }
-    const Eigen::VectorXd change = taken_up(changes);
+    const Eigen::VectorXd change = solution_change(changes);
     add("magnitude of " + part.kind, "normal", part.magnitude_u, calibration_.sensor.field.unit,
         change * change.transpose());
   }
@@ -157,14 +157,15 @@ class BudgetMaker {
 
   // The change of the coefficients with the readings. If the directions are fitted, they absorb
   // their part first.
-  [[nodiscard]] Eigen::MatrixXd taken_up(const Eigen::MatrixXd& changes) {
-    return run().taken_up(changes)(set_.places_of_coefficients(), Eigen::all);
+  [[nodiscard]] Eigen::MatrixXd solution_change(const Eigen::MatrixXd& changes) {
+    return run().solution_change(changes)(set_.coefficient_column_indices(), Eigen::all);
   }
 
   void add_given_directions() {
     for (const InputQuantity& input : input_quantities(experiment_, set_, true, field_)) {
       if (input.name != "positioner") {
-        const Eigen::MatrixXd changes = taken_up(change_of_readings({input}, run(), field_));
+        const Eigen::MatrixXd changes =
+            solution_change(input_error_jacobian({input}, run(), field_));
         add(input.name, input.distribution, input.u, input.unit, changes * changes.transpose());
       }
     }
@@ -206,7 +207,7 @@ class BudgetMaker {
       return;
     }
     const AxisDesigns designs(set_, field_);
-    const Eigen::MatrixXd map = set_.map_of_seen();
+    const Eigen::MatrixXd map = set_.observable_column_map();
     const Eigen::Index p = set_.coefficient_count();
     Eigen::MatrixXd covariance = Eigen::MatrixXd::Zero(parameters(), parameters());
     for (Eigen::Index k = 0; k < set_.axis_count(); ++k) {
@@ -216,7 +217,7 @@ class BudgetMaker {
       if (hidden > 0.0) {
         const Eigen::MatrixXd unscaled =
             map *
-            LeastSquaresDesign(set_.seen_columns(designs.of(k), k), set_.weights.col(k))
+            LeastSquaresDesign(set_.observable_columns(designs.of(k), k), set_.weights.col(k))
                 .unscaled_covariance() *
             map.transpose();
         covariance.block(p * k, p * k, p, p) = hidden * unscaled.topLeftCorner(p, p);

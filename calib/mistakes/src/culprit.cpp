@@ -10,7 +10,7 @@
 #include "axiscal/core/number_text.hpp"
 #include "calib/fit/deletion_fit.hpp"
 #include "calib/fit/layings.hpp"
-#include "calib/mistakes/src/condensed.hpp"
+#include "calib/mistakes/src/condensed_run.hpp"
 #include "calib/mistakes/src/detection.hpp"
 #include "calib/mistakes/src/mistake_kind.hpp"
 #include "calib/mistakes/src/typed_value.hpp"
@@ -28,7 +28,7 @@ constexpr std::size_t most_said = 3;
 std::vector<Explanation> explain(const SuspectRun& run) {
   constexpr std::size_t most_suspects = 6;
   Explanations found;
-  for (const std::size_t i : first_of(run.by_deletion(), most_suspects)) {
+  for (const std::size_t i : first_of(run.ranked_by_deletion(), most_suspects)) {
     for (const MistakeKind& kind : mistake_kinds()) {
       if (kind.of_reading != nullptr) {
         kind.of_reading(run, i, found);
@@ -44,7 +44,7 @@ std::vector<Explanation> explain(const SuspectRun& run) {
 }
 
 std::string better(const SuspectRun& run, const HypothesisFit& fit) {
-  const double ratio = times_better(run, fit);
+  const double ratio = scatter_reduction_factor(run, fit);
   return number_text(ratio, ratio < 100.0 ? 2 : static_cast<int>(std::log10(ratio)) + 1);
 }
 
@@ -62,7 +62,7 @@ std::string expected_words(const SuspectRun& run, const Correction& correction) 
   }
   const Eigen::VectorXd typed = run.set().response.row(static_cast<Eigen::Index>(*found));
   const Eigen::VectorXd expected =
-      expected_by_others(run, one_reading(run.set(), *found), run.without(*found));
+      predict_from_other_readings(run, one_reading(run.set(), *found), run.without(*found));
   // In parts of the full response, because a mistake spoils the scatter of a run as a measure of
   // noise.
   Eigen::VectorXd off(run.m());
@@ -77,7 +77,7 @@ std::string expected_words(const SuspectRun& run, const Correction& correction) 
       continue;
     }
     const std::optional<double> meant =
-        probably_meant(typed(k), expected(k), as_meant * run.full_response(k));
+        infer_intended_value(typed(k), expected(k), as_meant * run.full_response(k));
     said.push_back(formatted("{} reads {} where about {} was expected{}",
                              run.set().axes[static_cast<std::size_t>(k)], number_text(typed(k), 6),
                              number_text(expected(k), 3),
@@ -132,7 +132,7 @@ double p_by_tails(const SuspectRun& run, const Correction& correction) {
   return static_cast<double>(run.n()) *
          others
              .p_value_by_tails({*found}, Eigen::MatrixXd::Ones(1, 1),
-                               loss_without(run.plain(), {&*found, 1}))
+                               dof_reduction_factor_without(run.plain(), {&*found, 1}))
              .value_or(0.0);
 }
 
@@ -239,7 +239,7 @@ std::string_view advice_of(const Correction& correction) {
 bool can_be_searched(const ReadingSet& set, const Estimate& estimate) {
   const bool labelled =
       set.rotation_sensor_from_table.size() == set.readings.size() && estimate.field.has_vectors();
-  return labelled && !set.field.is_sum() && !set.robust && !set.leaves_out() &&
+  return labelled && !set.field.is_sum() && !set.robust && !set.has_excluded_readings() &&
          set.seen.cols() == 0 && set.also_in_table.empty() && set.size() >= 6;
 }
 
@@ -258,13 +258,13 @@ MistakeSearch find_culprit(const ReadingSet& set,
       return find_culprit(*few, estimate, known_field, judged ? &*judged : nullptr);
     }
   }
-  if (const Layings layings = layings_of(set, estimate);
+  if (const Layings layings = average_layings(set, estimate);
       scatter_by_layings(layings, estimate, known_field)) {
     const ReadingSet means = means_of(layings);
     if (without_shared_errors == nullptr) {
       return find_culprit(means, estimate, known_field);
     }
-    const ReadingSet judged = means_of(layings_of(*without_shared_errors, estimate));
+    const ReadingSet judged = means_of(average_layings(*without_shared_errors, estimate));
     return find_culprit(means, estimate, known_field, &judged);
   }
   // A wrongly stated direction is not a mistake in a reading. If opposite readings show one, the
@@ -272,20 +272,20 @@ MistakeSearch find_culprit(const ReadingSet& set,
   const bool stated = known_field && !estimate.levelness;
   if (without_shared_errors != nullptr) {
     SuspectRun run(*without_shared_errors, estimate, stated);
-    if (!run.plain().fitted || !looks_bad(run)) {
+    if (!run.plain().fitted || !is_suspicious(run)) {
       return {};
     }
-    run.delete_each();
+    run.fit_single_deletions();
     if (!is_bad(run)) {
       return {};
     }
   }
   SuspectRun run(set, estimate, stated);
   const HypothesisFit& plain = run.plain();
-  if (!plain.fitted || plain.dof() < 2.0 * static_cast<double>(run.m()) || !looks_bad(run)) {
+  if (!plain.fitted || plain.dof() < 2.0 * static_cast<double>(run.m()) || !is_suspicious(run)) {
     return {};
   }
-  run.delete_each();
+  run.fit_single_deletions();
   if (!is_bad(run)) {
     return {};
   }

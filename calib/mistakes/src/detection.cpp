@@ -34,7 +34,7 @@ double equality_p_value(const HypothesisFit& fit) {
 double single_p(const SuspectRun& run, const HypothesisFit& fit) {
   double largest = 0.0;  // one test's largest drop has the smallest probability
   for (std::size_t i = 0; i < run.count(); ++i) {
-    largest = std::max(largest, run.drop_without(fit, {&i, 1}));
+    largest = std::max(largest, run.rss_drop_without_readings(fit, {&i, 1}));
   }
   return std::min(1.0, static_cast<double>(run.n()) * nested_f_p(fit.total(), fit.dof(), largest,
                                                                  static_cast<double>(run.m())));
@@ -56,7 +56,7 @@ double added_p(const SuspectRun& run, const HypothesisFit& fit) {
 // weight.
 bool weigh_axes(SuspectRun& run) {
   const auto clean = [&]() -> const HypothesisFit& {
-    return run.best_pair().fitted ? run.best_pair() : run.without(run.by_deletion().front());
+    return run.best_pair().fitted ? run.best_pair() : run.without(run.ranked_by_deletion().front());
   };
   if (!clean().fitted || !(equality_p_value(clean()) < unequal_below)) {
     return false;
@@ -229,7 +229,7 @@ std::vector<Unlikely> roughly_by_others(const SuspectRun& run,
 // The probability of the worst reading given the others, over all readings; each axis has its own
 // scatter.
 double deletion_p(const SuspectRun& run, WeighedFit& weighed) {
-  if (!run.is_judged_by_others() || run.only_rounding()) {
+  if (!run.has_independent_readings() || run.only_rounding()) {
     return 1.0;
   }
   constexpr double worth_deleting = 0.1;
@@ -246,7 +246,7 @@ double deletion_p(const SuspectRun& run, WeighedFit& weighed) {
   double smallest = 1.0;
   for (const auto& [i, sum] : worst) {
     const Eigen::MatrixXd one = Eigen::MatrixXd::Ones(1, 1);
-    const double loss = loss_without(fit, {&i, 1});
+    const double loss = dof_reduction_factor_without(fit, {&i, 1});
     const double p = others.p_value({i}, one, loss).value_or(1.0);
     constexpr double worth_their_tails = 0.005;
     smallest =
@@ -265,7 +265,7 @@ double pair_p(const SuspectRun& run, WeighedFit& weighed) {
   const DeletionFit others(run.set(), weighed.best().field, run.fitter().known_field());
   return others
       .p_value({run.pair()[0], run.pair()[1]}, Eigen::MatrixXd::Identity(2, 2),
-               loss_without(weighed.best(), run.pair()))
+               dof_reduction_factor_without(weighed.best(), run.pair()))
       .value_or(1.0);
 }
 
@@ -274,18 +274,18 @@ double pair_p(const SuspectRun& run, WeighedFit& weighed) {
 bool is_clearly_better(const SuspectRun& run, const HypothesisFit& with) {
   constexpr double by_scatter = 1.15;
   constexpr double by_chance = 0.005;
-  return times_better(run, with) > by_scatter ||
-         (run.is_judged_by_others() &&
+  return scatter_reduction_factor(run, with) > by_scatter ||
+         (run.has_independent_readings() &&
           static_cast<double>(run.n()) *
                   std::min(nested_p(run, with), nested_p_by_axis(run, with)) <
               by_chance);
 }
 
-double times_better(const SuspectRun& run, const HypothesisFit& fit) {
+double scatter_reduction_factor(const SuspectRun& run, const HypothesisFit& fit) {
   return std::sqrt((run.plain().total() / run.plain().dof()) / (fit.total() / fit.dof()));
 }
 
-bool looks_bad(const SuspectRun& run) {
+bool is_suspicious(const SuspectRun& run) {
   for (Eigen::Index k = 0; k < run.m(); ++k) {
     const double rms = std::sqrt(run.plain().rss(k) / static_cast<double>(run.n()));
     if (rms <= 2.0 * run.set().rounding(k)) {
@@ -316,21 +316,21 @@ bool is_bad(SuspectRun& run) {
   const double equality = run.stated_ratio() ? 1.0 : equality_p_value(run.plain());
   const auto readings = static_cast<double>(run.n());
   double smallest = 1.0;
-  const Consider consider = [&](const HypothesisFit& with, const Considered& how) {
+  const Consider consider = [&](const HypothesisFit& with, const CandidateHypothesis& how) {
     if (with.fitted) {
       smallest = std::min(smallest, how.tests * allowance(run, with, equality, how.of_few) *
                                         std::max(nested_p(run, with), how.at_least));
     }
   };
-  run.delete_pairs();
+  run.fit_pair_deletions();
   WeighedFit weighed(run);
   constexpr double rare = 100.0;  // two independent mistakes
   const double pairs = rare * 0.5 * readings * (readings - 1.0);
-  const bool many = run.is_judged_by_others();
+  const bool many = run.has_independent_readings();
   if (many) {  // valid for any noise of the axes, because the others judge each reading
     smallest = pairs * pair_p(run, weighed);
   } else {
-    consider(run.without(run.by_deletion().front()), {.tests = readings, .of_few = true});
+    consider(run.without(run.ranked_by_deletion().front()), {.tests = readings, .of_few = true});
     consider(run.best_pair(), {.tests = pairs, .of_few = true});
   }
   for (const MistakeKind& kind : mistake_kinds()) {
@@ -344,7 +344,7 @@ bool is_bad(SuspectRun& run) {
   if (bad || !unequal || !run.plain().fitted) {
     return bad && run.plain().fitted;
   }
-  double by_axis = readings * nested_p_by_axis(run, run.without(run.by_deletion().front()));
+  double by_axis = readings * nested_p_by_axis(run, run.without(run.ranked_by_deletion().front()));
   for (const MistakeKind& kind : mistake_kinds()) {
     if (kind.of_all_axes != nullptr) {
       by_axis = std::min(by_axis, nested_p_by_axis(run, kind.of_all_axes(run)));

@@ -14,7 +14,7 @@ inline constexpr double may_be_equal = 0.5;
 
 /// True if a closer search is worthwhile: for all axes together, and for each in units of its
 /// scatter.
-[[nodiscard]] bool looks_bad(const SuspectRun& run);
+[[nodiscard]] bool is_suspicious(const SuspectRun& run);
 
 /// Tests whether the readings contradict each other, by nested F tests of the possible mistakes,
 /// for all classes together.
@@ -23,7 +23,7 @@ inline constexpr double may_be_equal = 0.5;
 [[nodiscard]] bool is_bad(SuspectRun& run);
 
 /// By how much smaller a hypothesis makes the scatter.
-[[nodiscard]] double times_better(const SuspectRun& run, const HypothesisFit& fit);
+[[nodiscard]] double scatter_reduction_factor(const SuspectRun& run, const HypothesisFit& fit);
 
 /// True if a hypothesis explains the residuals of the plain fit: it reduces the scatter by a clear
 /// part, or by more than chance does if readings are many.

@@ -10,12 +10,13 @@
 
 namespace axiscal {
 
-double loss_without(const HypothesisFit& fit, std::span<const std::size_t> readings) {
+double dof_reduction_factor_without(const HypothesisFit& fit,
+                                    std::span<const std::size_t> readings) {
   Eigen::MatrixXd residuals = fit.residuals;
   for (const std::size_t i : readings) {
     residuals.row(static_cast<Eigen::Index>(i)).setZero();
   }
-  return loss_by_common_noise(residuals, fit.degrees_of_freedom.mean());
+  return dof_reduction_factor(residuals, fit.degrees_of_freedom.mean());
 }
 
 HypothesisFitter HypothesisFitter::by_scatter_of(const HypothesisFit& fit) const {
@@ -65,7 +66,7 @@ HypothesisFit HypothesisFitter::fit(const ReadingSet& given,
     result.rss(k) = std::max(result.residuals.col(k).squaredNorm(),
                              least * std::max(result.degrees_of_freedom(k), 0.0));
   }
-  result.loss = loss_by_common_noise(result.residuals, result.degrees_of_freedom.mean());
+  result.loss = dof_reduction_factor(result.residuals, result.degrees_of_freedom.mean());
   return result;
 }
 

@@ -20,7 +20,7 @@ struct HypothesisFit {
   Eigen::MatrixXd coefficients;        ///< p x m
   Eigen::VectorXd rss;                 ///< m: sums of squares, each axis in its scale
   Eigen::VectorXd degrees_of_freedom;  ///< m
-  double loss = 1.0;                   ///< loss_by_common_noise()
+  double loss = 1.0;                   ///< dof_reduction_factor()
   Eigen::VectorXd added;               ///< q: estimates of the added columns
   Eigen::VectorXd information;         ///< q: information on each of these estimates, at unit noise
   Eigen::MatrixXd residuals;           ///< n x m, weighted, in the axes' scale
@@ -36,9 +36,10 @@ struct HypothesisFit {
   [[nodiscard]] double dof() const { return degrees_of_freedom.sum(); }
 };
 
-/// @return loss_by_common_noise() of a fit without some readings, which may be wrong in several
+/// @return dof_reduction_factor() of a fit without some readings, which may be wrong in several
 /// axes.
-[[nodiscard]] double loss_without(const HypothesisFit& fit, std::span<const std::size_t> readings);
+[[nodiscard]] double dof_reduction_factor_without(const HypothesisFit& fit,
+                                                  std::span<const std::size_t> readings);
 
 /// Fits readings under hypotheses: without some readings, or with further columns.
 class HypothesisFitter {

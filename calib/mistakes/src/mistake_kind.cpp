@@ -27,14 +27,14 @@ double likelihood(const HypothesisFit& fit,
 }
 
 // The residuals of a fit perpendicular to the field of each reading.
-struct Leftover {
+struct PerpendicularResiduals {
   double squares = 0.0;
   double degrees_of_freedom = 0.0;
 };
 
-Leftover across_field(const SuspectRun& run, const HypothesisFit& fit) {
+PerpendicularResiduals across_field(const SuspectRun& run, const HypothesisFit& fit) {
   const ReadingSet& set = run.set();
-  Leftover left{.squares = fit.total(), .degrees_of_freedom = fit.dof()};
+  PerpendicularResiduals left{.squares = fit.total(), .degrees_of_freedom = fit.dof()};
   for (std::size_t i = 0; i < run.count(); ++i) {
     const auto row = static_cast<Eigen::Index>(i);
     const Eigen::VectorXd response = fit.coefficients.middleRows<3>(1).transpose() *
@@ -117,8 +117,8 @@ double nested_p_across_field(const SuspectRun& run, const HypothesisFit& with) {
   if (!with.fitted || run.m() < fewest_axes) {
     return 0.0;
   }
-  const Leftover before = across_field(run, run.plain());
-  const Leftover after = across_field(run, with);
+  const PerpendicularResiduals before = across_field(run, run.plain());
+  const PerpendicularResiduals after = across_field(run, with);
   return nested_f_p(before.squares, before.degrees_of_freedom, before.squares - after.squares,
                     run.plain().dof() - with.dof(), with.loss);
 }
@@ -155,13 +155,13 @@ double distance_squared(const SuspectRun& run,
                         const ReadingSet& one,
                         const HypothesisFit& without,
                         const Eigen::VectorXd& response) {
-  const Eigen::VectorXd expected = expected_by_others(run, one, without);
+  const Eigen::VectorXd expected = predict_from_other_readings(run, one, without);
   return (response - expected).cwiseQuotient(run.fitter().scale()).squaredNorm();
 }
 
-Eigen::VectorXd expected_by_others(const SuspectRun& run,
-                                   const ReadingSet& one,
-                                   const HypothesisFit& without) {
+Eigen::VectorXd predict_from_other_readings(const SuspectRun& run,
+                                            const ReadingSet& one,
+                                            const HypothesisFit& without) {
   const Eigen::MatrixXd base = field_design(one, without.field);
   Eigen::VectorXd expected(run.m());
   for (Eigen::Index k = 0; k < run.m(); ++k) {

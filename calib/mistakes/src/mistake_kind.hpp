@@ -57,12 +57,12 @@ struct MistakeAdvice {
 };
 
 /// A hypothesis that a run may be better described by.
-struct Considered {
+struct CandidateHypothesis {
   double tests = 1.0;     ///< the number of similar hypotheses
   bool of_few = false;    ///< true if it concerns a few readings
   double at_least = 0.0;  ///< the probability that another test gives for chance
 };
-using Consider = std::function<void(const HypothesisFit& with, const Considered& how)>;
+using Consider = std::function<void(const HypothesisFit& with, const CandidateHypothesis& how)>;
 
 /// A kind of mistake: its detection, its explanation of a reading or of the run, and its remedy. A
 /// kind without its own detection, such as a wrong pose, is detected by leaving readings out.
@@ -100,7 +100,7 @@ void add_mistake_kind(const MistakeKind& kind);
 /// The probability that q parameters take so much from a fit's sum of squares by chance.
 ///
 /// A hypothesis that frees no parameter, such as another pose, is not nested: no F test judges it.
-/// @param loss  of degrees of freedom, of both sums of squares (loss_by_common_noise()).
+/// @param loss  of degrees of freedom, of both sums of squares (dof_reduction_factor()).
 [[nodiscard]] double nested_f_p(double total, double dof, double drop, double q, double loss = 1.0);
 
 /// As above, with the residuals perpendicular to the field of each reading. If the cube lies
@@ -126,8 +126,8 @@ void add_mistake_kind(const MistakeKind& kind);
 
 /// The prediction without a reading for this reading, m entries [unit].
 /// @param one  that reading alone, see one_reading().
-[[nodiscard]] Eigen::VectorXd expected_by_others(const SuspectRun& run,
-                                                 const ReadingSet& one,
-                                                 const HypothesisFit& without);
+[[nodiscard]] Eigen::VectorXd predict_from_other_readings(const SuspectRun& run,
+                                                          const ReadingSet& one,
+                                                          const HypothesisFit& without);
 
 }  // namespace axiscal

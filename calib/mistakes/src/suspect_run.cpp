@@ -25,7 +25,7 @@ SuspectRun::SuspectRun(const ReadingSet& set, const Estimate& estimate, bool kno
       order_(order_of_runs(set.readings)),
       plain_(fitter_.fit(set)) {}
 
-void SuspectRun::delete_each() {
+void SuspectRun::fit_single_deletions() {
   deletions_.assign(count(), {});
   by_deletion_.resize(count());
   std::iota(by_deletion_.begin(), by_deletion_.end(), std::size_t{0});
@@ -37,10 +37,10 @@ void SuspectRun::delete_each() {
   };
   if (count() > each_is_fitted) {
     for (std::size_t i = 0; i < count(); ++i) {
-      left[i] = plain_.total() - drop_without(plain_, {&i, 1});
+      left[i] = plain_.total() - rss_drop_without_readings(plain_, {&i, 1});
     }
     sort_by_left(fitted);
-    fitted.resize(fitted_of_many());
+    fitted.resize(max_candidate_fits());
   }
   for (const std::size_t i : fitted) {
     deletions_[i] = fitter_.fit(set_, {i});
@@ -59,9 +59,9 @@ void SuspectRun::delete_each() {
 }
 
 // Two readings deleted: all pairs where they are few, else of those that count most.
-void SuspectRun::delete_pairs() {
+void SuspectRun::fit_pair_deletions() {
   constexpr std::size_t most = 14;
-  const std::size_t few = std::min(most, count() > each_is_fitted ? fitted_of_many() : most);
+  const std::size_t few = std::min(most, count() > each_is_fitted ? max_candidate_fits() : most);
   std::vector<std::size_t> candidates = by_deletion_;
   if (candidates.size() > few) {
     const std::vector<std::size_t> large = largest_residuals(few / 2);
@@ -92,8 +92,8 @@ void SuspectRun::weigh_axes_by(const HypothesisFit& clean) {
                              fitter_.scale().cwiseProduct(own / own.maxCoeff()));
   plain_ = fitter_.fit(set_);
   if (plain_.fitted) {
-    delete_each();
-    delete_pairs();
+    fit_single_deletions();
+    fit_pair_deletions();
   }
 }
 
@@ -154,8 +154,8 @@ double drop_of_rows(const HypothesisFit& fit,
 }  // namespace
 
 // The reduction of the sum of squares without these readings, to first order.
-double SuspectRun::drop_without(const HypothesisFit& fit,
-                                std::span<const std::size_t> readings) const {
+double SuspectRun::rss_drop_without_readings(const HypothesisFit& fit,
+                                             std::span<const std::size_t> readings) const {
   constexpr int of_triad = 3;
   constexpr int few = 6;
   const Eigen::Index rows = static_cast<Eigen::Index>(readings.size()) * m();
@@ -167,7 +167,7 @@ double SuspectRun::drop_without(const HypothesisFit& fit,
 }
 
 // The reduction by added columns. The residuals are orthogonal to the basis.
-double SuspectRun::drop_with(const HypothesisFit& fit, Eigen::MatrixXd Z) const {
+double SuspectRun::rss_drop_with_columns(const HypothesisFit& fit, Eigen::MatrixXd Z) const {
   for (Eigen::Index k = 0; k < m(); ++k) {
     Z.middleRows(n() * k, n()).array().colwise() *=
         set_.weights.col(k).array().sqrt() / fitter_.scale()(k);
@@ -179,9 +179,9 @@ double SuspectRun::drop_with(const HypothesisFit& fit, Eigen::MatrixXd Z) const 
 }
 
 // The reduction by one column.
-double SuspectRun::drop_with_shift(const HypothesisFit& fit,
-                                   Eigen::Index axis,
-                                   const std::vector<std::size_t>& readings) const {
+double SuspectRun::rss_drop_with_shift(const HypothesisFit& fit,
+                                       Eigen::Index axis,
+                                       const std::vector<std::size_t>& readings) const {
   Eigen::MatrixXd in_basis = Eigen::MatrixXd::Zero(fit.fit->column_count(), 1);
   double squares = 0.0;
   double product = 0.0;

@@ -18,13 +18,13 @@ namespace axiscal {
 /// kinds of mistakes define the hypotheses.
 ///
 /// Up to `each_is_fitted` readings each is left out by a fit of its own; of more, the
-/// fitted_of_many() that count most to first order: the time stays linear in the readings.
+/// max_candidate_fits() that count most to first order: the time stays linear in the readings.
 class SuspectRun {
  public:
   static constexpr std::size_t each_is_fitted = 200;
 
   /// If each block has its own levelness, a fit is slow; then fewer are made.
-  [[nodiscard]] std::size_t fitted_of_many() const {
+  [[nodiscard]] std::size_t max_candidate_fits() const {
     constexpr Eigen::Index many_directions = 24;
     return plain_.fit->shared() > many_directions ? 8 : 48;
   }
@@ -52,16 +52,16 @@ class SuspectRun {
   [[nodiscard]] const HypothesisFit& without(std::size_t i) const { return deletions_[i]; }
 
   /// Positions, the one whose deletion mends most first.
-  [[nodiscard]] const std::vector<std::size_t>& by_deletion() const { return by_deletion_; }
+  [[nodiscard]] const std::vector<std::size_t>& ranked_by_deletion() const { return by_deletion_; }
 
   /// The best fit without two readings, and which.
   [[nodiscard]] const HypothesisFit& best_pair() const { return best_pair_; }
   [[nodiscard]] const std::array<std::size_t, 2>& pair() const { return pair_; }
 
-  void delete_each();
+  void fit_single_deletions();
 
   /// All pairs where readings are few, else of those that count most.
-  void delete_pairs();
+  void fit_pair_deletions();
 
   /// Weights the axes by their scatter from now on, and repeats all fits.
   /// @param clean  a fit without the worst readings.
@@ -74,7 +74,7 @@ class SuspectRun {
 
   /// From this number of readings on, each reading is judged by the others, axis by axis.
   static constexpr Eigen::Index fewest_for_deletion = 24;
-  [[nodiscard]] bool is_judged_by_others() const { return n() >= fewest_for_deletion; }
+  [[nodiscard]] bool has_independent_readings() const { return n() >= fewest_for_deletion; }
 
   /// Whether what is left is rounding.
   [[nodiscard]] bool only_rounding() const;
@@ -83,14 +83,15 @@ class SuspectRun {
 
   /// The reduction of the sum of squares without some readings, or with added columns, to first
   /// order.
-  [[nodiscard]] double drop_without(const HypothesisFit& fit,
-                                    std::span<const std::size_t> readings) const;
-  [[nodiscard]] double drop_with(const HypothesisFit& fit, Eigen::MatrixXd columns) const;
+  [[nodiscard]] double rss_drop_without_readings(const HypothesisFit& fit,
+                                                 std::span<const std::size_t> readings) const;
+  [[nodiscard]] double rss_drop_with_columns(const HypothesisFit& fit,
+                                             Eigen::MatrixXd columns) const;
 
   /// The reduction by a shift of some readings of an axis.
-  [[nodiscard]] double drop_with_shift(const HypothesisFit& fit,
-                                       Eigen::Index axis,
-                                       const std::vector<std::size_t>& readings) const;
+  [[nodiscard]] double rss_drop_with_shift(const HypothesisFit& fit,
+                                           Eigen::Index axis,
+                                           const std::vector<std::size_t>& readings) const;
 
   /// A value for each of some readings, or for one axis of the first, that may be anything.
   [[nodiscard]] HypothesisFit arbitrary(const std::vector<std::size_t>& readings,

@@ -12,7 +12,7 @@
 
 namespace axiscal {
 
-std::optional<double> probably_meant(double typed, double expected, double tolerance) {
+std::optional<double> infer_intended_value(double typed, double expected, double tolerance) {
   const std::string text = number_text(typed);
   const auto is_digit = [](char c) { return std::isdigit(static_cast<unsigned char>(c)) != 0; };
   constexpr std::ptrdiff_t fewest_digits = 4;

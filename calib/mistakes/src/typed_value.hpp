@@ -12,6 +12,8 @@ namespace axiscal {
 /// @param tolerance  how far from it the value that was meant may be.
 /// @return the nearest such value; nullopt if no typing error explains the value, or if the value
 ///         has so few digits that chance could.
-[[nodiscard]] std::optional<double> probably_meant(double typed, double expected, double tolerance);
+[[nodiscard]] std::optional<double> infer_intended_value(double typed,
+                                                         double expected,
+                                                         double tolerance);
 
 }  // namespace axiscal

@@ -21,7 +21,7 @@
 #include "calib/fit/estimation.hpp"
 #include "calib/fit/fit.hpp"
 #include "calib/fit/input_quantities.hpp"
-#include "calib/plan/src/troubles.hpp"
+#include "calib/plan/src/world_effects.hpp"
 #include "calib/regression/factor.hpp"
 #include "core/formatted.hpp"
 
@@ -122,7 +122,7 @@ LinearMap linear_map(const ForecastSetup& setup, const Fit& run) {
     return map;
   }
   if (!open.empty()) {
-    std::vector<std::string> names = names_of_open(open, run.names());
+    std::vector<std::string> names = undetermined_column_names(open, run.names());
     const std::string list = joined(names);
     throw RankDeficientError(formatted("the design does not determine {} together; take each face "
                                        "turned round as well, or the method known on a level table",
@@ -154,7 +154,7 @@ std::map<std::string, SharedErrors> errors_of_inputs(const ForecastSetup& setup,
   }
   std::map<std::string, SharedErrors> errors;
   for (const InputQuantity& input : inputs) {
-    errors[input.name] = change_of_readings({input}, run, field);
+    errors[input.name] = input_error_jacobian({input}, run, field);
   }
   return errors;
 }
@@ -336,7 +336,7 @@ Eigen::Matrix3d field_covariance(const Forecast& forecast,
 }
 
 Eigen::MatrixXd inverse_of(const Forecast& forecast) {
-  const RankedInverse inverse = ranked_inverse(forecast.response.sensitivity);
+  const PseudoInverseWithRank inverse = pseudo_inverse_with_rank(forecast.response.sensitivity);
   if (inverse.rank < 3) {
     throw DomainError("forecast: fewer than three axes give angles of each axis only");
   }

@@ -9,7 +9,7 @@
 
 #include "axiscal/core/error.hpp"
 #include "axiscal/core/rotation.hpp"
-#include "calib/plan/src/troubles.hpp"
+#include "calib/plan/src/world_effects.hpp"
 #include "calib/regression/factor.hpp"
 #include "core/formatted.hpp"
 
@@ -83,14 +83,14 @@ class RecordedReadings {
   }
 
   void lay() { troubles_.lay(); }
-  [[nodiscard]] const Troubles& troubles() const { return troubles_; }
+  [[nodiscard]] const WorldEffects& troubles() const { return troubles_; }
   [[nodiscard]] Eigen::Index count() const { return at_; }
   [[nodiscard]] Eigen::MatrixXd take() { return readings_.topRows(at_); }
 
  private:
   const SimulationOptions& options_;
   Eigen::VectorXd noise_sd_;
-  Troubles troubles_;
+  WorldEffects troubles_;
   RandomStream random_;
   Eigen::MatrixXd readings_;
   Eigen::Index at_ = 0;

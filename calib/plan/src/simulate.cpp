@@ -13,7 +13,7 @@
 #include "axiscal/field/field_kind.hpp"
 #include "axiscal/field/field_setup.hpp"
 #include "axiscal/field/table_field.hpp"
-#include "calib/plan/src/troubles.hpp"
+#include "calib/plan/src/world_effects.hpp"
 #include "core/formatted.hpp"
 
 namespace axiscal {
@@ -99,7 +99,7 @@ SimulatedRun simulate_run(const SensorModel& truth,
   }
   const TableField field = TableField(truth.field.as_parts()).with(std::move(vectors));
   const Eigen::VectorXd noise_sd = noise_of_axes(options, truth.response.bias.size());
-  Troubles troubles(options.world, noise_sd, options.seed, options.stream, sheet.size());
+  WorldEffects troubles(options.world, noise_sd, options.seed, options.stream, sheet.size());
   SimulatedRun run;
   Observations& observations = run.observations;
   observations.has_block = true;

@@ -586,7 +586,7 @@ Json document_of(const Calibration& calibration) {
 void require_readable(Json json) {
   constexpr std::string_view name = "the record";
   try {
-    static_cast<void>(calibration_from(as_read_back(std::move(json), std::string(name))));
+    static_cast<void>(calibration_from(json_round_trip(std::move(json), std::string(name))));
   } catch (const DataError& error) {
     throw DomainError(std::string("it would make a record that cannot be read back: ") +
                       (error.what() + name.size() + 2));

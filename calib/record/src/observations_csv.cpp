@@ -579,7 +579,7 @@ void append_cells(std::string& text, const std::vector<std::string>& cells) {
 
 }  // namespace
 
-std::vector<std::string> columns_without_meaning(const std::vector<std::string>& header) {
+std::vector<std::string> unknown_columns(const std::vector<std::string>& header) {
   constexpr std::array<std::string_view, 20> names = {
       "rest",      "fence",    "run",     "block",       "mount", "level",   "temperature",
       "time",      "samples",  "serial",  "fx",          "fy",    "fz",      "confirm",

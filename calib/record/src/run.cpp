@@ -93,7 +93,7 @@ Run read_run(const std::string& path, const ObservationColumns& columns) {
   ObservationColumns wanted = columns;
   const bool any_axes = columns.axes == ObservationColumns().axes && columns.differences.empty();
   if (any_axes && !csv.column("x") && !csv.column("y") && !csv.column("z")) {
-    const std::vector<std::string> own = columns_without_meaning(csv.header());
+    const std::vector<std::string> own = unknown_columns(csv.header());
     wanted.axes = own.empty() ? wanted.axes : own;
   }
   Run run = read_observations(csv, wanted);

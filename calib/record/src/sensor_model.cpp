@@ -1,7 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "axiscal/calib/sensor_model.hpp"
 
+#include <string_view>
+#include <vector>
+
 #include "axiscal/core/error.hpp"
+#include "axiscal/core/nearest_name.hpp"
 #include "axiscal/core/number_text.hpp"
 #include "core/formatted.hpp"
 
@@ -62,7 +66,15 @@ double parameter_value(const SensorModel& sensor, const std::string& name) {
       }
     }
   }
-  throw DomainError(formatted("'{}' is not a parameter of this record", name));
+  std::vector<std::string> names;
+  for (const std::string& axis : sensor.instrument.axes) {
+    for (const char* const of : {".bias", ".sensitivity.x", ".sensitivity.y", ".sensitivity.z"}) {
+      names.push_back(axis + of);
+    }
+  }
+  throw DomainError(formatted(
+      "'{}' is not a parameter of this record{}", name,
+      did_you_mean(name, std::vector<std::string_view>(names.begin(), names.end()))));
 }
 
 std::vector<KindQuantity> quantities_of(const SensorModel& sensor,

@@ -13,7 +13,7 @@
 #include "axiscal/core/not_a_number.hpp"
 #include "axiscal/core/number_text.hpp"
 #include "axiscal/field/field_kind.hpp"
-#include "calib/record/inheritance.hpp"
+#include "calib/record/linear_propagation.hpp"
 #include "core/formatted.hpp"
 
 namespace axiscal {
@@ -123,19 +123,19 @@ double expanded_of(const VarianceShares& shares, const EffectiveFreedom& freedom
 
 }  // namespace
 
-Inheritance::Inheritance(const Calibration& calibration)
+LinearPropagation::LinearPropagation(const Calibration& calibration)
     : calibration_(calibration), of_readings_(statistics().covariance_of_readings()) {
   for (const std::string& axis : calibration.sensor.instrument.axes) {
     own_.push_back(places_of_axis(statistics(), axis));
   }
 }
 
-VarianceShares Inheritance::scatter(const Eigen::RowVectorXd& gradient) const {
+VarianceShares LinearPropagation::scatter(const Eigen::RowVectorXd& gradient) const {
   return scatter(gradient, places_that_count(gradient));
 }
 
-VarianceShares Inheritance::scatter(const Eigen::RowVectorXd& gradient,
-                                    const std::vector<Eigen::Index>& places) const {
+VarianceShares LinearPropagation::scatter(const Eigen::RowVectorXd& gradient,
+                                          const std::vector<Eigen::Index>& places) const {
   VarianceShares shares;
   shares.components.reserve(statistics().components.size());
   for (const ScatterComponent& component : statistics().components) {
@@ -160,8 +160,8 @@ VarianceShares Inheritance::scatter(const Eigen::RowVectorXd& gradient,
   return shares;
 }
 
-VarianceShares Inheritance::all(const Eigen::RowVectorXd& gradient,
-                                std::vector<double>& by_source) const {
+VarianceShares LinearPropagation::all(const Eigen::RowVectorXd& gradient,
+                                      std::vector<double>& by_source) const {
   const std::vector<Eigen::Index> places = places_that_count(gradient);
   VarianceShares own = scatter(gradient, places);
   // Without components the covariance is that of the readings: the sum of the axes' shares.
@@ -251,14 +251,14 @@ double CoverageFactors::expanded(const VarianceShares& shares) const {
 }
 
 VarianceShares scatter_shares(const Calibration& calibration, const Eigen::RowVectorXd& gradient) {
-  return Inheritance(calibration).scatter(gradient);
+  return LinearPropagation(calibration).scatter(gradient);
 }
 
 CombinedUncertainty propagate(const Calibration& calibration,
                               const Eigen::RowVectorXd& gradient,
                               VarianceShares* shares) {
   std::vector<double> by_source;
-  VarianceShares inherited = Inheritance(calibration).all(gradient, by_source);
+  VarianceShares inherited = LinearPropagation(calibration).all(gradient, by_source);
   CombinedUncertainty result = combine(inherited);
   result.by_source = std::move(by_source);
   if (shares != nullptr) {
@@ -375,7 +375,7 @@ Quantity Calibration::parameter(const std::string& name) const {
 
 namespace {
 
-CombinedUncertainty uncertainty_of(const Inheritance& inheritance,
+CombinedUncertainty uncertainty_of(const LinearPropagation& inheritance,
                                    const FitStatistics& statistics,
                                    Eigen::Index parameter) {
   constexpr double coverage = 0.95;
@@ -420,7 +420,7 @@ std::vector<ParameterUncertainty> parameter_uncertainties(const Calibration& cal
   if (calibration.fit.statistics->covariance.rows() != static_cast<Eigen::Index>(names.size())) {
     return all;
   }
-  const Inheritance inheritance(calibration);
+  const LinearPropagation inheritance(calibration);
   all.reserve(names.size());
   for (std::size_t i = 0; i < names.size(); ++i) {
     all.push_back({.name = names[i],

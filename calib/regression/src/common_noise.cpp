@@ -5,7 +5,7 @@
 
 namespace axiscal {
 
-double loss_by_common_noise(const Eigen::MatrixXd& residuals, double degrees_of_freedom) {
+double dof_reduction_factor(const Eigen::MatrixXd& residuals, double degrees_of_freedom) {
   const auto m = static_cast<double>(residuals.cols());
   const Eigen::VectorXd lengths = residuals.colwise().norm();
   if (!(degrees_of_freedom > 1.0) || !(lengths.minCoeff() > 0.0)) {

@@ -169,10 +169,10 @@ Eigen::VectorXd minimum_norm_solution(const Eigen::MatrixXd& A, const Eigen::Vec
 }
 
 Eigen::MatrixXd pseudo_inverse(const Eigen::MatrixXd& A) {
-  return ranked_inverse(A).inverse;
+  return pseudo_inverse_with_rank(A).inverse;
 }
 
-RankedInverse ranked_inverse(const Eigen::MatrixXd& A) {
+PseudoInverseWithRank pseudo_inverse_with_rank(const Eigen::MatrixXd& A) {
   const Eigen::CompleteOrthogonalDecomposition<Eigen::MatrixXd> decomposition(A);
   return {.inverse = decomposition.pseudoInverse(), .rank = decomposition.rank()};
 }
@@ -197,7 +197,7 @@ Eigen::MatrixXd orthogonal_complement(const Eigen::MatrixXd& A) {
 std::vector<Eigen::Index> confounded_columns(const Eigen::MatrixXd& J,
                                              double open_below,
                                              double share_above) {
-  const std::optional<double> condition = small_condition_of(J.transpose() * J);
+  const std::optional<double> condition = condition_from_normal_matrix(J.transpose() * J);
   if (condition && *condition * open_below < 1.0) {
     return {};
   }
@@ -217,8 +217,8 @@ std::vector<Eigen::Index> confounded_columns(const Eigen::MatrixXd& J,
   return open;
 }
 
-std::vector<std::string> names_of_open(const std::vector<Eigen::Index>& columns,
-                                       const std::vector<std::string>& names) {
+std::vector<std::string> undetermined_column_names(const std::vector<Eigen::Index>& columns,
+                                                   const std::vector<std::string>& names) {
   std::vector<std::string> open;
   for (const Eigen::Index j : columns) {
     const std::string& name = names[static_cast<std::size_t>(j)];
@@ -237,7 +237,7 @@ double condition_of(const Eigen::MatrixXd& J) {
   return singular(0) / singular(singular.size() - 1);
 }
 
-std::optional<double> small_condition_of(const Eigen::MatrixXd& normal) {
+std::optional<double> condition_from_normal_matrix(const Eigen::MatrixXd& normal) {
   const Eigen::VectorXd per_length = normal.diagonal().cwiseMax(1e-300).cwiseSqrt().cwiseInverse();
   const Eigen::VectorXd values =
       Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd>(

@@ -9,7 +9,7 @@
 
 namespace axiscal {
 
-Eigen::MatrixXd changes_without_parts(const Linearised& at_solution) {
+Eigen::MatrixXd block_jackknife_changes(const Linearised& at_solution) {
   const Eigen::Index n = at_solution.jacobian.rows();
   const Eigen::Index p = at_solution.jacobian.cols();
   // Columns of length 1, so that J^T J loses no more digits than it must.

@@ -59,10 +59,10 @@ BisquareWeights bisquare_weights(const Eigen::Ref<const Eigen::VectorXd>& weight
   return result;
 }
 
-Eigen::MatrixXd reweight_until_still(Eigen::Index rows,
-                                     Eigen::Index columns,
-                                     const std::function<Eigen::MatrixXd()>& weigh,
-                                     const std::function<void(const Eigen::MatrixXd&)>& fit) {
+Eigen::MatrixXd reweight_until_converged(Eigen::Index rows,
+                                         Eigen::Index columns,
+                                         const std::function<Eigen::MatrixXd()>& weigh,
+                                         const std::function<void(const Eigen::MatrixXd&)>& fit) {
   constexpr int most_rounds = 100;
   constexpr double still = 1e-9;
   Eigen::MatrixXd weights = Eigen::MatrixXd::Ones(rows, columns);

@@ -367,7 +367,7 @@ double lag_one_score(const OrderedReadings& readings) {
   return score.value();
 }
 
-CorrelatedMean mean_under_correlation(const OrderedReadings& readings) {
+CorrelatedMean estimate_correlated_mean(const OrderedReadings& readings) {
   const Eigen::Index m = readings.responses.cols();
   const Eigen::Index n = readings.responses.rows();
   const std::vector<Model> models = models_of_run(!readings.blocks.empty());
@@ -432,9 +432,9 @@ double lag_one_score(const Eigen::MatrixXd& design,
                         along.topRows(n - 1).cwiseProduct(along.bottomRows(n - 1)).rowwise().sum());
 }
 
-CorrelatedFit fit_under_correlation(const Eigen::MatrixXd& design,
-                                    const Eigen::VectorXd& response,
-                                    const Eigen::MatrixX3d& along) {
+CorrelatedFit fit_with_correlated_noise(const Eigen::MatrixXd& design,
+                                        const Eigen::VectorXd& response,
+                                        const Eigen::MatrixX3d& along) {
   const Eigen::Index n = design.rows();
   // If there are more rows than the models need, means of consecutive rows replace them.
   constexpr Eigen::Index most = 1500;
@@ -459,13 +459,13 @@ CorrelatedFit fit_under_correlation(const Eigen::MatrixXd& design,
   return plain.in_design(mean_over(models, fits, static_cast<double>(rows - design.cols())));
 }
 
-double likeness_along(const Eigen::VectorXd& z,
-                      const Eigen::MatrixXd& hat_root,
-                      const Eigen::MatrixXd& hat_squares) {
+double lag_one_score_along(const Eigen::VectorXd& z,
+                           const Eigen::MatrixXd& hat_root,
+                           const Eigen::MatrixXd& hat_squares) {
   return likeness_score(z, hat_root, hat_squares, Eigen::VectorXd::Ones(z.size() - 1));
 }
 
-CorrelatedFit fit_under_wander(const WanderProblem& problem) {
+CorrelatedFit fit_with_common_ar1(const CommonAr1Problem& problem) {
   const Eigen::Index q = problem.information.rows();
   const Eigen::MatrixXd& A = problem.along;
   const Eigen::MatrixXd others = problem.information - A.transpose() * A;

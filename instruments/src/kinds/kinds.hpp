@@ -30,7 +30,7 @@ namespace axiscal {
     const std::function<Eigen::VectorXd(const LinearResponse&)>& of);
 
 /// Standard uncertainty of a number that follows from the field in the table; NaN if not known.
-[[nodiscard]] double propagated_from_field(
+[[nodiscard]] double propagate_field_uncertainty(
     const CalibratedInstrument& calibrated,
     const std::function<double(const Eigen::Vector3d& in_table)>& of);
 

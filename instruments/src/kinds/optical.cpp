@@ -31,7 +31,7 @@ std::vector<KindQuantity> describe(const CalibratedInstrument& calibrated) {
     for (int j = 0; j < 3; ++j) {
       const auto component = [j](const Eigen::Vector3d& f) { return f.normalized()(j); };
       direction.values.push_back(component(*calibrated.in_table));
-      direction.u.push_back(propagated_from_field(calibrated, component));
+      direction.u.push_back(propagate_field_uncertainty(calibrated, component));
     }
     quantities.push_back(std::move(direction));
   }

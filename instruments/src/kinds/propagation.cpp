@@ -81,8 +81,8 @@ KindQuantity quantity_of(const CalibratedInstrument& calibrated,
           .unit = std::move(unit)};
 }
 
-double propagated_from_field(const CalibratedInstrument& calibrated,
-                             const std::function<double(const Eigen::Vector3d&)>& of) {
+double propagate_field_uncertainty(const CalibratedInstrument& calibrated,
+                                   const std::function<double(const Eigen::Vector3d&)>& of) {
   if (!calibrated.in_table || !calibrated.in_table_covariance ||
       !calibrated.in_table_covariance->allFinite()) {
     return not_a_number;
@@ -104,7 +104,7 @@ KindQuantity angle_of_field(const CalibratedInstrument& calibrated,
   return {.name = std::move(name),
           .of = "",
           .values = {angle_deg(*calibrated.in_table)},
-          .u = {propagated_from_field(calibrated, angle_deg)},
+          .u = {propagate_field_uncertainty(calibrated, angle_deg)},
           .unit = "degree"};
 }
 

@@ -115,7 +115,7 @@ ByteSource::ByteSource(std::string path, Opened opened)
     filled += count;
   }
   start.resize(filled);
-  compression_ = packing_of({start.data(), start.size()});
+  compression_ = detect_compression({start.data(), start.size()});
   if (compression_.empty()) {
     return;
   }

@@ -122,7 +122,7 @@ LogFile::LogFile(const std::string& path, const LogFormat& format) : path_(path)
   ReopenableFile file(path, format.limits);
   OpenedFile opened = file.open();
   if (opened.is_table()) {
-    file.read_once();
+    file.disable_reopening();
   }
   read_table(opened, format.names);
   format_ = opened.format;

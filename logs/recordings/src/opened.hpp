@@ -106,7 +106,7 @@ class ReopenableFile {
   [[nodiscard]] OpenedFile open();
 
   /// Declares that the file will not be opened again: copying stops.
-  void read_once();
+  void disable_reopening();
 
  private:
   struct Pipe;

@@ -141,11 +141,11 @@ ReadBudget unlimited_disk(const std::string& path) {
 
 // When the name of a copy can go: libraries that follow links need it until they have the file
 // open.
-enum class NameGoes { before, after };
+enum class UnlinkTime { before, after };
 
 // Formats that are read at several positions at once need a file. Other sources are copied.
 template <typename Open>
-OpenedFile with_file(ByteSource bytes, NameGoes name_goes, const Open& open) {
+OpenedFile with_file(ByteSource bytes, UnlinkTime name_goes, const Open& open) {
   const std::string path = bytes.path();
   const ReadBudget budget = bytes.budget();
   if (bytes.is_file()) {
@@ -153,11 +153,11 @@ OpenedFile with_file(ByteSource bytes, NameGoes name_goes, const Open& open) {
   }
   const auto copy = std::make_shared<SpooledFile>(path, budget);
   copy_rest(bytes, *copy);
-  if (name_goes == NameGoes::before) {
+  if (name_goes == UnlinkTime::before) {
     copy->remove_name();
   }
   OpenedFile opened = open(copy->path(), path, budget);
-  if (name_goes == NameGoes::after) {
+  if (name_goes == UnlinkTime::after) {
     copy->remove_name();
   }
   if (opened.decoder) {
@@ -209,7 +209,7 @@ struct ReopenableFile::Pipe {
   std::shared_ptr<SpooledFile> copy;  // none: it is read once
 };
 
-void ReopenableFile::read_once() {
+void ReopenableFile::disable_reopening() {
   if (pipe_) {
     pipe_->copy.reset();
   }
@@ -262,27 +262,27 @@ OpenedFile open_recording(ByteSource bytes) {
   }
   if (start.starts_with("SQLite format 3\0"sv)) {
     return with_file(
-        std::move(bytes), NameGoes::after,
+        std::move(bytes), UnlinkTime::after,
         [](const std::string& file, const std::string& name, const ReadBudget& budget) {
           return decoded(open_rosbag2(file, name, budget));
         });
   }
   if (start.starts_with("PK\x03\x04"sv)) {
-    return with_file(std::move(bytes), NameGoes::before, &open_zip);
+    return with_file(std::move(bytes), UnlinkTime::before, &open_zip);
   }
   if (start.starts_with("\x93NUMPY")) {
     return table("npy", open_npy_log(std::move(bytes), {}), path);
   }
   if (start.starts_with("MATLAB 7.3 ")) {
     return with_file(
-        std::move(bytes), NameGoes::before,
+        std::move(bytes), UnlinkTime::before,
         [](const std::string& file, const std::string& name, const ReadBudget& budget) {
           return table("mat", open_mat73_log(file, name, budget), name);
         });
   }
   if (start.starts_with("\x89HDF\r\n\x1a\n"sv)) {
     return with_file(
-        std::move(bytes), NameGoes::before,
+        std::move(bytes), UnlinkTime::before,
         [](const std::string& file, const std::string& name, const ReadBudget& budget) {
           return table("hdf5", open_hdf5_log(file, name, budget), name);
         });

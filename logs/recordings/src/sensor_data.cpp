@@ -248,7 +248,7 @@ std::string unit_of_gravity(const std::vector<double>& first,
   return gravity_unit(lengths_of({first, second, third}, 0));
 }
 
-bool says_nothing(std::string_view name) {
+bool is_generic_name(std::string_view name) {
   const NamedColumn parts = named_column(name);
   std::string small;
   for (const char c : parts.name) {
@@ -323,7 +323,7 @@ TableColumns recognise_columns(const std::vector<std::string>& names,
   std::optional<std::size_t> gravity;
   const auto is_free = [&](std::size_t c) {
     return c != columns.time && columns.series[c].kind == SeriesKind::other &&
-           says_nothing(names[c]);
+           is_generic_name(names[c]);
   };
   const auto three_free = [&](std::size_t c) {
     return c + 2 < names.size() && is_free(c) && is_free(c + 1) && is_free(c + 2);

@@ -20,7 +20,7 @@ struct TableColumns {
 
 /// True if the name of a column is meaningless: c4, x, ch2, data_3. For other names (a quaternion,
 /// for example) numbers alone are not proof.
-[[nodiscard]] bool says_nothing(std::string_view name);
+[[nodiscard]] bool is_generic_name(std::string_view name);
 
 /// By names and units (SensorColumns). If these are not helpful, by the first numbers: a column
 /// that rises evenly is the time; three neighbours with the length of gravity are an accelerometer;

@@ -37,7 +37,7 @@ std::optional<MergedColumn> column_called(const RecordingSummary& summary,
 
 }  // namespace
 
-std::string what_it_holds(const RecordingSummary& summary) {
+std::string series_list(const RecordingSummary& summary) {
   constexpr std::size_t most = 500;  // names that may have to be typed
   std::vector<std::string> names;
   for (const SeriesSummary& one : summary.series) {
@@ -145,7 +145,7 @@ OpenedTable table_of_series(const std::string& path,
   }
   if (!base) {
     throw DataError(path, formatted("no accelerometer, gyroscope or magnetometer is in this {}: {}",
-                                    summary.format, what_it_holds(summary)));
+                                    summary.format, series_list(summary)));
   }
   auto source = std::make_unique<SeriesLog>(std::move(decoder), *base, std::move(columns));
   source->notes = summary.notes;

@@ -29,6 +29,6 @@ struct OpenedTable {
 
 /// @return the content of a recording, in a line for a message: "it holds sensor_baro (4 columns),
 ///         ...".
-[[nodiscard]] std::string what_it_holds(const RecordingSummary& summary);
+[[nodiscard]] std::string series_list(const RecordingSummary& summary);
 
 }  // namespace axiscal

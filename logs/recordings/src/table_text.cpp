@@ -161,7 +161,7 @@ void TableText::State::open(OpenedFile opened) {
         formatted(
             "is a recording ({}), not a table of readings in known orientations; {}; if it was "
             "turned by hand, name the kind of instrument, and method magnitude fits it",
-            opened.format, what_it_holds(summarise(*opened.decoder, looked_at))),
+            opened.format, series_list(summarise(*opened.decoder, looked_at))),
         {settings::log});
   }
   if (opened.text) {
@@ -202,7 +202,7 @@ void TableText::State::look_at_text() {
     if (!is_text) {
       return;
     }
-    layout = layout_of(path, start, is_whole, {});
+    layout = detect_text_layout(path, start, is_whole, {});
   } catch (const DataError&) {
     return;  // the reader of plain tables says what is wrong
   }
@@ -416,7 +416,7 @@ TableText::TableText(const std::string& path, const LogFormat& format)
     state_->open_series(std::move(opened), file);
     return;
   }
-  file.read_once();
+  file.disable_reopening();
   state_->open(std::move(opened));
 }
 
@@ -457,7 +457,7 @@ std::vector<std::string> TableText::unnamed_numbers() const {
     const bool are_numbers = std::any_of(values.begin(), values.end(),
                                          [](double value) { return std::isfinite(value); });
     const bool is_text = c < state_->layout.is_text.size() && state_->layout.is_text[c];
-    if (c != time && are_numbers && !is_text && says_nothing(state_->columns[c].name)) {
+    if (c != time && are_numbers && !is_text && is_generic_name(state_->columns[c].name)) {
       names.push_back(state_->columns[c].name);
     }
   }
@@ -573,7 +573,7 @@ std::string marked_cell(const std::string& path, std::size_t line, const std::st
     const auto [start, is_whole] = start_of_text(bytes);
     TextLayout layout;
     try {
-      layout = layout_of(path, start, is_whole, {});
+      layout = detect_text_layout(path, start, is_whole, {});
     } catch (const DataError&) {
       return "";
     }

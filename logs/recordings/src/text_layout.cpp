@@ -513,10 +513,10 @@ class LayoutFinder {
 
 }  // namespace
 
-TextLayout layout_of(const std::string& path,
-                     std::string_view start,
-                     bool is_whole,
-                     const std::vector<std::string>& names) {
+TextLayout detect_text_layout(const std::string& path,
+                              std::string_view start,
+                              bool is_whole,
+                              const std::vector<std::string>& names) {
   if (start.starts_with("\xEF\xBB\xBF")) {
     start.remove_prefix(3);
   }

@@ -60,10 +60,10 @@ template <typename Bytes>
 /// @param start  the first bytes of the text, UTF-8.
 /// @param names  for columns without a header; may be empty.
 /// @throws DataError  if the text is not a table; the message describes the text.
-[[nodiscard]] TextLayout layout_of(const std::string& path,
-                                   std::string_view start,
-                                   bool is_whole,
-                                   const std::vector<std::string>& names);
+[[nodiscard]] TextLayout detect_text_layout(const std::string& path,
+                                            std::string_view start,
+                                            bool is_whole,
+                                            const std::vector<std::string>& names);
 
 /// @return seconds for a time of day, 14:08:06.818; seconds since 1970 for a date and time; NaN for
 ///         other texts.

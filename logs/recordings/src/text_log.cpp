@@ -123,7 +123,7 @@ class TextLog : public LogFile::Source {
       throw DataError(lines_.path(), unknown_format_words);
     }
     constexpr std::size_t lines_ahead = 200;
-    layout_ = layout_of(lines_.path(), start, is_whole, names);
+    layout_ = detect_text_layout(lines_.path(), start, is_whole, names);
     if (layout_.has_header && layout_.header_line <= lines_ahead) {
       header_ = without_checksum(first_lines(start, is_whole)[layout_.header_line - 1]);
     }

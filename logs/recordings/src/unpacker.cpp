@@ -281,7 +281,7 @@ std::size_t Unpacker::read(char* buffer, std::size_t size) {
   return wanted - out.size();
 }
 
-std::string_view packing_of(std::string_view start) {
+std::string_view detect_compression(std::string_view start) {
   using namespace std::string_view_literals;
   constexpr std::array<std::pair<std::string_view, std::string_view>, 7> known = {
       {{"\x1f\x8b"sv, "gzip"sv},

@@ -43,7 +43,7 @@ class Unpacker {
 };
 
 /// @return the packing of a file that starts so; empty if it is not compressed.
-[[nodiscard]] std::string_view packing_of(std::string_view start);
+[[nodiscard]] std::string_view detect_compression(std::string_view start);
 
 /// Unpacks a block of a bag, which is held whole.
 /// @param packing  as of Unpacker.

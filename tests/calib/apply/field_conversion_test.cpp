@@ -461,21 +461,22 @@ TEST(ClosedBySunsLength, FollowsTemperatureAndUnit) {
 }
 
 TEST(ClosedBySunsLength, NeedsTwoAxesThatAreNotParallelOfASunSensor) {
-  EXPECT_FALSE(Reducer(sensor_of_axes(two_photodiodes(), "magnetometer")).closes_by_magnitude());
+  EXPECT_FALSE(
+      Reducer(sensor_of_axes(two_photodiodes(), "magnetometer")).completes_third_component());
   SensitivityMatrix parallel = two_photodiodes();
   parallel.row(1) = -2.0 * parallel.row(0);
-  EXPECT_FALSE(Reducer(sensor_of_axes(parallel, "optical")).closes_by_magnitude());
+  EXPECT_FALSE(Reducer(sensor_of_axes(parallel, "optical")).completes_third_component());
   const Reducer one(sensor_of_axes(two_photodiodes().topRows(1), "optical"));
-  EXPECT_FALSE(one.closes_by_magnitude());
+  EXPECT_FALSE(one.completes_third_component());
   EXPECT_THAT(
       test::complaint_of<DomainError>([&] { static_cast<void>(one.closed_field(0.1, 0.2)); }),
       HasSubstr("needs two axes"));
   // If its biases hold the light, the field does not close.
   Calibration record;
   record.sensor = sensor_of_axes(two_photodiodes(), "optical");
-  EXPECT_TRUE(Reducer(record).closes_by_magnitude());
+  EXPECT_TRUE(Reducer(record).completes_third_component());
   record.fit.method = Method::bias;
-  EXPECT_FALSE(Reducer(record).closes_by_magnitude());
+  EXPECT_FALSE(Reducer(record).completes_third_component());
 }
 
 // ---- three axes and more ----

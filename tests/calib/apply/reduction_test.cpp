@@ -137,7 +137,7 @@ TEST(Reducer, GivesEachAxisWithFewerThanThree) {
 TEST(Reducer, ClosesTwoAxesOfASunSensorByTheMagnitude) {
   SensorModel truth = truth_with_axes(2, "optical");
   const Reducer reducer(truth);
-  ASSERT_TRUE(reducer.closes_by_magnitude());
+  ASSERT_TRUE(reducer.completes_third_component());
   const Eigen::Vector3d across = Eigen::Vector3d(truth.response.sensitivity.row(0))
                                      .cross(Eigen::Vector3d(truth.response.sensitivity.row(1)));
   for (Eigen::Vector3d f : {Eigen::Vector3d(0.3, -0.2, 0.9), Eigen::Vector3d(-0.5, 0.4, 0.7)}) {

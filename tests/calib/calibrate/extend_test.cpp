@@ -30,7 +30,7 @@ double quick_p_of_dummy(const SuspectRun& /*run*/, const HypothesisFit& /*fit*/)
   return 1.0;
 }
 
-CountedEstimate counted_dummy(const RunToCount& run, CountedEstimate so_far) {
+CountedEstimate counted_dummy(const ScatterAnalysisInput& run, CountedEstimate so_far) {
   ++asked.cause;
   if (run.method.name == "dummy") {
     so_far.estimate.notes.push_back({NoteCode::conditions, "the dummy cause was counted"});

@@ -121,7 +121,7 @@ Judged judged(const ReadingSet& fitted, const ReadingSet& kept_out) {
     result.misfit +=
         nu * std::log(s2) + nu + std::log(information.determinant()) - w.array().log().sum();
   }
-  const double loss = loss_by_common_noise(residuals, nu);
+  const double loss = dof_reduction_factor(residuals, nu);
   result.p_value = chi_squared_upper_p(fisher / loss, 6.0 / loss);
   return result;
 }

@@ -38,8 +38,8 @@ std::vector<ProjectedAxis> projected_axes(Eigen::Index shared, std::uint64_t see
   return axes;
 }
 
-BentAxes bent_axes_of(const std::vector<ProjectedAxis>& axes, Eigen::Index errors) {
-  BentAxes bent(errors);
+IndependentCurvature bent_axes_of(const std::vector<ProjectedAxis>& axes, Eigen::Index errors) {
+  IndependentCurvature bent(errors);
   for (const ProjectedAxis& axis : axes) {
     bent.add(axis.columns, axis.y, axis.columns.colwise().squaredNorm().transpose());
   }
@@ -47,10 +47,10 @@ BentAxes bent_axes_of(const std::vector<ProjectedAxis>& axes, Eigen::Index error
 }
 
 // All rows below each other, each in units of its sigma; an error of an input is a row of 1.
-Bend bend_by_all_rows(const std::vector<ProjectedAxis>& axes,
-                      Eigen::Index errors,
-                      const Eigen::VectorXd& variances,
-                      bool bent) {
+CurvatureFit bend_by_all_rows(const std::vector<ProjectedAxis>& axes,
+                              Eigen::Index errors,
+                              const Eigen::VectorXd& variances,
+                              bool bent) {
   const Eigen::Index shared = axes.front().columns.cols() - 1;
   const Eigen::Index columns = shared + (bent ? 3 : 0);
   Eigen::MatrixXd A = Eigen::MatrixXd::Zero(45 + errors, columns);
@@ -70,9 +70,9 @@ Bend bend_by_all_rows(const std::vector<ProjectedAxis>& axes,
   const Eigen::VectorXd b =
       columns > 0 ? Eigen::VectorXd(A.householderQr().solve(y)) : Eigen::VectorXd();
   const Eigen::VectorXd left = columns > 0 ? Eigen::VectorXd(y - A * b) : y;
-  Bend bend{.estimate = Eigen::VectorXd::Zero(3),
-            .squares = left.squaredNorm(),
-            .squares_of_axis = Eigen::VectorXd(3)};
+  CurvatureFit bend{.estimate = Eigen::VectorXd::Zero(3),
+                    .squares = left.squaredNorm(),
+                    .squares_of_axis = Eigen::VectorXd(3)};
   for (Eigen::Index k = 0; k < 3; ++k) {
     bend.squares_of_axis(k) = variances(k) * left.segment(15 * k, 15).squaredNorm();
     bend.estimate(k) = bent ? b(shared + k) : 0.0;
@@ -81,16 +81,16 @@ Bend bend_by_all_rows(const std::vector<ProjectedAxis>& axes,
 }
 
 // With and without columns that axes share, of which some are errors of inputs.
-TEST(BentAxes, AgreeWithLeastSquaresOfAllRows) {
+TEST(IndependentCurvature, AgreeWithLeastSquaresOfAllRows) {
   const Eigen::Vector3d variances(1.0, 4.0, 0.25);
   for (const Eigen::Index shared : {0, 2, 5}) {
     for (const Eigen::Index errors : {Eigen::Index{0}, std::min<Eigen::Index>(shared, 3)}) {
       const std::vector<ProjectedAxis> axes = projected_axes(shared, 1);
-      const BentAxes bent_axes = bent_axes_of(axes, errors);
+      const IndependentCurvature bent_axes = bent_axes_of(axes, errors);
       for (const bool bent : {true, false}) {
         const auto found = bent_axes.fit(variances, bent);
         ASSERT_TRUE(found.has_value());
-        const Bend expected = bend_by_all_rows(axes, errors, variances, bent);
+        const CurvatureFit expected = bend_by_all_rows(axes, errors, variances, bent);
         EXPECT_MATRIX_NEAR(found->estimate, expected.estimate, 1e-10);
         EXPECT_MATRIX_NEAR(found->squares_of_axis, expected.squares_of_axis, 1e-9);
         EXPECT_NEAR(found->squares, expected.squares, 1e-9);
@@ -99,18 +99,18 @@ TEST(BentAxes, AgreeWithLeastSquaresOfAllRows) {
   }
 }
 
-TEST(BentAxes, HaveNoFitForAColumnOfZeros) {
+TEST(IndependentCurvature, HaveNoFitForAColumnOfZeros) {
   std::vector<ProjectedAxis> axes = projected_axes(1, 2);
   axes[1].columns.col(1).setZero();
-  const BentAxes bent = bent_axes_of(axes, 0);
+  const IndependentCurvature bent = bent_axes_of(axes, 0);
   EXPECT_FALSE(bent.fit(Eigen::Vector3d::Ones(), true).has_value());
   EXPECT_TRUE(bent.fit(Eigen::Vector3d::Ones(), false).has_value());
 }
 
 // Rounding alone is left of a column that the axis's own coefficients take up.
-TEST(BentAxes, HaveNoFitForAColumnThatIsTakenUp) {
+TEST(IndependentCurvature, HaveNoFitForAColumnThatIsTakenUp) {
   const std::vector<ProjectedAxis> axes = projected_axes(1, 3);
-  BentAxes bent(0);
+  IndependentCurvature bent(0);
   for (const ProjectedAxis& axis : axes) {
     Eigen::MatrixXd rest = axis.columns;
     rest.col(1) *= 1e-9;
@@ -123,7 +123,7 @@ TEST(BentAxes, HaveNoFitForAColumnThatIsTakenUp) {
 class BendOfRun {
  public:
   explicit BendOfRun(ReadingSet set)
-      : set_(std::move(set)), layings_(layings_of(set_, {})), bent_(0) {
+      : set_(std::move(set)), layings_(average_layings(set_, {})), bent_(0) {
     const Eigen::MatrixXd X = test::rows_of(set_, test::sloping_gravity);
     for (Eigen::Index k = 0; k < 3; ++k) {
       const Eigen::VectorXd square = X.col(k + 1).cwiseAbs2();
@@ -140,12 +140,12 @@ class BendOfRun {
     }
   }
 
-  [[nodiscard]] BendTest test() const {
+  [[nodiscard]] CurvatureFTest test() const {
     const double free = static_cast<double>(set_.size()) - 4.0;
     return {layings_, false, 12, straight_ / free};
   }
 
-  [[nodiscard]] std::optional<CurvatureTest> result(BendTest& test, double F = 1.0) const {
+  [[nodiscard]] std::optional<CurvatureTest> result(CurvatureFTest& test, double F = 1.0) const {
     return test.by([&](bool bent) { return bent_.fit(test.variances(), bent); }, F);
   }
 
@@ -157,7 +157,7 @@ class BendOfRun {
  private:
   ReadingSet set_;
   Layings layings_;
-  BentAxes bent_;
+  IndependentCurvature bent_;
   Eigen::Vector3d straight_;
   Eigen::Vector3d bent_squares_;
   Eigen::Vector3d bends_;
@@ -180,9 +180,9 @@ ReadingSet set_to_bend(std::uint64_t seed,
 }
 
 // Axes of one noise: the F test of a textbook with 3 and 57 degrees of freedom.
-TEST(BendTest, PoolsAxesThatScatterAlike) {
+TEST(CurvatureFTest, PoolsAxesThatScatterAlike) {
   const BendOfRun run(set_to_bend(4, Eigen::Vector3d::Constant(bend_noise), 1.5e-3));
-  BendTest test = run.test();
+  CurvatureFTest test = run.test();
   const auto result = run.result(test, 3.0);
   ASSERT_TRUE(result.has_value());
   const double drop = (run.straight() - run.bent()).sum();
@@ -192,9 +192,9 @@ TEST(BendTest, PoolsAxesThatScatterAlike) {
   EXPECT_MATRIX_NEAR(test.variances(), Eigen::Vector3d::Constant(run.bent().sum() / 57.0), 1e-15);
 }
 
-TEST(BendTest, WeighsAxesThatScatterDifferently) {
+TEST(CurvatureFTest, WeighsAxesThatScatterDifferently) {
   const BendOfRun run(set_to_bend(5, bend_noise * Eigen::Vector3d(1.0, 10.0, 0.1)));
-  BendTest test = run.test();
+  CurvatureFTest test = run.test();
   const Eigen::VectorXd before = test.variances();
   const auto result = run.result(test);
   ASSERT_TRUE(result.has_value());
@@ -206,18 +206,18 @@ TEST(BendTest, WeighsAxesThatScatterDifferently) {
   EXPECT_NEAR(result->p_value, f_upper_p((drops.sum() / 3.0) / (left / 57.0), 3.0, 57.0), 1e-9);
 }
 
-TEST(BendTest, TakesTheStatedRatioOfTheNoise) {
+TEST(CurvatureFTest, TakesTheStatedRatioOfTheNoise) {
   ReadingSet set = set_to_bend(6, bend_noise * Eigen::Vector3d(1.0, 10.0, 0.1));
   set.noise_ratio = Eigen::Vector3d(1.0, 10.0, 0.1);
   const BendOfRun run(set);
-  BendTest test = run.test();
+  CurvatureFTest test = run.test();
   ASSERT_TRUE(run.result(test).has_value());
   EXPECT_NEAR(test.variances()(1) / test.variances()(0), 100.0, 1e-9);
   EXPECT_NEAR(test.variances()(2) / test.variances()(0), 0.01, 1e-12);
   EXPECT_NEAR(std::sqrt(test.variances()(0)) / bend_noise, 1.0, 0.3);
 }
 
-TEST(BendTest, CountsTheScatterWithinLayings) {
+TEST(CurvatureFTest, CountsTheScatterWithinLayings) {
   ReadingSet set = set_to_bend(7, Eigen::Vector3d::Constant(bend_noise));
   for (std::size_t i = 1; i < 24; i += 2) {  // two readings of each laying
     set.readings[i].point = set.readings[i - 1].point;
@@ -227,13 +227,13 @@ TEST(BendTest, CountsTheScatterWithinLayings) {
     rotations.push_back(set.orientation(*reading.point));
   }
   set.rotation_sensor_from_table = rotations;
-  const Layings layings = layings_of(set, {});
+  const Layings layings = average_layings(set, {});
   ASSERT_EQ(layings.set().size(), 12);
   EXPECT_EQ(layings.degrees_of_freedom, Eigen::Vector3d::Constant(12.0));
-  BendTest test(layings, true, 14, Eigen::Vector3d(1.0, 2.0, 4.0));
-  Bend bend{.estimate = Eigen::Vector3d::Ones(),
-            .squares = 0.0,
-            .squares_of_axis = Eigen::Vector3d::Constant(1e-6)};
+  CurvatureFTest test(layings, true, 14, Eigen::Vector3d(1.0, 2.0, 4.0));
+  CurvatureFit bend{.estimate = Eigen::Vector3d::Ones(),
+                    .squares = 0.0,
+                    .squares_of_axis = Eigen::Vector3d::Constant(1e-6)};
   const auto result = test.by(
       [&](bool bent) {
         bend.squares = bent ? 10.0 : 16.0;
@@ -249,38 +249,38 @@ TEST(BendTest, CountsTheScatterWithinLayings) {
   EXPECT_NEAR(result->p_value, f_upper_p((6.0 / 3.0) / (left / 55.0), 3.0, 55.0), 1e-12);
 }
 
-TEST(BendTest, HasNoAnswerWithoutAFitOrFreedom) {
+TEST(CurvatureFTest, HasNoAnswerWithoutAFitOrFreedom) {
   const ReadingSet set = set_to_bend(8, Eigen::Vector3d::Constant(bend_noise));
-  const Layings layings = layings_of(set, {});
-  const Bend bend{.estimate = Eigen::Vector3d::Zero(),
-                  .squares = 1.0,
-                  .squares_of_axis = Eigen::Vector3d::Ones()};
-  BendTest test(layings, false, 12, Eigen::Vector3d::Ones());
-  EXPECT_FALSE(test.by([](bool) { return std::optional<Bend>(); }, 1.0).has_value());
+  const Layings layings = average_layings(set, {});
+  const CurvatureFit bend{.estimate = Eigen::Vector3d::Zero(),
+                          .squares = 1.0,
+                          .squares_of_axis = Eigen::Vector3d::Ones()};
+  CurvatureFTest test(layings, false, 12, Eigen::Vector3d::Ones());
+  EXPECT_FALSE(test.by([](bool) { return std::optional<CurvatureFit>(); }, 1.0).has_value());
   EXPECT_FALSE(test.by([&](bool bent) { return bent ? std::optional(bend) : std::nullopt; }, 1.0)
                    .has_value());
-  BendTest full(layings, false, 69, Eigen::Vector3d::Ones());  // 72 readings, 3 bends
+  CurvatureFTest full(layings, false, 69, Eigen::Vector3d::Ones());  // 72 readings, 3 bends
   EXPECT_FALSE(full.by([&](bool) { return std::optional(bend); }, 1.0).has_value());
 }
 
-TEST(BendTest, SeesABendOfAFewSigma) {
+TEST(CurvatureFTest, SeesABendOfAFewSigma) {
   int seen = 0;
   for (std::uint64_t seed = 50; seed < 70; ++seed) {
     const BendOfRun run(set_to_bend(seed, Eigen::Vector3d::Constant(bend_noise), 5.0 * bend_noise));
-    BendTest test = run.test();
+    CurvatureFTest test = run.test();
     seen += run.result(test)->p_value < 0.005 ? 1 : 0;
   }
   EXPECT_EQ(seen, 20);
 }
 
-TEST(BendTest, IsRightAboutStraightAxes) {
+TEST(CurvatureFTest, IsRightAboutStraightAxes) {
   constexpr int trials = 400;
   for (const double ratio : {1.0, 5.0}) {
     int below = 0;
     for (int trial = 0; trial < trials; ++trial) {
       const BendOfRun run(set_to_bend(static_cast<std::uint64_t>(2000 + trial),
                                       bend_noise * Eigen::Vector3d(1.0, ratio, 1.0)));
-      BendTest test = run.test();
+      CurvatureFTest test = run.test();
       below += run.result(test)->p_value < 0.05 ? 1 : 0;
     }
     EXPECT_GE(below, 6) << ratio;

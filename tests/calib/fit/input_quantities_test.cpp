@@ -233,7 +233,7 @@ TEST(ChangeOfReadings, IsTheChangeOfEachAxisInItsSigma) {
   const Eigen::Vector3d sigma(1e-4, 2e-4, 4e-4);
   const SolvedReadings run(set, true);
   const Fit fit(run, set.field, sigma);
-  const Eigen::MatrixXd changes = change_of_readings(inputs, fit, set.field);
+  const Eigen::MatrixXd changes = input_error_jacobian(inputs, fit, set.field);
   ASSERT_EQ(changes.rows(), 72);
   ASSERT_EQ(changes.cols(), 7);
   const Eigen::MatrixXd X = test::rows_of(set, uneven_field);

@@ -243,7 +243,7 @@ TEST_P(FitOfRun, TakesUpChangesAsLeastSquaresDo) {
   for (double& one : changes.reshaped()) {
     one = random.normal();
   }
-  EXPECT_TRUE(fit.taken_up(changes).isApprox(
+  EXPECT_TRUE(fit.solution_change(changes).isApprox(
       (J.transpose() * J).ldlt().solve(J.transpose() * changes), 1e-8));
   const Eigen::MatrixXd C = (J.transpose() * J).inverse();
   for (Eigen::Index k = 0; k < 3; ++k) {

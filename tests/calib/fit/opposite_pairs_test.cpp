@@ -375,7 +375,7 @@ TEST(EstimateLevelness, OfBlocksIsOneForEach) {
     EXPECT_NEAR(found->blocks[b].y, in_table[b].y() / field.magnitude(), 1e-12);
   }
   EXPECT_TRUE(std::isnan(found->block_p_value));
-  EXPECT_EQ(found->as_it_stands().block, 2);
+  EXPECT_EQ(found->current_levelness().block, 2);
 }
 
 // A drift would look like a slope; the readings are taken back to the middle of the run first.

@@ -24,19 +24,19 @@ std::vector<double> readings_of(double step, double digits, std::uint32_t seed) 
 }
 
 TEST(ReadingStep, OfLastDigitsIsFound) {
-  EXPECT_EQ(step_of_readings({1.25, 2.5, 3.75, 5.0, 7.5, 11.25, 20.0, 26.25}, 0.0), 1.25);
+  EXPECT_EQ(detect_rounding_step({1.25, 2.5, 3.75, 5.0, 7.5, 11.25, 20.0, 26.25}, 0.0), 1.25);
   // Few readings that happen to be even are no reason for a step of 2.
-  EXPECT_EQ(step_of_readings({2.0, 4.0, 8.0, 14.0}, 0.0, 0.1), 1.0);
-  EXPECT_EQ(step_of_readings({2.0, 4.0, 8.0, 14.0}, 0.5), 0.5) << "it was stated";
+  EXPECT_EQ(detect_rounding_step({2.0, 4.0, 8.0, 14.0}, 0.0, 0.1), 1.0);
+  EXPECT_EQ(detect_rounding_step({2.0, 4.0, 8.0, 14.0}, 0.5), 0.5) << "it was stated";
 }
 
 TEST(ReadingStep, OfCountsTimesAFactorIsFound) {
   for (const double step : {1.3, std::sqrt(2.0), 4.7}) {
     for (std::uint32_t seed = 1; seed <= 5; ++seed) {
-      const auto exact = step_of_readings(readings_of(step, 0.0, seed), 0.0, 1.0);
+      const auto exact = detect_rounding_step(readings_of(step, 0.0, seed), 0.0, 1.0);
       ASSERT_TRUE(exact);
       EXPECT_NEAR(*exact, step, 1e-9);
-      const auto printed = step_of_readings(readings_of(step, 1e-4, seed), 0.0, 1.0);
+      const auto printed = detect_rounding_step(readings_of(step, 1e-4, seed), 0.0, 1.0);
       ASSERT_TRUE(printed);
       EXPECT_NEAR(*printed, step, 1e-4);
     }
@@ -45,8 +45,8 @@ TEST(ReadingStep, OfCountsTimesAFactorIsFound) {
 
 TEST(ReadingStep, OfContinuousReadingsIsNoMoreThanTheirLastDigit) {
   for (std::uint32_t seed = 1; seed <= 20; ++seed) {
-    EXPECT_FALSE(step_of_readings(readings_of(0.0, 0.0, seed), 0.0, 1.0));
-    EXPECT_NEAR(step_of_readings(readings_of(0.0, 1e-3, seed), 0.0, 1.0).value_or(0.0), 1e-3,
+    EXPECT_FALSE(detect_rounding_step(readings_of(0.0, 0.0, seed), 0.0, 1.0));
+    EXPECT_NEAR(detect_rounding_step(readings_of(0.0, 1e-3, seed), 0.0, 1.0).value_or(0.0), 1e-3,
                 1e-12);
   }
 }
@@ -63,8 +63,8 @@ TEST(StepsOfResponses, FindsAWiderStepOfLargeReadings) {
                                     0.01425, -0.06175, 2.3975,                           //
                                     -0.01675, 0.05825, -2.4025)
                                        .finished();
-  const Eigen::MatrixXd steps = steps_of_responses(response, Eigen::MatrixXd::Ones(8, 3), 0.0,
-                                                   Eigen::Vector3d::Constant(1e-4));
+  const Eigen::MatrixXd steps = detect_rounding_steps(response, Eigen::MatrixXd::Ones(8, 3), 0.0,
+                                                      Eigen::Vector3d::Constant(1e-4));
   for (Eigen::Index i = 0; i < 8; ++i) {
     for (Eigen::Index k = 0; k < 3; ++k) {
       const double expected = std::abs(response(i, k)) > 0.5 ? 2.5e-3 : 2.5e-4;
@@ -76,8 +76,8 @@ TEST(StepsOfResponses, FindsAWiderStepOfLargeReadings) {
 TEST(StepsOfResponses, IsOneStepIfAllReadingsHaveIt) {
   Eigen::MatrixXd response = Eigen::MatrixXd::Random(30, 3);
   response = (response.array() / 0.004).round() * 0.004;
-  const Eigen::MatrixXd steps = steps_of_responses(response, Eigen::MatrixXd::Ones(30, 3), 0.0,
-                                                   Eigen::Vector3d::Constant(1e-3));
+  const Eigen::MatrixXd steps = detect_rounding_steps(response, Eigen::MatrixXd::Ones(30, 3), 0.0,
+                                                      Eigen::Vector3d::Constant(1e-3));
   EXPECT_NEAR(steps.minCoeff(), 0.004, 1e-9);
   EXPECT_NEAR(steps.maxCoeff(), 0.004, 1e-9);
 }

@@ -49,7 +49,7 @@ Eigen::MatrixXd changes_by_differences(const ReadingSet& set,
 TEST(ChangesWithDirections, AreTheDerivativesOfTheFieldInTheSensor) {
   const ReadingSet set = set_for_changes();
   const TableField field = test::gravity_in_table(Eigen::Vector3d(0.3, -0.5, 0.7));
-  const FieldChanges changes = changes_with_directions(set, field, field.tangents());
+  const FieldChanges changes = field_direction_derivatives(set, field, field.tangents());
   ASSERT_EQ(changes.cols(), 2);
   EXPECT_MATRIX_NEAR(changes, changes_by_differences(set, field, 0), 1e-9);
   // A step of the direction changes the field across itself only, by the field's length.
@@ -71,7 +71,7 @@ TEST(ChangesWithDirections, BelongToTheTiltOfEachBlock) {
   const TableField field = set.field.tilted_by_block({3, 8}).with(
       {Eigen::Vector3d(0.1, 0.0, 1.0), Eigen::Vector3d(0.0, -0.2, 0.9)});
   set.field = field;
-  const FieldChanges changes = changes_with_directions(set, field, field.tangents());
+  const FieldChanges changes = field_direction_derivatives(set, field, field.tangents());
   ASSERT_EQ(changes.cols(), 4);
   EXPECT_MATRIX_NEAR(changes, changes_by_differences(set, field, 0), 1e-9);
   EXPECT_EQ(changes.topRightCorner(3, 2).norm(), 0.0);
@@ -100,7 +100,7 @@ ReadingSet set_under_two_lights() {
 
 TEST(ChangesWithDirections, OfASumHaveThreeColumnsForAPartOfUnknownLength) {
   const ReadingSet set = set_under_two_lights();
-  const FieldChanges changes = changes_with_directions(set, set.field, set.field.tangents());
+  const FieldChanges changes = field_direction_derivatives(set, set.field, set.field.tangents());
   ASSERT_EQ(changes.cols(), 5);
   EXPECT_MATRIX_NEAR(changes, changes_by_differences(set, set.field, 0), 1e-8);
   // Reading 0 has the lamp dark: its direction has no effect there.
@@ -116,7 +116,7 @@ TEST(ChangesWithDirections, LeaveOutTheLightsThatAnAxisDoesNotSee) {
   set.visible[1](4, 2) = false;
   for (const Eigen::Index axis : {0, 2}) {
     const FieldChanges changes =
-        changes_with_directions(set, set.field, set.field.tangents(), axis);
+        field_direction_derivatives(set, set.field, set.field.tangents(), axis);
     EXPECT_MATRIX_NEAR(changes, changes_by_differences(set, set.field, axis), 1e-8);
     EXPECT_EQ(changes.block(3, 0, 3, 2).norm() == 0.0, axis == 2);
     EXPECT_EQ(changes.block(12, 2, 3, 3).norm() == 0.0, axis == 2);
@@ -130,7 +130,7 @@ TEST(ChangesWithDirections, FollowAFieldThatMoves) {
     set.field_then.emplace_back((1.0 + part) * rotation_by(Eigen::Vector3d(0.0, part, -part)));
   }
   const TableField field = test::gravity_in_table(Eigen::Vector3d(0.3, -0.5, 0.7));
-  const FieldChanges changes = changes_with_directions(set, field, field.tangents());
+  const FieldChanges changes = field_direction_derivatives(set, field, field.tangents());
   EXPECT_MATRIX_NEAR(changes, changes_by_differences(set, field, 0), 1e-8);
 }
 
@@ -141,7 +141,7 @@ TEST(ResponseChanges, AreTheDerivativesOfReadingsOverTemperature) {
   set.temperature.scale.resize(3, 2);
   set.temperature.scale << 1e-3, 2e-5, -2e-3, 1e-5, 3e-3, -4e-5;
   const TableField field = test::gravity_in_table(Eigen::Vector3d(0.3, -0.5, 0.7));
-  const FieldChanges changes = changes_with_directions(set, field, field.tangents());
+  const FieldChanges changes = field_direction_derivatives(set, field, field.tangents());
   for (Eigen::Index k = 0; k < 3; ++k) {
     const Eigen::RowVector3d S = test::some_response().sensitivity.row(k);
     const Eigen::MatrixXd rows = response_changes(set, k, S, changes);

@@ -241,7 +241,7 @@ TEST(StepWithinABlock, LiesBehindItsRunInItsBlock) {
     EXPECT_NEAR(column(static_cast<Eigen::Index>(i)), behind ? 11.0 / 16.0 : -5.0 / 16.0, 1e-12);
   }
   EXPECT_EQ(rank_with_constant(effects.columns), 4);
-  EXPECT_MATRIX_NEAR(effects_at(effects, readings, readings), effects.columns, 1e-12);
+  EXPECT_MATRIX_NEAR(extrapolate_run_effects(effects, readings, readings), effects.columns, 1e-12);
 }
 
 TEST(StepWithinABlock, IsNoneBehindAnUnknownRun) {
@@ -257,7 +257,7 @@ TEST(MemoryOfReadings, IsTheChangeSinceTheReadingBefore) {
   response << 1.0, -1.0, 5.0, 0.5, 2.0, 0.0, 9.0, 3.0;
   Eigen::MatrixXd expected(4, 2);
   expected << 0.0, 0.0, 2.0 - 5.0, 0.0 - 0.5, 1.0 - 2.0, -1.0 - 0.0, 5.0 - 9.0, 0.5 - 3.0;
-  EXPECT_MATRIX_NEAR(changes_before(readings, response), expected, 1e-15);
+  EXPECT_MATRIX_NEAR(previous_minus_current(readings, response), expected, 1e-15);
 }
 
 // A sensor that keeps a part of the change is a regression on that column, axis by axis.
@@ -272,7 +272,7 @@ TEST(MemoryOfReadings, IsTheLastColumnOfEachAxis) {
   EXPECT_EQ(effects.names.back(), "memory");
   EXPECT_EQ(effects.block_columns(), 1);
   EXPECT_EQ(effects.drift_column(), 1);
-  const Eigen::MatrixXd memory = changes_before(readings, response);
+  const Eigen::MatrixXd memory = previous_minus_current(readings, response);
   for (const Eigen::Index i : {0, 7, 15}) {
     for (const Eigen::Index k : {0, 1}) {
       const Eigen::RowVectorXd row = effects.row(i, k);
@@ -302,7 +302,7 @@ class EffectsAt : public testing::TestWithParam<bool> {
   }
 
   [[nodiscard]] Eigen::MatrixXd of(const std::vector<Reading>& others) const {
-    return effects_at(effects_, run_, others);
+    return extrapolate_run_effects(effects_, run_, others);
   }
 
   std::vector<Reading> run_ = readings_in_blocks({8, 8, 8});
@@ -334,7 +334,7 @@ TEST(EffectsAtOthers, LetTheDriftGoOn) {
   others[0].run = 21;  // as long again after the run
   others[1].run = -4;  // half as long before it
   others[2].run = 6;   // in its middle
-  const Eigen::MatrixXd columns = effects_at(effects, run, others);
+  const Eigen::MatrixXd columns = extrapolate_run_effects(effects, run, others);
   EXPECT_MATRIX_NEAR(columns, Eigen::Vector3d(1.5, -1.0, 0.0), 1e-12);
 }
 
@@ -344,7 +344,8 @@ TEST(EffectsAtOthers, StandBetweenTheirNeighbours) {
   const Reading between = run[2];
   run.erase(run.begin() + 2);
   const RunEffects effects = effects_of(run, {.drift = true});
-  EXPECT_MATRIX_NEAR(effects_at(effects, run, {between}), Eigen::MatrixXd::Zero(1, 1), 1e-12);
+  EXPECT_MATRIX_NEAR(extrapolate_run_effects(effects, run, {between}), Eigen::MatrixXd::Zero(1, 1),
+                     1e-12);
 }
 
 TEST(EffectsAtOthers, GoByTimeIfAllHaveOne) {
@@ -354,12 +355,14 @@ TEST(EffectsAtOthers, GoByTimeIfAllHaveOne) {
   std::vector<Reading> others(2, run.front());
   others[0].time_s = 54.5;
   others[1].time_s = 68.0;
-  EXPECT_MATRIX_NEAR(effects_at(effects, run, others), Eigen::Vector2d(0.0, 1.5), 1e-12);
+  EXPECT_MATRIX_NEAR(extrapolate_run_effects(effects, run, others), Eigen::Vector2d(0.0, 1.5),
+                     1e-12);
 }
 
 TEST(EffectsAtOthers, HaveNoColumnsIfTheRunHasNone) {
   const std::vector<Reading> run = readings_in_blocks({6});
-  const Eigen::MatrixXd columns = effects_at(effects_of(run, {}), run, {run[0], run[1]});
+  const Eigen::MatrixXd columns =
+      extrapolate_run_effects(effects_of(run, {}), run, {run[0], run[1]});
   EXPECT_EQ(columns.rows(), 2);
   EXPECT_EQ(columns.cols(), 0);
 }

@@ -86,7 +86,7 @@ TEST(Fit, TakesUpWhatItsColumnsSpan) {
     const Eigen::MatrixXd& J = run.columns();
     Eigen::MatrixXd changes(J.rows(), 2);
     changes << J * Eigen::VectorXd::LinSpaced(J.cols(), -1.0, 2.0), J.col(J.cols() - 1);
-    EXPECT_MATRIX_NEAR(J * run.taken_up(changes), changes, 1e-9);
+    EXPECT_MATRIX_NEAR(J * run.solution_change(changes), changes, 1e-9);
   }
 }
 

@@ -145,7 +145,7 @@ TEST(StartedOverTemperature, StartsWithoutScale) {
   ReadingSet without = set;
   without.temperature = {};
   const Estimate estimate = estimate_known(without, test::gravity_in_table(test::sloping_gravity));
-  const ReadingSet started = started_over_temperature(set, estimate);
+  const ReadingSet started = initialize_temperature_terms(set, estimate);
   EXPECT_MATRIX_NEAR(started.temperature.scale, Eigen::MatrixXd::Zero(3, 2), 0.0);
   EXPECT_MATRIX_NEAR(started.temperature.along, estimate.response.sensitivity, 0.0);
   EXPECT_MATRIX_NEAR(started.response, set.response, 0.0);

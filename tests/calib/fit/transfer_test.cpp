@@ -259,7 +259,7 @@ TEST(ForgetUnseen, TakesOutTheComponentsThatNoFieldHad) {
   const ReadingSet set = set_along(plane, 15);
   Calibration record = record_of_transfer(estimate_transfer(set, design_by_fields(set), plane));
   const Eigen::MatrixXd before = record.fit.statistics->covariance;
-  forget_unseen(plane, record);
+  drop_unobserved_parameters(plane, record);
   const FitStatistics& statistics = *record.fit.statistics;
   EXPECT_THAT(statistics.parameter_names,
               testing::ElementsAre("x.bias", "x.sensitivity.x", "x.sensitivity.z", "y.bias",
@@ -282,7 +282,7 @@ TEST(ForgetUnseen, KeepsAllParametersOfAnObliqueLine) {
   const Eigen::Matrix3Xd line = directions_of({oblique_line});
   const ReadingSet set = set_along(line, 15);
   Calibration record = record_of_transfer(estimate_transfer(set, design_by_fields(set), line));
-  forget_unseen(line, record);
+  drop_unobserved_parameters(line, record);
   EXPECT_EQ(record.fit.statistics->parameter_names.size(), 12U);
   EXPECT_EQ(record.fit.statistics->covariance.rows(), 12);
   EXPECT_THAT(record.findings.notes, test::HasNote(HasSubstr("lie in one line")));

@@ -58,7 +58,7 @@ TEST(MistakeKind, DetectsItsOwn) {
   const MistakeKind kind = table_moved_kind();
   EXPECT_LT(kind.quick_p(run, run.plain()), 1e-6);
   double least = run.plain().total();
-  kind.detect(run, [&](const HypothesisFit& with, const Considered& how) {
+  kind.detect(run, [&](const HypothesisFit& with, const CandidateHypothesis& how) {
     EXPECT_GT(how.tests, 1.0);
     EXPECT_TRUE(how.of_few);
     EXPECT_LE(how.at_least, 1.0);

@@ -364,8 +364,8 @@ TEST_P(FoundMistake, IsNamed) {
 TEST_P(MistakeOfKind, IsMendedByItsExplanation) {
   SuspectRun run(set_, estimate_, false);
   ASSERT_TRUE(run.plain().fitted);
-  run.delete_each();
-  run.delete_pairs();
+  run.fit_single_deletions();
+  run.fit_pair_deletions();
   Explanations found;
   const MistakeKind kind = GetParam().mistake.kind();
   // The reading itself, and two good ones.
@@ -477,7 +477,7 @@ TEST(KindsOfMistakes, SayNothingThatOneAxisCannotShow) {
   ReadingSet set = kinds_run(SmallRun::one_axis, 12, 70);
   set.response.row(4) = set.response.row(1).eval();
   SuspectRun run(set, estimate_joint(set), false);
-  run.delete_each();
+  run.fit_single_deletions();
   EXPECT_TRUE(explanations_of_reading(stuck_kind(), run, 4).empty());
   EXPECT_TRUE(explanations_of_reading(tilted_seat_kind(), run, 4).empty());
   for (const Explanation& one : explanations_of_reading(wrong_value_kind(), run, 4)) {
@@ -488,12 +488,12 @@ TEST(KindsOfMistakes, SayNothingThatOneAxisCannotShow) {
 TEST(KindsOfMistakes, AskForLevelsOnlyWhereTheyWereSet) {
   ReadingSet set = kinds_run(SmallRun::three_axes, 12, 71);
   SuspectRun all_at_one(set, estimate_joint(set), false);
-  all_at_one.delete_each();
+  all_at_one.fit_single_deletions();
   EXPECT_TRUE(explanations_of_reading(wrong_level_kind(), all_at_one, 4).empty());
   set.readings[3].level = 0.5;
   set.response.row(3) = 0.5 * (set.response.row(3) + test::some_response().bias.transpose());
   SuspectRun run(set, estimate_joint(set), false);
-  run.delete_each();
+  run.fit_single_deletions();
   // -1, 0, 0.5 and 1, less the stated one.
   EXPECT_EQ(explanations_of_reading(wrong_level_kind(), run, 4).size(), 3U);
 }
@@ -505,7 +505,7 @@ TEST(KindsOfMistakes, LeaveAGivenFieldWhereItIs) {
   const MistakeKind kind = table_moved_kind();
   EXPECT_EQ(kind.quick_p(run, run.plain()), 1.0);
   int considered = 0;
-  kind.detect(run, [&](const HypothesisFit&, const Considered&) { ++considered; });
+  kind.detect(run, [&](const HypothesisFit&, const CandidateHypothesis&) { ++considered; });
   EXPECT_EQ(considered, 0);
   Explanations found;
   kind.of_run(run, found);
@@ -516,7 +516,7 @@ TEST(KindsOfMistakes, SayWhichReadingWasRepeated) {
   ReadingSet set = kinds_run(SmallRun::three_axes, 12, 73);
   put_repeat(set, test::some_response(), 6);
   SuspectRun run(set, estimate_joint(set), false);
-  run.delete_each();
+  run.fit_single_deletions();
   const std::vector<Explanation> found = explanations_of_reading(stuck_kind(), run, 6);
   ASSERT_EQ(found.size(), 1U);
   EXPECT_EQ(found.front().correction.leave_out, std::vector<int>{7});

@@ -118,7 +118,7 @@ TEST(SuspectRun, LeavesEachReadingOut) {
   ReadingSet set = suspect_set(12, 2);
   set.response(7, 2) += 0.02;
   SuspectRun run = known_run(set);
-  run.delete_each();
+  run.fit_single_deletions();
   std::vector<double> left;
   for (std::size_t i = 0; i < run.count(); ++i) {
     ASSERT_TRUE(run.without(i).fitted);
@@ -130,8 +130,8 @@ TEST(SuspectRun, LeavesEachReadingOut) {
   std::vector<std::size_t> expected = all_positions(12);
   std::sort(expected.begin(), expected.end(),
             [&](std::size_t a, std::size_t b) { return left[a] < left[b]; });
-  EXPECT_EQ(run.by_deletion(), expected);
-  EXPECT_EQ(run.by_deletion().front(), 7U);
+  EXPECT_EQ(run.ranked_by_deletion(), expected);
+  EXPECT_EQ(run.ranked_by_deletion().front(), 7U);
 }
 
 TEST(SuspectRun, LeavesTheBestPairOfFewReadingsOut) {
@@ -139,8 +139,8 @@ TEST(SuspectRun, LeavesTheBestPairOfFewReadingsOut) {
   set.response(2, 0) += 0.03;
   set.response(9, 1) -= 0.03;
   SuspectRun run = known_run(set);
-  run.delete_each();
-  run.delete_pairs();
+  run.fit_single_deletions();
+  run.fit_pair_deletions();
   double least = run.plain().total();
   std::array<std::size_t, 2> best{};
   for (std::size_t a = 0; a < run.count(); ++a) {
@@ -164,13 +164,13 @@ TEST(SuspectRun, FindsTwoWrongReadingsAmongManyToo) {
   set.response(5, 0) += 0.02;
   set.response(20, 0) += 0.02;
   SuspectRun run = open_run(set);
-  run.delete_each();
-  run.delete_pairs();
+  run.fit_single_deletions();
+  run.fit_pair_deletions();
   std::array<std::size_t, 2> found = run.pair();
   std::sort(found.begin(), found.end());
   EXPECT_EQ(found, (std::array<std::size_t, 2>{5, 20}));
-  EXPECT_LT(run.best_pair().total(), run.without(run.by_deletion().front()).total());
-  EXPECT_LT(run.without(run.by_deletion().front()).total(), run.plain().total());
+  EXPECT_LT(run.best_pair().total(), run.without(run.ranked_by_deletion().front()).total());
+  EXPECT_LT(run.without(run.ranked_by_deletion().front()).total(), run.plain().total());
 }
 
 // The sum of squares is a quadratic function of the coefficients, so that first order is exact.
@@ -180,7 +180,8 @@ TEST(SuspectRun, KnowsWhatReadingsTakeAwayWithoutAFit) {
     const SuspectRun run = known_run(set);
     const double all = squares_by_hand(set, {});
     for (const auto& gone : {std::vector<std::size_t>{0}, {3}, {1, 8}, {11, 4}, {0, 5, 10}}) {
-      EXPECT_NEAR(run.drop_without(run.plain(), gone), all - squares_by_hand(set, gone), 1e-12);
+      EXPECT_NEAR(run.rss_drop_without_readings(run.plain(), gone),
+                  all - squares_by_hand(set, gone), 1e-12);
     }
   }
 }
@@ -189,10 +190,10 @@ TEST(SuspectRun, KnowsAboutWhatReadingsTakeAwayWhereTheFieldIsOpen) {
   ReadingSet set = suspect_set(12, 6);
   set.response.row(4) += Eigen::RowVector3d(4e-3, -2e-3, 3e-3);
   SuspectRun run = open_run(set);
-  run.delete_each();
+  run.fit_single_deletions();
   for (std::size_t i = 0; i < run.count(); ++i) {
     const double drop = run.plain().total() - run.without(i).total();
-    EXPECT_NEAR(run.drop_without(run.plain(), {&i, 1}), drop, 0.02 * drop) << i;
+    EXPECT_NEAR(run.rss_drop_without_readings(run.plain(), {&i, 1}), drop, 0.02 * drop) << i;
   }
 }
 
@@ -206,13 +207,13 @@ TEST(SuspectRun, KnowsWhatColumnsTakeAwayWithoutAFit) {
       value = random.normal();
     }
     const double drop = squares_by_hand(set, {}) - squares_by_hand(set, {}, Z);
-    EXPECT_NEAR(run.drop_with(run.plain(), Z), drop, 1e-12);
-    EXPECT_NEAR(run.drop_with(run.plain(), 1e3 * Z), drop, 1e-12);
+    EXPECT_NEAR(run.rss_drop_with_columns(run.plain(), Z), drop, 1e-12);
+    EXPECT_NEAR(run.rss_drop_with_columns(run.plain(), 1e3 * Z), drop, 1e-12);
   }
   // The bias of an axis is a column of the model.
   Eigen::MatrixXd bias = Eigen::MatrixXd::Zero(36, 1);
   bias.middleRows(12, 12).setOnes();
-  EXPECT_EQ(run.drop_with(run.plain(), bias), 0.0);
+  EXPECT_EQ(run.rss_drop_with_columns(run.plain(), bias), 0.0);
 }
 
 TEST(SuspectRun, KnowsWhatAShiftOfSomeReadingsTakesAway) {
@@ -225,17 +226,17 @@ TEST(SuspectRun, KnowsWhatAShiftOfSomeReadingsTakesAway) {
         Z(12 * axis + static_cast<Eigen::Index>(i), 0) = 1.0;
       }
       const double drop = squares_by_hand(set, {}) - squares_by_hand(set, {}, Z);
-      EXPECT_NEAR(run.drop_with_shift(run.plain(), axis, shifted), drop, 1e-12);
-      EXPECT_NEAR(run.drop_with(run.plain(), Z), drop, 1e-12);
+      EXPECT_NEAR(run.rss_drop_with_shift(run.plain(), axis, shifted), drop, 1e-12);
+      EXPECT_NEAR(run.rss_drop_with_columns(run.plain(), Z), drop, 1e-12);
     }
   }
-  EXPECT_EQ(run.drop_with_shift(run.plain(), 1, all_positions(12)), 0.0);
+  EXPECT_EQ(run.rss_drop_with_shift(run.plain(), 1, all_positions(12)), 0.0);
 }
 
 TEST(SuspectRun, TakesAnArbitraryValueAsADeletion) {
   const ReadingSet set = suspect_set(12, 9);
   SuspectRun run = open_run(set);
-  run.delete_each();
+  run.fit_single_deletions();
   const HypothesisFit one = run.arbitrary({6});
   ASSERT_TRUE(one.fitted);
   EXPECT_NEAR(one.total(), run.without(6).total(), 1e-8 * one.total());
@@ -283,18 +284,18 @@ TEST(SuspectRun, WeighsAxesByTheirScatter) {
   }
   set.response(8, 0) += 3e-3;  // 30 sigma of the quiet axis, lost in the noise of another
   SuspectRun run = known_run(set);
-  run.delete_each();
-  run.delete_pairs();
-  EXPECT_NE(run.by_deletion().front(), 8U);
+  run.fit_single_deletions();
+  run.fit_pair_deletions();
+  EXPECT_NE(run.ranked_by_deletion().front(), 8U);
   for (int round = 0; round < 2; ++round) {
     run.weigh_axes_by(HypothesisFit(run.best_pair()));
   }
-  EXPECT_EQ(run.by_deletion().front(), 8U);
+  EXPECT_EQ(run.ranked_by_deletion().front(), 8U);
   const Eigen::VectorXd ratio = run.fitter().scale() / run.fitter().scale().maxCoeff();
   EXPECT_NEAR(ratio(2), 1.0, 1e-12);
   EXPECT_NEAR(std::log10(ratio(1)), -1.0, 0.25);
   EXPECT_NEAR(std::log10(ratio(0)), -2.0, 0.25);
-  std::vector<std::size_t> sorted = run.by_deletion();
+  std::vector<std::size_t> sorted = run.ranked_by_deletion();
   std::sort(sorted.begin(), sorted.end());
   EXPECT_EQ(sorted, all_positions(24));
 }
@@ -331,7 +332,7 @@ TEST(SuspectRun, TellsRoundingFromNoise) {
 
 TEST(SuspectRun, LetsReadingsJudgeEachOtherFrom24On) {
   const ReadingSet all = suspect_set(24, 16);
-  EXPECT_TRUE(known_run(all).is_judged_by_others());
+  EXPECT_TRUE(known_run(all).has_independent_readings());
   ReadingSet fewer = all;
   fewer.readings.pop_back();
   fewer.rotation_sensor_from_table.clear();
@@ -340,7 +341,7 @@ TEST(SuspectRun, LetsReadingsJudgeEachOtherFrom24On) {
   }
   fewer.response = all.response.topRows(23);
   fewer.weights = all.weights.topRows(23);
-  EXPECT_FALSE(known_run(fewer).is_judged_by_others());
+  EXPECT_FALSE(known_run(fewer).has_independent_readings());
 }
 
 // Where readings are stored does not matter; their run numbers say when they were taken.
@@ -356,11 +357,12 @@ TEST(SuspectRun, DoesNotDependOnTheOrderOfStorage) {
   }
   SuspectRun run = open_run(set);
   SuspectRun other = open_run(turned);
-  run.delete_each();
-  other.delete_each();
+  run.fit_single_deletions();
+  other.fit_single_deletions();
   for (std::size_t at = 0; at < 12; ++at) {
     EXPECT_EQ(run.run_of(run.order()[at]), other.run_of(other.order()[at]));
-    EXPECT_EQ(run.run_of(run.by_deletion()[at]), other.run_of(other.by_deletion()[at]));
+    EXPECT_EQ(run.run_of(run.ranked_by_deletion()[at]),
+              other.run_of(other.ranked_by_deletion()[at]));
     EXPECT_NEAR(run.without(at).total(), other.without(11 - at).total(),
                 1e-7 * run.plain().total());
   }
@@ -379,19 +381,19 @@ TEST(SuspectRun, FitsTheWorstOfMany) {
   set.response(30, 0) -= 0.02;
   SuspectRun run = open_run(set);
   ASSERT_GT(run.count(), SuspectRun::each_is_fitted);
-  run.delete_each();
-  EXPECT_EQ(first_of(run.by_deletion(), 2), (std::vector<std::size_t>{30, 100}));
+  run.fit_single_deletions();
+  EXPECT_EQ(first_of(run.ranked_by_deletion(), 2), (std::vector<std::size_t>{30, 100}));
   std::size_t fitted = 0;
   for (std::size_t at = 0; at < run.count(); ++at) {
-    const bool is_fitted = run.without(run.by_deletion()[at]).fitted;
-    EXPECT_EQ(is_fitted, at < run.fitted_of_many()) << at;
+    const bool is_fitted = run.without(run.ranked_by_deletion()[at]).fitted;
+    EXPECT_EQ(is_fitted, at < run.max_candidate_fits()) << at;
     fitted += is_fitted ? 1 : 0;
   }
-  EXPECT_EQ(fitted, run.fitted_of_many());
-  std::vector<std::size_t> sorted = run.by_deletion();
+  EXPECT_EQ(fitted, run.max_candidate_fits());
+  std::vector<std::size_t> sorted = run.ranked_by_deletion();
   std::sort(sorted.begin(), sorted.end());
   EXPECT_EQ(sorted, all_positions(run.count()));
-  run.delete_pairs();
+  run.fit_pair_deletions();
   std::array<std::size_t, 2> found = run.pair();
   std::sort(found.begin(), found.end());
   EXPECT_EQ(found, (std::array<std::size_t, 2>{30, 100}));
@@ -406,16 +408,17 @@ TEST(SuspectRun, KeepsAReadingThatAloneDeterminesACoefficient) {
                          {all[0], all[1], all[2], all[3], all[4], all[8]}, 1e-3, 19);
   SuspectRun run = known_run(set);
   ASSERT_TRUE(run.plain().fitted);
-  run.delete_each();
+  run.fit_single_deletions();
   for (const std::size_t i : {std::size_t{4}, std::size_t{5}}) {
-    EXPECT_EQ(run.drop_without(run.plain(), {&i, 1}), 0.0) << i;
+    EXPECT_EQ(run.rss_drop_without_readings(run.plain(), {&i, 1}), 0.0) << i;
     EXPECT_FALSE(run.without(i).fitted) << i;
-    const auto behind = std::find(run.by_deletion().begin(), run.by_deletion().end(), i);
-    EXPECT_GE(behind - run.by_deletion().begin(), 4);
+    const auto behind =
+        std::find(run.ranked_by_deletion().begin(), run.ranked_by_deletion().end(), i);
+    EXPECT_GE(behind - run.ranked_by_deletion().begin(), 4);
   }
   for (std::size_t i = 0; i < 4; ++i) {
     ASSERT_TRUE(run.without(i).fitted) << i;
-    EXPECT_NEAR(run.drop_without(run.plain(), {&i, 1}),
+    EXPECT_NEAR(run.rss_drop_without_readings(run.plain(), {&i, 1}),
                 run.plain().total() - run.without(i).total(), 1e-14);
   }
 }
@@ -424,7 +427,7 @@ TEST(SuspectRun, KeepsAReadingThatAloneDeterminesACoefficient) {
 TEST(ExpectedByOthers, IsTheDeletedResidual) {
   const ReadingSet set = suspect_set(12, 20);
   SuspectRun run = known_run(set);
-  run.delete_each();
+  run.fit_single_deletions();
   const Eigen::MatrixXd X = test::rows_of(set, test::sloping_gravity);
   const Eigen::MatrixXd H = X * (X.transpose() * X).inverse() * X.transpose();
   const Eigen::MatrixXd left = set.response - H * set.response;
@@ -433,7 +436,8 @@ TEST(ExpectedByOthers, IsTheDeletedResidual) {
     const ReadingSet one = one_reading(set, i);
     const Eigen::VectorXd response = set.response.row(row);
     const Eigen::VectorXd deleted = left.row(row).transpose() / (1.0 - H(row, row));
-    EXPECT_MATRIX_NEAR(response - expected_by_others(run, one, run.without(i)), deleted, 1e-12);
+    EXPECT_MATRIX_NEAR(response - predict_from_other_readings(run, one, run.without(i)), deleted,
+                       1e-12);
     EXPECT_NEAR(distance_squared(run, one, run.without(i), response), deleted.squaredNorm(), 1e-14);
   }
 }

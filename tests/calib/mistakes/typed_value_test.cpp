@@ -25,23 +25,23 @@ TEST_P(TypedValue, IsReadAsItWasMeant) {
   const auto [name, typed, meant] = GetParam();
   // The others never expect exactly the value that was meant.
   for (const double off : {-4e-3, 0.0, 3e-3}) {
-    const std::optional<double> found = probably_meant(typed, meant + off, 5e-3);
+    const std::optional<double> found = infer_intended_value(typed, meant + off, 5e-3);
     ASSERT_TRUE(found.has_value()) << name << ", off by " << off;
     // Another slip may give a value that is nearer still.
     EXPECT_LE(std::abs(*found - (meant + off)), std::abs(off) + 1e-12) << name << ", " << off;
   }
-  EXPECT_DOUBLE_EQ(probably_meant(typed, meant, 1e-9).value(), meant);
+  EXPECT_DOUBLE_EQ(infer_intended_value(typed, meant, 1e-9).value(), meant);
 }
 
 TEST_P(TypedValue, IsReadAsItWasMeantWithTheOppositeSignsToo) {
   const auto [name, typed, meant] = GetParam();
-  EXPECT_DOUBLE_EQ(probably_meant(-typed, -meant, 1e-9).value(), -meant) << name;
+  EXPECT_DOUBLE_EQ(infer_intended_value(-typed, -meant, 1e-9).value(), -meant) << name;
 }
 
 // A typing error can be made the other way round.
 TEST_P(TypedValue, CouldHaveBeenMeantByItsCorrection) {
   const auto [name, typed, meant] = GetParam();
-  EXPECT_DOUBLE_EQ(probably_meant(meant, typed, 1e-9).value(), typed) << name;
+  EXPECT_DOUBLE_EQ(infer_intended_value(meant, typed, 1e-9).value(), typed) << name;
 }
 
 INSTANTIATE_TEST_SUITE_P(Slips,
@@ -65,37 +65,37 @@ INSTANTIATE_TEST_SUITE_P(Slips,
                          });
 
 TEST(ProbablyMeant, ExplainsNoTwoSlipsAtOnce) {
-  EXPECT_FALSE(probably_meant(2.4712, 2.5812, 1e-3).has_value());   // two digits
-  EXPECT_FALSE(probably_meant(-2.4112, 2.4712, 1e-3).has_value());  // sign and digit
-  EXPECT_FALSE(probably_meant(24.112, 2.4712, 1e-3).has_value());   // point and digit
-  EXPECT_FALSE(probably_meant(2.4712, 2.7142, 1e-3).has_value());   // three digits in a circle
-  EXPECT_FALSE(probably_meant(2.4712, 2471.2, 1e-3).has_value());   // three places
+  EXPECT_FALSE(infer_intended_value(2.4712, 2.5812, 1e-3).has_value());   // two digits
+  EXPECT_FALSE(infer_intended_value(-2.4112, 2.4712, 1e-3).has_value());  // sign and digit
+  EXPECT_FALSE(infer_intended_value(24.112, 2.4712, 1e-3).has_value());   // point and digit
+  EXPECT_FALSE(infer_intended_value(2.4712, 2.7142, 1e-3).has_value());  // three digits in a circle
+  EXPECT_FALSE(infer_intended_value(2.4712, 2471.2, 1e-3).has_value());  // three places
 }
 
 TEST(ProbablyMeant, TakesTheNearestOfSeveralExplanations) {
   // The last digit as 0 and as 9 are both within the tolerance.
-  EXPECT_DOUBLE_EQ(probably_meant(2.4715, 2.4708, 2e-3).value(), 2.471);
-  EXPECT_DOUBLE_EQ(probably_meant(2.4715, 2.4721, 2e-3).value(), 2.4719);
+  EXPECT_DOUBLE_EQ(infer_intended_value(2.4715, 2.4708, 2e-3).value(), 2.471);
+  EXPECT_DOUBLE_EQ(infer_intended_value(2.4715, 2.4721, 2e-3).value(), 2.4719);
   // The sign gives 5.5555, which is nearer than any that one of its digits gives.
-  EXPECT_DOUBLE_EQ(probably_meant(-5.5555, 5.0, 1.0).value(), 5.5555);
+  EXPECT_DOUBLE_EQ(infer_intended_value(-5.5555, 5.0, 1.0).value(), 5.5555);
 }
 
 TEST(ProbablyMeant, SaysNothingOfFewDigits) {
-  EXPECT_FALSE(probably_meant(2.47, -2.47, 1e-2).has_value());
-  EXPECT_FALSE(probably_meant(247.0, 274.0, 1.0).has_value());
-  EXPECT_FALSE(probably_meant(0.0, 1.0, 10.0).has_value());
-  EXPECT_TRUE(probably_meant(2.471, -2.471, 1e-2).has_value());
-  EXPECT_TRUE(probably_meant(2471.0, 2741.0, 1.0).has_value());
+  EXPECT_FALSE(infer_intended_value(2.47, -2.47, 1e-2).has_value());
+  EXPECT_FALSE(infer_intended_value(247.0, 274.0, 1.0).has_value());
+  EXPECT_FALSE(infer_intended_value(0.0, 1.0, 10.0).has_value());
+  EXPECT_TRUE(infer_intended_value(2.471, -2.471, 1e-2).has_value());
+  EXPECT_TRUE(infer_intended_value(2471.0, 2741.0, 1.0).has_value());
 }
 
 TEST(ProbablyMeant, SaysNothingOfWhatNobodyTypesByDigits) {
   const double infinity = std::numeric_limits<double>::infinity();
-  EXPECT_FALSE(probably_meant(std::nan(""), 1.0, 1.0).has_value());
-  EXPECT_FALSE(probably_meant(infinity, 1.0, 1.0).has_value());
-  EXPECT_FALSE(probably_meant(-infinity, 1.0, 1.0).has_value());
-  EXPECT_FALSE(probably_meant(1.2345e-12, -1.2345e-12, 1e-13).has_value());
-  EXPECT_FALSE(probably_meant(1.2345e30, -1.2345e30, 1e20).has_value());
-  EXPECT_FALSE(probably_meant(2.4712, std::nan(""), 1.0).has_value());
+  EXPECT_FALSE(infer_intended_value(std::nan(""), 1.0, 1.0).has_value());
+  EXPECT_FALSE(infer_intended_value(infinity, 1.0, 1.0).has_value());
+  EXPECT_FALSE(infer_intended_value(-infinity, 1.0, 1.0).has_value());
+  EXPECT_FALSE(infer_intended_value(1.2345e-12, -1.2345e-12, 1e-13).has_value());
+  EXPECT_FALSE(infer_intended_value(1.2345e30, -1.2345e30, 1e20).has_value());
+  EXPECT_FALSE(infer_intended_value(2.4712, std::nan(""), 1.0).has_value());
 }
 
 // Numbers without zeros, so that no digit is lost at either end.
@@ -124,7 +124,7 @@ TEST(ProbablyMeant, UndoesAnySlipOfOneDigitOrTwo) {
       continue;
     }
     const double value = std::stod(meant);
-    const std::optional<double> found = probably_meant(std::stod(typed), value, 1e-7);
+    const std::optional<double> found = infer_intended_value(std::stod(typed), value, 1e-7);
     ASSERT_TRUE(found.has_value()) << typed << " for " << meant;
     EXPECT_DOUBLE_EQ(*found, value) << typed << " for " << meant;
   }
@@ -136,8 +136,8 @@ TEST(ProbablyMeant, StaysWithinItsToleranceAndKeepsWhatAShorterOneFound) {
   for (int t = 0; t < 2000; ++t) {
     const double typed = std::stod(text_without_zeros(random));
     const double expected = 100.0 * random.uniform();
-    const std::optional<double> narrow = probably_meant(typed, expected, 0.1);
-    const std::optional<double> wide = probably_meant(typed, expected, 1.0);
+    const std::optional<double> narrow = infer_intended_value(typed, expected, 0.1);
+    const std::optional<double> wide = infer_intended_value(typed, expected, 1.0);
     if (wide) {
       EXPECT_LE(std::abs(*wide - expected), 1.0);
       EXPECT_NE(*wide, 0.0);

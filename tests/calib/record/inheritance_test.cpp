@@ -1,6 +1,4 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "calib/record/inheritance.hpp"
-
 #include <cmath>
 #include <limits>
 #include <numeric>
@@ -10,6 +8,7 @@
 
 #include "axiscal/core/error.hpp"
 #include "axiscal/core/random.hpp"
+#include "calib/record/linear_propagation.hpp"
 #include "calib/record/parameter_names.hpp"
 #include "matchers.hpp"
 #include "scenario.hpp"
@@ -249,7 +248,7 @@ TEST(ParameterIntervals, PutEachStandardErrorInItsPlace) {
 TEST(InheritedScatter, IsTheSumOverTheAxes) {
   RandomStream random(31);
   const Calibration record = record_of_axes({"x", "y", "z"}, random);
-  const Inheritance inheritance(record);
+  const LinearPropagation inheritance(record);
   for (int i = 0; i < 10; ++i) {
     const Eigen::RowVectorXd gradient = random_row(12, random);
     const VarianceShares shares = inheritance.scatter(gradient);
@@ -274,7 +273,7 @@ TEST(InheritedScatter, DividesWhatTheAxesShareInProportion) {
   Eigen::MatrixXd& C = record.fit.statistics->covariance;
   const Eigen::RowVectorXd shared = random_row(12, random);
   C += shared.transpose() * shared;
-  const Inheritance inheritance(record);
+  const LinearPropagation inheritance(record);
   const Eigen::RowVectorXd gradient = random_row(12, random);
   const VarianceShares shares = inheritance.scatter(gradient);
   Eigen::Vector3d own;
@@ -294,7 +293,7 @@ TEST(InheritedScatter, DividesWhatTheAxesShareInProportion) {
 TEST(InheritedScatter, GrowsWithTheSquareOfTheGradient) {
   RandomStream random(33);
   const Calibration record = record_of_axes({"x", "y"}, random);
-  const Inheritance inheritance(record);
+  const LinearPropagation inheritance(record);
   const Eigen::RowVectorXd gradient = random_row(8, random);
   const VarianceShares one = inheritance.scatter(gradient);
   const VarianceShares three = inheritance.scatter(-3.0 * gradient);
@@ -309,7 +308,7 @@ TEST(InheritedScatter, GrowsWithTheSquareOfTheGradient) {
 TEST(InheritedScatter, KeepsAxesApartWhoseNamesBeginAlike) {
   RandomStream random(34);
   const Calibration record = record_of_axes({"a", "ax", "ax1"}, random);
-  const Inheritance inheritance(record);
+  const LinearPropagation inheritance(record);
   for (Eigen::Index k = 0; k < 3; ++k) {
     Eigen::RowVectorXd gradient = Eigen::RowVectorXd::Zero(12);
     gradient.segment<4>(4 * k) = random_row(4, random);
@@ -340,8 +339,8 @@ TEST(InheritedScatter, TurnsWithTheOrderOfTheAxes) {
   turned.fit.statistics->parameter_names = parameter_names(turned.sensor.instrument.axes);
   const Eigen::RowVectorXd gradient = random_row(12, random);
   const Eigen::RowVectorXd of_turned = gradient(places);
-  const VarianceShares one = Inheritance(record).scatter(gradient);
-  const VarianceShares other = Inheritance(turned).scatter(of_turned);
+  const VarianceShares one = LinearPropagation(record).scatter(gradient);
+  const VarianceShares other = LinearPropagation(turned).scatter(of_turned);
   for (std::size_t k = 0; k < 3; ++k) {
     EXPECT_NEAR(other.axes[k].variance, one.axes[order[k]].variance, 1e-13);
     EXPECT_EQ(other.axes[k].degrees_of_freedom, one.axes[order[k]].degrees_of_freedom);
@@ -369,7 +368,7 @@ TEST(InheritedUncertainty, WithoutABudgetIsTheFits) {
   const Calibration record = record_of_axes({"x", "y"}, random);
   const Eigen::RowVectorXd gradient = random_row(8, random);
   std::vector<double> by_source;
-  const VarianceShares shares = Inheritance(record).all(gradient, by_source);
+  const VarianceShares shares = LinearPropagation(record).all(gradient, by_source);
   ASSERT_EQ(by_source.size(), 1U);
   EXPECT_NEAR(by_source[0], std::sqrt(quadratic(gradient, record.fit.statistics->covariance)),
               1e-12);
@@ -380,7 +379,7 @@ TEST(InheritedUncertainty, HasEachSourceInItsOrder) {
   RandomStream random(42);
   const Calibration record = record_with_sources(random);
   const auto& sources = record.fit.uncertainty->sources;
-  const Inheritance inheritance(record);
+  const LinearPropagation inheritance(record);
   for (int i = 0; i < 5; ++i) {
     const Eigen::RowVectorXd gradient = random_row(8, random);
     std::vector<double> by_source;

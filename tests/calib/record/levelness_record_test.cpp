@@ -31,7 +31,7 @@ using testing::IsEmpty;
 TEST(LevelnessOfTable, IsTheMeanOfARunWithOneLevelness) {
   const Levelness levelness{
       .mean_x = 1e-3, .mean_y = -2e-3, .standard_error_x = 1e-5, .standard_error_y = 2e-5};
-  const BlockLevelness stands = levelness.as_it_stands();
+  const BlockLevelness stands = levelness.current_levelness();
   EXPECT_EQ(stands.x, 1e-3);
   EXPECT_EQ(stands.y, -2e-3);
   EXPECT_EQ(stands.standard_error_x, 1e-5);
@@ -46,9 +46,9 @@ TEST(LevelnessOfTable, IsThatOfTheLastBlockIfEachHasOne) {
   Levelness levelness{.mean_x = 9.0, .mean_y = 9.0};
   levelness.blocks = {{.block = 2, .x = 1e-3, .y = 2e-3},
                       {.block = 7, .x = 3e-3, .y = 4e-3, .standard_error_x = 5e-6}};
-  EXPECT_EQ(levelness.as_it_stands().block, 7);
-  EXPECT_EQ(levelness.as_it_stands().x, 3e-3);
-  EXPECT_EQ(levelness.as_it_stands().standard_error_x, 5e-6);
+  EXPECT_EQ(levelness.current_levelness().block, 7);
+  EXPECT_EQ(levelness.current_levelness().x, 3e-3);
+  EXPECT_EQ(levelness.current_levelness().standard_error_x, 5e-6);
   EXPECT_EQ(levelness.of_block_at(0), Eigen::Vector2d(1e-3, 2e-3));
   EXPECT_EQ(levelness.of_block_at(1), Eigen::Vector2d(3e-3, 4e-3));
   EXPECT_THROW(static_cast<void>(levelness.of_block_at(2)), std::out_of_range);
@@ -103,7 +103,7 @@ TEST(LevelnessOfFaces, AreTheTablesSlopeWithoutNoise) {
       }
       EXPECT_NEAR(levelness.sd_x, 0.0, 1e-11);
       EXPECT_THAT(levelness.blocks, IsEmpty());
-      EXPECT_EQ(levelness.as_it_stands().x, levelness.mean_x);
+      EXPECT_EQ(levelness.current_levelness().x, levelness.mean_x);
     }
   }
 }
@@ -184,11 +184,11 @@ TEST(LevelnessOfBlocks, IsEachBlocksSlope) {
       EXPECT_EQ(levelness.blocks[i].block, static_cast<int>(i) + 1);
       EXPECT_MATRIX_NEAR(levelness.of_block_at(i), slopes[i], 1e-11);
     }
-    EXPECT_NEAR(levelness.as_it_stands().y, -0.001, 1e-11);
+    EXPECT_NEAR(levelness.current_levelness().y, -0.001, 1e-11);
     // A record's file keeps it.
     const Levelness back = *parse_calibration(calibration_json(found), "record.json").fit.levelness;
-    EXPECT_EQ(back.as_it_stands().x, levelness.as_it_stands().x);
-    EXPECT_EQ(back.as_it_stands().block, 3);
+    EXPECT_EQ(back.current_levelness().x, levelness.current_levelness().x);
+    EXPECT_EQ(back.current_levelness().block, 3);
     EXPECT_EQ(back.of_block_at(1), levelness.of_block_at(1));
   }
 }

@@ -301,11 +301,11 @@ TEST(ColumnsOfAnExperiment, FollowFromItsMethodAndWeights) {
 }
 
 TEST(ColumnsOfATable, WithoutAMeaningAreItsAxes) {
-  EXPECT_THAT(columns_without_meaning({"run", "volt", "rest", "fence", "volt_sd", "x_temperature",
-                                       "temperature_y", "level", "level.north", "rate_dps", "axis",
-                                       "lux", "tilt_deg", "gain", "operator", "confirm", "mount"}),
+  EXPECT_THAT(unknown_columns({"run", "volt", "rest", "fence", "volt_sd", "x_temperature",
+                               "temperature_y", "level", "level.north", "rate_dps", "axis", "lux",
+                               "tilt_deg", "gain", "operator", "confirm", "mount"}),
               ElementsAre("volt", "gain"));
-  EXPECT_THAT(columns_without_meaning({}), IsEmpty());
+  EXPECT_THAT(unknown_columns({}), IsEmpty());
 }
 
 TEST(ColumnsOfATable, ThatStateAPoseAreKnown) {

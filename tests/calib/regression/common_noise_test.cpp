@@ -25,7 +25,7 @@ TEST(LossByCommonNoise, IsOneOnAverageIfResponsesAreIndependent) {
   double sum = 0.0;
   constexpr int runs = 200;
   for (int run = 0; run < runs; ++run) {
-    sum += loss_by_common_noise(noise_of(20, 0.0, static_cast<std::uint64_t>(run)), 20.0);
+    sum += dof_reduction_factor(noise_of(20, 0.0, static_cast<std::uint64_t>(run)), 20.0);
   }
   EXPECT_GE(sum / runs, 1.0);
   EXPECT_LT(sum / runs, 1.1);
@@ -35,14 +35,14 @@ TEST(LossByCommonNoise, IsOneOnAverageIfResponsesAreIndependent) {
 TEST(LossByCommonNoise, FollowsTheCorrelation) {
   for (const double common : {0.5, 1.0, 3.0}) {
     const double r = common * common / (1.0 + common * common);
-    EXPECT_NEAR(loss_by_common_noise(noise_of(20000, common, 3), 20000.0), 1.0 + 2.0 * r * r, 0.03);
+    EXPECT_NEAR(dof_reduction_factor(noise_of(20000, common, 3), 20000.0), 1.0 + 2.0 * r * r, 0.03);
   }
 }
 
 TEST(LossByCommonNoise, IsOneIfThereIsNoNoiseOrNoFreedom) {
-  EXPECT_EQ(loss_by_common_noise(Eigen::MatrixXd::Zero(5, 3), 5.0), 1.0);
-  EXPECT_EQ(loss_by_common_noise(noise_of(5, 3.0, 1), 1.0), 1.0);
-  EXPECT_EQ(loss_by_common_noise(noise_of(5, 3.0, 1).leftCols(1), 5.0), 1.0);
+  EXPECT_EQ(dof_reduction_factor(Eigen::MatrixXd::Zero(5, 3), 5.0), 1.0);
+  EXPECT_EQ(dof_reduction_factor(noise_of(5, 3.0, 1), 1.0), 1.0);
+  EXPECT_EQ(dof_reduction_factor(noise_of(5, 3.0, 1).leftCols(1), 5.0), 1.0);
 }
 
 }  // namespace

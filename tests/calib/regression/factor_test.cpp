@@ -131,10 +131,10 @@ TEST(CovarianceRoot, TakesAnyRank) {
   EXPECT_TRUE((L * L.transpose()).isApprox(C, 1e-10));
 }
 
-TEST(RankedInverse, IsTheMoorePenroseInverse) {
+TEST(PseudoInverseWithRank, IsTheMoorePenroseInverse) {
   Eigen::MatrixXd A = random_matrix(5, 3, 14);
   A.col(2) = A.col(0) + A.col(1);
-  const auto [inverse, rank] = ranked_inverse(A);
+  const auto [inverse, rank] = pseudo_inverse_with_rank(A);
   EXPECT_EQ(rank, 2);
   EXPECT_TRUE((A * inverse * A).isApprox(A, 1e-10));
   EXPECT_TRUE((inverse * A * inverse).isApprox(inverse, 1e-10));
@@ -164,18 +164,18 @@ TEST(ConfoundedColumns, AreNamedOnce) {
   J.col(3) = 2.0 * J.col(1);
   const std::vector<Eigen::Index> open = confounded_columns(J, 1e-9, 1e-6);
   EXPECT_EQ(open, (std::vector<Eigen::Index>{1, 3}));
-  EXPECT_EQ(names_of_open(open, {"a", "b", "c", "b"}), std::vector<std::string>{"b"});
+  EXPECT_EQ(undetermined_column_names(open, {"a", "b", "c", "b"}), std::vector<std::string>{"b"});
   EXPECT_TRUE(confounded_columns(random_matrix(8, 4, 19), 1e-9, 1e-6).empty());
 }
 
 TEST(ConditionOf, AgreesWithTheNormalEquations) {
   const Eigen::MatrixXd J = badly_scaled(12, 20);
-  const std::optional<double> small = small_condition_of(J.transpose() * J);
+  const std::optional<double> small = condition_from_normal_matrix(J.transpose() * J);
   ASSERT_TRUE(small.has_value());
   EXPECT_NEAR(*small, condition_of(J), 1e-6 * *small);
   Eigen::MatrixXd close = random_matrix(12, 2, 21);
   close.col(1) = close.col(0) + 1e-4 * close.col(1);
-  EXPECT_FALSE(small_condition_of(close.transpose() * close).has_value());
+  EXPECT_FALSE(condition_from_normal_matrix(close.transpose() * close).has_value());
   EXPECT_GT(condition_of(close), 1e3);
 }
 

@@ -170,7 +170,7 @@ TEST(Factor, GivesWhatTheNormalEquationsGive) {
 }
 
 TEST(Factor, NamesNeighboursOnce) {
-  EXPECT_EQ(names_of_open({0, 1, 3}, {"direction", "direction", "x", "y"}),
+  EXPECT_EQ(undetermined_column_names({0, 1, 3}, {"direction", "direction", "x", "y"}),
             (std::vector<std::string>{"direction", "y"}));
 }
 

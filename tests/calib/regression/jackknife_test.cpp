@@ -36,7 +36,7 @@ TEST(Jackknife, LeavesTenthsOutAsFitsOfTheirOwnWould) {
   const Eigen::VectorXd y = correlated(57, 0.5, random);
   const LeastSquaresFit all = LeastSquaresDesign(X).fit(y);
   const Eigen::MatrixXd changes =
-      changes_without_parts({.residuals = -all.residuals, .jacobian = X});
+      block_jackknife_changes({.residuals = -all.residuals, .jacobian = X});
   ASSERT_EQ(changes.cols(), 10);
   for (Eigen::Index part = 0; part < 10; ++part) {
     Eigen::VectorXd w = Eigen::VectorXd::Ones(57);
@@ -59,7 +59,7 @@ TEST(Jackknife, IsNoNumberWhereAPartAloneDeterminesSomething) {
   X.col(0).setOnes();
   X(1, 1) = 1.0;
   const Eigen::MatrixXd changes =
-      changes_without_parts({.residuals = Eigen::VectorXd::Ones(40), .jacobian = X});
+      block_jackknife_changes({.residuals = Eigen::VectorXd::Ones(40), .jacobian = X});
   EXPECT_FALSE(changes.col(0).allFinite());
 }
 

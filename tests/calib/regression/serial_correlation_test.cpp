@@ -71,7 +71,7 @@ TEST(MeanUnderCorrelation, HoldsTheTruthAsOftenAsStated) {
     int held = 0;
     constexpr int runs = 1000;
     for (int run = 0; run < runs; ++run) {
-      const CorrelatedMean mean = mean_under_correlation(noise_of(24, rho, random));
+      const CorrelatedMean mean = estimate_correlated_mean(noise_of(24, rho, random));
       const double t = student_t_factor(0.95, mean.degrees_of_freedom);
       held += std::abs(mean.estimate(0)) <= t * mean.u(0) ? 1 : 0;
     }
@@ -82,8 +82,8 @@ TEST(MeanUnderCorrelation, HoldsTheTruthAsOftenAsStated) {
 
 TEST(MeanUnderCorrelation, SeesHowCorrelatedReadingsAre) {
   RandomStream random(9);
-  EXPECT_LT(mean_under_correlation(noise_of(400, 0.0, random)).correlation, 0.1);
-  EXPECT_NEAR(mean_under_correlation(noise_of(400, 0.85, random)).correlation, 0.85, 0.06);
+  EXPECT_LT(estimate_correlated_mean(noise_of(400, 0.0, random)).correlation, 0.1);
+  EXPECT_NEAR(estimate_correlated_mean(noise_of(400, 0.85, random)).correlation, 0.85, 0.06);
 }
 
 // Generalised least squares with a whole covariance matrix V, as the definition has it.
@@ -150,8 +150,8 @@ TEST(MeanUnderCorrelation, DoesNotDependOnUnitsAndOffsets) {
     OrderedReadings other = readings;
     other.designs[1].col(2) *= 1e3;
     other.responses.array() += 1e5;
-    const CorrelatedMean one = mean_under_correlation(readings);
-    const CorrelatedMean two = mean_under_correlation(other);
+    const CorrelatedMean one = estimate_correlated_mean(readings);
+    const CorrelatedMean two = estimate_correlated_mean(other);
     EXPECT_NEAR(two.correlation, one.correlation, 1e-9);
     for (Eigen::Index k = 0; k < 3; ++k) {
       EXPECT_NEAR(two.estimate(k) - 1e5, one.estimate(k), 1e-9);
@@ -185,7 +185,7 @@ TEST(FitUnderCorrelation, IsTheMeanOverWholeCovarianceMatrices) {
     }
   }
   const CorrelatedFit expected = dense_mean(fits, priors);
-  const CorrelatedFit found = fit_under_correlation(X, y, h);
+  const CorrelatedFit found = fit_with_correlated_noise(X, y, h);
   EXPECT_TRUE(found.estimate.isApprox(expected.estimate, 1e-8)) << found.estimate.transpose();
   EXPECT_TRUE(found.covariance.isApprox(expected.covariance, 1e-8));
   EXPECT_EQ(found.degrees_of_freedom, 21.0);
@@ -226,13 +226,13 @@ TEST(FitUnderWander, IsTheMeanOverWholeCovarianceMatrices) {
   }
   const CorrelatedFit expected = dense_mean(fits, priors);
   const CorrelatedFit found =
-      fit_under_wander({.information = J.transpose() * J,
-                        .squares = r.squaredNorm(),
-                        .along = along,
-                        .deviations = deviations,
-                        .sizes = size,
-                        .places = Eigen::VectorXd::LinSpaced(n, 0.0, n - 1.0),
-                        .degrees_of_freedom = 2.0 * n - 4.0});
+      fit_with_common_ar1({.information = J.transpose() * J,
+                           .squares = r.squaredNorm(),
+                           .along = along,
+                           .deviations = deviations,
+                           .sizes = size,
+                           .places = Eigen::VectorXd::LinSpaced(n, 0.0, n - 1.0),
+                           .degrees_of_freedom = 2.0 * n - 4.0});
   EXPECT_TRUE(found.estimate.isApprox(expected.estimate, 1e-8)) << found.estimate.transpose();
   EXPECT_TRUE(found.covariance.isApprox(expected.covariance, 1e-8));
 }

@@ -15,7 +15,7 @@ void find_axes(const JudgedRun& run, Warnings& found) {
   }
   for (Eigen::Index k = 0; k < run.calibration.sensor.response.bias.size(); ++k) {
     const std::optional<int> nominal = nominal_axis(run.calibration.sensor.instrument, k);
-    if (!nominal || !sees_own(run, k)) {
+    if (!nominal || !determines_main_sensitivity(run, k)) {
       continue;
     }
     const Eigen::Vector3d row = run.calibration.sensor.response.sensitivity.row(k);

@@ -119,7 +119,7 @@ void find_poor_fit(const JudgedRun& run, Warnings& found) {
                     axis_name(run, k), rejected.size(), count + rejected.size()));
       continue;
     }
-    if (!sees_own(run, k)) {
+    if (!determines_main_sensitivity(run, k)) {
       continue;  // a full response is not known
     }
     const double rms = std::sqrt(squares / static_cast<double>(count));

@@ -86,7 +86,7 @@ namespace axiscal {
 [[nodiscard]] double full_response(const JudgedRun& run, Eigen::Index k);
 
 /// @return true if the readings determine the sensitivity of an axis to its nominal component.
-[[nodiscard]] bool sees_own(const JudgedRun& run, Eigen::Index k);
+[[nodiscard]] bool determines_main_sensitivity(const JudgedRun& run, Eigen::Index k);
 
 [[nodiscard]] bool by_magnitude(const JudgedRun& run);
 

@@ -54,7 +54,7 @@ double full_response(const JudgedRun& run, Eigen::Index k) {
          run.calibration.sensor.field.magnitude;
 }
 
-bool sees_own(const JudgedRun& run, Eigen::Index k) {
+bool determines_main_sensitivity(const JudgedRun& run, Eigen::Index k) {
   const Eigen::Matrix3Xd& seen = run.estimate.sight.seen;
   const std::optional<int> nominal = nominal_axis(run.calibration.sensor.instrument, k);
   return seen.cols() == 0 || !nominal || seen.row(*nominal).norm() > 0.5;

@@ -13,7 +13,7 @@ namespace {
 void find_unseen_axes(const JudgedRun& run, Warnings& found) {
   std::vector<std::string> names;
   for (Eigen::Index k = 0; k < run.calibration.sensor.response.bias.size(); ++k) {
-    if (!sees_own(run, k)) {
+    if (!determines_main_sensitivity(run, k)) {
       names.push_back(axis_name(run, k));
     }
   }

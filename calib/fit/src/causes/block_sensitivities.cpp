@@ -319,7 +319,8 @@ bool add_block_sensitivities(const Fit& run, bool mounts_known, Estimate& estima
   return least < differ;
 }
 
-CountedEstimate counted_block_sensitivities(const RunToCount& run, CountedEstimate so_far) {
+CountedEstimate counted_block_sensitivities(const ScatterAnalysisInput& run,
+                                            CountedEstimate so_far) {
   const std::vector<Reading>& readings = run.judged.set().readings;
   const bool several = std::any_of(readings.begin(), readings.end(), [&](const Reading& reading) {
     return reading.block != readings.front().block;

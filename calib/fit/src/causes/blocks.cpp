@@ -135,7 +135,7 @@ void add_block_scatter(const ReadingSet& set, const ProcessScatter* process, Est
   }
 }
 
-CountedEstimate counted_blocks(const RunToCount& run, CountedEstimate so_far) {
+CountedEstimate counted_blocks(const ScatterAnalysisInput& run, CountedEstimate so_far) {
   const std::optional<ProcessScatter>& earlier = run.experiment.fit.process;
   add_block_scatter(run.judged.set(), earlier ? &*earlier : nullptr, so_far.estimate);
   return so_far;

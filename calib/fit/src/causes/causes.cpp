@@ -31,7 +31,7 @@ void add_cause(const Cause& cause) {
   all_causes().push_back(cause);
 }
 
-CountedEstimate count_scatter(const RunToCount& run, Estimate estimate) {
+CountedEstimate count_scatter(const ScatterAnalysisInput& run, Estimate estimate) {
   CountedEstimate counted{.estimate = std::move(estimate), .weighed = {}};
   for (const Cause& cause : causes_of_scatter()) {
     if (cause.changes_fit) {

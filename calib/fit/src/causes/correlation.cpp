@@ -76,7 +76,7 @@ void add_serial_correlation(const SolvedReadings& run, Estimate& estimate) {
   if (!(score > alike_above)) {
     return;
   }
-  const CorrelatedMean mean = mean_under_correlation(*ordered);
+  const CorrelatedMean mean = estimate_correlated_mean(*ordered);
   WiderIntervals wider("correlation", estimate);
   constexpr double slight = 0.1;  // blocks that differ are alike within too, and count as such
   if (!(mean.correlation > slight)) {
@@ -104,7 +104,7 @@ void add_serial_correlation(const SolvedReadings& run, Estimate& estimate) {
   }
 }
 
-CountedEstimate counted_correlation(const RunToCount& run, CountedEstimate so_far) {
+CountedEstimate counted_correlation(const ScatterAnalysisInput& run, CountedEstimate so_far) {
   add_serial_correlation(run.judged, so_far.estimate);
   return so_far;
 }

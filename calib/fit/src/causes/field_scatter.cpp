@@ -278,7 +278,7 @@ void add_field_noise(const Fit& run, const PartOfNoise& one, Estimate& estimate)
 
 // A field whose size wanders slowly over the run, or all gains together.
 void add_field_wander(const Fit& run, AlongField along, bool gains_differ, Estimate& estimate) {
-  const double score = likeness_along(along.deviations, along.hat_root, along.hat_squares);
+  const double score = lag_one_score_along(along.deviations, along.hat_root, along.hat_squares);
   if (!(score > one_sided_5_percent)) {
     return;
   }
@@ -286,13 +286,13 @@ void add_field_wander(const Fit& run, AlongField along, bool gains_differ, Estim
   const Eigen::Index n = run.readings();
   const double size = std::sqrt(along.size.squaredNorm() / static_cast<double>(n));
   const CorrelatedFit fit =
-      fit_under_wander({.information = run.information(),
-                        .squares = run.residuals().squaredNorm(),
-                        .along = run.combined_columns(along.directions),
-                        .deviations = along.deviations,
-                        .sizes = along.size / size,
-                        .places = Eigen::VectorXd::LinSpaced(n, 0.0, static_cast<double>(n - 1)),
-                        .degrees_of_freedom = run.degrees_of_freedom()});
+      fit_with_common_ar1({.information = run.information(),
+                           .squares = run.residuals().squaredNorm(),
+                           .along = run.combined_columns(along.directions),
+                           .deviations = along.deviations,
+                           .sizes = along.size / size,
+                           .places = Eigen::VectorXd::LinSpaced(n, 0.0, static_cast<double>(n - 1)),
+                           .degrees_of_freedom = run.degrees_of_freedom()});
   constexpr double slight = 0.1;
   if (!(fit.correlation > slight)) {
     return;
@@ -333,7 +333,7 @@ void add_field_scatter(const Fit& run, bool gains_differ, Estimate& estimate) {
   add_field_wander(run, along_field(run), gains_differ, estimate);
 }
 
-CountedEstimate counted_field_scatter(const RunToCount& run, CountedEstimate so_far) {
+CountedEstimate counted_field_scatter(const ScatterAnalysisInput& run, CountedEstimate so_far) {
   // Averages of opposite readings hide the noise along the field. Rounding errors look like noise.
   if (!run.is_transfer() && !run.method.averages_pairs &&
       !is_coarsely_rounded(run.fitted.set(), run.experiment.stated.resolution,

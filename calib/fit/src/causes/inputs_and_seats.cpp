@@ -7,7 +7,7 @@
 namespace axiscal {
 namespace {
 
-CountedEstimate counted_inputs_and_seats(const RunToCount& run, CountedEstimate so_far) {
+CountedEstimate counted_inputs_and_seats(const ScatterAnalysisInput& run, CountedEstimate so_far) {
   so_far.weighed =
       weigh_shared_errors(run.experiment, run.fitted, run.method.method, so_far.estimate);
   return so_far;

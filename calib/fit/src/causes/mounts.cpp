@@ -76,7 +76,7 @@ bool add_mount_scatter(const std::map<int, Eigen::Matrix3d>& turns,
   return true;
 }
 
-CountedEstimate counted_mounts(const RunToCount& run, CountedEstimate so_far) {
+CountedEstimate counted_mounts(const ScatterAnalysisInput& run, CountedEstimate so_far) {
   so_far.mounts_counted =
       run.mounts.size() > 1 && add_mount_scatter(run.mounts, run.mounts_expected, so_far.estimate);
   return so_far;

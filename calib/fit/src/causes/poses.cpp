@@ -22,7 +22,7 @@ struct MeanSquares {
 
 // Means over layings, for each axis; empty if no laying has several readings.
 std::vector<MeanSquares> of_layings(const ReadingSet& set, const Estimate& estimate) {
-  const Layings layings = layings_of(set, estimate);
+  const Layings layings = average_layings(set, estimate);
   const FitStatistics& statistics = estimate.statistics;
   std::vector<MeanSquares> axes;
   for (Eigen::Index k = 0; k < set.axis_count(); ++k) {
@@ -69,7 +69,7 @@ double p_of_axes(const std::vector<MeanSquares>& axes,
   const Eigen::MatrixXd residuals =
       fit.residuals().reshaped(fit.axes(), fit.readings()).transpose();
   return tests.p_value(
-      loss_by_common_noise(residuals, estimate.statistics.degrees_of_freedom.mean()));
+      dof_reduction_factor(residuals, estimate.statistics.degrees_of_freedom.mean()));
 }
 
 // Takes the mean square of the means for that of the readings if it is clearly larger.
@@ -103,7 +103,7 @@ bool widen_by(const std::vector<MeanSquares>& axes,
 // All readings of one laying have the same laying error. All readings of one pose have the same
 // pose error, for example from dirt under a foot, from a cable or from the cube. With such errors
 // the means scatter more than the readings about them do, and the means decide the uncertainty.
-CountedEstimate counted_poses(const RunToCount& run, CountedEstimate so_far) {
+CountedEstimate counted_poses(const ScatterAnalysisInput& run, CountedEstimate so_far) {
   Estimate& estimate = so_far.estimate;
   const FitStatistics& statistics = estimate.statistics;
   // The covariance may already contain such errors: seats, mounts, soaks or uncertain inputs.

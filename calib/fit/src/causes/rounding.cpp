@@ -24,7 +24,7 @@ Eigen::MatrixXd counted_steps(const ReadingSet& set,
                               double stated_step,
                               const Eigen::VectorXd& noise_sd) {
   constexpr double largest_share = 0.02;
-  Eigen::MatrixXd steps = steps_of_responses(set.response, set.weights, stated_step, noise_sd);
+  Eigen::MatrixXd steps = detect_rounding_steps(set.response, set.weights, stated_step, noise_sd);
   for (Eigen::Index k = 0; k < set.axis_count(); ++k) {
     const std::vector<double> readings = set.readings_of_axis(k);
     const auto [least, most] = std::minmax_element(readings.begin(), readings.end());
@@ -97,7 +97,7 @@ std::optional<RoundedFit> fit_poses(const Poses& poses,
   if (n <= c) {
     return std::nullopt;
   }
-  const auto [inverse, rank] = ranked_inverse(design);
+  const auto [inverse, rank] = pseudo_inverse_with_rank(design);
   if (rank < c) {
     return std::nullopt;
   }
@@ -194,7 +194,7 @@ void add_rounding_scatter(const SolvedReadings& of, double stated_step, Estimate
   // Noise decides which step counts, not whether readings have one.
   bool has_steps = false;
   for (Eigen::Index k = 0; k < set.axis_count() && !has_steps; ++k) {
-    has_steps = step_of_readings(set.readings_of_axis(k), stated_step).has_value();
+    has_steps = detect_rounding_step(set.readings_of_axis(k), stated_step).has_value();
   }
   if (!has_steps) {
     return;
@@ -228,10 +228,11 @@ void add_rounding_scatter(const SolvedReadings& of, double stated_step, Estimate
       run.emplace(of, estimate);
     }
     const Eigen::MatrixXd columns =
-        is_transfer ? set.seen_columns(AxisDesigns(set, estimate.field).of(k), k)
+        is_transfer ? set.observable_columns(AxisDesigns(set, estimate.field).of(k), k)
                     : Eigen::MatrixXd(run->own_columns(k));
-    const Eigen::MatrixXd map =
-        is_transfer ? set.map_of_seen() : Eigen::MatrixXd::Identity(columns.cols(), columns.cols());
+    const Eigen::MatrixXd map = is_transfer
+                                    ? set.observable_column_map()
+                                    : Eigen::MatrixXd::Identity(columns.cols(), columns.cols());
     std::optional<RoundedFit> rounded =
         fit_poses(poses, columns(poses.first, Eigen::all), map, steps.col(k)(poses.first));
     if (!rounded) {
@@ -257,7 +258,7 @@ void add_rounding_scatter(const SolvedReadings& of, double stated_step, Estimate
            joined(axes), number_text(widest, 3))});
 }
 
-CountedEstimate counted_rounding(const RunToCount& run, CountedEstimate so_far) {
+CountedEstimate counted_rounding(const ScatterAnalysisInput& run, CountedEstimate so_far) {
   add_rounding_scatter(run.fitted, run.experiment.stated.resolution, so_far.estimate);
   return so_far;
 }

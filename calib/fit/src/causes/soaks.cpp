@@ -203,7 +203,7 @@ void add_soak_scatter(const ReadingSet& set, Estimate& estimate) {
   }
 }
 
-CountedEstimate counted_soaks(const RunToCount& run, CountedEstimate so_far) {
+CountedEstimate counted_soaks(const ScatterAnalysisInput& run, CountedEstimate so_far) {
   if (!run.is_transfer()) {
     add_soak_scatter(run.fitted.set(), so_far.estimate);
   }

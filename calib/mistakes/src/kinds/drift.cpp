@@ -32,7 +32,7 @@ HypothesisFit fit_drift(const SuspectRun& run) {
 }
 
 double quick_p_of_drift(const SuspectRun& run, const HypothesisFit& fit) {
-  return nested_f_p(fit.total(), fit.dof(), run.drop_with(fit, drift_columns(run)),
+  return nested_f_p(fit.total(), fit.dof(), run.rss_drop_with_columns(fit, drift_columns(run)),
                     static_cast<double>(run.m()));
 }
 

@@ -16,7 +16,7 @@ void explain_by_exchange(const SuspectRun& run, Explanations& found) {
   constexpr std::size_t few = 16;
   const std::vector<std::size_t> candidates = run.count() <= few ? run.order() : [&] {
     std::vector<std::size_t> some = run.largest_residuals(few / 2);
-    for (const std::size_t i : first_of(run.by_deletion(), few / 2)) {
+    for (const std::size_t i : first_of(run.ranked_by_deletion(), few / 2)) {
       if (std::find(some.begin(), some.end(), i) == some.end()) {
         some.push_back(i);
       }

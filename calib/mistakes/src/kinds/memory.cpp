@@ -19,7 +19,7 @@ constexpr double memory_range = 0.05;  // part of a change that a reading may ke
 // Hysteresis: a reading keeps a part of the change since the reading before it. One column for each
 // axis, in units of its full response.
 Eigen::MatrixXd memory_columns(const SuspectRun& run) {
-  const Eigen::MatrixXd changes = changes_before(run.set().readings, run.set().response);
+  const Eigen::MatrixXd changes = previous_minus_current(run.set().readings, run.set().response);
   Eigen::MatrixXd Z = Eigen::MatrixXd::Zero(run.n() * run.m(), run.m());
   for (Eigen::Index k = 0; k < run.m(); ++k) {
     Z.col(k).segment(run.n() * k, run.n()) = changes.col(k) / run.full_response(k);
@@ -33,7 +33,7 @@ HypothesisFit fit_memory(const SuspectRun& run) {
 }
 
 double quick_p_of_memory(const SuspectRun& run, const HypothesisFit& fit) {
-  return nested_f_p(fit.total(), fit.dof(), run.drop_with(fit, memory_columns(run)),
+  return nested_f_p(fit.total(), fit.dof(), run.rss_drop_with_columns(fit, memory_columns(run)),
                     static_cast<double>(run.m()));
 }
 

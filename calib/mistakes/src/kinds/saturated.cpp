@@ -64,7 +64,7 @@ HypothesisFit fit_saturated(const SuspectRun& run, Eigen::Index axis, bool top) 
   // may have the opposite one.
   constexpr double both_ends = 1.5;
   const double step =
-      steps_of_responses(run.set().response, run.set().weights, 0.0).col(axis).maxCoeff();
+      detect_rounding_steps(run.set().response, run.set().weights, 0.0).col(axis).maxCoeff();
   return std::abs(fit.added(0)) > both_ends * step ? fit : HypothesisFit{};
 }
 
@@ -79,7 +79,7 @@ double quick_p_of_ends(const SuspectRun& run, const HypothesisFit& fit) {
   for (Eigen::Index k = 0; k < run.m(); ++k) {
     const Eigen::VectorXd sensed = sensed_by(fit, k, base);
     for (const bool top : {true, false}) {
-      shifted = std::max(shifted, run.drop_with_shift(fit, k, extremes(sensed, top)));
+      shifted = std::max(shifted, run.rss_drop_with_shift(fit, k, extremes(sensed, top)));
     }
   }
   return count_of_ends(run) * nested_f_p(fit.total(), fit.dof(), shifted, 1.0);

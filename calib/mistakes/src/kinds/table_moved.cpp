@@ -81,7 +81,7 @@ std::vector<std::size_t> cuts_of(const SuspectRun& run) {
     const std::vector<double> drops = drops_with_table_moved(run, run.plain());
     std::stable_sort(all.begin(), all.end(),
                      [&](std::size_t a, std::size_t b) { return drops[a] > drops[b]; });
-    all.resize(run.fitted_of_many());
+    all.resize(run.max_candidate_fits());
     std::sort(all.begin(), all.end());
   }
   return all;

@@ -36,8 +36,8 @@ HypothesisFit fit_tilted(const SuspectRun& run, std::size_t i) {
 // A run of few readings is tried with the worst ones tilted. Of many, each is judged by the others.
 void detect_tilt(const SuspectRun& run, const Consider& consider) {
   constexpr std::size_t most_tried = 3;
-  if (!run.is_judged_by_others()) {
-    for (const std::size_t i : first_of(run.by_deletion(), most_tried)) {
+  if (!run.has_independent_readings()) {
+    for (const std::size_t i : first_of(run.ranked_by_deletion(), most_tried)) {
       consider(fit_tilted(run, i), {.tests = static_cast<double>(run.n()), .of_few = true});
     }
   }

@@ -23,7 +23,7 @@ void explain_by_level(const SuspectRun& run, std::size_t i, Explanations& found)
       (levels.size() == 1 && *levels.begin() == FieldLevel(1.0))) {
     return;
   }
-  if (!run.set().readings[i].level.differs_by_part()) {
+  if (!run.set().readings[i].level.has_level_per_part()) {
     levels.insert({-1.0, 0.0, 1.0});
   }
   for (const FieldLevel& level : levels) {

@@ -33,7 +33,7 @@ class AXISCAL_EXPORT FieldLevel {
   /// @return the level of the parts that have none of their own.
   [[nodiscard]] double of_all() const { return of_all_; }
 
-  [[nodiscard]] bool differs_by_part() const { return of_parts_ != nullptr; }
+  [[nodiscard]] bool has_level_per_part() const { return of_parts_ != nullptr; }
 
   /// @return the levels of the parts that have their own; none where it does not differ by part.
   [[nodiscard]] const OfParts& of_parts() const;

@@ -40,7 +40,7 @@ class AXISCAL_EXPORT FieldResolver {
   void require_longitude() const;
 
   /// True if the time of day is known, from the readings or from the place's date.
-  [[nodiscard]] bool knows_time() const;
+  [[nodiscard]] bool is_time_of_day_known() const;
 
   /// The time of the readings, if it is known.
   [[nodiscard]] const std::optional<double>& reading_time_s() const { return occasion_.time_s; }

@@ -30,9 +30,9 @@ struct SeatLabels {
 /// Writes the field of readings from the face that lay on a level table: F up, away from the face.
 /// @param magnitude  F [field unit].
 /// @param faces      of each reading; those without one are left as they are.
-void take_as_level(double magnitude,
-                   const std::vector<std::optional<Face>>& faces,
-                   Observations& observations);
+void assume_level_table(double magnitude,
+                        const std::vector<std::optional<Face>>& faces,
+                        Observations& observations);
 
 /// The faces on which a cube rests, from an accelerometer in it, not calibrated: the axis that
 /// reads farthest from the middle of its extremes, up being away from the face on the table.

@@ -212,7 +212,7 @@ class AXISCAL_EXPORT Reducer {
 
   /// @return true if two axes give the whole field: the third component follows from its magnitude,
   ///         and the field is in front of the axes, for example the sun before a sun sensor.
-  [[nodiscard]] bool closes_by_magnitude() const { return open_direction_.has_value(); }
+  [[nodiscard]] bool completes_third_component() const { return open_direction_.has_value(); }
 
   /// The field by two axes and its magnitude.
   struct ClosedField {
@@ -225,7 +225,7 @@ class AXISCAL_EXPORT Reducer {
   ///
   /// @param first, second  readings of the two axes [unit], finite.
   /// @param temperature    as in reduce().
-  /// @throws DomainError  unless closes_by_magnitude().
+  /// @throws DomainError  unless completes_third_component().
   [[nodiscard]] ClosedField closed_field(
       double first, double second, const std::optional<SensorTemperature>& temperature = {}) const;
 

@@ -66,7 +66,7 @@ struct AXISCAL_EXPORT Levelness {
 
   /// @return the slope of the table after the run: that of the last block if each block has one,
   ///         otherwise the mean of the run.
-  [[nodiscard]] BlockLevelness as_it_stands() const {
+  [[nodiscard]] BlockLevelness current_levelness() const {
     return blocks.empty() ? BlockLevelness{.x = mean_x,
                                            .y = mean_y,
                                            .standard_error_x = standard_error_x,

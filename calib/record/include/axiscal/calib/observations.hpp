@@ -8,9 +8,9 @@
 #include <Eigen/Core>
 
 #include "axiscal/calib/sensor_temperature.hpp"
+#include "axiscal/core/boxed_optional.hpp"
 #include "axiscal/core/eigen_alignment.hpp"
 #include "axiscal/core/export.hpp"
-#include "axiscal/core/rare.hpp"
 #include "axiscal/field/field_level.hpp"
 #include "axiscal/positioner/design_point.hpp"
 
@@ -25,16 +25,16 @@ struct StatedAttitude {
 
 /// The data of one reading besides its responses.
 struct Reading {
-  int run = 1;                                   ///< number of the reading, in the order taken
-  int block = 1;                                 ///< replicate of the whole design
-  int mount = 1;                                 ///< number of the instrument's mounting
-  bool confirm = false;                          ///< kept out of the fit, which it tests
-  std::optional<DesignPoint> point;              ///< the pose of the cube
-  FieldLevel level;                              ///< multiple of the induced field
-  std::optional<SensorTemperature> temperature;  ///< outputs of temperature sensors, any unit
-  std::optional<double> time_s;                  ///< when it was taken [s]
-  Rare<Eigen::Vector3d> field_in_sensor;         ///< instead of a design point [field unit]
-  Rare<StatedAttitude> attitude;                 ///< instead of either
+  int run = 1;                                     ///< number of the reading, in the order taken
+  int block = 1;                                   ///< replicate of the whole design
+  int mount = 1;                                   ///< number of the instrument's mounting
+  bool confirm = false;                            ///< kept out of the fit, which it tests
+  std::optional<DesignPoint> point;                ///< the pose of the cube
+  FieldLevel level;                                ///< multiple of the induced field
+  std::optional<SensorTemperature> temperature;    ///< outputs of temperature sensors, any unit
+  std::optional<double> time_s;                    ///< when it was taken [s]
+  BoxedOptional<Eigen::Vector3d> field_in_sensor;  ///< instead of a design point [field unit]
+  BoxedOptional<StatedAttitude> attitude;          ///< instead of either
 };
 
 /// The readings of one run: n readings of an instrument with m axes.

@@ -29,7 +29,7 @@ namespace axiscal {
 
 /// @return the columns of a table without a pose or a field: its axes, or another program's
 ///         columns.
-[[nodiscard]] AXISCAL_EXPORT std::vector<std::string> columns_without_meaning(
+[[nodiscard]] AXISCAL_EXPORT std::vector<std::string> unknown_columns(
     const std::vector<std::string>& header);
 
 /// Reads a design or run sheet: columns `rest`, `fence` and, if it exists, `level`.

@@ -5,9 +5,9 @@
 
 #include <Eigen/Core>
 
+#include "axiscal/core/boxed_optional.hpp"
 #include "axiscal/core/eigen_alignment.hpp"
 #include "axiscal/core/export.hpp"
-#include "axiscal/core/rare.hpp"
 
 namespace axiscal {
 
@@ -49,7 +49,7 @@ class AXISCAL_EXPORT SensorTemperature {
 
  private:
   double mean_ = 0.0;
-  Rare<std::vector<double>> of_axes_;
+  BoxedOptional<std::vector<double>> of_axes_;
 };
 
 }  // namespace axiscal

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "calib/calibrate/src/judgement.hpp"
+#include "calib/calibrate/src/fit_tests.hpp"
 
 #include <algorithm>
 #include <utility>
@@ -101,7 +101,7 @@ void put_residuals(const PreparedRun& run,
 
 // The known-art form, fitted to the same readings in the field as fitted.
 void compare_polar_fit(const ReadingSet& set, const TableField& field, Calibration& record) {
-  if (record.sensor.temperature || !record.sensor.also.empty() || set.leaves_out() ||
+  if (record.sensor.temperature || !record.sensor.also.empty() || set.has_excluded_readings() ||
       (!field.has_vectors() && !set.rotation_sensor_from_table.empty())) {
     throw SetupError(
         "the polar fit goes with plain readings of one field, without temperature terms",
@@ -142,8 +142,8 @@ CalibrationStatus status_of(const Calibration& record, const MistakeSearch& mist
 // True if errors of rounding can bend the response so far.
 bool is_within_steps(const PreparedRun& run, const FittedRun& fit, const Eigen::VectorXd& bends) {
   const Eigen::MatrixXd steps =
-      steps_of_responses(fit.set->response, fit.set->weights, run.experiment().stated.resolution,
-                         fit.estimate.statistics.residual_sd);
+      detect_rounding_steps(fit.set->response, fit.set->weights, run.experiment().stated.resolution,
+                            fit.estimate.statistics.residual_sd);
   return (bends.array().abs() <= steps.colwise().maxCoeff().transpose().array()).all();
 }
 
@@ -213,7 +213,7 @@ void judge(const PreparedRun& run,
   if (!run.field_varies()) {
     remark_on_magnitude(experiment, record);
   }
-  say_what_length_means(experiment, record);
+  note_meaning_of_magnitude(experiment, record);
   warn_of_other_sensitivity(experiment, record);
   if (!model.temperature_has_no_effect && model.choice.temperature_order == 0) {
     warn_of_ignored_temperature(experiment, *fit.set, estimate.field, record);

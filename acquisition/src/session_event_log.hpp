@@ -10,7 +10,7 @@
 namespace axiscal {
 
 /// The events of a session, and the current problems.
-class SessionNews {
+class SessionEventLog {
  public:
   /// From now on it is this time.
   void set_time(double now_s) { now_s_ = now_s; }

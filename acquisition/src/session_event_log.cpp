@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "acquisition/src/session_news.hpp"
+#include "acquisition/src/session_event_log.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -10,14 +10,14 @@
 
 namespace axiscal {
 
-void SessionNews::tell(const std::string& kind,
-                       const std::string& text,
-                       std::optional<int> run,
-                       std::optional<DesignPoint> point) {
+void SessionEventLog::tell(const std::string& kind,
+                           const std::string& text,
+                           std::optional<int> run,
+                           std::optional<DesignPoint> point) {
   events_.push_back({.kind = kind, .text = text, .time_s = now_s_, .run = run, .point = point});
 }
 
-void SessionNews::set_alarm(const std::string& code, const std::string& text) {
+void SessionEventLog::set_alarm(const std::string& code, const std::string& text) {
   const auto found = std::find_if(alarms_.begin(), alarms_.end(),
                                   [&](const SessionAlarm& one) { return one.code == code; });
   if (text.empty()) {
@@ -33,7 +33,7 @@ void SessionNews::set_alarm(const std::string& code, const std::string& text) {
   }
 }
 
-void SessionNews::set_silence(double seconds, double rate_hz) {
+void SessionEventLog::set_silence(double seconds, double rate_hz) {
   constexpr double usual_s = 0.8;
   if (seconds > std::max(usual_s, rate_hz > 0.0 ? 5.0 / rate_hz : 0.0)) {
     set_alarm("silent", formatted("no samples for {} s: is the instrument still on?",
@@ -41,13 +41,13 @@ void SessionNews::set_silence(double seconds, double rate_hz) {
   }
 }
 
-std::vector<SessionAlarm> SessionNews::alarms() const {
+std::vector<SessionAlarm> SessionEventLog::alarms() const {
   std::vector<SessionAlarm> all = source_alarms_;
   all.insert(all.end(), alarms_.begin(), alarms_.end());
   return all;
 }
 
-std::vector<SessionEvent> SessionNews::take_events() {
+std::vector<SessionEvent> SessionEventLog::take_events() {
   return std::exchange(events_, {});
 }
 

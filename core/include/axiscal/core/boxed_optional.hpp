@@ -11,27 +11,28 @@ namespace axiscal {
 
 /// A value that few objects have, in the space of a pointer; used as std::optional is.
 template <typename T>
-class Rare {
+class BoxedOptional {
  public:
-  Rare() = default;
-  Rare(std::nullopt_t) {}  // NOLINT(google-explicit-constructor)
-  Rare(T value)
+  BoxedOptional() = default;
+  BoxedOptional(std::nullopt_t) {}  // NOLINT(google-explicit-constructor)
+  BoxedOptional(T value)
       : value_(std::make_unique<T>(std::move(value))) {}  // NOLINT(google-explicit-constructor)
 
   /// Constructs from the arguments of a constructor of T.
   template <typename From>
   requires(std::constructible_from<T, From> && !std::same_as<std::remove_cvref_t<From>, T> &&
-           !std::same_as<std::remove_cvref_t<From>, Rare>)
-      Rare(From&& from)  // NOLINT(google-explicit-constructor)
+           !std::same_as<std::remove_cvref_t<From>, BoxedOptional>)
+      BoxedOptional(From&& from)  // NOLINT(google-explicit-constructor)
       : value_(std::make_unique<T>(std::forward<From>(from))) {}
 
-  Rare(const Rare& other) : value_(other ? std::make_unique<T>(*other) : nullptr) {}
-  Rare(Rare&&) noexcept = default;
-  Rare& operator=(Rare other) noexcept {
+  BoxedOptional(const BoxedOptional& other)
+      : value_(other ? std::make_unique<T>(*other) : nullptr) {}
+  BoxedOptional(BoxedOptional&&) noexcept = default;
+  BoxedOptional& operator=(BoxedOptional other) noexcept {
     value_ = std::move(other.value_);
     return *this;
   }
-  ~Rare() = default;
+  ~BoxedOptional() = default;
 
   [[nodiscard]] bool has_value() const { return value_ != nullptr; }
   explicit operator bool() const { return has_value(); }

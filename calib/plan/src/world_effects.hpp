@@ -13,14 +13,14 @@
 namespace axiscal {
 
 /// The world's effects on the readings of one instrument, one after another.
-class Troubles {
+class WorldEffects {
  public:
   /// @param noise_sd  of each axis; must outlive it, as the world.
-  Troubles(const World& world,
-           const Eigen::VectorXd& noise_sd,
-           std::uint64_t seed,
-           std::uint32_t stream,
-           std::size_t readings);
+  WorldEffects(const World& world,
+               const Eigen::VectorXd& noise_sd,
+               std::uint64_t seed,
+               std::uint32_t stream,
+               std::size_t readings);
 
   /// Goes on to the next reading.
   void next(int block);

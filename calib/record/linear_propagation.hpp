@@ -12,10 +12,10 @@ namespace axiscal {
 
 /// Uncertainties of linear functions of a record's parameters, each function given by its gradient.
 /// The readings' covariance is computed once for any number of functions.
-class Inheritance {
+class LinearPropagation {
  public:
   /// @param calibration  with statistics; must outlive it.
-  explicit Inheritance(const Calibration& calibration);
+  explicit LinearPropagation(const Calibration& calibration);
 
   /// @return of the fit alone.
   [[nodiscard]] VarianceShares scatter(const Eigen::RowVectorXd& gradient) const;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "calib/plan/src/troubles.hpp"
+#include "calib/plan/src/world_effects.hpp"
 
 #include <cmath>
 #include <numbers>
@@ -19,11 +19,11 @@ constexpr std::uint32_t stream_of_world = 1U << 21U;
 
 }  // namespace
 
-Troubles::Troubles(const World& world,
-                   const Eigen::VectorXd& noise_sd,
-                   std::uint64_t seed,
-                   std::uint32_t stream,
-                   std::size_t readings)
+WorldEffects::WorldEffects(const World& world,
+                           const Eigen::VectorXd& noise_sd,
+                           std::uint64_t seed,
+                           std::uint32_t stream,
+                           std::size_t readings)
     : world_(world),
       has_any_(!world.is_white()),
       noise_sd_(noise_sd),
@@ -36,7 +36,7 @@ Troubles::Troubles(const World& world,
       block_bias_(noise_),
       gains_(Eigen::VectorXd::Ones(noise_sd.size())) {}
 
-void Troubles::next(int block) {
+void WorldEffects::next(int block) {
   ++at_;
   if (!has_any_) {
     return;  // no number of its own is needed
@@ -59,15 +59,15 @@ void Troubles::next(int block) {
   }
 }
 
-void Troubles::lay() {
+void WorldEffects::lay() {
   if (!has_any_) {
     return;
   }
   seat_ = rotation_by(world_.seat_rad * cube_.normals<3>());
 }
 
-Eigen::VectorXd Troubles::added(RandomStream& random,
-                                const std::function<Eigen::VectorXd()>& along) {
+Eigen::VectorXd WorldEffects::added(RandomStream& random,
+                                    const std::function<Eigen::VectorXd()>& along) {
   Eigen::VectorXd sum = Eigen::VectorXd::Zero(noise_.size());
   const bool more_at_ends = world_.ends > 0.0;
   const Eigen::VectorXd parts = more_at_ends ? along() : Eigen::VectorXd();
@@ -102,7 +102,7 @@ Eigen::VectorXd Troubles::added(RandomStream& random,
   return sum;
 }
 
-double Troubles::spread() {
+double WorldEffects::spread() {
   if (world_.tails == 0) {
     return 1.0;
   }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "calib/mistakes/src/condensed.hpp"
+#include "calib/mistakes/src/condensed_run.hpp"
 
 #include <algorithm>
 #include <map>

@@ -1,0 +1,115 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Readings as users have them: arrays, lists, DataFrames."""
+
+from __future__ import annotations
+
+from typing import Any, Dict, List, Mapping, Optional, Sequence, Tuple
+
+import numpy as np
+import numpy.typing as npt
+
+from .errors import DomainError
+
+Floats = npt.NDArray[np.float64]
+
+#: Columns of a table of readings that are no axes.
+LABELS = (
+    "run", "block", "mount", "rest", "fence", "level", "temperature", "time", "samples", "confirm", "surface",
+    "serial", "date", "operator", "fx", "fy", "fz", "pitch_deg", "roll_deg", "yaw_deg", "heading_deg",
+)  # fmt: skip
+
+
+def is_frame(value: Any) -> bool:
+    """True for a pandas DataFrame, without importing pandas."""
+    return hasattr(value, "columns") and hasattr(value, "to_numpy")
+
+
+def matrix(value: Any, name: str = "readings") -> Floats:
+    """An n x m array of numbers; views are not copied.
+
+    Raises
+    ------
+    DomainError
+        If ``value`` has another shape, or holds something else than finite numbers.
+    """
+    try:
+        array = np.asarray(value)
+    except ValueError as error:
+        raise DomainError(f"{name}: rows of different lengths; expected an array of n x m numbers") from error
+    if array.dtype == object or array.dtype.kind not in "fiu":
+        try:
+            array = array.astype(np.float64)
+        except (TypeError, ValueError) as error:
+            raise DomainError(f"{name}: expected numbers, not {array.dtype}") from error
+    if array.ndim == 1:
+        array = array.reshape(1, -1) if name == "reading" else array.reshape(-1, 1)
+    if array.ndim != 2:
+        raise DomainError(f"{name}: expected an array of n x m, not of {array.ndim} dimensions")
+    return array if array.dtype == np.float64 else array.astype(np.float64)
+
+
+def finite_matrix(value: Any, name: str = "readings") -> Floats:
+    """As :func:`matrix`; NaN and infinity are refused with their place."""
+    array = matrix(value, name)
+    if not np.isfinite(array).all():
+        row, column = np.argwhere(~np.isfinite(array))[0]
+        raise DomainError(f"{name}: row {row}, column {column} is {array[row, column]}; leave such rows out")
+    return array
+
+
+def column(value: Any, rows: int, name: str) -> npt.NDArray[Any]:
+    """One value a reading.
+
+    Raises
+    ------
+    DomainError
+        If there are not as many values as readings.
+    """
+    array = np.asarray(value)
+    if array.ndim != 1 or len(array) != rows:
+        raise DomainError(f"{name}: expected {rows} values, one a reading; got shape {array.shape}")
+    return array
+
+
+def table_of(frame: Any, axes: Optional[Sequence[str]]) -> Tuple[Floats, List[str], Dict[str, npt.NDArray[Any]]]:
+    """Readings, names of the axes and further columns of a DataFrame or a mapping of columns."""
+    names = [str(one) for one in (frame.columns if is_frame(frame) else frame)]
+    columns = {name: np.asarray(frame[key]) for name, key in zip(names, frame.columns if is_frame(frame) else frame)}
+    if axes is None:
+        others = [name for name in names if name not in LABELS]
+        axes = ["x", "y", "z"] if {"x", "y", "z"} <= set(names) else others
+    missing = [axis for axis in axes if axis not in columns]
+    if missing:
+        raise DomainError(f"readings: the column {missing[0]!r} is missing; the columns are {', '.join(names)}")
+    data = finite_matrix(np.column_stack([columns[axis] for axis in axes]))
+    return data, list(axes), {name: one for name, one in columns.items() if name in LABELS}
+
+
+class Table(Dict[str, npt.NDArray[Any]]):
+    """Columns of a table by their names."""
+
+    def to_dataframe(self) -> Any:
+        """The table as a pandas DataFrame."""
+        import pandas
+
+        return pandas.DataFrame(dict(self))
+
+
+def table_of_csv(text: str) -> Table:
+    """The columns of CSV text; columns of numbers are arrays of float."""
+    import csv
+
+    rows = list(csv.reader(line for line in text.splitlines() if not line.startswith("#")))
+    table = Table()
+    for index, name in enumerate(rows[0] if rows else []):
+        cells = [row[index] for row in rows[1:]]
+        try:
+            table[name] = np.array([float(cell) if cell else np.nan for cell in cells])
+        except ValueError:
+            table[name] = np.array(cells)
+    return table
+
+
+def columns_of(value: Mapping[str, Any]) -> Dict[str, npt.NDArray[Any]]:
+    """A mapping of columns with arrays as its values."""
+    return {str(name): np.asarray(one) for name, one in value.items()}

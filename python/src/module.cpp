@@ -1,0 +1,487 @@
+// SPDX-License-Identifier: Apache-2.0
+// The extension axiscal._axiscal. It holds what must be fast or exact; python/axiscal is the
+// interface that users see.
+#include <cstdint>
+#include <exception>
+#include <limits>
+#include <mutex>
+#include <optional>
+#include <pybind11/eigen.h>
+#include <pybind11/numpy.h>
+#include <pybind11/pybind11.h>
+#include <pybind11/stl.h>
+#include <span>
+#include <string>
+#include <vector>
+
+#include <CLI/CLI.hpp>
+
+#include "axiscal/calib/calibrate_run.hpp"
+#include "axiscal/calib/calibration_json.hpp"
+#include "axiscal/calib/choices.hpp"
+#include "axiscal/calib/reduction.hpp"
+#include "axiscal/calib/run.hpp"
+#include "axiscal/calib/summary.hpp"
+#include "axiscal/calib/uncertainty.hpp"
+#include "axiscal/core/error.hpp"
+#include "axiscal/core/input_protection.hpp"
+#include "axiscal/core/parallel.hpp"
+#include "axiscal/core/rounded_value.hpp"
+#include "axiscal/core/version.hpp"
+#include "axiscal/formulas/formula_field.hpp"
+#include "axiscal/logs/allan.hpp"
+#include "axiscal/logs/recording_file.hpp"
+#include "axiscal/report/calibration_report.hpp"
+#include "cli/command_line.hpp"
+#include "cli/exchange_options.hpp"
+#include "cli/experiment_options.hpp"
+#include "cli/option_names.hpp"
+#include "cli/subcommands.hpp"
+#include "cli/summary.hpp"
+#include "cli/usage_error.hpp"
+#include "core/formatted.hpp"
+#include "core/redirected_streams.hpp"
+
+namespace py = pybind11;
+
+namespace axiscal::python {
+namespace {
+
+using RowMajor = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
+using Rows = Eigen::Ref<const RowMajor, 0, Eigen::Stride<Eigen::Dynamic, Eigen::Dynamic>>;
+
+// Rows that are copied at a time into the columns that the kernels take; they stay in the cache.
+constexpr Eigen::Index rows_at_once = 8192;
+
+// Calls work(first, count) for all rows, in several threads if there are many.
+template <typename Work>
+void for_each_rows(Eigen::Index rows, const Work& work) {
+  const Eigen::Index pieces = (rows + rows_at_once - 1) / rows_at_once;
+  for_each_in_parallel(static_cast<std::size_t>(pieces), [&](std::size_t piece) {
+    const Eigen::Index first = static_cast<Eigen::Index>(piece) * rows_at_once;
+    work(first, std::min(rows_at_once, rows - first));
+  });
+}
+
+Eigen::MatrixXd piece_of(const Rows& all, Eigen::Index first, Eigen::Index count) {
+  return all.rows() == 0 ? Eigen::MatrixXd() : Eigen::MatrixXd(all.middleRows(first, count));
+}
+
+// n x 3, or n x m for instruments of one or two axes.
+RowMajor apply(const Calibration& calibration,
+               const Rows& readings,
+               const Rows& temperatures,
+               bool force) {
+  const Reducer reducer(calibration, {}, force ? Force::yes : Force::no);
+  const auto axes = static_cast<Eigen::Index>(reducer.axis_count());
+  if (readings.cols() != axes) {
+    throw DomainError(
+        formatted("readings: expected an array of n x {}, not of n x {}", axes, readings.cols()));
+  }
+  if (temperatures.rows() != 0 && temperatures.rows() != readings.rows()) {
+    throw DomainError(
+        formatted("temperature: expected {} values, not {}", readings.rows(), temperatures.rows()));
+  }
+  RowMajor result(readings.rows(), reducer.gives_components() ? 3 : axes);
+  for_each_rows(readings.rows(), [&](Eigen::Index first, Eigen::Index count) {
+    const Eigen::MatrixXd piece = readings.middleRows(first, count);
+    const Eigen::MatrixXd temperature = piece_of(temperatures, first, count);
+    if (reducer.gives_components()) {
+      result.middleRows(first, count) = reducer.reduce_rows(piece, temperature);
+      return;
+    }
+    for (Eigen::Index i = 0; i < count; ++i) {
+      for (Eigen::Index k = 0; k < axes; ++k) {
+        result(first + i, k) =
+            reducer
+                .reduce_axis(static_cast<std::size_t>(k), piece(i, k),
+                             temperature.rows() == 0
+                                 ? std::nullopt
+                                 : std::optional<SensorTemperature>(temperature(i, 0)))
+                .component;
+      }
+    }
+  });
+  return result;
+}
+
+// The values that the kind of instrument derives, n x d, with their names.
+py::tuple derived(const Calibration& calibration,
+                  const Rows& readings,
+                  const std::optional<Rows>& up,
+                  bool force) {
+  const Reducer reducer(calibration, {}, force ? Force::yes : Force::no);
+  const std::vector<std::string> names(reducer.kind().derived_names.begin(),
+                                       reducer.kind().derived_names.end());
+  if (readings.cols() != static_cast<Eigen::Index>(reducer.axis_count())) {
+    throw DomainError(formatted("readings: expected an array of n x {}, not of n x {}",
+                                reducer.axis_count(), readings.cols()));
+  }
+  if (!reducer.gives_components()) {
+    throw DomainError("angles: the instrument has fewer than three axes; use apply()");
+  }
+  RowMajor result(readings.rows(), static_cast<Eigen::Index>(names.size()));
+  {
+    const py::gil_scoped_release release;
+    for_each_rows(readings.rows(), [&](Eigen::Index first, Eigen::Index count) {
+      std::vector<double> reading(reducer.axis_count());
+      for (Eigen::Index i = first; i < first + count; ++i) {
+        Eigen::VectorXd::Map(reading.data(), readings.cols()) = readings.row(i).transpose();
+        if (!readings.row(i).allFinite()) {
+          result.row(i).setConstant(std::numeric_limits<double>::quiet_NaN());
+          continue;
+        }
+        ReadingContext context;
+        if (up) {
+          context.up = Eigen::Vector3d(up->row(i).transpose());
+        }
+        const ReducedReading reduced = reducer.reduce(reading, context);
+        for (Eigen::Index k = 0; k < result.cols(); ++k) {
+          result(i, k) = reduced.derived.values[static_cast<std::size_t>(k)];
+        }
+      }
+    });
+  }
+  return py::make_tuple(names, result);
+}
+
+// Columns of a run besides its readings, each of one value a reading.
+struct RunColumns {
+  std::vector<std::string> rest, fence;
+  std::optional<Eigen::VectorXi> run, block, mount;
+  std::optional<Eigen::VectorXd> level, temperature, time;
+  std::optional<Eigen::VectorXd> samples;
+  std::optional<Eigen::MatrixX3d> field;
+};
+
+Face face_of(const std::string& text, const char* column, std::size_t reading) {
+  const std::optional<Face> face = parse_face(text);
+  if (!face) {
+    throw DomainError(
+        formatted("{}: '{}' in reading {} is not a face; faces are +X, -X, +Y, -Y, "
+                  "+Z and -Z",
+                  column, text, reading + 1));
+  }
+  return *face;
+}
+
+Run run_of(const Rows& readings, const RunColumns& columns) {
+  Run run;
+  run.observations.response = readings;
+  run.observations.samples = columns.samples;
+  run.observations.has_block = columns.block.has_value();
+  run.observations.has_level = columns.level.has_value();
+  for (Eigen::Index i = 0; i < readings.rows(); ++i) {
+    const auto at = static_cast<std::size_t>(i);
+    Reading reading{.run = columns.run ? (*columns.run)(i) : static_cast<int>(i) + 1};
+    if (columns.block) {
+      reading.block = (*columns.block)(i);
+    }
+    if (columns.mount) {
+      reading.mount = (*columns.mount)(i);
+    }
+    if (columns.level) {
+      reading.level = (*columns.level)(i);
+    }
+    if (columns.temperature) {
+      reading.temperature = (*columns.temperature)(i);
+    }
+    if (columns.time) {
+      reading.time_s = (*columns.time)(i);
+    }
+    if (!columns.rest.empty()) {
+      reading.point = DesignPoint(face_of(columns.rest[at], "rest", at),
+                                  face_of(columns.fence[at], "fence", at));
+    }
+    if (columns.field) {
+      reading.field_in_sensor = Eigen::Vector3d(columns.field->row(i).transpose());
+    }
+    run.observations.readings.push_back(std::move(reading));
+  }
+  return run;
+}
+
+// Settings of the experiment from the options of `axiscal calibrate`.
+Experiment experiment_of(const std::vector<std::string>& arguments) {
+  CLI::App app;
+  cli::ExperimentOptions options;
+  cli::OptionSet set(app, arguments, cli::Known::typed);
+  cli::add_experiment_options(set, options);
+  std::vector<std::string> reversed(arguments.rbegin(), arguments.rend());
+  try {
+    app.parse(reversed);
+  } catch (const CLI::ParseError& error) {
+    throw cli::UsageError(error.what());
+  }
+  return cli::make_experiment(options);
+}
+
+Calibration calibrate(const std::vector<std::string>& arguments,
+                      const Rows& readings,
+                      const RunColumns& columns) {
+  const Experiment experiment = experiment_of(arguments);
+  const auto axes = static_cast<Eigen::Index>(experiment.instrument.axes.size());
+  if (readings.cols() != axes) {
+    throw DomainError(
+        formatted("readings: {} columns for an instrument of {} axes; name them by "
+                  "axes=",
+                  readings.cols(), axes));
+  }
+  return calibrate_run(experiment, run_of(readings, columns)).front();
+}
+
+struct CommandResult {
+  int status = 0;
+  std::string output, errors;
+};
+
+// A subcommand within this process. Settings such as --quiet and --jobs are the process's, so one
+// runs at a time.
+CommandResult run_subcommand(const std::vector<std::string>& arguments, const std::string& input) {
+  static std::mutex one_at_a_time;
+  const std::lock_guard lock(one_at_a_time);
+  static const std::vector<cli::Subcommand> subcommands = {cli::field_subcommand(),
+                                                           cli::log_subcommand(),
+                                                           cli::calibrate_subcommand(),
+                                                           cli::segment_subcommand(),
+                                                           cli::noise_subcommand(),
+                                                           cli::apply_subcommand(),
+                                                           cli::plan_subcommand(),
+                                                           cli::simulate_subcommand(),
+                                                           cli::level_subcommand(),
+                                                           cli::characterize_subcommand(),
+                                                           cli::check_subcommand(),
+                                                           cli::budget_subcommand(),
+                                                           cli::study_subcommand(),
+                                                           cli::export_subcommand(&cli::run_export),
+                                                           cli::import_subcommand(&cli::run_import),
+                                                           cli::template_subcommand()};
+  const InputProtection no_input_is_overwritten;
+  RedirectedStreams streams(input);
+  const cli::Action action = cli::parse_command_line(arguments, subcommands);
+  const int status = action();
+  return {status, std::move(streams.output), std::move(streams.errors)};
+}
+
+// All series of a recording, in columns.
+class SeriesCollector : public SeriesSink {
+ public:
+  void add(const Series& one) override {
+    series.push_back(one);
+    times.emplace_back();
+    values.emplace_back();
+  }
+  void sample(std::size_t number, double time_s, std::span<const double> sample) override {
+    times[number].push_back(time_s);
+    values[number].insert(values[number].end(), sample.begin(), sample.end());
+  }
+  std::vector<Series> series;
+  std::vector<std::vector<double>> times, values;
+};
+
+// The array takes the vector over.
+template <typename Shape>
+py::array_t<double> array_of(std::vector<double>&& values, const Shape& shape) {
+  auto* const owned = new std::vector<double>(std::move(values));
+  const py::capsule owner(owned,
+                          [](void* data) { delete static_cast<std::vector<double>*>(data); });
+  return py::array_t<double>(shape, owned->data(), owner);
+}
+
+py::list read_log(const std::string& path) {
+  SeriesCollector collector;
+  std::string format;
+  {
+    const py::gil_scoped_release release;
+    RecordingFile file(path);
+    while (file.read(collector)) {
+    }
+    format = file.format();
+  }
+  py::list all;
+  for (std::size_t i = 0; i < collector.series.size(); ++i) {
+    const Series& series = collector.series[i];
+    const auto rows = static_cast<py::ssize_t>(collector.times[i].size());
+    const auto columns = static_cast<py::ssize_t>(series.columns.size());
+    all.append(py::dict(
+        py::arg("format") = format, py::arg("name") = series.name,
+        py::arg("instance") = series.instance, py::arg("kind") = std::string(name_of(series.kind)),
+        py::arg("unit") = series.unit, py::arg("columns") = series.columns,
+        py::arg("time") = array_of(std::move(collector.times[i]), std::vector<py::ssize_t>{rows}),
+        py::arg("values") =
+            array_of(std::move(collector.values[i]), std::vector<py::ssize_t>{rows, columns})));
+  }
+  return all;
+}
+
+py::dict allan(const py::array_t<double, py::array::c_style | py::array::forcecast>& samples,
+               double rate_hz,
+               bool all_taus) {
+  std::vector<AllanPoint> points;
+  {
+    const std::span<const double> values(samples.data(), static_cast<std::size_t>(samples.size()));
+    const py::gil_scoped_release release;
+    const std::vector<std::size_t> lengths =
+        all_taus ? decade_lengths(values.size()) : octave_lengths(values.size());
+    points = allan_deviation(values, rate_hz, lengths);
+  }
+  const auto column = [&](const auto& member) {
+    py::array_t<double> values(static_cast<py::ssize_t>(points.size()));
+    auto view = values.mutable_unchecked<1>();
+    for (std::size_t i = 0; i < points.size(); ++i) {
+      view(static_cast<py::ssize_t>(i)) = static_cast<double>(points[i].*member);
+    }
+    return values;
+  };
+  return py::dict(py::arg("tau") = column(&AllanPoint::tau_s),
+                  py::arg("deviation") = column(&AllanPoint::deviation),
+                  py::arg("low") = column(&AllanPoint::low),
+                  py::arg("high") = column(&AllanPoint::high),
+                  py::arg("terms") = column(&AllanPoint::terms));
+}
+
+py::tuple quantity(const Calibration& calibration, const std::string& name) {
+  const Quantity one = calibration.parameter(name);
+  return py::make_tuple(one.value, one.u, one.U, one.dof, one.unit);
+}
+
+std::vector<std::string> parameter_names(const Calibration& calibration) {
+  std::vector<std::string> names;
+  for (const ParameterUncertainty& one : parameter_uncertainties(calibration)) {
+    names.push_back(one.name);
+  }
+  return names;
+}
+
+void bind_record(py::module_& module) {
+  py::class_<RunColumns>(module, "RunColumns")
+      .def(py::init<>())
+      .def_readwrite("rest", &RunColumns::rest)
+      .def_readwrite("fence", &RunColumns::fence)
+      .def_readwrite("run", &RunColumns::run)
+      .def_readwrite("block", &RunColumns::block)
+      .def_readwrite("mount", &RunColumns::mount)
+      .def_readwrite("level", &RunColumns::level)
+      .def_readwrite("temperature", &RunColumns::temperature)
+      .def_readwrite("time", &RunColumns::time)
+      .def_readwrite("samples", &RunColumns::samples)
+      .def_readwrite("field", &RunColumns::field);
+  py::class_<Calibration>(module, "Record")
+      .def_static("from_json", &parse_calibration, py::arg("text"), py::arg("path"))
+      .def_static("read", &read_calibration, py::arg("path"))
+      .def("json", &calibration_json)
+      .def("summary",
+           [](const Calibration& self, bool all) {
+             return summary(self, all ? SummaryDetail::full : SummaryDetail::brief);
+           })
+      .def("report", [](const Calibration& self) { return calibration_report(self, {}); })
+      .def("quantity", &quantity)
+      .def("parameter_names", &parameter_names)
+      .def("write", [](const Calibration& self, const std::string& path,
+                       bool force) { write(self, path, force ? Force::yes : Force::no); })
+      .def("apply", &apply, py::call_guard<py::gil_scoped_release>())
+      .def("derived", &derived)
+      .def_property_readonly("bias",
+                             [](const Calibration& self) { return self.sensor.response.bias; })
+      .def_property_readonly(
+          "sensitivity", [](const Calibration& self) { return self.sensor.response.sensitivity; })
+      .def_property_readonly("covariance",
+                             [](const Calibration& self) { return parameter_covariance(self); })
+      .def_property_readonly("unit",
+                             [](const Calibration& self) { return self.sensor.instrument.unit; })
+      .def_property_readonly("field_unit",
+                             [](const Calibration& self) { return self.sensor.field.unit; })
+      .def_property_readonly("kind",
+                             [](const Calibration& self) { return self.sensor.instrument.kind; })
+      .def_property_readonly("serial",
+                             [](const Calibration& self) { return self.sensor.instrument.serial; })
+      .def_property_readonly("axes",
+                             [](const Calibration& self) { return self.sensor.instrument.axes; })
+      .def_property_readonly("status",
+                             [](const Calibration& self) { return std::string(status_name(self.status())); })
+      .def_property_readonly("warnings",
+                             [](const Calibration& self) {
+                               py::list all;
+                               for (const CalibrationWarning& one : self.findings.warnings) {
+                                 all.append(py::make_tuple(std::string(warning_name(one.code)),
+                                                           one.message, one.runs));
+                               }
+                               return all;
+                             })
+      .def_property_readonly("notes", [](const Calibration& self) {
+        py::list all;
+        for (const CalibrationNote& one : self.findings.notes) {
+          all.append(py::make_tuple(std::string(note_name(one.code)), one.message));
+        }
+        return all;
+      });
+}
+
+// Exceptions keep the names of C++. `message` names options as the command does.
+void raise(const py::object& type, const Error& error) {
+  py::object exception = type(cli::with_options(error));
+  if (const auto* const rank = dynamic_cast<const RankDeficientError*>(&error)) {
+    exception.attr("undetermined") = rank->undetermined();
+  }
+  PyErr_SetObject(type.ptr(), exception.ptr());
+}
+
+void bind_errors() {
+  py::register_exception_translator([](std::exception_ptr thrown) {
+    if (!thrown) {
+      return;
+    }
+    const auto type = [](const char* name) {
+      return py::module_::import("axiscal.errors").attr(name).cast<py::object>();
+    };
+    try {
+      std::rethrow_exception(thrown);
+    } catch (const RankDeficientError& error) {
+      raise(type("RankDeficientError"), error);
+    } catch (const RefusedError& error) {
+      raise(type("RefusedError"), error);
+    } catch (const SetupError& error) {
+      raise(type("SetupError"), error);
+    } catch (const cli::UsageError& error) {
+      raise(type("SetupError"), error);
+    } catch (const DomainError& error) {
+      raise(type("DomainError"), error);
+    } catch (const DataError& error) {
+      raise(type("DataError"), error);
+    } catch (const InputOverwriteError& error) {
+      raise(type("OutputError"), error);
+    } catch (const OutputError& error) {
+      raise(type("OutputError"), error);
+    } catch (const Error& error) {
+      raise(type("Error"), error);
+    }
+  });
+}
+
+}  // namespace
+}  // namespace axiscal::python
+
+PYBIND11_MODULE(_axiscal, module) {
+  using namespace axiscal;
+  add_formula_field();
+  module.attr("version") = std::string(software_name());
+  python::bind_errors();
+  python::bind_record(module);
+  module.def("calibrate", &python::calibrate, py::call_guard<py::gil_scoped_release>());
+  module.def(
+      "run_subcommand",
+      [](const std::vector<std::string>& arguments, const std::string& input) {
+        python::CommandResult result;
+        {
+          const py::gil_scoped_release release;
+          result = python::run_subcommand(arguments, input);
+        }
+        return py::make_tuple(result.status, py::bytes(result.output), result.errors);
+      },
+      py::arg("arguments"), py::arg("input") = "");
+  module.def("read_log", &python::read_log);
+  module.def("allan", &python::allan);
+  module.def("rounded", [](double value, double u) {
+    return py::make_tuple(rounded_value(value, u), rounded_uncertainty(u));
+  });
+}

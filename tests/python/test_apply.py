@@ -1,0 +1,87 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Reducing readings: shapes, types, memory."""
+
+import csv
+import io
+import resource
+
+import numpy as np
+import pytest
+
+import axiscal as ax
+
+pandas = pytest.importorskip("pandas")
+
+
+def test_components_solve_the_response(cal):
+    rng = np.random.default_rng(3)
+    for shape in [(1, 3), (7, 3), (20000, 3)]:
+        field = rng.normal(size=shape)
+        readings = cal.bias + field @ cal.sensitivity.T
+        assert cal.apply(readings) == pytest.approx(field, abs=1e-12)
+
+
+@pytest.mark.parametrize("change", [
+    np.asfortranarray,
+    lambda x: x.astype(np.float32),
+    lambda x: np.repeat(x, 2, axis=0)[::2],
+    lambda x: x.tolist(),
+    lambda x: x[::-1][::-1],
+])  # fmt: skip
+def test_any_layout(cal, run, change):
+    tolerance = 1e-6 if getattr(change(run.readings), "dtype", None) == np.float32 else 1e-14
+    assert cal.apply(change(run.readings)) == pytest.approx(cal.apply(run.readings), abs=tolerance)
+
+
+def test_frames_and_the_command(cal, run, command, example, tmp_path):
+    cal.save(tmp_path / "cal.json")
+    done = command("apply", tmp_path / "cal.json", example)
+    rows = list(csv.DictReader(io.StringIO(done.stdout)))
+    frame = cal.apply(run.to_dataframe())
+    for name in ("field_x", "field_y", "field_z", "pitch_deg", "roll_deg"):
+        assert frame[name].to_numpy() == pytest.approx(
+            [float(row[name] or "nan") for row in rows], abs=1e-12, nan_ok=True
+        )
+    angles = cal.angles(run.readings)
+    assert np.array_equal(angles["pitch_deg"], frame["pitch_deg"])
+
+
+def test_bad_readings(cal):
+    with pytest.raises(ax.DomainError, match="n x 3"):
+        cal.apply(np.zeros((4, 2)))
+    with pytest.raises(ax.DomainError, match="readings"):
+        cal.apply([["a", "b", "c"]])
+    assert np.isnan(cal.apply(np.array([[np.nan, 0.0, 1.0]]))).any()
+
+
+def test_memory_stays(cal):
+    data = np.zeros((1_000_000, 3)) + cal.bias
+
+    def peak():
+        return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024
+
+    cal.apply(data)
+    before = peak()
+    for _ in range(20):
+        cal.apply(data)
+    assert peak() - before < 40.0
+
+
+def test_round_trips():
+    rng = np.random.default_rng(7)
+    template = None
+    for _ in range(50):
+        bias = rng.normal(size=3)
+        sensitivity = np.eye(3) + 0.2 * rng.normal(size=(3, 3))
+        design = ax.plan(seed=int(rng.integers(1000)))["sheet"]
+        rest, fence = design["rest"], design["fence"]
+        axis = {"X": 0, "Y": 1, "Z": 2}
+        up = np.zeros((len(rest), 3))
+        for i, face in enumerate(rest):
+            up[i, axis[face[1]]] = 1.0 if face[0] == "-" else -1.0
+        readings = bias + up @ sensitivity.T + 1e-7 * rng.normal(size=up.shape)
+        cal = ax.calibrate(readings, rest=rest, fence=fence, instrument=ax.generic("V"), field=ax.gravity(), force=True)
+        assert cal.bias == pytest.approx(bias, abs=1e-5)
+        assert cal.sensitivity == pytest.approx(sensitivity, abs=1e-5)
+        template = cal
+    assert template is not None

@@ -1,0 +1,155 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Calibrations by arrays, frames, runs and files: the numbers are the command's."""
+
+import copy
+import logging
+import pickle
+import threading
+import warnings
+
+import numpy as np
+import pytest
+
+import axiscal as ax
+from conftest import coefficients
+
+pandas = pytest.importorskip("pandas")
+
+
+def test_arrays_give_the_numbers_of_the_command(cal, record):
+    assert np.array_equal(coefficients(cal.to_dict()), coefficients(record), equal_nan=True)
+
+
+@pytest.mark.parametrize("form", ["frame", "run", "path", "fortran", "float_list", "stride"])
+def test_each_form_of_readings(form, run, cal, example):
+    options = {"instrument": ax.accelerometer("V"), "field": ax.gravity()}
+    labels = {"rest": run.rest, "fence": run.fence}
+    wide = np.zeros((len(run), 6))
+    wide[:, ::2] = run.readings
+    other = {
+        "frame": lambda: ax.calibrate(run.to_dataframe(), **options),
+        "run": lambda: ax.calibrate(run, **options),
+        "path": lambda: ax.calibrate(example, **options),
+        "fortran": lambda: ax.calibrate(np.asfortranarray(run.readings), **labels, **options),
+        "float_list": lambda: ax.calibrate(run.readings.tolist(), **labels, **options),
+        "stride": lambda: ax.calibrate(wide[:, ::2], **labels, **options),
+    }[form]()
+    assert np.array_equal(other.bias, cal.bias)
+    assert np.array_equal(other.sensitivity, cal.sensitivity)
+    assert np.array_equal(other.covariance, cal.covariance)
+
+
+def test_quantities(cal, record):
+    bias = cal["x.bias"]
+    assert float(bias) == record["coefficients"]["bias"][0]
+    assert bias.unit == "V" and bias.U == pytest.approx(bias.k * bias.u)
+    assert str(bias) == "0.01196 +- 0.00025 V"
+    with pytest.raises(ax.DomainError, match="x.bias"):
+        cal["x.bais"]
+
+
+@pytest.mark.parametrize("method", ["joint", "paired", "known"])
+def test_methods_are_the_commands(method, run, command, example, tmp_path):
+    path = tmp_path / "cal.json"
+    command("calibrate", example, "--instrument", "accelerometer", "--unit", "V", "--method", method, "-o", path)
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        cal = ax.calibrate(run, instrument=ax.accelerometer("V"), method=method, force=True)
+    theirs = ax.load(path).to_dict() if path.exists() else None
+    if theirs is not None:
+        assert np.array_equal(coefficients(cal.to_dict()), coefficients(theirs), equal_nan=True)
+
+
+def test_record_survives(cal, tmp_path):
+    cal.save(tmp_path / "cal.json")
+    assert ax.load(tmp_path / "cal.json") == cal
+    assert pickle.loads(pickle.dumps(cal)) == cal
+    assert copy.deepcopy(cal) == cal
+    assert cal.to_dataframe().loc["x.bias", "unit"] == "V"
+
+
+def test_warnings_and_notes(run, caplog):
+    swapped = run.readings.copy()
+    swapped[[2, 5]] = swapped[[5, 2]]
+    with caplog.at_level(logging.INFO, logger="axiscal"):
+        with pytest.warns(ax.CalibrationWarning) as caught:
+            ax.calibrate(swapped, rest=run.rest, fence=run.fence, instrument=ax.accelerometer("V"), force=True)
+    assert all(one.message.code for one in caught)
+    with pytest.raises(ax.RefusedError):
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")
+            ax.calibrate(swapped, rest=run.rest, fence=run.fence, instrument=ax.accelerometer("V"))
+    with caplog.at_level(logging.INFO, logger="axiscal"):
+        ax.calibrate(run, instrument=ax.accelerometer("V"))
+    assert any("repeatability" in one.getMessage() for one in caplog.records)
+
+
+BAD = {
+    "shape": (lambda run: {"readings": np.zeros((2, 2, 2))}, "readings: expected an array of n x m"),
+    "nan": (lambda run: {"readings": np.full((12, 3), np.nan)}, "readings: row 0, column 0 is nan"),
+    "objects": (lambda run: {"readings": np.array([["a", "b", "c"]] * 12, dtype=object)}, "readings: expected numbers"),
+    "ragged": (lambda run: {"readings": [[1.0, 2.0, 3.0], [1.0, 2.0]]}, "readings:"),
+    "labels": (lambda run: {"readings": run.readings, "rest": run.rest[:5]}, "rest: expected 12 values"),
+    "face": (lambda run: {"readings": run.readings, "rest": ["up"] * 12}, "rest: 'up' in reading 1 is not a face"),
+    "block": (lambda run: {"readings": run.readings, "block": [1]}, "block: expected 12 values"),
+}
+
+
+@pytest.mark.parametrize("case", BAD)
+def test_bad_input_names_the_argument(case, run):
+    change, words = BAD[case]
+    arguments = {"rest": run.rest, "fence": run.fence, "instrument": ax.accelerometer("V"), **change(run)}
+    with pytest.raises(ax.DomainError, match=words):
+        ax.calibrate(arguments.pop("readings"), **arguments)
+
+
+def test_bad_options_and_files(run, tmp_path):
+    with pytest.raises(ax.SetupError, match="metod"):
+        ax.calibrate(run, instrument=ax.accelerometer("V"), metod="joint")
+    with pytest.raises(ax.DataError, match="no such file"):
+        ax.calibrate(tmp_path / "none.csv", instrument="accelerometer")
+    with pytest.raises(ax.DataError):
+        ax.load(tmp_path / "none.json")
+    with pytest.raises(ax.SetupError, match="twice"):
+        ax.calibrate(run, instrument=ax.accelerometer("V"), unit="g")
+    assert issubclass(ax.RankDeficientError, ax.RefusedError) and issubclass(ax.DataError, ValueError)
+
+
+def test_what_the_readings_leave_open(run):
+    flat = [0, 1]
+    with pytest.raises(ax.RefusedError) as caught:
+        ax.calibrate(
+            run.readings[flat], rest=run.rest[flat], fence=run.fence[flat], instrument=ax.accelerometer("V")
+        )
+    if isinstance(caught.value, ax.RankDeficientError):
+        assert caught.value.undetermined
+
+
+def test_a_field_and_an_instrument_of_ones_own(run):
+    class Gravity(ax.Field):
+        kind = "custom"
+
+        def in_table(self):
+            return (0.0, 0.0, 1.0)
+
+    class Probe(ax.Instrument):
+        kind = "generic"
+
+    own = ax.calibrate(run, instrument=Probe(unit="V"), field=Gravity(unit="1"))
+    usual = ax.calibrate(run, instrument=ax.accelerometer("V"))
+    assert own.bias == pytest.approx(usual.bias, abs=1e-9)
+
+
+def test_threads(run):
+    results = []
+
+    def work():
+        for _ in range(20):
+            results.append(ax.calibrate(run, instrument=ax.accelerometer("V")).bias)
+
+    threads = [threading.Thread(target=work) for _ in range(4)]
+    for one in threads:
+        one.start()
+    for one in threads:
+        one.join()
+    assert len(results) == 80 and all(np.array_equal(one, results[0]) for one in results)
