@@ -9,7 +9,6 @@ import json
 import logging
 import os
 import re
-import tempfile
 import warnings
 from typing import Any, Dict, Iterator, List, Mapping, NamedTuple, Optional
 
@@ -87,6 +86,8 @@ class Files:
 
 @contextlib.contextmanager
 def files() -> Iterator[Files]:
+    import tempfile
+
     with tempfile.TemporaryDirectory(prefix="axiscal-") as folder:
         yield Files(folder)
 
@@ -107,16 +108,19 @@ def arguments_of(options: Mapping[str, Any], at: Optional[Files] = None) -> List
     return arguments
 
 
-def run(arguments: List[str], data: str = "") -> Output:
-    """Runs a subcommand within this process. Notes go to the logger ``axiscal``."""
+def run(arguments: List[str], data: str = "", warns: bool = True) -> Output:
+    """Runs a subcommand within this process. Notes go to the logger ``axiscal``.
+
+    ``warns`` is false if the record holds the warnings too; they are then told once, from there.
+    """
     status, output, messages = _axiscal.run_subcommand(arguments, data)
     for paragraph in re.split(r"\n(?!\s)", messages.strip()):
         text = re.sub(r"\s*\n\s+", " ", paragraph)
         if text.startswith("note: "):
             log.info("%s", text[len("note: "):])
-        elif text.startswith("warning: "):
+        elif text.startswith("warning: ") and warns:
             warnings.warn(CalibrationWarning(text[len("warning: "):]), stacklevel=4)
-        elif text:
+        elif text and warns:
             log.warning("%s", text)
     return Output(status, output, messages)
 

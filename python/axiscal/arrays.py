@@ -3,14 +3,19 @@
 
 from __future__ import annotations
 
-from typing import Any, Dict, List, Mapping, Optional, Sequence, Tuple
+from typing import TYPE_CHECKING, Any, Dict, List, Mapping, Optional, Sequence, Tuple
 
 import numpy as np
-import numpy.typing as npt
 
 from .errors import DomainError
 
-Floats = npt.NDArray[np.float64]
+if TYPE_CHECKING:  # numpy.typing takes 10 ms to import
+    import numpy.typing as npt
+
+    Floats = npt.NDArray[np.float64]
+    Array = npt.NDArray[Any]
+else:
+    Floats = Array = Any
 
 #: Columns of a table of readings that are no axes.
 LABELS = (
@@ -57,7 +62,7 @@ def finite_matrix(value: Any, name: str = "readings") -> Floats:
     return array
 
 
-def column(value: Any, rows: int, name: str) -> npt.NDArray[Any]:
+def column(value: Any, rows: int, name: str) -> Array:
     """One value a reading.
 
     Raises
@@ -71,7 +76,7 @@ def column(value: Any, rows: int, name: str) -> npt.NDArray[Any]:
     return array
 
 
-def table_of(frame: Any, axes: Optional[Sequence[str]]) -> Tuple[Floats, List[str], Dict[str, npt.NDArray[Any]]]:
+def table_of(frame: Any, axes: Optional[Sequence[str]]) -> Tuple[Floats, List[str], Dict[str, Array]]:
     """Readings, names of the axes and further columns of a DataFrame or a mapping of columns."""
     names = [str(one) for one in (frame.columns if is_frame(frame) else frame)]
     columns = {name: np.asarray(frame[key]) for name, key in zip(names, frame.columns if is_frame(frame) else frame)}
@@ -85,7 +90,7 @@ def table_of(frame: Any, axes: Optional[Sequence[str]]) -> Tuple[Floats, List[st
     return data, list(axes), {name: one for name, one in columns.items() if name in LABELS}
 
 
-class Table(Dict[str, npt.NDArray[Any]]):
+class Table(Dict[str, Array]):
     """Columns of a table by their names."""
 
     def to_dataframe(self) -> Any:
@@ -110,6 +115,6 @@ def table_of_csv(text: str) -> Table:
     return table
 
 
-def columns_of(value: Mapping[str, Any]) -> Dict[str, npt.NDArray[Any]]:
+def columns_of(value: Mapping[str, Any]) -> Dict[str, Array]:
     """A mapping of columns with arrays as its values."""
     return {str(name): np.asarray(one) for name, one in value.items()}

@@ -14,7 +14,7 @@ from . import _axiscal
 from ._options import arguments_of, csv_of, files, log, run
 from .arrays import Floats, Table, column, finite_matrix, is_frame, matrix, table_of, table_of_csv
 from .calibration import Calibration, PathLike, _from_json, checked
-from .errors import CalibrationWarning, DomainError, RefusedError, SetupError
+from .errors import CalibrationWarning, DataError, DomainError, RefusedError, SetupError
 from .setups import Field, Instrument
 
 __all__ = ["Experiment", "Run", "calibrate", "calibrate_imu", "calibrate_units", "fit_magnitude", "read_run"]
@@ -105,8 +105,11 @@ def read_run(path: PathLike, axes: Optional[Sequence[str]] = None) -> Run:
         If the file is missing or malformed; the message starts with the place.
     """
     name = os.fspath(path)
-    with open(name, encoding="utf-8-sig") as file:
-        table = table_of_csv(file.read())
+    try:
+        with open(name, encoding="utf-8-sig") as file:
+            table = table_of_csv(file.read())
+    except (OSError, UnicodeDecodeError, IndexError) as error:
+        raise DataError(f"{name}: {error}") from error
     readings, names, columns = table_of(table, axes)
     return Run(readings, names, columns, name)
 
@@ -150,7 +153,7 @@ def _native(readings: Floats, columns: Dict[str, Any], options: Dict[str, Any]) 
 def _by_command(arguments: List[str], data: str = "") -> Calibration:
     with files() as at:
         path = at.path()
-        done = run(["calibrate", *arguments, "-o", path], data)
+        done = run(["calibrate", *arguments, "-o", path], data, warns=False)
         if not os.path.exists(path):
             raise RefusedError(done.messages.strip() or "the calibration was refused")
         with open(path, encoding="utf-8") as file:
@@ -226,7 +229,7 @@ def calibrate(
         with files() as at:
             path = at.path()
             with open(path, "w", encoding="utf-8") as file:
-                json.dump(readings, file)
+                json.dump(_with_absolute_paths(readings), file)
             return _tell(_by_command([path, *arguments_of(options, at)]), force)
     if isinstance(readings, (str, os.PathLike)):
         if given:
@@ -264,6 +267,18 @@ def calibrate(
         return _tell(_by_command(["-", *more, *arguments_of(options, at)], text), force)
 
 
+def _with_absolute_paths(experiment: Experiment) -> Dict[str, Any]:
+    """The files that an experiment names, so that it may lie in another folder."""
+    result: Dict[str, Any] = dict(experiment)
+    for name in ("observations", "positioner", "limits"):
+        value = result.get(name)
+        if isinstance(value, (str, os.PathLike)):
+            result[name] = os.path.abspath(value)
+        elif isinstance(value, list):
+            result[name] = [os.path.abspath(one) if isinstance(one, (str, os.PathLike)) else one for one in value]
+    return result
+
+
 def _cells(value: Any) -> List[Any]:
     array = np.asarray(value)
     return [str(one) for one in array] if array.dtype.kind in "MOUS" else list(array)
@@ -284,7 +299,8 @@ def fit_magnitude(readings: Any, **options: Any) -> Calibration:
 
 def _records(arguments: List[str], name: str, force: bool) -> Dict[str, Calibration]:
     with files() as at:
-        messages = run(["calibrate", *arguments, "-o", os.path.join(at.folder, name)]).messages
+        output = os.path.join(at.folder, name)
+        messages = run(["calibrate", *arguments, "-o", output], warns=False).messages
         found = {}
         for path in sorted(glob.glob(os.path.join(at.folder, "record-*.json"))):
             with open(path, encoding="utf-8") as file:

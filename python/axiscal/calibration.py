@@ -130,7 +130,7 @@ class Calibration:
         -------
         ndarray, n x 3, or DataFrame
             The field's components [field_unit]. Of a DataFrame also the angles. NaN where the
-            readings hold NaN. Of an instrument with fewer than three axes n x m, the component
+            readings hold NaN. One reading of m numbers gives 3. Of an instrument with fewer than three axes n x m, the component
             along each axis.
 
         Examples
@@ -145,7 +145,7 @@ class Calibration:
             heat = column(temperature, len(data), "temperature").astype(np.float64).reshape(-1, 1)
         result: Floats = self._record.apply(data, heat, force)
         if not is_frame(readings):
-            return result
+            return result[0] if np.ndim(readings) == 1 else result
         import pandas
 
         names = ["field_x", "field_y", "field_z"] if result.shape[1] == 3 else [f"field_{one}" for one in self.axes]
@@ -184,6 +184,23 @@ class Calibration:
         """The record as its JSON has it."""
         result: Dict[str, Any] = json.loads(self._record.json())
         return result
+
+    @staticmethod
+    def from_dict(record: Dict[str, Any]) -> "Calibration":
+        """The calibration of a record, as :meth:`to_dict` gives it.
+
+        Examples
+        --------
+        >>> truth = Calibration.from_dict({
+        ...     "format": "axiscal-calibration", "version": 1,
+        ...     "instrument": {"kind": "accelerometer", "serial": "", "axes": ["x", "y", "z"], "unit": "V"},
+        ...     "field": {"kind": "gravity", "unit": "g", "magnitude": 1.0, "in_table": [0, 0, 1]},
+        ...     "coefficients": {"bias": [0.01, -0.02, 0.03],
+        ...                      "sensitivity": [[2.5, 0, 0], [0, 2.5, 0], [0, 0, 2.5]]}})
+        >>> truth.unit, truth.field_unit
+        ('V', 'g')
+        """
+        return _from_json(json.dumps(record))
 
     def to_dataframe(self) -> Any:
         """A pandas DataFrame of all parameters: value, u, U, k, dof, unit."""

@@ -149,7 +149,7 @@ def noise(log_file: Any, **options: Any) -> Dict[str, Any]:
 
 
 def noise_model(y: Any, rate: float, **options: Any) -> Dict[str, Any]:
-    """The noise coefficients of one sensor: N, B, K with their intervals.
+    """The noise coefficients of one sensor: N, B, K with their 95 % intervals.
 
     Parameters
     ----------
@@ -157,10 +157,23 @@ def noise_model(y: Any, rate: float, **options: Any) -> Dict[str, Any]:
         Samples at rest [unit].
     rate : float
         Samples a second [Hz].
+
+    Returns
+    -------
+    dict
+        "N" (white noise), "B" (bias instability), "K" (random walk), each with value, low, high
+        and unit; and "coefficients", all of them.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> model = noise_model(np.random.default_rng(1).normal(size=10000), 100.0)
+    >>> bool(model["N"]["low"] < 0.1 < model["N"]["high"])
+    True
     """
-    found = noise(matrix(y, "y"), rate=rate, columns="c1", **options)
-    one: Dict[str, Any] = found["columns"][0] if "columns" in found else found
-    return one
+    found = noise(matrix(y, "y"), rate=rate, columns="c1", **options)["columns"]["c1"]["coefficients"]
+    letters = {"N": "white", "B": "bias_instability", "K": "random_walk"}
+    return {**{letter: found[name] for letter, name in letters.items()}, "coefficients": found}
 
 
 def _readings_text(readings: Any, rest: Any, fence: Any, axes: List[str]) -> str:

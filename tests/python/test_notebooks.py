@@ -1,0 +1,27 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Each notebook of docs/notebooks runs from its first cell to its last."""
+
+import glob
+import json
+import os
+
+import pytest
+
+from conftest import SOURCE
+
+NOTEBOOKS = sorted(glob.glob(os.path.join(SOURCE, "docs", "notebooks", "*.ipynb")))
+
+
+def test_there_are_notebooks():
+    assert len(NOTEBOOKS) >= 6
+
+
+@pytest.mark.parametrize("path", NOTEBOOKS, ids=os.path.basename)
+@pytest.mark.filterwarnings("ignore")
+def test_notebook_runs(path, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    names = {}
+    with open(path, encoding="utf-8") as file:
+        cells = [cell for cell in json.load(file)["cells"] if cell["cell_type"] == "code"]
+    for number, cell in enumerate(cells):
+        exec(compile("".join(cell["source"]), f"{os.path.basename(path)}:{number}", "exec"), names)
