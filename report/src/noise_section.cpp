@@ -14,6 +14,7 @@
 #include "axiscal/core/number_text.hpp"
 #include "axiscal/core/version.hpp"
 #include "axiscal/logs/noise_summary.hpp"
+#include "axiscal/logs/sensor_names.hpp"
 #include "axiscal/report/noise_report.hpp"
 #include "core/formatted.hpp"
 #include "report/src/html.hpp"
@@ -41,6 +42,13 @@ std::vector<NoiseGroup> groups_of(const LogNoise& noise) {
   return groups;
 }
 
+// The Allan deviation of a temperature shows the room, not the sensor.
+bool is_temperature(const ColumnNoise& column) {
+  const std::string name = in_small_letters(column.name);
+  return column.kind == "temperature" || name.find("temp") != std::string::npos ||
+         name.ends_with("degc");
+}
+
 std::string group_name(const NoiseGroup& group) {
   std::string name = group.front()->kind.empty() ? "Sensor" : group.front()->kind;
   name.front() = static_cast<char>(std::toupper(static_cast<unsigned char>(name.front())));
@@ -52,14 +60,14 @@ Cell sheet_cell(const SheetNoise& noise) {
 }
 
 std::string coefficients_of(const NoiseGroup& group) {
-  constexpr std::array kinds = {std::pair(NoiseKind::white, "N, white noise"),
-                                std::pair(NoiseKind::bias_instability, "B, bias instability"),
-                                std::pair(NoiseKind::random_walk, "K, random walk")};
+  constexpr std::array kinds = {std::pair(NoiseKind::white, "N"),
+                                std::pair(NoiseKind::bias_instability, "B"),
+                                std::pair(NoiseKind::random_walk, "K")};
   std::vector<std::string> head = {"axis"};
   for (const auto& [kind, name] : kinds) {
     head.push_back(formatted("{} [{}]", name, sheet_noise(*group.front(), kind).unit));
   }
-  head.emplace_back("dwell at a design point [s]");
+  head.emplace_back("dwell [s]");
   std::vector<std::vector<Cell>> rows;
   for (const ColumnNoise* const column : group) {
     rows.push_back({{column->name, ""}});
@@ -68,7 +76,9 @@ std::string coefficients_of(const NoiseGroup& group) {
     }
     rows.back().push_back(number_cell(column->dwell.sensible_s, 3));
   }
-  return html_table(group_name(group) + "; 95 % intervals in brackets", head, rows);
+  return html_table(group_name(group) +
+                        ": white noise N, bias instability B, random walk K, with 95 % intervals in "
+                        "brackets; dwell at a design point", head, rows);
 }
 
 // Where a data sheet reads a coefficient off the curve: N at 1 s, K at 3 s, B at the lowest point.
@@ -158,7 +168,7 @@ std::string noise_section(const LogNoise& noise, Figures& figures) {
   std::size_t number = 0;
   for (const NoiseGroup& group : groups_of(noise)) {
     html += coefficients_of(group);
-    if (group.front()->kind != "temperature") {
+    if (!is_temperature(*group.front())) {
       html += figures.add(allan_plot(group, ++number));
     }
   }

@@ -39,8 +39,9 @@ export function makeTraces(reading, noise) {
       pen.beginPath();
       for (const one of samples) {
         const x = width - ((samples.at(-1).at - one.at) / SPAN_MS) * width;
-        const off = Math.max(-1, Math.min(1, (one.reading[k] - mean) / reach));
-        pen.lineTo(x, middle - 0.42 * (height / axes) * off);
+        const off = (one.reading[k] - mean) / reach;
+        const y = middle - 0.42 * (height / axes) * Math.max(-1, Math.min(1, off));
+        Math.abs(off) > 1 ? pen.moveTo(x, y) : pen.lineTo(x, y);  // a motion beyond the scale is a gap
       }
       pen.stroke();
       pen.fillStyle = color("--quiet");
