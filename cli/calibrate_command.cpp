@@ -91,6 +91,16 @@ void add_options(OptionSet& options, CalibrateCommand& command) {
   options.add(
       "--table", command.table, "FILE",
       "write a table of many units (column 'serial'): one row each, with verdict and reason");
+  options.add_flag(
+      "--stream", command.stream,
+      "many units in constant memory: a unit ends where 'serial' changes, or is a JSON "
+      "line; -o RECORDS.jsonl[.zst] has a line for each, --table a row");
+  options.add(
+      "--shard", command.shard, "I/N",
+      "with --stream: part I of N of the units, by a hash of the serial; axiscal merge joins "
+      "the parts");
+  options.add_flag("--resume", command.resume,
+                   "with --stream: keep the complete lines of the outputs, and go on after them");
   options.add_flag("--accept-suggestion", command.accept_suggestion,
                    "correct or leave out the most likely mistake; the record names the change");
   options.add_flag("--force", command.force, "store the record even if it is refused");
@@ -268,21 +278,6 @@ Suggestions suggestions_of(const CalibrateCommand& command) {
   return command.accept_suggestion ? Suggestions::accept : Suggestions::name;
 }
 
-// The report about one unit of a batch.
-struct Unit {
-  std::string serial;
-  std::string result;  // "pass", "fail", "ok", "warning", "refused", "error"
-  std::string reason;
-  std::vector<double> cells;  // of the table: each parameter and its uncertainty
-  std::string record;         // to be stored; empty where it is not
-};
-
-// Several units, made one after another.
-struct UnitsAtOnce {
-  std::vector<Unit> units;
-  std::vector<std::string> parameters;  // of the first that has some
-};
-
 void describe_unit(const CalibrateCommand& command,
                    const Calibration& calibration,
                    Unit& unit,
@@ -313,6 +308,57 @@ void describe_unit(const CalibrateCommand& command,
     }
   }
 }
+
+}  // namespace
+
+Unit calibrate_unit(const CalibrateCommand& command,
+                    const Experiment& experiment,
+                    const Run& run,
+                    const std::string& serial,
+                    const std::optional<Limits>& limits,
+                    const std::vector<Calibration>& earlier,
+                    std::vector<std::string>& parameters) {
+  Unit unit{.serial = run.serial};
+  try {
+    Experiment own = experiment;
+    own.instrument.serial = serial;
+    own.fit.process = process_of(command, earlier, own, run);
+    Run of_unit = run;
+    of_unit.serial = serial;
+    std::vector<Calibration> calibrations = calibrate_run(own, of_unit, suggestions_of(command));
+    apply_limits(limits, calibrations);
+    describe_unit(command, calibrations.front(), unit, parameters);
+  } catch (const RefusedError& error) {
+    unit.result = "error";
+    unit.reason = with_options(error);
+  }
+  return unit;
+}
+
+std::string table_header(const std::vector<std::string>& parameters) {
+  std::string text = "serial,result,reason";
+  for (const std::string& parameter : parameters) {
+    text += formatted(",{},{}", harmless_cell(parameter), harmless_cell("u_" + parameter));
+  }
+  return text + "\n";
+}
+
+std::string table_row(const Unit& unit, std::size_t parameters) {
+  std::string text =
+      formatted("{},{},{}", harmless_cell(unit.serial), unit.result, harmless_cell(unit.reason));
+  for (std::size_t cell = 0; cell < 2 * parameters; ++cell) {
+    text += "," + (cell < unit.cells.size() ? number_text(unit.cells[cell]) : "");
+  }
+  return text + "\n";
+}
+
+namespace {
+
+// Several units, made one after another.
+struct UnitsAtOnce {
+  std::vector<Unit> units;
+  std::vector<std::string> parameters;  // of the first that has some
+};
 
 // The units of a batch.
 struct Batch {
@@ -354,30 +400,6 @@ std::map<std::string, std::string> name_units_by_files(const std::string& output
   return serials;
 }
 
-Unit calibrate_unit(const CalibrateCommand& command,
-                    const Experiment& experiment,
-                    const Run& run,
-                    const std::string& serial,
-                    const std::optional<Limits>& limits,
-                    const std::vector<Calibration>& earlier,
-                    std::vector<std::string>& parameters) {
-  Unit unit{.serial = run.serial};
-  try {
-    Experiment own = experiment;
-    own.instrument.serial = serial;
-    own.fit.process = process_of(command, earlier, own, run);
-    Run of_unit = run;
-    of_unit.serial = serial;
-    std::vector<Calibration> calibrations = calibrate_run(own, of_unit, suggestions_of(command));
-    apply_limits(limits, calibrations);
-    describe_unit(command, calibrations.front(), unit, parameters);
-  } catch (const RefusedError& error) {
-    unit.result = "error";
-    unit.reason = with_options(error);
-  }
-  return unit;
-}
-
 // A unit with fewer readings than most is marked.
 void mark_short_unit(const Batch& batch, std::size_t usual, std::size_t place, Unit& unit) {
   const std::size_t count = batch.units.readings(place);
@@ -391,18 +413,9 @@ void mark_short_unit(const Batch& batch, std::size_t usual, std::size_t place, U
 
 // The batch as a table: a row for each unit.
 std::string table_of(const std::vector<Unit>& units, const std::vector<std::string>& parameters) {
-  std::string text = "serial,result,reason";
-  for (const std::string& parameter : parameters) {
-    text += formatted(",{},{}", harmless_cell(parameter), harmless_cell("u_" + parameter));
-  }
-  text += "\n";
+  std::string text = table_header(parameters);
   for (const Unit& unit : units) {
-    text +=
-        formatted("{},{},{}", harmless_cell(unit.serial), unit.result, harmless_cell(unit.reason));
-    for (std::size_t cell = 0; cell < 2 * parameters.size(); ++cell) {
-      text += "," + (cell < unit.cells.size() ? number_text(unit.cells[cell]) : "");
-    }
-    text += "\n";
+    text += table_row(unit, parameters.size());
   }
   return text;
 }
@@ -707,6 +720,12 @@ int run(const CalibrateCommand& command) {
   }
   if (command.imu) {
     return run_imu(command);
+  }
+  if (command.stream) {
+    return run_stream(command);
+  }
+  if (command.shard || command.resume) {
+    throw UsageError("--shard, --resume: go with --stream");
   }
   const std::vector<std::string> of_logs = stated_options_of(command.rests);
   if (!of_logs.empty()) {

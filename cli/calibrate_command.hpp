@@ -6,6 +6,8 @@
 #include <vector>
 
 #include "axiscal/calib/calibration.hpp"
+#include "axiscal/calib/limits.hpp"
+#include "axiscal/calib/run.hpp"
 #include "experiment_options.hpp"
 #include "log_input.hpp"
 
@@ -24,6 +26,9 @@ struct CalibrateCommand {
   std::optional<std::string> limits, history, table, calibrated;
   std::optional<std::string> align;       ///< record of an instrument that was recorded together
   std::optional<std::string> body, tare;  ///< method attitude: an earlier rotation, and its tare
+  std::optional<std::string> shard;       ///< with stream: I/N
+  bool stream = false;                    ///< many units, one line each
+  bool resume = false;                    ///< with stream: keep the lines that are there
   bool each = false;                      ///< a record of each file, or of each serial
   bool json = false;
   bool force = false;
@@ -38,6 +43,32 @@ struct CalibrateCommand {
 [[nodiscard]] int deliver_records(const CalibrateCommand& command,
                                   const std::vector<Calibration>& calibrations,
                                   const std::string& heading = "");
+
+/// The report about one unit of several.
+struct Unit {
+  std::string serial;
+  std::string result;  ///< "pass", "fail", "ok", "warning", "refused", "error"
+  std::string reason;
+  std::vector<double> cells;  ///< of the table: each parameter and its uncertainty
+  std::string record;         ///< to be stored; empty if it is not
+};
+
+/// Calibrates a unit. Readings that are refused give the result "error".
+/// @param parameters  receives the names of the record's parameters if it is empty.
+[[nodiscard]] Unit calibrate_unit(const CalibrateCommand& command,
+                                  const Experiment& experiment,
+                                  const Run& run,
+                                  const std::string& serial,
+                                  const std::optional<Limits>& limits,
+                                  const std::vector<Calibration>& earlier,
+                                  std::vector<std::string>& parameters);
+
+/// The first line and the line of a unit in a table of units.
+[[nodiscard]] std::string table_header(const std::vector<std::string>& parameters);
+[[nodiscard]] std::string table_row(const Unit& unit, std::size_t parameters);
+
+/// `calibrate --stream`.
+[[nodiscard]] int run_stream(const CalibrateCommand& command);
 
 /// `calibrate --imu`.
 [[nodiscard]] int run_imu(const CalibrateCommand& command);

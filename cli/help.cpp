@@ -83,6 +83,11 @@ constexpr std::array essentials = {
                "pitch,roll,attitudes,monte-carlo,output,json",
                {"axiscal budget cal.json", "axiscal budget cal.json --pitch 30 --roll 45",
                 "axiscal budget cal.json --attitudes 15"}},
+    Essentials{"merge",
+               "output",
+               {"axiscal merge part1.jsonl part2.jsonl -o records.jsonl",
+                "axiscal merge part1.csv part2.csv -o units.csv",
+                "axiscal merge part*.jsonl.zst -o records.jsonl.zst"}},
     Essentials{"study",
                "truth,noise,trials,design,method,world,alarms,json",
                {"axiscal study --truth cal.json --noise 1e-4 --trials 2000",
@@ -193,8 +198,7 @@ std::vector<std::string> examples_of(const std::string& subcommand) {
 std::string overview(const ProgramDefinition& program) {
   std::string text = formatted("{}\n", program.help);
   text += command_lines(examples_of("calibrate").front());
-  text += command_lines(examples_of("apply").front());
-  text += "\n";
+  text += command_lines(examples_of("apply").front()) + "Subcommands:\n";
   for (const SubcommandDefinition& subcommand : program.subcommands) {
     text += formatted("  {:<14}{}\n", subcommand.name, subcommand.help);
   }

@@ -18,14 +18,11 @@
 
 namespace axiscal::cli {
 
-namespace {
-
 std::string sha256_of_text(const std::string& text) {
   std::array<char, SHA256_DIGEST_STRING_LENGTH> digest{};
   return SHA256Data(reinterpret_cast<const std::uint8_t*>(text.data()), text.size(), digest.data());
 }
 
-// Bytes that are in memory.
 std::function<std::size_t(char* buffer, std::size_t size)> reader_of(const std::string& text) {
   return [rest = std::string_view(text)](char* buffer, std::size_t size) mutable {
     const std::size_t count = rest.copy(buffer, size);
@@ -33,6 +30,8 @@ std::function<std::size_t(char* buffer, std::size_t size)> reader_of(const std::
     return count;
   };
 }
+
+namespace {
 
 // The columns that readings are in: the axes, or those of all slots.
 std::vector<std::string> axes_of(const ObservationColumns& columns) {

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <functional>
 #include <optional>
 #include <string>
 
@@ -34,6 +35,13 @@ struct TableReading {
     const ObservationColumns& columns,
     const std::optional<ObservationColumns>& beside = {},
     const TableReading& reading = {});
+
+/// @return the SHA-256 of a text, in hexadecimal digits.
+[[nodiscard]] std::string sha256_of_text(const std::string& text);
+
+/// @return a source of bytes that are in memory; the text must outlive it.
+[[nodiscard]] std::function<std::size_t(char* buffer, std::size_t size)> reader_of(
+    const std::string& text);
 
 /// @return the SHA-256 of a file's bytes; empty for standard input and pipes,
 ///         which are read once only.

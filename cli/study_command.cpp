@@ -14,6 +14,7 @@
 #include "core/formatted.hpp"
 #include "experiment_options.hpp"
 #include "sheet_options.hpp"
+#include "stream_files.hpp"
 #include "subcommands.hpp"
 #include "summary.hpp"
 #include "typed_values.hpp"
@@ -88,18 +89,6 @@ std::string study_text(const Study& study) {
                       100.0 * static_cast<double>(count) / static_cast<double>(trials_done(study)));
   }
   return text;
-}
-
-Shard shard_of(const std::string& text) {
-  const std::size_t slash = text.find('/');
-  const std::optional<int> number =
-      slash == std::string::npos ? std::nullopt : parse_integer(text.substr(0, slash));
-  const std::optional<int> count =
-      slash == std::string::npos ? std::nullopt : parse_integer(text.substr(slash + 1));
-  if (!number || !count || *number < 1 || *number > *count) {
-    throw UsageError(formatted("--shard: '{}' must be I/N with 1 <= I <= N", text));
-  }
-  return {.number = *number, .count = *count};
 }
 
 int merge_shards(const StudyCommand& command) {
@@ -219,7 +208,7 @@ int run(const StudyCommand& command) {
   if (command.trials) {
     trials = parse_whole_number("--trials", *command.trials, 1);
   }
-  const Shard shard = command.shard ? shard_of(*command.shard) : Shard{};
+  const Shard shard = command.shard ? shard_of_option(*command.shard) : Shard{};
   const auto mine = trials / shard.count;
   const auto progress = [&](std::int64_t done) {
     print_progress(formatted("{} of {} trials", done, std::max(mine, done)));

@@ -18,6 +18,7 @@ Subcommand check_subcommand();
 Subcommand field_subcommand();
 Subcommand level_subcommand();
 Subcommand log_subcommand();
+Subcommand merge_subcommand();
 Subcommand noise_subcommand();
 Subcommand plan_subcommand();
 Subcommand segment_subcommand();

@@ -4,6 +4,7 @@
 #include <cerrno>
 #include <cstdlib>
 #include <cstring>
+#include <dlfcn.h>
 #include <filesystem>
 
 #include <system_error>
@@ -17,6 +18,19 @@ namespace {
 
 namespace fs = std::filesystem;
 
+// The folder of the file that this code is in: of the program, or of a library that it has loaded,
+// as the Python module is. Empty if it is unknown.
+fs::path folder_of_this_code() {
+  Dl_info info{};
+  if (::dladdr(reinterpret_cast<void*>(&folder_of_this_code), &info) == 0 ||
+      info.dli_fname == nullptr) {
+    return {};
+  }
+  std::error_code failed;
+  const fs::path file = fs::canonical(info.dli_fname, failed);
+  return failed ? fs::path() : file.parent_path();
+}
+
 std::vector<fs::path> folders_of_programs() {
   std::vector<fs::path> folders;
   if (const char* const stated = std::getenv("AXISCAL_LIBEXEC"); stated != nullptr) {
@@ -27,6 +41,10 @@ std::vector<fs::path> folders_of_programs() {
   if (!running.empty()) {
     folders.push_back(running.parent_path());
     folders.push_back(running.parent_path() / AXISCAL_LIBEXEC_FROM_BIN);
+  }
+  if (const fs::path own = folder_of_this_code(); !own.empty()) {
+    folders.push_back(own);
+    folders.push_back(own / "../../cli");  // of python/axiscal in a build
   }
   folders.emplace_back(AXISCAL_LIBEXEC_FOLDER);
   return folders;

@@ -255,6 +255,8 @@ CommandResult run_subcommand(const std::vector<std::string>& arguments, const st
                                                            cli::study_subcommand(),
                                                            cli::export_subcommand(&cli::run_export),
                                                            cli::import_subcommand(&cli::run_import),
+                                                           cli::merge_subcommand(),
+                                                           cli::merge_subcommand(),
                                                            cli::template_subcommand()};
   const InputProtection no_input_is_overwritten;
   RedirectedStreams streams(input);
@@ -397,8 +399,8 @@ void bind_record(py::module_& module) {
                              [](const Calibration& self) { return self.sensor.instrument.serial; })
       .def_property_readonly("axes",
                              [](const Calibration& self) { return self.sensor.instrument.axes; })
-      .def_property_readonly("status",
-                             [](const Calibration& self) { return std::string(status_name(self.status())); })
+      .def_property_readonly(
+          "status", [](const Calibration& self) { return std::string(status_name(self.status())); })
       .def_property_readonly("warnings",
                              [](const Calibration& self) {
                                py::list all;

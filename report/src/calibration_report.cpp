@@ -169,11 +169,6 @@ std::string residuals_section(const Calibration& calibration,
   return words_on_fit(calibration) + figures.add_all(plots);
 }
 
-// The value with the digits that its standard uncertainty lets it have.
-Cell rounded_cell(double value, double u) {
-  return {typographic_minus(rounded_value(value, u)), number_text(value)};
-}
-
 std::string history_section(const UnitHistory& unit, Figures& figures) {
   std::vector<std::vector<Cell>> rows;
   for (const ParameterTrend& trend : unit.trends) {

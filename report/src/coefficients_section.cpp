@@ -30,8 +30,7 @@ std::string parameters_table(const Calibration& calibration) {
   const std::vector<ParameterUncertainty> all = parameter_uncertainties(calibration);
   for (const ParameterUncertainty& one : all) {
     rows.push_back({{one.name, ""},
-                    {typographic_minus(rounded_value(one.value, one.uncertainty.expanded)),
-                     number_text(one.value)},
+                    rounded_cell(one.value, one.uncertainty.expanded),
                     number_cell(one.uncertainty.u, 2),
                     number_cell(one.uncertainty.expanded, 2),
                     number_cell(one.uncertainty.degrees_of_freedom, 3),
@@ -67,7 +66,7 @@ std::string intrinsic_table(const Calibration& calibration) {
         i < intrinsic.uncertainty.size() ? intrinsic.uncertainty[i].expanded : std::nan("");
     rows.push_back(
         {{intrinsic.names[i], ""},
-         number_cell(factor * intrinsic.values(static_cast<Eigen::Index>(i)), 8),
+         rounded_cell(factor * intrinsic.values(static_cast<Eigen::Index>(i)), factor * expanded),
          number_cell(factor * expanded, 2),
          {is_angle ? "deg"
           : intrinsic.names[i].ends_with("bias")

@@ -66,6 +66,10 @@ std::string typographic_face(std::string_view name) {
   return name.starts_with('-') ? formatted("\u2212{}", name.substr(1)) : std::string(name);
 }
 
+Cell rounded_cell(double value, double uncertainty) {
+  return {typographic_minus(rounded_value(value, uncertainty)), number_text(value)};
+}
+
 Cell number_cell(double value, int digits) {
   if (!std::isfinite(value)) {
     return {"\u2013", ""};

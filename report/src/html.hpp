@@ -32,6 +32,9 @@ struct Cell {
   std::string value;
 };
 
+/// @return the value with the digits that its uncertainty allows; all digits in the data.
+[[nodiscard]] Cell rounded_cell(double value, double uncertainty);
+
 /// @return a number to so many digits, with all of them behind it; "-" for NaN.
 Cell number_cell(double value, int digits = 5);
 

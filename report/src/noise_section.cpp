@@ -76,9 +76,11 @@ std::string coefficients_of(const NoiseGroup& group) {
     }
     rows.back().push_back(number_cell(column->dwell.sensible_s, 3));
   }
-  return html_table(group_name(group) +
-                        ": white noise N, bias instability B, random walk K, with 95 % intervals in "
-                        "brackets; dwell at a design point", head, rows);
+  return html_table(
+      group_name(group) +
+          ": white noise N, bias instability B, random walk K, with 95 % intervals in "
+          "brackets; dwell at a design point",
+      head, rows);
 }
 
 // Where a data sheet reads a coefficient off the curve: N at 1 s, K at 3 s, B at the lowest point.

@@ -2,12 +2,14 @@
 """What else the command does with data."""
 
 import json
+import os
 import warnings
 
 import numpy as np
 import pytest
 
 import axiscal as ax
+from conftest import SOURCE
 
 pandas = pytest.importorskip("pandas")
 
@@ -61,6 +63,26 @@ def test_logs(tmp_path):
     assert noise
     with pytest.raises(ax.DataError):
         ax.read_log(tmp_path / "none.csv")
+
+
+DATA = os.environ.get("AXISCAL_DATA_DIR", os.path.join(os.path.dirname(SOURCE), "shared", "data"))
+
+
+@pytest.mark.skipif(not os.path.isdir(DATA), reason="no recordings (AXISCAL_DATA_DIR)")
+def test_recordings_of_each_format():
+    shapes = {}
+    for folder in ("log_matlab73", "log_matlab5", "log_ulog", "log_rosbag2", "log_phyphox", "log_dataflash"):
+        path = next(
+            os.path.join(DATA, folder, name) for name in sorted(os.listdir(os.path.join(DATA, folder))) if name != "SOURCE.md"
+        )
+        try:
+            series = ax.read_log(path)
+        except ax.RefusedError as error:
+            assert "axiscal-hdf5" in str(error)  # a build without HDF5
+            continue
+        assert series and all(len(one.time) == len(one.values) for one in series)
+        shapes[folder] = len(series)
+    assert len(shapes) >= 5
 
 
 def test_allan_is_the_formula():

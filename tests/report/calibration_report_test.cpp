@@ -362,7 +362,7 @@ TEST(CalibrationReport, NoiseHasItsAllanPlot) {
       .best_s = 10.0, .deviation = 3e-4, .sensible_s = 8.0, .sensible_deviation = 3.2e-4};
   noise.columns.push_back(column);
   const std::string page = calibration_report(calibrated(), {.noise = &noise});
-  EXPECT_THAT(page, HasSubstr("N, white noise [unit/sqrt(Hz)]"));
+  EXPECT_THAT(page, HasSubstr("N [unit/sqrt(Hz)]"));
   EXPECT_THAT(noise_report(noise, "folder/rest.csv"),
               HasSubstr("<title>Noise of rest.csv</title>"));
   // On both axes the powers of ten, evenly spaced.

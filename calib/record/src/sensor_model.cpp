@@ -72,9 +72,9 @@ double parameter_value(const SensorModel& sensor, const std::string& name) {
       names.push_back(axis + of);
     }
   }
-  throw DomainError(formatted(
-      "'{}' is not a parameter of this record{}", name,
-      did_you_mean(name, std::vector<std::string_view>(names.begin(), names.end()))));
+  throw DomainError(
+      formatted("'{}' is not a parameter of this record{}", name,
+                did_you_mean(name, std::vector<std::string_view>(names.begin(), names.end()))));
 }
 
 std::vector<KindQuantity> quantities_of(const SensorModel& sensor,

@@ -1,0 +1,484 @@
+// SPDX-License-Identifier: Apache-2.0
+// `calibrate --stream`: many units, one after another, in constant memory.
+#include <algorithm>
+#include <cmath>
+#include <functional>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include <nlohmann/json.hpp>
+
+#include "axiscal/calib/history.hpp"
+#include "axiscal/calib/limits.hpp"
+#include "axiscal/calib/observations_csv.hpp"
+#include "axiscal/calib/run.hpp"
+#include "axiscal/core/csv_reader.hpp"
+#include "axiscal/core/error.hpp"
+#include "axiscal/core/input_file.hpp"
+#include "axiscal/core/parallel.hpp"
+#include "axiscal/core/shown_text.hpp"
+#include "calibrate_command.hpp"
+#include "core/formatted.hpp"
+#include "core/redirected_streams.hpp"
+#include "input.hpp"
+#include "stream_files.hpp"
+#include "summary.hpp"
+#include "usage_error.hpp"
+
+namespace axiscal::cli {
+namespace {
+
+// A unit of the stream: a table of its own.
+struct UnitText {
+  std::string serial;
+  std::string csv;    // header and rows
+  std::string error;  // why it is none; empty if it is one
+};
+
+// The cells of a row, without their quotes.
+std::vector<std::string> cells_of(std::string_view row) {
+  std::vector<std::string> cells(1);
+  bool quoted = false;
+  for (std::size_t i = 0; i < row.size(); ++i) {
+    if (row[i] == '"') {
+      const bool doubled = quoted && i + 1 < row.size() && row[i + 1] == '"';
+      cells.back() += doubled ? "\"" : "";
+      i += doubled ? 1U : 0U;
+      quoted = doubled ? quoted : !quoted;
+    } else if (row[i] == ',' && !quoted) {
+      cells.emplace_back();
+    } else if (row[i] != '\r') {
+      cells.back() += row[i];
+    }
+  }
+  return cells;
+}
+
+std::string cell_text(const nlohmann::json& value) {
+  const std::string text = value.is_string() ? value.get<std::string>()
+                           : value.is_null() ? std::string()
+                                             : value.dump();
+  if (text.find_first_of(",\"\n") == std::string::npos) {
+    return text;
+  }
+  std::string quoted = "\"";
+  for (const char c : text) {
+    quoted += c == '"' ? std::string("\"\"") : std::string(1, c);
+  }
+  return quoted + "\"";
+}
+
+// {"serial": .., "readings": [{"rest": .., "x": ..}, ..]} as a table.
+UnitText unit_of_json(std::string_view line) {
+  UnitText unit;
+  try {
+    const auto json = nlohmann::ordered_json::parse(line);
+    unit.serial = cell_text(json.at("serial"));
+    std::vector<std::string> names;
+    for (const auto& [name, value] : json.at("readings").at(0).items()) {
+      names.push_back(name);
+      unit.csv += (unit.csv.empty() ? "" : ",") + cell_text(name);
+    }
+    unit.csv += "\n";
+    for (const auto& reading : json.at("readings")) {
+      for (std::size_t i = 0; i < names.size(); ++i) {
+        unit.csv += (i > 0 ? "," : "") + cell_text(reading.at(names[i]));
+      }
+      unit.csv += "\n";
+    }
+  } catch (const nlohmann::json::exception& error) {
+    unit.error =
+        formatted("the line is not {{\"serial\": .., \"readings\": [..]}}: {}", error.what());
+  }
+  return unit;
+}
+
+// Splits the lines of the input into units.
+class UnitReader {
+ public:
+  explicit UnitReader(std::string path) : file_(path), path_(std::move(path)) {}
+
+  // The next unit; nullopt at the end.
+  // @throws DataError  if the table lacks the column `serial`.
+  std::optional<UnitText> next() {
+    while (const std::optional<std::string> line = next_line()) {
+      if (line->empty() || line->front() == '#') {
+        continue;
+      }
+      if (header_.empty() && line->front() == '{') {
+        return unit_of_json(*line);
+      }
+      if (header_.empty()) {
+        set_header(*line);
+        continue;
+      }
+      const std::vector<std::string> cells = cells_of(*line);
+      const std::string serial = serial_ < cells.size() ? cells[serial_] : "";
+      std::optional<UnitText> complete;
+      if (unit_ && unit_->serial != serial) {
+        complete = std::exchange(unit_, std::nullopt);
+      }
+      if (!unit_) {
+        unit_ = UnitText{.serial = serial, .csv = header_ + "\n"};
+      }
+      unit_->csv += *line + "\n";
+      if (complete) {
+        return complete;
+      }
+    }
+    return std::exchange(unit_, std::nullopt);
+  }
+
+ private:
+  void set_header(const std::string& line) {
+    header_ = line;
+    const std::vector<std::string> names = cells_of(line);
+    const auto at = std::find(names.begin(), names.end(), "serial");
+    if (at == names.end()) {
+      throw DataError(path_, number_,
+                      "the column 'serial' is missing; --stream ends a unit where it changes");
+    }
+    serial_ = static_cast<std::size_t>(at - names.begin());
+  }
+
+  std::optional<std::string> next_line() {
+    for (;;) {
+      const std::size_t end = text_.find('\n', at_);
+      if (end != std::string::npos) {
+        std::string line = text_.substr(at_, end - at_);
+        at_ = end + 1;
+        ++number_;
+        return line;
+      }
+      text_.erase(0, at_);
+      at_ = 0;
+      if (text_.size() > largest_whole_file) {
+        throw DataError(path_, number_ + 1, "a line is longer than 256 MiB");
+      }
+      constexpr std::size_t piece = 1U << 16U;
+      const std::size_t size = text_.size();
+      text_.resize(size + piece);
+      const std::size_t count = file_.read(text_.data() + size, piece);
+      text_.resize(size + count);
+      if (count == 0) {
+        ++number_;
+        return text_.empty() ? std::nullopt : std::optional(std::exchange(text_, ""));
+      }
+    }
+  }
+
+  InputFile file_;
+  std::string path_;
+  std::string header_;
+  std::size_t serial_ = 0;
+  std::optional<UnitText> unit_;
+  std::string text_;
+  std::size_t at_ = 0;
+  std::size_t number_ = 0;
+};
+
+// JSON without the blanks and line ends between its parts.
+std::string in_one_line(const std::string& json) {
+  std::string line;
+  line.reserve(json.size());
+  bool quoted = false;
+  for (std::size_t i = 0; i < json.size(); ++i) {
+    const char c = json[i];
+    if (quoted && c == '\\') {
+      line += c;
+      line += json[++i];
+      continue;
+    }
+    quoted = c == '"' ? !quoted : quoted;
+    if (quoted || (c != ' ' && c != '\n')) {
+      line += c;
+    }
+  }
+  return line;
+}
+
+// The lines of a unit in the two outputs.
+struct StreamedUnit {
+  std::string record, row;
+  std::string result;
+};
+
+class Stream {
+ public:
+  explicit Stream(const CalibrateCommand& command)
+      : command_(command), experiment_(make_experiment(command.experiment)) {
+    if (command.limits) {
+      limits_ = read_limits(*command.limits);
+    }
+    if (command.history) {
+      earlier_ = read_records(*command.history);
+    }
+    if (command.shard) {
+      shard_ = shard_of_option(*command.shard);
+    }
+    for (const std::string& axis : experiment_.instrument.axes) {
+      for (const char* const of : {".bias", ".sensitivity.x", ".sensitivity.y", ".sensitivity.z"}) {
+        parameters_.push_back(axis + of);
+      }
+    }
+  }
+
+  [[nodiscard]] const std::vector<std::string>& parameters() const { return parameters_; }
+  [[nodiscard]] bool is_shard() const { return command_.shard.has_value(); }
+  [[nodiscard]] bool holds(const UnitText& unit) const { return is_in_shard(shard_, unit.serial); }
+
+  // @param place  of the unit among all of the input; the parts of a stream keep it for the merge.
+  [[nodiscard]] StreamedUnit made(const UnitText& text, std::size_t place) const {
+    Unit unit{.serial = text.serial, .result = "error", .reason = text.error};
+    if (text.error.empty()) {
+      try {
+        CsvReader csv(reader_of(text.csv), formatted("unit {}", text.serial));
+        Run run = read_observations(csv, observation_columns(experiment_, Units::one));
+        run.inputs = {{.path = "-", .sha256 = sha256_of_text(text.csv)}};
+        std::vector<std::string> names;
+        unit = calibrate_unit(command_, experiment_, run, text.serial, limits_, earlier_, names);
+        unit.serial = text.serial;
+        std::vector<double> cells;  // in the order of the header
+        for (const std::string& name : parameters_) {
+          const auto at = std::find(names.begin(), names.end(), name);
+          const auto from = static_cast<std::size_t>(2 * (at - names.begin()));
+          if (at != names.end() && from + 1 < unit.cells.size()) {
+            cells.insert(cells.end(), {unit.cells[from], unit.cells[from + 1]});
+          } else {
+            cells.insert(cells.end(), {std::nan(""), std::nan("")});
+          }
+        }
+        unit.cells = std::move(cells);
+      } catch (const DataError& error) {
+        unit.reason = error.what();
+      }
+    }
+    StreamedUnit streamed{.result = unit.result};
+    if (unit.record.empty()) {
+      streamed.record =
+          nlohmann::ordered_json{
+              {"format", "axiscal-refusal"}, {"version", 1},
+              {"serial", unit.serial},       {"sha256", sha256_of_text(text.csv)},
+              {"result", unit.result},       {"reason", unit.reason}}
+              .dump(-1, ' ', false, nlohmann::json::error_handler_t::replace);
+    } else {
+      streamed.record = in_one_line(unit.record);
+    }
+    streamed.record += "\n";
+    streamed.row = table_row(unit, parameters_.size());
+    if (is_shard()) {
+      streamed.record.insert(1, formatted("\"unit\":{},", place));
+      streamed.row.insert(0, formatted("{},", place));
+    }
+    return streamed;
+  }
+
+ private:
+  const CalibrateCommand& command_;
+  Experiment experiment_;
+  std::optional<Limits> limits_;
+  std::vector<Calibration> earlier_;
+  Shard shard_;
+  std::vector<std::string> parameters_;
+};
+
+bool is_good(std::string_view result) {
+  return result == "pass" || result == "ok" || result == "warning";
+}
+
+// As is_good(), of a line that is in an output already.
+bool is_good_line(const std::string& line) {
+  if (line.starts_with('{')) {
+    return line.find("\"format\":\"axiscal-refusal\"") == std::string::npos &&
+           line.find("\"status\":\"refused\"") == std::string::npos &&
+           line.find("\"verdict\":{\"passed\":false") == std::string::npos;
+  }
+  const std::vector<std::string> cells = cells_of(line);  // [unit,] serial, result, ..
+  return std::any_of(cells.begin(), cells.begin() + std::min<std::ptrdiff_t>(3, std::ssize(cells)),
+                     is_good);
+}
+
+// The finished units of an earlier call, whose lines stay.
+struct Finished {
+  std::size_t units = 0;
+  std::size_t good = 0;
+  std::size_t record_bytes = 0;
+  std::size_t row_bytes = 0;
+  std::string last;  // line of the last record
+};
+
+// Counts the lines that both outputs have.
+Finished finished_units(const CalibrateCommand& command) {
+  // Of the first lines behind the header, at most so many.
+  struct Lines {
+    std::size_t count = 0;
+    std::size_t good = 0;
+    std::size_t bytes = 0;
+    std::string last;
+  };
+  const auto first_lines = [](const std::string& path, std::size_t header, std::size_t most) {
+    Lines lines;
+    std::size_t seen = 0;
+    lines.bytes = read_complete_lines(path, [&](std::string_view line) {
+      if (lines.count == most) {
+        return false;
+      }
+      if (++seen > header) {
+        ++lines.count;
+        lines.last = line;
+        lines.good += is_good_line(lines.last) ? 1U : 0U;
+      }
+      return true;
+    });
+    return lines;
+  };
+  const auto has = [](const std::optional<std::string>& path) {
+    return path && can_be_read_again(*path);
+  };
+  constexpr std::size_t all = std::size_t{1} << 60U;
+  Finished finished;
+  if ((command.output && !has(command.output)) || (command.table && !has(command.table))) {
+    return finished;  // one of the outputs is missing: both begin anew
+  }
+  std::size_t units = all;
+  if (command.output) {
+    units = first_lines(*command.output, 0, units).count;
+  }
+  if (command.table) {
+    units = std::min(units, first_lines(*command.table, 1, units).count);
+  }
+  if (units == 0 || units == all) {
+    return finished;
+  }
+  finished.units = units;
+  if (command.table) {
+    const Lines rows = first_lines(*command.table, 1, units);
+    finished.row_bytes = rows.bytes;
+    finished.good = rows.good;
+  }
+  if (command.output) {
+    const Lines records = first_lines(*command.output, 0, units);
+    finished.record_bytes = records.bytes;
+    finished.good = records.good;
+    finished.last = records.last;
+  }
+  return finished;
+}
+
+// Refuses to go on behind the lines of another input.
+void require_same_unit(const Finished& finished, const UnitText& unit) {
+  if (!finished.last.empty() && finished.last.find(sha256_of_text(unit.csv)) == std::string::npos) {
+    throw RefusedError(formatted(
+        "--resume: line {} of the output is not of unit '{}' of this input; the input or its order "
+        "has changed. Write to another file",
+        finished.units, unit.serial));
+  }
+}
+
+}  // namespace
+
+int run_stream(const CalibrateCommand& given) {
+  CalibrateCommand command = given;
+  command.force = true;  // refused records have lines too; their status says so
+  if (command.experiment.files.size() != 1) {
+    throw UsageError("--stream: needs one FILE, or - for stdin");
+  }
+  if (!command.output && !command.table) {
+    throw UsageError("--stream: needs -o RECORDS.jsonl (or .jsonl.zst), --table FILE, or both");
+  }
+  if (command.output == "-" && command.table == "-") {
+    throw UsageError("--stream: -o and --table cannot both be stdout");
+  }
+  if (command.output && command.output != "-" && !command.output->ends_with(".jsonl") &&
+      !command.output->ends_with(".jsonl.zst")) {
+    throw UsageError("--stream: -o must end in .jsonl or .jsonl.zst");
+  }
+  const Stream stream(command);
+  const Finished finished = command.resume ? finished_units(command) : Finished{};
+  UnitReader reader(command.experiment.files.front());
+  std::optional<LineFile> records;
+  std::optional<LineFile> table;
+  if (command.output) {
+    records.emplace(*command.output, finished.record_bytes);
+  }
+  if (command.table) {
+    table.emplace(*command.table, finished.row_bytes);
+    if (finished.row_bytes == 0) {
+      table->write((stream.is_shard() ? "unit," : "") + table_header(stream.parameters()));
+    }
+  }
+
+  std::size_t place = 0;
+  std::size_t made = 0;
+  std::size_t rows_before = 0;  // of the last unit but one, and of the last
+  std::size_t rows_of_last = 0;
+  std::size_t good = finished.good;
+  std::size_t total = finished.units;
+  using Pieces = std::vector<std::pair<UnitText, std::size_t>>;
+  constexpr std::size_t at_once = 16;
+  const auto next = [&]() -> std::optional<std::function<std::vector<StreamedUnit>()>> {
+    Pieces pieces;
+    while (pieces.size() < at_once) {
+      std::optional<UnitText> unit = reader.next();
+      if (!unit) {
+        break;
+      }
+      const std::size_t own = place++;
+      rows_before = std::exchange(
+          rows_of_last,
+          static_cast<std::size_t>(std::count(unit->csv.begin(), unit->csv.end(), '\n')) - 1);
+      if (!stream.holds(*unit) || ++made < finished.units) {
+        continue;
+      }
+      if (made == finished.units) {
+        require_same_unit(finished, *unit);
+        continue;
+      }
+      pieces.emplace_back(std::move(*unit), own);
+    }
+    if (pieces.empty()) {
+      return std::nullopt;
+    }
+    return [&stream, pieces = std::move(pieces)] {
+      std::vector<StreamedUnit> units;
+      for (const auto& [text, own] : pieces) {
+        units.push_back(stream.made(text, own));
+      }
+      return units;
+    };
+  };
+  for_each_in_order<std::vector<StreamedUnit>>(next, [&](const std::vector<StreamedUnit>& units) {
+    std::string lines;
+    std::string rows;
+    for (const StreamedUnit& unit : units) {
+      lines += unit.record;
+      rows += unit.row;
+      good += is_good(unit.result) ? 1U : 0U;
+      ++total;
+    }
+    if (records) {
+      records->write(lines);
+    }
+    if (table) {
+      table->write(rows);
+    }
+  });
+  if (rows_of_last < rows_before) {
+    print_remark("warning", formatted("the last unit has {} readings, the one before it {}: the "
+                                      "stream may be cut",
+                                      rows_of_last, rows_before));
+  }
+  if (made < finished.units) {
+    throw RefusedError(
+        formatted("--resume: the output has {} units, and this input {}", finished.units, made));
+  }
+  print_line(
+      formatted("yield: {} of {} units ({:.1f} %){}", good, total,
+                total == 0 ? 0.0 : 100.0 * static_cast<double>(good) / static_cast<double>(total),
+                finished.units > 0 ? formatted("; {} were there already", finished.units) : ""));
+  return good == total ? 0 : 1;
+}
+
+}  // namespace axiscal::cli

@@ -1,0 +1,53 @@
+// SPDX-License-Identifier: Apache-2.0
+// Files of lines that grow: records (.jsonl, .jsonl.zst) and tables (.csv) of many units.
+#pragma once
+
+#include <cstdint>
+#include <cstdio>
+#include <functional>
+#include <memory>
+#include <string>
+#include <string_view>
+
+#include "axiscal/calib/study.hpp"
+
+namespace axiscal::cli {
+
+/// @return true if a unit belongs to a shard: FNV-1a (64 bits) of its serial, modulo the number of
+///         shards, is the shard's number less 1.
+[[nodiscard]] bool is_in_shard(const Shard& shard, std::string_view serial);
+
+/// @return the shard of an option `I/N`.
+/// @throws UsageError  if it is none.
+[[nodiscard]] Shard shard_of_option(const std::string& text);
+
+/// Takes the lines of a file in their order, without their ends; false ends the reading.
+using TakeLine = std::function<bool(std::string_view line)>;
+
+/// Reads the complete lines of a file. A line without an end, or a damaged frame of a .zst file, is
+/// the rest of a killed process; it is left out.
+/// @return the number of bytes of the file up to the end of the last line that was taken.
+/// @throws DataError  if the file cannot be read.
+std::size_t read_complete_lines(const std::string& path, const TakeLine& take);
+
+/// Appends lines to a file, compressed if its name ends in .zst. Each write is complete in the file
+/// when it returns; there is no fsync.
+class LineFile {
+ public:
+  /// @param keep  bytes of an existing file that stay; what follows them is cut off.
+  /// @throws OutputError  if the file cannot be written; UsageError if this build lacks zstd.
+  LineFile(std::string path, std::size_t keep);
+  ~LineFile();
+  LineFile(const LineFile&) = delete;
+  LineFile& operator=(const LineFile&) = delete;
+
+  /// @throws OutputError  if the disk is full, for example.
+  void write(std::string_view lines);
+
+ private:
+  std::string path_;
+  bool compressed_ = false;
+  int descriptor_ = -1;
+};
+
+}  // namespace axiscal::cli
