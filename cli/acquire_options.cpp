@@ -34,7 +34,7 @@ void add_options(OptionSet& options, AcquireCommand& command) {
   session.add("--placement-u", command.placement_u, "RAD",
               "repeatability of a seat (standard deviation) [default: 3e-5]");
   session.add("--soak-window", command.soak_window, "S",
-              "the temperature is steady over it before a block [default: 300]");
+              "time for which the temperature must be steady before a block [default: 300]");
   session.add("--soak-tolerance", command.soak_tolerance, "T",
               "largest change of the temperature output meanwhile [default: 0.1]");
   session.add_flag(

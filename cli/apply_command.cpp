@@ -55,7 +55,7 @@ void add_options(OptionSet& options, ApplyCommand& command) {
   options.add("--field-magnitude", command.field_magnitude, "F",
               "magnitude of the field where the readings were taken [default: the record's]");
   options.add("--field-unit", command.field_unit, "UNIT",
-              "of --field-magnitude and of the results [default: the record's]");
+              "unit of --field-magnitude and of the results [default: the record's]");
   options.add("--latitude", command.latitude, "DEG", "where the readings were taken: its gravity");
   options.add("--longitude", command.longitude, "DEG", "longitude of that site [default: 0]");
   options.add("--height", command.height, "M",
@@ -64,8 +64,8 @@ void add_options(OptionSet& options, ApplyCommand& command) {
   options.add("--attitude", command.attitude, "RECORD",
               "record of an accelerometer in the same file; it gives headings and second fields");
   options.add("--frame", command.frame, "assembly|sensor",
-              "in which the results are, of an instrument that was calibrated in an assembly; "
-              "assembly");
+              "frame of the results, for an instrument that was calibrated in an assembly "
+              "[default: assembly]");
   options.add("--body", command.body, "BODY",
               "mounting of the sensor in a model (by calibrate --method attitude); results are in "
               "the model's frame");

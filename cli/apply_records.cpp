@@ -84,8 +84,9 @@ void apply_records(const std::vector<std::string>& records,
     all.push_back(of_record(record, log, sensors, force));
     if (!kinds.insert(all.back().calibration.sensor.instrument.kind).second) {
       throw UsageError(
-          formatted("{}: a second record of the kind {}; one of each kind corrects a log", record,
-                    all.back().calibration.sensor.instrument.kind));
+          formatted("{}: this is a second record of the kind {}; give one record of each kind to "
+                    "correct a log",
+                    record, all.back().calibration.sensor.instrument.kind));
     }
   }
   std::vector<std::size_t> selected;

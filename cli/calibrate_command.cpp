@@ -61,7 +61,7 @@ void add_options(OptionSet& options, CalibrateCommand& command) {
           "gyroscope and magnetometer are calibrated at once. -o holds {slot}, and {instance} if "
           "there are several sensors of a kind");
   log.add("--only", command.only, "SLOT,..",
-          "records of these sensors of the log alone: accelerometer, gyroscope, magnetometer");
+          "only these sensors of the log: accelerometer, gyroscope, magnetometer");
   add_rest_options(options, command.rests);
   log.add_flag(
       "--cube", command.cube,
@@ -729,10 +729,10 @@ int run(const CalibrateCommand& command) {
   }
   const std::vector<std::string> of_logs = stated_options_of(command.rests);
   if (!of_logs.empty()) {
-    throw UsageError(formatted(
-        "calibrate: {} {} for a log (--imu), and tables of readings are read without; name their "
-        "axes by --axes, and columns without a header by --names",
-        joined(of_logs), of_logs.size() == 1 ? "is" : "are"));
+    throw UsageError(
+        formatted("calibrate: {} {} only for a log (--imu), not for tables of readings; name the "
+                  "axes of a table by --axes, and columns without a header by --names",
+                  joined(of_logs), of_logs.size() == 1 ? "is" : "are"));
   }
   const TableOptions& table = command.rests.log.table;
   ExperimentFile file = make_experiment_file(with_columns_of_table(command.experiment, table));

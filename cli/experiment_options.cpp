@@ -275,7 +275,7 @@ void set_method(const ExperimentOptions& options, Experiment& experiment) {
     for (const std::string_view run : split(*options.leave_out, ',')) {
       const std::optional<int> number = parse_integer(run);
       if (!number) {
-        throw UsageError(formatted("--leave-out: '{}' must be run numbers parted by commas",
+        throw UsageError(formatted("--leave-out: '{}' must be run numbers separated by commas",
                                    *options.leave_out));
       }
       experiment.leave_out.push_back(*number);

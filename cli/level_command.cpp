@@ -237,7 +237,7 @@ std::string text_of(const Slope& slope,
       "\n{}\n",
       wrapped(slope.is_level()
                   ? "That is as level as these readings can tell; more replicates would tell more."
-                  : "Raise the adjusters so, then take the 12 readings again.",
+                  : "Raise the adjusters by these amounts, then take the 12 readings again.",
               80));
   const double lean = fence_lean_when_level(surface, slope.value);
   if (surface.kind == SurfaceKind::separate) {

@@ -152,7 +152,7 @@ std::string next_for_unknown(const RecordingSummary& summary, const std::string&
     }
     const std::string columns = quoted(joined(three, ","));
     return formatted(
-               "no accelerometer, gyroscope or magnetometer is known in it by names, units or "
+               "no accelerometer, gyroscope or magnetometer was recognised by names, units or "
                "numbers;\nif {} are {}, and else with the columns that are:\n",
                joined(three), has_times(one) ? "an accelerometer" : "a compass that was turned") +
            next_of(

@@ -51,7 +51,7 @@ void add_options(OptionSet& options, NoiseCommand& command) {
   options.add("--to", command.to, "S", "end of that part, in seconds after the first sample");
   add_unit_options(options, command.units);
   options.add("--tau", command.tau, "LO,HI",
-              "fit the curve between these averaging times [s] alone");
+              "fit the curve only between these averaging times [s]");
   options.add_flag("--curve", command.is_curve,
                    "LOG is a curve: columns tau, adev (or others), and n, the terms of each point");
   options.add("--deviations", command.deviations, "mdev,hdev,totdev",
@@ -115,7 +115,7 @@ std::optional<double> usual_step(const std::vector<double>& times, double second
   return median > 0.0 && are_few ? std::optional(sum / count) : std::nullopt;
 }
 
-// The rate of the times. It warns if they are not even.
+// The sample rate from the column of times. It warns if the samples are not evenly spaced.
 double rate_of(const RecordedLog& log,
                const LogOptions& options,
                const std::optional<TimeColumn>& time,
@@ -256,7 +256,7 @@ std::vector<AllanPoint> fitted_part(const std::vector<AllanPoint>& curve,
   });
   if (part.size() < 3) {
     throw UsageError(
-        formatted("--tau {}: {} points of the curve ({} to {} s) lie between; three or "
+        formatted("--tau {}: only {} points of the curve ({} to {} s) lie in this range; three or "
                   "more are needed",
                   *command.tau, part.size(), number_text(curve.front().tau_s, 3),
                   number_text(curve.back().tau_s, 3)));

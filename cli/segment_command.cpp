@@ -32,8 +32,9 @@ void add_options(OptionSet& options, SegmentCommand& command) {
   options.add_flag("--recognise", command.recognise,
                    "a cube's seats, by --accelerometer (the --columns) and --gyroscope or "
                    "--magnetometer");
-  options.add_flag("--keep-split", command.keep_split,
-                   "keep all parts of a rest that a knock split; else the longer one");
+  options.add_flag(
+      "--keep-split", command.keep_split,
+      "keep every part of a rest that a knock split; without it the longer part is kept");
   options.add_output(command.output);
   options.add_flag("--json", command.json, "print JSON instead of CSV");
 }

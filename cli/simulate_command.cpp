@@ -52,7 +52,7 @@ void add_options(OptionSet& options, SimulateCommand& command) {
               ("further effects on the readings: " + world_names()).c_str());
   add_recording_options(options, command.recording);
   options.add("--fence-azimuth", command.fence_azimuth, "DEG",
-              "of the table's y axis; turns the field of the truth");
+              "azimuth of the table's y axis; it turns the field of the true record");
   options.add("--positioner", command.positioner, "FILE",
               "measured cube: feet or normals, fence, mounts");
   options.add("--slot", command.slot, "NAME", "mount of the positioner that holds the instrument");

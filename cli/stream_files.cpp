@@ -28,9 +28,11 @@ bool is_compressed(const std::string& path) {
   return path.ends_with(".zst");
 }
 
+#ifndef AXISCAL_ZSTD
 [[noreturn]] void refuse_zstd(const std::string& path) {
   throw UsageError(path + ": this build has no zstd; name a file that does not end in .zst");
 }
+#endif
 
 // Gives the complete lines of a text to `take`. @return the bytes of those that were taken; `more`
 // becomes false if `take` wants no further line.

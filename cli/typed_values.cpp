@@ -21,7 +21,7 @@ std::vector<double> numbers_of(std::string_view option,
   const std::optional<std::vector<double>> numbers = parse_numbers(text);
   if (!numbers || numbers->size() != count) {
     throw UsageError(
-        formatted("{}: '{}' are not {} numbers parted by commas", option, text, count));
+        formatted("{}: '{}' are not {} numbers separated by commas", option, text, count));
   }
   return *numbers;
 }

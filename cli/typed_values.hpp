@@ -19,7 +19,7 @@ namespace axiscal::cli {
 /// A typed value as a number. @throws UsageError naming the option.
 [[nodiscard]] double number_of(std::string_view option, const std::string& text);
 
-/// A typed value as `count` numbers parted by commas. @throws UsageError naming the option.
+/// A typed value as `count` numbers separated by commas. @throws UsageError naming the option.
 [[nodiscard]] std::vector<double> numbers_of(std::string_view option,
                                              const std::string& text,
                                              std::size_t count);

@@ -130,7 +130,7 @@ class JsonMembers {
     choose(key, name, value, parse, known);
   }
 
-  /// The same, not written where it is nothing.
+  /// As choice(), but the member is omitted if the name is empty.
   template <typename Value, typename NameOf, typename Parse>
   void choice_if_any(
       const char* key, Value& value, NameOf name_of, Parse parse, std::string_view known = {}) {

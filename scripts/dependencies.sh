@@ -51,6 +51,12 @@ needs=(
 tools=("clang++ clang" "node nodejs" "npm npm" "chromium chromium" "pdftotext poppler-utils" "ssconvert gnumeric" "debootstrap debootstrap"
   "dpkg-shlibdeps dpkg-dev" "file file" "tmux tmux" "mosquitto_pub mosquitto-clients")
 
+# dependencies.sh --python: what the Python package and its tests need as well.
+if [ "${1:-}" = --python ]; then
+  needs+=("pybind11-dev" "python3-dev" "python3-numpy" "python3-pandas" "python3-pytest" "python3-venv")
+  tools+=("mypy mypy")
+fi
+
 is_installed() {
   [ "$(dpkg-query -W -f '${db:Status-Status}' "$1" 2>/dev/null)" = installed ]
 }

@@ -5,8 +5,8 @@
 set -euo pipefail
 cd "$(dirname "$0")/.."
 
-scripts/dependencies.sh
+scripts/dependencies.sh --python
 . scripts/jobs.sh
-configure_dev
+configure_dev -DAXISCAL_BUILD_PYTHON=ON
 cmake --build --preset dev
 ctest --preset dev

@@ -128,7 +128,8 @@ void put_expectations(const PoseModelSetup& setup,
 PoseModel::PoseModel(PoseModelSetup setup)
     : setup_(std::move(setup)), directions_(starts_of(setup_)) {
   if (setup_.nominal_axes.rows() != setup_.instrument.axis_count()) {
-    throw DomainError("PoseModel: the nominal axes must be as many as the instrument's");
+    throw DomainError(
+        "PoseModel: the number of nominal axes must equal the number of the instrument's axes");
   }
 }
 

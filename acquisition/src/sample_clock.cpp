@@ -67,8 +67,8 @@ void SampleClock::check_unit(const std::string& path,
   }
 }
 
-// Samples wait on their way, one after another or many at once: late is where even the one that
-// came fastest is late, and ahead where even the slowest is.
+// Samples wait on their way, one after another or many at once. The clock is late if even the least
+// delayed sample is late, and ahead if even the most delayed one is.
 double SampleClock::counted(double arrival_s) {
   if (!started_) {
     pace_from_s_ = arrival_s;

@@ -119,7 +119,7 @@ class JsonSkimmer {
     return value.substr(0, value.find_last_not_of(" \t\r\n") + 1);
   }
 
-  // How deep what was passed by is nested.
+  // The deepest nesting in the text that was skipped.
   [[nodiscard]] std::size_t deepest() const { return deepest_; }
 
   // A number as JSON writes them, or null, which is NaN.

@@ -17,7 +17,7 @@ std::string message_of(const std::string& column, const std::vector<std::string>
     const bool semicolons = names.front().find(';') != std::string_view::npos;
     const bool tabs = names.front().find('\t') != std::string_view::npos;
     lead = semicolons || tabs
-               ? formatted("the cells are parted by {}, and commas are needed here: ",
+               ? formatted("the cells are separated by {}, but commas are needed here: ",
                            semicolons ? "semicolons" : "tabs")
                : "";
   }

@@ -173,7 +173,8 @@ Exported export_px4(const Calibration& given, const ExportOptions& options) {
   std::vector<std::string> lines =
       in_flight(sensor, formula,
                 "in the frame in which PX4 publishes the sensor, before the board's rotation");
-  lines.push_back(formatted("PX4 takes them where {}ID is the sensor's device number", prefix));
+  lines.push_back(
+      formatted("PX4 applies these values only if {}ID is the sensor's device number", prefix));
   lines.push_back(worked_example(calibration, model));
   if (model.has_bias_over_temperature) {
     lines.emplace_back(thermal_remark);

@@ -423,8 +423,8 @@ Exported export_xlsx(const Calibration& record, const ExportOptions&) {
   if (sensor.instrument.axis_count() > 3 || sensor.instrument.one_sided || !sensor.also.empty() ||
       !gives_field(calibration)) {
     throw RefusedError(
-        "xlsx: a sheet's formulas reduce up to three plain axes; not one-sided ones, a second "
-        "field, or biases that hold the field");
+        "xlsx: the sheet's formulas support up to three plain axes, but no one-sided axes, no "
+        "second field, and no biases that include the field");
   }
   const TemporaryFile temporary;
   Workbook(calibration, temporary.path()).write();

@@ -20,7 +20,7 @@
 #include "axiscal/calib/calibration_json.hpp"
 #include "axiscal/calib/choices.hpp"
 #include "axiscal/calib/reduction.hpp"
-#include "axiscal/calib/run.hpp"
+#include "axiscal/calib/run_columns.hpp"
 #include "axiscal/calib/summary.hpp"
 #include "axiscal/calib/uncertainty.hpp"
 #include "axiscal/core/error.hpp"
@@ -145,62 +145,6 @@ py::tuple derived(const Calibration& calibration,
   return py::make_tuple(names, result);
 }
 
-// Columns of a run besides its readings, each of one value a reading.
-struct RunColumns {
-  std::vector<std::string> rest, fence;
-  std::optional<Eigen::VectorXi> run, block, mount;
-  std::optional<Eigen::VectorXd> level, temperature, time;
-  std::optional<Eigen::VectorXd> samples;
-  std::optional<Eigen::MatrixX3d> field;
-};
-
-Face face_of(const std::string& text, const char* column, std::size_t reading) {
-  const std::optional<Face> face = parse_face(text);
-  if (!face) {
-    throw DomainError(
-        formatted("{}: '{}' in reading {} is not a face; faces are +X, -X, +Y, -Y, "
-                  "+Z and -Z",
-                  column, text, reading + 1));
-  }
-  return *face;
-}
-
-Run run_of(const Rows& readings, const RunColumns& columns) {
-  Run run;
-  run.observations.response = readings;
-  run.observations.samples = columns.samples;
-  run.observations.has_block = columns.block.has_value();
-  run.observations.has_level = columns.level.has_value();
-  for (Eigen::Index i = 0; i < readings.rows(); ++i) {
-    const auto at = static_cast<std::size_t>(i);
-    Reading reading{.run = columns.run ? (*columns.run)(i) : static_cast<int>(i) + 1};
-    if (columns.block) {
-      reading.block = (*columns.block)(i);
-    }
-    if (columns.mount) {
-      reading.mount = (*columns.mount)(i);
-    }
-    if (columns.level) {
-      reading.level = (*columns.level)(i);
-    }
-    if (columns.temperature) {
-      reading.temperature = (*columns.temperature)(i);
-    }
-    if (columns.time) {
-      reading.time_s = (*columns.time)(i);
-    }
-    if (!columns.rest.empty()) {
-      reading.point = DesignPoint(face_of(columns.rest[at], "rest", at),
-                                  face_of(columns.fence[at], "fence", at));
-    }
-    if (columns.field) {
-      reading.field_in_sensor = Eigen::Vector3d(columns.field->row(i).transpose());
-    }
-    run.observations.readings.push_back(std::move(reading));
-  }
-  return run;
-}
-
 // Settings of the experiment from the options of `axiscal calibrate`.
 Experiment experiment_of(const std::vector<std::string>& arguments) {
   CLI::App app;
@@ -227,7 +171,7 @@ Calibration calibrate(const std::vector<std::string>& arguments,
                   "axes=",
                   readings.cols(), axes));
   }
-  return calibrate_run(experiment, run_of(readings, columns)).front();
+  return calibrate_run(experiment, make_run(columns, readings)).front();
 }
 
 struct CommandResult {
@@ -256,7 +200,7 @@ CommandResult run_subcommand(const std::vector<std::string>& arguments, const st
                                                            cli::export_subcommand(&cli::run_export),
                                                            cli::import_subcommand(&cli::run_import),
                                                            cli::merge_subcommand(),
-                                                           cli::merge_subcommand(),
+
                                                            cli::template_subcommand()};
   const InputProtection no_input_is_overwritten;
   RedirectedStreams streams(input);

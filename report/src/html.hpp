@@ -65,7 +65,7 @@ std::string bullets(const std::vector<std::string>& lines);
 /// Names and their texts, in two columns; empty texts are left out.
 std::string facts(const std::vector<std::pair<std::string, std::string>>& rows);
 
-/// Tables have so many rows; those of more are folded, a page of so many each.
+/// Rows of a page. Longer tables are split into folded pages of this length.
 inline constexpr std::size_t rows_of_page = 200;
 
 /// A table that can be copied, of rows that are written already ("<tr>...").

@@ -246,7 +246,7 @@ TEST_F(HonestAnswers, ErrorsEndWithTheLineToType) {
   EXPECT_THAT(imu.err, HasSubstr("try --accelerometer ux,uy,uz"));
   const ProgramResult semicolons = run_axiscal(
       {"calibrate", folder_.write("s.csv", "rest;fence;x;y;z\n"), "--instrument", "accelerometer"});
-  EXPECT_THAT(semicolons.err, HasSubstr("s.csv:1: the cells are parted by semicolons"));
+  EXPECT_THAT(semicolons.err, HasSubstr("s.csv:1: the cells are separated by semicolons"));
   const ProgramResult field = run_axiscal(
       {"calibrate", folder_.path("s.csv"), "--instrument", "generic", "--field", "gravty"});
   EXPECT_THAT(field.err, HasSubstr("did you mean 'gravity'? This version knows"));

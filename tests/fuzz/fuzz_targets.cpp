@@ -346,8 +346,8 @@ void study(std::string_view bytes) {
   static_cast<void>(parse_study(bytes, "study.json"));
 }
 
-// The whole command: the first line has its arguments, parted by blanks; what follows is the file
-// that INPUT names. Sessions and studies, which last, are left to their own tests.
+// The whole command: the first line has its arguments, separated by blanks; what follows is the
+// file that INPUT names. Sessions and studies, which last, are left to their own tests.
 void command(std::string_view bytes) {
   const std::size_t parting = bytes.find('\n');
   if (parting == std::string_view::npos) {

@@ -65,6 +65,9 @@ axiscal report cal.json run.csv -o report.html && grep -q "</html>" report.html
 axiscal report cal.json -o certificate.pdf && grep -q "%PDF" certificate.pdf
 axiscal export cal.json --format xlsx -o coefficients.xlsx && test -s coefficients.xlsx
 axiscal --version --verbose
+if [ -d /usr/lib/python3/dist-packages/axiscal ]; then
+  python3 -c "import axiscal as ax; cal = ax.calibrate('run.csv', instrument=ax.accelerometer('V')); print(cal['x.bias'])"
+fi
 TRY
 
 suite=$(. /etc/os-release && echo "${VERSION_CODENAME:-}")

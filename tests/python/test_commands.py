@@ -114,3 +114,15 @@ def test_imu_log_and_rests(cal, tmp_path):
         found = ax.fit_magnitude(np.column_stack([rests[a] for a in "xyz"]), instrument=ax.accelerometer("m/s^2"),
                                  field=ax.gravity(unit="m/s^2", magnitude=9.81), force=True)  # fmt: skip
     assert found.bias == pytest.approx(np.zeros(3), abs=0.05)
+
+
+def test_recipes_parse():
+    tomllib = pytest.importorskip("tomllib")
+    for name in ("python/pyproject.toml", "packaging/wheel/cibuildwheel.toml"):
+        with open(os.path.join(SOURCE, name), "rb") as file:
+            assert tomllib.load(file)
+    with open(os.path.join(SOURCE, "packaging", "conda", "meta.yaml"), encoding="utf-8") as file:
+        text = file.read()
+    assert text.count("{{") == text.count("}}") == 2
+    yaml = pytest.importorskip("yaml")
+    assert yaml.safe_load(text.replace("{{ PYTHON }}", "python").replace("{{ compiler('cxx') }}", "gxx"))["package"]

@@ -39,7 +39,7 @@ CertificateDetails details() {
 }
 
 #ifdef AXISCAL_CAIRO
-// The text of a PDF, page by page parted by form feeds.
+// The text of a PDF, page by page separated by form feeds.
 std::string text_of(const std::string& pdf) {
   const ScratchFolder folder;
   folder.write("c.pdf", pdf);

@@ -122,7 +122,7 @@ class AttitudeBudgetMaker {
   // The errors of each result, one a trial; none of a result that is not there.
   [[nodiscard]] std::vector<std::vector<double>> drawn_errors(int trials, std::uint64_t seed) const;
 
-  // Roll and yaw must not take turns around an attitude.
+  // All trials around one attitude must give the same angle, roll or yaw.
   static ReductionOptions one_pair_of_angles(const Calibration& calibration,
                                              ReductionOptions options,
                                              const Eigen::Vector3d& field) {
@@ -258,9 +258,8 @@ AttitudeBudget attitude_budget(const Calibration& calibration,
                                std::optional<double> temperature) {
   if (!gives_field(calibration)) {
     throw DomainError(
-        "the record's biases hold what the instrument met of the field, so that no reading gives "
-        "an "
-        "attitude");
+        "the record's biases include the field in the instrument's pose, so readings do not give "
+        "an attitude");
   }
   return AttitudeBudgetMaker(calibration, options, noise, field_in_sensor, temperature).budget();
 }
@@ -280,7 +279,7 @@ std::vector<MonteCarloCheck> check_by_monte_carlo(const Calibration& calibration
                                                   std::optional<double> temperature) {
   constexpr int fewest = 1000;
   if (trials < fewest) {
-    throw DomainError("check_by_monte_carlo: at least 1000 trials tell anything");
+    throw DomainError("check_by_monte_carlo: at least 1000 trials are needed");
   }
   return AttitudeBudgetMaker(calibration, options, noise, field_in_sensor, temperature)
       .monte_carlo(trials, seed);

@@ -372,7 +372,7 @@ class RowReduction {
     }
   }
 
-  // As they are, but for formulas.
+  // Writes the row's own cells unchanged, except that formulas are made harmless.
   void put_own_cells() {
     if (holds_formula()) {
       put_harmless_cells();

@@ -122,8 +122,8 @@ FittedRun solved_without_labels(const PreparedRun& run) {
   const bool is_stated = experiment.field.magnitude || experiment.field.kind() == "custom";
   if (set.axis_count() == 2 && !is_stated) {
     throw SetupError(
-        "two axes that were turned in a plane meet the part of the field in it alone, and a site "
-        "tells the whole: state the length in the plane as the field's magnitude",
+        "two axes turned in a plane see only the field's component in that plane, but a site gives "
+        "the whole field: state the length of that component as the field's magnitude",
         {settings::field_magnitude});
   }
   if (set.axis_count() == 2) {

@@ -49,7 +49,8 @@ struct SearchedRun {
   bool searched = false;
   MistakeSearch mistakes;
   std::unique_ptr<const ReadingSet> judged;  ///< null: the readings share no errors
-  ReadingSet kept_out;                       ///< the readings to be confirmed, in the same terms
+  ReadingSet
+      kept_out;  ///< the readings to be confirmed, reduced in the same way as the fitted ones
 
   std::vector<CalibrationWarning> taken_in;  ///< of mistakes that the fit has terms for
 };

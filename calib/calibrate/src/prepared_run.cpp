@@ -129,11 +129,10 @@ PreparedRun::PreparedRun(const Experiment& experiment, const Observations& obser
     parts_.front().magnitude_u *= met->largest / parts_.front().magnitude;
     parts_.front().magnitude = met->largest;
     notes_.push_back(
-        {NoteCode::field,
-         formatted("the fields of the readings are from {} to {}{} long; full response is that at "
-                   "the largest",
-                   number_text(met->least, 4), number_text(met->largest, 4),
-                   parts_.front().unit == "1" ? "" : " " + parts_.front().unit)});
+        {NoteCode::field, formatted("the magnitudes of the readings' fields range from {} to {}{}; "
+                                    "full response is the response at the largest",
+                                    number_text(met->least, 4), number_text(met->largest, 4),
+                                    parts_.front().unit == "1" ? "" : " " + parts_.front().unit)});
   }
   check_unit(experiment.instrument, parts_.front());
   if (field_moves(experiment) && !by_field() && !parts_.front().in_table) {

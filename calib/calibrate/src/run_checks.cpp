@@ -265,8 +265,8 @@ void check_unit(const Instrument& instrument, const FieldDescription& field) {
   const bool is_voltage = reading_factor_between("V", instrument.unit).has_value();
   if (!is_voltage && is_reading_unit(instrument.unit) && is_reading_unit(field.unit) &&
       !reading_factor_between(field.unit, instrument.unit)) {
-    throw SetupError(formatted("readings in {} are none of {} in {}: another unit, another kind of "
-                               "instrument, or other columns?",
+    throw SetupError(formatted("readings in {} cannot be readings of {} in {}: is the unit, the "
+                               "kind of instrument or the choice of columns wrong?",
                                instrument.unit, field.kind, field.unit),
                      {settings::instrument});
   }

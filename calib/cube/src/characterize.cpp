@@ -394,8 +394,9 @@ void describe_in_notes(const CharacterizeOptions& options,
   });
   if (!has_feet) {
     description.notes.emplace_back(
-        "no drawing with feet: seats by the face normals alone; for a cube on feet, or a leaning "
-        "fence, errors of about the slope times how far the faces are out of square come on top");
+        "no drawing with feet was given, so the seats follow from the face normals alone; a cube "
+        "on feet or a leaning fence adds errors of about the slope times the faces' deviation from "
+        "square");
   }
   if (!all_have_covariance) {
     description.notes.emplace_back(

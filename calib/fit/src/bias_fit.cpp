@@ -151,8 +151,8 @@ Eigen::MatrixX3d fields_met(const ReadingSet& set, const Calibration& calibratio
   return fields;
 }
 
-// A bias that the field's part was taken out of is as uncertain as the record's sensitivities make
-// that part.
+// Subtracting the field's part from a bias adds the uncertainty of that part, which comes from the
+// record's sensitivities.
 // @param mean_field  of the readings, frame sensor.
 void add_uncertainty_of_field(const Eigen::Vector3d& mean_field, FitStatistics& statistics) {
   const Eigen::Index m = statistics.bias_se.size();

@@ -108,10 +108,9 @@ void require_degrees_of_freedom(const ReadingSet& set, const JointSolution& solu
   std::vector<std::string> names = parameter_names(axes, set.also_kinds, set.temperature.order);
   const std::string list = joined(names);
   throw RankDeficientError(
-      formatted(
-          "so few readings do not determine {} together with the field's direction, with anything "
-          "left to check them by; add readings{}, or use method known if the table is level",
-          list, points.empty() ? "" : " at " + joined(points, "; ")),
+      formatted("there are too few readings to determine {} together with the field's direction "
+                "and to check the fit; add readings{}, or use method known if the table is level",
+                list, points.empty() ? "" : " at " + joined(points, "; ")),
       std::move(names), {settings::method});
 }
 

@@ -21,10 +21,9 @@ void add_long_correlation(const Eigen::VectorXd& uncertainties,
                           FitStatistics& statistics,
                           std::vector<CalibrationNote>& notes) {
   if (!uncertainties.allFinite()) {
-    notes.push_back(
-        {NoteCode::correlation,
-         "a tenth of the recording alone determines something, so that its intervals do not count "
-         "that consecutive readings are alike"});
+    notes.push_back({NoteCode::correlation,
+                     "some coefficients are determined by a tenth of the recording alone, so their "
+                     "intervals do not include the correlation of consecutive readings"});
     return;
   }
   constexpr auto degrees_of_freedom = static_cast<double>(jackknife_parts - 1);

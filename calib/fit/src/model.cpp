@@ -14,7 +14,7 @@
 namespace axiscal {
 namespace {
 
-// Orthonormal changes of so many values that sum to 0; B x (B - 1).
+// An orthonormal basis of all changes of B values that sum to 0; B x (B - 1).
 Eigen::MatrixXd contrasts(std::size_t count) {
   return orthogonal_complement(Eigen::VectorXd::Ones(static_cast<Eigen::Index>(count)));
 }

@@ -103,7 +103,7 @@ PolarFit fit_polar_form(const Eigen::Matrix<double, Eigen::Dynamic, 3>& field_in
   fit.rounds = found.rounds;
   fit.converged = found.converged;
   fit.bias = p(0);
-  // The same row in the one form that is stated: coning angle from 0 to pi/2.
+  // The same row in the form that records use: coning angle from 0 to pi/2.
   fit.form = polar_from_sensitivity(row_of(p, nominal_axis, convention), nominal_axis, convention);
   fit.residual_sd = n > 4
                         ? std::sqrt(problem.residuals(p).squaredNorm() / static_cast<double>(n - 4))

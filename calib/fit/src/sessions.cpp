@@ -128,9 +128,9 @@ Estimate estimate_sessions(const ReadingSet& set,
   all.blocks.sessions = static_cast<int>(B);
   all.notes.push_back(
       {NoteCode::conditions,
-       formatted("{} sessions were fitted each alone; the coefficients are their means, and the "
-                 "intervals count how the sessions differ{}",
-                 B, B == 2 ? ", which two tell only roughly: take four" : "")});
+       formatted("{} sessions were fitted separately; the coefficients are their means, and the "
+                 "intervals include the differences between sessions{}",
+                 B, B == 2 ? "; two sessions show these only roughly: take four" : "")});
   return all;
 }
 

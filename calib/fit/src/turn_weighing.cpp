@@ -90,7 +90,7 @@ SharedErrors errors_at_rests(const TurnSystem& system) {
   for (Eigen::Index i = 0; i < n; ++i) {
     const GyroscopeTurn& turn = system.turns[static_cast<std::size_t>(i)];
     if (turn.errors_before.cols() != parts || turn.errors_after.cols() != parts) {
-      throw DomainError("fit_turns: all turns need as many shared errors");
+      throw DomainError("fit_turns: all turns must have the same number of shared errors");
     }
     shared.columns.middleRows<3>(3 * i) =
         turn.errors_before - system.rotations[static_cast<std::size_t>(i)] * turn.errors_after;

@@ -42,6 +42,7 @@
 #include "axiscal/calib/repeated_design.hpp"
 #include "axiscal/calib/robust.hpp"
 #include "axiscal/calib/run.hpp"
+#include "axiscal/calib/run_columns.hpp"
 #include "axiscal/calib/sensor_model.hpp"
 #include "axiscal/calib/sensor_temperature.hpp"
 #include "axiscal/calib/settings.hpp"

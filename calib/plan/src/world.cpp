@@ -17,7 +17,7 @@
 namespace axiscal {
 namespace {
 
-// Every entry by its name: how its numbers are put and had.
+// An entry of a world: its name, and how its numbers are set and read.
 struct Entry {
   std::string_view name;
   double World::*number = nullptr;

@@ -133,7 +133,7 @@ std::vector<int> soak_levels(const std::vector<double>& temperatures) {
     widest = std::max(widest, t - lowest);
     level[order[i]] = current;
   }
-  // A level that is as wide as the gap to the next was not held.
+  // If a level is as wide as the gap to the next, the temperature was not held.
   const bool held = widest <= 0.5 * split && static_cast<std::size_t>(current) + 1 < n;
   return held ? level : std::vector<int>{};
 }

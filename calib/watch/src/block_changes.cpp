@@ -40,7 +40,7 @@ struct ParameterClass {
     if (!(degrees_of_freedom > 0.0) || !(scatter > 0.0)) {
       return by_noise;
     }
-    // Parameters may scatter differently: as many count as share in the sum (Satterthwaite).
+    // Parameters may scatter differently. Their effective number is that of Satterthwaite.
     const double alike = scatter * scatter / scatter_squared;
     const double together =
         f_upper_p(std::max(squares / scatter, 1e-300), alike, alike * degrees_of_freedom);
@@ -148,8 +148,8 @@ std::optional<double> p_of_block_changes(const Calibration& old,
   }
   if (fewest < 2.0) {
     notes.emplace_back(
-        "two blocks and a new one see almost no change: a record of four blocks sees one of five "
-        "times what blocks differ by");
+        "with two blocks and a new one almost no change can be detected; a record of four blocks "
+        "detects a change of five times the difference between blocks");
   }
   constexpr double tests = 3.0;
   return std::min(1.0, tests * std::min({biases.p(), mains.p(), crosses.p()}));

@@ -89,8 +89,8 @@ DriftCheck check_biases(const Calibration& old,
   check.p_value = axes.p_value();
   check.drifted = check.p_value < alpha;
   check.notes.push_back(formatted(
-      "the biases hold what the instrument met of the field: they are compared{}, as the "
-      "instrument lay when the record was made",
+      "the biases include the field in the instrument's pose: they are compared{} in the pose of "
+      "the record",
       temperature ? formatted(" at temperature {}", number_text(temperature->mean(), 4)) : ""));
   return check;
 }

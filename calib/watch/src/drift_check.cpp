@@ -376,7 +376,7 @@ DriftCheck check_drift(const Calibration& old_record,
   const std::string& now_serial = fresh_record.sensor.instrument.serial;
   if (!then_serial.empty() && !now_serial.empty() && then_serial != now_serial) {
     check.notes.push_back(
-        formatted("the records are of different units: {} and {}", then_serial, now_serial));
+        formatted("the records have different serial numbers: {} and {}", then_serial, now_serial));
   }
   const bool same_positioner =
       old_record.provenance.positioner == fresh_record.provenance.positioner &&

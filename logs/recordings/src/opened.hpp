@@ -84,7 +84,7 @@ class SpooledFile {
   /// @throws OutputError  if the disk is full.
   void write(const char* buffer, std::size_t size);
 
-  /// As TemporaryFile: an open file stays open.
+  /// Removes the name now, as TemporaryFile does. A file that is already open can still be read.
   void remove_name() { file_.remove_name(); }
 
   [[nodiscard]] const std::string& path() const { return file_.path(); }

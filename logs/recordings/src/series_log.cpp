@@ -156,7 +156,7 @@ bool SeriesLog::take_row(std::vector<double>& row) {
   if (has_begun_ || !has_times) {
     has_begun_ = true;
   } else {
-    // Sensors begin some milliseconds apart: rows before all have are none.
+    // Sensors start some milliseconds apart. Rows before all of them have started are dropped.
     constexpr double longest_wait_s = 1.0;
     first_s_ = std::isnan(first_s_) ? time_s : first_s_;
     has_begun_ = time_s - first_s_ > longest_wait_s ||

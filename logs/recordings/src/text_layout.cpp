@@ -496,7 +496,7 @@ class LayoutFinder {
       layout_.notes.push_back(formatted("{} lines before the table were skipped", preamble));
     }
     if (layout_.delimiter != ',' || layout_.decimal_comma) {
-      layout_.notes.push_back(formatted("cells parted by {}{}", delimiter_words(layout_.delimiter),
+      layout_.notes.push_back(formatted("separator {}{}", delimiter_words(layout_.delimiter),
                                         layout_.decimal_comma ? ", with decimal commas" : ""));
     }
   }

@@ -99,7 +99,7 @@ class TextLog : public LogFile::Source {
     }
     if (rows == 0 && rows_ == 0) {
       throw DataError(lines_.path(), lines_.line(),
-                      "no row of numbers follows; are the cells parted as in the first rows?");
+                      "no row of numbers follows; are the cells separated as in the first rows?");
     }
     if (rows == 0 && erased_rows_ > 0) {
       notes.push_back(
@@ -284,7 +284,7 @@ class TextLog : public LogFile::Source {
   std::string header_;  // its line
   TextLayout layout_;
   double days_s_ = 0.0, last_of_day_s_ = 0.0;
-  bool is_plain_ = true;  // numbers parted by a character, with decimal points
+  bool is_plain_ = true;  // numbers separated by a character, with decimal points
   std::size_t rows_ = 0;
   std::size_t erased_rows_ = 0, first_erased_line_ = 0;
   bool has_readings_ = false;

@@ -65,7 +65,7 @@ double big_endian_us(std::string_view bytes) {
   return static_cast<double>(us);
 }
 
-// A packet in the bytes behind its time.
+// A packet, parsed from the bytes that follow its time stamp.
 struct Packet {
   std::uint32_t id = 0;
   std::uint8_t system = 0;

@@ -98,7 +98,7 @@ TEST(ReadObservations, SaysWhatIsWrongWhere) {
   EXPECT_THAT(csv_complaint("fence,x,y,z\n"), HasSubstr("column 'rest': is missing"));
   EXPECT_THAT(csv_complaint("rest,fence,x,y\n"), HasSubstr("run.csv:1: column 'z': is missing"));
   EXPECT_THAT(csv_complaint("fx,x,y,z\n1,1,2,3\n"), HasSubstr("column 'fy': is missing"));
-  EXPECT_THAT(csv_complaint("rest;fence;x;y;z\n"), HasSubstr("parted by semicolons"));
+  EXPECT_THAT(csv_complaint("rest;fence;x;y;z\n"), HasSubstr("separated by semicolons"));
   EXPECT_THAT(csv_complaint("rest,fence,X,y,z\n"), HasSubstr("did you mean 'X'?"));
   EXPECT_THAT(csv_complaint("run,rest,fence,x,y,z\n1.5,+X,+Y,1,2,3\n"), HasSubstr("column 'run'"));
   EXPECT_THAT(csv_complaint("time,rest,fence,x,y,z\nnoon,+X,+Y,1,2,3\n"),

@@ -36,7 +36,8 @@ Eigen::MatrixXd counted_steps(const ReadingSet& set,
   return steps;
 }
 
-constexpr double wide = 0.4;  // noise below this part of a step does not average it
+constexpr double wide =
+    0.4;  // below this fraction of a step the noise does not average the rounding error
 
 // The poses of one axis: means of its readings there.
 struct Poses {

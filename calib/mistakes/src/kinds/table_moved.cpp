@@ -30,7 +30,8 @@ Eigen::MatrixX2d table_rows(const SuspectRun& run,
   return coefficients.middleRows<3>(1).transpose().lazyProduct(change);
 }
 
-// The field turned in the table for all readings behind a cut of the run's order.
+// Columns for a change of the field's direction in the table, in all readings behind a cut of the
+// run's order.
 Eigen::MatrixXd table_columns(const SuspectRun& run,
                               std::size_t cut,
                               const TableField& field,
@@ -104,7 +105,8 @@ double quick_p_of_cuts(const SuspectRun& run, const HypothesisFit& fit) {
 }
 
 void detect_cuts(const SuspectRun& run, const Consider& consider) {
-  constexpr double independent = 0.3;  // neighbouring cuts say nearly the same
+  constexpr double independent =
+      0.3;  // effective share of independent tests: neighbouring cuts give nearly the same result
   for (const std::size_t cut : cuts_of(run)) {
     const HypothesisFit moved = fit_table_moved(run, cut);
     consider(moved, {.tests = independent * static_cast<double>(run.n() - 1),

@@ -19,7 +19,7 @@ namespace axiscal {
 /// As parse_number(), for whole numbers that an int holds.
 [[nodiscard]] AXISCAL_EXPORT std::optional<int> parse_integer(std::string_view text) noexcept;
 
-/// Numbers parted by commas: "0.001,-0.002"; blanks around a number are allowed.
+/// Numbers separated by commas: "0.001,-0.002"; blanks around a number are allowed.
 ///
 /// @return the numbers, or nullopt if one of them is not a finite number.
 [[nodiscard]] AXISCAL_EXPORT std::optional<std::vector<double>> parse_numbers(

@@ -88,7 +88,7 @@ class StaticDetector {
 ///         not contain motion, and the last threshold is returned.
 [[nodiscard]] std::size_t most_persistent(const std::vector<IntervalSet>& sets);
 
-/// Joins neighbours that are one attitude, parted by a knock: the gap between them is short and
+/// Joins neighbours that are one attitude, separated by a knock: the gap between them is short and
 /// their means agree within five standard errors or `tolerance`.
 ///
 /// @param columns    that are compared.

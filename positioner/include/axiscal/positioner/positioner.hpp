@@ -20,7 +20,7 @@
 
 namespace axiscal {
 
-/// The error of a face's measured normal.
+/// Checks a face's measured normal.
 ///
 /// @return "" for a good one; else why it cannot be: not of unit length to 1e-6, or more than
 ///         0.2 rad from the face's nominal direction (a face mixed up, a left-handed frame).

@@ -231,8 +231,8 @@ struct MonteCarloCheck {
   bool agrees = true;  ///< both ends agree with linear_expanded within a tenth
 };
 
-/// Draws parameters and readings from their distributions (the fit's as t), reduces them, and holds
-/// the spread against attitude_budget().
+/// Draws parameters and readings from their distributions (t for the part of the fit), reduces
+/// them, and compares the spread with attitude_budget().
 /// @param trials  at least 1000.
 /// @throws DomainError  as attitude_budget(), and for fewer trials.
 [[nodiscard]] AXISCAL_EXPORT std::vector<MonteCarloCheck> check_by_monte_carlo(

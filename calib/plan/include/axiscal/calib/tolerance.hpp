@@ -20,7 +20,7 @@ struct Tolerances {
   double fence_rad = 0.0;       ///< the lean of the fence
 };
 
-/// A cube made to a drawing, as it may turn out.
+/// Draws a cube that is made to a drawing within its tolerances.
 /// @throws DomainError  if the tolerances are so wide that it is none.
 [[nodiscard]] AXISCAL_EXPORT Positioner random_positioner(const CubeFeet& drawing,
                                                           const Surface& surface,

@@ -1,0 +1,45 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include <Eigen/Core>
+
+#include "axiscal/calib/run.hpp"
+#include "axiscal/core/export.hpp"
+
+namespace axiscal {
+
+/// The data of a run besides its readings, as columns with one value a reading. Columns that are
+/// not known stay empty.
+struct RunColumns {
+  std::vector<std::string> rest;               ///< face on the table: "+X", "-X", .. "-Z"
+  std::vector<std::string> fence;              ///< face at the fence
+  std::optional<Eigen::VectorXi> run;          ///< numbers of the readings; else 1, 2, ..
+  std::optional<Eigen::VectorXi> block;        ///< replicate of the whole design
+  std::optional<Eigen::VectorXi> mount;        ///< number of the instrument's mounting
+  std::optional<Eigen::VectorXd> level;        ///< multiple of the induced field
+  std::optional<Eigen::VectorXd> temperature;  ///< output of the temperature sensor
+  std::optional<Eigen::VectorXd> time;         ///< [s]
+  std::optional<Eigen::VectorXd> samples;      ///< number of samples in each reading
+  std::optional<Eigen::MatrixX3d> field;       ///< n x 3, the field in the instrument's frame
+};
+
+/// A run from columns, as from a program's own tables.
+///
+/// @code
+/// axiscal::RunColumns columns;
+/// columns.rest = {"-Z", "-Z", "+Z"};
+/// columns.fence = {"+X", "-X", "+X"};
+/// const axiscal::Run run = axiscal::make_run(columns, volts);  // 3 x m
+/// @endcode
+///
+/// @param response  the readings, n x m [unit of the instrument].
+/// @throws DomainError  if a column has another length than `response`, or a face is unknown; the
+///                      message names the column.
+[[nodiscard]] AXISCAL_EXPORT Run make_run(const RunColumns& columns,
+                                          const Eigen::Ref<const Eigen::MatrixXd>& response);
+
+}  // namespace axiscal

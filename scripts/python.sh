@@ -1,0 +1,13 @@
+#!/usr/bin/env bash
+# SPDX-License-Identifier: Apache-2.0
+# Installs what is missing, builds the Python package and runs an example with it. The package can then be imported
+# from build/release/python: PYTHONPATH=build/release/python python3
+set -euo pipefail
+cd "$(dirname "$0")/.."
+
+scripts/dependencies.sh --python
+. scripts/jobs.sh
+cmake --preset release -DAXISCAL_BUILD_PYTHON=ON
+cmake --build --preset release --target axiscal_python
+cd examples
+PYTHONPATH=../build/release/python /usr/bin/python3 python/tasks.py
