@@ -159,7 +159,7 @@ std::string fit_text(const NoiseModel& model) {
   text += model.model_error > 0.0
               ? formatted(
                     "these kinds of noise do not describe the curve (p = {:.2g}); it is off "
-                    "them by {:.0f} %, and the intervals count that\n",
+                    "them by {:.0f} %, and the intervals include that\n",
                     model.p_value, 100.0 * model.model_error)
               : formatted("these kinds of noise describe the curve (p = {:.2g})\n", model.p_value);
   if (model.white_by_stretch) {

@@ -198,7 +198,7 @@ TEST_F(ModelAxesTest, SlotsOfSeveralKindsAreStatedOnTheLine) {
   const ProgramResult torn = run_axiscal(
       {"calibrate", folder_.path("run.csv"), "--instrument", "accelerometer", "--unit", "nT"});
   EXPECT_EQ(torn.status, 2);
-  EXPECT_THAT(torn.err, HasSubstr("readings in nT are none of gravity in g"));
+  EXPECT_THAT(torn.err, HasSubstr("readings in nT cannot be readings of gravity in g"));
   const ProgramResult unknown = attempt({"--instrument", "L=accelerometer,M=compass"});
   EXPECT_EQ(unknown.status, 2);
   EXPECT_THAT(unknown.err, HasSubstr("slot M"));

@@ -433,7 +433,7 @@ TEST(BudgetOfAnAttitude, NeedsThreeAxesAndAField) {
   Calibration biases = the_budgeted_record();
   biases.fit.method = Method::bias;
   biases.fit.statistics->parameter_names = {"x.bias", "y.bias", "z.bias"};
-  EXPECT_THAT(complaint(biases), HasSubstr("biases hold"));
+  EXPECT_THAT(complaint(biases), HasSubstr("biases include"));
   EXPECT_THAT(complaint(the_budgeted_record(), {.sd = Eigen::VectorXd::Ones(2)}),
               HasSubstr("standard deviation"));
   Calibration none = the_budgeted_record();

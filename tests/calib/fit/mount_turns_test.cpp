@@ -366,7 +366,7 @@ TEST(TurnsAboutAxes, NeedAsManySharedErrorsEach) {
   simulated.turns()[3].errors_after = Eigen::Matrix3Xd::Zero(3, 1);
   EXPECT_THAT(test::complaint_of<DomainError>(
                   [&] { static_cast<void>(fit_turns(simulated.turns(), exact_rests)); }),
-              HasSubstr("as many shared errors"));
+              HasSubstr("same number of shared errors"));
 }
 
 TEST(TurnCalibration, IsTheRecordOfTheFit) {

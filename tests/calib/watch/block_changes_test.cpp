@@ -208,7 +208,8 @@ TEST(BlockChanges, AreUnknownIfNoRecordShowsTheScatter) {
   EXPECT_FALSE(p_of_block_changes(one, one, notes));
   EXPECT_TRUE(p_of_block_changes(one, several, notes));
   ASSERT_EQ(notes.size(), 1U);  // two blocks and one have a single degree of freedom
-  EXPECT_THAT(notes.front(), testing::HasSubstr("two blocks and a new one see almost no change"));
+  EXPECT_THAT(notes.front(),
+              testing::HasSubstr("two blocks and a new one almost no change can be detected"));
   several.fit.statistics.reset();
   EXPECT_FALSE(p_of_block_changes(one, several, notes));
   EXPECT_FALSE(p_of_block_changes(several, one, notes));

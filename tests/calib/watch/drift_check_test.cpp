@@ -284,7 +284,7 @@ TEST(DriftCheck, RefusesRecordsThatCannotBeCompared) {
   Calibration named = old;
   named.sensor.instrument.serial = "A";
   EXPECT_THAT(check_drift(named, other).notes,
-              testing::ElementsAre(HasSubstr("different units: A and B")));
+              testing::ElementsAre(HasSubstr("different serial numbers: A and B")));
 }
 
 TEST(WorstAngle, IsThatOfTheShiftOrTheTurn) {

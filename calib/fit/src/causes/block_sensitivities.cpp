@@ -301,7 +301,7 @@ bool add_block_sensitivities(const Fit& run, bool mounts_known, Estimate& estima
     estimate.notes.push_back(
         {NoteCode::conditions,
          formatted("the sensitivities differ between blocks, by {} % of themselves (standard "
-                   "deviation); their intervals count it",
+                   "deviation); their intervals include it",
                    number_text(100.0 * largest, 2))});
   }
   if (m == 3 && !mounts_known && p_of_turns(fits, mean, s2) < beyond_chance) {

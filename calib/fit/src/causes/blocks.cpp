@@ -122,14 +122,14 @@ void add_block_scatter(const ReadingSet& set, const ProcessScatter* process, Est
   } else if (process != nullptr) {
     estimate.notes.push_back(
         {NoteCode::conditions,
-         formatted("the biases' intervals count how they changed between blocks in {} earlier "
+         formatted("the biases' intervals include how they changed between blocks in {} earlier "
                    "calibrations ({} "
                    "degrees of freedom)",
                    process->records, number_text(process->degrees_of_freedom, 3))});
   } else if (effects.blocks.size() == 2) {
     estimate.notes.push_back(
         {NoteCode::conditions,
-         "the biases' intervals count how blocks differ, and two blocks tell that only roughly: "
+         "the biases' intervals include how blocks differ, and two blocks tell that only roughly: "
          "with "
          "three blocks they are some 2.5 times shorter, with four 3 times"});
   }

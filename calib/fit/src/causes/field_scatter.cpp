@@ -264,14 +264,14 @@ void add_field_noise(const Fit& run, const PartOfNoise& one, Estimate& estimate)
         {NoteCode::field,
          formatted("noise grows with the field: along it readings scatter {} times as much as "
                    "across it; does its size, or the turntable's rate, jitter? the sensitivities' "
-                   "intervals count it",
+                   "intervals include it",
                    number_text(std::sqrt(std::max(all.ratio, 1.0)), 2))});
   } else if (all.below < beyond_chance) {
     estimate.notes.push_back(
         {NoteCode::seats,
-         formatted("readings scatter {} times as much across the field as along it, as where the "
-                   "cube lies otherwise each time: clean its feet, table and fence; the "
-                   "sensitivities' intervals count it",
+         formatted("readings scatter {} times as much across the field as along it, as if the "
+                   "cube lay differently each time: clean its feet, table and fence; the "
+                   "sensitivities' intervals include it",
                    number_text(std::sqrt(1.0 / std::max(all.ratio, 1e-6)), 2))});
   }
 }
@@ -317,7 +317,7 @@ void add_field_wander(const Fit& run, AlongField along, bool gains_differ, Estim
         {NoteCode::field,
          formatted("along the field consecutive readings are alike (correlation about {}): its "
                    "size, or all gains together, wander; the sensitivities hold for the field of "
-                   "that hour, and their intervals count it",
+                   "that hour, and their intervals include it",
                    number_text(fit.correlation, 1))});
   }
 }

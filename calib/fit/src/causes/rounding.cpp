@@ -254,7 +254,7 @@ void add_rounding_scatter(const SolvedReadings& of, double stated_step, Estimate
       {NoteCode::rounding,
        formatted(
            "axis {}: the readings' step ({}) is wider than their noise, so that repeats do not "
-           "average it out; the uncertainty counts it: take more digits, or a dither of half a "
+           "average it out; the uncertainty includes it: take more digits, or a dither of half a "
            "step before rounding",
            joined(axes), number_text(widest, 3))});
 }

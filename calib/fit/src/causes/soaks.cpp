@@ -199,7 +199,7 @@ void add_soak_scatter(const ReadingSet& set, Estimate& estimate) {
     estimate.notes.push_back(
         {NoteCode::temperature,
          "The temperature levels do not lie on the polynomial as closely as their readings do. "
-         "The intervals count their scatter"});
+         "The intervals include their scatter"});
   }
 }
 
