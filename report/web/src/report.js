@@ -62,6 +62,9 @@ addEventListener("afterprint", () => folded.forEach((part) => (part.open = false
 // A table that is wider than the page is scrolled by keys too.
 function reachWideTables() {
   for (const table of document.querySelectorAll("table")) {
+    if (table.closest("details:not([open])")) {
+      continue; // to measure it would lay out what nobody sees: seconds of a large report
+    }
     table.scrollWidth > table.clientWidth ? table.setAttribute("tabindex", "0") : table.removeAttribute("tabindex");
   }
 }
