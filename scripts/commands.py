@@ -93,9 +93,7 @@ def documented(axiscal):
         all_of_them += [(os.path.relpath(page, SOURCE), command) for command in commands_of_page(page)]
     for name in sorted(SUBCOMMANDS):
         text = subprocess.run([axiscal, name, "--help"], capture_output=True, text=True, check=True).stdout
-        examples = re.search(r"^Examples:\s*\n((?:  ?\S.*\n?)+)", text, re.M)
-        lines = [line for line in (examples.group(1) if examples else "").splitlines()]
-        all_of_them += [(f"axiscal {name} --help", command) for command in joined_lines(lines)]
+        all_of_them += [(f"axiscal {name} --help", command) for command in joined_lines(text.splitlines())]
     once = {}
     for where, command in all_of_them:
         once.setdefault(command, where)
@@ -472,6 +470,17 @@ class Desk:
         make("axiscal export acc.json gyro.json --format kalibr -o imu.yaml")
         for part in (1, 2):
             make(f"axiscal study --truth cal.json --noise 1e-4 --trials 20 --shard {part}/2 -o part{part}.json")
+        with open(self.path("run.csv"), encoding="utf-8") as file:
+            header, *rows = [line for line in file.read().splitlines() if line and not line.startswith("#")]
+        with open(self.path("fleet.csv"), "w", encoding="utf-8") as file:
+            file.write(f"serial,{header}\n")
+            file.writelines(f"u{unit},{row}\n" for unit in range(6) for row in rows)
+        stream = "axiscal calibrate fleet.csv --stream --instrument accelerometer --unit V"
+        for part in (1, 2):
+            make(f"{stream} --shard {part}/2 -o part{part}.jsonl --table part{part}.csv")
+            make(f"{stream} --shard {part}/2 -o part{part}.jsonl.zst")
+        for part in (1, 2, 3, 4):
+            make(f"{stream} --shard {part}/4 -o {part}.jsonl")
         for name in ("accelerometer", "magnetometer"):
             with contextlib.suppress(OSError):
                 shutil.copy(self.path(f"imu-{name}-0.json"), self.path(f"{name}.json"))
