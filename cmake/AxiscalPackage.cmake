@@ -82,7 +82,7 @@ axiscal_compress("${PROJECT_BINARY_DIR}/packaging/changelog")
 # The licences of all libraries that are linked in, as the system's packages state them.
 set(notices "Axiscal contains parts of these libraries. THIRD-PARTY.md of its sources lists them.\n")
 foreach(package IN ITEMS libeigen3-dev libgeographiclib-dev libgeographic-dev nlohmann-json3-dev libboost-dev libfmt-dev
-                         libcli11-dev libhwy-dev libpugixml-dev libyaml-cpp-dev libstdc++6)
+                         libcli11-dev pybind11-dev libhwy-dev libpugixml-dev libyaml-cpp-dev libstdc++6)
   if(EXISTS "/usr/share/doc/${package}/copyright")
     file(READ "/usr/share/doc/${package}/copyright" text)
     string(APPEND notices "\n==== ${package} ====\n${text}")
