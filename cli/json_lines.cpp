@@ -9,9 +9,7 @@
 #include "axiscal/core/number_text.hpp"
 
 namespace axiscal::cli {
-namespace {
 
-// The cells of a line; quotes that are doubled within a quoted cell are one.
 std::vector<std::string> cells_of(std::string_view line) {
   std::vector<std::string> cells(1);
   bool is_quoted = false;
@@ -29,6 +27,8 @@ std::vector<std::string> cells_of(std::string_view line) {
   }
   return cells;
 }
+
+namespace {
 
 nlohmann::ordered_json value_of(const std::string& cell) {
   const std::optional<double> number = parse_number(cell);

@@ -7,6 +7,11 @@
 
 namespace axiscal::cli {
 
+/// @return the cells of a line of CSV, without its end; quotes that are doubled within a quoted
+/// cell
+///         are one.
+[[nodiscard]] std::vector<std::string> cells_of(std::string_view line);
+
 /// Converts CSV text into JSON Lines: one object per row, with the names of the header.
 class JsonLines {
  public:

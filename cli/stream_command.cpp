@@ -17,12 +17,14 @@
 #include "axiscal/core/csv_reader.hpp"
 #include "axiscal/core/error.hpp"
 #include "axiscal/core/input_file.hpp"
+#include "axiscal/core/number_text.hpp"
 #include "axiscal/core/parallel.hpp"
 #include "axiscal/core/shown_text.hpp"
 #include "calibrate_command.hpp"
 #include "core/formatted.hpp"
 #include "core/redirected_streams.hpp"
 #include "input.hpp"
+#include "json_lines.hpp"
 #include "stream_files.hpp"
 #include "summary.hpp"
 #include "usage_error.hpp"
@@ -36,25 +38,6 @@ struct UnitText {
   std::string csv;    // header and rows
   std::string error;  // why it is none; empty if it is one
 };
-
-// The cells of a row, without their quotes.
-std::vector<std::string> cells_of(std::string_view row) {
-  std::vector<std::string> cells(1);
-  bool quoted = false;
-  for (std::size_t i = 0; i < row.size(); ++i) {
-    if (row[i] == '"') {
-      const bool doubled = quoted && i + 1 < row.size() && row[i + 1] == '"';
-      cells.back() += doubled ? "\"" : "";
-      i += doubled ? 1U : 0U;
-      quoted = doubled ? quoted : !quoted;
-    } else if (row[i] == ',' && !quoted) {
-      cells.emplace_back();
-    } else if (row[i] != '\r') {
-      cells.back() += row[i];
-    }
-  }
-  return cells;
-}
 
 std::string cell_text(const nlohmann::json& value) {
   const std::string text = value.is_string() ? value.get<std::string>()
@@ -114,7 +97,7 @@ class UnitReader {
         set_header(*line);
         continue;
       }
-      const std::vector<std::string> cells = cells_of(*line);
+      const std::vector<std::string> cells = cells_of(without_returns(*line));
       const std::string serial = serial_ < cells.size() ? cells[serial_] : "";
       std::optional<UnitText> complete;
       if (unit_ && unit_->serial != serial) {
@@ -134,7 +117,7 @@ class UnitReader {
  private:
   void set_header(const std::string& line) {
     header_ = line;
-    const std::vector<std::string> names = cells_of(line);
+    const std::vector<std::string> names = cells_of(without_returns(line));
     const auto at = std::find(names.begin(), names.end(), "serial");
     if (at == names.end()) {
       throw DataError(path_, number_,
