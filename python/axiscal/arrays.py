@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any, Dict, List, Mapping, Optional, Sequence, Tuple
+from typing import TYPE_CHECKING, Any, Dict, List, Optional, Sequence, Tuple
 
 import numpy as np
 
@@ -113,8 +113,3 @@ def table_of_csv(text: str) -> Table:
         except ValueError:
             table[name] = np.array(cells)
     return table
-
-
-def columns_of(value: Mapping[str, Any]) -> Dict[str, Array]:
-    """A mapping of columns with arrays as its values."""
-    return {str(name): np.asarray(one) for name, one in value.items()}

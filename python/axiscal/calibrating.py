@@ -137,10 +137,8 @@ def _setup(instrument: Any, field: Any, options: Dict[str, Any]) -> Dict[str, An
 
 
 def _native(readings: Floats, columns: Dict[str, Any], options: Dict[str, Any]) -> Calibration:
-    rows = len(readings)
     of_run = _axiscal.RunColumns()
-    for name, value in columns.items():
-        values = column(value, rows, name)
+    for name, values in columns.items():
         if name in ("rest", "fence"):
             setattr(of_run, name, [str(one) for one in values])
         elif name in ("run", "block", "mount"):
@@ -150,10 +148,11 @@ def _native(readings: Floats, columns: Dict[str, Any], options: Dict[str, Any]) 
     return Calibration(_axiscal.calibrate(arguments_of(options), readings, of_run))
 
 
-def _by_command(arguments: List[str], data: str = "") -> Calibration:
+def _by_command(arguments: List[str], force: bool, data: str = "") -> Calibration:
     with files() as at:
         path = at.path()
-        done = run(["calibrate", *arguments, "-o", path], data, warns=False)
+        more = ["--force"] if force else []
+        done = run(["calibrate", *arguments, *more, "-o", path], data, warns=False)
         if not os.path.exists(path):
             raise RefusedError(done.messages.strip() or "the calibration was refused")
         with open(path, encoding="utf-8") as file:
@@ -230,13 +229,12 @@ def calibrate(
             path = at.path()
             with open(path, "w", encoding="utf-8") as file:
                 json.dump(_with_absolute_paths(readings), file)
-            return _tell(_by_command([path, *arguments_of(options, at)]), force)
+            return _tell(_by_command([path, *arguments_of(options, at)], force), force)
     if isinstance(readings, (str, os.PathLike)):
         if given:
             raise DomainError(f"{sorted(given)[0]}: a file has its own columns; give the readings as an array")
         with files() as at:
-            more = ["--force"] if force else []
-            return _tell(_by_command([os.fspath(readings), *more, *arguments_of(options, at)]), force)
+            return _tell(_by_command([os.fspath(readings), *arguments_of(options, at)], force), force)
 
     columns: Dict[str, Any] = {}
     if isinstance(readings, Run):
@@ -251,11 +249,9 @@ def calibrate(
         if data.shape[1] != 3:
             options.setdefault("axes", ["x", "y", "z"][: data.shape[1]] if data.shape[1] < 3 else
                                [f"a{k + 1}" for k in range(data.shape[1])])  # fmt: skip
-    columns.update(given)
-    for name, value in columns.items():
-        column(value, len(data), name)
+    columns = {name: column(value, len(data), name) for name, value in {**columns, **given}.items()}
     is_labelled = "rest" in columns and "fence" in columns
-    has_dates = "time" in columns and np.asarray(columns["time"]).dtype.kind in "MOUS"
+    has_dates = "time" in columns and columns["time"].dtype.kind in "MOUS"
     if is_labelled and not has_dates and set(columns) <= {*_COLUMNS, "rest", "fence"} and set(options) <= _OF_EXPERIMENT:
         return _tell(_native(data, columns, options), force)
     axes = options.get("axes") or ["x", "y", "z"]
@@ -263,8 +259,7 @@ def calibrate(
     text = csv_of({**{name: _cells(value) for name, value in columns.items()},
                    **{axis: data[:, k] for k, axis in enumerate(axes)}})  # fmt: skip
     with files() as at:
-        more = ["--force"] if force else []
-        return _tell(_by_command(["-", *more, *arguments_of(options, at)], text), force)
+        return _tell(_by_command(["-", *arguments_of(options, at)], force, text), force)
 
 
 def _with_absolute_paths(experiment: Experiment) -> Dict[str, Any]:
@@ -300,6 +295,7 @@ def fit_magnitude(readings: Any, **options: Any) -> Calibration:
 def _records(arguments: List[str], name: str, force: bool) -> Dict[str, Calibration]:
     with files() as at:
         output = os.path.join(at.folder, name)
+        arguments = [*arguments, "--force"] if force else arguments
         messages = run(["calibrate", *arguments, "-o", output], warns=False).messages
         found = {}
         for path in sorted(glob.glob(os.path.join(at.folder, "record-*.json"))):
@@ -330,8 +326,7 @@ def calibrate_imu(
     """
     with files() as at:
         path = log_path(log_file, at)
-        more = ["--force"] if force else []
-        return _records(["--imu", path, *more, *arguments_of(options, at)], "record-{slot}.json", force)
+        return _records(["--imu", path, *arguments_of(options, at)], "record-{slot}.json", force)
 
 
 def calibrate_units(path: PathLike, *, force: bool = False, **options: Any) -> List[Calibration]:
@@ -351,8 +346,7 @@ def calibrate_units(path: PathLike, *, force: bool = False, **options: Any) -> L
     """
     setup = _setup(options.pop("instrument", None), options.pop("field", None), options)
     with files() as at:
-        more = ["--force"] if force else []
-        arguments = [os.fspath(path), *more, *arguments_of(setup, at)]
+        arguments = [os.fspath(path), *arguments_of(setup, at)]
         return list(_records(arguments, "record-{serial}.json", force).values())
 
 
