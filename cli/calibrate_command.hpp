@@ -28,7 +28,7 @@ struct CalibrateCommand {
   std::optional<std::string> body, tare;  ///< method attitude: an earlier rotation, and its tare
   std::optional<std::string> shard;       ///< with stream: I/N
   bool stream = false;                    ///< many units, one line each
-  bool resume = false;                    ///< with stream: keep the lines that are there
+  bool resume = false;                    ///< with stream: keep the complete lines of the outputs
   bool each = false;                      ///< a record of each file, or of each serial
   bool json = false;
   bool force = false;

@@ -325,28 +325,27 @@ Finished finished_units(const CalibrateCommand& command) {
   if ((command.output && !has(command.output)) || (command.table && !has(command.table))) {
     return finished;  // one of the outputs is missing: both begin anew
   }
-  std::size_t units = all;
-  if (command.output) {
-    units = first_lines(*command.output, 0, units).count;
+  const auto lines_of = [&](const std::optional<std::string>& path, std::size_t header,
+                            std::size_t most) {
+    return path ? first_lines(*path, header, most) : Lines{.count = all};
+  };
+  Lines records = lines_of(command.output, 0, all);
+  Lines rows = lines_of(command.table, 1, all);
+  finished.units = std::min(records.count, rows.count);
+  // The longer one is read again, up to the last unit that both have.
+  if (command.output && records.count > finished.units) {
+    records = first_lines(*command.output, 0, finished.units);
   }
-  if (command.table) {
-    units = std::min(units, first_lines(*command.table, 1, units).count);
+  if (command.table && rows.count > finished.units) {
+    rows = first_lines(*command.table, 1, finished.units);
   }
-  if (units == 0 || units == all) {
+  if (finished.units == 0) {
     return finished;
   }
-  finished.units = units;
-  if (command.table) {
-    const Lines rows = first_lines(*command.table, 1, units);
-    finished.row_bytes = rows.bytes;
-    finished.good = rows.good;
-  }
-  if (command.output) {
-    const Lines records = first_lines(*command.output, 0, units);
-    finished.record_bytes = records.bytes;
-    finished.good = records.good;
-    finished.last = records.last;
-  }
+  finished.record_bytes = records.bytes;
+  finished.row_bytes = rows.bytes;
+  finished.good = command.output ? records.good : rows.good;
+  finished.last = records.last;
   return finished;
 }
 

@@ -17,6 +17,7 @@
 #include "axiscal/core/error.hpp"
 #include "axiscal/core/input_protection.hpp"
 #include "axiscal/core/number_text.hpp"
+#include "core/descriptor.hpp"
 #include "core/formatted.hpp"
 #include "core/redirected_streams.hpp"
 #include "usage_error.hpp"
@@ -209,22 +210,14 @@ void LineFile::write(std::string_view lines) {
     RedirectedStreams::current()->output += lines;
     return;
   }
-  while (!lines.empty()) {
-    const ssize_t count = ::write(descriptor_, lines.data(), lines.size());
-    if (count < 0 && errno == EINTR) {
-      continue;
+  if (!write_all(descriptor_, lines)) {
+    const std::string name = path_ == "-" ? "standard output" : path_;
+    if (errno == EPIPE) {
+      throw ClosedPipe(name + ": closed by its reader");
     }
-    if (count < 0) {
-      const std::string name = path_ == "-" ? "standard output" : path_;
-      if (errno == EPIPE) {
-        throw ClosedPipe(name + ": closed by its reader");
-      }
-      throw OutputError(
-          formatted("{}: cannot be written ({}); the lines before stay, and --resume "
-                    "goes on after them",
-                    name, std::strerror(errno)));
-    }
-    lines.remove_prefix(static_cast<std::size_t>(count));
+    throw OutputError(formatted(
+        "{}: cannot be written ({}); the lines before stay, and --resume goes on after them", name,
+        std::strerror(errno)));
   }
 }
 

@@ -200,7 +200,6 @@ CommandResult run_subcommand(const std::vector<std::string>& arguments, const st
                                                            cli::export_subcommand(&cli::run_export),
                                                            cli::import_subcommand(&cli::run_import),
                                                            cli::merge_subcommand(),
-
                                                            cli::template_subcommand()};
   const InputProtection no_input_is_overwritten;
   RedirectedStreams streams(input);
