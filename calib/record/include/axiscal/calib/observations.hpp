@@ -28,7 +28,7 @@ struct Reading {
   int run = 1;                                     ///< number of the reading, in the order taken
   int block = 1;                                   ///< replicate of the whole design
   int mount = 1;                                   ///< number of the instrument's mounting
-  bool confirm = false;                            ///< kept out of the fit, which it tests
+  bool confirm = false;                            ///< left out of the fit, to test the fit
   std::optional<DesignPoint> point;                ///< the pose of the cube
   FieldLevel level;                                ///< multiple of the induced field
   std::optional<SensorTemperature> temperature;    ///< outputs of temperature sensors, any unit
