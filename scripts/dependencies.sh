@@ -53,7 +53,7 @@ tools=("clang++ clang" "node nodejs" "npm npm" "chromium chromium" "pdftotext po
 
 # dependencies.sh --python: what the Python package and its tests need as well.
 if [ "${1:-}" = --python ]; then
-  needs+=("pybind11-dev" "python3-dev" "python3-numpy" "python3-pandas" "python3-pytest" "python3-venv")
+  needs+=("pybind11-dev" "python3-dev" "python3-numpy" "python3-pandas" "python3-pytest" "python3-venv" "python3-uncertainties" "python3-pint")
   tools+=("mypy mypy")
 fi
 

@@ -6,7 +6,6 @@ from __future__ import annotations
 import contextlib
 import datetime
 import json
-import logging
 import os
 import re
 import warnings
@@ -15,9 +14,8 @@ from typing import Any, Dict, Iterator, List, Mapping, NamedTuple, Optional
 import numpy as np
 
 from . import _axiscal
+from .arrays import log
 from .errors import CalibrationWarning, RefusedError
-
-log = logging.getLogger("axiscal")
 
 
 class Output(NamedTuple):

@@ -3,10 +3,12 @@
 
 from __future__ import annotations
 
+import logging
 from typing import TYPE_CHECKING, Any, Dict, List, Optional, Sequence, Tuple
 
 import numpy as np
 
+from . import _axiscal
 from .errors import DomainError
 
 if TYPE_CHECKING:  # numpy.typing takes 10 ms to import
@@ -16,6 +18,8 @@ if TYPE_CHECKING:  # numpy.typing takes 10 ms to import
     Array = npt.NDArray[Any]
 else:
     Floats = Array = Any
+
+log = logging.getLogger("axiscal")
 
 #: Columns of a table of readings that are no axes.
 LABELS = (
@@ -90,6 +94,23 @@ def table_of(frame: Any, axes: Optional[Sequence[str]]) -> Tuple[Floats, List[st
     return data, list(axes), {name: one for name, one in columns.items() if name in LABELS}
 
 
+def utc(seconds: Any) -> Any:
+    """Seconds since 1970 as datetime64[us]; None if they count from another start.
+
+    Times before the year 2000 count from the start of a recording.
+    """
+    times = np.asarray(seconds, dtype=np.float64)
+    if not times.size or not np.nanmin(times, initial=np.inf) >= 946684800.0:
+        return None
+    return np.round(times * 1e6).astype("datetime64[us]")
+
+
+def seconds_of(times: Any) -> Floats:
+    """datetime64 as seconds since 1970."""
+    since: Floats = np.asarray(times).astype("datetime64[us]").astype(np.int64) / 1e6
+    return since
+
+
 class Table(Dict[str, Array]):
     """Columns of a table by their names."""
 
@@ -100,16 +121,18 @@ class Table(Dict[str, Array]):
         return pandas.DataFrame(dict(self))
 
 
-def table_of_csv(text: str) -> Table:
-    """The columns of CSV text; columns of numbers are arrays of float."""
-    import csv
+def read_table(path: str, text: Optional[str] = None) -> Table:
+    """The columns of a table of any look, of the file or of ``text``.
 
-    rows = list(csv.reader(line for line in text.splitlines() if not line.startswith("#")))
-    table = Table()
-    for index, name in enumerate(rows[0] if rows else []):
-        cells = [row[index] for row in rows[1:]]
-        try:
-            table[name] = np.array([float(cell) if cell else np.nan for cell in cells])
-        except ValueError:
-            table[name] = np.array(cells)
-    return table
+    Columns of numbers are arrays of float, NaN if a cell is empty; others are arrays of str.
+    """
+    columns, messages = _axiscal.read_table(path, text)
+    for message in messages.splitlines():
+        log.info("%s: %s", path, message)
+    return Table({name: values if isinstance(values, np.ndarray) else np.array(values, dtype=str)
+                  for name, values in columns.items()})  # fmt: skip
+
+
+def table_of_csv(text: str) -> Table:
+    """The columns of CSV that a subcommand printed."""
+    return read_table("-", text)

@@ -11,10 +11,22 @@ from typing import Any, Dict, List, Optional, Sequence, Union
 import numpy as np
 
 from . import _axiscal
-from ._options import arguments_of, csv_of, files, log, run
-from .arrays import Floats, Table, column, finite_matrix, is_frame, matrix, table_of, table_of_csv
+from ._options import arguments_of, csv_of, files, run
+from .arrays import (
+    Floats,
+    Table,
+    column,
+    finite_matrix,
+    is_frame,
+    log,
+    matrix,
+    read_table,
+    seconds_of,
+    table_of,
+    utc,
+)
 from .calibration import Calibration, PathLike, _from_json, checked
-from .errors import CalibrationWarning, DataError, DomainError, RefusedError, SetupError
+from .errors import CalibrationWarning, DomainError, RefusedError, SetupError
 from .setups import Field, Instrument
 
 __all__ = ["Experiment", "Run", "calibrate", "calibrate_imu", "calibrate_units", "fit_magnitude", "read_run"]
@@ -90,7 +102,7 @@ class Run:
 
 
 def read_run(path: PathLike, axes: Optional[Sequence[str]] = None) -> Run:
-    """Reads a run of readings (CSV).
+    """Reads a run of readings: CSV with any separator, xlsx, ods, compressed files.
 
     Parameters
     ----------
@@ -105,13 +117,22 @@ def read_run(path: PathLike, axes: Optional[Sequence[str]] = None) -> Run:
         If the file is missing or malformed; the message starts with the place.
     """
     name = os.fspath(path)
-    try:
-        with open(name, encoding="utf-8-sig") as file:
-            table = table_of_csv(file.read())
-    except (OSError, UnicodeDecodeError, IndexError) as error:
-        raise DataError(f"{name}: {error}") from error
+    table = read_table(name)
+    for column_name in ("time", "date"):
+        if column_name in table:
+            table[column_name] = _as_times(table[column_name])
     readings, names, columns = table_of(table, axes)
     return Run(readings, names, columns, name)
+
+
+def _as_times(values: Any) -> Any:
+    """Dates and times as datetime64, if all of them are ISO 8601; else unchanged."""
+    if values.dtype.kind != "U":
+        return values if (times := utc(values)) is None else times
+    try:
+        return np.array([one[:-1] if one.endswith("Z") else one for one in values], dtype="datetime64[us]")
+    except ValueError:
+        return values
 
 
 def _tell(calibration: Calibration, force: bool) -> Calibration:
@@ -140,12 +161,13 @@ def _native(readings: Floats, columns: Dict[str, Any], options: Dict[str, Any]) 
     of_run = _axiscal.RunColumns()
     for name, values in columns.items():
         if name in ("rest", "fence"):
-            setattr(of_run, name, [str(one) for one in values])
+            setattr(of_run, name, values.tolist() if values.dtype.kind == "U" else [str(one) for one in values])
         elif name in ("run", "block", "mount"):
             setattr(of_run, name, values.astype(np.int32))
         else:
-            setattr(of_run, name, values.astype(np.float64))
-    return Calibration(_axiscal.calibrate(arguments_of(options), readings, of_run))
+            numbers = seconds_of(values) if values.dtype.kind == "M" else values.astype(np.float64)
+            setattr(of_run, name, numbers)
+    return Calibration(_axiscal.calibrate(_axiscal.experiment(arguments_of(options)), readings, of_run))
 
 
 def _by_command(arguments: List[str], force: bool, data: str = "") -> Calibration:
@@ -251,8 +273,8 @@ def calibrate(
                                [f"a{k + 1}" for k in range(data.shape[1])])  # fmt: skip
     columns = {name: column(value, len(data), name) for name, value in {**columns, **given}.items()}
     is_labelled = "rest" in columns and "fence" in columns
-    has_dates = "time" in columns and columns["time"].dtype.kind in "MOUS"
-    if is_labelled and not has_dates and set(columns) <= {*_COLUMNS, "rest", "fence"} and set(options) <= _OF_EXPERIMENT:
+    has_texts = "time" in columns and columns["time"].dtype.kind in "OUS"
+    if is_labelled and not has_texts and set(columns) <= {*_COLUMNS, "rest", "fence"} and set(options) <= _OF_EXPERIMENT:
         return _tell(_native(data, columns, options), force)
     axes = options.get("axes") or ["x", "y", "z"]
     axes = axes.split(",") if isinstance(axes, str) else axes

@@ -80,6 +80,17 @@ class Calibration:
         return self._record.axes
 
     @property
+    def created(self) -> "np.datetime64":
+        """When it was computed, UTC."""
+        return np.datetime64(self._record.created.rstrip("Z"))
+
+    @property
+    def measured(self) -> "Optional[np.datetime64]":
+        """When the last reading was taken, UTC; None if no one said."""
+        text = self._record.measured
+        return np.datetime64(text.rstrip("Z")) if text else None
+
+    @property
     def status(self) -> str:
         return self._record.status
 

@@ -11,7 +11,7 @@ import numpy as np
 
 from . import _axiscal
 from ._options import Output, arguments_of, csv_of, files, option_value, run, run_json
-from .arrays import Floats, Table, column, finite_matrix, matrix, table_of_csv
+from .arrays import Floats, Table, column, finite_matrix, matrix, table_of_csv, utc
 from .calibrating import Run, _setup, log_path
 from .calibration import Calibration, PathLike, _from_json
 from .errors import DomainError
@@ -56,11 +56,17 @@ class Series(NamedTuple):
             return self.time if key == "time" else self.values[:, self.columns.index(key)]
         return tuple.__getitem__(self, key)
 
+    @property
+    def datetimes(self) -> Any:
+        """The times as datetime64[us], UTC; None if the file's clock does not count from 1970."""
+        return utc(self.time)
+
     def to_dataframe(self) -> Any:
-        """A pandas DataFrame with the times as its index."""
+        """A pandas DataFrame with the times as its index: dates in UTC if they are known."""
         import pandas
 
-        return pandas.DataFrame(self.values, index=pandas.Index(self.time, name="time"), columns=self.columns)
+        times = self.time if self.datetimes is None else self.datetimes
+        return pandas.DataFrame(self.values, index=pandas.Index(times, name="time"), columns=self.columns)
 
 
 def read_log(path: PathLike) -> List[Series]:

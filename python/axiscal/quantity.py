@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import math
+import re
 from dataclasses import dataclass
 from typing import Any
 
@@ -73,4 +74,5 @@ class Quantity:
             import pint
 
             registry = pint.UnitRegistry()
-        return registry.Quantity(self.value, self.unit).plus_minus(self.u)
+        unit = re.sub(r"\bg\b", "standard_gravity", self.unit)  # pint's g is the gram
+        return registry.Quantity(self.value, unit).plus_minus(self.u)

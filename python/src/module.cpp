@@ -3,6 +3,7 @@
 // interface that users see.
 #include <cstdint>
 #include <exception>
+#include <functional>
 #include <limits>
 #include <mutex>
 #include <optional>
@@ -10,6 +11,7 @@
 #include <pybind11/numpy.h>
 #include <pybind11/pybind11.h>
 #include <pybind11/stl.h>
+#include <set>
 #include <span>
 #include <string>
 #include <vector>
@@ -23,8 +25,10 @@
 #include "axiscal/calib/run_columns.hpp"
 #include "axiscal/calib/summary.hpp"
 #include "axiscal/calib/uncertainty.hpp"
+#include "axiscal/core/csv_reader.hpp"
 #include "axiscal/core/error.hpp"
 #include "axiscal/core/input_protection.hpp"
+#include "axiscal/core/number_text.hpp"
 #include "axiscal/core/parallel.hpp"
 #include "axiscal/core/rounded_value.hpp"
 #include "axiscal/core/version.hpp"
@@ -35,9 +39,11 @@
 #include "cli/command_line.hpp"
 #include "cli/exchange_options.hpp"
 #include "cli/experiment_options.hpp"
+#include "cli/input.hpp"
 #include "cli/option_names.hpp"
 #include "cli/subcommands.hpp"
 #include "cli/summary.hpp"
+#include "cli/table_options.hpp"
 #include "cli/usage_error.hpp"
 #include "core/formatted.hpp"
 #include "core/redirected_streams.hpp"
@@ -67,17 +73,21 @@ Eigen::MatrixXd piece_of(const Rows& all, Eigen::Index first, Eigen::Index count
   return all.rows() == 0 ? Eigen::MatrixXd() : Eigen::MatrixXd(all.middleRows(first, count));
 }
 
+void require_columns(const Rows& readings, std::size_t axes) {
+  if (readings.cols() != static_cast<Eigen::Index>(axes)) {
+    throw DomainError(
+        formatted("readings: expected an array of n x {}, not of n x {}", axes, readings.cols()));
+  }
+}
+
 // n x 3, or n x m for instruments of one or two axes.
 RowMajor apply(const Calibration& calibration,
                const Rows& readings,
                const Rows& temperatures,
                bool force) {
   const Reducer reducer(calibration, {}, force ? Force::yes : Force::no);
-  const auto axes = static_cast<Eigen::Index>(reducer.axis_count());
-  if (readings.cols() != axes) {
-    throw DomainError(
-        formatted("readings: expected an array of n x {}, not of n x {}", axes, readings.cols()));
-  }
+  require_columns(readings, reducer.axis_count());
+  const Eigen::Index axes = readings.cols();
   if (temperatures.rows() != 0 && temperatures.rows() != readings.rows()) {
     throw DomainError(
         formatted("temperature: expected {} values, not {}", readings.rows(), temperatures.rows()));
@@ -113,10 +123,7 @@ py::tuple derived(const Calibration& calibration,
   const Reducer reducer(calibration, {}, force ? Force::yes : Force::no);
   const std::vector<std::string> names(reducer.kind().derived_names.begin(),
                                        reducer.kind().derived_names.end());
-  if (readings.cols() != static_cast<Eigen::Index>(reducer.axis_count())) {
-    throw DomainError(formatted("readings: expected an array of n x {}, not of n x {}",
-                                reducer.axis_count(), readings.cols()));
-  }
+  require_columns(readings, reducer.axis_count());
   if (!reducer.gives_components()) {
     throw DomainError("angles: the instrument has fewer than three axes; use apply()");
   }
@@ -160,10 +167,9 @@ Experiment experiment_of(const std::vector<std::string>& arguments) {
   return cli::make_experiment(options);
 }
 
-Calibration calibrate(const std::vector<std::string>& arguments,
+Calibration calibrate(const Experiment& experiment,
                       const Rows& readings,
                       const RunColumns& columns) {
-  const Experiment experiment = experiment_of(arguments);
   const auto axes = static_cast<Eigen::Index>(experiment.instrument.axes.size());
   if (readings.cols() != axes) {
     throw DomainError(
@@ -172,6 +178,65 @@ Calibration calibrate(const std::vector<std::string>& arguments,
                   readings.cols(), axes));
   }
   return calibrate_run(experiment, make_run(columns, readings)).front();
+}
+
+// The array takes the vector over.
+template <typename Shape>
+py::array_t<double> array_of(std::vector<double>&& values, const Shape& shape) {
+  auto* const owned = new std::vector<double>(std::move(values));
+  const py::capsule owner(owned,
+                          [](void* data) { delete static_cast<std::vector<double>*>(data); });
+  return py::array_t<double>(shape, owned->data(), owner);
+}
+
+// The columns of a table of any look: arrays of numbers, NaN if a cell is empty; columns of labels
+// and of words are lists of text.
+// @param text  the table's content; else it is read from `path`.
+py::tuple read_table(const std::string& path, const std::optional<std::string>& text) {
+  static const std::set<std::string, std::less<>> labels = {"rest",   "fence",    "serial",
+                                                            "surface", "operator", "date"};
+  std::vector<std::string> names;
+  std::vector<std::vector<std::string>> cells;
+  RedirectedStreams streams("");
+  {
+    const py::gil_scoped_release release;
+    const cli::OpenTable table = cli::open_table(
+        path, {}, {}, CsvReader::Quotes::span_lines,
+        text ? cli::reader_of(*text) : std::function<std::size_t(char*, std::size_t)>());
+    names = table.csv->header();
+    cells.resize(names.size());
+    for (CsvReader::Row row = table.csv->next(); row != CsvReader::Row::end;
+         row = table.csv->next()) {
+      if (row == CsvReader::Row::defective) {
+        throw DataError(path, table.csv->line(), table.csv->defect());
+      }
+      for (std::size_t i = 0; i < names.size(); ++i) {
+        cells[i].emplace_back(table.csv->cells()[i]);
+      }
+    }
+  }
+  py::dict columns;
+  for (std::size_t i = 0; i < names.size(); ++i) {
+    std::vector<double> numbers;
+    if (!labels.contains(names[i])) {
+      for (const std::string& cell : cells[i]) {
+        const std::optional<double> number =
+            cell.empty() ? std::numeric_limits<double>::quiet_NaN() : parse_number(cell);
+        if (!number) {
+          break;
+        }
+        numbers.push_back(*number);
+      }
+    }
+    const py::str name(names[i]);
+    if (!cells[i].empty() && numbers.size() == cells[i].size()) {
+      columns[name] = array_of(std::move(numbers),
+                               std::vector<py::ssize_t>{static_cast<py::ssize_t>(cells[i].size())});
+    } else {
+      columns[name] = cells[i];
+    }
+  }
+  return py::make_tuple(columns, streams.errors);
 }
 
 struct CommandResult {
@@ -223,15 +288,6 @@ class SeriesCollector : public SeriesSink {
   std::vector<Series> series;
   std::vector<std::vector<double>> times, values;
 };
-
-// The array takes the vector over.
-template <typename Shape>
-py::array_t<double> array_of(std::vector<double>&& values, const Shape& shape) {
-  auto* const owned = new std::vector<double>(std::move(values));
-  const py::capsule owner(owned,
-                          [](void* data) { delete static_cast<std::vector<double>*>(data); });
-  return py::array_t<double>(shape, owned->data(), owner);
-}
 
 py::list read_log(const std::string& path) {
   SeriesCollector collector;
@@ -342,6 +398,10 @@ void bind_record(py::module_& module) {
                              [](const Calibration& self) { return self.sensor.instrument.serial; })
       .def_property_readonly("axes",
                              [](const Calibration& self) { return self.sensor.instrument.axes; })
+      .def_property_readonly("created",
+                             [](const Calibration& self) { return self.provenance.created; })
+      .def_property_readonly("measured",
+                             [](const Calibration& self) { return self.provenance.measured; })
       .def_property_readonly(
           "status", [](const Calibration& self) { return std::string(status_name(self.status())); })
       .def_property_readonly("warnings",
@@ -412,6 +472,9 @@ PYBIND11_MODULE(_axiscal, module) {
   module.attr("version") = std::string(software_name());
   python::bind_errors();
   python::bind_record(module);
+  py::class_<Experiment>(module, "Experiment");
+  module.def("experiment", &python::experiment_of);
+  module.def("read_table", &python::read_table, py::arg("path"), py::arg("text") = py::none());
   module.def("calibrate", &python::calibrate, py::call_guard<py::gil_scoped_release>());
   module.def(
       "run_subcommand",

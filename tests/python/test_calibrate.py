@@ -153,3 +153,57 @@ def test_threads(run):
     for one in threads:
         one.join()
     assert len(results) == 80 and all(np.array_equal(one, results[0]) for one in results)
+
+
+def test_tables_of_any_look(run, cal, tmp_path):
+    text = open(run.path, encoding="utf-8").read()
+    assert ";" not in text
+    german = tmp_path / "messung.csv"
+    german.write_text(text.replace(",", ";").replace(".", ","), encoding="utf-8")
+    other = ax.read_run(german)
+    assert np.array_equal(other.readings, run.readings) and list(other.rest) == list(run.rest)
+    with pytest.raises(ax.DataError, match="no.csv"):
+        ax.read_run(tmp_path / "no.csv")
+    ragged = tmp_path / "ragged.csv"
+    ragged.write_text("rest,fence,x,y,z\n-Z,+X,1,2,3\n-Z,-X,1,2\n")
+    with pytest.raises(ax.DataError, match="ragged.csv:3"):
+        ax.read_run(ragged)
+    serials = tmp_path / "serials.csv"
+    serials.write_text("serial,rest,fence,x,y,z\n007,-Z,+X,1,2,3\n")
+    assert list(ax.read_run(serials).columns["serial"]) == ["007"]
+
+
+def test_times_are_dates(run):
+    start = np.datetime64("2026-11-29T10:00:00")
+    times = start + np.arange(len(run)) * np.timedelta64(60, "s")
+    labels = {"rest": run.rest, "fence": run.fence, "instrument": ax.accelerometer("V")}
+    cal = ax.calibrate(run.readings, time=times, **labels)
+    assert cal.measured == times[-1]
+    assert cal.created.dtype.kind == "M" and cal.created > np.datetime64("2026-01-01")
+    assert ax.calibrate(run.readings, **labels).measured is None
+    by_text = ax.calibrate(run.readings, time=[str(one) + "Z" for one in times], **labels)
+    assert by_text.measured == cal.measured
+    assert np.array_equal(by_text.covariance, cal.covariance)
+
+
+def test_times_of_logs(tmp_path):
+    log = tmp_path / "log.csv"
+    log.write_text("time,ax,ay,az\n" + "".join(f"2026-11-29T10:00:{i:02d}Z,0,0,{9.8 + i}\n" for i in range(20)))
+    series = ax.read_log(log)[0]
+    assert series.datetimes[3] == np.datetime64("2026-11-29T10:00:03")
+    assert series.to_dataframe().index[0] == pandas.Timestamp("2026-11-29T10:00:00")
+    log.write_text("time,ax,ay,az\n" + "".join(f"{i},0,0,{9.8 + i}\n" for i in range(20)))
+    assert ax.read_log(log)[0].datetimes is None
+
+
+def test_quantities_convert(cal):
+    uncertainties = pytest.importorskip("uncertainties")
+    bias = cal["x.bias"]
+    number = bias.to_uncertainties()
+    assert isinstance(number, uncertainties.UFloat)
+    assert (number.n, number.s) == (bias.value, bias.u)
+    pint = pytest.importorskip("pint")
+    registry = pint.UnitRegistry()
+    slope = cal["x.sensitivity.x"].to_pint(registry)
+    assert slope.value.units == registry.Unit("V / standard_gravity")
+    assert slope.to("V / (m/s^2)").value.magnitude == pytest.approx(cal["x.sensitivity.x"].value / 9.80665)
