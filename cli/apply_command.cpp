@@ -7,14 +7,18 @@
 #include "axiscal/calib/body.hpp"
 #include "axiscal/calib/calibration_json.hpp"
 #include "axiscal/calib/reduction_csv.hpp"
+#include "axiscal/core/error.hpp"
 #include "axiscal/core/input_file.hpp"
 #include "axiscal/core/output_file.hpp"
 #include "axiscal/core/units.hpp"
 #include "axiscal/field/field_kind.hpp"
 #include "axiscal/field/gravity_field.hpp"
+#include "core/descriptor.hpp"
 #include "core/formatted.hpp"
+#include "core/temporary_file.hpp"
 #include "input.hpp"
 #include "json_lines.hpp"
+#include "store_client.hpp"
 #include "subcommands.hpp"
 #include "summary.hpp"
 #include "typed_values.hpp"
@@ -32,6 +36,7 @@ struct ApplyCommand {
   std::optional<std::string> noise, resolution, temperature_u;
   TableOptions table;
   std::optional<std::string> field_magnitude_u, level;
+  std::optional<std::string> store, serial, at, slot;
   std::optional<std::string> frame, body, joint, alarm, decimals;
   bool uncertainty = false;
   bool expanded = false;
@@ -42,9 +47,10 @@ struct ApplyCommand {
 };
 
 void add_options(OptionSet& options, ApplyCommand& command) {
-  options.add("record", command.record, "RECORD", "calibration record (JSON)", Need::required);
+  options.add("record", command.record, "RECORD", "calibration record (JSON); not with --store",
+              Need::required);
   options.add("readings", command.readings, "FILE",
-              "raw readings (CSV), or a log of any format; - is stdin", Need::required);
+              "raw readings (CSV), or a log of any format; - is stdin");
   options.add(
       "more", command.more, "FILE",
       "further files: of several RECORDs, one for each sensor of a log, the log comes last");
@@ -101,6 +107,12 @@ void add_options(OptionSet& options, ApplyCommand& command) {
   options.add("--decimals", command.decimals, "N",
               "decimals of every result, 0 to 15; fewer are faster [default: as many as read back "
               "to the same number]");
+  options.add("--store", command.store, "STORE",
+              "take the record from a database: FILE.db, or postgresql://USER@HOST/DATABASE");
+  options.add("--serial", command.serial, "NAME", "with --store: the unit");
+  options.add("--at", command.at, "DATE",
+              "with --store: the record that held at this time (ISO 8601) [default: the newest]");
+  options.add("--slot", command.slot, "NAME", "with --store: the slot, if the unit has several");
   options.add_flag("--follow", command.follow, "write each row at once");
   options.add_flag("--strict", command.strict, "stop at a row that cannot be reduced");
   options.add_flag("--force", command.force,
@@ -349,10 +361,7 @@ int run_records(const ApplyCommand& command) {
   return 0;
 }
 
-int run(const ApplyCommand& command) {
-  if (!command.more.empty()) {
-    return run_records(command);
-  }
+int run_one(const ApplyCommand& command) {
   const Calibration calibration =
       in_wanted_frame(command, read_unrefused(command.record, command.force));
   const FieldConversion conversion = conversion_of(command, calibration);
@@ -488,6 +497,43 @@ int run(const ApplyCommand& command) {
   print_rows(summary.saturated, "have a reading at or beyond its range; flag 'saturated'");
   print_rows(summary.clamped, "have a component larger than the field; flag 'clamped'");
   return 0;
+}
+
+// The record of --store, in a file.
+void write_stored_record(const ApplyCommand& command, const TemporaryFile& file) {
+  std::vector<std::string> arguments = {"show", "--serial", *command.serial};
+  for (const auto& [name, value] : {std::pair("--at", command.at), {"--slot", command.slot}}) {
+    if (value) {
+      arguments.insert(arguments.end(), {name, *value});
+    }
+  }
+  if (!write_all(file.descriptor(), ask_store(*command.store, arguments))) {
+    throw OutputError("the folder for temporary files is full");
+  }
+}
+
+int run(const ApplyCommand& given) {
+  if (!given.store) {
+    if (given.serial || given.at || given.slot) {
+      throw UsageError("--serial, --at, --slot: go with --store");
+    }
+    if (given.readings.empty()) {
+      throw UsageError("apply: needs a RECORD and a FILE of readings");
+    }
+    return given.more.empty() ? run_one(given) : run_records(given);
+  }
+  if (!given.serial) {
+    throw UsageError("--store: needs the unit, --serial NAME");
+  }
+  if (!given.readings.empty()) {
+    throw UsageError("--store: takes the place of RECORD; give the FILE of readings only");
+  }
+  const TemporaryFile record;
+  write_stored_record(given, record);
+  ApplyCommand command = given;
+  command.readings = given.record;
+  command.record = record.path();
+  return run_one(command);
 }
 
 }  // namespace

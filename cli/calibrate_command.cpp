@@ -11,6 +11,8 @@
 #include <set>
 #include <utility>
 
+#include <nlohmann/json.hpp>
+
 #include "axiscal/calib/calibration_json.hpp"
 #include "axiscal/calib/companion.hpp"
 #include "axiscal/calib/history.hpp"
@@ -33,6 +35,7 @@
 #include "option_names.hpp"
 #include "run_input.hpp"
 #include "sample_rests.hpp"
+#include "store_client.hpp"
 #include "subcommands.hpp"
 #include "summary.hpp"
 #include "typed_values.hpp"
@@ -80,9 +83,10 @@ void add_options(OptionSet& options, CalibrateCommand& command) {
       "magnitude of the local magnetic field [nT] [default: by --latitude and --longitude, or 1]");
   options.add("--limits", command.limits, "FILE",
               "accept or reject by these limits; a rejected unit gives exit status 1");
-  options.add("--history", command.history, "FOLDER",
-              "folder of earlier records of the unit or of its --model; they show how biases "
-              "change between blocks");
+  options.add(
+      "--history", command.history, "FOLDER",
+      "earlier records of the unit or of its --model (a folder, a .jsonl file or a store); they "
+      "show how biases change between blocks");
   options.add_flag("--each", command.each,
                    "each file is a unit with its own record; -o holds {file} or {serial}. Without "
                    "it the files are blocks of one unit");
@@ -101,6 +105,11 @@ void add_options(OptionSet& options, CalibrateCommand& command) {
       "the parts");
   options.add_flag("--resume", command.resume,
                    "with --stream: keep the complete lines of the outputs, and go on after them");
+  options.add("--store", command.store, "STORE",
+              "also store the records in a database: FILE.db (SQLite), or "
+              "postgresql://USER@HOST/DATABASE; see axiscal store");
+  options.add("--station", command.station, "NAME", "with --store: station of the records");
+  options.add("--batch", command.batch, "NAME", "with --store: batch of the units");
   options.add_flag("--accept-suggestion", command.accept_suggestion,
                    "correct or leave out the most likely mistake; the record names the change");
   options.add_flag("--force", command.force, "store the record even if it is refused");
@@ -233,6 +242,10 @@ bool may_be_stored(const CalibrateCommand& command, bool refused) {
 
 Outcome store(const CalibrateCommand& command, const std::vector<Calibration>& calibrations) {
   Outcome outcome{.refused_slots = "refused"};
+  std::optional<StoreWriter> database;
+  if (command.store) {
+    database.emplace(*command.store);
+  }
   for (const Calibration& calibration : calibrations) {
     const bool refused = is_refused(calibration);
     outcome.refused = outcome.refused || refused;
@@ -246,6 +259,10 @@ Outcome store(const CalibrateCommand& command, const std::vector<Calibration>& c
     outcome.text += outcome.text.empty() ? "" : "\n";
     outcome.text += summary(calibration, command.all ? SummaryDetail::full : SummaryDetail::brief,
                             SummaryEnd::fit);
+    if (database) {  // its status says if it is refused
+      database->write(stored_line(calibration_json(calibration), command.station.value_or(""),
+                                  command.batch.value_or("")));
+    }
     if (command.output && *command.output != "-" && may_be_stored(command, refused)) {
       const std::string path =
           output_for(*command.output, calibration.provenance.slot,
@@ -254,6 +271,9 @@ Outcome store(const CalibrateCommand& command, const std::vector<Calibration>& c
       outcome.stored_refused = outcome.stored_refused || refused;
       outcome.text += formatted("\nrecord: {}\n", path);
     }
+  }
+  if (database) {
+    database->finish();
   }
   return outcome;
 }
@@ -299,7 +319,7 @@ void describe_unit(const CalibrateCommand& command,
       parameters = calibration.fit.statistics->parameter_names;
     }
   }
-  if (command.output && may_be_stored(command, refused)) {
+  if ((command.output && may_be_stored(command, refused)) || command.store) {
     try {
       unit.record = calibration_json(calibration);
     } catch (const DomainError& error) {  // a record that nobody could read again
@@ -333,6 +353,13 @@ Unit calibrate_unit(const CalibrateCommand& command,
     unit.reason = with_options(error);
   }
   return unit;
+}
+
+std::string refusal_json(const Unit& unit, const std::string& sha256) {
+  return nlohmann::ordered_json{{"format", "axiscal-refusal"}, {"version", 1},
+                                {"serial", unit.serial},       {"sha256", sha256},
+                                {"result", unit.result},       {"reason", unit.reason}}
+      .dump(-1, ' ', false, nlohmann::json::error_handler_t::replace);
 }
 
 std::string table_header(const std::vector<std::string>& parameters) {
@@ -459,13 +486,21 @@ int run_batch(const CalibrateCommand& command,
               std::map<std::string, std::string> serials,
               const std::optional<Limits>& limits,
               const std::vector<Calibration>& earlier) {
-  if (!command.table && !has_place_of_unit(command)) {
+  if (!command.table && !command.store && !has_place_of_unit(command)) {
     throw UsageError(
         command.each
             ? "--each: one record of each file needs -o with {file} or {serial}, or one row each "
               "--table FILE"
             : "the readings are of several units (column 'serial'): one record each needs -o with "
               "{serial}, or one row each --table FILE");
+  }
+  std::optional<StoreWriter> database;
+  std::string inputs;  // SHA-256 of the files
+  if (command.store) {
+    database.emplace(*command.store);
+    for (const InputFileDigest& input : run.inputs) {
+      inputs += (inputs.empty() ? "" : " ") + input.sha256;
+    }
   }
   if (command.output == "-" || command.align || command.json) {
     throw UsageError(
@@ -506,8 +541,12 @@ int run_batch(const CalibrateCommand& command,
     for (Unit& unit : piece.units) {
       mark_short_unit(*all, usual, units.size(), unit);
       const std::string record = std::move(unit.record);  // whose memory is free at once
-      if (!record.empty()) {
+      if (!record.empty() && command.output && may_be_stored(command, unit.result == "refused")) {
         write_whole_file(all->output(*command.output, unit.serial), record);
+      }
+      if (database) {
+        database->write(stored_line(record.empty() ? refusal_json(unit, inputs) : record,
+                                    command.station.value_or(""), command.batch.value_or("")));
       }
       good += unit.result == "pass" || unit.result == "ok" || unit.result == "warning" ? 1U : 0U;
       text +=
@@ -516,6 +555,9 @@ int run_batch(const CalibrateCommand& command,
       units.push_back(std::move(unit));
     }
   });
+  if (database) {
+    database->finish();
+  }
   all.reset();  // makes room for the table
   text += formatted("yield: {} of {} units ({:.1f} %)\n", good, units.size(),
                     100.0 * static_cast<double>(good) / static_cast<double>(units.size()));
@@ -741,7 +783,7 @@ int run(const CalibrateCommand& command) {
   const std::optional<Limits> limits =
       limits_path.empty() ? std::nullopt : std::optional(read_limits(limits_path));
   const std::vector<Calibration> earlier =
-      command.history ? read_records(*command.history) : std::vector<Calibration>{};
+      command.history ? read_records(named_records(*command.history)) : std::vector<Calibration>{};
   std::optional<Calibration> companion;
   std::optional<ObservationColumns> beside;
   if (command.align) {

@@ -27,9 +27,10 @@ struct CalibrateCommand {
   std::optional<std::string> align;       ///< record of an instrument that was recorded together
   std::optional<std::string> body, tare;  ///< method attitude: an earlier rotation, and its tare
   std::optional<std::string> shard;       ///< with stream: I/N
-  bool stream = false;                    ///< many units, one line each
-  bool resume = false;                    ///< with stream: keep the complete lines of the outputs
-  bool each = false;                      ///< a record of each file, or of each serial
+  std::optional<std::string> store, station, batch;  ///< where records are stored, and their origin
+  bool stream = false;                               ///< many units, one line each
+  bool resume = false;  ///< with stream: keep the complete lines of the outputs
+  bool each = false;    ///< a record of each file, or of each serial
   bool json = false;
   bool force = false;
   bool accept_suggestion = false;
@@ -62,6 +63,10 @@ struct Unit {
                                   const std::optional<Limits>& limits,
                                   const std::vector<Calibration>& earlier,
                                   std::vector<std::string>& parameters);
+
+/// @return the line of a unit without a record: {"format": "axiscal-refusal", ..}.
+/// @param sha256  of the unit's readings.
+[[nodiscard]] std::string refusal_json(const Unit& unit, const std::string& sha256);
 
 /// The first line and the line of a unit in a table of units.
 [[nodiscard]] std::string table_header(const std::vector<std::string>& parameters);

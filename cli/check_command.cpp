@@ -21,6 +21,7 @@
 #include "experiment_options.hpp"
 #include "run_input.hpp"
 #include "sample_rests.hpp"
+#include "store_client.hpp"
 #include "subcommands.hpp"
 #include "summary.hpp"
 #include "typed_values.hpp"
@@ -47,7 +48,8 @@ void add_options(OptionSet& options, CheckCommand& command) {
   options.add("--limits", command.limits, "FILE", "accept or reject by these limits");
   options.add(
       "--history", command.history, "FOLDER",
-      "folder of records of one or many units: show the trend, and when a limit will be met");
+      "records of one or many units (a folder, a .jsonl file or a store): show the trend, and when "
+      "a limit will be met");
   options.add_output(command.output);
   options.add_flag("--json", command.json, "print JSON instead of a table");
 }
@@ -183,7 +185,7 @@ int run_history(const CheckCommand& command) {
   std::vector<std::string> not_held;
   std::vector<UnitHistory> units;
   try {
-    units = read_history(*command.history, limits, &passed_over, &not_held);
+    units = read_history(named_records(*command.history), limits, &passed_over, &not_held);
   } catch (const DomainError& error) {
     throw DataError(command.limits.value_or(""), error.what(), error.settings());
   }

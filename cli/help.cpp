@@ -115,6 +115,11 @@ constexpr std::array essentials = {
                {"axiscal report cal.json run.csv -o report.html",
                 "axiscal report cal.json --laboratory lab.json -o certificate.pdf",
                 "axiscal report cal.json --history records/ -o report.html"}},
+    Essentials{"store",
+               "store,serial,at,yield,output,json",
+               {"axiscal store add records/ --store lab.db",
+                "axiscal store show --store lab.db --serial QA-113 --at 2026-11-01",
+                "axiscal store list --store lab.db --yield"}},
     Essentials{"template",
                "output",
                {"axiscal template", "axiscal template laboratory -o lab.json",
@@ -198,7 +203,7 @@ std::vector<std::string> examples_of(const std::string& subcommand) {
 std::string overview(const ProgramDefinition& program) {
   std::string text = formatted("{}\n", program.help);
   text += command_lines(examples_of("calibrate").front());
-  text += command_lines(examples_of("apply").front()) + "Subcommands:\n";
+  text += command_lines(examples_of("apply").front());
   for (const SubcommandDefinition& subcommand : program.subcommands) {
     text += formatted("  {:<14}{}\n", subcommand.name, subcommand.help);
   }

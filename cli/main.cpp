@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "core/own_program.hpp"
 #include "run_command.hpp"
+#include "store_client.hpp"
 #include "subcommands.hpp"
 
 namespace axiscal::cli {
@@ -27,12 +28,24 @@ Subcommand run_by(const OwnProgram& program, const Subcommand& subcommand) {
 int main(int argc, char** argv) {
   using namespace axiscal::cli;
   return run_main(argc, argv,
-                  {field_subcommand(), log_subcommand(), calibrate_subcommand(),
-                   segment_subcommand(), noise_subcommand(), apply_subcommand(), plan_subcommand(),
-                   simulate_subcommand(), level_subcommand(), merge_subcommand(),
-                   characterize_subcommand(), check_subcommand(), budget_subcommand(),
-                   study_subcommand(), run_by(exchange_program, export_subcommand(nullptr)),
+                  {field_subcommand(),
+                   log_subcommand(),
+                   calibrate_subcommand(),
+                   segment_subcommand(),
+                   noise_subcommand(),
+                   apply_subcommand(),
+                   plan_subcommand(),
+                   simulate_subcommand(),
+                   level_subcommand(),
+                   merge_subcommand(),
+                   characterize_subcommand(),
+                   check_subcommand(),
+                   budget_subcommand(),
+                   study_subcommand(),
+                   run_by(exchange_program, export_subcommand(nullptr)),
                    run_by(exchange_program, import_subcommand(nullptr)),
                    run_by(acquire_program, acquire_subcommand(nullptr)),
-                   run_by(report_program, report_subcommand(nullptr)), template_subcommand()});
+                   run_by(report_program, report_subcommand(nullptr)),
+                   run_by(store_program, store_subcommand(nullptr)),
+                   template_subcommand()});
 }

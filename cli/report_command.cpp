@@ -17,6 +17,7 @@
 #include "input.hpp"
 #include "report_options.hpp"
 #include "sample_rests.hpp"
+#include "store_client.hpp"
 #include "summary.hpp"
 #include "usage_error.hpp"
 
@@ -147,7 +148,7 @@ int run_report(const ReportCommand& command) {
     options.observations = observations ? &*observations : nullptr;
   }
   if (command.history) {
-    options.history = read_history(*command.history);
+    options.history = read_history(named_records(*command.history));
     if (std::none_of(options.history.begin(), options.history.end(), [&](const UnitHistory& unit) {
           return unit.serial == calibration.sensor.instrument.serial;
         })) {

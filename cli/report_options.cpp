@@ -12,8 +12,10 @@ void add_options(OptionSet& options, ReportCommand& command) {
   options.add("observations", command.observations, "OBS",
               "readings of the record (CSV), to show their values, times and directions");
   add_table_options(options, command.table);
-  options.add("--history", command.history, "FOLDER",
-              "folder of records of the same unit, to show its drift over the years");
+  options.add(
+      "--history", command.history, "FOLDER",
+      "records of the same unit, to show its drift over the years: a folder, a .jsonl file or a "
+      "store");
   options.add("--adjusters", command.adjusters, "X,Y;X,Y;..",
               "positions of the table's height adjusters [m], for the turns that level the table");
   options.add("--thread-pitch", command.thread_pitch, "M", "thread pitch of the adjusters");

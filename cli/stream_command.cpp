@@ -2,6 +2,7 @@
 // `calibrate --stream`: many units, one after another, in constant memory.
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
 #include <functional>
 #include <optional>
 #include <string>
@@ -25,6 +26,7 @@
 #include "core/redirected_streams.hpp"
 #include "input.hpp"
 #include "json_lines.hpp"
+#include "store_client.hpp"
 #include "stream_files.hpp"
 #include "summary.hpp"
 #include "usage_error.hpp"
@@ -35,8 +37,9 @@ namespace {
 // A unit of the stream: a table of its own.
 struct UnitText {
   std::string serial;
-  std::string csv;    // header and rows
-  std::string error;  // why it is none; empty if it is one
+  std::string station, batch;  // of its first reading; empty if they are not stated
+  std::string csv;             // header and rows
+  std::string error;           // why it is none; empty if it is one
 };
 
 std::string cell_text(const nlohmann::json& value) {
@@ -59,6 +62,8 @@ UnitText unit_of_json(std::string_view line) {
   try {
     const auto json = nlohmann::ordered_json::parse(line);
     unit.serial = cell_text(json.at("serial"));
+    unit.station = json.value("station", "");
+    unit.batch = json.value("batch", "");
     std::vector<std::string> names;
     for (const auto& [name, value] : json.at("readings").at(0).items()) {
       names.push_back(name);
@@ -98,13 +103,20 @@ class UnitReader {
         continue;
       }
       const std::vector<std::string> cells = cells_of(without_returns(*line));
-      const std::string serial = serial_ < cells.size() ? cells[serial_] : "";
+      const auto cell = [&](std::size_t column) {
+        return column < cells.size() ? cells[column] : std::string();
+      };
+      const std::string serial = cell(serial_);
       std::optional<UnitText> complete;
       if (unit_ && unit_->serial != serial) {
         complete = std::exchange(unit_, std::nullopt);
       }
       if (!unit_) {
-        unit_ = UnitText{.serial = serial, .csv = header_ + "\n"};
+        unit_ = UnitText{.serial = serial,
+                         .station = cell(station_),
+                         .batch = cell(batch_),
+                         .csv = header_ + "\n",
+                         .error = {}};
       }
       unit_->csv += *line + "\n";
       if (complete) {
@@ -118,12 +130,16 @@ class UnitReader {
   void set_header(const std::string& line) {
     header_ = line;
     const std::vector<std::string> names = cells_of(without_returns(line));
-    const auto at = std::find(names.begin(), names.end(), "serial");
-    if (at == names.end()) {
+    const auto place_of = [&](const char* name) {
+      return static_cast<std::size_t>(std::find(names.begin(), names.end(), name) - names.begin());
+    };
+    serial_ = place_of("serial");
+    station_ = place_of("station");
+    batch_ = place_of("batch");
+    if (serial_ == names.size()) {
       throw DataError(path_, number_,
                       "the column 'serial' is missing; --stream ends a unit where it changes");
     }
-    serial_ = static_cast<std::size_t>(at - names.begin());
   }
 
   std::optional<std::string> next_line() {
@@ -155,36 +171,19 @@ class UnitReader {
   InputFile file_;
   std::string path_;
   std::string header_;
-  std::size_t serial_ = 0;
+  std::size_t serial_ = 0;  // columns; one past the last if there is none
+  std::size_t station_ = 0;
+  std::size_t batch_ = 0;
   std::optional<UnitText> unit_;
   std::string text_;
   std::size_t at_ = 0;
   std::size_t number_ = 0;
 };
 
-// JSON without the blanks and line ends between its parts.
-std::string in_one_line(const std::string& json) {
-  std::string line;
-  line.reserve(json.size());
-  bool quoted = false;
-  for (std::size_t i = 0; i < json.size(); ++i) {
-    const char c = json[i];
-    if (quoted && c == '\\') {
-      line += c;
-      line += json[++i];
-      continue;
-    }
-    quoted = c == '"' ? !quoted : quoted;
-    if (quoted || (c != ' ' && c != '\n')) {
-      line += c;
-    }
-  }
-  return line;
-}
-
 // The lines of a unit in the two outputs.
 struct StreamedUnit {
   std::string record, row;
+  std::string stored;  // as the store takes it
   std::string result;
 };
 
@@ -196,7 +195,7 @@ class Stream {
       limits_ = read_limits(*command.limits);
     }
     if (command.history) {
-      earlier_ = read_records(*command.history);
+      earlier_ = read_records(named_records(*command.history));
     }
     if (command.shard) {
       shard_ = shard_of_option(*command.shard);
@@ -239,15 +238,11 @@ class Stream {
       }
     }
     StreamedUnit streamed{.result = unit.result};
-    if (unit.record.empty()) {
-      streamed.record =
-          nlohmann::ordered_json{
-              {"format", "axiscal-refusal"}, {"version", 1},
-              {"serial", unit.serial},       {"sha256", sha256_of_text(text.csv)},
-              {"result", unit.result},       {"reason", unit.reason}}
-              .dump(-1, ' ', false, nlohmann::json::error_handler_t::replace);
-    } else {
-      streamed.record = in_one_line(unit.record);
+    streamed.record = unit.record.empty() ? refusal_json(unit, sha256_of_text(text.csv))
+                                          : in_one_line(unit.record);
+    if (command_.store) {
+      streamed.stored = stored_line(streamed.record, command_.station.value_or(text.station),
+                                    command_.batch.value_or(text.batch));
     }
     streamed.record += "\n";
     streamed.row = table_row(unit, parameters_.size());
@@ -322,7 +317,8 @@ Finished finished_units(const CalibrateCommand& command) {
   };
   constexpr std::size_t all = std::size_t{1} << 60U;
   Finished finished;
-  if ((command.output && !has(command.output)) || (command.table && !has(command.table))) {
+  if ((!command.output && !command.table) || (command.output && !has(command.output)) ||
+      (command.table && !has(command.table))) {
     return finished;  // one of the outputs is missing: both begin anew
   }
   const auto lines_of = [&](const std::optional<std::string>& path, std::size_t header,
@@ -349,6 +345,81 @@ Finished finished_units(const CalibrateCommand& command) {
   return finished;
 }
 
+// Texts by their hashes: 32 MB at most. Later texts are not remembered.
+class SerialsSeen {
+ public:
+  // @return false if the text was inserted before.
+  bool insert(std::string_view text) {
+    if (2 * count_ >= places_.size()) {
+      if (places_.size() == most_places) {
+        return !contains(text);
+      }
+      std::vector<std::uint64_t> smaller(std::max<std::size_t>(64, 2 * places_.size()));
+      smaller.swap(places_);
+      for (const std::uint64_t hash : smaller) {
+        if (hash != 0) {
+          *place_of(hash) = hash;
+        }
+      }
+    }
+    const std::uint64_t hash = hash_of(text) | 1U;  // 0 is a free place
+    std::uint64_t* const place = place_of(hash);
+    if (*place == hash) {
+      return false;
+    }
+    *place = hash;
+    ++count_;
+    return true;
+  }
+
+  [[nodiscard]] bool contains(std::string_view text) {
+    return !places_.empty() && *place_of(hash_of(text) | 1U) != 0;
+  }
+
+ private:
+  static constexpr std::size_t most_places = 1U << 22U;
+
+  std::uint64_t* place_of(std::uint64_t hash) {
+    std::size_t at = (hash >> 1U) & (places_.size() - 1);
+    while (places_[at] != 0 && places_[at] != hash) {
+      at = (at + 1) & (places_.size() - 1);
+    }
+    return &places_[at];
+  }
+
+  std::vector<std::uint64_t> places_;
+  std::size_t count_ = 0;
+};
+
+// A unit and its readings.
+std::string unit_key(const std::string& serial, const std::string& sha256) {
+  return sha256 + " " + serial;
+}
+
+// The units that are in a store, as unit_key().
+SerialsSeen stored_units(const std::string& store) {
+  SerialsSeen units;
+  if (!is_store_there(store)) {
+    return units;
+  }
+  const std::string table = ask_store(store, {"list"});
+  std::size_t inputs = 0;
+  bool is_header = true;
+  for (std::size_t at = 0; at < table.size();) {
+    const std::size_t end = std::min(table.find('\n', at), table.size());
+    const std::vector<std::string> cells = cells_of(std::string_view(table).substr(at, end - at));
+    if (is_header) {
+      inputs =
+          static_cast<std::size_t>(std::find(cells.begin(), cells.end(), "inputs") - cells.begin());
+    } else if (inputs < cells.size()) {
+      units.insert(unit_key(cells.front(), cells[inputs]));
+    }
+    is_header = false;
+    at = end + 1;
+  }
+  return units;
+}
+
 // Refuses to go on behind the lines of another input.
 void require_same_unit(const Finished& finished, const UnitText& unit) {
   if (!finished.last.empty() && finished.last.find(sha256_of_text(unit.csv)) == std::string::npos) {
@@ -367,8 +438,9 @@ int run_stream(const CalibrateCommand& given) {
   if (command.experiment.files.size() != 1) {
     throw UsageError("--stream: needs one FILE, or - for stdin");
   }
-  if (!command.output && !command.table) {
-    throw UsageError("--stream: needs -o RECORDS.jsonl (or .jsonl.zst), --table FILE, or both");
+  if (!command.output && !command.table && !command.store) {
+    throw UsageError(
+        "--stream: needs -o RECORDS.jsonl (or .jsonl.zst), --table FILE or --store STORE");
   }
   if (command.output == "-" && command.table == "-") {
     throw UsageError("--stream: -o and --table cannot both be stdout");
@@ -382,6 +454,15 @@ int run_stream(const CalibrateCommand& given) {
   UnitReader reader(command.experiment.files.front());
   std::optional<LineFile> records;
   std::optional<LineFile> table;
+  std::optional<StoreWriter> database;
+  SerialsSeen stored;  // units that need not be calibrated again
+  SerialsSeen seen;
+  if (command.store) {
+    if (command.resume && !command.output && !command.table) {
+      stored = stored_units(*command.store);
+    }
+    database.emplace(*command.store);
+  }
   if (command.output) {
     records.emplace(*command.output, finished.record_bytes);
   }
@@ -398,6 +479,7 @@ int run_stream(const CalibrateCommand& given) {
   std::size_t rows_of_last = 0;
   std::size_t good = finished.good;
   std::size_t total = finished.units;
+  std::size_t present = finished.units;  // made by an earlier call
   using Pieces = std::vector<std::pair<UnitText, std::size_t>>;
   constexpr std::size_t at_once = 16;
   const auto next = [&]() -> std::optional<std::function<std::vector<StreamedUnit>()>> {
@@ -408,6 +490,12 @@ int run_stream(const CalibrateCommand& given) {
         break;
       }
       const std::size_t own = place++;
+      if (!unit->serial.empty() && !seen.insert(unit->serial)) {
+        unit->error = formatted(
+            "the serial number '{}' was there before: the readings of a unit follow one another. "
+            "Calibrate a second test of a unit from a file of its own",
+            unit->serial);
+      }
       rows_before = std::exchange(
           rows_of_last,
           static_cast<std::size_t>(std::count(unit->csv.begin(), unit->csv.end(), '\n')) - 1);
@@ -416,6 +504,10 @@ int run_stream(const CalibrateCommand& given) {
       }
       if (made == finished.units) {
         require_same_unit(finished, *unit);
+        continue;
+      }
+      if (stored.contains(unit_key(unit->serial, sha256_of_text(unit->csv)))) {
+        ++present;
         continue;
       }
       pieces.emplace_back(std::move(*unit), own);
@@ -434,7 +526,9 @@ int run_stream(const CalibrateCommand& given) {
   for_each_in_order<std::vector<StreamedUnit>>(next, [&](const std::vector<StreamedUnit>& units) {
     std::string lines;
     std::string rows;
+    std::string lines_for_store;
     for (const StreamedUnit& unit : units) {
+      lines_for_store += unit.stored;
       lines += unit.record;
       rows += unit.row;
       good += is_good(unit.result) ? 1U : 0U;
@@ -446,7 +540,13 @@ int run_stream(const CalibrateCommand& given) {
     if (table) {
       table->write(rows);
     }
+    if (database) {
+      database->write(lines_for_store);
+    }
   });
+  if (database) {
+    database->finish();
+  }
   if (rows_of_last < rows_before) {
     print_remark("warning", formatted("the last unit has {} readings, the one before it {}: the "
                                       "stream may be cut",
@@ -459,7 +559,7 @@ int run_stream(const CalibrateCommand& given) {
   print_line(
       formatted("yield: {} of {} units ({:.1f} %){}", good, total,
                 total == 0 ? 0.0 : 100.0 * static_cast<double>(good) / static_cast<double>(total),
-                finished.units > 0 ? formatted("; {} were there already", finished.units) : ""));
+                present > 0 ? formatted("; {} were there already", present) : ""));
   return good == total ? 0 : 1;
 }
 

@@ -117,12 +117,16 @@ std::size_t read_frames(LineSource& file, const TakeLine& take) {
 
 }  // namespace
 
-bool is_in_shard(const Shard& shard, std::string_view serial) {
+std::uint64_t hash_of(std::string_view text) {
   std::uint64_t hash = 14695981039346656037ULL;
-  for (const char c : serial) {
+  for (const char c : text) {
     hash = (hash ^ static_cast<unsigned char>(c)) * 1099511628211ULL;
   }
-  return hash % static_cast<std::uint64_t>(shard.count) ==
+  return hash;
+}
+
+bool is_in_shard(const Shard& shard, std::string_view serial) {
+  return hash_of(serial) % static_cast<std::uint64_t>(shard.count) ==
          static_cast<std::uint64_t>(shard.number - 1);
 }
 

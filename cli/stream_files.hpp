@@ -13,7 +13,10 @@
 
 namespace axiscal::cli {
 
-/// @return true if a unit belongs to a shard: FNV-1a (64 bits) of its serial, modulo the number of
+/// @return FNV-1a (64 bits) of a text.
+[[nodiscard]] std::uint64_t hash_of(std::string_view text);
+
+/// @return true if a unit belongs to a shard: hash_of() its serial, modulo the number of
 ///         shards, is the shard's number less 1.
 [[nodiscard]] bool is_in_shard(const Shard& shard, std::string_view serial);
 

@@ -9,6 +9,7 @@ struct AcquireCommand;
 struct ExportCommand;
 struct ImportCommand;
 struct ReportCommand;
+struct StoreCommand;
 
 Subcommand apply_subcommand();
 Subcommand budget_subcommand();
@@ -33,5 +34,6 @@ Subcommand acquire_subcommand(int (*run)(const AcquireCommand& command));
 Subcommand export_subcommand(int (*run)(const ExportCommand& command));
 Subcommand import_subcommand(int (*run)(const ImportCommand& command));
 Subcommand report_subcommand(int (*run)(const ReportCommand& command));
+Subcommand store_subcommand(int (*run)(const StoreCommand& command));
 
 }  // namespace axiscal::cli

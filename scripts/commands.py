@@ -444,6 +444,12 @@ class Desk:
             os.makedirs(self.path("records"), exist_ok=True)
             with contextlib.suppress(OSError):
                 shutil.copy(self.path(name + ".json"), self.path(f"records/{name}.json"))
+        make("axiscal store add records/ --store lab.db")
+        make("axiscal calibrate run.csv --instrument accelerometer --unit V --serial QA-113 --calibrated 2026-01-15 "
+             "--store lab.db")
+        with open(self.path("run.csv"), encoding="utf-8") as file:
+            columns, *readings = [line for line in file.read().splitlines() if line and not line.startswith("#")]
+        self.write("units.csv", f"serial,{columns}\n" + "".join(f"u{n},{row}\n" for n in range(3) for row in readings))
         make("axiscal template laboratory -o lab.json")
         make("axiscal template limits -o limits.json")
         make("axiscal template experiment -o experiment.json")
@@ -679,7 +685,7 @@ def main():
     axiscal = os.path.abspath(axiscal)
     chosen = re.compile(pattern[0] if pattern else "")
     help_text = subprocess.run([axiscal, "--help"], capture_output=True, text=True, check=True).stdout
-    SUBCOMMANDS.update(re.findall(r"^  ([a-z]+) {2,}\S", re.split(r"(?i)subcommands:", help_text)[-1], re.M))
+    SUBCOMMANDS.update(re.findall(r"^  ([a-z]+) {2,}\S", help_text, re.M))
     assert "calibrate" in SUBCOMMANDS and len(SUBCOMMANDS) >= 18, SUBCOMMANDS
     commands = documented(axiscal)
     if mode == "list":

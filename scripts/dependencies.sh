@@ -28,6 +28,7 @@ needs=(
   "liblz4-dev"
   "libzstd-dev"
   "libsqlite3-dev"
+  "libpq-dev"
   "libmatio-dev"
   "libhdf5-dev"
   "libyaml-cpp-dev"
@@ -66,8 +67,9 @@ if ! command -v dpkg-query >/dev/null || ! command -v apt-get >/dev/null; then
   exit 1
 fi
 
-# A broker for the tests; its program is not on everybody's path.
+# Servers for the tests; their programs are not on everybody's path.
 [ -x /usr/sbin/mosquitto ] || needs+=("mosquitto")
+compgen -G '/usr/lib/postgresql/*/bin/pg_ctl' >/dev/null || needs+=("postgresql")
 
 missing=()
 for need in "${needs[@]}"; do

@@ -193,7 +193,7 @@ py::array_t<double> array_of(std::vector<double>&& values, const Shape& shape) {
 // and of words are lists of text.
 // @param text  the table's content; else it is read from `path`.
 py::tuple read_table(const std::string& path, const std::optional<std::string>& text) {
-  static const std::set<std::string, std::less<>> labels = {"rest",   "fence",    "serial",
+  static const std::set<std::string, std::less<>> labels = {"rest",    "fence",    "serial",
                                                             "surface", "operator", "date"};
   std::vector<std::string> names;
   std::vector<std::vector<std::string>> cells;

@@ -67,7 +67,7 @@ TEST(Usage, HelpFitsATerminal) {
     expect_to_fit(run_axiscal({name, "--help-all"}).out, 400);
     ++subcommands;
   }
-  EXPECT_EQ(subcommands, 19);
+  EXPECT_EQ(subcommands, 20);
 }
 
 TEST(Usage, MistakesHaveStatusTwoAndAHint) {

@@ -10,7 +10,6 @@
 #include "axiscal/calib/calibration_json.hpp"
 #include "axiscal/calib/uncertainty.hpp"
 #include "axiscal/core/error.hpp"
-#include "axiscal/core/input_file.hpp"
 #include "axiscal/core/not_a_number.hpp"
 #include "calib/record/parameter_names.hpp"
 #include "core/json_pieces.hpp"
@@ -144,10 +143,9 @@ std::optional<FittedParameters> quickly_read(std::string_view text) {
 
 }  // namespace
 
-FittedParameters read_fitted_parameters(const std::string& path) {
-  const std::string text = read_whole_file(path);
+FittedParameters parse_fitted_parameters(std::string_view text, const std::string& name) {
   std::optional<FittedParameters> quick = quickly_read(text);
-  return quick ? *std::move(quick) : fitted_parameters(parse_calibration(text, path));
+  return quick ? *std::move(quick) : fitted_parameters(parse_calibration(text, name));
 }
 
 }  // namespace axiscal

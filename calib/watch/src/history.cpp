@@ -6,6 +6,7 @@
 #include <cmath>
 #include <filesystem>
 #include <map>
+#include <sstream>
 #include <utility>
 
 #include "axiscal/calib/calibration_json.hpp"
@@ -13,6 +14,7 @@
 #include "axiscal/calib/fitted_parameters.hpp"
 #include "axiscal/calib/least_squares.hpp"
 #include "axiscal/core/error.hpp"
+#include "axiscal/core/input_file.hpp"
 #include "axiscal/core/not_a_number.hpp"
 #include "axiscal/core/number_text.hpp"
 #include "axiscal/core/parallel.hpp"
@@ -171,8 +173,27 @@ UnitHistory history_of(const std::string& serial,
   return unit;
 }
 
-// The files of a folder that may be records, in the order of their names.
-std::vector<std::string> records_in(const std::string& folder) {
+// The summary of a record for a history, or the reason why it is not a record.
+Entry entry_of(const std::string& name, const std::string& text) {
+  Entry entry{.path = name};
+  try {
+    entry.fitted = parse_fitted_parameters(text, name);
+  } catch (const DataError& failure) {
+    entry.failure = failure.what();
+    return entry;
+  }
+  const std::optional<double> time = parse_date(entry.fitted.date);
+  if (!time) {
+    throw DataError(name, "/created",
+                    "the history needs the date of a calibration: 'measured' or 'created'");
+  }
+  entry.time_s = *time;
+  return entry;
+}
+
+}  // namespace
+
+RecordTexts records_in_folder(const std::string& folder) {
   std::error_code error;
   std::vector<std::string> paths;
   for (const auto& entry : std::filesystem::directory_iterator(folder, error)) {
@@ -184,52 +205,40 @@ std::vector<std::string> records_in(const std::string& folder) {
     throw DataError(folder, "is not a folder that can be read");
   }
   std::sort(paths.begin(), paths.end());
-  return paths;
+  return {.names = paths, .text = [paths](std::size_t i) { return read_whole_file(paths[i]); }};
 }
 
-}  // namespace
+RecordTexts records_in_lines(const std::string& text, const std::string& name) {
+  RecordTexts records;
+  std::vector<std::string> lines;
+  std::istringstream stream(text);
+  for (std::string line; std::getline(stream, line);) {
+    lines.push_back(line);
+    records.names.push_back(formatted("{}:{}", name, lines.size()));
+  }
+  records.text = [lines = std::move(lines)](std::size_t i) { return lines[i]; };
+  return records;
+}
 
-std::vector<Calibration> read_records(const std::string& folder) {
-  std::vector<Calibration> records;
-  for (const std::string& path : records_in(folder)) {
+std::vector<Calibration> read_records(const RecordTexts& records) {
+  std::vector<Calibration> calibrations;
+  for (std::size_t i = 0; i < records.names.size(); ++i) {
     try {
-      records.push_back(read_calibration(path));
+      calibrations.push_back(parse_calibration(records.text(i), records.names[i]));
     } catch (const DataError&) {
       continue;  // another kind of file
     }
   }
-  return records;
+  return calibrations;
 }
 
-namespace {
-
-// The summary of a record for a history, or the reason why it is not a record.
-Entry entry_of(const std::string& path) {
-  Entry entry{.path = path};
-  try {
-    entry.fitted = read_fitted_parameters(path);
-  } catch (const DataError& failure) {
-    entry.failure = failure.what();
-    return entry;
-  }
-  const std::optional<double> time = parse_date(entry.fitted.date);
-  if (!time) {
-    throw DataError(path, "/created",
-                    "the history needs the date of a calibration: 'measured' or 'created'");
-  }
-  entry.time_s = *time;
-  return entry;
-}
-
-}  // namespace
-
-std::vector<UnitHistory> read_history(const std::string& folder,
+std::vector<UnitHistory> read_history(const RecordTexts& records,
                                       const std::optional<Limits>& limits,
                                       std::vector<std::string>* passed_over,
                                       std::vector<std::string>* not_held) {
-  const std::vector<std::string> paths = records_in(folder);
-  std::vector<Entry> all(paths.size());
-  for_each_in_parallel(paths.size(), [&](std::size_t i) { all[i] = entry_of(paths[i]); });
+  std::vector<Entry> all(records.names.size());
+  for_each_in_parallel(
+      all.size(), [&](std::size_t i) { all[i] = entry_of(records.names[i], records.text(i)); });
   std::map<std::pair<std::string, std::vector<std::string>>, std::vector<Entry>> units;
   for (Entry& entry : all) {
     if (!entry.failure.empty()) {

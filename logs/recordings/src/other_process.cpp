@@ -1,48 +1,20 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "logs/recordings/src/other_process.hpp"
 
-#include <array>
-#include <cerrno>
+#include <algorithm>
 #include <csignal>
 #include <cstring>
-#include <optional>
-#include <spawn.h>
 #include <string_view>
 #include <vector>
 
-#include <fcntl.h>
 #include <sys/wait.h>
-#include <unistd.h>
 
 #include "axiscal/core/error.hpp"
+#include "core/child_program.hpp"
 #include "core/formatted.hpp"
 
 namespace axiscal {
 namespace {
-
-// Starts the program; its standard output is the pipe's end.
-std::optional<pid_t> start(const std::string& path,
-                           const char* format,
-                           const std::string& memory,
-                           const std::string& seconds,
-                           int output) {
-  const std::string program = own_program(reader_program);
-  posix_spawn_file_actions_t actions;
-  ::posix_spawn_file_actions_init(&actions);
-  ::posix_spawn_file_actions_addopen(&actions, STDIN_FILENO, path.c_str(), O_RDONLY, 0);
-  ::posix_spawn_file_actions_adddup2(&actions, output, STDOUT_FILENO);
-  ::posix_spawn_file_actions_addopen(&actions, STDERR_FILENO, "/dev/null", O_WRONLY, 0);
-  const std::array<std::string, 4> words = {program, format, memory, seconds};
-  std::array<char*, words.size() + 1> arguments{};
-  for (std::size_t i = 0; i < words.size(); ++i) {
-    arguments[i] = const_cast<char*>(words[i].c_str());
-  }
-  pid_t child = 0;
-  const int status =
-      ::posix_spawn(&child, program.c_str(), &actions, nullptr, arguments.data(), ::environ);
-  ::posix_spawn_file_actions_destroy(&actions);
-  return status == 0 ? std::optional(child) : std::nullopt;
-}
 
 struct Outcome {
   std::string text;
@@ -50,31 +22,14 @@ struct Outcome {
 };
 
 Outcome ask_another_process(const std::string& path, const char* format, const ReadBudget& budget) {
-  std::array<int, 2> ends{};
-  if (::pipe2(ends.data(), O_CLOEXEC) != 0) {
-    throw DataError(path, std::string("cannot be read: ") + std::strerror(errno));
-  }
   constexpr double bytes_a_second = 1U << 20U;
   constexpr double least_s = 4.0;
-  const std::optional<pid_t> child =
-      start(path, format, formatted("{:.0f}", budget.left(ReadCost::memory)),
-            formatted("{:.0f}", least_s + budget.file_bytes() / bytes_a_second), ends[1]);
-  ::close(ends[1]);
-  Outcome outcome;
-  std::vector<char> block(1U << 16U);
-  ssize_t count = 1;
-  while (child && (count > 0 || (count < 0 && errno == EINTR))) {
-    count = ::read(ends[0], block.data(), block.size());
-    if (count > 0) {
-      outcome.text.append(block.data(), static_cast<std::size_t>(count));
-    }
-  }
-  ::close(ends[0]);
-  if (!child) {
-    throw RefusedError(std::string(reader_program.name) + " cannot be started");
-  }
-  while (::waitpid(*child, &outcome.status, 0) < 0 && errno == EINTR) {
-  }
+  ChildProgram child(reader_program,
+                     {format, formatted("{:.0f}", budget.left(ReadCost::memory)),
+                      formatted("{:.0f}", least_s + budget.file_bytes() / bytes_a_second)},
+                     {.input_file = path, .hides_errors = true});
+  Outcome outcome{.text = child.read_all()};
+  outcome.status = child.wait();
   return outcome;
 }
 

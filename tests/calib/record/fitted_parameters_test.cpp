@@ -22,7 +22,7 @@ using testing::HasSubstr;
 class FittedParametersOfFile : public ::testing::Test {
  protected:
   FittedParameters read(const std::string& text) {
-    return read_fitted_parameters(folder_.write("cal.json", text));
+    return parse_fitted_parameters(text, "cal.json");
   }
 
   static Calibration calibration() {
@@ -32,9 +32,6 @@ class FittedParametersOfFile : public ::testing::Test {
     experiment.stated.resolution = 1e-3;
     return calibrate(experiment, observe(truth, {.replicates = 3, .noise_sd = 1e-4, .seed = 3}));
   }
-
- private:
-  test::ScratchFolder folder_;
 };
 
 void expect_same(const FittedParameters& a, const FittedParameters& b) {

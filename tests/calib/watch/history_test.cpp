@@ -68,7 +68,7 @@ class HistoryOfFolder : public ::testing::Test {
   [[nodiscard]] std::vector<UnitHistory> read(const std::optional<Limits>& limits = {}) {
     passed_over_.clear();
     not_held_.clear();
-    return read_history(folder_.path(""), limits, &passed_over_, &not_held_);
+    return read_history(records_in_folder(folder_.path("")), limits, &passed_over_, &not_held_);
   }
 
   // The trend of x.bias of the only unit.
@@ -276,12 +276,14 @@ TEST_F(HistoryOfFolder, PassesOverOtherFilesAndSaysWhy) {
   const std::vector<UnitHistory> units = read();
   EXPECT_EQ(units.size(), 1U);
   EXPECT_THAT(passed_over_, ElementsAre(HasSubstr("broken.json"), HasSubstr("limits.json")));
-  EXPECT_EQ(read_records(folder_.path("")).size(), 1U);
+  EXPECT_EQ(read_records(records_in_folder(folder_.path(""))).size(), 1U);
   for (const char* const missing : {"none", "notes.txt"}) {
-    EXPECT_THAT(test::complaint_of<DataError>(
-                    [&] { static_cast<void>(read_history(folder_.path(missing))); }),
+    EXPECT_THAT(test::complaint_of<DataError>([&] {
+                  static_cast<void>(read_history(records_in_folder(folder_.path(missing))));
+                }),
                 HasSubstr("is not a folder that can be read"));
-    EXPECT_THROW(static_cast<void>(read_records(folder_.path(missing))), DataError);
+    EXPECT_THROW(static_cast<void>(read_records(records_in_folder(folder_.path(missing)))),
+                 DataError);
   }
 }
 
@@ -297,7 +299,8 @@ TEST_F(HistoryOfFolder, TellsLimitsItDoesNotHoldFromUnknownOnes) {
               HasSubstr("limit 'w.bias': a history knows biases and sensitivities only"));
   // An empty folder knows no axes, so no name is wrong.
   const test::ScratchFolder empty;
-  EXPECT_TRUE(read_history(empty.path(""), Limits{.limits = {{.parameter = "w.bias", .high = 1.0}}})
+  EXPECT_TRUE(read_history(records_in_folder(empty.path("")),
+                           Limits{.limits = {{.parameter = "w.bias", .high = 1.0}}})
                   .empty());
 }
 

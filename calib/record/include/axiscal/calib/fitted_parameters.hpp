@@ -2,6 +2,7 @@
 #pragma once
 
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include <Eigen/Core>
@@ -22,9 +23,11 @@ struct FittedParameters {
   Eigen::VectorXd u;  ///< their combined standard uncertainties; NaN where the record has none
 };
 
-/// Reads them from a record's file, many times as fast as read_calibration(): nothing else of the
-/// file is looked at, be it right or wrong, but that it is whole.
-/// @throws DataError  as read_calibration().
-[[nodiscard]] AXISCAL_EXPORT FittedParameters read_fitted_parameters(const std::string& path);
+/// Reads them from a record's text, many times as fast as parse_calibration(). It does not check
+/// the other members of the record.
+/// @param name  of the record, for messages.
+/// @throws DataError  as parse_calibration().
+[[nodiscard]] AXISCAL_EXPORT FittedParameters parse_fitted_parameters(std::string_view text,
+                                                                      const std::string& name);
 
 }  // namespace axiscal

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <cstddef>
+#include <functional>
 #include <optional>
 #include <string>
 #include <vector>
@@ -37,21 +39,34 @@ struct UnitHistory {
   std::vector<ParameterTrend> trends;
 };
 
-/// Reads the calibration records of a folder (*.json; others are passed over) by serial number.
+/// Texts that may be records, with their names for messages.
+struct RecordTexts {
+  std::vector<std::string> names;                      ///< n
+  std::function<std::string(std::size_t place)> text;  ///< reads one of them; from 0 to n - 1
+};
+
+/// @return the files of a folder whose names end in .json.
+/// @throws DataError  if the folder cannot be read.
+[[nodiscard]] AXISCAL_EXPORT RecordTexts records_in_folder(const std::string& folder);
+
+/// @return the lines of a text, one record each, as `calibrate --stream` writes them.
+/// @param name  of the text, for messages.
+[[nodiscard]] AXISCAL_EXPORT RecordTexts records_in_lines(const std::string& text,
+                                                          const std::string& name);
+
+/// Reads calibration records by serial number. Texts that are not records are passed over.
 /// @param limits  for the dates at which tolerances will be met.
-/// @param passed_over  receives the reasons why files are not records; null: not needed.
-/// @param not_held     takes the parameters of limits that a history does not hold, as the residual
-///                     sd; null: not needed.
-/// @throws DataError    for a folder that cannot be read.
+/// @param passed_over  receives the reasons why texts are not records; null: not needed.
+/// @param not_held     receives the parameters of limits that a history does not contain, for
+///                     example the residual sd; null: not needed.
 /// @throws DomainError  for a limit of a parameter that no record has.
-[[nodiscard]] std::vector<UnitHistory> read_history(const std::string& folder,
+[[nodiscard]] std::vector<UnitHistory> read_history(const RecordTexts& records,
                                                     const std::optional<Limits>& limits = {},
                                                     std::vector<std::string>* passed_over = nullptr,
                                                     std::vector<std::string>* not_held = nullptr);
 
-/// The records of a folder, for process_scatter(); files that are none are passed over.
-/// @throws DataError  for a folder that cannot be read.
-[[nodiscard]] AXISCAL_EXPORT std::vector<Calibration> read_records(const std::string& folder);
+/// @return the records, for process_scatter(); texts that are not records are passed over.
+[[nodiscard]] AXISCAL_EXPORT std::vector<Calibration> read_records(const RecordTexts& records);
 
 /// The change of an instrument's biases between blocks in earlier calibrations. It uses the records
 /// of its serial number and, with a model, those of its model. A record of several blocks gives its

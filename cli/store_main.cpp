@@ -1,0 +1,10 @@
+// SPDX-License-Identifier: Apache-2.0
+// The program axiscal-store, which `axiscal` becomes.
+#include "run_command.hpp"
+#include "store_options.hpp"
+#include "subcommands.hpp"
+
+int main(int argc, char** argv) {
+  using namespace axiscal::cli;
+  return run_main(argc, argv, {store_subcommand(&run_store)});
+}

@@ -1,0 +1,25 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace axiscal::cli {
+
+/// The options of `axiscal store`, as typed.
+struct StoreCommand {
+  std::string action;
+  std::vector<std::string> files;
+  std::string store;
+  std::string output = "-";
+  std::optional<std::string> serial, slot, model, kind, status, station, batch, operated_by;
+  std::optional<std::string> since, until, at;
+  bool yield = false;
+  bool json = false;
+};
+
+/// Runs the command, in the program axiscal-store.
+[[nodiscard]] int run_store(const StoreCommand& command);
+
+}  // namespace axiscal::cli
