@@ -80,7 +80,7 @@ bool is_simulated(const AcquireCommand& command) {
   return !command.sources.empty() && command.sources.front().starts_with("sim:");
 }
 
-// The slots that an assembly has where nobody calls them otherwise.
+// The default slots of an assembly; empty if it has no default.
 std::vector<std::string> usual_slots(const std::string& assembly) {
   if (assembly.starts_with("h")) {
     return {"L", "R"};
@@ -89,7 +89,7 @@ std::vector<std::string> usual_slots(const std::string& assembly) {
                               : std::vector<std::string>();
 }
 
-// The instruments of one session: --slot A,B,.. or those of the assembly.
+// The slots of a session's instruments: those of --slot A,B,.., otherwise the assembly's default.
 std::vector<std::string> slots_asked_for(const ExperimentOptions& options) {
   std::vector<std::string> slots;
   if (options.slot) {
@@ -106,7 +106,8 @@ std::vector<std::string> slots_asked_for(const ExperimentOptions& options) {
   return slots;
 }
 
-// Of a session of one instrument: the slots of the assembly that its own is among.
+// All slots of the assembly, for a session of one instrument. Only the instrument's own slot if the
+// assembly's default does not contain it.
 std::vector<std::string> all_slots_of(const ExperimentOptions& options,
                                       const Experiment& experiment) {
   std::vector<std::string> slots = usual_slots(options.assembly.value_or(""));
@@ -153,7 +154,7 @@ std::vector<RunSheetRow> sheet_for(const AcquireCommand& command) {
   return command.plan ? read_sheet_file(*command.plan) : make_sheet(command.sheet);
 }
 
-// --noise: the standard deviation of a sample, or what `axiscal noise` wrote of a log at rest.
+// Applies --noise: the standard deviation of a sample, or a file that `axiscal noise --json` wrote.
 void set_noise(const AcquireCommand& command, const Instrument& instrument, SessionSetup& setup) {
   if (!command.noise) {
     return;
@@ -181,7 +182,7 @@ void set_noise(const AcquireCommand& command, const Instrument& instrument, Sess
   setup.dwell_s = std::clamp(dwell_s, setup.shortest_dwell_s, setup.longest_dwell_s);
 }
 
-// How long, and how still: as they are stated.
+// Applies --window and --dwell.
 void set_stillness(const AcquireCommand& command, SessionSetup& setup) {
   if (command.window) {
     setup.stillness.window_s = parse_positive("--window", *command.window);
@@ -191,7 +192,7 @@ void set_stillness(const AcquireCommand& command, SessionSetup& setup) {
   }
 }
 
-// @param begun  the journal's header, where a session goes on: its experiment and its sheet stand.
+// @param begun  header of the journal of a resumed session; its experiment and run sheet are used.
 SessionSetup session_setup(const AcquireCommand& command,
                            const std::optional<SessionHeader>& begun) {
   SessionSetup setup;
@@ -221,7 +222,7 @@ SessionSetup session_setup(const AcquireCommand& command,
   return setup;
 }
 
-// The instrument in the hand, and the selection of its readings.
+// Setup of a session with --free: the instrument, and how its readings are selected.
 FreeSetup free_setup(const AcquireCommand& command, const SessionSetup& of) {
   FreeSetup setup{.experiment = of.experiment, .stillness = of.stillness};
   const std::string& kind = of.experiment.instrument.kind;
@@ -236,7 +237,7 @@ FreeSetup free_setup(const AcquireCommand& command, const SessionSetup& of) {
   if (command.manual || command.plan || command.raw) {
     throw UsageError("acquire: --free goes without --plan, --manual and --raw");
   }
-  // Hands shake an accelerometer: its readings are the rests between.
+  // A hand shakes an accelerometer, so only its rests become readings.
   setup.by_rests = kind == "accelerometer" || kind == "inclinometer";
   setup.dwell_s = of.dwell_s.value_or(setup.dwell_s);
   if (command.enough_deg) {
@@ -248,14 +249,14 @@ FreeSetup free_setup(const AcquireCommand& command, const SessionSetup& of) {
 
 constexpr std::string_view slot_place = "{slot}";
 
-// A file's name for one of the session's instruments.
+// The file name of one instrument: {slot} in the path is replaced by its slot.
 std::string of_slot(std::string path, const std::string& slot) {
   const std::size_t at = path.find(slot_place);
   return at == std::string::npos ? path : path.replace(at, slot_place.size(), slot);
 }
 
-// The files that a session leaves, called after its journal; of several instruments {slot} stands
-// in the names of those that each has.
+// The output files of a session, named after its journal. If there are several instruments, the
+// names of record and report contain {slot}.
 struct Outputs {
   std::string journal;
   std::string observations;
@@ -268,7 +269,7 @@ Outputs outputs_of(const AcquireCommand& command, const std::vector<SlotColumns>
   const std::string many = slots.empty() ? "" : "-{slot}";
   for (const std::optional<std::string>& file :
        {command.record, command.output, command.report, command.journal}) {
-    const bool is_own = file == command.record || file == command.report;  // of each slot
+    const bool is_own = file == command.record || file == command.report;  // one per slot
     const bool has_slot = file && file->find(slot_place) != std::string::npos;
     if (file && file->find('{') != std::string::npos && (slots.empty() || !is_own || !has_slot)) {
       throw UsageError(formatted(
@@ -317,7 +318,7 @@ Journal start_journal(const AcquireCommand& command,
   return journal;
 }
 
-// Arguments as a shell takes them.
+// The arguments as one shell command line, quoted if needed.
 std::string typed_again(const std::vector<std::string>& arguments) {
   std::vector<std::string> quoted;
   for (const std::string& one : arguments) {
@@ -333,7 +334,7 @@ std::string typed_again(const std::vector<std::string>& arguments) {
   return joined(quoted, " ");
 }
 
-// A journal may be somebody else's, and an address may drive an instrument.
+// True if a source from an untrusted journal can be opened safely: standard input or a simulation.
 bool is_harmless(const std::string& source) {
   return source == "-" || source.starts_with("-?") || source.starts_with("stdin:") ||
          source.starts_with("sim:");
@@ -347,8 +348,8 @@ std::string typed_connections(const std::vector<std::string>& sources) {
   return text;
 }
 
-// Asks whether the addresses in a journal may be opened.
-// @throws UsageError  if nobody is asked, or the answer is no.
+// Asks the user whether the addresses in a journal may be opened.
+// @throws UsageError  if standard input is not a terminal, or the answer is not yes.
 void require_trust(const std::vector<std::string>& sources, const std::string& journal) {
   if (std::all_of(sources.begin(), sources.end(), is_harmless)) {
     return;
@@ -371,8 +372,8 @@ void require_trust(const std::vector<std::string>& sources, const std::string& j
       typed_again({journal}), typed_connections(sources)));
 }
 
-// The command that started a journal; options of this call take precedence. Files are written next
-// to the journal, or to the stated places.
+// Returns the command that started a journal. Options of this call take precedence. Output files
+// are written next to the journal, or where the options of this call state.
 AcquireCommand resumed_command(const AcquireCommand& now, const SessionHeader& header) {
   AcquireCommand command = parse_acquire_command(header.arguments, *now.resume);
   command.resume = now.resume;
@@ -381,7 +382,7 @@ AcquireCommand resumed_command(const AcquireCommand& now, const SessionHeader& h
   } else {
     require_trust(command.sources, *now.resume);
   }
-  // Where files are written is never taken from a journal, which may be somebody else's.
+  // Output file names are never taken from a journal, because another person may have written it.
   command.name = now.name;
   command.output = now.output;
   command.record = now.record;
@@ -414,7 +415,7 @@ std::string title_of(const SessionSetup& setup) {
                    instrument.kind, instrument.serial.empty() ? "" : " " + instrument.serial);
 }
 
-// A port that somebody else may have: 1 to 65535.
+// The port of --port, from 1 to 65535; 0 if the option is missing.
 int port_of(const AcquireCommand& command) {
   constexpr int highest = 65535;
   const int port = command.port ? parse_whole_number("--port", *command.port, 1) : 0;
@@ -424,7 +425,7 @@ int port_of(const AcquireCommand& command) {
   return port;
 }
 
-// The fingerprint tells that the certificate, which no authority knows, is this session's.
+// Prints the address of the page. The fingerprint identifies the session's self-signed certificate.
 void announce_page(const std::string& url, const std::string& fingerprint) {
   if (fingerprint.empty()) {
     std::fprintf(stderr, "open in a browser: %s\n", url.c_str());
@@ -445,14 +446,15 @@ std::unique_ptr<SessionFace> web_face_of(const WebOptions& options) {
   }
 }
 
-// On a terminal the full screen, otherwise lines; the page can be added.
+// The user interfaces of a session: full screen on a terminal, otherwise lines of text, and the web
+// page if it is requested.
 std::vector<std::unique_ptr<SessionFace>> make_faces(const AcquireCommand& command,
                                                      const SessionSetup& setup) {
   std::vector<std::unique_ptr<SessionFace>> faces;
   const bool has_commands = !reads_standard_input(command);
   const bool has_terminal = ::isatty(STDIN_FILENO) == 1 && ::isatty(STDOUT_FILENO) == 1;
   if (command.web || command.listen) {
-    // The address goes to stderr: it holds the key.
+    // The address contains the key, so announce_page() prints it to standard error.
     faces.push_back(web_face_of({.title = title_of(setup),
                                  .address = command.listen.value_or(""),
                                  .port = port_of(command),
@@ -468,7 +470,7 @@ std::vector<std::unique_ptr<SessionFace>> make_faces(const AcquireCommand& comma
   return faces;
 }
 
-// The results of a session: its calibrations, and the files that a page offers.
+// The results of a session: its calibrations, and the files that the web page offers for download.
 struct Written {
   std::vector<Calibration> calibrations;
   std::vector<SessionFile> files;
@@ -478,7 +480,7 @@ std::string name_of_file(const std::string& path) {
   return std::filesystem::path(path).filename().string();
 }
 
-// The further files of one instrument that a page offers, besides record and report.
+// Adds the certificate and the C header of one instrument to the files that the web page offers.
 void add_offers(const Calibration& calibration,
                 const std::string& record,
                 const std::string& of,
@@ -490,7 +492,7 @@ void add_offers(const Calibration& calibration,
                      .type = "application/pdf",
                      .body = certificate_pdf(calibration, {})});
   } catch (const Error&) {
-    // For a refused record, or a build without cairo, there is not a certificate.
+    // A refused record has no certificate, and a build without cairo cannot make one.
   }
   try {
     files.push_back({.name = stem + ".h",
@@ -498,11 +500,11 @@ void add_offers(const Calibration& calibration,
                      .type = "text/plain; charset=utf-8",
                      .body = export_calibration(calibration, "c-header", {}).content});
   } catch (const Error&) {
-    // Refused calibrations are exported nowhere.
+    // A refused calibration cannot be exported.
   }
 }
 
-// Writes the files of a session that has come to its end.
+// Writes the output files of a finished session.
 Written write_files(const SessionSetup& setup, const LiveSession& session, const Outputs& outputs) {
   const Observations observations = session.observations();
   if (observations.readings.empty()) {
@@ -579,7 +581,7 @@ void print_result(const AcquireCommand& command,
                   summary(calibration, SummaryDetail::brief, SummaryEnd::fit), outputs.observations,
                   outputs.record, outputs.report, outputs.journal, typed_again({outputs.record}),
                   typed_again({outputs.record})));
-    // Files that were named are there now; the same names would be refused.
+    // If the options named output files, these exist now and the same command would be refused.
     if (!command.name && !command.journal && !command.output && !command.record &&
         !command.report && !command.resume) {
       print_result_text(formatted("again: axiscal {}\n", typed_again(command.arguments)));
@@ -590,7 +592,7 @@ void print_result(const AcquireCommand& command,
   }
 }
 
-// Errors that would stop the end of a session are reported before it.
+// Checks the output files before a session starts, because an error would stop it at its end.
 void check_outputs(const Outputs& outputs, const std::vector<SlotColumns>& slots) {
   std::vector<std::filesystem::path> files = {std::filesystem::weakly_canonical(outputs.journal)};
   std::vector<std::string> all = {outputs.observations};
@@ -621,7 +623,7 @@ void check_outputs(const Outputs& outputs, const std::vector<SlotColumns>& slots
 
 using Faces = std::vector<std::unique_ptr<SessionFace>>;
 
-// One session after another, in front of the same faces.
+// Runs one session after another with the same user interfaces.
 class Guided {
  public:
   explicit Guided(AcquireCommand command) : command_(std::move(command)) {}
@@ -633,11 +635,11 @@ class Guided {
       try {
         again = run_one(number);
       } catch (...) {
-        failure = std::current_exception();  // earlier events are shown first
+        failure = std::current_exception();  // thrown again after the results are printed
         again = false;
       }
     }
-    faces_.clear();  // a terminal is given back before the results are printed
+    faces_.clear();  // restores the terminal before the results are printed
     bool refused = false;
     for (const auto& [calibrations, outputs] : results_) {
       for (const Calibration& calibration : calibrations) {
@@ -716,7 +718,7 @@ class Guided {
                            asks ? typed_connections(command_.sources) : "");
       return false;
     }
-    // Before the faces go: a page may wait for its slowest browser.
+    // The files are written before conclude(), which may wait for a slow browser.
     Written written = write_files(setup, session, outputs);
     results_.emplace_back(std::move(written.calibrations), outputs);
     bool again = false;
@@ -726,7 +728,7 @@ class Guided {
     return again;
   }
 
-  // The results of a review, which whoever answers it may change: nobody may.
+  // Stores the results when the review of a session begins, because the user may never answer it.
   static void store_at_review(const SessionSetup& setup,
                               const LiveSession& session,
                               const Outputs& outputs) {
@@ -738,14 +740,14 @@ class Guided {
     try {
       static_cast<void>(write_files(setup, session, outputs));
     } catch (const Error&) {
-      // The end of the session reports it.
+      // write_files() at the end of the session reports this error.
     }
     for (const std::string* path : {&outputs.observations, &outputs.record, &outputs.report}) {
       allow_rewriting(*path);
     }
   }
 
-  // The files of a further session: NAME-2.json.
+  // The output files of a later session, for example NAME-2.json.
   static Outputs numbered(const Outputs& first, int number) {
     const auto name = [number](const std::string& path) {
       const std::filesystem::path whole(path);
@@ -762,7 +764,7 @@ class Guided {
   AcquireCommand command_;
   Faces faces_;
   std::vector<std::pair<std::vector<Calibration>, Outputs>> results_;
-  std::string stopped_;  // the reason if the last session lacks a result
+  std::string stopped_;  // message if the last session was stopped; otherwise empty
 };
 
 }  // namespace

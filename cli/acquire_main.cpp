@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The program axiscal-acquire, which `axiscal` becomes.
+// The program axiscal-acquire. `axiscal acquire` replaces its process with this program.
 #include "acquire_options.hpp"
 #include "run_command.hpp"
 #include "subcommands.hpp"

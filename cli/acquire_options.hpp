@@ -11,7 +11,7 @@
 namespace axiscal::cli {
 
 struct AcquireCommand {
-  std::vector<std::string> arguments;  ///< as typed: a journal keeps them
+  std::vector<std::string> arguments;  ///< of the command line; the journal stores them
   std::vector<std::string> sources;
   ExperimentOptions experiment;
   SheetOptions sheet;
@@ -30,13 +30,13 @@ struct AcquireCommand {
   bool web = false;
 };
 
-/// The command that a journal was begun with.
+/// Parses the command line with which a journal was started.
 /// @param path  of the journal, for messages.
-/// @throws DataError  if it is no `axiscal acquire`.
+/// @throws DataError  if the subcommand is not `acquire`.
 [[nodiscard]] AcquireCommand parse_acquire_command(const std::vector<std::string>& arguments,
                                                    const std::string& path);
 
-/// Runs the command, in the program axiscal-acquire.
+/// Runs `axiscal acquire`. Only the program axiscal-acquire calls it.
 [[nodiscard]] int run_acquire(const AcquireCommand& command);
 
 }  // namespace axiscal::cli

@@ -8,7 +8,7 @@
 
 namespace axiscal::cli {
 
-/// --adjusters and --thread-pitch, over those of a positioner's table.
+/// Replaces the adjusters and the thread pitch of a table by --adjusters and --thread-pitch.
 /// @throws UsageError  if adjusters are missing, or cannot level a table.
 void set_adjusters(const std::optional<std::string>& adjusters,
                    const std::optional<std::string>& thread_pitch,

@@ -119,7 +119,7 @@ void add_options(OptionSet& options, ApplyCommand& command) {
                    "use a refused record, or a magnitude that the field cannot have");
 }
 
-// The unit of the results, and the field at the place of the readings.
+// Converts the record's field to the unit of the results and to the site of the readings.
 FieldConversion conversion_of(const ApplyCommand& command, const Calibration& calibration) {
   FieldThere there;
   if (command.field_magnitude) {
@@ -186,7 +186,7 @@ Reducer make_reducer(const std::string& record,
   }
 }
 
-// A record in the axes of the model that it sits in.
+// The record in the frame of the model in which the sensor is mounted.
 Calibration in_body(const std::string& record, const std::string& body, Calibration calibration) {
   const BodyRotation rotation = read_body_rotation(body);
   const std::string own = sha256_of_file(record);
@@ -203,7 +203,7 @@ Calibration in_body(const std::string& record, const std::string& body, Calibrat
   }
 }
 
-// The record in the frame that the results are wanted in.
+// The record, rotated to the frame of the results (--frame or --body).
 Calibration in_wanted_frame(const ApplyCommand& command, Calibration calibration) {
   const std::string frame = command.frame.value_or("assembly");
   if (frame != "assembly" && frame != "sensor") {
@@ -218,7 +218,7 @@ Calibration in_wanted_frame(const ApplyCommand& command, Calibration calibration
   return frame == "sensor" ? calibration : in_assembly_frame(std::move(calibration));
 }
 
-// The accelerometer whose axes are in the same file.
+// The record of --attitude, rotated to the frame of the results; nullopt without this option.
 std::optional<Calibration> attitude_of(const ApplyCommand& command,
                                        const Calibration& calibration) {
   if (!command.attitude) {
@@ -235,7 +235,7 @@ std::optional<Calibration> attitude_of(const ApplyCommand& command,
   }
   Calibration attitude = in_assembly_frame(read_unrefused(*command.attitude, command.force));
   if (command.frame.value_or("assembly") == "sensor") {
-    // The frame of the instrument whose results are wanted.
+    // Rotates the attitude to the sensor frame of the first instrument.
     attitude.sensor.rotation_sensor_from_assembly =
         calibration.sensor.rotation_sensor_from_assembly
             ? std::optional<Eigen::Matrix3d>(
@@ -303,7 +303,7 @@ void put_propagation(const std::string& record,
   }
 }
 
-// The second instrument of a model, on the other side of its joint.
+// The second instrument of a model, whose angle to the first is computed.
 struct Joint {
   Joint(const ApplyCommand& command,
         const FieldConversion& conversion,
@@ -347,7 +347,7 @@ struct Joint {
   JointColumns columns;
 };
 
-// Several records and a log.
+// Corrects a log by several records.
 int run_records(const ApplyCommand& command) {
   if (command.follow || command.uncertainty || command.expanded || command.attitude ||
       command.joint || command.body || command.json || command.output.ends_with(".npy")) {
@@ -446,8 +446,8 @@ int run_one(const ApplyCommand& command) {
   } else if (command.alarm) {
     throw UsageError("--alarm: goes with --joint");
   }
-  // Endless output is written directly, because it would never be moved to its place. That empties
-  // the file, so the command line must be checked before.
+  // Endless output is written directly, because a temporary file would never be moved to its place.
+  // Opening the output empties the file, so the options are checked before.
   OutputFile output(command.output,
                     command.follow ? OutputFile::Mode::direct : OutputFile::Mode::replace_whole);
   const std::vector<ReadingColumn> columns = columns_in(csv, calibration);
@@ -499,7 +499,7 @@ int run_one(const ApplyCommand& command) {
   return 0;
 }
 
-// The record of --store, in a file.
+// Writes the record of --store to a file.
 void write_stored_record(const ApplyCommand& command, const TemporaryFile& file) {
   std::vector<std::string> arguments = {"show", "--serial", *command.serial};
   for (const auto& [name, value] : {std::pair("--at", command.at), {"--slot", command.slot}}) {

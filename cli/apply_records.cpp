@@ -24,13 +24,13 @@
 namespace axiscal::cli {
 namespace {
 
-// A record, and where the readings of its sensor are in a row.
+// A record, and the columns with the readings of its sensor.
 struct Corrected {
   Calibration calibration;
   Reducer reducer;
   std::array<std::string, 3> columns;
   std::array<std::size_t, 3> places{};
-  double factor = 1.0;  // readings in the record's unit are this times the log's
+  double factor = 1.0;  // converts readings from the log's unit to the record's unit
 };
 
 Corrected of_record(const std::string& path,

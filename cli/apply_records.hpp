@@ -8,10 +8,10 @@
 
 namespace axiscal::cli {
 
-/// Corrects all sensors of a log by their records, one each: a table of the time and, under the
-/// log's own names of the columns, each sensor's field in the unit of its record.
+/// Corrects the sensors of a log by their records. Writes a table with the time and the field of
+/// each sensor in the unit of its record. The columns have the names that they have in the log.
 ///
-/// @param records  of three axes or more; no two of one kind of instrument.
+/// @param records  of three-axis instruments, at most one record per kind of instrument.
 /// @param log      of any format; - is standard input.
 /// @param output   a CSV file; - is standard output.
 /// @param force    whether refused records are used.

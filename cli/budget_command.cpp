@@ -49,7 +49,7 @@ struct Asked {
   std::optional<double> temperature;
 };
 
-// Everything that is shown, as text and as JSON.
+// The output as text and as JSON.
 struct Shown {
   std::string text;
   Json json;
@@ -102,7 +102,8 @@ std::vector<std::string> sources_of(const Calibration& calibration) {
   return names;
 }
 
-// Each source: its kind, its input and how strongly the parameter that it moves most depends on it.
+// Shows each source: its type, its distribution, the input's standard uncertainty and the largest
+// sensitivity coefficient.
 void show_sources(const Calibration& calibration, Shown& shown) {
   if (!calibration.fit.uncertainty) {
     return;
@@ -117,7 +118,7 @@ void show_sources(const Calibration& calibration, Shown& shown) {
                  {"input_unit", source.input_unit}};
     shown.text += formatted("  {:<18} type {}, {}", source.name, source.type, source.distribution);
     if (source.covariance.size() > 0 && source.input_u > 0.0) {
-      // Sensitivity coefficients: contribution over input.
+      // Sensitivity coefficient: contribution to u divided by the input's standard uncertainty.
       const Eigen::VectorXd c = source.covariance.diagonal().cwiseSqrt() / source.input_u;
       json["sensitivity_coefficients"] = json_from(c);
       shown.text += formatted(", u {:.3g} {}, sensitivity coefficients up to {:.3g}",
@@ -209,7 +210,8 @@ void show_monte_carlo(const Calibration& calibration,
   }
 }
 
-// Expanded uncertainty of pitch and roll (near +-90 degrees yaw) over all attitudes.
+// Shows the expanded uncertainty of pitch and roll over all attitudes. Near +-90 degrees of pitch
+// it shows yaw instead of roll.
 void show_map(const Calibration& calibration, const Asked& asked, double step_deg, Shown& shown) {
   std::string pitch_text = "\nU (95 %) of pitch [deg]; pitch down, roll across\n";
   std::string roll_text = "\nU (95 %) of roll, near +-90 degrees of pitch of yaw [deg]\n";

@@ -120,7 +120,8 @@ constexpr std::string_view serial_place = "{serial}";
 constexpr std::string_view file_place = "{file}";
 constexpr std::string_view instance_place = "{instance}";
 
-// Puts a name in its place in a pattern, if that has one.
+// Replaces a placeholder in `path` by a name, if `path` contains the placeholder.
+// @param how  the options and columns that state the name, for the message.
 void put_name(std::string& path,
               const std::string& pattern,
               std::string_view place,
@@ -139,7 +140,8 @@ void put_name(std::string& path,
   path.replace(at, place.size(), name);
 }
 
-// The record's file: `{slot}`, `{serial}`, `{file}` and `{instance}` in the pattern are its names.
+// The file name of a record: `{slot}`, `{serial}`, `{file}` and `{instance}` in the pattern are
+// replaced.
 std::string output_for(const std::string& pattern,
                        const std::string& slot,
                        const std::string& serial,
@@ -153,7 +155,7 @@ std::string output_for(const std::string& pattern,
   return path;
 }
 
-// Checks the output before the work, so that a later refusal does not waste it.
+// Checks the output files before the calibration, which would be wasted by a later error.
 void check_output(const std::string& output, const Experiment& experiment, const Run& run) {
   if (run.slots.size() > 1 && output != "-" && output.find(slot_place) == std::string::npos) {
     throw UsageError(
@@ -169,7 +171,7 @@ void check_output(const std::string& output, const Experiment& experiment, const
   }
 }
 
-// The records as one text: an object, or a list of them for several slots.
+// The records as JSON: one object, or an array of objects if there are several slots.
 std::string records_text(const std::vector<Calibration>& calibrations) {
   if (calibrations.size() == 1) {
     return calibration_json(calibrations.front());
@@ -183,7 +185,7 @@ std::string records_text(const std::vector<Calibration>& calibrations) {
   return text + "]\n";
 }
 
-// Takes over the frame of the instrument that was recorded at the same time.
+// Rotates the calibration to the frame of the companion, which was recorded at the same time.
 void align(const std::string& record,
            const Calibration& companion,
            const Observations& own,
@@ -226,8 +228,8 @@ void apply_limits(const std::optional<Limits>& limits, std::vector<Calibration>&
 struct Outcome {
   bool refused = false;
   bool stored_refused = false;
-  bool failed = false;        // some limit is not met, or some reading not confirmed
-  std::string refused_slots;  // "refused", and of several slots which
+  bool failed = false;        // a limit is not met, or a reading is not confirmed
+  std::string refused_slots;  // "refused", or "refused: slot A, B" if the records have slots
   std::string text;
 };
 
@@ -259,7 +261,7 @@ Outcome store(const CalibrateCommand& command, const std::vector<Calibration>& c
     outcome.text += outcome.text.empty() ? "" : "\n";
     outcome.text += summary(calibration, command.all ? SummaryDetail::full : SummaryDetail::brief,
                             SummaryEnd::fit);
-    if (database) {  // its status says if it is refused
+    if (database) {  // also refused records; their status is "refused"
       database->write(stored_line(calibration_json(calibration), command.station.value_or(""),
                                   command.batch.value_or("")));
     }
@@ -278,7 +280,7 @@ Outcome store(const CalibrateCommand& command, const std::vector<Calibration>& c
   return outcome;
 }
 
-// The earlier records of the run's unit; empty without --history.
+// The scatter of the earlier records of the run's unit; nullopt without --history.
 std::optional<ProcessScatter> process_of(const CalibrateCommand& command,
                                          const std::vector<Calibration>& earlier,
                                          const Experiment& experiment,
@@ -322,7 +324,7 @@ void describe_unit(const CalibrateCommand& command,
   if ((command.output && may_be_stored(command, refused)) || command.store) {
     try {
       unit.record = calibration_json(calibration);
-    } catch (const DomainError& error) {  // a record that nobody could read again
+    } catch (const DomainError& error) {  // the record could not be read back
       unit.result = "error";
       unit.reason = error.what();
     }
@@ -381,16 +383,16 @@ std::string table_row(const Unit& unit, std::size_t parameters) {
 
 namespace {
 
-// Several units, made one after another.
+// The results of several units that one thread calibrates one after another.
 struct UnitsAtOnce {
   std::vector<Unit> units;
-  std::vector<std::string> parameters;  // of the first that has some
+  std::vector<std::string> parameters;  // names, of the first unit that has parameters
 };
 
 // The units of a batch.
 struct Batch {
-  UnitsOfRun units;  // by their names: serial numbers, or with --each names of files
-  std::map<std::string, std::string> serials;  // of units that are called by their files
+  UnitsOfRun units;  // named by serial numbers, or with --each by file names
+  std::map<std::string, std::string> serials;  // serial numbers of units named after their files
 
   [[nodiscard]] const std::string& serial(const std::string& name) const {
     const auto found = serials.find(name);
@@ -403,8 +405,9 @@ struct Batch {
   }
 };
 
-// Gives the readings of each file the name of their unit: the serial number if the name of the
-// record's file wants it, or the file has several; else the file's own name.
+// Sets the name of the unit for the readings of each file: the serial number if -o contains
+// {serial} or the file has several units, otherwise the name of the file.
+// @return the serial numbers of the units that are named after their files.
 std::map<std::string, std::string> name_units_by_files(const std::string& output,
                                                        std::vector<Run>& files) {
   std::map<std::string, std::string> serials;
@@ -427,7 +430,7 @@ std::map<std::string, std::string> name_units_by_files(const std::string& output
   return serials;
 }
 
-// A unit with fewer readings than most is marked.
+// Adds a warning to a unit with fewer readings than most units.
 void mark_short_unit(const Batch& batch, std::size_t usual, std::size_t place, Unit& unit) {
   const std::size_t count = batch.units.readings(place);
   if (count >= usual) {
@@ -454,8 +457,8 @@ bool has_place_of_unit(const CalibrateCommand& command) {
           (command.each && command.output->find(file_place) != std::string::npos));
 }
 
-// Each unit's record and the table need files of their own, none of them an input: seen before the
-// work.
+// Checks before the calibration that all records and the table are different files, and that none
+// of them is an input.
 void check_outputs(const CalibrateCommand& command, const Batch& batch) {
   const UnitsOfRun& units = batch.units;
   if (command.output && units.size() > 1 && !has_place_of_unit(command)) {
@@ -479,7 +482,8 @@ void check_outputs(const CalibrateCommand& command, const Batch& batch) {
   }
 }
 
-// Many units in one run: a line each, the yield, and why the others failed.
+// Calibrates many units. Prints the yield, and a line per unit with its result and the reason of a
+// failure.
 int run_batch(const CalibrateCommand& command,
               const Experiment& experiment,
               Run run,
@@ -495,7 +499,7 @@ int run_batch(const CalibrateCommand& command,
               "{serial}, or one row each --table FILE");
   }
   std::optional<StoreWriter> database;
-  std::string inputs;  // SHA-256 of the files
+  std::string inputs;  // SHA-256 of the input files, separated by blanks
   if (command.store) {
     database.emplace(*command.store);
     for (const InputFileDigest& input : run.inputs) {
@@ -515,7 +519,8 @@ int run_batch(const CalibrateCommand& command,
                                  .serials = std::move(serials)});
   check_outputs(command, *all);
   const std::size_t usual = all->units.usual_readings();
-  // Records are stored as they come, in their order: all of thousands would fill the memory.
+  // Records are written in order as soon as they are made, because thousands of records would fill
+  // the memory.
   constexpr std::size_t at_once = 16;
   std::size_t begin = 0;
   const auto next = [&]() -> std::optional<std::function<UnitsAtOnce()>> {
@@ -540,7 +545,7 @@ int run_batch(const CalibrateCommand& command,
     }
     for (Unit& unit : piece.units) {
       mark_short_unit(*all, usual, units.size(), unit);
-      const std::string record = std::move(unit.record);  // whose memory is free at once
+      const std::string record = std::move(unit.record);  // frees its memory after this unit
       if (!record.empty() && command.output && may_be_stored(command, unit.result == "refused")) {
         write_whole_file(all->output(*command.output, unit.serial), record);
       }
@@ -575,7 +580,7 @@ int deliver_records(const CalibrateCommand& command,
                     const std::string& heading) {
   Outcome outcome = store(command, calibrations);
   outcome.text.insert(0, heading);
-  const bool prints_summary = !is_quiet() || !command.output;  // without a file it is the result
+  const bool prints_summary = !is_quiet() || !command.output;  // without -o it is the only result
   if (command.output == "-" && may_be_stored(command, outcome.refused)) {
     write_whole_file("-", records_text(calibrations));
     outcome.stored_refused = true;
@@ -610,7 +615,7 @@ namespace {
 struct AxesOfTable {
   std::string axes;  // "ax,ay,az"; empty: x, y, z
   std::optional<LogSensor> sensor;
-  std::string words;  // how that is known
+  std::string words;  // message: how axes and instrument were recognised
 };
 
 AxesOfTable axes_of_table(const TableText& text, const ExperimentOptions& options) {
@@ -629,8 +634,8 @@ AxesOfTable axes_of_table(const TableText& text, const ExperimentOptions& option
     found.words = found.sensor->words;
     return found;
   }
-  // Every other column of numbers is an axis if the table has labels; without labels, three unnamed
-  // columns are.
+  // If the table has labels, all its other columns of numbers are axes. Without labels, three
+  // unnamed columns are the axes.
   std::vector<std::string> header;
   for (const NamedColumn& one : text.columns()) {
     header.push_back(one.name);
@@ -641,7 +646,7 @@ AxesOfTable axes_of_table(const TableText& text, const ExperimentOptions& option
                             return is_label_of_pose(name);
                           });
   std::vector<std::string> axes;
-  // Of x, y and z some are there: the others are missing, and the reader says so.
+  // If only some of x, y and z exist, the reader reports the missing columns.
   const bool has_some = has("x") || has("y") || has("z");
   for (std::size_t c = 0; c < header.size() && has_labels && !has_some; ++c) {
     const std::vector<double>& values = text.first_rows()[c];
@@ -663,7 +668,7 @@ AxesOfTable axes_of_table(const TableText& text, const ExperimentOptions& option
   return found;
 }
 
-// A table that says how large a known field was says which field it is.
+// Sets the kind of field if a column of the table states the size of a known field.
 void take_field_of_table(const TableText& text, ExperimentOptions& options) {
   for (const NamedColumn& one : text.columns()) {
     const std::string name = in_small_letters(one.name);
@@ -682,7 +687,8 @@ void take_field_of_table(const TableText& text, ExperimentOptions& options) {
   }
 }
 
-// A recording of an instrument turned by hand lacks labels: only the magnitude can be used.
+// True for a recording of an instrument that was turned by hand. It lacks labels, so only the
+// field's magnitude can be used.
 bool by_magnitude(const ExperimentOptions& options) {
   return options.method == "magnitude";
 }
@@ -692,7 +698,8 @@ std::vector<SeriesKind> recording_for(const ExperimentOptions& options) {
                                : std::vector<SeriesKind>();
 }
 
-// Fills settings that the options leave open from the columns of the first table.
+// Sets axes, instrument, field and units from the columns of the first table, if the options do not
+// state them.
 ExperimentOptions with_columns_of_table(ExperimentOptions options, const TableOptions& table) {
   const std::string path = options.files.front();
   if (is_experiment_file(path) || !can_be_read_again(path) || states_slots(options)) {
@@ -822,7 +829,8 @@ int run(const CalibrateCommand& command) {
       (!experiment.fit.method || method_kind(*experiment.fit.method).by_magnitude);
   const bool is_of_rests = may_be_samples && gather_rests(experiment.instrument.kind, run);
   if (is_of_rests) {
-    // Of rests in many attitudes the model errs more than the mean of a second.
+    // In rests in many attitudes the error of the model exceeds the noise of a mean, so all rests
+    // have equal weights.
     experiment.fit.weighting = experiment.fit.weighting.value_or(Weighting::none);
   }
   if (is_of_rests && !experiment.fit.method && experiment.instrument.kind == "accelerometer" &&

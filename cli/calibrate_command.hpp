@@ -24,38 +24,38 @@ struct CalibrateCommand {
   bool fit_gyroscope_bias = false;
   std::optional<std::string> output;
   std::optional<std::string> limits, history, table, calibrated;
-  std::optional<std::string> align;       ///< record of an instrument that was recorded together
+  std::optional<std::string> align;       ///< record of an instrument in the same recording
   std::optional<std::string> body, tare;  ///< method attitude: an earlier rotation, and its tare
   std::optional<std::string> shard;       ///< with stream: I/N
   std::optional<std::string> store, station, batch;  ///< where records are stored, and their origin
   bool stream = false;                               ///< many units, one line each
   bool resume = false;  ///< with stream: keep the complete lines of the outputs
-  bool each = false;    ///< a record of each file, or of each serial
+  bool each = false;    ///< one record per file, or per serial number
   bool json = false;
   bool force = false;
   bool accept_suggestion = false;
   bool all = false;
 };
 
-/// Writes the records of `calibrate` where the options say, prints their tables and remarks.
+/// Writes the records of `calibrate` to the files of the options, and prints tables and remarks.
 ///
 /// @param heading  printed before the tables.
-/// @return the exit status: 1 where one was refused or failed its limits.
+/// @return the exit status: 1 if a record was refused or failed its limits, otherwise 0.
 [[nodiscard]] int deliver_records(const CalibrateCommand& command,
                                   const std::vector<Calibration>& calibrations,
                                   const std::string& heading = "");
 
-/// The report about one unit of several.
+/// The result of one of several units.
 struct Unit {
   std::string serial;
   std::string result;  ///< "pass", "fail", "ok", "warning", "refused", "error"
   std::string reason;
-  std::vector<double> cells;  ///< of the table: each parameter and its uncertainty
-  std::string record;         ///< to be stored; empty if it is not
+  std::vector<double> cells;  ///< value and standard uncertainty of each parameter, for the table
+  std::string record;         ///< JSON of the record; empty if it is not stored
 };
 
-/// Calibrates a unit. Readings that are refused give the result "error".
-/// @param parameters  receives the names of the record's parameters if it is empty.
+/// Calibrates a unit. If the readings are refused, the result is "error".
+/// @param parameters  if it is empty, receives the names of the record's parameters.
 [[nodiscard]] Unit calibrate_unit(const CalibrateCommand& command,
                                   const Experiment& experiment,
                                   const Run& run,
@@ -64,21 +64,21 @@ struct Unit {
                                   const std::vector<Calibration>& earlier,
                                   std::vector<std::string>& parameters);
 
-/// @return the line of a unit without a record: {"format": "axiscal-refusal", ..}.
-/// @param sha256  of the unit's readings.
+/// @return the JSON line for a unit without a record: {"format": "axiscal-refusal", ..}.
+/// @param sha256  digest of the unit's readings.
 [[nodiscard]] std::string refusal_json(const Unit& unit, const std::string& sha256);
 
-/// The first line and the line of a unit in a table of units.
+/// The header line, and the line of one unit, in a table of units.
 [[nodiscard]] std::string table_header(const std::vector<std::string>& parameters);
 [[nodiscard]] std::string table_row(const Unit& unit, std::size_t parameters);
 
-/// `calibrate --stream`.
+/// Runs `calibrate --stream`. @return the exit status.
 [[nodiscard]] int run_stream(const CalibrateCommand& command);
 
-/// `calibrate --imu`.
+/// Runs `calibrate --imu`. @return the exit status.
 [[nodiscard]] int run_imu(const CalibrateCommand& command);
 
-/// `calibrate --method attitude`.
+/// Runs `calibrate --method attitude`. @return the exit status.
 [[nodiscard]] int run_attitude(const CalibrateCommand& command);
 
 }  // namespace axiscal::cli

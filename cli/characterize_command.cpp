@@ -54,10 +54,10 @@ void add_options(OptionSet& options, CharacterizeCommand& command) {
 struct ReferenceFiles {
   std::string record;
   std::string observations;
-  std::string slot;  // names the columns SLOT.axis; empty: the record's
+  std::string slot;  // of the columns SLOT.axis; empty: the slot of the record
 };
 
-// OBS.csv:SLOT, unless there is a file of that whole name.
+// Splits OBS.csv:SLOT into file name and slot, unless a file with this whole name exists.
 void part_slot(ReferenceFiles& files) {
   const std::size_t parting = files.observations.rfind(':');
   std::error_code none;
@@ -81,7 +81,7 @@ std::vector<ReferenceFiles> reference_files(const CharacterizeCommand& command) 
   return files;
 }
 
-// The instrument's readings in a table of one instrument, or of several where its slot is there.
+// The readings of the instrument in a table of one instrument, or in a table of several slots.
 Observations own_readings(const Run& table, const std::string& slot, const ReferenceFiles& files) {
   if (table.slots.empty()) {
     return table.observations;
@@ -107,7 +107,7 @@ std::vector<Reference> read_references(const std::vector<ReferenceFiles>& all) {
   for (const ReferenceFiles& files : all) {
     Reference reference;
     reference.calibration = read_calibration(files.record);
-    // Two records of one serial number are one instrument, whatever the files are called.
+    // Records with equal serial numbers are of one instrument, whatever the names of their files.
     const std::string& serial = reference.calibration.sensor.instrument.serial;
     reference.instrument =
         serial.empty() ? std::filesystem::weakly_canonical(files.record).string()
@@ -196,7 +196,7 @@ std::string text_of(const Characterization& result) {
   }
   for (const std::string& note : cube.description().notes) {
     if (std::find(result.warnings.begin(), result.warnings.end(), note) != result.warnings.end()) {
-      continue;  // printed as such
+      continue;  // printed as a warning
     }
     text += formatted("\n{}\n", wrapped(note, 80));
   }
@@ -240,7 +240,7 @@ std::string json_of(const Characterization& result) {
   return json_text(json);
 }
 
-// The result with the files that it came from.
+// The positioner file, which states the record and the readings of each reference.
 std::string positioner_text(const Characterization& result,
                             const std::vector<Reference>& references,
                             const std::vector<ReferenceFiles>& files) {

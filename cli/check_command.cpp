@@ -32,7 +32,7 @@ namespace {
 struct CheckCommand {
   std::string record;
   std::optional<std::string> other;  ///< observations or another record
-  ExperimentOptions experiment;      ///< that differ from the record's
+  ExperimentOptions experiment;      ///< settings that differ from those of the record
   TableOptions table;
   std::optional<std::string> history, limits, alpha;
   std::string output = "-";
@@ -228,7 +228,7 @@ double alpha_of(const CheckCommand& command) {
 struct FreshReadings {
   Experiment experiment;
   Run run;
-  std::optional<double> temperature;  // their mean
+  std::optional<double> temperature;  // mean of the readings
 };
 
 std::optional<double> mean_temperature(const Observations& observations) {
@@ -242,7 +242,7 @@ std::optional<double> mean_temperature(const Observations& observations) {
   return sum / static_cast<double>(observations.readings.size());
 }
 
-// The mount of the record's instrument: as calibrated, unless stated otherwise.
+// The positioner with the mount of the record's instrument, unless it already has mounts.
 Positioner positioner_of(const Positioner& positioner, const Calibration& old) {
   if (!old.sensor.rotation_sensor_from_assembly || !positioner.mounts().empty()) {
     return positioner;
@@ -252,7 +252,7 @@ Positioner positioner_of(const Positioner& positioner, const Calibration& old) {
         .rotation_sensor_from_positioner = *old.sensor.rotation_sensor_from_assembly}});
 }
 
-// Readings for the record's instrument, at its reference temperature.
+// Reads new readings of the record's instrument, converted to the record's reference temperature.
 FreshReadings read_fresh(const CheckCommand& command, const Calibration& old) {
   ExperimentOptions options = command.experiment;
   options.files = {*command.other};
@@ -279,8 +279,8 @@ FreshReadings read_fresh(const CheckCommand& command, const Calibration& old) {
   fresh.temperature = mean_temperature(fresh.run.observations);
   fresh.run.observations = at_reference_temperature(std::move(fresh.run.observations), old);
   if (!method_kind(old.fit.method).fits_sensitivity) {
-    // Readings converted to the reference do not need temperature terms, and method bias asks for
-    // temperatures.
+    // Readings converted to the reference temperature do not need temperature terms. The
+    // temperatures are set because method bias requires them.
     for (Reading& reading : fresh.run.observations.readings) {
       reading.temperature = old.sensor.temperature ? old.sensor.temperature->reference() : 0.0;
     }
@@ -300,7 +300,7 @@ Calibration calibration_of(const CheckCommand& command,
                                   readings.run.slots),
                     old);
   std::vector<Calibration> calibrations = calibrate_run(readings.experiment, readings.run);
-  for (Calibration& calibration : calibrations) {  // check has its own words for such biases
+  for (Calibration& calibration : calibrations) {  // check prints its own note on such biases
     std::erase_if(calibration.findings.warnings, [](const CalibrationWarning& warning) {
       return warning.code == WarningCode::field_in_bias;
     });
@@ -315,7 +315,7 @@ Calibration calibration_of(const CheckCommand& command,
   }
   print_remarks({fresh});
   if (old.sensor.temperature && method_kind(old.fit.method).fits_sensitivity) {
-    fresh.sensor.temperature = old.sensor.temperature;  // the comparison is at the common reference
+    fresh.sensor.temperature = old.sensor.temperature;  // both at the same reference temperature
   }
   return fresh;
 }
@@ -360,7 +360,7 @@ bool can_be_predicted(const Run& run, const Calibration& old) {
          method_kind(old.fit.method).fits_sensitivity && gives_field(old);
 }
 
-// Whether there are fewer labelled readings than a whole design has.
+// True if there are fewer labelled readings than the 12 of a whole design.
 bool is_few(const Run& run, const Calibration& old) {
   constexpr Eigen::Index whole_design = 12;
   return can_be_predicted(run, old) && run.observations.size() < whole_design;

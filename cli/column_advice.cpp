@@ -14,7 +14,9 @@
 namespace axiscal::cli {
 namespace {
 
-// The names for the other axes, made by exchanging a letter, if the table has all three.
+// The columns of the three axes, "acc_x,acc_y,acc_z", if the table has all three; otherwise empty.
+// @param first  column of axis x.
+// @param place  index of the letter x in its name.
 std::string three_columns(const std::vector<std::string>& columns,
                           const std::string& first,
                           std::size_t place) {

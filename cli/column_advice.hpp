@@ -8,20 +8,21 @@
 
 namespace axiscal::cli {
 
-/// @param error   the missing column, and the existing ones.
-/// @param option  that states columns: "--axes".
-/// @param word    what the columns of the instrument have in their names: "acc"; may be empty.
-/// @return a message with the line in question, and a mark under the cell: `PATH:LINE: column 'x':
-///         ...`, if the file can be read.
+/// Adds the line and a mark under the cell to a message `PATH:LINE: column 'x': ...`.
+/// @return the message unchanged if it has another form, or if the file cannot be read again.
 [[nodiscard]] std::string with_marked_cell(const std::string& message);
 
-/// @return "; try --axes acc_x,acc_y,acc_z", where the table has three columns that differ in their
-///         letter x, y, z only, first those with the word; else empty.
+/// Looks for three columns whose names differ only in a letter x, y, z. Columns whose names contain
+/// the word are preferred.
+/// @param error   names the missing column and the existing columns.
+/// @param option  that states columns: "--axes".
+/// @param word    usual part of the names of the instrument's columns: "acc"; may be empty.
+/// @return "; try --axes acc_x,acc_y,acc_z"; empty if there are no such columns.
 [[nodiscard]] std::string column_advice(const MissingColumnError& error,
                                         std::string_view option,
                                         std::string_view word);
 
-/// Does some work; where a column is missing its error ends with the option that would name it.
+/// Calls `work`. If it throws MissingColumnError, column_advice() is added to the message.
 template <typename Work>
 auto with_column_advice(std::string_view option, std::string_view word, const Work& work) {
   try {

@@ -27,14 +27,14 @@
 namespace axiscal::cli {
 namespace {
 
-// The option that an argument names, with or without its value; null where there is none.
+// The option that an argument names: "--option" or "--option=value"; null if it is unknown.
 CLI::Option* find_option(CLI::App& app, const std::string& argument) {
   return app.get_option_no_throw(argument.substr(0, argument.find('=')));
 }
 
 constexpr std::string_view instrument_option = "--instrument";
 
-// The file of a kind of instrument, if the option at this place names one.
+// The FILE.json of `--instrument FILE.json`, if that option is at this index; otherwise nullopt.
 std::optional<std::string> instrument_file(const std::vector<std::string>& arguments,
                                            std::size_t at) {
   const std::string& argument = arguments[at];
@@ -47,7 +47,7 @@ std::optional<std::string> instrument_file(const std::vector<std::string>& argum
   return value.ends_with(".json") ? std::optional(value) : std::nullopt;
 }
 
-// The options of all subcommands.
+// The options that every subcommand has.
 struct CommonOptions {
   bool quiet = false;
   std::optional<std::string> jobs;
@@ -59,7 +59,7 @@ void add_common_options(const OptionSet& options, CommonOptions& common) {
   group.add("--jobs", common.jobs, "N", "number of threads [default: the number of processors]");
 }
 
-// The long options that a subcommand knows, typed or not.
+// All long options of a subcommand, including those that are not in the command line.
 std::vector<std::string> all_names(const Subcommand& subcommand,
                                    const std::vector<std::string>& arguments) {
   CLI::App app;
@@ -76,7 +76,8 @@ std::vector<std::string> all_names(const Subcommand& subcommand,
   return names;
 }
 
-// Joins an option and its value, as values may start with a minus sign, and refuses unknown ones.
+// Joins each option and its value to one argument, because values may start with a minus sign.
+// Refuses unknown options.
 std::vector<std::string> with_joined_values(CLI::App& app,
                                             const Subcommand& subcommand,
                                             const std::vector<std::string>& arguments) {
@@ -86,7 +87,8 @@ std::vector<std::string> with_joined_values(CLI::App& app,
     if (argument.starts_with("--") && argument.size() > 2) {
       const CLI::Option* option = find_option(app, argument);
       if (const std::optional<std::string> file = instrument_file(arguments, i)) {
-        // Every command takes this option, because a record can be read only if its kind is known.
+        // Every subcommand accepts a kind file, because a record can be read only if its kind is
+        // known.
         const std::string_view kind = add_instrument_kind_file(*file).name;
         i += argument == instrument_option ? 1U : 0U;
         if (option != nullptr) {
@@ -121,7 +123,7 @@ std::vector<std::string> with_joined_values(CLI::App& app,
   return result;
 }
 
-// The values of an option that are names of a table.
+// The names that an option accepts, for shell completion; empty for all other options.
 std::vector<std::string> values_of(const std::string& option) {
   std::vector<std::string> values;
   if (option == "--instrument") {
@@ -177,7 +179,7 @@ SubcommandDefinition definition_of_subcommand(const CLI::App& subcommand) {
   for (const CLI::Option* option : subcommand.get_options()) {
     definition.options.push_back(definition_of(*option));
   }
-  // The groups in the order in which CLI11 knows them: arguments, then each heading once.
+  // Arguments come first, then the groups of options in the order of CLI11.
   const std::vector<std::string> groups = subcommand.get_groups();
   std::stable_sort(definition.options.begin(), definition.options.end(),
                    [&](const OptionDefinition& a, const OptionDefinition& b) {
@@ -201,7 +203,7 @@ ProgramDefinition definition_of(const CLI::App& app) {
   return program;
 }
 
-// Prints help or the version, and ends.
+// An action that prints a text, for example help or the version.
 Action show(std::string text) {
   return [text = std::move(text)] {
     write_whole_file("-", text);
@@ -209,7 +211,7 @@ Action show(std::string text) {
   };
 }
 
-// `--generate KIND`: the manual page or a completion.
+// The action of `--generate KIND`: prints the manual page, a completion or the page of options.
 Action generate(const CLI::App& app, const std::vector<std::string>& arguments) {
   const std::string text =
       arguments.size() == 2 ? generated(definition_of(app), arguments[1]) : std::string();
@@ -265,7 +267,7 @@ Action parse_command_line(const std::vector<std::string>& typed,
     CLI::App* parser = app.add_subcommand(subcommand.name, subcommand.help);
     parser->footer(subcommand.footer);
     const bool is_named = !arguments.empty() && arguments.front() == subcommand.name;
-    if (is_named || generates) {  // the options of all would take longer than most runs
+    if (is_named || generates) {  // options of all subcommands would take longer than most runs
       OptionSet options(*parser, arguments, shows_all ? Known::all : Known::typed);
       action = subcommand.define(options);
       add_common_options(options, common);
@@ -290,7 +292,7 @@ Action parse_command_line(const std::vector<std::string>& typed,
   try {
     std::vector<std::string> words =
         named != nullptr ? with_joined_values(*named, *asked, arguments) : arguments;
-    std::reverse(words.begin(), words.end());  // as CLI11 wants them
+    std::reverse(words.begin(), words.end());  // CLI11 expects the reverse order
     app.parse(words);
   } catch (const CLI::CallForHelp&) {
     return show(named != nullptr ? short_help(definition_of_subcommand(*named))

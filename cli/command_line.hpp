@@ -9,8 +9,8 @@
 
 namespace axiscal::cli {
 
-/// @return the action of the arguments: a subcommand, help or the version.
-/// @throws UsageError  for an unknown subcommand, option or value, or one that is missing.
+/// @return the action of the arguments: runs a subcommand, or prints help or the version.
+/// @throws UsageError  if a subcommand, option or value is unknown or missing.
 [[nodiscard]] Action parse_command_line(const std::vector<std::string>& arguments,
                                         std::span<const Subcommand> subcommands);
 

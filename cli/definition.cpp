@@ -9,7 +9,7 @@
 namespace axiscal::cli {
 namespace {
 
-// Text that roff takes as it is.
+// Escapes a text for roff.
 std::string roff(const std::string& text) {
   std::string safe;
   for (const char c : text) {
@@ -100,7 +100,7 @@ std::vector<std::string> subcommand_names(const ProgramDefinition& program) {
   return names;
 }
 
-// The values that completion proposes: the stated ones, or those of a type "a|b|c".
+// The values that completion proposes: those of the definition, and the words of a type "a|b|c".
 std::vector<std::string> choices_of(const OptionDefinition& option) {
   std::vector<std::string> choices = option.values;
   if (option.type.find('|') != std::string::npos) {
@@ -157,7 +157,7 @@ std::string bash_completion(const ProgramDefinition& program) {
   return text;
 }
 
-// Within single quotes of a shell.
+// The text in single quotes for a shell.
 std::string shell_quoted(const std::string& text) {
   std::string safe = "'";
   for (const char c : text) {
@@ -243,7 +243,7 @@ std::string fish_completion(const ProgramDefinition& program) {
   return text;
 }
 
-// Text that Markdown shows as it is, in a table's cell.
+// Escapes a text for a cell of a Markdown table.
 std::string markdown(const std::string& text) {
   std::string safe;
   for (const char c : text) {
@@ -254,7 +254,7 @@ std::string markdown(const std::string& text) {
   return safe;
 }
 
-// A page of all options: the reference of the documentation.
+// The page docs/options.md, which lists all options.
 std::string markdown_page(const ProgramDefinition& program) {
   std::string text =
       "# Every option\n\nWhat `axiscal SUBCOMMAND --help-all` says. An option's value may start "

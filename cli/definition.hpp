@@ -10,19 +10,19 @@ namespace axiscal::cli {
 /// One option or argument, as the help shows it.
 struct OptionDefinition {
   std::vector<std::string> names;  ///< "--output", "-o"; an argument's name has no dashes
-  std::string type;                ///< of its value: "FILE", "DEG"; empty for a flag
+  std::string type;                ///< type of its value: "FILE", "DEG"; empty for a flag
   std::string help;
   std::string group;         ///< heading under which the help shows it
   bool is_argument = false;  ///< positional
   bool is_required = false;
-  std::vector<std::string> values = {};  ///< that completion proposes
+  std::vector<std::string> values = {};  ///< values that completion proposes
 };
 
 struct SubcommandDefinition {
   std::string name;
   std::string help;
   std::vector<std::string> examples;  ///< command lines
-  std::string remarks;                ///< ends the full help
+  std::string remarks;                ///< text at the end of the full help
   std::vector<OptionDefinition> options;
 };
 
@@ -34,9 +34,9 @@ struct ProgramDefinition {
   std::vector<SubcommandDefinition> subcommands;
 };
 
-/// The kinds of `axiscal --generate`: "man", "bash", "zsh", "fish", "markdown".
-/// @return the manual page, a completion, or the documentation's page of options; empty for another
-/// kind.
+/// @param kind  of `axiscal --generate`: "man", "bash", "zsh", "fish", "markdown".
+/// @return the manual page, a completion, or the documentation's page of options; empty if the kind
+///         is unknown.
 [[nodiscard]] std::string generated(const ProgramDefinition& program, std::string_view kind);
 
 }  // namespace axiscal::cli

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The program axiscal-exchange, which `axiscal` becomes.
+// The program axiscal-exchange. `axiscal export` and `axiscal import` replace their process with
+// this program.
 #include "exchange_options.hpp"
 #include "run_command.hpp"
 #include "subcommands.hpp"

@@ -11,7 +11,7 @@
 
 namespace axiscal::cli {
 
-/// The formats of `axiscal export`, for completion. axiscal-exchange knows them itself.
+/// The formats of `axiscal export`, for completion. The program axiscal-exchange has its own table.
 inline constexpr std::array<std::string_view, 14> export_format_names = {
     "ardupilot", "betaflight", "c-header", "cpp-header", "csv", "dcc",  "iio",
     "kalibr",    "matlab",     "numpy",    "px4",        "ros", "x-io", "xlsx"};
@@ -37,7 +37,7 @@ struct ImportCommand {
   bool json = false;
 };
 
-/// Run the commands, in the program axiscal-exchange.
+/// Run `axiscal export` and `axiscal import`. Only the program axiscal-exchange calls them.
 [[nodiscard]] int run_export(const ExportCommand& command);
 [[nodiscard]] int run_import(const ImportCommand& command);
 

@@ -74,7 +74,8 @@ void set_instrument(const ExperimentOptions& options, Instrument& instrument) {
   }
 }
 
-// The part that magnitude, vector and source are of: the induced one of a sum.
+// The part of a field to which the options for magnitude, vector and source apply: the induced part
+// of a sum, or the first part if no part is induced.
 FieldSetup& stated_part(FieldSetup& field) {
   for (FieldSetup& part : field.others) {
     if (!field.is_induced() && part.is_induced()) {
@@ -84,7 +85,7 @@ FieldSetup& stated_part(FieldSetup& field) {
   return field;
 }
 
-// KIND, KIND:ROLE or NAME=KIND:ROLE.
+// Parses one part of --field: KIND, KIND:ROLE or NAME=KIND:ROLE.
 FieldSetup part_of(std::string_view text) {
   const std::size_t equals = text.find('=');
   const std::size_t after_name = equals == std::string_view::npos ? 0 : equals + 1;
@@ -102,7 +103,7 @@ FieldSetup part_of(std::string_view text) {
   return part;
 }
 
-// Other stated properties of the parts stay.
+// Sets kind, name and role of a field. Its other properties do not change.
 void take_kind(FieldSetup part, FieldSetup& field) {
   field.of = std::move(part.of);
   field.name = std::move(part.name);
@@ -122,8 +123,8 @@ void set_kinds(const std::string& text, FieldSetup& field) {
   }
 }
 
-// Gives the parts of a sum what is typed for each, A+B; one value alone is the stated part's, and
-// an empty one is none.
+// Sets the values A+B for the parts of a sum of fields. A single value is set for stated_part(). An
+// empty value is not set.
 void for_each_part(const char* option,
                    const std::string& text,
                    FieldSetup& field,
@@ -132,7 +133,7 @@ void for_each_part(const char* option,
     set(text, field);
     return;
   }
-  // A plus sign may also begin a number, or its exponent.
+  // A plus sign may also be the sign of a number or of its exponent.
   std::vector<std::string> values(1);
   for (std::size_t i = 0; i < text.size(); ++i) {
     const bool ends_value = i > 0 && (std::isdigit(static_cast<unsigned char>(text[i - 1])) != 0 ||
@@ -186,7 +187,7 @@ void set_magnitude(const std::string& value, FieldSetup& part) {
   }
 }
 
-// X,Y,Z, or a file with its course over time.
+// Applies --field-table: X,Y,Z, or a FILE.csv of the field over time.
 void set_in_table(const std::string& value, FieldSetup& part) {
   if (value.ends_with(".csv") && part.of) {
     part.of = std::make_shared<const RecordedField>(read_recorded_field(value, part.of));
@@ -486,7 +487,7 @@ std::string take_unit_of_file(const std::string& unit, ExperimentOptions& option
       *options.field_magnitude);
 }
 
-// A table of readings in JSON is a list, a record a line, or columns that are lists.
+// A table of readings in JSON is a list, one object per line, or an object whose members are lists.
 bool is_experiment_file(const std::string& path) {
   std::error_code none;
   if (!path.ends_with(".json")) {
@@ -536,13 +537,13 @@ std::optional<std::string> of_slot(const char* option,
         own = std::string(item.substr(item.find('=') + 1));
       }
     } else if (in_own && own) {
-      *own += formatted(",{}", item);  // a list goes on
+      *own += formatted(",{}", item);  // continues the list of this slot
     }
   }
   return any ? own : text;
 }
 
-// The slots of --instrument L=KIND,M=KIND, and of the other options what is theirs.
+// Sets the slots of --instrument L=KIND,M=KIND, and the values L=..,M=.. of the other options.
 void set_slots(const ExperimentOptions& options, Experiment& experiment) {
   std::vector<std::string> slots;
   if (states_slots(options)) {
@@ -673,7 +674,8 @@ ExperimentFile make_experiment_file(const ExperimentOptions& options, const Expe
   if (of_slots) {
     set_slots(options, experiment);
   } else {
-    // Complains before any data are read; readings may bring their fields, and with them the size.
+    // Reports errors of the field before the readings are read. The readings may state field
+    // vectors, and thus the magnitude.
     const bool may_bring =
         !file.paths.observations.empty() &&
         method_kind(experiment.fit.method.value_or(Method::known)).directions_known;
@@ -685,8 +687,9 @@ ExperimentFile make_experiment_file(const ExperimentOptions& options, const Expe
 
 namespace {
 
-// The parts of a field as they were stated, so that what is unknown of one stays so: the light of
-// a room is another when the instrument is looked at again. Where the others pointed is a start.
+// The parts of a field as they were stated for the record. A part of unknown magnitude stays
+// unknown, because it may have changed since, like the light of a room. For a part of known
+// magnitude the direction in the record becomes the start value.
 FieldSetup parts_as_stated(FieldSetup stated, const FieldDescription& found) {
   const auto start = [](FieldSetup& part, const FieldDescription& known) {
     if (!part.in_table && part.magnitude) {

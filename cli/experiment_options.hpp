@@ -31,32 +31,34 @@ struct ExperimentOptions {
   bool polar_fit = false;
 };
 
-/// The observations' files, or the experiment's.
+/// Adds the argument for the files of observations, or for the file of an experiment.
 void add_files(OptionSet& options, ExperimentOptions& experiment, Need need);
 
 void add_experiment_options(OptionSet& options, ExperimentOptions& experiment);
 
-/// The experiment of a file (`.json`) or of the options alone; options win.
+/// Makes an experiment from its file (`.json`), if there is one, and the options. Options take
+/// precedence over the file.
 ///
-/// @param base  what counts where neither says anything.
-/// @throws UsageError  for a value that is not one of its option's, or none where one is needed.
-/// @throws DataError   for the experiment's or the positioner's file.
+/// @param base  settings that neither the file nor the options state.
+/// @throws UsageError  if the value of an option is invalid or missing.
+/// @throws DataError   if the file of the experiment or of the positioner is invalid.
 [[nodiscard]] Experiment make_experiment(const ExperimentOptions& options,
                                          const Experiment& base = {});
 
-/// As above, with the files that it names.
+/// As make_experiment(). Also returns the names of the files that the experiment states.
 [[nodiscard]] ExperimentFile make_experiment_file(const ExperimentOptions& options,
                                                   const Experiment& base = {});
 
-/// Takes over the unit of the readings that a file states, where the options state none; gravity is
-/// then in m/s^2 too, the standard one where neither site nor magnitude is stated.
-/// @return the assumptions, in words; may be empty.
+/// Sets --unit to the unit that the file of the readings states, unless the options state a unit.
+/// If it is m/s^2, gravity is in m/s^2 too. Its magnitude is then standard gravity, unless the
+/// options state a latitude or a magnitude.
+/// @return a note on these assumptions; may be empty.
 std::string take_unit_of_file(const std::string& unit, ExperimentOptions& options);
 
 /// @return true if the options give an instrument for each of several slots, SLOT=KIND,..
 [[nodiscard]] bool states_slots(const ExperimentOptions& options);
 
-/// @return true if a file is an experiment: JSON with this format, or unreadable JSON.
+/// @return true if a file is an experiment: `.json`, and not a table of readings.
 [[nodiscard]] bool is_experiment_file(const std::string& path);
 
 /// The experiment that made a record, reconstructed from the record; its positioner is the nominal

@@ -30,7 +30,7 @@ std::string formats_json() {
   return formats.dump(2) + "\n";
 }
 
-// The export in words: {"format", "file", "notes", "lost"}.
+// The output of --json with -o FILE: {"format", "file", "notes", "lost"}.
 std::string export_json(const ExportCommand& command, const Exported& result) {
   nlohmann::ordered_json json{
       {"format", *command.format}, {"file", command.output}, {"notes", result.notes}};
@@ -67,7 +67,7 @@ ExportOptions options_of(const ExportCommand& command) {
   return options;
 }
 
-// The unit of readings that a record does not state, as typed.
+// Sets the unit of the readings from the options, for a record that does not state it.
 void state_unit(const UnitOptions& units, const std::string& path, Instrument& instrument) {
   const std::optional<std::string>& of_kind =
       instrument.kind == "accelerometer" || instrument.kind == "inclinometer" ? units.accelerometer
@@ -119,7 +119,7 @@ bool is_text(std::string_view name) {
   return true;
 }
 
-// The noise of a log, which `noise --json` wrote, for Kalibr.
+// Exports a file of `noise --json` for Kalibr. @return false if the record is not such a file.
 bool export_noise(const ExportCommand& command) {
   if (command.records.size() != 1 || command.format != "kalibr") {
     return false;

@@ -135,7 +135,7 @@ const Essentials* find(const std::string& subcommand) {
 constexpr std::size_t help_width = 80;
 constexpr std::size_t help_column = 24;
 
-// "  name     description", wrapped; a long name has a line of its own.
+// "  name     description", wrapped. A long name is on a separate line.
 std::string entry(const std::string& name, const std::string& description) {
   std::string text = "  " + name;
   text += text.size() + 2 <= help_column ? std::string(help_column - text.size(), ' ')
@@ -147,7 +147,7 @@ std::string entry(const std::string& name, const std::string& description) {
   return text + "\n";
 }
 
-// A command line that a shell reads as one, wrapped.
+// A command line, wrapped with a backslash at the end of each line but the last.
 std::string command_lines(const std::string& command) {
   std::string text = "  " + wrapped(command, help_width - 4, 6);
   for (std::size_t at = text.find('\n'); at != std::string::npos; at = text.find('\n', at + 3)) {

@@ -8,7 +8,7 @@
 
 namespace axiscal::cli {
 
-/// @return three ways to call a subcommand; none if the name is unknown.
+/// @return three examples of a subcommand's command line; empty if the subcommand is unknown.
 [[nodiscard]] std::vector<std::string> examples_of(const std::string& subcommand);
 
 /// @return the subcommands, in at most 23 lines of 80 columns.

@@ -38,7 +38,7 @@ std::string rests_text(const ImuCalibration& imu) {
 ImuOptions options_of(const CalibrateCommand& command) {
   ImuOptions options = imu_options_of(command.rests, {"ax", "ay", "az"});
   ExperimentOptions experiment = command.experiment;
-  experiment.files.clear();  // further logs
+  experiment.files.clear();  // these are further logs, not experiments
   if (command.accelerometer_unit) {
     if (experiment.unit && *experiment.unit != *command.accelerometer_unit) {
       throw UsageError(
@@ -100,8 +100,8 @@ const LogSensor* sensor_of(const LogInput& input, const Calibration& record) {
                                                                 : SeriesKind::magnetometer);
 }
 
-// The instrument whose columns are missing in the log: the option that names them, and the usual
-// parts of such names.
+// The instrument whose columns are missing in the log: the option that names its columns, and a
+// usual part of their names.
 struct LackingInstrument {
   std::string_view option = "--accelerometer";
   std::string_view word = "acc";
@@ -134,7 +134,7 @@ std::vector<std::string> columns_of(const LogSensor& sensor) {
   return {sensor.columns.begin(), sensor.columns.end()};
 }
 
-// Fills settings that the options leave open from the log's sensors.
+// Sets columns, units and times from the sensors of the log, if the options do not state them.
 void take_sensors(const CalibrateCommand& command, const LogInput& input, ImuOptions& options) {
   const RestOptions& rests = command.rests;
   const auto take = [&](SeriesKind kind, const std::optional<std::string>& option,
@@ -172,7 +172,7 @@ void take_sensors(const CalibrateCommand& command, const LogInput& input, ImuOpt
   }
 }
 
-// The record of the accelerometer, in the unit of the log.
+// Reads --accelerometer-record. Its unit must be that of the log.
 Calibration known_accelerometer_of(const CalibrateCommand& command, const ImuOptions& options) {
   Calibration known = read_unrefused(*command.known_accelerometer, command.force);
   const std::string& unit = options.experiment.instrument.unit;
@@ -189,7 +189,8 @@ Calibration known_accelerometer_of(const CalibrateCommand& command, const ImuOpt
   return known;
 }
 
-// The regions that are stated: by a file, or by a column of the log, which may be called `part`.
+// The stated regions: of the file or the column of --regions, otherwise of a column `part` of the
+// log; empty if neither is given.
 std::vector<Region> regions_of(const CalibrateCommand& command, const LogInput& input) {
   if (command.rests.regions) {
     const bool is_file = command.rests.regions->ends_with(".json");
@@ -225,13 +226,14 @@ std::string unit_of_columns(const RecordedLog& log, const std::vector<std::strin
   return columns.size() == 3 ? unit_of_gravity(*columns[0], *columns[1], *columns[2]) : "";
 }
 
-// The records of an instance, and its failures.
+// The records of one instance, and the sensors that could not be calibrated.
 struct InstanceRecords {
   std::vector<Calibration> records;
   std::vector<FailedSensor> failed;
 };
 
-// Files that are shorter than a rest has to be are rests of their own.
+// Shortens the least length of a rest if a file is so short that it could not contain a rest. Each
+// such file is one rest.
 void fit_rests_to_files(const LogInput& input, SegmentOptions& options) {
   if (input.begins.empty()) {
     return;
@@ -272,7 +274,7 @@ InstanceRecords calibrate_instance(const CalibrateCommand& command,
   CalibrateCommand own = command;
   const LogSensor* const accelerometer = input.sensor(SeriesKind::accelerometer);
   if (!own.experiment.unit && !own.accelerometer_unit) {
-    // Columns that an option names show gravity by their length.
+    // The unit of columns that an option names is recognised by the magnitude of gravity.
     const std::string unit =
         command.rests.accelerometer
             ? unit_of_columns(input.log, names_of(*command.rests.accelerometer))
@@ -312,7 +314,7 @@ InstanceRecords calibrate_instance(const CalibrateCommand& command,
   std::vector<Calibration> records = imu.records();
   std::erase_if(records, [&](const Calibration& record) {
     const LogSensor* const sensor = sensor_of(input, record);
-    // A sensor that serves several others is stored once.
+    // A sensor that belongs to several instances is stored once.
     return (instance > 0 && sensor != nullptr && sensor->number != instance) ||
            !is_wanted(command, record.provenance.slot);
   });
@@ -332,7 +334,7 @@ InstanceRecords calibrate_instance(const CalibrateCommand& command,
   return {.records = std::move(records), .failed = std::move(imu.failed)};
 }
 
-// Stores the records and names the sensors that have none.
+// Stores the records and prints the sensors that could not be calibrated.
 int deliver_of_log(const CalibrateCommand& command,
                    const std::vector<Calibration>& records,
                    const std::vector<FailedSensor>& failed,

@@ -33,7 +33,7 @@ std::function<std::size_t(char* buffer, std::size_t size)> reader_of(const std::
 
 namespace {
 
-// The columns that readings are in: the axes, or those of all slots.
+// The columns of the readings: the axes of the instrument, or of the instruments in all slots.
 std::vector<std::string> axes_of(const ObservationColumns& columns) {
   if (columns.slots.empty()) {
     return columns.axes;
@@ -55,7 +55,7 @@ WantedColumns wanted_of(const ObservationColumns& columns, const TableReading& r
           .faces_of = columns.face_names.empty() ? reading.faces_of : ""};
 }
 
-// Two instruments in one file, which may be a pipe: it is read once and held.
+// Reads two instruments from one file. The file may be a pipe, so it is read once into memory.
 ObservationsFile read_two_instruments(const std::string& path,
                                       const ObservationColumns& columns,
                                       const ObservationColumns& beside,
@@ -98,7 +98,7 @@ ObservationsFile read_observations_file(const std::string& path,
     result.run.inputs = {{.path = path, .sha256 = digest.get()}};
     return result;
   }
-  // A source that can be read only once: its digest is computed during the read.
+  // The source can be read only once, so its digest is computed during the read.
   InputFile file(path);
   SHA2_CTX digest;
   SHA256Init(&digest);
@@ -126,7 +126,7 @@ Calibration read_unrefused(const std::string& record, bool force) {
 
 std::string sha256_of_file(const std::string& path) {
   std::array<char, SHA256_DIGEST_STRING_LENGTH> text{};
-  // A pipe would be waited for: it was read once.
+  // A pipe cannot be read a second time.
   if (!can_be_read_again(path) || SHA256File(path.c_str(), text.data()) == nullptr) {
     return "";
   }

@@ -14,18 +14,18 @@ namespace axiscal::cli {
 /// A table of observations with the SHA-256 of its file.
 struct ObservationsFile {
   Run run;
-  Observations beside;  ///< values of further requested columns; otherwise empty
+  Observations beside;  ///< readings of the second instrument; empty if it is not requested
 };
 
 /// The options for reading a table of observations.
 struct TableReading {
   TableOptions options;
-  /// Kind of the instrument: other columns may stand in for its axes, as open_table(); empty:
-  /// never.
+  /// WantedColumns::kind: kind of the instrument, to recognise its columns; empty: only the stated
+  /// columns are used.
   std::string kind;
-  std::string unit;          ///< of the readings that is wanted, as WantedColumns; empty: any
-  std::string faces_of;      ///< as WantedColumns
-  std::string of_recording;  ///< likewise
+  std::string unit;          ///< WantedColumns::unit: requested unit of the readings; empty: any
+  std::string faces_of;      ///< WantedColumns::faces_of
+  std::string of_recording;  ///< WantedColumns::of_recording
 };
 
 /// @param beside  columns of another instrument in the same rows.
@@ -39,16 +39,16 @@ struct TableReading {
 /// @return the SHA-256 of a text, in hexadecimal digits.
 [[nodiscard]] std::string sha256_of_text(const std::string& text);
 
-/// @return a source of bytes that are in memory; the text must outlive it.
+/// @return a function that reads the bytes of a text. The text must outlive the function.
 [[nodiscard]] std::function<std::size_t(char* buffer, std::size_t size)> reader_of(
     const std::string& text);
 
-/// @return the SHA-256 of a file's bytes; empty for standard input and pipes,
-///         which are read once only.
+/// @return the SHA-256 of a file's bytes; empty for standard input and pipes, because they can be
+///         read only once.
 [[nodiscard]] std::string sha256_of_file(const std::string& path);
 
-/// @return a record that a result may rest on.
-/// @throws RefusedError  if its calibration was refused, and `force` is not set.
+/// Reads a record for use in a computation.
+/// @throws RefusedError  if its calibration was refused, and `force` is false.
 [[nodiscard]] Calibration read_unrefused(const std::string& record, bool force);
 
 }  // namespace axiscal::cli

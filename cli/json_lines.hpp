@@ -7,22 +7,21 @@
 
 namespace axiscal::cli {
 
-/// @return the cells of a line of CSV, without its end; quotes that are doubled within a quoted
-/// cell
-///         are one.
+/// @return the cells of a line of CSV. Doubled quotes within a quoted cell become one quote.
+/// @param line  without its line end.
 [[nodiscard]] std::vector<std::string> cells_of(std::string_view line);
 
 /// Converts CSV text into JSON Lines: one object per row, with the names of the header.
 class JsonLines {
  public:
-  /// @param csv  the next part of the text; the first line of all is the header.
-  /// @return the rows that are complete. Numbers are numbers, empty cells and NaN are null, other
-  ///         cells are texts.
+  /// @param csv  the next part of the text. The first line of the whole text is the header.
+  /// @return the complete rows. Numbers become JSON numbers, empty cells and NaN become null, and
+  ///         other cells become strings.
   [[nodiscard]] std::string of(std::string_view csv);
 
  private:
   std::vector<std::string> names_;
-  std::string rest_;  // a line that is not complete
+  std::string rest_;  // an incomplete line, for the next call
 };
 
 }  // namespace axiscal::cli

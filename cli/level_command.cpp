@@ -40,7 +40,7 @@ void add_options(OptionSet& options, LevelCommand& command) {
   options.add_flag("--json", command.json, "print JSON instead of a table");
 }
 
-// Below this many standard errors a slope may be none at all.
+// A component of the slope below this number of standard errors is not significant.
 constexpr double level_within = 2.0;
 
 // The slope of the table as it stands now.
@@ -51,7 +51,7 @@ struct Slope {
 
   [[nodiscard]] double size() const { return value.norm(); }
 
-  // Standard uncertainty of the size, along the slope; the larger one where there is none.
+  // Standard uncertainty of size(). If the slope is zero, the larger of the two standard errors.
   [[nodiscard]] double size_error() const {
     return size() > 0.0 ? value.cwiseProduct(standard_error).norm() / size()
                         : standard_error.maxCoeff();
@@ -114,7 +114,7 @@ Measured measure(const LevelCommand& command, Surface& surface) {
     return {files.front(), true, read_calibration(files.front())};
   }
   ExperimentOptions options = command.experiment;
-  if (!files.front().ends_with(".json")) {  // a table of readings, whatever they are of
+  if (!files.front().ends_with(".json")) {  // a table of readings
     options.instrument = options.instrument.value_or("accelerometer");
   }
   ExperimentFile file = make_experiment_file(options);
@@ -135,7 +135,7 @@ Measured measure(const LevelCommand& command, Surface& surface) {
   return measured;
 }
 
-// If the readings contradict the slope, screws must not be turned.
+// @throws RefusedError  if the readings contradict the slope. The screws must not be turned then.
 void require_trust(const Measured& measured) {
   const Calibration& calibration = measured.calibration;
   const bool spoilt = std::any_of(
@@ -149,7 +149,8 @@ void require_trust(const Measured& measured) {
   }
 }
 
-// Of several blocks the last: the table may have been moved before it. Of several slots all.
+// The slope in the last block, because the table may have been moved before that block. If there
+// are several slots, their readings are combined.
 Slope slope_of(const Measured& measured) {
   const Calibration& calibration = measured.calibration;
   if (!field_kind(calibration.sensor.field.kind).vertical) {
@@ -252,7 +253,7 @@ std::string text_of(const Slope& slope,
 
 int run(const LevelCommand& command) {
   Surface surface;
-  // Usage first: the readings may be minutes of work, a missing option none.
+  // The options are checked before the readings are used, which may take minutes.
   if (command.adjusters) {
     set_adjusters(command.adjusters, command.thread_pitch, surface);
   }

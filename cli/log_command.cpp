@@ -37,7 +37,7 @@ std::string full_name(const SeriesSummary& one) {
                                  : one.series.name;
 }
 
-// All columns of unknown meaning are listed, because their names must be typed.
+// Lists all columns of an unknown kind, because the user needs their names for other commands.
 std::string columns_text(const SeriesSummary& one) {
   constexpr std::size_t most = 4;
   std::vector<std::string> columns = one.series.columns;
@@ -74,13 +74,13 @@ std::string series_table(const RecordingSummary& summary) {
   return text;
 }
 
-// The name of a file as a shell takes it.
+// A file name, quoted for a shell if needed.
 std::string quoted(const std::string& path) {
   const bool is_plain = path.find_first_of(" '\"()[]{}*?&;|<>$`\\!#~") == std::string::npos;
   return is_plain ? path : "'" + path + "'";
 }
 
-// "next: .." stands before commands alone that run as they are.
+// "next: .." is only printed before a command that can be run unchanged.
 std::string next_of(const std::string& command) {
   return "next: axiscal " + command + "\n";
 }
@@ -107,7 +107,7 @@ std::string next_for_accelerometer(const RecordingSummary& summary,
   const SeriesSummary& one = summary.series[accelerometer.series];
   const double still_s = one.still_to_s - one.still_from_s;
   const double span_s = one.end_s - one.start_s;
-  constexpr double most = 0.34;  // of six rests the longest is shorter
+  constexpr double most = 0.34;  // part of the log; the longest of six rests is shorter
   constexpr double shortest_s = 1.0;
   constexpr std::size_t most_readings = 500;
   if (!has_times(one) && one.samples <= most_readings) {
@@ -136,7 +136,8 @@ std::string next_for_accelerometer(const RecordingSummary& summary,
          next_of(formatted("calibrate --imu {} {}", file, output));
 }
 
-// For an unknown file: its first three columns that vary may be a sensor.
+// The next command for a log without a recognised sensor: the first three columns that vary are
+// taken as a sensor.
 std::string next_for_unknown(const RecordingSummary& summary, const std::string& file) {
   for (const SeriesSummary& one : summary.series) {
     std::vector<std::string> three;
@@ -167,7 +168,7 @@ std::string next_for_unknown(const RecordingSummary& summary, const std::string&
 }
 
 // The next command for the content of the file.
-// @param file  the log as it is typed, with the options that it needs.
+// @param file  the log's name, quoted for a shell, and the options for reading it.
 std::string next_steps(const RecordingSummary& summary, const std::string& file) {
   const std::vector<RecordedSensor> sensors = sensors_of(summary);
   const auto first_of = [&](SeriesKind kind) {

@@ -213,7 +213,7 @@ LogInput record_log(LogFile file) {
                  .stated_rate_hz = file.stated_rate_hz(),
                  .has_parts = file.has_text_column("part"),
                  .time = file.time_column()};
-  // "X (m/s^2)" is renamed to X if that is one column.
+  // A column "X (m/s^2)" is renamed to "X", if that name is then unique.
   for (LogSensor& sensor : input.sensors) {
     for (std::string& column : sensor.columns) {
       const std::string plain = named_column(column).name;

@@ -30,14 +30,14 @@ struct RestOptions {
 
 void add_log_options(OptionSet& options, LogOptions& log);
 
-/// Units of columns that state none, as typed.
+/// Options with the units of columns whose header states no unit.
 struct UnitOptions {
   std::optional<std::string> all, accelerometer, gyroscope, magnetometer;
 };
 
 void add_unit_options(OptionSet& options, UnitOptions& units);
 
-/// Those of the log too.
+/// Adds the options of RestOptions, including those of its log.
 void add_rest_options(OptionSet& options, RestOptions& rests);
 
 /// @return the names of the options that were stated.
@@ -53,22 +53,22 @@ void add_rest_options(OptionSet& options, RestOptions& rests);
 /// @return the columns that the options name: --columns, --accelerometer, ...
 [[nodiscard]] std::vector<std::string> columns_named_by(const RestOptions& options);
 
-/// @return the options of segment(), but for its columns.
+/// @return the options of segment(). Its columns are empty unless --columns states them.
 [[nodiscard]] SegmentOptions segment_options_of(const RestOptions& options);
 
-/// @return the columns of the IMU's instruments, and those for the sheet and the turns.
-/// @param accelerometer  columns where the option does not state them.
+/// @return the options of calibrate_imu(): columns of the sensors, rests, run sheet and turns.
+/// @param accelerometer  columns of the accelerometer if the option does not state them.
 [[nodiscard]] ImuOptions imu_options_of(const RestOptions& options,
                                         const std::vector<std::string>& accelerometer);
 
-/// A log in memory, and the sensors that it holds.
+/// A log in memory, and its sensors.
 struct LogInput {
   RecordedLog log;
   std::vector<LogSensor> sensors;
-  std::optional<double> stated_rate_hz;  ///< if it lacks times
+  std::optional<double> stated_rate_hz;  ///< rate that the log states instead of times [Hz]
   bool has_parts = false;                ///< true if a column of words is named `part`
-  std::string time;                      ///< the column of times; empty: none is known
-  std::vector<std::size_t> begins;       ///< samples at which further files begin
+  std::string time;                      ///< name of the column of times; empty if unknown
+  std::vector<std::size_t> begins;       ///< index of the first sample of each further file
 
   /// @return the sensor of a kind, or null.
   [[nodiscard]] const LogSensor* sensor(SeriesKind kind) const;
@@ -78,7 +78,8 @@ struct LogInput {
 [[nodiscard]] LogInput record_log(const std::string& path, const LogFormat& format);
 [[nodiscard]] LogInput record_log(LogFile file);
 
-/// Reads several logs as one recording after another; their times go on from file to file.
+/// Reads several logs and joins them. The times of each further file are shifted to follow those of
+/// the file before it.
 /// @throws DataError  for a file whose columns are not those of the first.
 [[nodiscard]] LogInput record_logs(const std::vector<std::string>& paths, const LogFormat& format);
 

@@ -11,7 +11,7 @@ constexpr OwnProgram acquire_program{.name = "axiscal-acquire", .package = "axis
 constexpr OwnProgram exchange_program{.name = "axiscal-exchange", .package = "axiscal"};
 constexpr OwnProgram report_program{.name = "axiscal-report", .package = "axiscal-report"};
 
-// A subcommand that another program runs, once its options are read without an error.
+// A subcommand that another program runs, after its options were parsed here without an error.
 Subcommand run_by(const OwnProgram& program, const Subcommand& subcommand) {
   Subcommand elsewhere = subcommand;
   elsewhere.define = [=](OptionSet& options) -> Action {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// `merge`: the parts of a stream (`calibrate --shard`) in the order of their input.
+// `axiscal merge` joins the parts of a stream (`calibrate --shard`) in the order of its input.
 #include <cstdlib>
 #include <optional>
 #include <string>
@@ -26,7 +26,7 @@ void add_options(OptionSet& options, MergeCommand& command) {
   options.add("-o,--output", command.output, "FILE", "the whole, of the same kind", Need::required);
 }
 
-// Where a line stood in the input, and the line without that number.
+// The number of the unit in the input, and its line without that number.
 struct NumberedLine {
   std::size_t unit = 0;
   std::string text;
@@ -47,7 +47,7 @@ NumberedLine numbered(const std::string& path, std::size_t line_number, std::str
           .text = (is_json ? "{" : "") + std::string(line.substr(comma + 1))};
 }
 
-// Takes lines in order, a batch at a time.
+// The lines of one part in their order, and the index of the next line to write.
 struct Part {
   std::string path;
   std::vector<NumberedLine> lines;  // in their order

@@ -69,7 +69,8 @@ void warn(LogNoise& noise, const std::string& message) {
   print_remark("warning", message);
 }
 
-// Missing numbers take the value before them; the Allan deviation needs even spacing.
+// Replaces missing numbers by the value before them, because the Allan deviation needs evenly
+// spaced samples.
 void fill_missing(const std::string& name, std::vector<double>& samples, LogNoise& noise) {
   std::size_t missing = 0;
   double last = 0.0;
@@ -94,14 +95,15 @@ void fill_missing(const std::string& name, std::vector<double>& samples, LogNois
   }
 }
 
-// The mean step without gaps; nullopt if there are too many gaps.
+// The mean time step without gaps [s]; nullopt if there are too many gaps.
+// @param seconds  per unit of the times.
 std::optional<double> usual_step(const std::vector<double>& times, double seconds) {
   std::vector<double> steps(times.size() - 1);
   for (std::size_t i = 0; i < steps.size(); ++i) {
     steps[i] = (times[i + 1] - times[i]) * seconds;
   }
   const double median = upper_median(steps);
-  constexpr double gap = 5.0;  // median steps
+  constexpr double gap = 5.0;  // a longer step is a gap [median steps]
   constexpr double most_gaps = 0.01;
   double sum = 0.0;
   double count = 0.0;
@@ -243,7 +245,7 @@ std::string noise_text(const LogNoise& noise, bool all) {
   return text;
 }
 
-// The points that --tau leaves.
+// The points of the curve in the range of --tau.
 std::vector<AllanPoint> fitted_part(const std::vector<AllanPoint>& curve,
                                     const NoiseCommand& command) {
   if (!command.tau) {
@@ -276,12 +278,12 @@ void add_column(ColumnNoise one, const NoiseCommand& command, LogNoise& noise) {
   noise.columns.push_back(std::move(one));
 }
 
-// The columns that are not taken for something else.
+// The indices of the columns to analyse: those of --columns, otherwise all columns not in `taken`.
 std::vector<std::size_t> other_columns(const RecordedLog& log,
                                        const NoiseCommand& command,
                                        const std::vector<std::string>& taken) {
   std::vector<std::size_t> columns;
-  if (command.columns) {  // each once
+  if (command.columns) {
     for (const std::string& name : names_of(*command.columns)) {
       const std::size_t at = need_column(log.name, log.columns, name);
       if (std::find(columns.begin(), columns.end(), at) == columns.end()) {
@@ -298,14 +300,14 @@ std::vector<std::size_t> other_columns(const RecordedLog& log,
   return columns;
 }
 
-// The record that a curve is of.
+// Time step and number of samples of the log from which a curve was computed.
 struct CurveSize {
   double step_s = 0.0;
   double samples = 0.0;
 };
 
-// By the terms of two points, N - 2 tau / step + 1 each; without them the shortest tau counts as
-// one sample, and the record as twice the longest.
+// Computed from the number of terms, N - 2 tau / step + 1, of the first and the last point. Without
+// terms the shortest tau is taken as one sample, and the log as twice as long as the longest tau.
 CurveSize size_of_curve(const std::string& name,
                         const std::vector<double>& tau,
                         const std::vector<double>* terms) {
@@ -385,8 +387,8 @@ std::vector<OtherDeviation> deviations_of(const NoiseCommand& command) {
   return all;
 }
 
-// The unit of an accelerometer that states none, by the median length of its readings; empty if
-// that is not gravity's.
+// The unit of an accelerometer whose unit is not stated: the one in which the median magnitude of
+// its readings is that of gravity; empty if there is no such unit.
 std::string unit_by_gravity(const RecordedLog& log, const LogSensor& sensor) {
   std::vector<double> squares;
   for (const std::string& name : sensor.columns) {
@@ -414,8 +416,8 @@ std::string unit_by_gravity(const RecordedLog& log, const LogSensor& sensor) {
   return "";
 }
 
-// Columns in which rest and motion show: those of accelerometer and gyroscope, else those that are
-// analysed, temperatures left out.
+// The columns that distinguish rest from motion: those of accelerometer and gyroscope. If the log
+// has neither, the analysed columns without temperatures.
 std::vector<RestColumn> rest_columns(const RecordedLog& log,
                                      const std::vector<LogSensor>& sensors,
                                      const std::vector<std::size_t>& analysed) {
@@ -445,7 +447,7 @@ std::vector<RestColumn> rest_columns(const RecordedLog& log,
   return columns;
 }
 
-// Cuts a log to the part whose noise is asked for: as stated, else to its longest rest.
+// Cuts a log to the part from --from to --to, or to its longest rest if neither is stated.
 void cut_to_rest(RecordedLog& log,
                  const std::vector<LogSensor>& sensors,
                  const std::vector<std::size_t>& analysed,
@@ -530,7 +532,7 @@ LogNoise noise_of_log(LogInput& input, const NoiseCommand& command) {
   return noise;
 }
 
-// Prints the sensor of each column.
+// Sets the kind, unit and sampling rate of the sensor of each column.
 void name_sensors(const std::vector<LogSensor>& sensors,
                   const UnitOptions& units,
                   LogNoise& noise) {
@@ -573,7 +575,7 @@ LogNoise noise_of_input(LogInput& input, const NoiseCommand& command) {
   return command.is_curve ? noise_of_curve(input.log, command) : noise_of_log(input, command);
 }
 
-// A recording's sensors one by one, each at its own times.
+// Analyses the sensors of a recording one by one, each with its own times.
 LogNoise noise_of_sensors(const NoiseCommand& command,
                           LogFormat format,
                           const std::vector<LogSensor>& sensors) {

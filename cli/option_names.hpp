@@ -7,7 +7,7 @@
 
 namespace axiscal::cli {
 
-/// An error's message, and in brackets the options that would mend it.
+/// @return the message of an error, with the options for its settings in brackets.
 [[nodiscard]] std::string with_options(const Error& error);
 
 }  // namespace axiscal::cli

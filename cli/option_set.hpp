@@ -14,7 +14,7 @@ class Option;
 
 namespace axiscal::cli {
 
-/// The need of a subcommand for an argument or option.
+/// Whether an argument or option must be given.
 enum class Need { optional, required };
 
 /// The options that are registered with the parser. Registering all of them costs more time than
@@ -23,8 +23,8 @@ enum class Known : std::uint8_t { all, typed };
 
 /// The arguments and options of a subcommand, while it registers them.
 ///
-/// Values are kept as typed; the code that uses a value reports its errors. A name without dashes
-/// is an argument. The variables for the values must outlive the parsing.
+/// Values are stored as strings; the code that uses a value checks it. A name without dashes is an
+/// argument. The variables for the values must outlive the parsing.
 class OptionSet {
  public:
   /// @param typed  the whole command line.
@@ -40,19 +40,19 @@ class OptionSet {
            const char* type,
            const char* help,
            Need need = Need::optional);
-  /// One value or more.
+  /// Adds an option or argument with one or more values.
   void add(const char* name,
            std::vector<std::string>& values,
            const char* type,
            const char* help,
            Need need = Need::optional);
-  /// Given once or more often, with one value each time.
+  /// Adds a required option with one value, which may be repeated.
   void add_repeated(const char* name,
                     std::vector<std::string>& values,
                     const char* type,
                     const char* help);
   void add_flag(const char* name, bool& value, const char* help);
-  /// `-o`, standard output where it is not given.
+  /// Adds `-o,--output`, whose default is standard output.
   void add_output(std::string& path, const char* help = "output file; - is stdout [default: -]");
 
   /// The whole command line, as typed.

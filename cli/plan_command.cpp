@@ -32,7 +32,7 @@ namespace axiscal::cli {
 namespace {
 
 struct PlanCommand {
-  std::optional<std::string> experiment;  ///< a file that describes what is planned
+  std::optional<std::string> experiment;  ///< file of the experiment to plan
   SheetOptions sheet;
   std::optional<std::string> noise_log, dwell;
   std::optional<std::string> noise, samples, want_angle, sensitivity, method, positioner, world;
@@ -120,8 +120,9 @@ bool states_noise(const PlanCommand& command) {
   return command.noise || command.noise_log;
 }
 
-// Of a sample; or of the mean over the dwell time, by a log's Allan deviation.
-// @param kind  of the instrument that is planned for.
+// The standard deviation of a sample (--noise), or of the mean over the dwell time by the Allan
+// deviation of --noise-log.
+// @param kind  of the planned instrument.
 double noise_of(const PlanCommand& command, const std::string& kind) {
   if (command.dwell && !command.noise_log) {
     throw UsageError("--dwell: goes with --noise-log FILE");
@@ -227,7 +228,7 @@ void check_outputs(const PlanCommand& command) {
   }
 }
 
-// The replicates that the wanted uncertainty needs.
+// The number of replicates that gives the wanted uncertainty.
 int needed_replicates(const ForecastSetup& setup, double wanted_rad, bool makes_sheet) {
   constexpr int longest_sheet = 1000;
   const std::optional<double> needed = replicates_for_angle(setup, wanted_rad);
@@ -251,7 +252,7 @@ int needed_replicates(const ForecastSetup& setup, double wanted_rad, bool makes_
   return static_cast<int>(std::min(*needed, 1e9));
 }
 
-// Reports if the instrument has reached the temperature of its chamber, by a log.
+// Reports whether the temperature in a log is steady. @return the exit status: 1 if it is not.
 int tell_soak(const PlanCommand& command) {
   const OpenTable table = open_table(*command.soak, {}, {});
   CsvReader& csv = *table.csv;
@@ -334,7 +335,7 @@ int run(const PlanCommand& command) {
   }
   const std::vector<RunSheetRow> sheet = make_run_sheet(
       design, plan.setup.replicates, seed_of(command.sheet), temperatures_of(command.sheet));
-  // Standard output holds the sheet or the forecast: the one that was asked for.
+  // The forecast goes to standard output if the sheet does not, otherwise to standard error.
   const bool forecast_to_stdout = command.output.value_or("-") != "-" || command.json;
   if (command.output || !command.json) {
     write_text(command.output.value_or("-"), run_sheet_csv(sheet, experiment.instrument.axes));

@@ -12,7 +12,7 @@
 namespace axiscal::cli {
 namespace {
 
-// Attitudes that the forecast is printed for.
+// Pitch angles for which the forecast is printed.
 constexpr std::array<double, 4> pitches_deg = {0.0, 45.0, 80.0, 85.0};
 
 double degrees(double radian) {

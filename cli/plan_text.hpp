@@ -11,7 +11,7 @@
 
 namespace axiscal::cli {
 
-/// The text about a plan.
+/// The results of `axiscal plan`.
 struct Plan {
   ForecastSetup setup;
   DesignQuality quality;
@@ -23,13 +23,14 @@ struct Plan {
   std::vector<std::string> remarks;
 };
 
-/// A plan for people, 80 columns.
+/// @return the plan as a text of at most 80 columns.
 [[nodiscard]] std::string plan_text(const Plan& plan);
 
-/// The same as JSON.
+/// @return the plan as JSON.
 [[nodiscard]] std::string plan_json(const Plan& plan);
 
-/// @return an angle [rad] in degrees, four digits.
+/// @return an angle in degrees, with four significant digits.
+/// @param radian  the angle [rad].
 [[nodiscard]] std::string short_degrees(double radian);
 
 }  // namespace axiscal::cli

@@ -42,7 +42,8 @@ bool is_own_log(const Calibration& calibration, const std::string& path) {
   });
 }
 
-// The readings of the record's instrument; a remark where they are not those that it was made from.
+// Reads readings of the record's instrument. Prints a note if the record was not made from them.
+// @return nullopt if the file is the log of an IMU record, which has no separate readings.
 std::optional<Observations> readings_for(const Calibration& calibration,
                                          const std::string& path,
                                          const TableOptions& table) {
@@ -91,7 +92,7 @@ std::optional<Observations> readings_for(const Calibration& calibration,
   return observations;
 }
 
-// The names of the details that ISO/IEC 17025 asks for and that are not given.
+// Writes the certificate. @return the names of missing details that ISO/IEC 17025 requires.
 std::vector<std::string> write_certificate(const ReportCommand& command,
                                            const Calibration& calibration) {
   CertificateDetails details;
@@ -106,7 +107,7 @@ std::vector<std::string> write_certificate(const ReportCommand& command,
   return missing;
 }
 
-// The written file in words: {"file", "kind", "serial", "missing"}.
+// The output of --json: {"file", "kind", "serial", "missing"}.
 std::string report_json(const ReportCommand& command,
                         const Calibration& calibration,
                         std::string_view kind,

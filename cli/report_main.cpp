@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The program axiscal-report, which `axiscal` becomes.
+// The program axiscal-report. `axiscal report` replaces its process with this program.
 #include "report_options.hpp"
 #include "run_command.hpp"
 #include "subcommands.hpp"

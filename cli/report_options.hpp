@@ -18,7 +18,7 @@ struct ReportCommand {
   bool json = false;
 };
 
-/// Runs the command, in the program axiscal-report.
+/// Runs `axiscal report`. Only the program axiscal-report calls it.
 [[nodiscard]] int run_report(const ReportCommand& command);
 
 }  // namespace axiscal::cli

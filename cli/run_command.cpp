@@ -35,8 +35,9 @@ extern "C" void remove_output_and_die(int signal) {
   std::raise(signal);
 }
 
-// If standard output is closed, a file that we open would take its number, and be printed into. A
-// file that cannot be written to takes the number instead: a result that is lost is an error.
+// Opens /dev/null for each standard stream that is closed. Otherwise the next opened file would get
+// the descriptor of standard output, and results would be printed into it. /dev/null is opened for
+// reading only, so that a lost result is an error.
 void open_missing_standard_files() {
   int descriptor = ::open("/dev/null", O_RDONLY);
   while (descriptor >= 0 && descriptor <= STDERR_FILENO) {
@@ -72,7 +73,7 @@ int run_command(const std::vector<std::string>& arguments,
     return fail(wrong_usage, "axiscal: " + with_options(error));
   } catch (const DataError& error) {
     return fail(bad_input, with_marked_cell(with_options(error)));
-  } catch (const ClosedPipe&) {  // by a stream of results: it gives no verdict
+  } catch (const ClosedPipe&) {  // the reader of a stream of results has closed it; no error
     return done;
   } catch (const OutputError& error) {
     return fail(output_not_written, "axiscal: " + with_options(error));

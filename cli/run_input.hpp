@@ -14,29 +14,30 @@ namespace axiscal::cli {
 
 /// Reads the experiment's observations, each file once.
 /// @return the files in their order.
-/// @param reading  how their tables are read.
+/// @param reading  options for reading the tables.
 /// @param beside  columns of another instrument that was recorded at the same time, read in the
 ///                same pass.
 /// @param observations_beside  receives the values of these columns.
-/// @throws DataError  for their content.
+/// @throws DataError  if the content of a file is invalid.
 [[nodiscard]] std::vector<Run> read_files(const ExperimentFile& experiment,
                                           Units units = Units::one,
                                           const TableReading& reading = {},
                                           const std::optional<ObservationColumns>& beside = {},
                                           Observations* observations_beside = nullptr);
 
-/// The same joined into one run: several files are blocks.
+/// Reads the files as read_files(), and joins them to one run, in which each file is a block.
 [[nodiscard]] Run read_run(const ExperimentFile& experiment,
                            Units units = Units::one,
                            const TableReading& reading = {});
 
-/// @return the positioner with the mounts of --assembly if that is given; otherwise with its own.
+/// @return the positioner with the mounts of --assembly; unchanged if the option is missing.
 /// @throws UsageError  as mounts_of_assembly().
 [[nodiscard]] Positioner with_assembly(const Positioner& positioner,
                                        const std::optional<std::string>& assembly,
                                        const std::vector<std::string>& slots);
 
-/// Prints notes and warnings to standard error, each record's under its slot.
+/// Prints the notes and warnings of records to standard error. If there are several records, a
+/// warning states its slot.
 void print_remarks(const std::vector<Calibration>& calibrations);
 
 }  // namespace axiscal::cli

@@ -33,7 +33,7 @@ bool has_poses(const Observations& observations) {
                      });
 }
 
-// The face below, by the name of a file.
+// The face on the table, according to the name of a file; nullopt if the name states no face.
 std::optional<Face> face_of_file(const std::string& path) {
   const std::optional<FaceInWords> face =
       face_in_words(std::filesystem::path(path).stem().string());
@@ -43,7 +43,8 @@ std::optional<Face> face_of_file(const std::string& path) {
   return *face->is_up ? opposite(face->face) : face->face;
 }
 
-// The faces by the names of the files, one each rest; empty if one of them names none.
+// The face on the table in each rest, according to the file names. Empty if there is not one file
+// per rest, or if a name states no face.
 std::vector<std::optional<Face>> faces_of_files(const Run& run) {
   std::vector<std::optional<Face>> faces;
   if (run.inputs.size() != run.observations.readings.size()) {
@@ -58,7 +59,9 @@ std::vector<std::optional<Face>> faces_of_files(const Run& run) {
   return faces;
 }
 
-// Names and gravity agree, or differ in the sign that the instrument has for up.
+// Checks that file names and gravity give the same face in each rest, or the opposite face in all
+// rests (an instrument of the opposite sign).
+// @throws RefusedError  otherwise.
 void require_agreement(const Run& run,
                        const std::vector<std::optional<Face>>& named,
                        const std::vector<std::optional<Face>>& seen) {
@@ -89,7 +92,7 @@ void require_agreement(const Run& run,
 
 namespace {
 
-// Leaves out readings whose every cell is that of erased memory.
+// Leaves out readings of erased memory, in which all cells have the same value with all bits 1.
 void leave_erased_out(Run& run) {
   const Eigen::MatrixXd& response = run.observations.response;
   constexpr Eigen::Index fewest_axes = 3;
@@ -193,7 +196,7 @@ void label_faces(Run& run) {
                     "are not told by gravity ({}); {}",
                     readings.readings.size(), error.what(), say_the_faces));
     }
-    seen = faces;  // too few of them to tell
+    seen = faces;  // the rests are too few to determine the faces by gravity
   }
   if (seen.empty()) {
     return;
@@ -236,7 +239,7 @@ void require_readings(const Run& run) {
   if (n < fewest_of_log || has_poses(run.observations)) {
     return;
   }
-  // Neighbours of a log are alike, and readings in orientations are not.
+  // Neighbouring samples of a log are nearly equal. Readings in different orientations are not.
   const Eigen::VectorXd range = response.colwise().maxCoeff() - response.colwise().minCoeff();
   std::vector<double> steps;
   for (Eigen::Index i = 1; i < n; ++i) {

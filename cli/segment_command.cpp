@@ -73,8 +73,8 @@ std::string segmentation_json(const Segmentation& rests, const SeatLabels* label
   return json_text(json);
 }
 
-// The columns that tell rest from motion: as stated, else x, y, z, else those of the accelerometer
-// that the log is seen to hold.
+// The columns that distinguish rest from motion: the stated ones, otherwise x, y, z. If the log
+// lacks these, the columns of its accelerometer.
 std::vector<std::string> columns_of(const RestOptions& rests, LogFile& log) {
   if (rests.columns || rests.accelerometer) {
     return names_of(rests.columns ? *rests.columns : *rests.accelerometer);

@@ -27,29 +27,29 @@ void add_sheet_options(OptionSet& options, SheetOptions& sheet);
 /// @return the replicates of the options, 1 by default.
 [[nodiscard]] int replicates_of(const SheetOptions& options);
 
-/// @return the soak levels of the options; none by default.
+/// @return the temperatures of the soaks; empty by default.
 [[nodiscard]] std::vector<double> temperatures_of(const SheetOptions& options);
 
-/// @return the best design of so many points where `--design optimal:N` asks for it, else nothing.
+/// @return the best design of N points for `--design optimal:N`, otherwise nullopt.
 [[nodiscard]] std::optional<OptimalDesign> optimal_design_of(const SheetOptions& options);
 
-/// The design that the options ask for: one replicate.
+/// @return one replicate of the design that the options state.
 [[nodiscard]] std::vector<DesignEntry> design_of(const SheetOptions& options);
 
-/// A run sheet that was written before. @throws DataError  as read_run_sheet().
+/// Reads a run sheet from a file. @throws DataError  as read_run_sheet().
 [[nodiscard]] std::vector<RunSheetRow> read_sheet_file(const std::string& path);
 
-/// The run sheet that the options ask for.
+/// @return a new run sheet according to the options.
 [[nodiscard]] std::vector<RunSheetRow> make_sheet(const SheetOptions& options);
 
-/// Options of a recording that is simulated, as typed.
+/// Options of a simulated recording, as typed.
 struct RecordingOptions {
   std::optional<std::string> kind, samples, rate;
 };
 
 void add_recording_options(OptionSet& options, RecordingOptions& recording);
 
-/// @return the requested recording; nullopt for readings by hand.
+/// @return the requested recording; nullopt if readings of a design are simulated.
 [[nodiscard]] std::optional<Recording> recording_of(const RecordingOptions& options);
 
 }  // namespace axiscal::cli

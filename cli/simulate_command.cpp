@@ -62,7 +62,7 @@ void add_options(OptionSet& options, SimulateCommand& command) {
 }
 
 struct Truth {
-  std::string slot;  // empty for a single instrument without one
+  std::string slot;  // empty for a single instrument without a slot
   std::string path;
   SensorModel sensor;
 };
@@ -71,7 +71,7 @@ std::vector<Truth> read_truths(const SimulateCommand& command) {
   std::vector<Truth> truths;
   for (const std::string& text : command.truths) {
     const std::size_t parting = text.find('=');
-    // A name with an equals sign in it may be that of a file.
+    // A file name may contain an equals sign.
     const bool has_slot =
         parting != std::string::npos && !std::filesystem::exists(std::filesystem::path(text));
     if (!has_slot && command.truths.size() > 1) {
@@ -117,8 +117,8 @@ SimulationOptions simulation_options(const SimulateCommand& command) {
   return options;
 }
 
-// A log of one instrument, a row for each sample; for turns with the reading of an ideal
-// accelerometer.
+// A log of one instrument as CSV, with one row per sample. A recording of turns also has the
+// readings of an ideal accelerometer.
 std::string recording_csv(const SensorModel& truth,
                           const Recording& recording,
                           const SheetOptions& sheet,
@@ -191,7 +191,7 @@ int run(const SimulateCommand& command) {
     write_csv(command, recording_csv(truths.front().sensor, *recording, command.sheet, options));
     return 0;
   }
-  // Every instrument stands at the same points, but has noise of its own.
+  // All instruments are read at the same points, each with its own noise.
   const std::vector<RunSheetRow> sheet = make_sheet(command.sheet);
   Observations all;
   std::vector<std::string> columns;

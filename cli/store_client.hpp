@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Stores, by the program axiscal-store: it alone links the databases.
+// Access to stores through the program axiscal-store. Only that program links database libraries.
 #pragma once
 
 #include <memory>
@@ -21,18 +21,18 @@ inline constexpr OwnProgram store_program{.name = "axiscal-store", .package = "a
 /// @return false if the store is a file that does not exist.
 [[nodiscard]] bool is_store_there(const std::string& store);
 
-/// Writes records to a store while they are made.
+/// Writes records to a store as soon as they are made.
 class StoreWriter {
  public:
   /// @throws RefusedError  if axiscal-store is not installed.
   explicit StoreWriter(const std::string& store);
 
-  /// @param lines  records in one line each, as `axiscal store add -` reads them.
-  /// @throws OutputError  if axiscal-store has ended; it has printed why.
+  /// @param lines  one record per line, as `axiscal store add -` reads them.
+  /// @throws OutputError  if axiscal-store has ended. It has then printed the reason.
   void write(std::string_view lines);
 
-  /// Waits until all records are in the store.
-  /// @throws OutputError  if they are not.
+  /// Waits until all records are stored.
+  /// @throws OutputError  if a record could not be stored.
   void finish();
 
  private:
@@ -41,23 +41,23 @@ class StoreWriter {
 };
 
 /// @param arguments  of `axiscal store`: the action and its options, without --store.
-/// @return its output.
-/// @throws DataError  if it fails; it has printed why.
+/// @return the output of the command.
+/// @throws DataError  if the command fails. It has then printed the reason.
 [[nodiscard]] std::string ask_store(const std::string& store,
                                     const std::vector<std::string>& arguments);
 
-/// @return the records that an option names: of a folder, of a file of lines (.jsonl, .jsonl.zst),
-///         or of a store.
+/// @return the records in a folder, in a file of lines (.jsonl, .jsonl.zst), or in a store.
+/// @param text  value of the option: the name of the folder, file or store.
 /// @throws DataError  if there are no such records.
 [[nodiscard]] RecordTexts named_records(const std::string& text);
 
-/// @return a record as it is stored: a line of a file of records.
-/// @param station, batch  empty if they are not stated.
+/// @return the line of a record for `axiscal store add -`.
+/// @param station, batch  may be empty.
 [[nodiscard]] std::string stored_line(const std::string& record,
                                       const std::string& station,
                                       const std::string& batch);
 
-/// @return JSON without the blanks and line ends between its parts.
+/// @return a JSON text without blanks and line ends, except in strings.
 [[nodiscard]] std::string in_one_line(const std::string& json);
 
 }  // namespace axiscal::cli

@@ -38,7 +38,7 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-// The record's text without the time at which it was computed: it is the same for each call.
+// A record without the member "created", so that repeated calls of `calibrate` give equal texts.
 std::string without_created(const std::string& line) {
   constexpr std::string_view key = "\"created\":\"";
   const std::size_t start = line.find(key);
@@ -58,7 +58,8 @@ std::string digest_of_limits(const Verdict& verdict) {
   return sha256_of_text(text);
 }
 
-// The limits that are not met, without the values: equal for all units that fail in the same way.
+// The limits that are not met, without measured values, so that units with the same failure have
+// equal reasons.
 std::string reasons_of(const Verdict& verdict) {
   std::string text;
   for (const LimitVerdict& limit : verdict.limits) {
@@ -72,7 +73,7 @@ std::string reasons_of(const Verdict& verdict) {
   return text;
 }
 
-// Refusals of `calibrate --stream`: {"format": "axiscal-refusal", ..}.
+// Parses a refusal of `calibrate --stream`: {"format": "axiscal-refusal", ..}.
 StoredCalibration refusal_of(const std::string& line, const std::string& place) {
   try {
     const Json json = Json::parse(line);
@@ -125,8 +126,8 @@ StoredCalibration calibration_of(const std::string& line, const std::string& pla
   return one;
 }
 
-// A record, or the record that stored_line() made of it.
-// @param place  for messages.
+// Parses a record, a refusal, or a line of stored_line().
+// @param place  file and line, for messages.
 StoredCalibration stored_calibration(const std::string& text, const std::string& place) {
   const auto pieces = json_pieces(
       text, std::array<std::string_view, 4>{"/format", "/station", "/batch", "/record"});
@@ -157,7 +158,7 @@ StoreFilter filter_of(const StoreCommand& command) {
           .until = command.until};
 }
 
-// Stores records, several in a transaction.
+// Adds records to a store, several in one transaction.
 class Adder {
  public:
   explicit Adder(const StoreCommand& command)
@@ -193,7 +194,7 @@ class Adder {
   std::chrono::steady_clock::time_point committed_ = std::chrono::steady_clock::now();
 };
 
-// A file of one record, or of a list of them.
+// Adds a file that contains one record or an array of records.
 void add_document(Adder& adder, const std::string& path) {
   const std::string text = read_whole_file(path);
   const std::optional<std::vector<std::string_view>> list = list_of_piece(text);
@@ -249,7 +250,7 @@ int add(const StoreCommand& command) {
       add_file(adder, file);
     }
   } catch (const DataError&) {
-    adder.commit();  // the records before it
+    adder.commit();  // keeps the records before the error
     print_remark("note", told());
     throw;
   }
@@ -267,7 +268,7 @@ std::string passed_text(const std::optional<bool>& passed) {
   return !passed ? "" : *passed ? "pass" : "fail";
 }
 
-// The columns of a table of calibrations, before those of the coefficients.
+// The columns of a table of calibrations that come before the coefficients.
 const std::vector<std::pair<const char*, std::string (*)(const StoredCalibration&)>>& columns() {
   using One = const StoredCalibration&;
   static const std::vector<std::pair<const char*, std::string (*)(One)>> all = {
@@ -303,7 +304,8 @@ std::string header_of_columns() {
   return header;
 }
 
-// Units that passed, all units, and the reasons of the others, the most frequent first.
+// Prints the number of good calibrations, the number of all, and the reasons of the others, the
+// most frequent reason first.
 int print_yield(const StoreCommand& command, const Store& store) {
   std::size_t all = 0;
   std::size_t good = 0;
@@ -366,7 +368,8 @@ int show(const StoreCommand& command) {
   return 0;
 }
 
-// A table with the coefficients of each calibration; the columns are those that any of them has.
+// Writes a table with the coefficients of each calibration. It has a column for each coefficient of
+// any calibration.
 void export_table(const Store& store, const StoreFilter& filter, const std::string& output) {
   std::vector<std::string> names;
   store.for_each(filter, StoredPart::coefficients, [&](const StoredCalibration& one) {
@@ -397,7 +400,7 @@ void export_table(const Store& store, const StoreFilter& filter, const std::stri
   file.commit();
 }
 
-// The name of a record's file: serial, slot, date, and a digest that tells equal names apart.
+// The file name of a record: serial number, slot, date, and a part of the digest to make it unique.
 std::string file_name_of(const StoredCalibration& one) {
   std::string name = one.serial.empty() ? "no-serial" : one.serial;
   name +=
@@ -434,7 +437,7 @@ int export_records(const StoreCommand& command) {
   return 0;
 }
 
-// How a record differs from the columns of the store; empty if it does not.
+// The difference between a record and its columns in the store; empty if there is none.
 std::string defect_of(const StoredCalibration& stored) {
   StoredCalibration own;
   try {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The program axiscal-store, which `axiscal` becomes.
+// The program axiscal-store. `axiscal store` replaces its process with this program.
 #include "run_command.hpp"
 #include "store_options.hpp"
 #include "subcommands.hpp"

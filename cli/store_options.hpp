@@ -19,7 +19,7 @@ struct StoreCommand {
   bool json = false;
 };
 
-/// Runs the command, in the program axiscal-store.
+/// Runs `axiscal store`. Only the program axiscal-store calls it.
 [[nodiscard]] int run_store(const StoreCommand& command);
 
 }  // namespace axiscal::cli

@@ -34,12 +34,12 @@
 namespace axiscal::cli {
 namespace {
 
-// A unit of the stream: a table of its own.
+// A unit of the stream, as a separate table.
 struct UnitText {
   std::string serial;
-  std::string station, batch;  // of its first reading; empty if they are not stated
+  std::string station, batch;  // stated with its first reading; otherwise empty
   std::string csv;             // header and rows
-  std::string error;           // why it is none; empty if it is one
+  std::string error;           // reason if the unit cannot be read; otherwise empty
 };
 
 std::string cell_text(const nlohmann::json& value) {
@@ -56,7 +56,7 @@ std::string cell_text(const nlohmann::json& value) {
   return quoted + "\"";
 }
 
-// {"serial": .., "readings": [{"rest": .., "x": ..}, ..]} as a table.
+// Converts a line {"serial": .., "readings": [{"rest": .., "x": ..}, ..]} to a table.
 UnitText unit_of_json(std::string_view line) {
   UnitText unit;
   try {
@@ -171,7 +171,7 @@ class UnitReader {
   InputFile file_;
   std::string path_;
   std::string header_;
-  std::size_t serial_ = 0;  // columns; one past the last if there is none
+  std::size_t serial_ = 0;  // column index; the number of columns if the column is missing
   std::size_t station_ = 0;
   std::size_t batch_ = 0;
   std::optional<UnitText> unit_;
@@ -180,10 +180,10 @@ class UnitReader {
   std::size_t number_ = 0;
 };
 
-// The lines of a unit in the two outputs.
+// The lines of a unit in the outputs.
 struct StreamedUnit {
   std::string record, row;
-  std::string stored;  // as the store takes it
+  std::string stored;  // line for the store
   std::string result;
 };
 
@@ -211,7 +211,7 @@ class Stream {
   [[nodiscard]] bool is_shard() const { return command_.shard.has_value(); }
   [[nodiscard]] bool holds(const UnitText& unit) const { return is_in_shard(shard_, unit.serial); }
 
-  // @param place  of the unit among all of the input; the parts of a stream keep it for the merge.
+  // @param place  index of the unit in the whole input; written with --shard, for `axiscal merge`.
   [[nodiscard]] StreamedUnit made(const UnitText& text, std::size_t place) const {
     Unit unit{.serial = text.serial, .result = "error", .reason = text.error};
     if (text.error.empty()) {
@@ -266,7 +266,7 @@ bool is_good(std::string_view result) {
   return result == "pass" || result == "ok" || result == "warning";
 }
 
-// As is_good(), of a line that is in an output already.
+// is_good() of a unit, from its line in an output file.
 bool is_good_line(const std::string& line) {
   if (line.starts_with('{')) {
     return line.find("\"format\":\"axiscal-refusal\"") == std::string::npos &&
@@ -278,7 +278,7 @@ bool is_good_line(const std::string& line) {
                      is_good);
 }
 
-// The finished units of an earlier call, whose lines stay.
+// The finished units of an earlier call. Their lines are kept.
 struct Finished {
   std::size_t units = 0;
   std::size_t good = 0;
@@ -289,7 +289,7 @@ struct Finished {
 
 // Counts the lines that both outputs have.
 Finished finished_units(const CalibrateCommand& command) {
-  // Of the first lines behind the header, at most so many.
+  // The first `most` lines after the header.
   struct Lines {
     std::size_t count = 0;
     std::size_t good = 0;
@@ -319,7 +319,7 @@ Finished finished_units(const CalibrateCommand& command) {
   Finished finished;
   if ((!command.output && !command.table) || (command.output && !has(command.output)) ||
       (command.table && !has(command.table))) {
-    return finished;  // one of the outputs is missing: both begin anew
+    return finished;  // an output is missing, so all outputs are written from the start
   }
   const auto lines_of = [&](const std::optional<std::string>& path, std::size_t header,
                             std::size_t most) {
@@ -328,7 +328,7 @@ Finished finished_units(const CalibrateCommand& command) {
   Lines records = lines_of(command.output, 0, all);
   Lines rows = lines_of(command.table, 1, all);
   finished.units = std::min(records.count, rows.count);
-  // The longer one is read again, up to the last unit that both have.
+  // The longer output is read again, up to the last unit that both outputs have.
   if (command.output && records.count > finished.units) {
     records = first_lines(*command.output, 0, finished.units);
   }
@@ -345,7 +345,7 @@ Finished finished_units(const CalibrateCommand& command) {
   return finished;
 }
 
-// Texts by their hashes: 32 MB at most. Later texts are not remembered.
+// A set of texts, stored as hashes. At 32 MB the set is full, and later texts are not inserted.
 class SerialsSeen {
  public:
   // @return false if the text was inserted before.
@@ -391,12 +391,12 @@ class SerialsSeen {
   std::size_t count_ = 0;
 };
 
-// A unit and its readings.
+// The key of a unit with its readings: SHA-256 of the readings, and serial number.
 std::string unit_key(const std::string& serial, const std::string& sha256) {
   return sha256 + " " + serial;
 }
 
-// The units that are in a store, as unit_key().
+// The keys (unit_key()) of the units in a store.
 SerialsSeen stored_units(const std::string& store) {
   SerialsSeen units;
   if (!is_store_there(store)) {
@@ -420,7 +420,7 @@ SerialsSeen stored_units(const std::string& store) {
   return units;
 }
 
-// Refuses to go on behind the lines of another input.
+// @throws RefusedError  if the last line of the output is not of this unit.
 void require_same_unit(const Finished& finished, const UnitText& unit) {
   if (!finished.last.empty() && finished.last.find(sha256_of_text(unit.csv)) == std::string::npos) {
     throw RefusedError(formatted(
@@ -475,11 +475,11 @@ int run_stream(const CalibrateCommand& given) {
 
   std::size_t place = 0;
   std::size_t made = 0;
-  std::size_t rows_before = 0;  // of the last unit but one, and of the last
-  std::size_t rows_of_last = 0;
+  std::size_t rows_before = 0;   // number of readings of the unit before the last
+  std::size_t rows_of_last = 0;  // number of readings of the last unit
   std::size_t good = finished.good;
   std::size_t total = finished.units;
-  std::size_t present = finished.units;  // made by an earlier call
+  std::size_t present = finished.units;  // number of units from an earlier call
   using Pieces = std::vector<std::pair<UnitText, std::size_t>>;
   constexpr std::size_t at_once = 16;
   const auto next = [&]() -> std::optional<std::function<std::vector<StreamedUnit>()>> {

@@ -35,8 +35,9 @@ bool is_compressed(const std::string& path) {
 }
 #endif
 
-// Gives the complete lines of a text to `take`. @return the bytes of those that were taken; `more`
-// becomes false if `take` wants no further line.
+// Calls `take` for each complete line of a text, until `take` returns false. `more` then becomes
+// false.
+// @return the number of bytes of the lines for which `take` returned true.
 std::size_t take_lines(std::string_view text, const TakeLine& take, bool& more) {
   std::size_t at = 0;
   for (std::size_t end = text.find('\n'); more && end != std::string_view::npos;
@@ -47,7 +48,7 @@ std::size_t take_lines(std::string_view text, const TakeLine& take, bool& more) 
   return at;
 }
 
-// A file that may be written to afterwards: it is no input that is protected.
+// A file that is open for reading. Unlike an input, it may be overwritten afterwards.
 struct LineSource {
   explicit LineSource(std::string name)
       : path(std::move(name)), descriptor(::open(path.c_str(), O_RDONLY | O_CLOEXEC)) {
@@ -75,7 +76,7 @@ struct LineSource {
 };
 
 #ifdef AXISCAL_ZSTD
-// Each frame holds whole lines, as LineFile writes them.
+// Reads a compressed file. Each of its frames contains whole lines, as LineFile writes them.
 std::size_t read_frames(LineSource& file, const TakeLine& take) {
   std::string bytes;
   std::size_t done = 0;
@@ -88,7 +89,7 @@ std::size_t read_frames(LineSource& file, const TakeLine& take) {
     while (more && at < bytes.size()) {
       const std::size_t size = ZSTD_findFrameCompressedSize(bytes.data() + at, bytes.size() - at);
       if (ZSTD_isError(size) != 0) {
-        break;  // not all of it has been read, or the process was killed in it
+        break;  // the frame is not read completely, or its writer was killed
       }
       const unsigned long long length = ZSTD_getFrameContentSize(bytes.data() + at, size);
       constexpr unsigned long long most = 1ULL << 30U;

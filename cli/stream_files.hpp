@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Files of lines that grow: records (.jsonl, .jsonl.zst) and tables (.csv) of many units.
+// Files to which lines are appended: records (.jsonl, .jsonl.zst) and tables (.csv) of many units.
 #pragma once
 
 #include <cstdint>
@@ -21,14 +21,14 @@ namespace axiscal::cli {
 [[nodiscard]] bool is_in_shard(const Shard& shard, std::string_view serial);
 
 /// @return the shard of an option `I/N`.
-/// @throws UsageError  if it is none.
+/// @throws UsageError  if the text is not of this form, or I is not from 1 to N.
 [[nodiscard]] Shard shard_of_option(const std::string& text);
 
-/// Takes the lines of a file in their order, without their ends; false ends the reading.
+/// Called for each line of a file, in order, without the line end. Returns false to stop reading.
 using TakeLine = std::function<bool(std::string_view line)>;
 
-/// Reads the complete lines of a file. A line without an end, or a damaged frame of a .zst file, is
-/// the rest of a killed process; it is left out.
+/// Reads the complete lines of a file. A last line without a line end, or a damaged frame of a .zst
+/// file, was written by a process that was killed, and is left out.
 /// @return the number of bytes of the file up to the end of the last line that was taken.
 /// @throws DataError  if the file cannot be read.
 std::size_t read_complete_lines(const std::string& path, const TakeLine& take);
@@ -37,7 +37,7 @@ std::size_t read_complete_lines(const std::string& path, const TakeLine& take);
 /// when it returns; there is no fsync.
 class LineFile {
  public:
-  /// @param keep  bytes of an existing file that stay; what follows them is cut off.
+  /// @param keep  number of bytes of an existing file that are kept; the rest is removed.
   /// @throws OutputError  if the file cannot be written; UsageError if this build lacks zstd.
   LineFile(std::string path, std::size_t keep);
   ~LineFile();

@@ -66,7 +66,7 @@ void add_options(OptionSet& options, StudyCommand& command) {
   options.add_flag("--json", command.json, "print JSON instead of a table");
 }
 
-// With those that gave no calibration.
+// The number of finished trials, including those without a calibration.
 std::int64_t trials_done(const Study& study) {
   std::int64_t done = 0;
   for (const std::int64_t block : study.blocks) {
@@ -113,8 +113,9 @@ int merge_shards(const StudyCommand& command) {
   return static_cast<std::int64_t>(all.blocks.size()) < blocks ? 1 : 0;
 }
 
-// @param m        axes.
-// @param scatter  of the readings of a record; may be empty.
+// The standard deviation of a reading of each axis.
+// @param m        number of axes.
+// @param scatter  standard deviation of the readings of a record; may be empty.
 Eigen::VectorXd noise_of(const StudyCommand& command,
                          Eigen::Index m,
                          const Eigen::VectorXd& scatter) {

@@ -12,18 +12,18 @@ namespace axiscal::cli {
 /// The work of a command line. It returns the exit status and throws errors.
 using Action = std::function<int()>;
 
-/// A subcommand as it defines itself.
+/// The definition of a subcommand.
 struct Subcommand {
   const char* name;
   const char* help;
-  const char* footer;  ///< ends its help: examples
+  const char* footer;  ///< text at the end of its full help
   /// Registers the options. The returned action runs after they are parsed.
   std::function<Action(OptionSet& options)> define;
-  OwnProgram program = {};  ///< that does the work; without a name: this one
+  OwnProgram program = {};  ///< program that runs it; without a name: the calling program
 };
 
 /// @param add_options  registers the options of a Command.
-/// @param run          does what a Command asks for.
+/// @param run          runs the subcommand with the options in a Command.
 template <class Command>
 Subcommand make_subcommand(const char* name,
                            const char* help,

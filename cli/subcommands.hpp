@@ -27,9 +27,9 @@ Subcommand simulate_subcommand();
 Subcommand study_subcommand();
 Subcommand template_subcommand();
 
-/// Subcommands of other programs (core/own_program.hpp). Their options are defined here, so that
-/// `axiscal` shows their help and checks what is typed.
-/// @param run  does the work in the program; `axiscal` itself gives null, and becomes the program.
+/// Subcommands that other programs run (core/own_program.hpp). Their options are defined here, so
+/// that `axiscal` can print their help and check the command line.
+/// @param run  runs the subcommand in its program; null in `axiscal`, which starts that program.
 Subcommand acquire_subcommand(int (*run)(const AcquireCommand& command));
 Subcommand export_subcommand(int (*run)(const ExportCommand& command));
 Subcommand import_subcommand(int (*run)(const ImportCommand& command));

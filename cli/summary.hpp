@@ -9,25 +9,26 @@
 
 namespace axiscal::cli {
 
-/// Writes a text for people: on stdout control characters are shown, not sent.
+/// Writes a text to a file or, if the path is "-", to stdout. On stdout control characters are
+/// replaced by visible text.
 void write_text(const std::string& path, const std::string& text);
 
-/// The same to stdout. The exit status stays the same if the reader has gone away.
+/// Writes a text to stdout, as write_text(). A closed pipe does not change the exit status.
 void print_result_text(const std::string& text);
 
-/// Prints how a calibration ended, its last line on stdout; in the colour of its status on a
-/// terminal, unless NO_COLOR is set.
+/// Prints the verdict on a calibration, the last line on stdout. On a terminal it has the colour of
+/// the status, unless NO_COLOR is set.
 void print_verdict(const Calibration& calibration);
 
-/// The option --quiet: print_remark(), print_line() and print_progress() print nothing.
+/// Sets the option --quiet: print_remark(), print_line() and print_progress() then print nothing.
 void set_quiet(bool quiet);
 [[nodiscard]] bool is_quiet();
 
 /// Prints a line on stderr that is not an error.
 void print_line(const std::string& text);
 
-/// Shows how far the work is, on one line of stderr, if that is a terminal.
-/// @param text  empty: the line is cleared.
+/// Shows the progress of the work on one line of stderr, if stderr is a terminal.
+/// @param text  if it is empty, the line is cleared.
 void print_progress(const std::string& text);
 
 /// Prints a remark on stderr, wrapped to 80 columns; warnings in colour on a terminal.

@@ -20,7 +20,7 @@
 namespace axiscal::cli {
 namespace {
 
-// Which sensor of a recording a kind of instrument is.
+// The name of the sensor in recordings for a kind of instrument; empty if there is none.
 std::string_view sensor_name(const std::string& kind) {
   for (const InstrumentKind& known : instrument_kinds()) {
     if (known.name == kind) {
@@ -47,7 +47,8 @@ bool has_column(const TableText& table, const std::string& name) {
                      });
 }
 
-// The columns that are taken for axes which the table does not have.
+// The columns to use if the table lacks the axes: those of its sensor of the wanted kind, or x, y,
+// z. nullopt if there are none.
 std::optional<LogSensor> stand_in(const TableText& table, const WantedColumns& wanted) {
   const bool has_one =
       std::any_of(wanted.axes.begin(), wanted.axes.end(),
@@ -73,7 +74,7 @@ std::optional<LogSensor> stand_in(const TableText& table, const WantedColumns& w
   return plain;
 }
 
-// Columns of the axes whose header states another unit than is wanted.
+// Converts columns of the axes whose header states another unit than the wanted one.
 void convert_units(const std::string& path,
                    const WantedColumns& wanted,
                    const TableText& table,
@@ -114,7 +115,8 @@ void convert_units(const std::string& path,
   }
 }
 
-// One column for all axes, one for each in their order, or by the names of axes or slots.
+// Applies --temperature-column: one column for all axes, one per axis in their order, or columns by
+// the names of axes or slots.
 void rename_temperatures(const std::string& text,
                          const std::vector<std::string>& axes,
                          std::vector<MappedColumn>& renamed) {
@@ -155,8 +157,8 @@ void rename_temperatures(const std::string& text,
   }
 }
 
-// The columns of three axes behind one of some words, as true_x, true_y, true_z; empty if there are
-// none.
+// Three columns whose names consist of one of the words and an axis, for example true_x, true_y,
+// true_z; empty if there are no such columns.
 std::vector<std::string> three_of(const TableText& table,
                                   std::initializer_list<std::string_view> words) {
   for (const std::string_view word : words) {
@@ -180,7 +182,7 @@ std::vector<std::string> three_of(const TableText& table,
   return {};
 }
 
-// The columns of the true field and of the measured one are fx, fy, fz and the axes.
+// Renames columns of the true field to fx, fy, fz, and columns of the measured field to the axes.
 void name_truth_and_measured(const std::string& path,
                              const WantedColumns& wanted,
                              const TableText& table,
@@ -197,7 +199,7 @@ void name_truth_and_measured(const std::string& path,
           ? wanted.axes
           : three_of(table, {"meas", "measured", "raw", "reading", "sensor", "output", "read"});
   if (truth.empty() || measured.empty()) {
-    // Columns that may hold the field in the sensor are not ignored silently.
+    // A warning is printed if columns that may be the field in the sensor are not used.
     const std::vector<std::string> fields =
         three_of(table, {"b", "h", "coil", "i", "current", "field"});
     if (has_axes && !fields.empty() &&
@@ -220,13 +222,13 @@ void name_truth_and_measured(const std::string& path,
                                  path, joined(truth), joined(measured)));
 }
 
-// A column that names faces in words, as `rest` or `fence`.
+// A column with words for faces, which is read as column `rest` or `fence`.
 struct FaceColumn {
   MappedColumn column;
   std::string words;
 };
 
-// The meaning of a column's heading for its faces.
+// The position of the faces in a column, according to the heading of the column.
 enum class FaceHeading { down, up, at_fence, other };
 
 FaceHeading heading_of(const std::string& name) {
@@ -243,8 +245,9 @@ FaceHeading heading_of(const std::string& name) {
              : FaceHeading::other;
 }
 
-// True if the readings along an axis are higher if its positive face is named: then the named face
-// was up. nullopt if the readings do not show it.
+// True if the readings show that the named faces were up: along an axis they are higher if the
+// positive face is named. False if the named faces were down. nullopt if the readings do not show
+// it.
 std::optional<bool> named_faces_are_up(const TableText& table,
                                        const std::vector<std::string>& axes,
                                        const std::vector<MappedColumn>& renamed,
@@ -278,23 +281,23 @@ std::optional<bool> named_faces_are_up(const TableText& table,
     }
     if (of_plus > 0 && of_minus > 0) {
       votes += plus / of_plus > minus / of_minus ? 1 : -1;
-    } else if (of_plus + of_minus >
-               0) {  // the first rows of a long table: 1 g is far from any bias
+    } else if (of_plus + of_minus > 0) {
+      // The first rows have only one face of the axis. Its sign decides: 1 g exceeds every bias.
       votes += of_plus > 0 ? (plus > 0.0 ? 1 : -1) : (minus < 0.0 ? 1 : -1);
     }
   }
   return votes == 0 ? std::nullopt : std::optional(votes > 0);
 }
 
-// A column whose words are faces, as far as the first rows show.
+// A column whose words in the first rows are faces.
 struct WordsOfFaces {
   std::string name;
   std::vector<std::optional<FaceInWords>> faces;  // of the first rows
-  std::string first;                              // cell
+  std::string first;                              // first cell
   FaceHeading heading = FaceHeading::other;
 };
 
-// @throws DataError  for a column of which most words are faces, and some are not.
+// @throws DataError  if most words of a column are faces, but some are not.
 std::vector<WordsOfFaces> columns_of_faces(const std::string& path, const TableText& table) {
   const bool has_size = has_column(table, "rate") || has_column(table, "rate_dps") ||
                         has_column(table, "lux") || has_column(table, "irradiance");
@@ -327,7 +330,7 @@ std::vector<WordsOfFaces> columns_of_faces(const std::string& path, const TableT
     column.heading = heading_of(column.name);
     found.push_back(std::move(column));
   }
-  // "side" alone is not a fence: it is the side that is up or down.
+  // If this is the only column of faces, "side" does not mean the fence but the side up or down.
   const bool has_rest = std::any_of(found.begin(), found.end(), [](const WordsOfFaces& one) {
     return one.heading != FaceHeading::at_fence;
   });
@@ -472,7 +475,7 @@ std::optional<LogSensor> sensor_of_kind(const TableText& table, const std::strin
   for (const LogSensor& sensor : table.sensors()) {
     if (wanted.empty() || name_of(sensor.kind) == wanted) {
       if (found) {
-        return std::nullopt;  // several: which one is for the user to say
+        return std::nullopt;  // there are several, so the user must state the columns
       }
       found = sensor;
     }

@@ -20,22 +20,21 @@ struct TableOptions {
 
 void add_table_options(OptionSet& options, TableOptions& table);
 
-/// --definitions, which goes with the table's options too.
+/// Adds the option --definitions. add_table_options() adds it too.
 void add_definitions_option(OptionSet& options, std::optional<std::string>& definitions);
 
-/// Makes the definitions known to all readers of bags.
+/// Registers the folder of message definitions for all later readers of bags.
 /// @throws DataError  as add_message_definitions().
 void take_definitions(const std::optional<std::string>& definitions);
 
-/// --limit, which goes with the table's options too.
+/// Adds the option --limit. add_table_options() adds it too.
 void add_limit_option(OptionSet& options, std::optional<std::string>& limits);
 
-/// @return the limits as typed: NAME=VALUE,..
-/// @throws UsageError  if a name is not known, or a value is not a number.
+/// @param limits  value of --limit: NAME=VALUE,..
+/// @throws UsageError  if a name is unknown, or a value is not a number.
 [[nodiscard]] ReadLimits limits_of(const std::optional<std::string>& limits);
 
-/// @return the options as the library takes them: --names, and --map with --time and
-///         --temperature-column among its columns.
+/// @return the format according to --map, --names and --limit. Also registers --definitions.
 [[nodiscard]] LogFormat format_of(const TableOptions& options);
 
 /// An open table.
@@ -47,21 +46,22 @@ struct OpenTable {
 /// The requested columns of a table, besides its labels.
 struct WantedColumns {
   std::vector<std::string> axes;
-  /// The kind of the instrument. If the table lacks its axes but has one sensor of that kind (or x,
-  /// y, z), its columns are used, with a note; empty: never.
+  /// The kind of the instrument. If the table lacks the axes but has one sensor of that kind (or x,
+  /// y, z), the sensor's columns are used, with a note. Empty: only the axes are used.
   std::string kind;
-  /// Unit of the readings that is wanted: columns whose header states another one are converted,
-  /// and refused where it is one of another quantity; empty or "1": any.
+  /// Requested unit of the readings. Columns whose header states another unit are converted, or
+  /// refused if that unit is of another quantity. Empty or "1": columns are not converted.
   std::string unit;
-  /// Kind of instrument whose sensor is read of a recording, a flight log or a bag. Empty: a
+  /// Kind of instrument whose sensor is read from a recording, a flight log or a bag. Empty: a
   /// recording is refused.
   std::string of_recording;
-  /// Kind of instrument, if a column of faces in words may be used as `rest` or `fence`: the
-  /// readings of an accelerometer then show if a named face was up or down. Empty: never.
+  /// Kind of instrument, if columns with words for faces may be used as `rest` and `fence`. The
+  /// readings of an accelerometer show whether a named face was up or down. Empty: such columns are
+  /// not used.
   std::string faces_of;
 };
 
-/// Opens a table of any look; says in notes how columns were taken.
+/// Opens a table in any layout. Prints notes on the columns that are used.
 /// @param read  returns the bytes, if they do not come from the path.
 /// @throws DataError  as TableText, CsvReader.
 [[nodiscard]] OpenTable open_table(
@@ -71,12 +71,12 @@ struct WantedColumns {
     CsvReader::Quotes quotes = CsvReader::Quotes::span_lines,
     const std::function<std::size_t(char* buffer, std::size_t size)>& read = {});
 
-/// @return the kind of sensor that an instrument of a kind is, to be looked for in recordings;
-/// empty if
-///         it is none that they hold.
+/// @return the kind of sensor to look for in recordings; empty if recordings have no such sensor.
+/// @param kind  of instrument.
 [[nodiscard]] std::vector<SeriesKind> kinds_of(const std::string& kind);
 
-/// @return the sensor of a table that is of a kind of instrument, or its only one; else nothing.
+/// @return the sensor of a table that matches a kind of instrument; nullopt unless there is exactly
+///         one. If the kind matches no sensor at all, every sensor counts.
 [[nodiscard]] std::optional<LogSensor> sensor_of_kind(const TableText& table,
                                                       const std::string& kind);
 

@@ -16,37 +16,37 @@
 // Parsers of the values of options.
 namespace axiscal::cli {
 
-/// A typed value as a number. @throws UsageError naming the option.
+/// Parses a number. @throws UsageError with the name of the option.
 [[nodiscard]] double number_of(std::string_view option, const std::string& text);
 
-/// A typed value as `count` numbers separated by commas. @throws UsageError naming the option.
+/// Parses `count` numbers separated by commas. @throws UsageError with the name of the option.
 [[nodiscard]] std::vector<double> numbers_of(std::string_view option,
                                              const std::string& text,
                                              std::size_t count);
 
-/// A typed value as a range LO,HI. @throws UsageError naming the option.
+/// Parses a range LO,HI. @throws UsageError with the name of the option.
 [[nodiscard]] ReadingRange range_of(std::string_view option, const std::string& text);
 
-/// A typed value as a number above 0. @throws UsageError naming the option.
+/// Parses a number above 0. @throws UsageError with the name of the option.
 [[nodiscard]] double parse_positive(std::string_view option, const std::string& text);
 
-/// A typed value as a number that is not negative. @throws UsageError naming the option.
+/// Parses a number that is 0 or more. @throws UsageError with the name of the option.
 [[nodiscard]] double parse_nonnegative(std::string_view option, const std::string& text);
 
-/// A typed value as a whole number that is not less. @throws UsageError naming the option.
+/// Parses a whole number that is `least` or more. @throws UsageError with the name of the option.
 [[nodiscard]] int parse_whole_number(std::string_view option, const std::string& text, int least);
 
-/// A typed value as a pitch formula, asin or atan2. @throws UsageError naming the option.
+/// Parses a pitch formula, asin or atan2. @throws UsageError with the name of the option.
 [[nodiscard]] PitchFormula pitch_formula_of(std::string_view option, const std::string& text);
 
-/// The value of --tolerances: NAME=SD,.. @throws UsageError for a name or number that is none.
+/// The value of --tolerances: NAME=SD,.. @throws UsageError if a name or number is invalid.
 [[nodiscard]] Tolerances tolerances_of(const std::string& text);
 
 /// The value of --world: NAME=V,.. or a file. @throws UsageError, DataError
 [[nodiscard]] World world_of_option(const std::string& text);
 
 /// The site of --latitude, --longitude and --height; missing values are those of `otherwise`.
-/// @throws UsageError for one out of range.
+/// @throws UsageError if a value is out of range.
 [[nodiscard]] Site site_of_options(const std::optional<std::string>& latitude,
                                    const std::optional<std::string>& longitude,
                                    const std::optional<std::string>& height,
@@ -56,23 +56,23 @@ namespace axiscal::cli {
 [[nodiscard]] double date_of_option(const std::string& text);
 
 /// The value of --calibrated: a date, or date and time, of ISO 8601.
-/// @return it in the form of records: 2026-11-20, or 2026-11-20T20:04:54Z.
+/// @return the date as in records: 2026-11-20, or 2026-11-20T20:04:54Z.
 /// @throws UsageError if it is not a date.
 [[nodiscard]] std::string calibrated_of_option(const std::string& text);
 
 /// The value of --slope. @throws UsageError unless X^2 + Y^2 < 1.
 [[nodiscard]] Eigen::Vector2d slope_of_option(const std::string& text);
 
-/// The value of --method. @throws UsageError for one that is not known.
+/// The value of --method. @throws UsageError if it is unknown.
 [[nodiscard]] Method method_of_option(const std::string& text);
 
-/// The value of --drift. @throws UsageError for one that is not known.
+/// The value of --drift. @throws UsageError if it is unknown.
 [[nodiscard]] DriftSetup drift_of_option(const std::string& text);
 
-/// The value of --seats. @throws UsageError for one that is not known.
+/// The value of --seats. @throws UsageError if it is unknown.
 [[nodiscard]] SeatSetup seats_of_option(const std::string& text);
 
-/// The value of --level-by. @throws UsageError for one that is not known.
+/// The value of --level-by. @throws UsageError if it is unknown.
 [[nodiscard]] LevelBy levelness_scope_of_option(const std::string& text);
 
 }  // namespace axiscal::cli

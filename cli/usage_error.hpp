@@ -10,7 +10,7 @@ class UsageError : public Error {
  public:
   using Error::Error;
 
-  /// @param where  the command or option that an error of the library came from.
+  /// @param where  the subcommand or option that caused an error of the library.
   UsageError(const std::string& where, const Error& error)
       : Error(where + ": " + error.what(), error.settings()) {}
 };

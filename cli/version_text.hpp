@@ -8,8 +8,8 @@
 
 namespace axiscal::cli {
 
-/// @return the answer to `axiscal --version --verbose`: libraries with their versions, and programs
-///         with their places.
+/// @return the output of `axiscal --version --verbose`: libraries with their versions, and programs
+///         with their paths.
 [[nodiscard]] std::string verbose_version(std::span<const Subcommand> subcommands);
 
 }  // namespace axiscal::cli

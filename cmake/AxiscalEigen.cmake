@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-# axiscal_eigen_alignment(FILE): writes the header that refuses to be compiled where Eigen aligns otherwise than
-# in this build, as it does with -march=native.
+# axiscal_eigen_alignment(FILE): writes a header with an #error for programs in which Eigen's alignment differs from
+# this build's, for example with -march=native.
 include(CheckCXXSourceCompiles)
 
 function(axiscal_eigen_alignment file)
@@ -8,7 +8,7 @@ function(axiscal_eigen_alignment file)
   list(JOIN options " " CMAKE_REQUIRED_FLAGS)
   set(CMAKE_REQUIRED_LIBRARIES Eigen3::Eigen)
   foreach(macro IN ITEMS EIGEN_DEFAULT_ALIGN_BYTES EIGEN_MAX_STATIC_ALIGN_BYTES)
-    # Most compilers for a processor in general: 16. Without vector code: 0.
+    # 16 is the usual value without -march, and 0 the value without vector code.
     foreach(bytes IN ITEMS 16 32 64 0)
       string(MD5 flags "${CMAKE_CXX_COMPILER} ${CMAKE_CXX_FLAGS} ${CMAKE_REQUIRED_FLAGS}")
       set(found AXISCAL_${macro}_IS_${bytes}_${flags})

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 # cmake -DINPUT=FILE -DOUTPUT=FILE.cpp -DFUNCTION=NAME -DHEADER=FILE.hpp -P AxiscalEmbed.cmake
 #
-# Writes a source with a function that returns the file's bytes; an INPUT that is not there is empty.
+# Writes a source with a function that returns the bytes of INPUT. The bytes are empty if INPUT does not exist.
 set(bytes "")
 if(EXISTS "${INPUT}")
   file(READ "${INPUT}" bytes HEX)

@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
 # axiscal_harden(TARGET)
 #
-# Builds a target as distributions build theirs: position independent, stack protector, fortified
-# functions of the C library, control-flow protection (x86-64), and a command whose relocations are
-# read-only before it starts. A sanitizer's build goes without: it has checks of its own.
+# Compiles a target with the hardening options that Linux distributions use: position-independent code, stack
+# protector, _FORTIFY_SOURCE, control-flow protection (x86-64), and full RELRO for executables. Builds with
+# sanitizers are not hardened.
 option(AXISCAL_HARDENING "Stack protector, FORTIFY, control-flow protection, full RELRO" ON)
 
 include(CheckCXXCompilerFlag)
@@ -23,7 +23,7 @@ function(axiscal_harden target)
   if(AXISCAL_HAS_CF_PROTECTION)
     target_compile_options(${target} PRIVATE -fcf-protection=full)
   endif()
-  # It needs an optimising compiler; some define it themselves.
+  # _FORTIFY_SOURCE needs optimisation. -U comes first because some compilers define it themselves.
   target_compile_options(${target}
                          PRIVATE $<$<NOT:$<CONFIG:Debug>>:-U_FORTIFY_SOURCE -D_FORTIFY_SOURCE=2>)
   get_target_property(type ${target} TYPE)

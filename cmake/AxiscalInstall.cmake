@@ -1,13 +1,13 @@
 # SPDX-License-Identifier: Apache-2.0
-# Where `cmake --install` puts libraries, headers, the CMake package, pkg-config files and the command.
-# The components are `development`, `command` (cli/CMakeLists.txt) and the programs beside it.
+# The install rules of libraries, headers, the CMake package, pkg-config files and the command.
+# The components are `development`, `command` (cli/CMakeLists.txt) and one for each program that the command starts.
 include(CMakePackageConfigHelpers)
 include(GNUInstallDirs)
 
 set(package_dir ${CMAKE_INSTALL_LIBDIR}/cmake/axiscal)
 set(component_targets ${axiscal_modules} axiscal_calib)
 if(BUILD_SHARED_LIBS)
-  # libaxiscal.so is each of its modules, to who links it.
+  # The installed target of each module links libaxiscal.so.
   foreach(module IN LISTS component_targets)
     string(REGEX REPLACE "^axiscal_" "" name ${module})
     add_library(axiscal_of_${name} INTERFACE)
@@ -16,7 +16,7 @@ if(BUILD_SHARED_LIBS)
     install(TARGETS axiscal_of_${name} EXPORT axiscalTargets)
     get_target_property(header_folders ${module} HEADER_DIRS)
     if(NOT header_folders)
-      continue()  # a room without public headers
+      continue()  # a module without public headers
     endif()
     foreach(folder IN LISTS header_folders)
       install(DIRECTORY "${folder}/" DESTINATION ${CMAKE_INSTALL_INCLUDEDIR} COMPONENT development)
@@ -46,11 +46,11 @@ install(FILES "${CMAKE_CURRENT_BINARY_DIR}/axiscalConfig.cmake"
               "${CMAKE_CURRENT_BINARY_DIR}/axiscalConfigVersion.cmake" cmake/FindGeographicLib.cmake
         DESTINATION ${package_dir} COMPONENT development)
 
-# The package can be moved: its prefix is found from where the file lies.
+# The installed files can be moved: a .pc file computes the prefix from its own folder.
 cmake_path(RELATIVE_PATH CMAKE_INSTALL_PREFIX
            BASE_DIRECTORY "${CMAKE_INSTALL_FULL_LIBDIR}/pkgconfig" OUTPUT_VARIABLE axiscal_pc_prefix)
-# axiscal_install_pc(NAME TARGET): NAME.pc, with all that the target is linked with, so that
-# `pkg-config --cflags --libs NAME` is enough. A shared library names what shows in its headers only.
+# axiscal_install_pc(NAME TARGET): installs NAME.pc with all libraries that the target links, so that
+# `pkg-config --cflags --libs NAME` is enough. For a shared library it lists only libraries that public headers use.
 function(axiscal_install_pc pc_name target)
   set(libs "")
   set(requires "")

@@ -1,10 +1,10 @@
 # SPDX-License-Identifier: Apache-2.0
 # axiscal_instrument(TARGET [SOURCES ...])
 #
-# Compiles a target, or these of its sources, with what AXISCAL_INSTRUMENTATION says: coverage and sanitizers
-# for the fuzzers, the thread sanitizer for what runs in parallel (presets fuzz and thread). What is not named
-# so, the numerics above all, is compiled as ever, as it would take three times as long; the preset sanitize
-# has all of it under the address and undefined-behaviour sanitizers.
+# Compiles a target, or only the named sources of it, with the options in AXISCAL_INSTRUMENTATION: coverage and
+# sanitizers for the fuzzers (preset fuzz), the thread sanitizer for parallel code (preset thread). All other sources,
+# mainly the numerics, are compiled without these options, with which they would run three times as long. The preset
+# sanitize compiles all sources with the address and undefined-behaviour sanitizers.
 set(AXISCAL_INSTRUMENTATION "" CACHE STRING "Compiler options of what is named by axiscal_instrument()")
 
 function(axiscal_instrument target)

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
 # cmake -DINPUTS=FILE,FILE,... -DOUTPUT=FILE.js -P AxiscalJoinScripts.cmake
 #
-# Writes modules as one script that a page holds: without the lines that import, and without the word export. A
-# module comes after those that it imports.
+# Joins JavaScript modules to one script for an HTML page. Import lines and the word export are removed. INPUTS must
+# list a module after the modules that it imports.
 string(REPLACE "," ";" inputs "${INPUTS}")
 set(script "")
 foreach(input IN LISTS inputs)

@@ -2,12 +2,12 @@
 # axiscal_add_module(NAME [UNDER FOLDER] SOURCES ... [HEADERS ...] [PUBLIC ...] [PRIVATE ...]
 #                    [HEADER_ONLY_PRIVATE ...])
 #
-# One library per folder: target axiscal_NAME, alias axiscal::NAME, headers under include/axiscal/NAME, or
-# for a room of a larger module under include/axiscal/FOLDER; include/axiscal/NAME.hpp, where it is there, has
-# them all and says what the module is for. PUBLIC and PRIVATE are link dependencies;
-# HEADER_ONLY_PRIVATE are needed to build it and by no user. A header beside or below the module's
-# CMakeLists.txt, outside of `include`, is private: it is not installed, and it is included by its path from
-# the root of the repository ("calib/fit/model.hpp"). axiscal::NAME_private gives that path.
+# Adds the library of one folder: target axiscal_NAME, alias axiscal::NAME. Its public headers are in
+# include/axiscal/NAME, or in include/axiscal/FOLDER if it is part of a larger module. The optional
+# include/axiscal/NAME.hpp includes all of them and describes the module. PUBLIC and PRIVATE are link dependencies.
+# HEADER_ONLY_PRIVATE dependencies are needed only to build the library. Headers outside of `include` are private:
+# they are not installed, and they are included by the path from the root of the repository
+# ("calib/fit/model.hpp"). axiscal::NAME_private adds that root to the include path.
 function(axiscal_add_module name)
   cmake_parse_arguments(PARSE_ARGV 1 arg "" "UNDER" "SOURCES;HEADERS;PUBLIC;PRIVATE;HEADER_ONLY_PRIVATE")
   set(target axiscal_${name})
@@ -43,8 +43,8 @@ function(axiscal_add_module name)
     set_target_properties(${target} PROPERTIES CXX_VISIBILITY_PRESET hidden VISIBILITY_INLINES_HIDDEN ON)
   endif()
   set_property(GLOBAL APPEND PROPERTY AXISCAL_MODULES ${target})
-  # What is added later is no target yet, so that a module of the library could link a tool only as a
-  # mere name; that is refused here.
+  # A module that is added later is not yet a target. So this loop refuses a dependency on a later module, for
+  # example of the library on a tool.
   set_property(GLOBAL APPEND PROPERTY AXISCAL_MODULES_OF_${AXISCAL_RING} ${target})
   foreach(dependency IN LISTS arg_PUBLIC arg_PRIVATE)
     if(dependency MATCHES "^axiscal::" AND NOT TARGET ${dependency})
@@ -53,15 +53,15 @@ function(axiscal_add_module name)
   endforeach()
 endfunction()
 
-# axiscal_compile_fast(TARGET): code that is not waited for when it runs need not be when it is compiled.
+# axiscal_compile_fast(TARGET): compiles with -O1 in release builds, for code whose speed does not matter.
 function(axiscal_compile_fast target)
   target_compile_options(${target} PRIVATE $<$<CONFIG:Release>:-O1>)
 endfunction()
 
 # axiscal_link(TARGET LIBRARY PATH)
 #
-# Links a library that only this target's sources see, by its name. If AXISCAL_STATIC_SMALL_LIBRARIES
-# has its archive linked, the programs of this build have one library less to load.
+# Links a library that only this target's sources include. If AXISCAL_SMALL_LIBRARIES contains its name, its archive
+# is linked, so that the programs of this build load one library less.
 function(axiscal_link target library path)
   string(REGEX REPLACE "[.]so$" ".a" archive "${path}")
   if(library IN_LIST AXISCAL_SMALL_LIBRARIES AND EXISTS "${archive}")
@@ -77,8 +77,8 @@ endfunction()
 
 # axiscal_use_library(TARGET LIBRARY HEADER DEFINITION)
 #
-# Links a library that has no CMake package and that only this target's sources see, and defines
-# DEFINITION. If the library is not installed, it says so and goes on.
+# Links a library that has no CMake package and that only this target's sources include, and defines DEFINITION.
+# If the library is not installed, a status message says so and DEFINITION stays undefined.
 function(axiscal_use_library target library header definition)
   find_path(${definition}_INCLUDE_DIR ${header})
   find_library(${definition}_LIBRARY ${library})
@@ -93,8 +93,8 @@ endfunction()
 
 # axiscal_add_program(NAME [COMPONENT component] SOURCES ... LIBRARIES ...)
 #
-# A program of the command's: beside `axiscal` in the build, and in libexec when it is installed
-# (core/own_program.hpp finds it). It loads the libraries that it calls, and no others.
+# Adds a program that `axiscal` starts. It is beside `axiscal` in the build folder and is installed in libexec
+# (core/own_program.hpp finds it). It loads only the libraries that it calls.
 function(axiscal_add_program name)
   cmake_parse_arguments(PARSE_ARGV 1 arg "" "COMPONENT" "SOURCES;LIBRARIES")
   add_executable(${name} ${arg_SOURCES})
@@ -110,7 +110,7 @@ function(axiscal_add_program name)
   endif()
 endfunction()
 
-# axiscal_join_scripts(OUTPUT MODULE...): modules of JavaScript as the one script of a page.
+# axiscal_join_scripts(OUTPUT MODULE...): joins JavaScript modules to one script for an HTML page.
 function(axiscal_join_scripts output)
   list(JOIN ARGN "," modules)
   add_custom_command(
@@ -122,8 +122,8 @@ endfunction()
 
 # axiscal_embed(SOURCES FUNCTION FILE HEADER)
 #
-# Appends to the list SOURCES a source in which FUNCTION of HEADER returns the file; an empty FILE makes
-# an empty text.
+# Generates a source in which FUNCTION, declared in HEADER, returns the contents of FILE, and appends it to the list
+# SOURCES. If FILE is an empty name, the function returns an empty text.
 function(axiscal_embed sources function file header)
   set(output "${CMAKE_CURRENT_BINARY_DIR}/${function}.cpp")
   set(depends "")

@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
-# `cpack` makes the Debian packages from the installed components. Configure for them by the preset
-# `package`: its files go to /usr, with the machine's folder for libraries.
+# `cpack` makes one Debian package of each install component. Configure with the preset `package`, which installs to
+# /usr and puts libraries in the folder of the machine type.
 find_program(AXISCAL_GZIP gzip)
 mark_as_advanced(AXISCAL_GZIP)
 set(CPACK_GENERATOR DEB)
@@ -15,7 +15,7 @@ set(CPACK_COMPONENTS_GROUPING IGNORE)
 set(CPACK_DEBIAN_FILE_NAME DEB-DEFAULT)
 set(CPACK_DEBIAN_PACKAGE_SECTION science)
 set(CPACK_DEBIAN_PACKAGE_SHLIBDEPS ON)
-# The symbols are in packages of their own (axiscal-dbgsym) if the build made them (-g).
+# A build with -g puts the debug symbols in separate packages (axiscal-dbgsym).
 if("${CMAKE_CXX_FLAGS} ${CMAKE_CXX_FLAGS_RELEASE}" MATCHES "-g")
   set(CPACK_DEBIAN_DEBUGINFO_PACKAGE ON)
 endif()
@@ -28,7 +28,8 @@ their uncertainties.
 This package contains
 ")
 
-# axiscal_debian_package(COMPONENT PACKAGE CONTENT): what one component's package is called.
+# axiscal_debian_package(COMPONENT PACKAGE CONTENT): sets the name and description of a component's package and
+# installs its copyright, notices and changelog.
 macro(axiscal_debian_package component package content)
   list(APPEND CPACK_COMPONENTS_ALL ${component})
   string(TOUPPER ${component} upper)
@@ -71,7 +72,7 @@ set(CPACK_DEBIAN_DEVELOPMENT_PACKAGE_SECTION libdevel)
 set(CPACK_DEBIAN_DEVELOPMENT_PACKAGE_DEPENDS "libeigen3-dev, libgeographiclib-dev | libgeographic-dev")
 set(CPACK_DEBIAN_DEVELOPMENT_PACKAGE_SHLIBDEPS OFF)
 
-# axiscal_compress(FILE): as Debian wants it, the same bytes each time.
+# axiscal_compress(FILE): compresses FILE with gzip -9n, as Debian's policy requires; equal input gives equal bytes.
 function(axiscal_compress file)
   if(AXISCAL_GZIP)
     execute_process(COMMAND "${AXISCAL_GZIP}" -9nf "${file}" COMMAND_ERROR_IS_FATAL ANY)
@@ -80,7 +81,7 @@ endfunction()
 configure_file("${PROJECT_SOURCE_DIR}/packaging/changelog.in" "${PROJECT_BINARY_DIR}/packaging/changelog" @ONLY)
 axiscal_compress("${PROJECT_BINARY_DIR}/packaging/changelog")
 
-# The licences of all libraries that are linked in, as the system's packages state them.
+# THIRD-PARTY-NOTICES contains the licences of all linked libraries, copied from the system's packages.
 set(notices "Axiscal contains parts of these libraries. THIRD-PARTY.md of its sources lists them.\n")
 foreach(package IN ITEMS libeigen3-dev libgeographiclib-dev libgeographic-dev nlohmann-json3-dev libboost-dev libfmt-dev
                          libcli11-dev pybind11-dev libhwy-dev libpugixml-dev libyaml-cpp-dev libstdc++6)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-# Finds GeographicLib through pkg-config: Debian's package brings no CMake config file.
+# Finds GeographicLib through pkg-config: Debian's package does not include a CMake config file.
 # Defines the target GeographicLib::GeographicLib.
 find_package(PkgConfig QUIET)
 if(PkgConfig_FOUND)

@@ -6,11 +6,12 @@
 
 namespace axiscal {
 
-/// Writes all bytes; a signal does not end it early.
-/// @return false if they cannot all be written; errno says why.
+/// Writes all bytes. If a signal interrupts a write, it continues.
+/// @return false if the bytes cannot all be written; errno is then set.
 [[nodiscard]] bool write_all(int descriptor, std::string_view bytes) noexcept;
 
-/// Brings the names of a folder's files to the disk. Some file systems cannot do it.
+/// Writes a folder's directory entries to the disk by fsync(). Errors are ignored, because some
+/// file systems do not support it.
 void sync_folder(const std::filesystem::path& folder) noexcept;
 
 }  // namespace axiscal

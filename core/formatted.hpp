@@ -15,19 +15,19 @@ namespace axiscal {
 /// Does the work of formatted(). Only formatted.cpp and write_number.cpp compile the rest of fmt.
 [[nodiscard]] std::string formatted_all(fmt::string_view text, fmt::format_args values);
 
-/// A text with values in place of its {}: `formatted("run {}: {}", run, why)`. The format
+/// Returns a text with values in place of its {}: `formatted("run {}: {}", run, why)`. The format
 /// specifiers are those of fmt: {:.3g}, {:>8}, {{ for a brace.
 ///
-/// A number is written as fmt does, whatever the locale; a double that is to be read back goes
-/// through number_text().
+/// Numbers are written as by fmt, independent of the locale. Write a double that is read back with
+/// number_text().
 template <typename... Values>
 [[nodiscard]] std::string formatted(fmt::format_string<const Values&...> text,
                                     const Values&... values) {
   return formatted_all(text, fmt::make_format_args(values...));
 }
 
-/// As formatted(), where the text is known only when it runs.
-/// @throws fmt::format_error  if it does not fit the values.
+/// As formatted(), for a text that is known only at run time.
+/// @throws fmt::format_error  if the text does not fit the values.
 template <typename... Values>
 [[nodiscard]] std::string formatted_by(std::string_view text, const Values&... values) {
   return formatted_all({text.data(), text.size()}, fmt::make_format_args(values...));

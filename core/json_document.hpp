@@ -16,47 +16,52 @@ namespace axiscal {
 
 using Json = nlohmann::ordered_json;
 
-/// A value in a JSON file together with its place, so that every complaint says where.
+/// A value in a JSON file together with its place, so that every error message states the place.
 ///
-/// All accessors throw DataError `PATH: /json/pointer: ...` when the value is not what they want.
+/// All accessors throw DataError `PATH: /json/pointer: ...` if the value has the wrong type or
+/// size.
 class JsonValue {
  public:
-  /// The whole of a file.
+  /// The root value of a file.
   JsonValue(Json document, std::string path);
 
-  [[nodiscard]] JsonValue at(std::string_view key) const;  ///< a needed member
+  [[nodiscard]] JsonValue at(std::string_view key) const;  ///< a required member
   [[nodiscard]] std::optional<JsonValue> find(
-      std::string_view key) const;                        ///< absent or null: none
-  [[nodiscard]] std::vector<JsonValue> elements() const;  ///< an array's
-  /// Rows: an array's elements, or of an object of arrays, all of one length, an object for each
-  /// position, as JsonColumns took them apart.
+      std::string_view key) const;                        ///< nullopt if it is absent or null
+  [[nodiscard]] std::vector<JsonValue> elements() const;  ///< of an array
+  /// Calls `take` for each row of a table. A table is an array of objects, or an object of arrays
+  /// of equal length (see JsonColumns). In the second form, row i is an object of the i-th
+  /// elements.
   void for_each_row(const std::function<void(const JsonValue&)>& take) const;
   [[nodiscard]] double number() const;
-  [[nodiscard]] double number_or_nan() const;  ///< null is NaN
+  [[nodiscard]] double number_or_nan() const;  ///< NaN if the value is null
   [[nodiscard]] int integer() const;
   [[nodiscard]] std::size_t count() const;
   [[nodiscard]] bool boolean() const;
   [[nodiscard]] std::string text() const;
   [[nodiscard]] bool is_array() const { return value_->is_array(); }
-  [[nodiscard]] bool is_object() const { return value_->is_object(); }  ///< a row is one
+  [[nodiscard]] bool is_object() const { return value_->is_object(); }  ///< true for a row too
   [[nodiscard]] bool is_text() const { return value_->is_string(); }
-  [[nodiscard]] Eigen::VectorXd vector(std::optional<Eigen::Index> size = {}) const;  ///< finite
+  /// The entries must be finite.
+  [[nodiscard]] Eigen::VectorXd vector(std::optional<Eigen::Index> size = {}) const;
   [[nodiscard]] Eigen::VectorXd vector_or_nan(std::optional<Eigen::Index> size = {}) const;
-  [[nodiscard]] Eigen::MatrixXd matrix(Eigen::Index rows, Eigen::Index columns) const;  ///< finite
+  /// The entries must be finite.
+  [[nodiscard]] Eigen::MatrixXd matrix(Eigen::Index rows, Eigen::Index columns) const;
   [[nodiscard]] Eigen::MatrixXd matrix_or_nan(Eigen::Index rows, Eigen::Index columns) const;
   [[nodiscard]] std::vector<std::string> texts() const;
-  [[nodiscard]] std::vector<std::string> keys() const;  ///< an object's, in the file's order
+  /// @return the names of an object's members, in the file's order.
+  [[nodiscard]] std::vector<std::string> keys() const;
 
-  /// @return a member's text; `otherwise` where it is absent.
+  /// @return a member's text; `otherwise` if the member is absent.
   [[nodiscard]] std::string text_or(std::string_view key, const std::string& otherwise = "") const;
 
-  /// Every member must have one of these names; otherwise the nearest name is suggested.
+  /// Throws if a member has another name than these. The message suggests the nearest name.
   void allow_keys(std::span<const std::string_view> keys) const;
 
-  /// Checks `format` and `version` (only 1 is known).
+  /// Checks `format`, and that `version` is 1 to `last_version`.
   void require_format(std::string_view format, int last_version = 1) const;
 
-  /// Runs a check of this value; a DomainError of it becomes this value's complaint.
+  /// Runs a check of this value. A DomainError from it becomes a DataError with this value's place.
   void check(const std::function<void()>& check_value) const;
 
   /// @return the value as JSON, e.g. to be read as a file of its own.
@@ -87,7 +92,7 @@ class JsonValue {
 
   std::shared_ptr<const File> file_;
   const Json* value_;
-  std::optional<std::size_t> row_;  // of the columns that the value is
+  std::optional<std::size_t> row_;  // row number, if the value is a row of columns
 };
 
 /// @return the parsed text; a discarded value if the text is not JSON, or is nested more than 1,000
@@ -97,33 +102,33 @@ class JsonValue {
 /// @throws DataError  `PATH:LINE: ...` if the text is not JSON, or is nested too deep.
 [[nodiscard]] JsonValue parse_json(std::string_view text, std::string path);
 
-/// @return the value as text to read: members on lines of their own, arrays of numbers on one,
-///         doubles as the shortest text that reads back, NaN as null; ends with a line feed.
-///         JsonColumns are empty afterwards, as their text stands in this one then.
+/// @return the value as readable text that ends with a line feed. Each member has its own line, an
+///         array of numbers is on one line, doubles are the shortest text that reads back, NaN is
+///         null. JsonColumns are empty afterwards, to save memory.
 [[nodiscard]] std::string json_text(Json& value);
 
-/// Takes a piece of a text, which is gone afterwards.
+/// Receives a piece of a text. The piece is valid only during the call.
 using TakeText = std::function<void(std::string_view)>;
 
-/// The same, piece by piece.
+/// As json_text(), but passes the text to `take` piece by piece.
 void put_json(Json& value, const TakeText& take);
 
-/// @return the value that reading json_text() of the value back gives, without making the text.
-///         JsonColumns, which hold only numbers, words and lists of numbers and words, are empty.
-/// @param value  after json_text().
+/// @return the value that parsing the text of json_text() would give; the text is not made again.
+///         JsonColumns are empty in it.
+/// @param value  a value after json_text().
 [[nodiscard]] JsonValue json_round_trip(Json value, std::string path);
 
-/// Rows taken apart into columns: of each member its values, null where a row has none. They are
-/// kept as the text that they become in the file.
+/// A table that is stored by columns: a column contains one member's value of each row, or null if
+/// a row lacks the member. The values are stored as the text for the file.
 class JsonColumns {
  public:
-  /// @param rows  that are to come, for which room is made; 0: not known.
+  /// @param rows  the expected number of rows, for which memory is reserved; 0: unknown.
   explicit JsonColumns(std::size_t rows = 0) : expected_(rows) {}
 
-  /// The next cells belong to the next row.
+  /// Starts the next row.
   void begin_row();
 
-  void put_number(std::string_view key, double number);  ///< null where it is not finite
+  void put_number(std::string_view key, double number);  ///< null if it is not finite
   void put_integer(std::string_view key, int number);
   void put_text(std::string_view key, std::string_view text);
   void put_numbers(std::string_view key, const Eigen::Ref<const Eigen::VectorXd>& numbers);
@@ -135,7 +140,8 @@ class JsonColumns {
  private:
   struct Column {
     std::string name;
-    std::string cells;  // each ends with a line feed, of which JSON on one line has none itself
+    // Each cell ends with a line feed, because JSON on one line contains no line feed.
+    std::string cells;
     std::size_t count = 0;
     bool holds_lists = false;
   };
@@ -144,7 +150,8 @@ class JsonColumns {
   std::vector<Column> columns_;
   std::size_t expected_;
   std::size_t rows_ = 0;
-  std::size_t at_ = 0;  // where the next member's column probably is: rows are alike
+  // The expected column of the next member: usually each row has its members in the same order.
+  std::size_t at_ = 0;
 };
 
 [[nodiscard]] Json json_from(const Eigen::Ref<const Eigen::VectorXd>& vector);

@@ -17,11 +17,10 @@
 
 namespace axiscal {
 
-/// The members of an object by one table for both directions: the same calls put a struct's members
-/// into JSON, or take them from a file, so that what is written is what is read.
+/// Reads and writes a struct's members by one list of calls, so that both directions have the same
+/// format. The same calls write the members to JSON or read them from a file.
 ///
-/// A number that does not exist is NaN in the struct and null in the file. Calls throw as JsonValue
-/// does.
+/// An unknown number is NaN in the struct and null in the file. Calls throw as JsonValue does.
 class JsonMembers {
  public:
   explicit JsonMembers(Json& to) : to_(&to) {}
@@ -30,12 +29,12 @@ class JsonMembers {
 
   [[nodiscard]] bool reads() const { return from_ != nullptr; }
 
-  /// For a value that spans several members: the object itself. A row of a table does not have one
-  /// when it is written.
+  /// The object itself, for a value that spans several members. It is not available while a row of
+  /// a table is written.
   [[nodiscard]] Json& to() { return *to_; }
   [[nodiscard]] const JsonValue& from() const { return *from_; }
 
-  /// Writes a member whatever is read.
+  /// Writes a member. It must not be called while reading.
   template <typename Value>
   void put(const char* key, const Value& value) {
     if constexpr (std::is_base_of_v<Eigen::EigenBase<Value>, Value>) {
@@ -57,7 +56,7 @@ class JsonMembers {
     }
   }
 
-  /// Copies the value read into a struct. Does not change the struct while writing.
+  /// Sets `value` to `read` while reading. Does nothing while writing.
   template <typename Value, typename Read>
   void keep(Value& value, Read&& read) const {
     if (reads()) {
@@ -65,12 +64,12 @@ class JsonMembers {
     }
   }
 
-  /// @return true if a member is in the file; while writing, whether the member will be written.
+  /// @return while reading, true if the file has the member; while writing, `there`.
   [[nodiscard]] bool has(const char* key, bool there) const {
     return reads() ? from_->find(key).has_value() : there;
   }
 
-  /// A member that must be there: a text, number, flag, or a list of texts or integers.
+  /// A required member: a text, number, flag, or a list of texts or integers.
   template <typename Value>
   void need(const char* key, Value& value) {
     if (reads()) {
@@ -90,7 +89,7 @@ class JsonMembers {
     }
   }
 
-  /// The same, not written where there is nothing in it.
+  /// As value(), but not written if the member is empty, 0 or nullopt.
   void value_if_any(const char* key, std::string& text) { value_if(!text.empty(), key, text); }
   void value_if_any(const char* key, std::vector<int>& all) { value_if(!all.empty(), key, all); }
   void value_if_any(const char* key, std::vector<std::string>& all) {
@@ -109,19 +108,19 @@ class JsonMembers {
     }
   }
 
-  /// Members of the object that are not among these are typing errors.
+  /// While reading, throws if the object has a member with another name than these.
   void allow_keys(std::span<const std::string_view> keys) const {
     if (reads()) {
       from_->allow_keys(keys);
     }
   }
 
-  /// The same, not written where it is what it usually is.
+  /// As value(), but not written if the flag equals `usual`.
   void flag_unless(const char* key, bool& flag, bool usual) { value_if(flag != usual, key, flag); }
 
-  /// A member whose value is one of several names; nullopt is an empty name.
-  /// @param name_of  the name of a value; @param parse  the value of a name, or nullopt.
-  /// @param known    the names for a complaint; may be left out.
+  /// A member whose value is one of several names. An empty name in a file does not change `value`.
+  /// @param name_of  the name of a value; @param parse the value of a name, or nullopt.
+  /// @param known    the names, for the error message; may be empty.
   template <typename Value, typename NameOf, typename Parse>
   void choice(
       const char* key, Value& value, NameOf name_of, Parse parse, std::string_view known = {}) {
@@ -139,7 +138,7 @@ class JsonMembers {
     choose(key, name, value, parse, known);
   }
 
-  /// The same, not written where it is what it usually is.
+  /// As choice(), but not written if the value equals `usual`.
   template <typename Value, typename NameOf, typename Parse>
   void choice_unless(const char* key,
                      Value& value,
@@ -160,10 +159,10 @@ class JsonMembers {
     value(key, number);
   }
 
-  /// {"x": .., "y": ..}
+  /// An object {"x": .., "y": ..}; NaN for a number that is absent or null.
   void xy(const char* key, double& x, double& y);
 
-  /// [low, high], both finite.
+  /// A required array [low, high] of two finite numbers.
   void need_pair(const char* key, double& low, double& high);
 
   template <typename Vector>
@@ -205,8 +204,8 @@ class JsonMembers {
     matrix = from_->at(key).matrix(rows, columns);
   }
 
-  /// An object of its own, which must be there.
-  /// @param members  called with its JsonMembers.
+  /// A required member that is an object.
+  /// @param members  called with the JsonMembers of that object.
   template <typename Members>
   void need_object(const char* key, const Members& members) {
     if (reads()) {
@@ -216,7 +215,7 @@ class JsonMembers {
     }
   }
 
-  /// An object of its own; written only `where` there is something in it.
+  /// A member that is an object. It is written only if `where` is true.
   template <typename Members>
   void object(const char* key, bool where, const Members& members) {
     if (!reads()) {
@@ -228,7 +227,7 @@ class JsonMembers {
     }
   }
 
-  /// @param members  called with its JsonMembers and the struct.
+  /// @param members  called with the object's JsonMembers and the struct.
   template <typename Struct, typename Members>
   void object_if_any(const char* key,
                      std::optional<Struct>& value,
@@ -241,8 +240,8 @@ class JsonMembers {
   }
 
   /// An array of objects.
-  /// @param members  called with each one's JsonMembers and struct.
-  /// @param blank    what a struct is before it is read.
+  /// @param members  called with the JsonMembers and the struct of each object.
+  /// @param blank    initial value of each struct that is read.
   template <typename Struct, typename Members>
   void list(const char* key,
             std::vector<Struct>& all,
@@ -261,8 +260,8 @@ class JsonMembers {
     }
   }
 
-  /// A list as above, written as a table where it is long: an object of columns, one for each
-  /// member, so that names are not repeated in every row. Either form is read.
+  /// As list(), but more than 200 structs are written as an object of columns, so that names are
+  /// not repeated in every row. Both forms are read.
   template <typename Struct, typename Members>
   void table(const char* key, std::vector<Struct>& all, const Members& members) {
     if (!reads()) {
@@ -296,14 +295,14 @@ class JsonMembers {
     }
   }
 
-  /// Checks a member that was read; a DomainError becomes that member's complaint.
+  /// Checks a member while reading. A DomainError becomes a DataError with the member's place.
   void check(const char* key, const std::function<void()>& check_value) const {
     if (reads()) {
       from_->at(key).check(check_value);
     }
   }
 
-  /// Complains of a member that was read.
+  /// While reading, throws a DataError with the member's place if `good` is false.
   void check(const char* key, bool good, std::string_view what) const {
     if (reads() && !good) {
       from_->at(key).fail(what);
@@ -353,7 +352,7 @@ class JsonMembers {
   }
 
   Json* to_ = nullptr;
-  JsonColumns* columns_ = nullptr;  // instead, of a row of a table
+  JsonColumns* columns_ = nullptr;  // replaces to_ while a row of a table is written
   const JsonValue* from_ = nullptr;
 };
 

@@ -16,17 +16,18 @@ namespace axiscal {
 /// Finds members of an object in the text of a file, ten times as fast as the parser. The text
 /// between the members is not checked.
 ///
-/// @param members  by their pointers: "/created", "/statistics/covariance".
+/// @param members  the members' JSON pointers: "/created", "/statistics/covariance".
 /// @param pieces   receives the text of each member's value; entries of missing members do not
 ///                 change.
 /// @return false if the text is not an object, ends early, repeats one of the members or their
 ///         parents, contains a name with an escape or a slash, or has another type in place of an
-///         object. The parser then reports the error.
+///         object. The caller then runs the parser, which reports the error.
 [[nodiscard]] bool find_json_pieces(std::string_view text,
                                     std::span<const std::string_view> members,
                                     std::span<std::string_view> pieces);
 
-/// As above: @return the pieces, with empty entries for missing members; nullopt instead of false.
+/// As find_json_pieces().
+/// @return the pieces, empty for missing members; nullopt if find_json_pieces() returns false.
 template <std::size_t N>
 [[nodiscard]] std::optional<std::array<std::string_view, N>> json_pieces(
     std::string_view text, const std::array<std::string_view, N>& members) {
@@ -43,7 +44,8 @@ template <std::size_t N>
                                                              Eigen::Index rows,
                                                              Eigen::Index columns);
 
-/// @return the numbers of an array; `nullopt` as for matrices. null becomes NaN.
+/// @return the numbers of an array, NaN for null; `nullopt` if the array has another size, or an
+///         entry is neither a finite number nor null.
 [[nodiscard]] std::optional<Eigen::VectorXd> vector_of_piece(std::string_view piece,
                                                              Eigen::Index size);
 
@@ -54,25 +56,25 @@ template <std::size_t N>
 /// @return the text; `nullopt` if `piece` is not a text of plain ASCII.
 [[nodiscard]] std::optional<std::string> text_of_piece(std::string_view piece);
 
-/// Goes through the entries of a list, or the members of an object, and keeps none. It does not
-/// look into an entry.
+/// Iterates over the entries of a list or the members of an object. It stores no entry and does not
+/// parse its content.
 class JsonEntries {
  public:
-  /// @param text  that begins with the list or object.
+  /// @param text  a text that begins with the list or object.
   explicit JsonEntries(std::string_view text);
 
   [[nodiscard]] bool is_list() const { return open_ == '['; }
   [[nodiscard]] bool is_object() const { return open_ == '{'; }
 
   /// Goes on to the next entry.
-  /// @return false at the end, or if the text is not JSON: ok() is false only then.
+  /// @return false at the end, or if the text is not JSON. Only in the second case is ok() false.
   bool next();
 
   [[nodiscard]] std::string_view value() const { return value_; }
-  /// @return a member's name as it is written, between its quotes.
+  /// @return a member's name as it is in the text, without its quotes and with its escapes.
   [[nodiscard]] std::string_view key() const { return key_; }
   [[nodiscard]] bool ok() const { return ok_; }
-  /// @return the text behind what was gone through.
+  /// @return the text after the entries that were read.
   [[nodiscard]] std::string_view rest() const { return rest_; }
 
  private:
@@ -84,7 +86,7 @@ class JsonEntries {
   bool ok_ = true;
 };
 
-/// @return how deep arrays and objects stand in each other, up to where a text stops being JSON.
+/// @return the greatest nesting depth of arrays and objects, up to the first syntax error.
 [[nodiscard]] std::size_t depth_of_json(std::string_view text);
 
 }  // namespace axiscal

@@ -5,11 +5,12 @@
 
 namespace axiscal {
 
-/// The header of a file in NumPy's format 1.0; little-endian.
+/// The header of a file in NumPy's format 1.0 for little-endian numbers.
 ///
 /// @param type        as a Python literal: `'<f8'`, or a list of names and types.
-/// @param shape       as a Python tuple; of whatever length, the header of a type is as long.
-/// @param by_columns  whether the numbers go column by column.
+/// @param shape       as a Python tuple. The header's length is the same for all shapes of up to 46
+///                    characters.
+/// @param by_columns  true if the numbers are in column-major (Fortran) order.
 /// @par Source
 /// numpy.lib.format, NEP 1.
 [[nodiscard]] std::string npy_header(const std::string& type,

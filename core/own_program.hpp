@@ -6,10 +6,11 @@
 
 namespace axiscal {
 
-/// A program in the same installation as the command `axiscal`, similar to those of git.
+/// A program in the same installation as the command `axiscal`, like the programs in git's libexec
+/// folder.
 struct OwnProgram {
   const char* name = nullptr;     ///< "axiscal-report"
-  const char* package = nullptr;  ///< that installs it
+  const char* package = nullptr;  ///< the package that installs it
 };
 
 /// @return the path of the program. The search goes through the folder in AXISCAL_LIBEXEC, the
@@ -17,9 +18,9 @@ struct OwnProgram {
 /// @throws RefusedError  if none of these folders has the program. The message names the package.
 [[nodiscard]] std::string own_program(const OwnProgram& program);
 
-/// Becomes the program: it replaces this process.
+/// Replaces this process by the program.
 /// @param arguments  without the program's name.
-/// @throws RefusedError  as own_program(); or if it cannot be started.
+/// @throws RefusedError  as own_program(); or if the program cannot be started.
 [[noreturn]] void become(const OwnProgram& program, const std::vector<std::string>& arguments);
 
 }  // namespace axiscal

@@ -5,14 +5,15 @@
 
 namespace axiscal {
 
-/// std::from_chars for a double, or where the standard library has none (libc++ 14) what
-/// follows.
+/// std::from_chars() for a double. If the standard library lacks it (libc++ 14), it is
+/// read_double_by_c_library().
 [[nodiscard]] std::from_chars_result read_double(const char* first,
                                                  const char* last,
                                                  double& value) noexcept;
 
-/// As read_double(), by the C library: the result of from_chars for decimal numbers, correctly
-/// rounded and independent of the locale. `inf` and `nan` are rejected.
+/// As read_double(), by the C library's strtod_l(). For decimal numbers it gives the result of
+/// std::from_chars(): correctly rounded and independent of the locale. `inf` and `nan` are
+/// rejected.
 [[nodiscard]] std::from_chars_result read_double_by_c_library(const char* first,
                                                               const char* last,
                                                               double& value) noexcept;

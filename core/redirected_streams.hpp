@@ -9,9 +9,9 @@
 
 namespace axiscal {
 
-/// The standard streams of this thread as strings, for a program that runs subcommands within
-/// itself. While an object lives, the path "-" reads `input` and writes `output`; print_error()
-/// writes `errors`. Other threads keep the streams of the process.
+/// Redirects the standard streams of this thread to strings, for a program that runs subcommands
+/// within itself. While an object exists, the path "-" reads `input` and writes `output`, and
+/// print_error() writes `errors`. Other threads keep the streams of the process.
 class AXISCAL_EXPORT RedirectedStreams {
  public:
   explicit RedirectedStreams(std::string input);
@@ -19,10 +19,10 @@ class AXISCAL_EXPORT RedirectedStreams {
   RedirectedStreams(const RedirectedStreams&) = delete;
   RedirectedStreams& operator=(const RedirectedStreams&) = delete;
 
-  /// @return those of this thread; null if its streams are the process's.
+  /// @return the object of this thread; null if its streams are not redirected.
   [[nodiscard]] static RedirectedStreams* current();
 
-  /// Reads on in `input`. @return the number of bytes; 0 at the end.
+  /// Reads the next bytes of `input`. @return the number of bytes; 0 at the end.
   std::size_t read(char* buffer, std::size_t size);
 
   std::string output;

@@ -5,20 +5,20 @@
 
 namespace axiscal {
 
-/// A file in the folder that TMPDIR names, or in /tmp. It is gone with the object; a signal that
-/// ends the program removes its name.
+/// A file in the folder that TMPDIR names, or in /tmp. The destructor removes it. If a signal ends
+/// the program, the signal handler removes its name.
 class TemporaryFile {
  public:
-  /// @throws OutputError  if none can be made there.
+  /// @throws OutputError  if the file cannot be created.
   TemporaryFile();
   ~TemporaryFile();
   TemporaryFile(const TemporaryFile&) = delete;
   TemporaryFile& operator=(const TemporaryFile&) = delete;
 
-  /// Removes the name now. The content disappears when the program ends in any way.
+  /// Removes the name now. Then the content disappears when the program ends, even if it is killed.
   void remove_name();
 
-  /// @return a path by which this process can open it.
+  /// @return a path by which this process can open the file.
   [[nodiscard]] const std::string& path() const { return path_; }
 
   [[nodiscard]] int descriptor() const { return descriptor_; }

@@ -5,11 +5,11 @@
 
 namespace axiscal {
 
-/// Announces the path of a file that a signal which ends the program must remove. Up to 64 at once
-/// are known to the handler: remove_unfinished_output().
+/// Registers a file that remove_unfinished_output() must remove if a signal ends the program. Up to
+/// 64 files can be registered at a time.
 void register_unfinished_file(const std::string& path) noexcept;
 
-/// The file is gone, or is to stay.
+/// Unregisters a file that is deleted, or that is complete and must be kept.
 void unregister_unfinished_file(const std::string& path) noexcept;
 
 }  // namespace axiscal

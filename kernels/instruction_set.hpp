@@ -7,16 +7,16 @@
 
 namespace axiscal {
 
-/// @return the instruction set that the kernels run on: "AVX3" (AVX-512), "AVX2", "SSE4", "NEON",
-///         ..., "plain" where they were built without Highway.
+/// @return the instruction set that the kernels use: "AVX3" (AVX-512), "AVX2", "SSE4", "NEON", ...,
+///         or "plain" if they were built without Highway.
 [[nodiscard]] std::string instruction_set();
 
-/// @return those that the kernels could run on here, best first.
+/// @return the instruction sets that the kernels can use on this machine, best first.
 [[nodiscard]] std::vector<std::string> instruction_sets();
 
-/// Makes the kernels run on another of instruction_sets(): for tests and benchmarks, before other
-/// threads use them. An empty name takes the best again.
-/// @return whether there is one of that name.
+/// Selects one of instruction_sets() for the kernels, for tests and benchmarks. Call it before
+/// other threads use kernels. An empty name selects the best one.
+/// @return false if there is no instruction set of that name.
 bool use_instruction_set(std::string_view name);
 
 }  // namespace axiscal

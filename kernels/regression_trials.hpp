@@ -10,22 +10,22 @@
 
 namespace axiscal {
 
-/// A linear regression `y = X b + e` that is simulated and fitted again and again; n readings, p
-/// parameters, m responses fitted alike.
+/// A linear regression `y = X b + e` that is simulated and fitted many times. It has n readings, p
+/// parameters, and m responses with the same X.
 struct RegressionTrials {
   RepeatedDesign at;                      ///< X and its pseudo-inverse
   std::size_t responses = 0;              ///< m
   std::vector<double> unscaled_variance;  ///< diagonal of (X^T X)^-1, p
-  std::vector<double> truth;              ///< b, m x p: row k of response k
+  std::vector<double> truth;              ///< b, m x p: row k is b of response k
   std::vector<double> noise_sd;           ///< one for each response, m
   double coverage_factor = 0.0;           ///< t: an interval is estimate +- t * standard error
 };
 
-/// Sums over trials, of one parameter of one response.
+/// Sums over trials, for one parameter of one response.
 struct RegressionTrialSums {
-  double error = 0.0;  ///< estimate less truth
+  double error = 0.0;  ///< estimate minus truth
   double error_squared = 0.0;
-  double u_squared = 0.0;  ///< squared standard errors that the fits state
+  double u_squared = 0.0;  ///< squared standard errors from the fits
   double covered = 0.0;    ///< number of intervals that contain the truth
 };
 
@@ -35,11 +35,12 @@ inline constexpr std::size_t regression_trials_block = 4096;
 /// Runs one block of trials: adds normal noise to the readings X b, fits each response, and
 /// estimates the scatter from the residuals.
 ///
-/// Block b of a seed is always the same trials: eight streams of xoshiro256++, seeded from (seed,
-/// b), each of which makes every eighth trial, so that neither threads nor the width of the
-/// machine's vectors change them. Normals by Box and Muller.
+/// The trials of a block depend only on the seed and on the block's number b. Eight streams of
+/// xoshiro256++ are seeded from (seed, b), and each stream makes every eighth trial. Therefore the
+/// trials do not depend on the number of threads or on the width of the machine's vectors. Normals
+/// are drawn by Box and Muller.
 ///
-/// @param count  how many of the block's trials to do, at most regression_trials_block.
+/// @param count  number of trials to run, at most regression_trials_block.
 /// @return m x p sums, parameter j of response k at k p + j.
 /// @par Source
 /// D. Blackman, S. Vigna, "Scrambled linear pseudorandom number generators", ACM Trans. Math.
@@ -49,15 +50,15 @@ inline constexpr std::size_t regression_trials_block = 4096;
                                                                      std::uint64_t block,
                                                                      std::size_t count);
 
-/// The same in plain code, one trial after the other: the reference.
+/// Plain version of run_regression_trials(), one trial after the other, as a reference for tests.
 [[nodiscard]] std::vector<RegressionTrialSums> run_regression_trials_plain(
     const RegressionTrials& trials, std::uint64_t seed, std::uint64_t block, std::size_t count);
 
-/// Normal numbers as the trials use them: number i of stream s at 8 i + s.
-/// @param values  filled; their number must be a multiple of 16.
+/// Draws the normal numbers of the trials: number i of stream s is at 8 i + s.
+/// @param values  receives the numbers; its size must be a multiple of 16.
 void fill_normals(std::uint64_t seed, std::uint64_t block, std::span<double> values);
 
-/// The same in plain code: the reference.
+/// Plain version of fill_normals(), as a reference for tests.
 void fill_normals_plain(std::uint64_t seed, std::uint64_t block, std::span<double> values);
 
 }  // namespace axiscal

@@ -6,15 +6,14 @@
 
 namespace axiscal {
 
-/// X^T X of the columns x_1 .. x_p of X, for normal equations.
+/// Computes X^T X from the columns x_1 .. x_p of X, for normal equations.
 ///
-/// @param columns   each of n entries.
-/// @param products  p x p, column by column, of which the lower triangle is what it says: by as
-/// many
-///                  accumulators as the machine likes, on which the last digits depend.
+/// @param columns   p columns of n entries.
+/// @param products  receives p x p numbers, column by column. Only the lower triangle is valid. Its
+///                  last digits depend on the instruction set.
 void sums_of_products(std::span<const double* const> columns, std::size_t n, double* products);
 
-/// The same in plain code: the reference.
+/// Plain version of sums_of_products(), as a reference for tests.
 void sums_of_products_plain(std::span<const double* const> columns,
                             std::size_t n,
                             double* products);

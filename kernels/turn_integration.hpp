@@ -8,8 +8,8 @@
 
 namespace axiscal {
 
-/// The gyroscope's readings during one turn, from a rest to the next: samples of three axes with
-/// their times.
+/// The readings of a gyroscope during one turn, from one rest to the next: samples of three axes,
+/// and their times.
 struct TurnSamples {
   std::array<std::span<const double>, 3> rate;  ///< readings v, n samples each
   std::span<const double> time_s;               ///< n times, ascending
@@ -17,56 +17,56 @@ struct TurnSamples {
 
 /// The result of a turn: the attitude at its end, and its derivative with respect to B.
 struct IntegratedTurn {
-  /// R(T) as a unit quaternion (w, x, y, z): to the sensor's frame at the start from that at the
-  /// end.
+  /// R(T) as a unit quaternion (w, x, y, z): the rotation from the sensor's frame at the end to its
+  /// frame at the start.
   std::array<double, 4> attitude = {1.0, 0.0, 0.0, 0.0};
-  /// Column 3 p + q: the small rotation, in the sensor's frame at the start, that R(T) turns by for
-  /// a unit change of B_pq: the integral of R(t) e_p (v - b)_q dt.
+  /// Derivative of R(T) with respect to B_pq, in column 3 p + q: a small rotation vector in the
+  /// sensor's frame at the start. It is the integral of R(t) e_p (v - b)_q dt.
   std::array<std::array<double, 9>, 3> sensitivity{};
-  /// The integral of R(t) dt [s]: a bias that is wrong by e turns R(T) by it times B e.
+  /// The integral of R(t) dt [s]. An error e of the bias turns R(T) by this integral times B e.
   std::array<std::array<double, 3>, 3> rotation_integral{};
 };
 
-/// Turns that are integrated again and again with other candidates of B: packed once, eight side by
-/// side.
+/// Turns that are integrated many times with different B. They are stored once, in groups of eight
+/// turns.
 ///
 ///     dR/dt = R [w cross],   w = B (v - b)
 ///
-/// w is taken as linear between samples; each step is the rotation vector
+/// w is linear between samples. Each step is the rotation vector
 /// (w0 + w1) dt / 2 + (w0 cross w1) dt^2 / 12 (Magnus series, of fourth order).
 ///
 /// @par Source
 /// method.md, section 4, turns; A. Iserles et al., "Lie-group methods", Acta Numerica 9 (2000).
 class PackedTurns {
  public:
-  /// @param turns  their readings v.
-  /// @param bias   b, of each axis; v - b is packed.
+  /// @param turns  the readings v of each turn.
+  /// @param bias   b for each axis; v - b is stored.
   explicit PackedTurns(std::span<const TurnSamples> turns, const std::array<double, 3>& bias = {});
 
-  /// @return how many turns.
+  /// @return the number of turns.
   [[nodiscard]] std::size_t size() const { return place_.size(); }
 
   /// @param B  3 x 3, row by row: angular rate per reading [rad/s per unit].
-  /// @return one result for each turn, in the order given.
+  /// @return one result for each turn, in the order of the constructor's `turns`.
   [[nodiscard]] std::vector<IntegratedTurn> integrate(std::span<const double, 9> B) const;
 
-  /// The same in plain code: the reference.
+  /// Plain version of integrate(), as a reference for tests.
   [[nodiscard]] std::vector<IntegratedTurn> integrate_plain(std::span<const double, 9> B) const;
 
  private:
   struct Group {
     std::size_t steps = 0;
-    std::size_t first = 0;  // of its numbers
+    std::size_t first = 0;  // index of its first number in samples_
   };
   template <typename Integrator>
   [[nodiscard]] std::vector<IntegratedTurn> integrated_by(const Integrator& integrate_group,
                                                           std::span<const double, 9> B) const;
 
   std::vector<Group> groups_;
-  // Per sample: x, y, z, time step to it, each for eight turns. All groups in one piece of memory,
-  // which fits of one turn set after another then give each other.
+  // For each sample: x, y, z and the time step to it, each for eight turns. All groups are in one
+  // allocation, so that its memory can be used again for the next set of turns.
   std::vector<double> samples_;
-  std::vector<std::size_t> place_;  // for each turn its group times eight, and its lane
+  std::vector<std::size_t> place_;  // for each turn: 8 times its group, plus its lane
 };
 
 }  // namespace axiscal

@@ -1,9 +1,8 @@
 #!/usr/bin/env bash
 # SPDX-License-Identifier: Apache-2.0
-# Compiles the library, the command and the tests of core and kernels for arm64, and runs them in an emulator: the
-# tests, and a calibration whose record is compared with this machine's. The arm64 libraries come from Debian; they
-# lie in AXISCAL_ROOTS (/var/tmp/axiscal-roots) and are kept for the next run. Needs root, and Debian's
-# g++-aarch64-linux-gnu, qemu-user and debootstrap.
+# Compiles the library, the command and the tests of core and kernels for arm64. Then an emulator runs these tests and a
+# calibration. The arm64 libraries come from Debian; they stay in AXISCAL_ROOTS (/var/tmp/axiscal-roots) for the next
+# run. Needs root and the Debian packages g++-aarch64-linux-gnu, qemu-user and debootstrap.
 set -euo pipefail
 cd "$(dirname "$0")/.."
 
@@ -23,7 +22,7 @@ libraries+=,libpugixml-dev,libyaml-cpp-dev,libxlsxwriter-dev,libgtest-dev,libgmo
 if [ ! -e "$sysroot/.complete" ]; then
   rm -rf "$sysroot"
   mkdir -p "$sysroot"
-  # --foreign downloads the packages and runs none of their scripts; the compiler needs their files alone.
+  # --foreign downloads the packages without running their scripts. The compiler needs only their files.
   debootstrap --foreign --arch=arm64 --variant=minbase "--include=$libraries" "$suite" "$sysroot"
   for package in "$sysroot"/var/cache/apt/archives/*.deb; do
     dpkg-deb -x "$package" "$sysroot"
@@ -31,14 +30,14 @@ if [ ! -e "$sysroot/.complete" ]; then
   touch "$sysroot/.complete"
 fi
 
-# The preset names the compiler.
+# CXX is unset, because the preset sets the compiler.
 env -u CXX PKG_CONFIG_SYSROOT_DIR="$sysroot" PKG_CONFIG_LIBDIR="$sysroot/usr/lib/aarch64-linux-gnu/pkgconfig" \
   cmake --preset arm64 "-DCMAKE_SYSROOT=$sysroot" "-DCMAKE_FIND_ROOT_PATH=$sysroot" \
   "-DCMAKE_CROSSCOMPILING_EMULATOR=qemu-aarch64;-L;$sysroot"
 cmake --build --preset arm64 -- -k 0
 
 emulated() { qemu-aarch64 -L "$sysroot" "$@"; }
-# The emulator lives in the address space that the left-out test limits.
+# The test NeedsNoThreads is left out: it limits the memory of its process, and the emulator runs in that process.
 emulated build/arm64/tests/core_test --gtest_filter=-ForEachInParallel.NeedsNoThreads
 emulated build/arm64/tests/kernels_test
 work=build/arm64/files

@@ -1,9 +1,10 @@
 #!/usr/bin/env bash
 # SPDX-License-Identifier: Apache-2.0
-# The long look before a change is handed in: format, clang, g++, address and undefined-behaviour sanitizers of both,
-# the thread sanitizer, libc++ where it is there, the gates (hostile clients, short fuzzing), each public header alone, Doxygen,
-# arm64 and musl (scripts/arm64.sh, scripts/musl.sh), and clang-tidy on what changed against origin/main (--all: on everything).
-# Needs clang, clang-format, clang-tidy and doxygen beside what dependencies.sh installs.
+# Runs all checks before a change is submitted: format, clang, g++, address and undefined-behaviour sanitizers of both
+# compilers, the thread sanitizer, libc++ if it is installed, scripts/gates.sh, each public header compiled alone,
+# Doxygen, arm64 and musl (scripts/arm64.sh, scripts/musl.sh), and clang-tidy on the files that differ from origin/main
+# (--all: on all files). Needs clang, clang-format, clang-tidy and doxygen in addition to the packages of
+# dependencies.sh.
 #
 # check.sh SUITE [COMPILER ...] runs the README's two commands on a fresh Debian instead: check.sh trixie
 set -euo pipefail
@@ -21,7 +22,7 @@ scripts/plain_english.py
 for preset in dev gcc sanitize sanitize-gcc thread; do
   cmake --workflow --preset "$preset"
 done
-# The objects of the library proper; programs need a GeographicLib of the same standard library.
+# Only the objects of the library are compiled: programs would need a GeographicLib that is built with libc++.
 if echo '#include <vector>' | clang++ -stdlib=libc++ -std=c++20 -fsyntax-only -x c++ - 2>/dev/null; then
   cmake --workflow --preset libcxx
 else

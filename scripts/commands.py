@@ -32,28 +32,28 @@ import tty
 import zipfile
 
 SOURCE = os.environ.get("AXISCAL_SOURCE_DIR", os.path.dirname(os.path.dirname(os.path.abspath(__file__))))
-# Run by scripts/tutorials.py, in their order.
+# scripts/tutorials.py runs the commands in these blocks, so they are left out here.
 TUTORIALS = re.compile(r"```console\n.*?```", re.S)
 SUBCOMMANDS = set()
 G = 9.80665
 
 
-# ---------------------------------------------------------------- which commands there are
+# ---------------------------------------------------------------- finding the commands
 
 def is_form(command):
-    """Whether it shows how a command is built, and is none."""
+    """Whether the text is a usage pattern and not a command to run."""
     words = re.sub(r"'[^']*'|\"[^\"]*\"", "Q", command)
     return ("..." in words or " .. " in words + " " or re.search(r" \| (?!axiscal|tail|head|cut)", words) is not None
             or re.search(r"(?:^|\s|=)[A-Z]{3,}\b(?![.\d])", words) is not None)
 
 
 def is_name(command):
-    """`axiscal level` in a sentence is the name of a part."""
+    """Whether the text only names a subcommand, for example `axiscal level` in a sentence."""
     return len(command.split()) < 3
 
 
 def joined_lines(lines):
-    """Commands of a code block, with the lines that they go on in."""
+    """Returns the commands of a code block. Lines that end with a backslash are joined with the next line."""
     commands = []
     goes_on = False
     for line in lines:
@@ -85,7 +85,7 @@ def commands_of_page(path):
 
 
 def documented(axiscal):
-    """(where, command) of all, each command once."""
+    """Returns (place, command) of all documented commands. Each command occurs once."""
     pages = [os.path.join(SOURCE, "README.md")]
     pages += sorted(glob.glob(os.path.join(SOURCE, "docs", "**", "*.md"), recursive=True))
     all_of_them = []
@@ -101,7 +101,7 @@ def documented(axiscal):
 
 
 def printed_in(text):
-    """Commands that a command says to type: at the end of a line, behind a colon."""
+    """Returns the commands that a printed text suggests: at the end of a line, after a colon."""
     found = re.findall(r"^[\w ,;()-]*: (axiscal [a-z]+\b.*)$", text, re.M)
     return [command for command in found if command.split()[1] in SUBCOMMANDS]
 
@@ -129,7 +129,7 @@ def transposed(m):
 
 
 def turn(axis, angle):
-    """The matrix that turns vectors by an angle about a unit axis."""
+    """Returns the matrix that rotates vectors by `angle` [rad] about the unit vector `axis`."""
     c, s = math.cos(angle), math.sin(angle)
     x, y, z = axis
     return [[c + x * x * (1 - c), x * y * (1 - c) - z * s, x * z * (1 - c) + y * s],
@@ -155,7 +155,7 @@ FACES = {sign + axis: [(1 if sign == "+" else -1) * float("XYZ"[i] == axis) for 
 
 
 def of_seat(rest, fence):
-    """Body from table: the resting face looks down, the other one at the fence."""
+    """Returns the rotation from table to body. The face `rest` points down, the face `fence` at the fence."""
     up = [-x for x in FACES[rest]]
     ahead = FACES[fence]
     return transposed([cross(ahead, up), ahead, up])
@@ -188,14 +188,14 @@ def imu_samples(attitudes, rng, rest_s=4.0, turn_s=1.5, rate=100.0):
             take(body, [0.0, 0.0, 0.0])
         if k + 1 == len(attitudes):
             break
-        # Fixed axis, in the body as in the table's frame of it.
+        # The axis of the turn is constant: its coordinates in the body are the same before and after the turn.
         axis, angle = axis_angle(product(attitudes[k + 1], transposed(body)))
         steps = int(turn_s * rate)
         for i in range(steps):
             part = (i + 0.5) / steps
             at = angle * (part - math.sin(2 * math.pi * part) / (2 * math.pi))
             speed = angle / turn_s * (1 - math.cos(2 * math.pi * part))
-            # A vector of the table, seen by the body, turns by +at: the body itself by -at.
+            # In body coordinates a vector fixed to the table turns by +at, so the body turns by -at.
             take(product(turn(axis, at), body), [-speed * x for x in axis])
     return samples
 
@@ -208,7 +208,7 @@ def text_of(samples, header, columns):
 
 
 def ulog(samples, instances=2, sensors=("accel", "gyro", "mag")):
-    """PX4's log (docs.px4.io, ULog): each sensor's message, several instances."""
+    """Returns a PX4 log (ULog format, see docs.px4.io) with `instances` of each sensor's message."""
     def message(kind, data):
         return struct.pack("<HB", len(data), ord(kind)) + data
     out = bytearray(b"ULog\x01\x12\x35\x01" + struct.pack("<Q", 0))
@@ -344,7 +344,7 @@ def zipped(files):
 
 
 class Desk:
-    """What lies before a reader: all files that the pages name."""
+    """A folder with all files that the documented commands name."""
 
     def __init__(self, axiscal, folder):
         self.axiscal, self.folder = axiscal, folder
@@ -389,7 +389,7 @@ class Desk:
                   for i in range(600)]
         self.write("mag.csv", text_of(turned, "mx,my,mz", lambda t, a, w, m: m))
         self.turned = turned
-        # Boards and phones laid down by hand.
+        # Recordings of boards and phones that are laid down by hand.
         by_hand = imu_samples([any_attitude(rng) for _ in range(16)], rng)
         self.write("own/imu.csv", text_of(by_hand, "time,ax,ay,az,gx,gy,gz,mx,my,mz",
                                           lambda t, a, w, m: [t, *a, *w, *m]))
@@ -407,18 +407,18 @@ class Desk:
         for face, (rest, fence) in {"x_up": ("-X", "+Y"), "x_down": ("+X", "+Y"), "y_up": ("-Y", "+Z"),
                                     "y_down": ("+Y", "+Z"), "z_up": ("-Z", "+X"), "z_down": ("+Z", "+X")}.items():
             self.write(face + ".csv", text_of(imu_samples([of_seat(rest, fence)], rng), "ax,ay,az", lambda t, a, w, m: a))
-        # At rest.
+        # Recordings at rest.
         still = imu_samples([turn([0.0, 0.0, 1.0], 0.0)], rng, rest_s=120.0)
         self.still = still
         self.write("rest.csv", text_of(still, "time,ax (m/s^2),ay (m/s^2),az (m/s^2),gx (rad/s),gy (rad/s),gz (rad/s)",
                                        lambda t, a, w, m: [t, *a, *w]))
         self.write("rest.ulg", ulog(still, instances=1))
         self.write("rest.bag", rosbag(still))
-        # Readings of the instrument in run.csv.
+        # A log of the instrument that run.csv calibrates.
         self.write("own/log.csv", "time,x,y,z\n" + "".join(
             f"{i},{2.5 * math.sin(a):.6f},0.01,{2.5 * math.cos(a):.6f}\n" for i, a in enumerate(
                 0.02 * j for j in range(40))))
-        # Readings of the drone's accelerometer, whose parameters `import` reads.
+        # Readings of the accelerometer whose calibration is in drone.params (read by `axiscal import`).
         self.write("own/drone.csv", "rest,fence,x,y,z\n" + "".join(
             f"{rest},{fence}," + ",".join(
                 f"{s * G * v + b:.4f}" for s, v, b in zip((1.004, 0.997, 1.002), times(of_seat(rest, fence), [0, 0, 1]),
@@ -498,7 +498,7 @@ class Desk:
         make("axiscal calibrate attitudes.csv --method attitude --from own/body-cal.json -o body.json")
 
     def for_command(self, command, folder):
-        """A copy in which the file names mean what this command takes them for."""
+        """Copies the folder and replaces files whose names have another meaning in this command."""
         shutil.copytree(self.folder, folder, symlinks=True)
 
         def replace(name, by):
@@ -521,10 +521,10 @@ class Desk:
                   "quit\n")
 
 
-# ---------------------------------------------------------------- the instruments on their wires
+# ---------------------------------------------------------------- simulated instruments
 
 class Wire:
-    """A source of lines: a pseudo-terminal, or a server on loopback."""
+    """A source of lines: a pseudo-terminal, or a TCP server on the loopback interface."""
 
     def __init__(self, line):
         self.line, self.stopped = line, threading.Event()
@@ -566,7 +566,7 @@ class Wire:
 
 
 def wired(command, desk):
-    """The command with addresses of this machine in place of those of the reader's."""
+    """Returns the command with addresses of simulated instruments, and these instruments."""
     if "magnetometer" in command:
         def line(i):
             return ",".join(f"{v:.3f}" for v in desk.turned[i % len(desk.turned)][3]) + "\r\n"
@@ -596,7 +596,7 @@ class Done:
 
 
 def shell(command, folder, axiscal, stdin="", waits=None):
-    """Runs it; one that waits for ever is ended after a while, its status is then None."""
+    """Runs a command. If `waits` [s] is given, a command still running after it is ended and its status is None."""
     environment = {**os.environ, "PATH": os.path.dirname(os.path.abspath(axiscal)) + ":" + os.environ["PATH"],
                    "NO_COLOR": "1", "COLUMNS": "400"}
     with tempfile.TemporaryFile() as out, tempfile.TemporaryFile() as err:
@@ -630,7 +630,7 @@ def waits_for_ever(command):
 
 
 def run_one(command, folder, desk):
-    """@return what is wrong with it, or nothing; and what it printed."""
+    """Returns the fault of a command (an empty text if it passed) and its output."""
     typed, wires = wired(command, desk)
     done = shell(typed, folder, desk.axiscal, waits=waits_for_ever(command))
     for wire in wires:
@@ -642,7 +642,7 @@ def run_one(command, folder, desk):
         if not why and not printed.strip():
             why = "prints nothing in the time it has"
         return why, printed
-    # "drifted", "outside" and the like are answers.
+    # Status 1 of `axiscal check` with "drifted", "outside" or "limit" in its output is a result, not a failure.
     is_answer = done.status == 1 and " check " in command.replace("--check", "check") and re.search(
         r"drifted|outside|limit", done.out)
     if done.status != 0 and not is_answer:
@@ -650,7 +650,8 @@ def run_one(command, folder, desk):
     return "", printed
 
 
-# Files of every kind that `log` is shown: what it says to type next is run in the same folder.
+# Returns the files for `axiscal log` by name. The content is None if the Desk contains the file. The commands that
+# `axiscal log` suggests are run in the same folder.
 def logs_of(desk):
     rng = random.Random(9)
     moving = [(t, [x + 3.0 * rng.gauss(0, 1) for x in a], w, m) for t, a, w, m in desk.still[:3000]]
@@ -729,7 +730,7 @@ def main():
                     file.write(content if isinstance(content, bytes) else content.encode())
             said = shell(f"axiscal log '{name}'", folder, axiscal)
             next_ones = printed_in(said.out)
-            # Names with commas cannot be typed.
+            # `log` suggests no command for "unknown two.csv", because options cannot take its column names.
             if said.status != 0 or (not next_ones and name not in ("moving.csv", "unknown two.csv")):
                 wrong.append((f"axiscal log '{name}'", "says no command: " + " ".join(said.out.split())[-200:]))
             last = (said.out.strip().splitlines() or [""])[-1]

@@ -41,7 +41,7 @@ ITERATED = ("joint", "magnitude", "temperature", "robust", "polar", "slope_u", "
 
 
 def record(kind, unit, field, field_unit, magnitude, size, axes=3, in_table=None, temperature=None):
-    """A truth: sensitivities near size, a few per cent of cross-axis terms."""
+    """Returns the record of a true instrument: sensitivities near `size`, cross-axis terms of a few per cent."""
     directions = [[1.02, 0.03, -0.02], [0.01, 0.97, 0.04], [-0.03, 0.02, 1.01], [0.6, 0.55, 0.58], [-0.6, 0.5, 0.62], [0.5, -0.6, 0.6]]
     truth = {
         "format": "axiscal-calibration",
@@ -73,7 +73,7 @@ FIELDS = {name: truth[0]["field"]["kind"] for name, truth in TRUTHS.items()}
 
 
 class Corpus:
-    """Cases, each a call of the command whose files, words and status are kept."""
+    """The cases. Each is a call of the command; its output files, printed text and status are kept."""
 
     def __init__(self, program, folder):
         self.program = str(Path(program).resolve())
@@ -84,11 +84,11 @@ class Corpus:
         self.inputs.mkdir(parents=True, exist_ok=True)
 
     def add(self, name, *arguments, output=None):
-        """A case; {OUT} in the arguments is its output file, FOLDER-relative names are inputs or other outputs."""
+        """Adds a case. {OUT} in the arguments stands for `output`. File names are relative to the folder."""
         self.cases.append((name, [str(a) for a in arguments], output))
 
     def end_stage(self):
-        """What follows reads what came before."""
+        """Ends a stage. Cases of later stages may read the output of this stage."""
         self.stages.append(self.cases)
         self.cases = []
 
@@ -243,7 +243,7 @@ def without_changing(text):
 
 
 def flat(value, path=""):
-    """Leaves of a JSON value as (path, leaf, the largest number of its array)."""
+    """Yields the leaves of a JSON value as (path, leaf, largest magnitude in its array)."""
     if isinstance(value, dict):
         for key, member in value.items():
             yield from flat(member, f"{path}/{key}")
@@ -256,7 +256,7 @@ def flat(value, path=""):
         yield path, value, abs(value) if is_number(value) else 0.0
 
 
-# Of a coefficient near 1: standard deviations below it are what rounding leaves of none.
+# A standard deviation below this value, of a coefficient near 1, is a rounding error of zero.
 ROUNDING = 1e-17
 
 
@@ -277,7 +277,7 @@ def all_numbers(value):
 
 
 def standard_errors(document):
-    """Paths of coefficients with their standard errors, of a record."""
+    """Returns the standard errors of a record's coefficients by the path of the coefficient."""
     errors = document.get("statistics", {}).get("standard_error", {}) if isinstance(document, dict) else {}
     return {at: leaf for at, leaf, _ in flat(errors, "/coefficients") if is_number(leaf)}
 
@@ -339,13 +339,13 @@ def differences(before, after, name):
     try:
         old, new = before.decode(), after.decode()
     except UnicodeDecodeError:
-        # Binary files hold texts of one, two or four bytes a letter.
+        # Binary files contain texts with one, two or four bytes per character.
         if len({without_changing(x.replace(b"\0", b"").decode("latin-1")) for x in (before, after)}) > 1:
             yield f"{name}: {len(before)} bytes differ"
         return
     iterated = any(word in name for word in ITERATED)
     if name.endswith(".words"):
-        # What is printed may be JSON.
+        # The printed output may be JSON.
         parts = [re.split(r"^--- std(?:out|err)\n", text, flags=re.M) for text in (old, new)]
         pairs = zip(*parts) if len(parts[0]) == len(parts[1]) else [(old, new)]
     else:
@@ -379,7 +379,7 @@ def compare(before, after):
 
 
 def make(program, folder, only):
-    # The mistakes are made of a simulated run: that one first.
+    # First makes the simulated runs, because fill() reads one of them to make the cases with mistakes.
     first = Corpus(program, folder)
     fill(first)
     first.stages = first.stages[:1]

@@ -1,14 +1,14 @@
 #!/usr/bin/env bash
 # SPDX-License-Identifier: Apache-2.0
-# Installs what is missing, builds the command and shows the main job: a run of 12 readings becomes a
-# calibration, and raw readings become angles. With --guided: a session of the data collector with a
-# simulated instrument, table and person, who lays the cube wrong now and then.
+# Installs the missing packages, builds the command and shows the main tasks: it calibrates with 12 readings and
+# converts raw readings to angles. With --guided it runs a session of the data collector with a simulated instrument,
+# table and user, who sometimes lays the cube wrongly.
 set -euo pipefail
 cd "$(dirname "$0")/.."
 
 scripts/dependencies.sh
 . scripts/jobs.sh
-# Without the data collector the command is built an eighth sooner; only the guided session needs it.
+# Without the data collector the build takes one eighth less time. Only the guided session needs the data collector.
 preset=demo
 [ "${1:-}" != --guided ] || preset=release
 cmake --preset $preset

@@ -1,10 +1,11 @@
 #!/usr/bin/env bash
 # SPDX-License-Identifier: Apache-2.0
-# Installs what building and testing Axiscal needs and this machine lacks, from the distribution's
-# packages (Debian 12 or later, Ubuntu 22.04 or later). Uses sudo where it is not run as root.
+# Installs the missing packages for building and testing Axiscal from the distribution (Debian 12 or later,
+# Ubuntu 22.04 or later). Uses sudo if it is not run as root.
 set -euo pipefail
 
-# One need a line; alternatives are tried from left to right, as distributions name them differently.
+# One required package per line. Several names in a line are its names in different distributions, in the order in
+# which they are tried.
 needs=(
   "g++"
   "cmake"
@@ -47,12 +48,12 @@ needs=(
   "libbenchmark-dev"
 )
 
-# Commands and their packages; they may come from elsewhere too. clang++ builds sooner than g++; node uses the pages in a
-# browser for the tests.
+# Pairs of a command and its package. The package is installed only if the command is not found. clang++ compiles faster
+# than g++; node runs the tests of the pages in a browser.
 tools=("clang++ clang" "node nodejs" "npm npm" "chromium chromium" "pdftotext poppler-utils" "ssconvert gnumeric" "debootstrap debootstrap"
   "dpkg-shlibdeps dpkg-dev" "file file" "tmux tmux" "mosquitto_pub mosquitto-clients")
 
-# dependencies.sh --python: what the Python package and its tests need as well.
+# dependencies.sh --python also installs the packages for the Python package and its tests.
 if [ "${1:-}" = --python ]; then
   needs+=("pybind11-dev" "python3-dev" "python3-numpy" "python3-pandas" "python3-pytest" "python3-venv" "python3-uncertainties" "python3-pint")
   tools+=("mypy mypy")
@@ -112,7 +113,7 @@ if [ ${#packages[@]} -gt 0 ]; then
   echo "dependencies.sh: installing ${packages[*]}"
   "${as_root[@]}" apt-get install -y -q --no-install-recommends "${packages[@]}"
 fi
-# Without these the build takes longer, the report has no script, or its test in a browser is skipped.
+# These packages are optional: without them the build takes longer or some tests are skipped.
 for package in "${wanted[@]}"; do
   echo "dependencies.sh: installing $package"
   "${as_root[@]}" apt-get install -y -q --no-install-recommends "$package" ||

@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
 # SPDX-License-Identifier: Apache-2.0
-# Builds the documentation's site into build/site: mkdocs-material, and the library's reference by
-# Doxygen. Installs both from the distribution where they are missing.
+# Builds the documentation site in build/site with mkdocs-material, and the reference of the library with Doxygen.
+# Installs both programs from the distribution if they are missing.
 set -euo pipefail
 cd "$(dirname "$0")/.."
 

@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
 # SPDX-License-Identifier: Apache-2.0
-# Formats every C++ file in place; with --check only says which would change.
+# Formats all C++ files in place. With --check it changes no file and reports the files that are not formatted.
 set -euo pipefail
 cd "$(dirname "$0")/.."
 mode=(-i)

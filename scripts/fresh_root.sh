@@ -1,9 +1,9 @@
 #!/usr/bin/env bash
 # SPDX-License-Identifier: Apache-2.0
 # Runs the README's two commands on a fresh Debian: fresh_root.sh SUITE [COMPILER ...]
-# SUITE is a release's name (bookworm, trixie). Each COMPILER (clang++ and g++ if none is named) builds in a
-# checkout of its own, and its warnings are errors. The root stays in AXISCAL_ROOTS (/var/tmp/axiscal-roots), so that
-# a second run does not install everything again; delete the folder to begin anew. Needs root and debootstrap.
+# SUITE is the name of a release (bookworm, trixie). Each COMPILER (default: clang++ and g++) builds in a separate
+# checkout, and its warnings are errors. The root file system stays in AXISCAL_ROOTS (/var/tmp/axiscal-roots), so that
+# a second run does not install everything again. Delete the folder to install again. Needs root and debootstrap.
 set -euo pipefail
 cd "$(dirname "$0")/.."
 
@@ -21,7 +21,7 @@ if [ ! -e "$root/.complete" ]; then
   debootstrap --variant=minbase --include=ca-certificates "$suite" "$root"
   touch "$root/.complete"
 fi
-# The way to the network is this machine's.
+# Copies this machine's settings for DNS, certificates and npm.
 for file in /etc/resolv.conf /etc/ssl/certs/ca-certificates.crt /root/.npmrc; do
   [ ! -e "$file" ] || install -D -m 644 "$file" "$root$file"
 done
@@ -32,7 +32,8 @@ for compiler in "${compilers[@]}"; do
   mkdir -p "$root/work"
   git clone -q --no-hardlinks . "$root$checkout"
   echo "fresh_root.sh: $suite, $compiler"
-  # The mounts end with this process. dependencies.sh installs clang++, which demo.sh would take by itself.
+  # The mounts are removed when this process ends. CXX is set because demo.sh would otherwise use clang++, which
+  # dependencies.sh installs.
   unshare --mount --pid --fork bash -euc '
     mount --rbind /dev "$1/dev"
     mount -t proc proc "$1/proc"

@@ -1,16 +1,16 @@
 #!/usr/bin/env bash
 # SPDX-License-Identifier: Apache-2.0
-# scripts/fuzz.sh MINUTES | --seconds N | --inputs N [TARGET ...]: every reader, or those that are named, under
-# libFuzzer with address and undefined-behaviour sanitizers, two at a time; MINUTES for all together, N seconds or N
-# inputs for each. It begins with the inputs in tests/fuzz/corpus and with real files of AXISCAL_DATA_DIR
-# (../shared/data) if they are there, and keeps what it finds in build/fuzz/corpus. An input that crashes, hangs
-# (10 s), takes over 1 GiB or ends in a foreign exception is kept in build/fuzz/found, and the status is 1.
+# scripts/fuzz.sh MINUTES | --seconds N | --inputs N [TARGET ...] runs all readers, or the named TARGETs, with libFuzzer
+# and the address and undefined-behaviour sanitizers, two at a time. The limit is MINUTES for all readers together, or
+# N seconds or N inputs for each reader. The first inputs are those in tests/fuzz/corpus and, if they exist, real files
+# of AXISCAL_DATA_DIR (../shared/data). New inputs are kept in build/fuzz/corpus. If an input crashes a reader, takes
+# over 10 s or 1 GiB, or causes an exception that is not Axiscal's, it is kept in build/fuzz/found and the status is 1.
 set -euo pipefail
 cd "$(dirname "$0")/.."
 
 packages=()
 command -v clang++ >/dev/null || packages+=(clang)
-# Debian parts the sanitizers' runtime from the compiler; elsewhere they are one.
+# In Debian the sanitizers' runtime has a separate package; other distributions include it in the compiler's.
 if ! clang++ -print-file-name=libclang_rt.fuzzer-x86_64.a 2>/dev/null | grep -q / &&
   apt-cache show libclang-rt-dev >/dev/null 2>&1; then
   packages+=(libclang-rt-dev)
@@ -35,7 +35,8 @@ case "${1:-}" in
 esac
 [ $# -eq 0 ] || targets=("$@")
 
-# The start of real files, or whole ones where a format needs its end.
+# Copies the first BYTES of each real file as a seed, or the whole file if BYTES is 0 (the format needs its end):
+# seeds_of TARGET BYTES FIND-EXPRESSION...
 data=${AXISCAL_DATA_DIR:-../shared/data}
 seeds_of() {
   local target=$1 bytes=$2
@@ -71,7 +72,7 @@ run_target() {
   local target=$1
   local corpus=build/fuzz/corpus/$target
   mkdir -p "$corpus" "tests/fuzz/corpus/$target" "build/fuzz/seeds/$target"
-  # As long as the longest seed, so that none is cut.
+  # At least the length of the longest seed, so that libFuzzer does not truncate a seed.
   local longest
   longest=$(find "tests/fuzz/corpus/$target" "build/fuzz/seeds/$target" -type f -printf '%s\n' | sort -n | tail -n 1)
   local max_len=$((${longest:-0} > 8192 ? longest : 8192))

@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
 # SPDX-License-Identifier: Apache-2.0
-# scripts/hostile.sh [AXISCAL]: attacks the page of a session on loopback, bounded in number and time, and
-# sees that its user is answered, that memory stays, and that the session beside it loses nothing.
+# scripts/hostile.sh [AXISCAL] attacks the web page of a session on the loopback interface for a limited time. It checks
+# that the user still gets answers, that memory does not grow, and that the session loses no reading.
 set -euo pipefail
 cd "$(dirname "$0")/.."
 axiscal=${1:-build/dev/cli/axiscal}

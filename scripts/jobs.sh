@@ -1,17 +1,18 @@
 # SPDX-License-Identifier: Apache-2.0
-# Sourced by the scripts that build: one compiler a core. Ninja's own choice is two more, and on two cores
-# four compilers are in each other's way.
+# The build scripts source this file. It sets one compiler process per core. Ninja's default is two processes more,
+# which slow each other down on two cores.
 export CMAKE_BUILD_PARALLEL_LEVEL="${CMAKE_BUILD_PARALLEL_LEVEL:-$(nproc)}"
 
-# clang++ compiles Eigen's expressions in 0.6 of g++'s time and memory (bench/README.md). CXX=g++ asks for the other;
-# a folder that is configured keeps its compiler. A clang++ that is too old, or finds no standard library, is not taken.
+# The default compiler is clang++: it compiles Eigen's expressions in 0.6 of g++'s time and memory (bench/README.md).
+# CXX=g++ chooses g++. A build folder keeps the compiler of its first configuration. clang++ is not chosen if it is older
+# than 14 or finds no standard library.
 if [ -z "${CXX:-}" ] && printf '#include <span>\n#if __clang_major__ < 14\n#error\n#endif\n' |
   clang++ -std=c++20 -fsyntax-only -x c++ - 2>/dev/null; then
   export CXX=clang++
 fi
 
-# Configures the tests' build: dev [OPTIONS]. A compiler that we have not seen may warn of something new;
-# that is no failure of a user's build.
+# configure_dev [OPTIONS] configures the preset dev. Outside of CI, warnings are not errors, because a compiler that we
+# have not tried may give new warnings.
 configure_dev() {
   local strict=(-DCMAKE_COMPILE_WARNING_AS_ERROR=OFF)  # in the cache: ninja's own configuring keeps it
   [ -z "${CI:-}" ] || strict=()

@@ -38,7 +38,7 @@ ID WMM2025A
 
 
 def by_columns(values, degree, first_order):
-    """The coefficients in GeographicLib's order; the file has them row by row."""
+    """Returns the coefficients in GeographicLib's order, by columns. `values` has them by rows."""
     return [values[n * (n + 1) // 2 + m]
             for m in range(first_order, degree + 1) for n in range(m, degree + 1)]
 

@@ -16,12 +16,12 @@ CALL = re.compile(r'\w\s*(?:<[\w:, ]*>)?\(')
 
 
 def blanked(text):
-    """The text without comments and literals; each character stays in its place."""
+    """Returns the text with comments and literals replaced by spaces, so that all positions stay the same."""
     return PLAIN.sub(lambda found: re.sub(r'[^\n]', ' ', found.group()), text)
 
 
 def end_of(text, at):
-    """The place behind the bracket that closes the one at `at`."""
+    """Returns the index after the bracket that closes the bracket at index `at`."""
     depth = 0
     for i in range(at, len(text)):
         depth += (text[i] in '{([') - (text[i] in '})]')
@@ -31,7 +31,7 @@ def end_of(text, at):
 
 
 def rest_of_list(text, at):
-    """The list from `at` to the brace that closes it."""
+    """Returns the text from index `at` up to the brace that closes the enclosing list."""
     depth = 0
     for i in range(at, len(text)):
         depth += (text[i] in '{([') - (text[i] in '})]')

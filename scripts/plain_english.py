@@ -31,7 +31,7 @@ def files(*endings):
 
 
 def comments():
-    """Blocks of comments, and comments at the end of a line; a Doxygen command begins a block."""
+    """Yields blocks of comment lines, and comments at the end of a line. A Doxygen command starts a new block."""
     for name in files(".cpp", ".hpp"):
         block, start = [], 0
         for number, line in enumerate(open(name), 1):

@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
 # SPDX-License-Identifier: Apache-2.0
-# Installs what is missing, builds the Python package and runs an example with it. The package can then be imported
-# from build/release/python: PYTHONPATH=build/release/python python3
+# Installs the missing packages, builds the Python package and runs an example with it. Afterwards
+# `PYTHONPATH=build/release/python python3` can import the package.
 set -euo pipefail
 cd "$(dirname "$0")/.."
 

@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
 # SPDX-License-Identifier: Apache-2.0
-# Installs what is missing, configures, builds and runs every test. Prints ctest's summary; skipped
-# tests are listed in it.
+# Installs the missing packages, configures, builds and runs all tests. Prints ctest's summary, which lists skipped
+# tests.
 set -euo pipefail
 cd "$(dirname "$0")/.."
 

@@ -36,13 +36,13 @@ def run(command, folder, axiscal):
 
 
 def is_open(command):
-    """Whether a command goes on in the next line: behind a backslash, or within a here-document."""
+    """Whether a command continues in the next line: after a backslash, or within a here-document."""
     here = re.search(r"<<-?'?(\w+)'?", command)
     return command.endswith("\\") or (here is not None and command.splitlines()[-1] != here.group(1))
 
 
 def commands_of(block):
-    """Commands and what is shown of each."""
+    """Returns pairs of a command and its output as the page shows it."""
     steps = []
     for line in block.splitlines():
         if line.startswith("$ "):
@@ -71,7 +71,7 @@ def page(path, axiscal, make):
                 printed, status = run(command, folder, axiscal)
                 if status not in (0, 1):
                     wrong.append(f"{path}: `{command}` ends with status {status}: {printed}")
-                # A page may show the beginning of a long answer: what it shows ends with "...".
+                # A page may show only the beginning of a long output. It then ends with "...".
                 begins = shown.rstrip().endswith("\n...") or shown.strip() == "..."
                 wanted = shown.rstrip()[:-3] if begins else shown
                 got = masked(printed)

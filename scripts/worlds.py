@@ -27,7 +27,7 @@ SIGMA = 1e-4  # noise of a reading, in the field's size
 
 
 def to_cube(rest, fence):
-    """Rows: the table's axes in the cube; R.T takes a vector in the table to one in the cube."""
+    """Returns R, whose rows are the table's axes in cube coordinates. R.T maps table to cube coordinates."""
     z = -np.array(FACES[rest], float)
     y = np.array(FACES[fence], float)
     return np.stack([np.cross(y, z), y, z])
@@ -43,7 +43,7 @@ def turn(w):
 
 
 def ar(rng, rho, shape):
-    """Noise of standard deviation 1 with the correlation rho along its first dimension."""
+    """Returns AR(1) noise of standard deviation 1 with lag-one correlation rho along the first dimension."""
     e = rng.normal(size=shape)
     for i in range(1, len(e)):
         e[i] = rho * e[i - 1] + np.sqrt(1 - rho**2) * e[i]
@@ -51,7 +51,7 @@ def ar(rng, rho, shape):
 
 
 class Run:
-    """One unit on the table: what each trouble is told, in units of SIGMA."""
+    """The run of one simulated unit. The sizes of the errors are in units of SIGMA."""
 
     def __init__(self, rng, blocks=1, points=STANDARD_12, repeats=1, fixed=False, gain=0, gain_axis=0, mount=0, seat=0,
                  jitter=0, wander=0, wander_rho=0.9, at_field=1, at_axis=None, block=0, ar_=0, tails=0, step=0, extra=0, periodic=0, period=4.0,
@@ -80,7 +80,7 @@ class Run:
         noise = ar(rng, ar_, (n, 3))
         if tails:
             noise = rng.standard_t(tails, size=(n, 3)) * np.sqrt((tails - 2) / tails)
-        # Soaks at temperatures of -1 to 1: a linear bias and scale, in sigma of its ends.
+        # Soaks at temperatures from -1 to 1. Bias and scale change linearly; their sizes are the values at 1, in SIGMA.
         self.temperature = np.linspace(-1, 1, soaks)[block_of] if soaks else None
         if soaks:
             u = np.linspace(-1, 1, soaks)[:, None]
@@ -145,7 +145,7 @@ for name, what in (("", {}), (" b 2", dict(soak_b=2)), (" S 2", dict(soak_s=4)),
 
 
 def directions(rng, n, speed=0.3):
-    """A walk over the sphere as of an instrument that is turned in the hand."""
+    """Returns n unit vectors: the directions of the field for an instrument that is turned by hand."""
     out = np.empty((n, 3))
     R = turn(rng.normal(size=3) * 3)
     w = rng.normal(size=3)
@@ -157,7 +157,7 @@ def directions(rng, n, speed=0.3):
 
 
 class Cloud:
-    """A recording in the hand: |f| = 1, an instrument with symmetric S."""
+    """A recording of an instrument that is turned by hand, with |f| = 1 and symmetric S."""
 
     def __init__(self, rng, n=150, rho=0.0, noise=1e-3, k2=0.0, sessions=1, session_sd=0.0, hand=False):
         A = 0.05 * rng.normal(size=(3, 3))
@@ -196,7 +196,7 @@ for B in (2, 4, 8):
 
 
 class Rests:
-    """Rests of one log of a gyroscope: its biases."""
+    """Mean readings of a gyroscope in the rests of one log, with its biases."""
 
     def __init__(self, rng, n=30, rho=0.0, drift=0.0):
         self.b = 0.01 * rng.normal(size=3)
@@ -211,7 +211,7 @@ for n in (15, 30, 60):
         WORLDS[f"rests {n} ar {r} drift {d}"] = dict(kind="rests", method="bias", options=["--field", "earth_rotation"], what=dict(n=n, rho=r, drift=d))
 
 class Later:
-    """A record of some blocks, then a new one: is it drifted, and does what is read hold?"""
+    """A calibrated run of several blocks and later readings, to check drift and stated uncertainties."""
 
     def __init__(self, rng, blocks=4, block=1.0, gain=0.0, moved=0.0):
         self.run = Run(rng, blocks=blocks, block=block, gain=gain)
@@ -241,7 +241,7 @@ WORLDS["later 4 blocks 1 moved 5"] = dict(kind="later", method="joint", options=
 
 
 def judge_later(axiscal, world, units, seed, folder):
-    """Shares of units that are called drifted at 1 %, and of U that hold the field."""
+    """Returns a text: the share of units that `check` calls drifted, and the share of U that contain the field."""
     rng = np.random.default_rng(seed)
     at = lambda name: os.path.join(folder, name)
     number = lambda v: ",".join(repr(float(x)) for x in v)

@@ -1,8 +1,9 @@
 #!/usr/bin/env bash
 # SPDX-License-Identifier: Apache-2.0
-# worlds.sh AXISCAL [TRIALS]: the table of docs/accuracy.md of readings that are not white: each row is one `study`, of an
-# accelerometer with bias and cross-axis terms, noise 1e-4 V, on a table that slopes by some 3 mrad. Prints the coverage of
-# 95 % intervals, mean over the axes: biases, main and cross-axis sensitivities; and the stated u of biases over their sd.
+# worlds.sh AXISCAL [TRIALS] prints the table in docs/accuracy.md of runs with other errors than white noise. Each row is
+# one `axiscal study` of an accelerometer with bias and cross-axis terms, noise 1e-4 V, on a table that slopes by about
+# 3 mrad. The columns are the coverage of the 95 % intervals of biases, main and cross-axis sensitivities (means over the
+# axes), and the ratio of the stated standard uncertainty of the biases to their standard deviation.
 set -euo pipefail
 axiscal=$1
 trials=${2:-1000}

@@ -15,8 +15,9 @@
 namespace axiscal {
 namespace {
 
-constexpr std::size_t first_size = 1U << 13U;  // of the buffer: a short file costs few pages
-constexpr std::size_t block_size = 1U << 18U;  // usual size; long rows need more
+// Initial size of the buffer [bytes]: small, so that a short file uses few memory pages.
+constexpr std::size_t first_size = 1U << 13U;
+constexpr std::size_t block_size = 1U << 18U;  // [bytes], usual size; long rows need more
 
 bool is_blank(std::string_view text) {
   return text.find_first_not_of(" \t\r") == std::string_view::npos;
@@ -124,10 +125,10 @@ std::size_t CsvReader::need(const std::string& name) const {
   return *place;
 }
 
-// Looks for the end of the line that holds `from`; fills the buffer as needed. Offsets count from
-// begin_, which moves to the front of the buffer when more must be read.
+// Finds the end of the line that contains `from`, and fills the buffer as needed. Offsets are
+// relative to begin_. If more must be read, begin_ becomes 0.
 bool CsvReader::find_line_end(std::size_t from, std::size_t& end) {
-  std::size_t searched = from;  // may lie one past what has been read so far
+  std::size_t searched = from;  // may be one past the bytes that are in the buffer
   const auto check_length = [&](std::size_t length) {
     if (length > longest_row) {
       throw DataError(path_, next_line_, "a row of more than 1 MiB: is this a text file?");
@@ -153,8 +154,8 @@ bool CsvReader::find_line_end(std::size_t from, std::size_t& end) {
   }
 }
 
-// Moves the unread bytes to the front of the buffer. The buffer grows if it is full; it doubles up
-// to a block if it was half full.
+// Moves the unread bytes to the front of the buffer and reads more bytes. The buffer doubles if it
+// is full. It also doubles if it is more than half full and smaller than a block.
 void CsvReader::read_more() {
   const bool may_be_long = buffer_.size() < block_size && filled_ > buffer_.size() / 2;
   if (begin_ > 0) {
@@ -226,8 +227,8 @@ bool CsvReader::split_plain() {
   }
 }
 
-// Appends what is between quotes, from behind the first to behind the last; false where none
-// closes.
+// Appends the text between two quotes to unquoted_. `i` is behind the opening quote, and afterwards
+// behind the closing quote. Returns false if there is no closing quote.
 bool CsvReader::unquote(std::size_t& i) {
   const auto at = [&](std::size_t k) { return buffer_[begin_ + k]; };
   for (;;) {
@@ -254,7 +255,7 @@ bool CsvReader::unquote(std::size_t& i) {
   }
 }
 
-// Rows with quotes; they may go on over several lines.
+// Splits a row that contains quotes. It may span several lines.
 bool CsvReader::split_quoted() {
   const std::size_t first_line_end = row_end_;
   const std::size_t first_consumed = consumed_;

@@ -71,7 +71,7 @@ std::string read_whole_file(const std::string& path) {
   InputFile file(path);
   std::string content;
   std::size_t size = 0;
-  // One byte more than there seem to be: a read that finds fewer has met the end.
+  // One byte more than the file's size: the first read then shows whether the file has grown.
   std::size_t room = std::min(file.size(), largest_whole_file) + 1;
   for (;;) {
     content.resize(size + room);

@@ -14,7 +14,7 @@ namespace {
 
 enum class Use { read, written };
 
-// The files that must stay, by device and inode.
+// The files that must not be replaced, by device and inode.
 struct Registry {
   std::mutex mutex;
   int protections = 0;

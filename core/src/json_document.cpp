@@ -67,7 +67,8 @@ void append_scalar(std::string& out, const Json& value) {
   }
 }
 
-// Where text is put, which is taken away piece by piece as it grows, or kept whole.
+// The text that is being written. If `take` is not null, the text is passed on in pieces; otherwise
+// `out` keeps all of it.
 struct JsonSink {
   std::string& out;
   const TakeText* take = nullptr;
@@ -81,7 +82,8 @@ struct JsonSink {
   }
 };
 
-// A column of a table as a JSON value: its cells as text, each ended by a line feed.
+// A column of a table is stored as a binary JSON value. Its bytes are the cells' texts, each ended
+// by a line feed. ColumnOf is its subtype.
 enum class ColumnOf : std::uint8_t { scalars, lists };
 
 void append_column(const JsonSink& sink, const Json::binary_t& column, std::size_t indent) {
@@ -118,7 +120,8 @@ std::size_t size_of_columns(const Json& value) {
   return sum;
 }
 
-// A column of a table that may be changed is then empty: it does not stand beside its text.
+// Appends the value's text. If `value` is not const, each column becomes empty, so that memory does
+// not contain it twice.
 // NOLINTNEXTLINE(misc-no-recursion): the records that we write are a few levels deep
 template <typename AnyJson>
 void append(const JsonSink& sink, AnyJson& value, std::size_t indent) {
@@ -174,7 +177,8 @@ std::string escaped(std::string_view name) {
   return step;
 }
 
-// The way to a value that is somewhere in another, step by step: a file may be of any depth.
+// The JSON pointer from `root` to a value in it. The search is not recursive, because a file may be
+// nested deeply.
 std::string way_to(const Json& value, const Json& root) {
   struct Level {
     const Json* parent;
@@ -421,7 +425,7 @@ void JsonValue::check(const std::function<void()>& check_value) const {
   try {
     check_value();
   } catch (const DomainError& error) {
-    // As fail(), with the settings that would mend it.
+    // As fail(), with the settings that would remedy the error.
     const std::string where = pointer();
     throw DataError(path(), (where.empty() ? "/" : where) + ": " + error.what(), error.settings());
   }
@@ -433,7 +437,7 @@ void JsonValue::fail(std::string_view what) const {
 
 namespace {
 
-// Values are copied by a call for each depth.
+// The limit of nesting. Copying a value is recursive, with one call for each level.
 constexpr std::size_t deepest = 1000;
 
 }  // namespace
@@ -456,7 +460,7 @@ JsonValue parse_json(std::string_view text, std::string path) {
     const std::string_view before = text.substr(0, error.byte == 0 ? 0 : error.byte - 1);
     const auto line = 1 + static_cast<std::size_t>(std::count(before.begin(), before.end(), '\n'));
     std::string_view reason = error.what();
-    const std::size_t colon = reason.find(": ");  // behind "[json.exception...] ... column N"
+    const std::size_t colon = reason.find(": ");  // ends "[json.exception...] ... column N"
     reason.remove_prefix(colon == std::string_view::npos ? 0 : colon + 2);
     throw DataError(path, line, "not valid JSON: " + std::string(reason));
   } catch (const Json::exception& error) {
@@ -486,7 +490,7 @@ JsonValue json_round_trip(Json value, std::string path) {
 
 std::string json_text(Json& value) {
   std::string out;
-  // Columns make up most of a long file.
+  // Reserves memory for a long file, which consists mostly of columns.
   constexpr std::size_t others = std::size_t{1} << 16U;
   if (const std::size_t columns = size_of_columns(value); columns > others) {
     out.reserve(columns + columns / 4 + others);
@@ -504,7 +508,8 @@ void put_json(Json& value, const TakeText& take) {
 }
 
 void JsonColumns::begin_row() {
-  // A text that grows by doubling needs twice its memory in the end.
+  // After 256 rows the final size is known well enough to reserve it. Growth by doubling would need
+  // twice the memory.
   constexpr std::size_t telling = 256;
   if (rows_ == telling && expected_ > telling) {
     for (Column& column : columns_) {
@@ -574,7 +579,7 @@ void JsonColumns::put_value(std::string_view key, const Json& value) {
 
 Json JsonColumns::take() {
   Json columns = Json::object();
-  columns.get_ref<Json::object_t&>().reserve(columns_.size());  // which copies when it grows
+  columns.get_ref<Json::object_t&>().reserve(columns_.size());  // growth would copy them
   for (Column& column : columns_) {
     for (; column.count < rows_; ++column.count) {
       column.cells += "null\n";

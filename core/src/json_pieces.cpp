@@ -12,7 +12,7 @@
 namespace axiscal {
 namespace {
 
-// Which characters are among some.
+// A table by character code: true for the characters in `some`.
 constexpr std::array<bool, 256> those(std::string_view some) {
   std::array<bool, 256> all{};
   for (const char c : some) {
@@ -23,8 +23,8 @@ constexpr std::array<bool, 256> those(std::string_view some) {
 
 constexpr std::array<bool, 256> space = those(" \t\r\n");
 
-// A place in a JSON text that goes on over what is passed by. Whoever finds the end too early gives
-// up.
+// A position in a JSON text, which moves behind the tokens that are read. If the text ends too
+// early, a function returns false.
 class JsonSkimmer {
  public:
   explicit JsonSkimmer(std::string_view text) : text_(text) {}
@@ -42,7 +42,7 @@ class JsonSkimmer {
     }
   }
 
-  // One character and the space around it.
+  // Skips the character `c` and the space around it.
   bool take(char c) {
     skip_space();
     if (at() != c) {
@@ -53,7 +53,7 @@ class JsonSkimmer {
     return true;
   }
 
-  // From one quote to behind the other.
+  // Moves from the opening quote to behind the closing quote.
   bool skip_string() {
     std::size_t begin = place_ + 1;
     std::size_t end = text_.find('"', begin);
@@ -64,7 +64,7 @@ class JsonSkimmer {
         return true;
       }
       begin = escape + 2;
-      if (begin > end) {  // that quote was the escaped one
+      if (begin > end) {  // the quote at `end` is escaped
         end = text_.find('"', begin);
       }
     }
@@ -98,7 +98,7 @@ class JsonSkimmer {
         case '}':
         case ']':
           if (depth == 0) {
-            return true;  // a number or a word ends with its container
+            return true;  // a number or a word ends where its container ends
           }
           --depth;
           ++place_;
@@ -119,10 +119,10 @@ class JsonSkimmer {
     return value.substr(0, value.find_last_not_of(" \t\r\n") + 1);
   }
 
-  // The deepest nesting in the text that was skipped.
+  // The deepest nesting in the values that were skipped.
   [[nodiscard]] std::size_t deepest() const { return deepest_; }
 
-  // A number as JSON writes them, or null, which is NaN.
+  // Reads a JSON number. null is NaN.
   bool take_number(double& number) {
     const std::string_view rest = text_.substr(place_);
     if (rest.starts_with("null")) {
@@ -142,7 +142,7 @@ class JsonSkimmer {
     };
     const std::size_t point = rest.substr(0, size).find('.');
     if (rest.substr(0, size) == "-0") {
-      number = 0.0;  // a whole number
+      number = 0.0;  // the parser reads -0 as the integer 0
     }
     return error == std::errc() && std::isfinite(number) &&
            !(rest[sign] == '0' && is_digit(sign + 1)) &&
@@ -159,7 +159,7 @@ class JsonSkimmer {
                        [](char c) { return c >= ' ' && c <= '~' && c != '\\'; });
   }
 
-  // A list, each entry by `take_entry`, which is given its number.
+  // Reads a list. `take_entry` reads each entry and receives its index, from 0.
   template <typename TakeEntry>
   bool take_list(const TakeEntry& take_entry) {
     if (!take('[')) {
@@ -244,7 +244,7 @@ class PieceFinder {
   [[nodiscard]] bool find() { return take_object("") && at_.at_end(); }
 
  private:
-  // NOLINTNEXTLINE(misc-no-recursion): as deep as the members that are looked for
+  // NOLINTNEXTLINE(misc-no-recursion): not deeper than the pointers in members_
   bool take_object(std::string_view pointer) {
     if (!at_.take('{')) {
       return false;
@@ -258,7 +258,7 @@ class PieceFinder {
         return false;
       }
       const std::string_view name = at_.since(begin).substr(1, at_.place() - begin - 2);
-      // Else it may be one of those too, or only look as if it were.
+      // A name with an escape or a slash may denote one of the members, or only look like it.
       const bool is_plain = name.find_first_of("\\/") == name.npos;
       if (!is_plain || !at_.take(':') || !take_member(pointer, name)) {
         return false;
@@ -297,7 +297,7 @@ class PieceFinder {
   JsonSkimmer at_;
   std::span<const std::string_view> members_;
   std::span<std::string_view> pieces_;
-  std::vector<std::string_view> objects_;  // that hold them
+  std::vector<std::string_view> objects_;  // parents of members that were found
 };
 
 }  // namespace
@@ -322,7 +322,8 @@ std::optional<std::vector<std::string_view>> list_of_piece(std::string_view piec
 std::optional<Eigen::MatrixXd> matrix_of_piece(std::string_view piece,
                                                Eigen::Index rows,
                                                Eigen::Index columns) {
-  // An entry takes two characters or more, so a list that is too long is rejected at once.
+  // An entry has two characters or more. A size that the text cannot contain is rejected before
+  // memory is allocated.
   const auto most = static_cast<Eigen::Index>(piece.size() / 2);
   if (rows > most || columns > most || rows * columns > most) {
     return std::nullopt;

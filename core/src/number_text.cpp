@@ -22,7 +22,7 @@ std::from_chars_result read(const char* first, const char* last, int& value) noe
 
 template <typename Number>
 std::optional<Number> parse_whole(std::string_view text) noexcept {
-  // Neither takes a plus sign; "+-1" must stay wrong.
+  // read() does not accept a plus sign. "+-1" must remain an error.
   if (text.size() > 1 && text.front() == '+' && text[1] != '-') {
     text.remove_prefix(1);
   }
@@ -68,7 +68,7 @@ char* write_decimals(char* first, double value, int decimals) noexcept {
   if (units < 0.0) {
     *first++ = '-';
   }
-  // One digit before the point at least.
+  // At least one digit is before the point.
   std::array<char, number_text_size> digits{};
   auto left = static_cast<std::uint64_t>(std::abs(units));
   int count = 0;

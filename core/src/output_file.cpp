@@ -28,23 +28,25 @@
 namespace axiscal {
 namespace {
 
-// Where a chain of links ends, whether or not a file is there yet.
+// The target of a chain of symbolic links. The target need not exist.
 std::string followed(std::filesystem::path path) {
   std::error_code none;
   for (int links = 0; links < 40 && std::filesystem::is_symlink(path, none); ++links) {
-    path = path.parent_path() / std::filesystem::read_symlink(path, none);  // absolute ones replace
+    // If the link is absolute, operator/ returns only the link.
+    path = path.parent_path() / std::filesystem::read_symlink(path, none);
   }
   return path.string();
 }
 
-// A temporary file is called after the process that writes it, which holds a lock on it as well.
+// The name of a temporary file contains the id of the process that writes it. That process also
+// holds a lock on the file.
 constexpr std::string_view temporary_prefix = ".axiscal-";
 
 std::string temporary_name(int attempt) {
   return formatted("{}{}-{}", temporary_prefix, ::getpid(), attempt);
 }
 
-// The process in the name of a temporary file; 0 where it is none of ours.
+// The process id in the name of a temporary file; 0 if the name is not that of a temporary file.
 pid_t process_in(std::string_view name) {
   if (!name.starts_with(temporary_prefix)) {
     return 0;
@@ -77,7 +79,7 @@ bool is_orphan(const std::filesystem::path& path) {
   return orphan;
 }
 
-// Removes what killed runs left in a folder, once for each folder.
+// Removes the temporary files that killed runs left in a folder. Each folder is searched once.
 void remove_orphans(const std::filesystem::path& folder) {
   static std::mutex mutex;
   static std::set<std::string> seen;
@@ -87,8 +89,8 @@ void remove_orphans(const std::filesystem::path& folder) {
       return;
     }
   }
-  // A path for each file of a folder with thousands of files would cost more than writing the
-  // output.
+  // readdir() is used because std::filesystem makes a path for each file. In a folder with
+  // thousands of files that takes longer than writing the output.
   const std::unique_ptr<DIR, int (*)(DIR*)> all(::opendir(folder.c_str()), ::closedir);
   for (const dirent* entry = nullptr; all && (entry = ::readdir(all.get())) != nullptr;) {
     if (process_in(entry->d_name) != 0 && is_orphan(folder / entry->d_name)) {
@@ -97,7 +99,7 @@ void remove_orphans(const std::filesystem::path& folder) {
   }
 }
 
-// A file without a name can be given one through here.
+// The path by which linkat() gives a name to a file without one.
 std::string link_of(int descriptor) {
   return formatted("/proc/self/fd/{}", descriptor);
 }
@@ -127,7 +129,8 @@ OutputFile::OutputFile(std::string path, Mode mode) : path_(std::move(path)) {
     }
     return;
   }
-  // Its folder would let it be replaced.
+  // A rename needs write permission only for the folder, so the file's own permission is checked
+  // here.
   if (exists && ::faccessat(AT_FDCWD, path_.c_str(), W_OK, AT_EACCESS) != 0) {
     fail("cannot be written");
   }
@@ -157,20 +160,21 @@ std::filesystem::path OutputFile::folder() const {
   return parent.empty() ? "." : parent;
 }
 
-// A file without a name is gone with the process that writes it, however that ends.
+// A file without a name disappears when its process ends, even if the process is killed.
 void OutputFile::open_unnamed() {
   remove_orphans(folder());
 #ifdef O_TMPFILE
   descriptor_ = ::open(folder().c_str(), O_TMPFILE | O_WRONLY | O_CLOEXEC, 0666);
   if (descriptor_ >= 0 && ::access(link_of(descriptor_).c_str(), F_OK) != 0) {
-    ::close(descriptor_);  // without /proc it could not be given a name
+    ::close(descriptor_);  // a name needs /proc
     descriptor_ = -1;
   }
 #endif
 }
 
-// Makes a file of a temporary name: `make` is given the path and says whether it is made, with
-// errno as open() sets it. Announced first, so that a signal finds it.
+// Creates a file with a temporary name. `make` receives the path and returns true if it created the
+// file; otherwise it sets errno as open() does. The path is registered first, so that the signal
+// handler can remove the file.
 template <typename Make>
 bool OutputFile::make_temporary(const Make& make) {
   for (int attempt = 0; attempt < 1000; ++attempt) {
@@ -191,8 +195,8 @@ bool OutputFile::make_temporary(const Make& make) {
 }
 
 void OutputFile::open_beside() {
-  // Created so that the usual permissions hold. Until it is locked another container's program may
-  // take it for an orphan: then another name is tried.
+  // open() creates the file with the usual permissions. Before the file is locked, a program in
+  // another container may remove it as an orphan. Then another name is tried.
   const bool made = make_temporary([&](const std::string& name) {
     descriptor_ = ::open(name.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666);
     if (descriptor_ < 0) {
@@ -250,7 +254,7 @@ void OutputFile::write(std::string_view text) {
   }
   written_ += text.size();
 #ifdef SYNC_FILE_RANGE_WRITE
-  // The disk starts on large files while we still compute, so that commit() waits less.
+  // The disk starts to write a large file before commit(), so that commit() waits less.
   constexpr std::size_t large = 8U << 20U;
   if (!target_.empty() && written_ - handed_to_disk_ >= large) {
     ::sync_file_range(descriptor_, static_cast<off_t>(handed_to_disk_),
@@ -267,7 +271,7 @@ void OutputFile::commit() {
   if (::fsync(descriptor_) != 0) {
     fail("cannot be written to the disk");
   }
-  forbid_replacing_input(target_);  // it may have been read since
+  forbid_replacing_input(target_);  // the target may have been read since
   if (temporary_.empty()) {
     ::flock(descriptor_, LOCK_EX | LOCK_NB);
     const bool named = make_temporary([&](const std::string& name) {
@@ -283,7 +287,7 @@ void OutputFile::commit() {
   }
   unregister_unfinished_file(temporary_);
   temporary_.clear();
-  sync_folder(folder());  // else a power failure may bring the earlier file back
+  sync_folder(folder());  // otherwise a power failure may restore the earlier file
   target_.clear();
   protect_output(descriptor_);
 }

@@ -27,7 +27,7 @@ class JoinedThreads {
     }
   }
 
-  // @return whether there is a thread for it.
+  // @return false if no thread is available.
   bool start(const std::function<void()>& work) {
     try {
       threads_.emplace_back(work);
@@ -68,7 +68,7 @@ void for_each_in_parallel(std::size_t count,
           error_at = i;
           error = std::current_exception();
         }
-        next = count;  // no more is begun; lower numbers are already under way
+        next = count;  // starts no more work; lower numbers have already started
       }
     }
   };

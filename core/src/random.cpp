@@ -14,10 +14,11 @@ namespace {
 using Seeds = std::array<std::uint32_t, 3>;
 using StateWords = std::array<std::uint32_t, 2 * std::mt19937_64::state_size>;
 
-// The result of std::seed_seq with three numbers for an engine of many words. Filling the state
-// takes longer than most streams draw, so that the standard's algorithm ([rand.util.seedseq]) runs
-// here in stretches without wrap-around, instead of with three remainders per word. Each word
-// depends on the one before it, so several sequences at once take little longer than one.
+// Gives the result of std::seed_seq with three numbers, for an engine of many words. Filling the
+// state takes longer than drawing from most streams. Therefore the standard's algorithm
+// ([rand.util.seedseq]) runs here in stretches in which no index wraps around, without three
+// remainders per word. Each word depends on the previous word, so several sequences at once take
+// little longer than one.
 template <std::size_t count>
 class SeedSequences {
  public:
@@ -50,10 +51,10 @@ class SeedSequences {
 
  private:
   static constexpr std::size_t n = std::tuple_size_v<StateWords>;
-  static constexpr std::size_t t = 11;  // of 623 words and more
+  static constexpr std::size_t t = 11;  // the standard's value for 623 words or more
   static constexpr std::size_t first = (n - t) / 2;
 
-  // The words that one step changes.
+  // The indices of the three words that one step changes.
   struct Places {
     explicit Places(std::size_t k) : here(k), near((k + first) % n), far((k + first + t) % n) {}
 
@@ -62,7 +63,7 @@ class SeedSequences {
     std::size_t far;
   };
 
-  // Steps k to n - 1, between those at which a place goes round.
+  // Runs the steps k to n - 1. Within a stretch no index wraps around.
   template <typename Step>
   static void for_stretches(std::size_t k, const Step& step) {
     for (const std::size_t end : {n - first - t, n - first, n}) {
@@ -91,7 +92,7 @@ class SeedSequences {
   std::array<std::uint32_t, count> before_{};
 };
 
-// Hands words to an engine.
+// A seed sequence that copies prepared words into an engine.
 struct MadeSequence {
   using result_type = std::uint_least32_t;
 
@@ -131,7 +132,7 @@ void RandomStream::seed_engines(const std::array<RandomStream*, count>& streams)
 }
 
 double RandomStream::uniform() {
-  // The middle of one of 2^52 equal parts of (0, 1), exactly.
+  // The middle of one of 2^52 equal parts of (0, 1). The result is exact.
   return (static_cast<double>(next() >> 12U) + 0.5) * 0x1p-52;
 }
 

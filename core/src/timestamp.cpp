@@ -57,7 +57,7 @@ std::optional<double> parse_time_of_day(std::string_view& text) {
   return *hour * 3600.0 + *minute * 60.0 + second;
 }
 
-// Where a year begins, seconds since 1970.
+// The start of a year [s since 1970-01-01 UTC].
 double start_of_year(int year) {
   const std::chrono::year_month_day first{std::chrono::year(year), std::chrono::January,
                                           std::chrono::day(1)};
@@ -157,7 +157,8 @@ std::optional<double> parse_timestamp(std::string_view text) {
 
 namespace {
 
-// A day in three numbers: 2011-10-09, 2011/10/9, 9.10.2011, 9-10-2011, 10/9/2011.
+// Reads a date of three numbers: 2011-10-09, 2011/10/9, 9.10.2011, 9-10-2011, 10/9/2011. Returns [s
+// since 1970-01-01].
 std::optional<double> parse_day(std::string_view text, UnclearDays unclear) {
   for (const char sign : {'-', '/', '.'}) {
     const std::vector<std::string_view> parts = split(text, sign);
@@ -193,7 +194,7 @@ std::optional<double> parse_day(std::string_view text, UnclearDays unclear) {
   return std::nullopt;
 }
 
-// 14:08, 14:08:06.818, 14:08:06,818, 14:08:06:818, 1:05:00.5 PM
+// Reads a time of day: 14:08, 14:08:06.818, 14:08:06,818, 14:08:06:818, 1:05:00.5 PM. Returns [s].
 std::optional<double> parse_clock(std::string_view text) {
   double shift_h = 0.0;
   bool is_half_day = false;

@@ -20,7 +20,7 @@ struct Slot {
 };
 
 std::array<Slot, 64> slots;
-std::mutex changing;  // of the slots; the signal handler only reads
+std::mutex changing;  // held while slots change; the signal handler only reads them
 
 }  // namespace
 

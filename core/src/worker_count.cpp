@@ -29,7 +29,8 @@ std::size_t count_of(std::string_view text) {
 }
 
 #ifdef __linux__
-// @return the processors that a group of processes may use: its quota over the period.
+// @return the number of processors that a control group may use: quota / period; infinity without a
+//         quota.
 double quota_of(double quota, double period) {
   return quota > 0.0 && period > 0.0 ? quota / period : std::numeric_limits<double>::infinity();
 }
@@ -40,8 +41,8 @@ double number_in(const std::string& path) {
   return number;
 }
 
-// Of this process's group and of those above it: "max 100000" or "150000 100000" (control groups,
-// version 2), or two files (version 1).
+// The smallest quota [processors] of this process's control group and its parents. In version 2 a
+// file contains "max 100000" or "150000 100000"; in version 1 there are two files.
 double quota_of_container() {
   double least = std::numeric_limits<double>::infinity();
   std::ifstream groups("/proc/self/cgroup");

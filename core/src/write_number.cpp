@@ -16,7 +16,7 @@
 namespace axiscal {
 namespace {
 
-constexpr int most_digits = 17;  // of the shortest decimal that reads back to a double
+constexpr int most_digits = 17;  // of the shortest decimal that reads back to the same double
 
 constexpr std::array<std::uint64_t, most_digits + 1> powers_of_ten = [] {
   std::array<std::uint64_t, most_digits + 1> powers{1};
@@ -27,13 +27,13 @@ constexpr std::array<std::uint64_t, most_digits + 1> powers_of_ten = [] {
 }();
 
 int digits_of(std::uint64_t number) {
-  constexpr int log2_to_log10 = 1233;  // of 4096
+  constexpr int log2_to_log10 = 1233;  // log10(2) is about 1233 / 4096
   const int least = (static_cast<int>(std::bit_width(number)) * log2_to_log10) >> 12;
   return least + (number >= powers_of_ten[static_cast<std::size_t>(least)] ? 1 : 0);
 }
 
-// The eight digits of a number below 1e8 as characters, the first in the lowest byte: by halves,
-// all at once.
+// The eight digits of a number below 1e8 as characters, the first in the lowest byte. The number is
+// split into halves, quarters and digits, each in one operation.
 std::uint64_t eight_characters(std::uint64_t number) {
   const std::uint64_t thousands = number / 10000;
   const std::uint64_t fours = thousands | (number - 10000 * thousands) << 32;
@@ -43,7 +43,7 @@ std::uint64_t eight_characters(std::uint64_t number) {
   return tens + ((twos - 10 * tens) << 8) + 0x3030303030303030U;
 }
 
-// The 17 digits of a decimal, zeros behind: one, and twice eight.
+// The 17 digits of a decimal, with zeros at the end: one digit, then two groups of eight.
 struct Digits {
   char leading;
   std::uint64_t middle;
@@ -60,7 +60,7 @@ Digits all_digits(std::uint64_t significand, int count) {
           .last = eight_characters(all % eight)};
 }
 
-// After "0.000": the point comes before all digits.
+// Writes a number below 1: "0.", then `zeros` zeros, then all digits.
 void put_fraction(char* first, const Digits& digits, int zeros) {
   std::memcpy(first, "0.0000", 6);
   char* const at = first + 2 + zeros;
@@ -69,8 +69,9 @@ void put_fraction(char* first, const Digits& digits, int zeros) {
   std::memcpy(at + 1 + sizeof digits.middle, &digits.last, sizeof digits.last);
 }
 
-// The point comes after 1 to 7 digits. All digits are moved by one place, to the position of the
-// fraction; then the first eight characters are assembled with the point among them.
+// Writes a number with `before_point` digits before the point, 1 to 7. First all digits but the
+// leading one are written behind the point's place. Then the first eight characters are written
+// again, with the point among them.
 void put_pointed(char* first, const Digits& digits, int before_point) {
   std::memcpy(first + 2, &digits.middle, sizeof digits.middle);
   std::memcpy(first + 2 + sizeof digits.middle, &digits.last, sizeof digits.last);
@@ -82,7 +83,7 @@ void put_pointed(char* first, const Digits& digits, int before_point) {
   std::memcpy(first, &with_point, sizeof with_point);
 }
 
-// "e-05", "e+300".
+// Writes an exponent such as "e-05" or "e+300".
 char* put_exponent(char* first, int exponent) {
   *first++ = 'e';
   *first++ = exponent < 0 ? '-' : '+';
@@ -95,13 +96,13 @@ char* put_exponent(char* first, int exponent) {
   return first;
 }
 
-// A positive number as std::to_chars() writes it; null where that is without an exponent and has
+// Writes a positive number as std::to_chars() does. Returns null if the number has no exponent and
 // more than 7 digits before the point.
 char* write_positive(char* first, double value) noexcept {
   const auto decimal = fmt::detail::dragonbox::to_decimal(value);
   const int count = digits_of(decimal.significand);
   const int before_point = count + decimal.exponent;
-  // It writes an exponent where that is shorter.
+  // std::to_chars() writes an exponent if that text is shorter.
   const int exponent = before_point - 1;
   const int mantissa = count + (count > 1 ? 1 : 0);
   const int scientific = mantissa + (std::abs(exponent) >= 100 ? 5 : 4);

@@ -20,7 +20,7 @@
 namespace axiscal {
 namespace {
 
-// The consumer's reading per the record's.
+// The factor from the record's readings to the consumer's readings.
 double reading_factor_of(const Instrument& instrument,
                          const std::string& wanted,
                          const ExportOptions& options) {
@@ -40,7 +40,7 @@ double reading_factor_of(const Instrument& instrument,
   return *factor;
 }
 
-// The consumer's field per the record's.
+// The factor from the record's field to the consumer's field.
 double field_factor_of(FieldDescription field,
                        const std::string& wanted,
                        const ExportOptions& options) {
@@ -84,7 +84,7 @@ std::vector<Eigen::Matrix3d> basis_of(MatrixShape shape) {
   return basis;
 }
 
-// The M of a shape for which M S is nearest to the identity.
+// Returns the matrix M of a shape for which M S is nearest to the identity.
 Eigen::Matrix3d nearest_inverse(const Eigen::Matrix3d& S, MatrixShape shape) {
   if (shape == MatrixShape::full) {
     return S.inverse();
@@ -106,7 +106,7 @@ Eigen::Matrix3d nearest_inverse(const Eigen::Matrix3d& S, MatrixShape shape) {
   return M;
 }
 
-// Directions all round, and the axes.
+// Directions all over the sphere, and both directions of each axis.
 std::vector<Eigen::Vector3d> directions() {
   std::vector<Eigen::Vector3d> all = directions_on_sphere(1000);
   for (int axis = 0; axis < 3; ++axis) {
@@ -223,7 +223,7 @@ ConsumerModel nearest_model(const Calibration& calibration,
   }
   model.inverse = nearest_inverse(S, shape);
   model.bias = model.reading_factor * calibration.sensor.response.bias;
-  constexpr double largest = 1e100;  // beyond, products overflow in whoever reads them
+  constexpr double largest = 1e100;  // products of larger numbers may overflow in other software
   if (!model.inverse.allFinite() || !(model.bias.cwiseAbs().maxCoeff() < largest) ||
       !(calibration.sensor.field.magnitude < largest)) {
     throw RefusedError(
@@ -235,7 +235,7 @@ ConsumerModel nearest_model(const Calibration& calibration,
 }
 
 std::optional<ExportLoss> loss_of(const Calibration& calibration, const ConsumerModel& model) {
-  constexpr double rounding = 1e-9;  // in parts of the field
+  constexpr double rounding = 1e-9;  // relative to the field
   ExportLoss loss{.unit = calibration.sensor.field.unit};
   const double F = calibration.sensor.field.magnitude;
   const Eigen::Matrix3d M = model.inverse * model.reading_factor / model.field_factor *
@@ -309,7 +309,7 @@ std::string fit_for_comment(std::string line) {
       line.insert(at + 1, " ");
     }
   }
-  // U+200E, U+200F, U+202A .. U+202E, U+2066 .. U+2069: controls of the text's direction.
+  // U+200E, U+200F, U+202A .. U+202E, U+2066 .. U+2069 control the direction of the text.
   for (std::size_t at = line.find("\xE2"); at != std::string::npos;
        at = line.find("\xE2", at + 1)) {
     if (at + 2 >= line.size()) {
@@ -384,7 +384,7 @@ std::string worked_example(const Calibration& calibration, const ConsumerModel& 
   Eigen::Vector3d reading =
       model.reading_factor *
       (calibration.sensor.response.bias + calibration.sensor.response.sensitivity * field);
-  for (double& v : reading) {  // as it will stand there
+  for (double& v : reading) {  // rounded to the digits of the text
     v = parse_number(number_text(v, digits)).value_or(v);
   }
   const Eigen::Vector3d corrected = model.inverse * (reading - model.bias);

@@ -13,15 +13,15 @@ namespace axiscal {
 
 using Sensor = VehicleSensor;
 
-/// @throws RefusedError  for other than three axes, or one-sided ones; `format` is for the message.
+/// @throws RefusedError  unless the instrument has three axes that are not one-sided. `format` is
+///                       used in the message.
 void require_three_axes(const Calibration& calibration, std::string_view format);
 
-/// @return which of the three an instrument is.
-/// @throws RefusedError  for another kind, other than three axes, or one-sided ones; `format` is
-///                       for the message.
+/// @return the type of sensor: accelerometer, gyroscope or magnetometer.
+/// @throws RefusedError  for another kind of instrument, or as require_three_axes().
 Sensor sensor_of(const Calibration& calibration, std::string_view format);
 
-/// @return the unit of a sensor's field: m/s^2, rad/s, and the usual units of magnetic fields.
+/// @return the unit of a sensor's field: m/s^2, rad/s, or `of_magnetometer`.
 std::string usual_unit(Sensor sensor, const std::string& of_magnetometer);
 
 /// The shape that a consumer allows for a calibration's matrix.
@@ -30,61 +30,64 @@ enum class MatrixShape {
   symmetric,
   diagonal,  ///< scale factors
   scalar,    ///< one scale factor for all axes
-  identity,  ///< none: an offset only
+  identity,  ///< no matrix, only an offset
 };
 
 /// A consumer's formula: field = inverse (reading - bias).
 struct ConsumerModel {
-  Eigen::Matrix3d inverse = Eigen::Matrix3d::Identity();  ///< [its field unit per reading unit]
-  Eigen::Vector3d bias = Eigen::Vector3d::Zero();         ///< [its reading unit]
-  double reading_factor = 1.0;                            ///< its reading per the record's
-  double field_factor = 1.0;                              ///< its field per the record's
+  /// [consumer's field unit per consumer's reading unit]
+  Eigen::Matrix3d inverse = Eigen::Matrix3d::Identity();
+  Eigen::Vector3d bias = Eigen::Vector3d::Zero();  ///< [consumer's reading unit]
+  double reading_factor = 1.0;                     ///< consumer's reading / record's reading
+  double field_factor = 1.0;                       ///< consumer's field / record's field
   bool has_temperature = false;
-  bool has_bias_over_temperature = false;  ///< a polynomial of the biases, and no scales
-  bool has_also = false;                   ///< whether second fields are taken out
+  /// True if the consumer has a polynomial of each bias, but no scale terms over temperature.
+  bool has_bias_over_temperature = false;
+  bool has_also = false;  ///< true if the consumer subtracts the response to second fields
 };
 
-/// The units that a consumer works in; empty: those of the record.
+/// The units that a consumer uses; empty: those of the record.
 struct ConsumerUnits {
   std::string reading;
   std::string field;
 };
 
-/// The model of a shape that comes nearest: least squares over all directions of the field.
-/// @throws RefusedError  where readings or field do not convert to the consumer's units.
+/// Computes the model of a shape that is nearest to a calibration, by least squares over all
+/// directions of the field.
+/// @throws RefusedError  if readings or field do not convert to the consumer's units.
 ConsumerModel nearest_model(const Calibration& calibration,
                             const ConsumerUnits& units,
                             MatrixShape shape,
                             const ExportOptions& options);
 
-/// A magnetometer's calibration whose field is in units of an unknown local one, with the field in
-/// the readings' unit instead, so that its scales keep the length that was read; others as they
-/// are.
+/// Changes the field of a magnetometer's calibration to the unit of the readings, if the field has
+/// magnitude 1 and unit "1". The scales then keep the length of the readings.
+/// @return the changed calibration, or a copy of any other calibration.
 Calibration with_measured_field(const Calibration& calibration);
 
-/// The part of the calibration that the model leaves out, if any.
+/// @return the error by the terms that the model lacks; nullopt if it lacks no term.
 std::optional<ExportLoss> loss_of(const Calibration& calibration, const ConsumerModel& model);
 
-/// loss_of(), refused unless losses are allowed.
+/// As loss_of(), but throws RefusedError if there is a loss and losses are not allowed.
 std::optional<ExportLoss> accepted_loss(const Calibration& calibration,
                                         const ConsumerModel& model,
                                         std::string_view format,
                                         const ExportOptions& options);
 
-/// "accelerometer 'A-17', calibrated 2026-11-21T10:00:00Z by axiscal 0.1.0", in one line without
-/// control characters.
+/// @return e.g. "accelerometer 'A-17', calibrated 2026-11-21T10:00:00Z by axiscal 0.1.0", in one
+///         line without control characters.
 std::string source_line(const Calibration& calibration);
 
-/// The comment of a file, line by line: source, status, formula, units, loss.
+/// @return the lines of a file's comment: source, status, formula, units, loss.
 std::vector<std::string> comment_of(const Calibration& calibration,
                                     const std::vector<std::string>& lines,
                                     const std::optional<ExportLoss>& loss);
 
-/// How one reading becomes the corrected value, with numbers: "for example v = (0.1, 0, 9.9)
-/// becomes (0.05, 0.01, 9.807)".
+/// @return an example of a reading and its corrected value: "for example v = (0.1, 0, 9.9) becomes
+///         (0.05, 0.01, 9.807)".
 std::string worked_example(const Calibration& calibration, const ConsumerModel& model);
 
-/// The same as a comment in a file that marks them by `mark`.
+/// @return the lines of comment_of() as one text, each with `mark` in front.
 std::string comment_lines(const Calibration& calibration,
                           std::string_view mark,
                           const std::vector<std::string>& lines,

@@ -25,7 +25,8 @@ xml_node child(xml_node parent, const char* name) {
   return parent.append_child(name);
 }
 
-// As XML can hold it and the schema wants it: no control characters, no blanks at the ends.
+// Makes a text valid for XML and the schema: without control characters and without blanks at the
+// ends.
 std::string plain(const std::string& value) {
   std::string safe = value;
   std::replace_if(
@@ -42,7 +43,7 @@ bool is_capital(char c) {
   return c >= 'A' && c <= 'Z';
 }
 
-// "2026-11-21"
+// True for a date such as "2026-11-21".
 bool is_date(const std::string& text) {
   constexpr std::string_view form = "dddd-dd-dd";
   return text.size() == form.size() &&
@@ -51,14 +52,14 @@ bool is_date(const std::string& text) {
          });
 }
 
-// A name or description: text in a language.
+// Adds a name or description, whose text is in a `dcc:content` element.
 void content(xml_node parent, const char* name, const std::string& value) {
   text(child(parent, name), "dcc:content", value);
 }
 
 struct Unit {
   std::string_view name;
-  std::string_view si;       ///< as the D-SI writes it
+  std::string_view si;       ///< the unit in the notation of D-SI
   std::string_view inverse;  ///< name of the reciprocal unit
 };
 
@@ -122,7 +123,7 @@ void add_contact(xml_node parent,
   }
 }
 
-// Details of the laboratory for which the schema lacks an element.
+// The laboratory's details for which the schema has no element, as statements.
 std::vector<std::string> statements_of(const CertificateDetails& details) {
   std::vector<std::string> all = details.traceability;
   const auto say = [&](const char* what, const std::string& text) {
@@ -198,7 +199,7 @@ void add_administration(xml_node root,
   }
 }
 
-// The temperature at which a parameter is stated, as "y.bias.d".
+// The reference temperature of a parameter such as "y.bias.d".
 double reference_of(const Calibration& calibration, const std::string& parameter) {
   const std::vector<std::string>& axes = calibration.sensor.instrument.axes;
   const auto axis = std::find_if(axes.begin(), axes.end(), [&](const std::string& name) {

@@ -109,8 +109,9 @@ void require_identifier(const std::string& name) {
   }
 }
 
-// A consumer in m/s^2 needs to know what 1 g was; drivers take it for standard gravity.
-// @param write  of options, which may state the gravity.
+// Exports a record. If the consumer's unit is m/s^2 and the record does not state what 1 g was,
+// standard gravity is used, as drivers do.
+// @param write  writes the file with the given options, which may state the gravity.
 template <typename Write>
 Exported with_gravity(const ExportOptions& options, const Write& write) {
   try {
@@ -129,7 +130,7 @@ Exported with_gravity(const ExportOptions& options, const Write& write) {
       formatted("1 g is taken as {} m/s^2, standard gravity, as the record does not say what it "
                 "was; at a site it differs by up to 0.3 %",
                 number_text(standard_gravity)));
-  if (exported.content.starts_with("# ")) {  // a comment, for who reads the file later
+  if (exported.content.starts_with("# ")) {  // then the file gets the note as a comment
     exported.content.insert(0, "# " + exported.notes.back() + "\n");
   }
   return exported;
@@ -215,7 +216,7 @@ Exported export_vehicle(const std::vector<const Calibration*>& calibrations,
   Exported all;
   for (const Calibration* calibration : calibrations) {
     ExportOptions own = options;
-    own.instance = 0;  // each record's own
+    own.instance = 0;  // 0: the record's own instance is used
     Exported one = export_calibration(*calibration, format, own);
     all.content += (all.content.empty() ? "" : "\n") + one.content;
     all.notes.insert(all.notes.end(), one.notes.begin(), one.notes.end());

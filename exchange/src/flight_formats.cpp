@@ -32,7 +32,7 @@ Eigen::Vector3d above_diagonal(const Eigen::Matrix3d& M) {
   return {M(0, 1), M(0, 2), M(1, 2)};
 }
 
-// The shape of a sensor's matrix in flight controllers.
+// The shape of the matrix that flight controllers apply to a sensor.
 MatrixShape shape_in_flight(Sensor sensor) {
   switch (sensor) {
     case Sensor::accelerometer:
@@ -57,8 +57,8 @@ std::vector<std::string> in_flight(Sensor sensor,
   return {formula + (unit.empty() ? "" : ", in " + unit), frame};
 }
 
-// Flight controllers hold a polynomial of third order of the biases over the temperature of the
-// sensor itself; not of compasses.
+// Flight controllers store a polynomial of third order of each bias over the temperature of the
+// sensor. This does not apply to compasses.
 constexpr Eigen::Index thermal_order = 3;
 
 bool has_thermal_terms(const Calibration& calibration, Sensor sensor) {
@@ -67,7 +67,7 @@ bool has_thermal_terms(const Calibration& calibration, Sensor sensor) {
          over->bias.cols() <= thermal_order;
 }
 
-// The coefficients of d, d^2, d^3 of each axis, in the consumer's readings; 3 x 3.
+// The coefficients of d, d^2, d^3 for each axis, in the consumer's reading units; 3 x 3.
 Eigen::Matrix3d thermal_terms(const Calibration& calibration, const ConsumerModel& model) {
   Eigen::Matrix3d terms = Eigen::Matrix3d::Zero();
   const Eigen::MatrixXd& bias = calibration.sensor.temperature->bias;
@@ -78,7 +78,8 @@ Eigen::Matrix3d thermal_terms(const Calibration& calibration, const ConsumerMode
 constexpr const char* thermal_remark =
     "temperatures are those of the sensor's own thermometer, in degrees Celsius";
 
-// PX4's thermal offset: X1 d + X2 d^2 + X3 d^3, d = t - TREF, before OFF and SCALE.
+// PX4's thermal offset is X1 d + X2 d^2 + X3 d^3 with d = t - TREF. PX4 subtracts it before OFF and
+// SCALE.
 std::string px4_thermal_lines(const Calibration& calibration,
                               const ConsumerModel& model,
                               Sensor sensor,
@@ -105,7 +106,8 @@ std::string px4_thermal_lines(const Calibration& calibration,
   return text;
 }
 
-// ArduPilot's: P(t - 35) - P(CALTEMP - 35), P of third order, its coefficients times 1e6.
+// ArduPilot's thermal offset is P(t - 35) - P(CALTEMP - 35). P is a polynomial of third order whose
+// coefficients are stored times 1e6.
 std::vector<Parameter> ardupilot_thermal_parameters(const Calibration& calibration,
                                                     const ConsumerModel& model,
                                                     Sensor sensor,
@@ -183,7 +185,7 @@ Exported export_px4(const Calibration& given, const ExportOptions& options) {
   std::string text = comment_lines(calibration, "# ", lines, loss);
   if (!calibration.provenance.device.empty() && parse_number(calibration.provenance.device)) {
     text +=
-        formatted("1\t1\t{}ID\t{}\t6\n", prefix, calibration.provenance.device);  // a whole number
+        formatted("1\t1\t{}ID\t{}\t6\n", prefix, calibration.provenance.device);  // 6: integer
   }
   for (const Parameter& parameter : all) {
     text += formatted("1\t1\t{}\t{}\t9\n", parameter.name, number_text(parameter.value));
@@ -200,7 +202,7 @@ std::string axis_parameter(const std::string& prefix, int k, const std::string& 
 
 std::string ardupilot_group(int instance, std::string_view sensor) {
   const std::string number = std::to_string(instance + 1);
-  // From the fourth on the parameters stand in groups of their own.
+  // The fourth and later sensors have parameter groups of their own.
   const std::string name(sensor);
   return instance == 0  ? "INS_" + name
          : instance < 3 ? formatted("INS_{}{}", name, number)
@@ -242,7 +244,7 @@ Exported export_ardupilot(const Calibration& given, const ExportOptions& options
     add_axes(all, formatted("COMPASS_OFS{}_", number), "", -model.bias);
     add_axes(all, formatted("COMPASS_DIA{}_", number), "", model.inverse.diagonal());
     add_axes(all, formatted("COMPASS_ODI{}_", number), "", above_diagonal(model.inverse));
-    all.push_back({"COMPASS_SCALE" + number, 0.0});  // none besides the matrix
+    all.push_back({"COMPASS_SCALE" + number, 0.0});  // 0: no scale besides the matrix
   }
   lines.push_back(worked_example(calibration, model));
   if (!calibration.provenance.device.empty() && parse_number(calibration.provenance.device)) {
@@ -270,7 +272,7 @@ Exported export_betaflight(const Calibration& calibration, const ExportOptions& 
         "Betaflight does not store a calibration of a gyroscope: it measures the bias at each "
         "start");
   }
-  // Counts. The firmware knows the size of a count: for acceleration a power of two per 1 g.
+  // Betaflight's values are counts. The firmware knows how many counts are 1 g: a power of two.
   ConsumerModel model = nearest_model(calibration, {}, MatrixShape::scalar, options);
   double per_field = 1.0 / model.inverse(0, 0);
   std::vector<std::string> lines;
@@ -292,7 +294,7 @@ Exported export_betaflight(const Calibration& calibration, const ExportOptions& 
                   "driver, not set here)",
                   number_text(one_g)));
   } else {
-    // The Earth's field is 22 to 67 uT, and hundreds of counts.
+    // The Earth's field is 22 to 67 uT, which is several hundred counts.
     const std::string& unit = calibration.sensor.instrument.unit;
     const double size = std::cbrt(std::abs(calibration.sensor.response.sensitivity.determinant())) *
                         calibration.sensor.field.magnitude;

@@ -28,7 +28,7 @@ Exported export_betaflight(const Calibration& calibration, const ExportOptions& 
 std::string axis_parameter(const std::string& prefix, int k, const std::string& suffix);
 
 /// @return the prefix of the parameters of ArduPilot's accelerometer n: "INS_ACC", "INS_ACC2",
-///         "INS4_ACC". The gyroscope's prefix has GYR in it.
+///         "INS4_ACC". For a gyroscope the prefix contains GYR instead of ACC.
 std::string ardupilot_group(int instance, std::string_view sensor);
 
 }  // namespace axiscal

@@ -37,7 +37,7 @@ std::string literal(double value, bool single) {
   return single ? text + "f" : text;
 }
 
-// {{a, b, c}, {..}, {..}} of numbers that `write` puts down.
+// Returns {{a, b, c}, {..}, {..}}; `write` formats each number.
 template <typename Write>
 std::string braces(const Eigen::Ref<const Eigen::MatrixXd>& values, const Write& write) {
   std::string text = "{";
@@ -84,7 +84,8 @@ struct Dialect {
   }
 };
 
-// By kind and slot, so that the headers of two instruments go into one program.
+// The name in a header. It contains kind and slot, so that a program can include the headers of two
+// instruments.
 std::string header_name(const Calibration& calibration, const ExportOptions& options) {
   if (!options.name.empty()) {
     return options.name;
@@ -197,14 +198,16 @@ std::string integer(double value) {
   return std::to_string(static_cast<std::int64_t>(value));
 }
 
-// Integers: readings and field with stated binary places, the inverse with as many as 31 bits hold.
+// Writes a header with integers. Readings and field have the stated binary places; the inverse has
+// as many as fit into 31 bits.
 Exported fixed_header(const Calibration& calibration,
                       const ExportOptions& options,
                       const Dialect& dialect,
                       ConsumerModel model,
                       std::string_view format) {
   constexpr double largest = 1073741823.0;  // 2^30 - 1
-  constexpr double times_field = 8.0;       // factor by which the field may be larger
+  // How many times larger the field may be than that of the calibration.
+  constexpr double times_field = 8.0;
   const int reading_bits = options.numbers.reading_bits;
   const int field_bits = options.numbers.field_bits;
   const double span = model.bias.cwiseAbs().maxCoeff() +
@@ -213,7 +216,7 @@ Exported fixed_header(const Calibration& calibration,
                               .rowwise()
                               .norm()
                               .maxCoeff();
-  // Bits of the bias beyond those of the readings, so that it is not rounded to a whole count.
+  // Additional bits of the bias, so that it is not rounded to a whole count of the readings.
   int more = 0;
   while (more < 12 && std::ldexp(span, reading_bits + more + 1) < largest) {
     ++more;
@@ -239,7 +242,7 @@ Exported fixed_header(const Calibration& calibration,
   const ConsumerModel exact = model;
   model.bias = bias * std::ldexp(1.0, -bias_bits);
   model.inverse = inverse * std::ldexp(1.0, -inverse_bits);
-  // Rounding does not count as a loss; missing temperature terms do.
+  // Rounding is not a loss, but missing temperature terms are.
   const std::optional<ExportLoss> loss = accepted_loss(calibration, exact, format, options);
   const std::optional<ExportLoss> rounding = loss_of(calibration, model);
   const std::string places = std::to_string(field_bits);
@@ -282,7 +285,7 @@ Exported header(const Calibration& record,
                 const ExportOptions& options,
                 bool is_cpp,
                 std::string_view format) {
-  const Calibration calibration = in_assembly_frame(record);  // as apply answers
+  const Calibration calibration = in_assembly_frame(record);  // the frame of the results of `apply`
   require_three_axes(calibration, format);
   const Dialect dialect{.is_cpp = is_cpp, .name = header_name(calibration, options)};
   const ConsumerModel model = nearest_model(calibration, {}, MatrixShape::full, options);

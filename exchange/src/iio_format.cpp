@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Linux IIO's calibbias and calibscale (kernel.org, ABI/testing/sysfs-bus-iio), one file an axis.
+// Linux IIO's calibbias and calibscale (kernel.org, ABI/testing/sysfs-bus-iio), which have one file
+// for each axis.
 #include "axiscal/core/number_text.hpp"
 #include "core/formatted.hpp"
 #include "exchange/src/consumer.hpp"

@@ -33,12 +33,12 @@ struct Source {
   [[nodiscard]] bool is(std::string_view kind) const { return options.kind == kind; }
 };
 
-// field = inverse (v - bias), or the way there: v = sensitivity field + bias.
+// The calibration in a file: v = sensitivity field + bias.
 struct Imported {
   Eigen::Vector3d bias = Eigen::Vector3d::Zero();
   Eigen::Matrix3d sensitivity = Eigen::Matrix3d::Identity();
   std::string unit;        // unit of the readings
-  std::string field_unit;  // and of the field
+  std::string field_unit;  // unit of the field
   std::vector<std::string> notes;
 };
 
@@ -57,7 +57,8 @@ Eigen::Matrix3d inverted(const Source& source, const Eigen::Matrix3d& M) {
 
 using ParameterTable = std::map<std::string, double>;
 
-// `name_at`, `value_at`: which of a line's columns.
+// Reads lines of `columns` columns. `name_at` and `value_at` are the columns of name and value,
+// from 0.
 ParameterTable read_parameters(const Source& source,
                                std::string_view separators,
                                std::size_t name_at,
@@ -96,7 +97,8 @@ ParameterTable read_parameters(const Source& source,
   return table;
 }
 
-// PREFIX + X, Y, Z + SUFFIX; `otherwise` if all three are missing.
+// Reads the parameters PREFIX + X, Y, Z + SUFFIX. Returns `otherwise` for all if all three are
+// missing.
 Eigen::Vector3d axes_of(const Source& source,
                         const ParameterTable& table,
                         const std::string& prefix,
@@ -229,7 +231,7 @@ Eigen::Matrix3d json_product(const Source& source,
   return K * json_numbers<3>(source, json, second);
 }
 
-// imucal's Ferraris calibration: v = K R f + b, of the gyroscope with K_ga a besides.
+// imucal's Ferraris calibration: v = K R f + b. For the gyroscope, K_ga a is added.
 Imported import_imucal(const Source& source) {
   const Json json = json_or_discarded(source.text);
   if (!json.is_object() || !json.contains("K_a")) {
@@ -260,7 +262,7 @@ Imported import_imucal(const Source& source) {
 // ---- Kalibr ----
 
 #ifdef AXISCAL_YAML
-// A number that can be stored: YAML knows .nan and .inf as well.
+// Reads a finite number. YAML also allows .nan and .inf.
 double yaml_number(const Source& source, const YAML::Node& node, const std::string& key) {
   const double number = node.as<double>();
   if (!std::isfinite(number)) {
@@ -432,7 +434,8 @@ Calibration import_calibration(std::string_view text,
   }
   try {
     static_cast<void>(
-        calibration_json(calibration));  // records that could not be stored are not imported
+        // Throws if the record could not be stored: such a record is not imported.
+        calibration_json(calibration));
   } catch (const DomainError& error) {
     throw DataError(path, error.what());
   }

@@ -30,7 +30,7 @@ std::string yaml_matrix(const Eigen::Matrix3d& M, const std::string& indent) {
   return text;
 }
 
-// S = M C: M lower triangular with a positive diagonal, C a rotation.
+// S = M C. M is lower triangular with a positive diagonal, C is a rotation.
 struct ScaleMisalignment {
   Eigen::Matrix3d M;
   Eigen::Matrix3d C;
@@ -50,7 +50,7 @@ ScaleMisalignment scale_misalignment(const Eigen::Matrix3d& S) {
   return {.M = R.transpose() * signs.asDiagonal(), .C = signs.asDiagonal() * Q.transpose()};
 }
 
-// The inputs of Kalibr for one sensor.
+// The parameters of one sensor in Kalibr's file.
 struct KalibrSensor {
   Sensor sensor = Sensor::none;
   ScaleMisalignment split;
@@ -77,7 +77,7 @@ KalibrSensor kalibr_sensor(const Calibration& calibration, const ExportOptions& 
   result.bias = model.bias;
   if (model.has_also) {
     const double per_unit = also->unit == "g" ? 1.0 / standard_gravity : 1.0;
-    // Kalibr turns a into the gyroscope's frame first.
+    // Kalibr first rotates the specific force a into the gyroscope's frame.
     result.A = model.reading_factor * per_unit * also->sensitivity * result.split.C.transpose();
   }
   result.comment = comment_lines(
@@ -93,8 +93,8 @@ KalibrSensor kalibr_sensor(const Calibration& calibration, const ExportOptions& 
   return result;
 }
 
-// @param frame  rotation from the instrument's frame to the IMU's: C of the accelerometer, if it is
-//               in the same file.
+// @param frame  rotation from the instrument's frame to the IMU's frame: C of the accelerometer if
+//               it is in the same file, else the identity.
 std::string kalibr_block(const KalibrSensor& one, const Eigen::Matrix3d& frame) {
   const bool is_gyroscope = one.sensor == Sensor::gyroscope;
   std::string text = is_gyroscope ? "  gyroscopes:\n" : "  accelerometers:\n";
@@ -154,8 +154,8 @@ Exported export_kalibr_imu(const Calibration& first,
 
 namespace {
 
-// The covariance that a node writes into sensor_msgs/Imu and /MagneticField: the scatter of one
-// reading, and the uncertainty of bias and sensitivity for a field of the calibrated size.
+// The covariance of a calibrated reading, from the residual standard deviations. A node writes it
+// into sensor_msgs/Imu or sensor_msgs/MagneticField.
 std::string covariance_for_ros(const Calibration& calibration,
                                const ConsumerModel& model,
                                Sensor sensor,
@@ -240,7 +240,7 @@ Exported export_x_io(const Calibration& calibration, const ExportOptions& option
     json["hardIronOffset"] = vector(model.bias);
   } else {
     formula = formatted("field [{}] = misalignment diag(sensitivity) (v - offset)", unit);
-    // The length of each column is the sensitivity, the rest misalignment.
+    // The sensitivity is the length of each column; the misalignment has the normalised columns.
     const Eigen::Vector3d lengths = model.inverse.colwise().norm().transpose();
     const std::string name = sensor == Sensor::accelerometer ? "accelerometer" : "gyroscope";
     json[name + "Misalignment"] = row_major(model.inverse * lengths.cwiseInverse().asDiagonal());

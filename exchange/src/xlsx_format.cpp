@@ -32,7 +32,7 @@ namespace {
 constexpr int example_rows = 12;
 constexpr double yaw_above_deg = 85.0;
 
-// "C7", or "Coefficients!$C$7".
+// Returns the name of a cell, such as "C7". coefficient() returns "Coefficients!$C$7".
 std::string cell_name(int row, int column) {
   return formatted("{}{}", static_cast<char>('A' + column), row + 1);
 }
@@ -41,7 +41,7 @@ std::string coefficient(int row, int column) {
   return formatted("Coefficients!${}${}", static_cast<char>('A' + column), row + 1);
 }
 
-// One sheet, and where on it the next row goes.
+// A worksheet. Rows and columns count from 0.
 class Sheet {
  public:
   Sheet(lxw_workbook* book, const char* name) : sheet_(workbook_add_worksheet(book, name)) {}
@@ -54,7 +54,8 @@ class Sheet {
       check(worksheet_write_number(sheet_, at(row), place(column), value, format));
     }
   }
-  // @param value  that the formula gives, so that readers that do not compute show it; NaN: a text.
+  // @param value  the result of the formula, for programs that do not compute formulas; NaN: the
+  //               result is a text.
   void formula(int row, int column, const std::string& text, double value) {
     check(std::isnan(value) ? worksheet_write_formula_str(sheet_, at(row), place(column),
                                                           text.c_str(), nullptr, "")
@@ -117,8 +118,8 @@ class Workbook {
     return sensor().temperature && sensor().temperature->has_own_sensors();
   }
 
-  // Rows: a title, the instrument, the magnitude, then a table with a row for each axis, and the
-  // inverse with a row for each component.
+  // Rows: a title, the instrument, the magnitude; then a table with a row for each axis; then the
+  // inverse, with a row for each component.
   static constexpr int magnitude_row = 4;
   static constexpr int table_row = 7;
   [[nodiscard]] int axis_row(int axis) const { return table_row + 1 + axis; }
@@ -187,7 +188,7 @@ class Workbook {
     const auto s = [&](int k, int j) {
       return cell_name(axis_row(k % 3), sensitivity_column + j % 3);
     };
-    const auto minor = [&](int k, int j) {  // of the entry k, j
+    const auto minor = [&](int k, int j) {  // minor of the entry k, j
       return formatted("({}*{}-{}*{})", s(k + 1, j + 1), s(k + 2, j + 2), s(k + 1, j + 2),
                        s(k + 2, j + 1));
     };
@@ -231,7 +232,7 @@ class Workbook {
   }
   [[nodiscard]] int first_result() const { return m_ + temperature_columns(); }
 
-  // (v - bias(t)) / scale(t) of an axis in a row.
+  // The formula of (v - bias(t)) / scale(t) for an axis in a row.
   [[nodiscard]] std::string above_bias(int row, int k) const {
     const std::string v = cell_name(row, k);
     if (order() == 0) {
@@ -239,7 +240,7 @@ class Workbook {
     }
     const std::string d = formatted("({}-{})", cell_name(row, m_ + (own_temperatures() ? k : 0)),
                                     coefficient(axis_row(k), reference_column));
-    const auto polynomial = [&](auto term) {  // by Horner's scheme, without a constant
+    const auto polynomial = [&](auto term) {  // by Horner's scheme, without a constant term
       std::string text = "0";
       for (int power = order(); power >= 1; --power) {
         text = formatted("({}+{})*{}", text, coefficient(axis_row(k), term(power)), d);
@@ -299,7 +300,7 @@ class Workbook {
     return names;
   }
 
-  // A reading in some attitude, its results, and their formulas.
+  // Writes a row with an example: a reading in some attitude, its results, and their formulas.
   void put_example(Sheet& sheet, int row, int number) {
     constexpr std::array<std::pair<double, double>, example_rows> attitudes_deg = {
         {{0.0, 0.0},
@@ -331,7 +332,7 @@ class Workbook {
         response_at(sensor(), sensor().field.magnitude * direction, temperature);
     std::vector<double> v;
     for (int k = 0; k < m_; ++k) {
-      // As many digits as the file keeps, so that values and formulas agree.
+      // Rounded to the digits that the file stores, so that values and formulas agree.
       v.push_back(parse_number(number_text(exact(k), 12)).value_or(exact(k)));
       sheet.number(row, k, v.back(), input_);
     }
@@ -418,7 +419,7 @@ class Workbook {
 }  // namespace
 
 Exported export_xlsx(const Calibration& record, const ExportOptions&) {
-  const Calibration calibration = in_assembly_frame(record);  // as apply answers
+  const Calibration calibration = in_assembly_frame(record);  // the frame of the results of `apply`
   const SensorModel& sensor = calibration.sensor;
   if (sensor.instrument.axis_count() > 3 || sensor.instrument.one_sided || !sensor.also.empty() ||
       !gives_field(calibration)) {

@@ -31,7 +31,7 @@ class BuiltIn final : public GeomagneticModel::Coefficients {
     constexpr double epoch = 2025.0;
     Eigen::Vector3d gradient;
     potential_(year - epoch, at.x(), at.y(), at.z(), gradient.x(), gradient.y(), gradient.z());
-    // Forward() gives the matrix, row by row, that takes enu to geocentric axes.
+    // Forward() returns the rotation matrix from enu to geocentric axes, row by row.
     using RowMajor = Eigen::Matrix<double, 3, 3, Eigen::RowMajor>;
     return -reference_radius_m * (Eigen::Map<const RowMajor>(axes.data()).transpose() * gradient);
   }
@@ -40,7 +40,7 @@ class BuiltIn final : public GeomagneticModel::Coefficients {
   static constexpr int degree = 12;
   static constexpr double reference_radius_m = 6371200.0;
 
-  // The sum keeps pointers to them.
+  // potential_ keeps pointers to these vectors.
   std::vector<double> cosines_{wmm2025_cosines.begin(), wmm2025_cosines.end()};
   std::vector<double> sines_{wmm2025_sines.begin(), wmm2025_sines.end()};
   std::vector<double> cosine_rates_{wmm2025_cosine_rates.begin(), wmm2025_cosine_rates.end()};

@@ -9,10 +9,10 @@
 
 namespace axiscal {
 
-/// The magnetic model that no file is needed for.
+/// The name of the magnetic model that is compiled into the library.
 inline constexpr std::string_view built_in_magnetic_model = "wmm2025";
 
-/// Where the coefficients come from, and from when to when and how high they hold.
+/// A geomagnetic model: its coefficients, and the range of years and heights in which it is valid.
 class GeomagneticModel::Coefficients {
  public:
   struct Range {
@@ -29,7 +29,7 @@ class GeomagneticModel::Coefficients {
 };
 
 /// @throws DataError   if the model is not installed.
-/// @throws SetupError  in a library without GeographicLib.
+/// @throws SetupError  if the library was built without GeographicLib.
 [[nodiscard]] std::shared_ptr<const GeomagneticModel::Coefficients> geomagnetic_coefficients(
     const std::string& model);
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A library without GeographicLib: gravity of 1 g and fields that are given need none.
+// For a build without GeographicLib. Gravity of 1 g and stated fields do not need these functions.
 #include "axiscal/core/error.hpp"
 #include "axiscal/field/gravity_field.hpp"
 #include "axiscal/field/settings.hpp"

@@ -11,7 +11,7 @@ namespace axiscal {
 /// The units of magnetic fields.
 inline constexpr std::array<std::string_view, 5> magnetic_units = {"nT", "uT", "T", "mT", "G"};
 
-// The entry of each kind in the library, defined next to its class.
+// The FieldKind entries of the built-in kinds. Each is defined next to its class.
 [[nodiscard]] FieldKind gravity_entry();
 [[nodiscard]] FieldKind geomagnetic_entry();
 [[nodiscard]] FieldKind earth_rotation_entry();

@@ -19,7 +19,7 @@ namespace {
 constexpr std::array<std::string_view, 8> members_of_all = {
     "kind", "name", "role", "unit", "magnitude", "magnitude_u", "in_table", "recorded"};
 
-// A path in a document is relative to it.
+// A relative path in a document is relative to the document's folder.
 std::string path_beside(const std::string& document, const std::string& name) {
   const std::filesystem::path path(name);
   return path.is_absolute() ? name
@@ -54,7 +54,8 @@ void magnitude_member(JsonMembers& io, FieldSetup& part) {
   }
 }
 
-// The members of every field; those of the kind are left to it.
+// Reads or writes the members that every kind has. ReferenceField::members() does it for those of
+// one kind.
 void common_members(JsonMembers& io, FieldSetup& part) {
   io.value_if_any("name", part.name);
   io.choice_if_any("role", part.role, role_name, parse_role, "local, induced");
@@ -108,7 +109,7 @@ void write_part(Json& json, FieldSetup part) {
   json["kind"] = part.kind();
   JsonMembers io(json);
   common_members(io, part);
-  // One table for reading and writing. Writing does not change the field.
+  // members() reads and writes, so it is not const. Writing does not change the field.
   const_cast<ReferenceField&>(*part.of).members(
       io);  // NOLINT(cppcoreguidelines-pro-type-const-cast)
 }

@@ -14,8 +14,8 @@
 namespace axiscal {
 namespace {
 
-// A deque would keep references to entries, but a span needs them in a row: there is room for all
-// that a program will ever add.
+// A vector with reserved memory: field_kinds() needs contiguous entries, and references to entries
+// must stay valid when a kind is added.
 std::vector<FieldKind>& kinds() {
   constexpr std::size_t most_kinds = 256;
   static std::vector<FieldKind> all = [] {

@@ -11,14 +11,14 @@
 
 namespace axiscal {
 
-/// The members of a kind that a model computes at a site.
+/// Names of the members of a kind that a model computes at a site.
 inline constexpr std::array<std::string_view, 2> members_with_site = {"model", "site"};
 inline constexpr std::array<std::string_view, 3> members_with_date = {"model", "site", "date"};
 
-/// A model's name; not written where it is the usual one.
+/// Reads or writes a model's name. It is not written if it is `usual`.
 void model_members(JsonMembers& io, std::string& model, const std::string& usual);
 
-/// The site of the field, if it differs from the table's.
+/// Reads or writes the field's own site, if it has one.
 void site_members(JsonMembers& io, std::optional<Site>& site);
 
 }  // namespace axiscal

@@ -59,7 +59,7 @@ void FieldResolver::check_given() const {
   }
 }
 
-// Kind, unit and role, from the stated inputs and the kind's properties.
+// Sets kind, unit and role from the stated inputs and the kind's properties.
 void FieldResolver::prepare() {
   const FieldKind& kind = field_kind(given_.kind());
   found_.kind = given_.kind();
@@ -104,8 +104,8 @@ void FieldResolver::resolve_by_value(const ReferenceField& field) {
   }
 }
 
-// The first unit in which the stated magnitude is possible: 9.81 is gravity in m/s^2, 48 the
-// Earth's field in uT. Empty if no unit fits.
+// Returns the first unit in which the stated magnitude is possible: 9.81 is gravity in m/s^2, 48 is
+// the Earth's field in uT. Returns "" if no unit fits.
 std::string FieldResolver::unit_told_by_number(const FieldKind& kind) const {
   const std::optional<double> met = kind.vertical ? occasion_.largest : std::nullopt;
   const std::optional<double> magnitude = given_magnitude() ? given_magnitude() : met;
@@ -118,7 +118,8 @@ std::string FieldResolver::unit_told_by_number(const FieldKind& kind) const {
   return "";
 }
 
-// If no number is stated, that of the readings; else the kind's usual one.
+// Returns the unit of the readings if no number is stated and the kind has that unit. Otherwise
+// returns the kind's first unit.
 std::string FieldResolver::unit_unless_stated(const FieldKind& kind) const {
   const std::string& of_readings = occasion_.reading_unit;
   const bool has_number = given_.magnitude || given_.in_table || given_.magnitude_u > 0.0;
@@ -212,7 +213,7 @@ void FieldResolver::set_direction(const Eigen::Vector3d& value, bool induced) {
   constexpr double nearly_vertical = 0.98;
   found_.start.has_heading =
       induced || place_.fence_azimuth_rad.has_value() || std::abs(direction.z()) > nearly_vertical;
-  // Without the heading only the vertical part says where the field points.
+  // If the heading is unknown, only the vertical component of the direction is known.
   constexpr double clearly_inclined = 0.2;
   if (found_.start.has_heading) {
     found_.start.sign_by = in_table.normalized();

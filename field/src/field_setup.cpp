@@ -35,8 +35,8 @@ void convert(FieldDescription& part, const std::string& unit) {
   part.unit = unit;
 }
 
-// Numbers without a unit share one unit: in a sum, the unit of the part whose magnitude determines
-// it.
+// In a sum, all numbers without a unit have the same unit. It follows from the first part whose
+// magnitude determines its unit.
 std::string unit_told_by_magnitude(const FieldSetup& setup,
                                    const TablePlace& place,
                                    const FieldOccasion& occasion) {
@@ -52,7 +52,7 @@ std::string unit_told_by_magnitude(const FieldSetup& setup,
   return "";
 }
 
-// Without names, readings cannot state a level of each of two parts alike.
+// Each named part needs a different name, so that readings can state its level.
 void check_names(const std::vector<FieldDescription>& parts) {
   for (std::size_t p = 0; p < parts.size(); ++p) {
     for (std::size_t q = 0; q < p && !parts[p].name.empty(); ++q) {
@@ -69,7 +69,7 @@ void check_names(const std::vector<FieldDescription>& parts) {
 
 FieldSetup::FieldSetup(std::shared_ptr<const ReferenceField> field) : of(field) {
   if (field) {
-    field->state(*this);  // which may put another field in its place
+    field->state(*this);  // state() may replace `of` by another field
   }
 }
 
@@ -273,7 +273,7 @@ Eigen::Matrix3d change_of_field(const FieldSetup& setup,
   return to.norm() / from.norm() * smallest_rotation(from.normalized(), to.normalized());
 }
 
-// ---- ReferenceField, as it comes ----
+// ---- Defaults of ReferenceField ----
 
 void ReferenceField::resolve(FieldResolver& of) const {
   of.resolve_by_value(*this);

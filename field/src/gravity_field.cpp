@@ -16,9 +16,10 @@
 namespace axiscal {
 namespace {
 
-// The difference between gravity models and gravity on the ground (1 standard deviation) [m/s^2].
-// WGS 84 normal gravity does not include anomalies; EGM96 and EGM2008 leave out details below their
-// grid. Measured at 2872 ground stations of southern Africa (Proof in docs/fields.md).
+// The difference between gravity models and measured gravity on the ground (1 standard deviation)
+// [m/s^2]. WGS 84 normal gravity does not include anomalies. EGM96 and EGM2008 do not include
+// details below their grid. Determined from 2872 ground stations in southern Africa (Proof in
+// docs/fields.md).
 constexpr double normal_gravity_u = 4e-4;
 constexpr double gravity_model_u = 2e-4;
 
@@ -95,7 +96,7 @@ FieldKind gravity_entry() {
           .local = true,
           .vertical = true,
           .along_normal = true,
-          .least_magnitude = 0.99,  // from 0.9956 at the equator on high mountains to 1.0026
+          .least_magnitude = 0.99,  // 0.9956 on high mountains at the equator, up to 1.0026
           .greatest_magnitude = 1.01,
           .members = members_with_site,
           .make = maker_of<GravityField>()};

@@ -18,7 +18,7 @@ InducedField::InducedField(std::string kind,
   }
 }
 
-// A kind that files know is that kind, of which the vector is stated.
+// If files can state the kind, the setup gets a field of that kind with this vector.
 void InducedField::state(FieldSetup& setup) const {
   setup.unit = unit_;
   if (field_kind(kind_).make != nullptr) {

@@ -76,7 +76,7 @@ void LightField::resolve_sun(FieldResolver& of) const {
     throw SetupError("the sun's place needs the site: latitude and longitude", {settings::site});
   }
   if (!of.is_time_of_day_known()) {
-    return;  // the readings' times are not known yet, or there are none
+    return;  // the readings' times are not known yet, or readings have no times
   }
   of.require_longitude();
   const double at_s = of.reading_time_s().value_or(of.date_s());

@@ -11,7 +11,8 @@ namespace axiscal {
 namespace {
 
 constexpr double days_per_century = 36525.0;
-constexpr double terrestrial_less_universal_s = 69.0;  // 2017 to 2026; a minute moves it by 0.0007
+// Value of 2017 to 2026. An error of one minute moves the sun by 0.0007 degrees.
+constexpr double terrestrial_less_universal_s = 69.0;
 
 struct EquatorialPlace {
   double right_ascension_rad = 0.0;
@@ -28,7 +29,7 @@ double cosine_of_deg(double angle_deg) {
   return std::cos(std::fmod(angle_deg, 360.0) * rad_per_deg);
 }
 
-// Meeus, ch. 25; T in Julian centuries of terrestrial time from 2000 January 1.5.
+// Meeus, ch. 25. T is in Julian centuries of terrestrial time from 2000 January 1.5.
 EquatorialPlace apparent_sun(double T) {
   const double mean_longitude_deg = 280.46646 + T * (36000.76983 + 0.0003032 * T);
   const double anomaly_deg = 357.52911 + T * (35999.05029 - 0.0001537 * T);
@@ -53,17 +54,17 @@ EquatorialPlace apparent_sun(double T) {
   return place;
 }
 
-// Meeus, ch. 12; the date in days of universal time from 2000 January 1.5.
+// Meeus, ch. 12. `days` is universal time from 2000 January 1.5.
 double mean_sidereal_time_deg(double days) {
   const double T = days / days_per_century;
   return std::fmod(280.46061837 + 360.98564736629 * days + T * T * (0.000387933 - T / 38710000.0),
                    360.0);
 }
 
-// Saemundsson's formula: the correction to the geometric elevation.
+// Saemundsson's formula for the correction of the geometric elevation [rad].
 double refraction_rad(double elevation_rad) {
   const double h = elevation_rad * deg_per_rad;
-  constexpr double lowest_deg = -1.0;  // below, the sun has set
+  constexpr double lowest_deg = -1.0;  // below this, the sun has set
   if (h < lowest_deg) {
     return 0.0;
   }
@@ -95,7 +96,7 @@ SunPosition sun_position(const Site& site, double time_s, bool refraction) {
              std::cos(declination) * std::cos(hour_angle_rad) * std::sin(latitude_rad),
          std::sin(declination) * std::sin(latitude_rad) +
              std::cos(declination) * std::cos(hour_angle_rad) * std::cos(latitude_rad)};
-  // Seen from the surface, an Earth's radius above the centre.
+  // Parallax: the observer is on the surface, one Earth radius above the Earth's centre.
   constexpr double horizontal_parallax_rad = 8.794 / 3600.0 * rad_per_deg;
   enu.z() -= std::sin(horizontal_parallax_rad) / sun.distance_au;
   enu.normalize();

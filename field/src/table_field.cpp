@@ -13,7 +13,8 @@
 namespace axiscal {
 
 TableField::TableField() {
-  static const std::shared_ptr<const Layout> one =  // of which there are many
+  // Shared, because many objects have this layout.
+  static const std::shared_ptr<const Layout> one =
       TableField(std::vector<FieldDescription>(1)).layout_;
   layout_ = one;
 }
@@ -164,7 +165,7 @@ Eigen::Matrix3d TableField::change(const FieldLevel& level,
   if (turning == parts().size()) {
     return factor * Eigen::Matrix3d::Identity();
   }
-  // Of the parts that do not turn with the table (L . a) a is left, a the axis.
+  // A part L that does not turn with the table contributes (L . a) a, where a is the axis.
   const Eigen::Vector3d axis = vectors_[turning].normalized();
   const Eigen::Matrix3d along = axis * axis.transpose();
   if (which != turning) {

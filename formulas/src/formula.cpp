@@ -23,13 +23,14 @@ namespace x3 = boost::spirit::x3;
 using Arguments = std::span<const double>;
 using Apply = double (*)(Arguments);
 
-// A step of a formula in postfix order: it takes numbers off a stack and puts one on it.
+// A step of a formula in postfix order. It takes numbers from a stack and puts its result on the
+// stack.
 struct Step {
   enum Kind { constant, variable, operation };
   Kind kind = constant;
-  double value = 0.0;           // of a constant
-  std::size_t variable_at = 0;  // among the formula's names
-  Apply apply = nullptr;        // of an operation
+  double value = 0.0;           // the value of a constant
+  std::size_t variable_at = 0;  // the index of a variable in the formula's names
+  Apply apply = nullptr;        // the function of an operation
   std::size_t arguments = 0;
 };
 
@@ -80,9 +81,9 @@ constexpr std::array functions = {
 struct Parsing {
   const std::vector<std::string>& names;
   std::vector<Step> steps;
-  std::string called;               // the name that was read last
-  std::vector<std::string> calls;   // of the functions whose arguments are read
-  std::vector<std::size_t> counts;  // of their arguments
+  std::string called;               // the last name that was read
+  std::vector<std::string> calls;   // the functions whose arguments are being read
+  std::vector<std::size_t> counts;  // the number of arguments of each of these functions
 
   void add(std::size_t arguments, Apply apply) {
     steps.push_back({.kind = Step::operation, .apply = apply, .arguments = arguments});
@@ -132,7 +133,7 @@ struct Parsing {
 
 struct parsing_tag;
 
-// A semantic action that calls a function of the steps.
+// A semantic action that calls `action` with the Parsing object.
 template <typename Do>
 auto then(Do&& action) {
   return [action](const auto& context) { action(x3::get<parsing_tag>(context).get()); };
@@ -142,7 +143,7 @@ auto operation(std::size_t arguments, Apply apply) {
   return then([=](Parsing& parsing) { parsing.add(arguments, apply); });
 }
 
-// Numbers without a sign, and not the words "inf" and "nan".
+// Parses numbers without a sign. The words "inf" and "nan" are not numbers.
 struct NumberPolicies : x3::ureal_policies<double> {
   template <typename Iterator, typename Value>
   static bool parse_nan(Iterator&, const Iterator&, Value&) {
@@ -190,7 +191,7 @@ const auto product_def =
     signed_number >>
     *(('*' > signed_number[operation(2, [](Arguments a) { return a[0] * a[1]; })]) |
       ('/' > signed_number[operation(2, [](Arguments a) { return a[0] / a[1]; })]));
-// -2^2 is -4, and 2^3^2 is 2^9.
+// Precedence of the sign and the power: -2^2 is -4, and 2^3^2 is 2^9.
 const auto signed_number_def =
     ('-' > signed_number[operation(1, [](Arguments a) { return -a[0]; })]) | ('+' > signed_number) |
     (primary >>

@@ -95,7 +95,7 @@ std::vector<KindQuantity> describe(const StatedKind& kind, const CalibratedInstr
   return all;
 }
 
-// A list's entries {"name", "formula", ..}.
+// Calls `take` for each entry {"name", "formula", ..} of a list, with its formula.
 template <typename Take>
 void for_each_formula(const JsonValue& file,
                       std::string_view key,
@@ -150,7 +150,7 @@ const InstrumentKind& add_instrument_kind_file(const std::string& path) {
   StatedKind read;
   read.path = path;
   read_into(read, parse_json(read_whole_file(path), path));
-  // Kept only if the kind was added. A name that exists already leaves no data behind.
+  // If the kind cannot be added, its data are removed below.
   const StatedKind& kind = stated.emplace_back(std::move(read));
   InstrumentKind entry{.name = kind.name,
                        .derived_names = kind.derived_views,

@@ -12,7 +12,7 @@
 namespace axiscal {
 
 void check_serial(std::string_view serial) {
-  constexpr std::size_t longest = 200;  // bytes; a file's name has 255
+  constexpr std::size_t longest = 200;  // bytes; a file name may have 255
   if (serial.size() > longest) {
     throw DomainError(formatted("the serial number has {} bytes, more than 200", serial.size()));
   }

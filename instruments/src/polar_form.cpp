@@ -14,7 +14,7 @@ void check_axis(int nominal_axis) {
   }
 }
 
-// This turn is its own inverse: it takes forward-left-up to forward-right-down and back.
+// Converts forward-left-up to forward-right-down; the conversion back is the same.
 Eigen::Vector3d other_convention(const Eigen::Vector3d& row, AxisConvention convention) {
   return convention == AxisConvention::forward_right_down
              ? row

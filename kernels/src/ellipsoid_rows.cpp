@@ -17,14 +17,14 @@ namespace axiscal {
 namespace HWY_NAMESPACE {
 namespace hn = hwy::HWY_NAMESPACE;
 
-// Whole vectors of rows. @return the rows that are set.
+// Computes the rows that fill whole vectors. @return the number of these rows.
 std::size_t LineariseEllipsoid(const EllipsoidReadings& readings,
                                const EllipsoidWeights& weights,
                                const EllipsoidRows& rows) {
   const hn::CappedTag<double, 8> lanes;
   const std::size_t end = readings.n - readings.n % hn::Lanes(lanes);
   const auto one = hn::Set(lanes, 1.0);
-  // a x + b y + c z
+  // Returns a x + b y + c z.
   const auto sum_of = [&](double a, auto x, double b, auto y, double c, auto z) {
     return hn::MulAdd(hn::Set(lanes, a), x,
                       hn::MulAdd(hn::Set(lanes, b), y, hn::Mul(hn::Set(lanes, c), z)));
@@ -57,7 +57,8 @@ std::size_t LineariseEllipsoid(const EllipsoidReadings& readings,
     hn::StoreU(sum_of(-A[0][0], u0, -A[1][0], u1, -A[2][0], u2), lanes, J[0] + i);
     hn::StoreU(sum_of(-A[0][1], u0, -A[1][1], u1, -A[2][1], u2), lanes, J[1] + i);
     hn::StoreU(sum_of(-A[0][2], u0, -A[1][2], u1, -A[2][2], u2), lanes, J[2] + i);
-    const auto other = hn::Set(lanes, weights.symmetric ? 1.0 : 0.0);  // of the two entries
+    // The factor of the second entry for which an entry of A stands.
+    const auto other = hn::Set(lanes, weights.symmetric ? 1.0 : 0.0);
     hn::StoreU(hn::Mul(u0, d0), lanes, J[3] + i);
     hn::StoreU(hn::MulAdd(u0, d1, hn::Mul(other, hn::Mul(u1, d0))), lanes, J[4] + i);
     hn::StoreU(hn::MulAdd(u0, d2, hn::Mul(other, hn::Mul(u2, d0))), lanes, J[5] + i);
@@ -68,7 +69,7 @@ std::size_t LineariseEllipsoid(const EllipsoidReadings& readings,
   return end;
 }
 
-// The sum over whole vectors of rows; `end` receives the number of rows.
+// Sums over the rows that fill whole vectors; `end` receives the number of these rows.
 double SumOfDeviations(const EllipsoidReadings& readings, const double* scale, std::size_t& end) {
   const hn::CappedTag<double, 8> lanes;
   end = readings.n - readings.n % hn::Lanes(lanes);
@@ -102,7 +103,7 @@ HWY_AFTER_NAMESPACE();
 namespace axiscal {
 namespace {
 
-// f and v - b of a reading.
+// d = v - b, f = A d and |f| of a reading.
 struct ReadingOfEllipsoid {
   std::array<double, 3> d;
   std::array<double, 3> f;

@@ -5,7 +5,7 @@
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "instruction_set.cpp"
 #include "kernels/src/vector_lanes.hpp"
-// Only the list of targets is of interest here.
+// This file has no kernel; foreach_target.h only gives the list of targets.
 #include <hwy/foreach_target.h>
 //
 #include <hwy/highway.h>
@@ -18,7 +18,7 @@
 namespace axiscal {
 namespace {
 
-// The instruction sets of this processor and system, among Highway's targets.
+// Highway's targets that this processor and operating system support.
 std::int64_t supported_targets() {
   std::int64_t targets = HWY_STATIC_TARGET;
 #if HWY_ARCH_X86 && (defined(__GNUC__) || defined(__clang__))
@@ -34,7 +34,7 @@ std::int64_t supported_targets() {
   return targets & HWY_TARGETS;
 }
 
-// The best first: Highway's lowest bit.
+// The supported targets, best first: the best target has the lowest bit.
 std::vector<std::int64_t> usable_targets() {
   std::vector<std::int64_t> targets;
   for (std::int64_t left = supported_targets(); left != 0; left &= left - 1) {
@@ -50,7 +50,7 @@ std::size_t place_of(std::int64_t target) {
       return static_cast<std::size_t>(place);
     }
   }
-  return HWY_MAX_DYNAMIC_TARGETS;  // the default of the table
+  return HWY_MAX_DYNAMIC_TARGETS;  // the place of the fallback in the table
 }
 
 std::atomic<std::int64_t>& chosen_target() {

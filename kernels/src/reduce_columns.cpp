@@ -26,7 +26,8 @@ namespace hn = hwy::HWY_NAMESPACE;
 using Lanes = hn::CappedTag<double, 8>;
 using Double = hn::Vec<Lanes>;
 
-// Outputs larger than the caches go round them: no line is read only to be overwritten.
+// From this number of rows on, outputs are written past the caches, so that a cache line is not
+// read before it is overwritten.
 constexpr std::size_t streams_from = std::size_t{1} << 20U;  // rows
 
 struct Affine {
@@ -49,7 +50,7 @@ struct Affine {
   Double inverse[9];
 };
 
-// atan2 with one division; roll of any two components, +-0 and both zero among them.
+// atan2 with one division. It is correct for all arguments, also for +-0 and for two zeros.
 HWY_INLINE Double ArcTangent(Double y, Double x) {
   const Lanes lanes;
   const Double ax = hn::Abs(x);
@@ -57,8 +58,9 @@ HWY_INLINE Double ArcTangent(Double y, Double x) {
   const Double low = hn::Min(ax, ay);
   const Double high = hn::Max(ax, ay);
   const Double zero = hn::Zero(lanes);
+  // If `high` is not greater than zero, the sum is 0 or NaN.
   const Double ratio =
-      hn::IfThenElse(hn::Gt(high, zero), hn::Div(low, high), hn::Add(low, high));  // 0, or NaN
+      hn::IfThenElse(hn::Gt(high, zero), hn::Div(low, high), hn::Add(low, high));
   Double angle = hn::Atan(lanes, ratio);
   angle =
       hn::IfThenElse(hn::Gt(ay, ax), hn::Sub(hn::Set(lanes, std::numbers::pi / 2.0), angle), angle);
@@ -107,8 +109,9 @@ bool AreAligned(const WrittenColumns& f, const AngleColumns& angles, bool with_a
          (!with_angles || (aligned(angles.pitch_rad.data()) && aligned(angles.roll_rad.data())));
 }
 
-// By way of a few rows that stay near: each column is then written by whole cache lines, one after
-// the other. Five columns written by turns would each wait for the other half of its line.
+// Reduces 64 rows at a time into a buffer that stays in the cache. Then it writes each column of
+// the buffer in whole cache lines. If the five columns were written in turn, each write would wait
+// for the rest of its cache line.
 template <bool with_angles>
 void ReduceAndStream(const ColumnReduction& reduction,
                      const ReadColumns& v,
@@ -141,7 +144,7 @@ void ReduceAndStream(const ColumnReduction& reduction,
   hwy::FlushStream();
 }
 
-// @return the number of rows that were computed, from the first.
+// @return the number of rows that were computed, counted from the first row.
 template <bool with_angles>
 std::size_t Reduce(const ColumnReduction& reduction,
                    const ReadColumns& v,

@@ -23,7 +23,7 @@ using Lanes = hn::CappedTag<double, stream_count>;
 using Bits = hn::RebindToUnsigned<Lanes>;
 using Double = hn::Vec<Lanes>;
 
-// As many streams of xoshiro256++ as the machine has lanes.
+// A stream of xoshiro256++ in each vector lane.
 class NormalLanes {
  public:
   NormalLanes(const RandomStreams& streams, std::size_t first) {
@@ -32,11 +32,11 @@ class NormalLanes {
     }
   }
 
-  // Two independent normals in every lane (Box and Muller).
+  // Draws two independent normals in each lane (Box and Muller).
   HWY_INLINE void next(Double& one, Double& other) {
     const Double u = hn::Sub(hn::Set(lanes_, 2.0), one_to_two(word()));  // (0, 1]
     const Double r = hn::Sqrt(hn::Mul(hn::Set(lanes_, -2.0), log_of(u)));
-    // An angle within +- pi/4 by the upper bits; two of the lowest say to which quarter it belongs.
+    // The upper bits give an angle within +- pi/4, and the two lowest bits its quadrant.
     const Word bits = word();
     const Double theta =
         hn::Mul(hn::Sub(one_to_two(bits), hn::Set(lanes_, 1.5)), hn::Set(lanes_, quarter_turn));
@@ -69,8 +69,8 @@ class NormalLanes {
     return hn::BitCast(lanes_, hn::Or(hn::ShiftRight<12>(bits), hn::Set(bits_, exponent_of_one)));
   }
 
-  // Of a number in (0, 1] that is not subnormal: the exponent, and the series of atanh for a
-  // mantissa between sqrt(1/2) and sqrt(2).
+  // The logarithm of a number in (0, 1] that is not subnormal: the exponent times ln 2, plus the
+  // series of 2 atanh for a mantissa between sqrt(1/2) and sqrt(2).
   [[nodiscard]] HWY_INLINE Double log_of(Double u) const {
     const hn::RebindToSigned<Lanes> integers;
     const auto above = hn::Sub(hn::BitCast(integers, u),
@@ -115,8 +115,8 @@ void FillNormals(std::uint64_t seed, std::uint64_t block, std::span<double> valu
   }
 }
 
-// A trial in each lane, of a design of four parameters: bias and three sensitivities stay in
-// registers.
+// Runs one trial in each lane, for a design of four parameters (bias and three sensitivities). The
+// estimates stay in registers.
 class TrialLanes {
  public:
   TrialLanes(const RegressionTrials& trials, std::size_t first)
@@ -137,7 +137,7 @@ class TrialLanes {
     }
   }
 
-  // The next trial in each lane; those at or beyond `count` count nothing.
+  // Runs the next trial in each lane. Trials at or beyond `count` are not added to the sums.
   void run(NormalLanes& normals, std::size_t trial, std::size_t count) {
     const auto left = static_cast<double>(count) - static_cast<double>(trial + first_);
     const auto counts = hn::Lt(hn::Iota(lanes_, 0.0), hn::Set(lanes_, left));
@@ -193,7 +193,7 @@ class TrialLanes {
     }
   }
 
-  // b = P y; returns s^2 from the residuals y - X b.
+  // Computes b = P y. Returns s^2 from the residuals y - X b.
   HWY_INLINE Double fit(Double* HWY_RESTRICT b) {
     const std::size_t width = hn::Lanes(lanes_);
     const double* const P = trials_.at.pseudo_inverse.data();
@@ -266,7 +266,7 @@ HWY_AFTER_NAMESPACE();
 namespace axiscal {
 namespace {
 
-// One stream, one number after the other.
+// A single stream, one number after the other.
 class PlainNormals {
  public:
   PlainNormals(const RandomStreams& streams, std::size_t stream) {

@@ -15,8 +15,9 @@ namespace axiscal {
 namespace HWY_NAMESPACE {
 namespace hn = hwy::HWY_NAMESPACE;
 
-// Responses side by side in the lanes, `vectors` of them at a time: bias and three sensitivities of
-// each stay in registers, and their sums do not wait for each other.
+// Fits `vectors` vectors of responses at a time, one response in each lane. The four estimates of
+// each response stay in registers. The sums of different vectors are independent, so that the
+// processor computes them at the same time.
 template <std::size_t vectors>
 void FitBlock(const RepeatedDesign& design,
               const double* responses,
@@ -64,7 +65,7 @@ void FitBlock(const RepeatedDesign& design,
   }
 }
 
-// @return the number of responses that were computed, from the first.
+// @return the number of responses that were fitted, counted from the first response.
 std::size_t FitFour(const RepeatedDesign& design,
                     std::span<const double> responses,
                     std::span<double> estimates,

@@ -19,14 +19,15 @@ namespace axiscal {
 namespace HWY_NAMESPACE {
 namespace hn = hwy::HWY_NAMESPACE;
 
-// Four stretches of a column at once, so that running sums do not wait for each other. The change
-// of a window is computed along each stretch and interleaved to one lane per stretch.
+// Four stretches of a column are processed at the same time, so that their running sums do not wait
+// for each other. The changes from window to window are computed along each stretch, then
+// interleaved so that each stretch has one lane.
 constexpr std::size_t stretches = 4;
 using Lanes = hn::CappedTag<double, stretches>;
 using Double = hn::Vec<Lanes>;
 constexpr std::size_t tile = stretches * hn::MaxLanes(Lanes());
 
-// The sums of a window of each stretch, about the stretch's first value.
+// The running sums of one window in each stretch, relative to the stretch's first value.
 struct RunningSums {
   RunningSums(const double* column, std::size_t length, std::size_t window, std::size_t prefetched)
       : ahead(prefetched) {
@@ -46,8 +47,8 @@ struct RunningSums {
   double squares[stretches] = {};
 };
 
-// Adds the squared variances of the windows of each stretch that start at i, i + 1, .. (as many as
-// there are lanes) to `total`, interleaved, and moves on.
+// Adds squared variances to `total`, interleaved by stretch: in each stretch, of the windows that
+// start at i, i + 1, .., one for each lane. Then updates the running sums for the next windows.
 HWY_INLINE void AddTile(RunningSums& of, std::size_t i, std::size_t window, double* total) {
   const Lanes lanes;
   const auto w = static_cast<double>(window);
@@ -82,8 +83,8 @@ HWY_INLINE void AddTile(RunningSums& of, std::size_t i, std::size_t window, doub
   }
 }
 
-// Windows that start at the first 4 `length` samples; length is a multiple of the lanes. The window
-// after the last must exist too.
+// Computes the windows that start at the first 4 * length samples. `length` must be a multiple of
+// the number of lanes, and the window after the last one must exist.
 void SlideBlock(std::vector<RunningSums>& columns,
                 std::size_t length,
                 std::size_t window,
@@ -102,11 +103,12 @@ void SlideBlock(std::vector<RunningSums>& columns,
   }
 }
 
-// @return the number of windows that were computed, from the first.
+// @return the number of windows that were computed, counted from the first window.
 std::size_t SlideVariance(std::span<const std::span<const double>> columns,
                           std::size_t window,
                           std::span<double> joined) {
-  // The sums are computed again for each block. Its stretches use different cache lines.
+  // The running sums are computed anew for each block. With this block size the stretches use
+  // different cache lines.
   constexpr std::size_t block = stretches * 2040;
   const std::size_t whole = (joined.size() - 1) / tile * tile;
   for (std::size_t first = 0; first < whole; first += block) {

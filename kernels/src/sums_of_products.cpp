@@ -17,13 +17,13 @@ namespace axiscal {
 namespace HWY_NAMESPACE {
 namespace hn = hwy::HWY_NAMESPACE;
 
-// The summed rows: whole vectors.
+// The range of the rows that are summed. Its length is a multiple of the number of lanes.
 struct RowRange {
   std::size_t first;
   std::size_t end;
 };
 
-// Adds one column's products with three others.
+// Adds the products of one column with three other columns.
 void ByThree(
     const double* x, const double* const* others, RowRange rows, std::size_t p, double* products) {
   const hn::CappedTag<double, 8> lanes;
@@ -41,7 +41,8 @@ void ByThree(
   products[2 * p] += hn::GetLane(hn::SumOfLanes(lanes, c));
 }
 
-// Three columns: nine sums from six loads.
+// Adds the products of three columns with three others: nine sums from six loads for each vector of
+// rows.
 void ThreeByThree(const double* const* x,
                   const double* const* others,
                   RowRange rows,
@@ -88,9 +89,9 @@ void ThreeByThree(const double* const* x,
   put(2, 2, c2);
 }
 
-// Adds the products of the rows, from the first on and in whole vectors, to the p x p products:
-// blocks of three columns on and left of the diagonal.
-// @return the end of those rows.
+// Adds the products of the rows from `first` on, as many as fill whole vectors, to the p x p
+// products. It computes blocks of three columns on and below the diagonal.
+// @return the end of these rows.
 std::size_t AddProducts(const double* const* columns,
                         std::size_t p,
                         std::size_t first,
@@ -165,7 +166,7 @@ AXISCAL_KERNEL(AddProducts);
 
 void sums_of_products(std::span<const double* const> columns, std::size_t n, double* products) {
   std::fill_n(products, columns.size() * columns.size(), 0.0);
-  constexpr std::size_t block = 1024;  // rows of a few columns that stay near
+  constexpr std::size_t block = 1024;  // rows; a few columns of them fit into the cache
   for (std::size_t first = 0; first < n; first += block) {
     const std::size_t end = std::min(n, first + block);
     const std::size_t done =

@@ -4,13 +4,13 @@
 #include <algorithm>
 #include <numeric>
 
-#ifndef AXISCAL_TURN_SUMS  // this file is read once for each instruction set
+#ifndef AXISCAL_TURN_SUMS  // this file is included once for each instruction set
 #define AXISCAL_TURN_SUMS
 namespace axiscal {
 
 constexpr std::size_t turn_lanes = 8;
 
-// Quaternion, sensitivities and integral of R of eight turns: 4 + 27 + 9 rows.
+// Quaternion, sensitivities and integral of R of eight turns: 4 + 27 + 9 rows of eight numbers.
 struct TurnSums {
   std::array<std::array<double, turn_lanes>, 40> values{};
 };
@@ -32,7 +32,7 @@ namespace axiscal {
 namespace HWY_NAMESPACE {
 namespace hn = hwy::HWY_NAMESPACE;
 
-// A double for each of the machine's lanes, to be written like one.
+// A vector of doubles with the operators of a double, for turn_step.inc.
 struct Many {
   using Lanes = hn::CappedTag<double, 8>;
   hn::Vec<Lanes> v;
@@ -55,7 +55,8 @@ HWY_INLINE Many operator*(const Many& a, const Many& b) {
 
 #include "turn_step.inc"
 
-// Turns first .. first + lanes - 1 of a group; each sample is 4 x 8 numbers.
+// Integrates a group of eight turns, as many at a time as there are lanes. Each sample is 4 x 8
+// numbers.
 void IntegrateGroup(const double* samples, std::size_t steps, const double* B, TurnSums* sums) {
   for (std::size_t first = 0; first < turn_lanes; first += Many::width()) {
     integrate_turns<Many>(samples + first, steps, B, &sums->values[0][first]);
@@ -123,7 +124,7 @@ IntegratedTurn turn_of(const TurnSums& sums, std::size_t lane) {
 
 PackedTurns::PackedTurns(std::span<const TurnSamples> turns, const std::array<double, 3>& bias)
     : place_(turns.size()) {
-  // Turns of like length stand side by side.
+  // Turns of similar length are put into the same group.
   std::vector<std::size_t> order(turns.size());
   std::iota(order.begin(), order.end(), std::size_t{0});
   std::stable_sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) {

@@ -12,7 +12,7 @@ namespace axiscal {
 [[nodiscard]] SeriesTables read_mat73(const std::string& path);
 [[nodiscard]] SeriesTables read_hdf5(const std::string& path);
 
-/// @throws Error  if a dataset of an HDF5 file keeps its numbers in another file.
+/// @throws Error  if a dataset of an HDF5 file stores its numbers in another file.
 void refuse_foreign_storage(const std::string& path);
 
 }  // namespace axiscal

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// HDF5 files (The HDF Group): every dataset of numbers of one or two dimensions, and the members of
-// records; those of as many rows are one table. The library is not safe with damaged files.
+// Reads HDF5 files (The HDF Group): every numeric dataset of one or two dimensions, and the numeric
+// members of compound datasets. Those with the same number of rows form one table. The library is
+// not safe with damaged files.
 #include <array>
 #include <hdf5/serial/hdf5.h>
 #include <vector>
@@ -11,7 +12,7 @@
 namespace axiscal {
 namespace {
 
-// The first version's description of an object, under the name that the installed headers give it.
+// The first version of H5O_info_t, which HDF5 1.12 renamed to H5O_info1_t.
 #if H5_VERSION_GE(1, 12, 0)
 using ObjectInfo = H5O_info1_t;
 #else
@@ -20,7 +21,7 @@ using ObjectInfo = H5O_info_t;
 
 constexpr std::size_t most_numbers = std::size_t{1} << 30U;
 
-// Closes what the library opened.
+// Closes an identifier that the library opened.
 class Handle {
  public:
   Handle(hid_t id, herr_t (*close)(hid_t)) : id_(id), close_(close) {}
@@ -31,14 +32,14 @@ class Handle {
       close_(id_);
     }
   }
-  operator hid_t() const { return id_; }  // NOLINT(google-explicit-constructor): as its functions
+  operator hid_t() const { return id_; }  // NOLINT(google-explicit-constructor): used as hid_t
 
  private:
   hid_t id_;
   herr_t (*close_)(hid_t);
 };
 
-// "imu/accelerometer" -> "imu.accelerometer", as names of columns are elsewhere.
+// "imu/accelerometer" -> "imu.accelerometer", as the names of columns in other formats.
 std::string column_name(std::string name) {
   for (char& c : name) {
     c = c == '/' ? '.' : c;
@@ -61,7 +62,7 @@ void add_numbers(hid_t dataset,
   if (H5Dread(dataset, type, H5S_ALL, H5S_ALL, H5P_DEFAULT, values.data()) < 0) {
     throw Error("the HDF5 file is damaged: dataset '" + name + "' cannot be read");
   }
-  // They come row by row.
+  // H5Dread() gives the numbers row by row.
   std::vector<double> by_column(values.size());
   for (std::size_t r = 0; r < rows; ++r) {
     for (std::size_t c = 0; c < columns; ++c) {
@@ -132,7 +133,7 @@ herr_t visit_storage(hid_t place, const char* name, const ObjectInfo* info, void
 
 Handle open_alone(const std::string& path) {
   H5Eset_auto2(H5E_DEFAULT, nullptr, nullptr);
-  H5Lunregister(H5L_TYPE_EXTERNAL);  // links to other files lead nowhere
+  H5Lunregister(H5L_TYPE_EXTERNAL);  // links to other files are not followed
   hid_t file = H5Fopen(path.c_str(), H5F_ACC_RDONLY, H5P_DEFAULT);
   if (file < 0) {
     throw Error("the HDF5 file is damaged");

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// axiscal-read FORMAT MEMORY SECONDS: reads the file that is standard input, and writes its largest
-// table to standard output, as read_in_another_process() expects it. Its libraries are not safe
-// with damaged files: it takes at most so many bytes of address space and seconds of the processor.
+// axiscal-read FORMAT MEMORY SECONDS reads a file from standard input, and writes its largest table
+// to standard output for read_in_another_process(). Its libraries are not safe with damaged files.
+// The program therefore uses at most MEMORY further bytes of address space and SECONDS of processor
+// time.
 #include <csignal>
 #include <cstdlib>
 #include <new>
@@ -29,15 +30,15 @@ void append_size(std::string& text, std::size_t size) {
   append_bytes(text, &size, sizeof size);
 }
 
-// @return '1', names and columns; or '0' and why there are none.
+// @return '1' followed by the names and columns of the table, or '0' followed by the error.
 std::string answer_of(std::string_view format) {
-  // Standard input, which can be read at any place.
+  // The path of standard input, which the libraries can open as a file with random access.
   const std::string path = "/proc/self/fd/0";
   SeriesTables::Table table;
   try {
     table = (format == "hdf5" ? read_hdf5(path) : read_mat73(path)).take_largest("");
   } catch (const DataError& error) {
-    return std::string("0") + (error.what() + 2);  // without the empty path
+    return std::string("0") + (error.what() + 2);  // without ': ' after the empty path
   } catch (const Error& error) {
     return std::string("0") + error.what();
   }
@@ -64,7 +65,7 @@ constexpr bool has_shadow_memory = false;
 constexpr bool has_shadow_memory = false;
 #endif
 
-// Bytes of address space that this process has.
+// @return the size of the address space of this process in bytes.
 std::size_t address_space() {
   const std::string text = read_whole_file("/proc/self/statm");
   return static_cast<std::size_t>(std::strtoull(text.c_str(), nullptr, 10)) *
@@ -83,7 +84,7 @@ int main(int count, char** arguments) try {
   if (count != 4) {
     return axiscal::reader_failed;
   }
-  ::prctl(PR_SET_PDEATHSIG, SIGKILL);  // the answer is for the parent alone
+  ::prctl(PR_SET_PDEATHSIG, SIGKILL);  // the program ends when its parent ends
   if (!axiscal::has_shadow_memory) {
     axiscal::limit_to(RLIMIT_AS,
                       axiscal::address_space() + std::strtoull(arguments[2], nullptr, 10));

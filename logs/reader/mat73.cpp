@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// MATLAB's .mat files of version 7.3, which are HDF5, through matio. Neither is safe with damaged
-// files (a failed allocation is not looked at, sizes are believed).
+// Reads MATLAB's .mat files of version 7.3, which are HDF5 files, with matio. Neither library is
+// safe with damaged files: they do not check for failed allocations, and do not validate sizes.
 #include <cstdint>
 #include <matio.h>
 #include <memory>
@@ -25,7 +25,7 @@ std::vector<double> doubles_of(const matvar_t& variable, std::size_t count) {
   return std::vector<double>(data, data + count);
 }
 
-// Empty if the variable is not an array of real numbers.
+// @return the numbers of a variable; empty if it is not an array of real numbers.
 std::vector<double> values_of(const matvar_t& variable, std::size_t count) {
   if (variable.isComplex != 0 || variable.data == nullptr ||
       variable.nbytes != count * static_cast<std::size_t>(variable.data_size)) {
@@ -57,7 +57,7 @@ std::vector<double> values_of(const matvar_t& variable, std::size_t count) {
   }
 }
 
-// NOLINTNEXTLINE(misc-no-recursion): structures hold structures
+// NOLINTNEXTLINE(misc-no-recursion): structures contain structures
 void add_variable(const matvar_t& variable, const std::string& name, SeriesTables& tables) {
   if (variable.class_type == MAT_C_STRUCT) {
     const unsigned fields = Mat_VarGetNumberOfFields(const_cast<matvar_t*>(&variable));

@@ -46,7 +46,7 @@ void add_intervals(std::vector<AllanPoint>& points, double phases) {
             ? std::log(after.deviation / before.deviation) / std::log(after.tau_s / before.tau_s)
             : -0.5;
     AllanPoint& point = points[i];
-    // Long averages scatter: a steep fall there is chance, not phase noise.
+    // At long tau the deviations scatter, so a steep fall is chance and not phase noise.
     const bool is_long = static_cast<double>(point.samples) * 100.0 > phases;
     point.degrees_of_freedom = degrees_of_freedom(is_long ? std::max(slope, -0.5) : slope, phases,
                                                   static_cast<double>(point.samples));
@@ -90,7 +90,8 @@ void require_enough(std::size_t phases) {
   }
 }
 
-// @param phase  but for a first one of 0, if `zero_before`.
+// @param phase        phases of the samples; without the first phase if `zero_before` is true.
+// @param zero_before  true if the first phase is 0 and not contained in `phase`.
 std::vector<AllanPoint> curve_of(std::span<const double> phase,
                                  bool zero_before,
                                  double rate_hz,
@@ -104,9 +105,9 @@ std::vector<AllanPoint> curve_of(std::span<const double> phase,
   for (const std::size_t m : used) {
     sums.push_back(zero_before ? std::pow(phase[2 * m - 1] - 2.0 * phase[m - 1], 2) : 0.0);
   }
-  // All lengths within a block, so that the data in the cache serve several lengths. A block needs
-  // at most 2048 numbers at each of the three places of its terms; the first cache holds them
-  // together.
+  // All lengths are processed within a block, so that the data in the cache serve several lengths.
+  // The terms of a block contain at most 2048 numbers at each of three places, which fit into the
+  // first-level cache together.
   constexpr std::size_t block = 2048;
   for (std::size_t first = 0; first < phase.size(); first += block) {
     for (std::size_t k = 0; k < used.size(); ++k) {
@@ -138,7 +139,7 @@ std::vector<AllanPoint> allan_deviation_of_phase(std::span<const double> phase,
 }
 
 void put_phase(std::span<const double> samples, double rate_hz, std::span<double> phase) {
-  // Four sums that do not wait for each other.
+  // The four sums are independent, so that the processor can add in parallel.
   std::array<double, 4> sums{};
   std::size_t i = 0;
   for (; i + 4 <= samples.size(); i += 4) {
@@ -156,7 +157,7 @@ void put_phase(std::span<const double> samples, double rate_hz, std::span<double
   const double step = 1.0 / rate_hz;
   double sum = 0.0;
   const auto put = [&](std::size_t at, double more) { phase[at] = sum + more; };
-  // One addition in four waits for the one before.
+  // Only one addition in four depends on the previous group.
   for (i = 0; i + 4 <= samples.size(); i += 4) {
     const double a = (samples[i] - mean) * step;
     const double ab = a + (samples[i + 1] - mean) * step;
@@ -177,7 +178,7 @@ void put_phase(std::span<const double> samples, double rate_hz, std::span<double
 std::vector<AllanPoint> allan_deviation(std::span<const double> samples,
                                         double rate_hz,
                                         std::span<const std::size_t> lengths) {
-  // It starts with a cache line, as whole vectors do.
+  // The phases are aligned to a cache line, so that vector instructions do not cross lines.
   constexpr std::size_t line = 64;
   std::size_t room = samples.size_bytes() + line;
   const auto memory = std::make_unique_for_overwrite<std::byte[]>(room);
@@ -191,7 +192,7 @@ std::vector<AllanPoint> allan_deviation(std::span<const double> samples,
 std::vector<AllanPoint> allan_deviation_in_place(std::span<double> samples,
                                                  double rate_hz,
                                                  std::span<const std::size_t> lengths) {
-  require_enough(samples.size() + 1);  // before they are changed
+  require_enough(samples.size() + 1);  // checked before put_phase() changes the samples
   put_phase(samples, rate_hz, samples);
   return curve_of(samples, true, rate_hz, lengths);
 }

@@ -36,7 +36,7 @@ void require_three(const std::vector<std::string>& columns) {
   }
 }
 
-// Means of some columns as readings of an instrument.
+// @return the means of some columns as readings of an instrument.
 Observations readings_of(const Segmentation& rests, const std::vector<std::string>& columns) {
   Observations observations;
   const auto n = static_cast<Eigen::Index>(rests.intervals.size());
@@ -62,7 +62,7 @@ Observations readings_of(const Segmentation& rests, const std::vector<std::strin
   return observations;
 }
 
-// Rests with their labels; those that have none are left out.
+// @return the readings of the rests that have a label, with their labels.
 Observations labelled(const Observations& all,
                       const SeatLabels& labels,
                       const std::vector<RunSheetRow>& sheet) {
@@ -86,13 +86,13 @@ Observations labelled(const Observations& all,
   return chosen;
 }
 
-// The fields at the rests that a calibration says, n x 3.
+// @return the fields at the rests according to a calibration, n x 3.
 Eigen::MatrixX3d fields_by(const LinearResponse& response, const Eigen::MatrixX3d& means) {
   const Eigen::Matrix3d inverse = Eigen::Matrix3d(response.sensitivity).inverse();
   return (means.rowwise() - response.bias.transpose()) * inverse.transpose();
 }
 
-// Middle of the directions: a magnetometer's bias as far as extremes show it.
+// @return the means without the middle of their extremes, which estimates a magnetometer's bias.
 Eigen::MatrixX3d centred(const Eigen::MatrixX3d& means) {
   const Eigen::RowVector3d middle = 0.5 * (means.colwise().maxCoeff() + means.colwise().minCoeff());
   return means.rowwise() - middle;
@@ -104,8 +104,9 @@ std::vector<std::size_t> all_rests(const Segmentation& rests) {
   return all;
 }
 
-// The factor from the noise of rests in these directions to biases and sensitivities. It is large
-// for few directions, or if a side is missing.
+// @return the factor from the noise of rests in these directions to the error of biases and
+//         sensitivities. It is large if there are few directions, or if they do not cover all
+//         sides.
 double spread_of(const Eigen::MatrixX3d& ups) {
   Eigen::MatrixXd J(ups.rows(), 9);
   J << ups, ups.cwiseAbs2(), ups.col(0).cwiseProduct(ups.col(1)),
@@ -118,13 +119,14 @@ double spread_of(const Eigen::MatrixX3d& ups) {
   return std::sqrt(ldlt.solve(Eigen::MatrixXd::Identity(9, 9)).trace());
 }
 
-// The quality of the rests of one threshold: the scatter of the fit times the spread of their
-// directions, as in standard errors. The scatter is of gravity's magnitude; with a gyroscope, of
-// the attitudes after the turns, which are more sensitive to motion in a rest.
+// The quality of the rests of one threshold. It is the product of the scatter of the fit and the
+// spread of the directions, as in standard errors. The scatter is that of gravity's magnitude, or,
+// with a gyroscope, of the attitudes after the turns, which are more sensitive to motion during a
+// rest.
 struct RestQuality {
   double scatter = std::numeric_limits<double>::infinity();
   double spread = 1.0;
-  std::optional<Eigen::Matrix3d> inverse;  // of the gyroscope, from those turns
+  std::optional<Eigen::Matrix3d> inverse;  // inverse sensitivity of the gyroscope, from the turns
 
   [[nodiscard]] double error() const { return scatter * spread; }
 };
@@ -142,15 +144,15 @@ RestQuality quality_of(const Segmentation& rests,
   }
   const RestFit still = fit_rests(means_of(rests, options.gyroscope), ups);
   const TurnFit turns = fit_turns(source.turns(rests, all_rests(rests), ups), still, turn_options);
-  turn_options.start = turns.inverse;  // the next one starts there
+  turn_options.start = turns.inverse;  // start of the fit for the next threshold
   return {.scatter = turns.residual_sd_rad, .spread = spread, .inverse = turns.inverse};
 }
 
-// The threshold whose rests serve best, of those that have not many fewer rests than the persistent
-// one.
+// Finds the threshold whose rests have the smallest expected error. Its number of rests must be
+// within 25 % of that of the persistent threshold.
 //
-// @param notes    is told what was left out for it.
-// @param inverse  the gyroscope's scale according to its turns.
+// @param notes    receives a note about rests that are left out.
+// @param inverse  receives the inverse sensitivity of the gyroscope, from the turns.
 std::size_t best_by_scatter(const RecordedLog& log,
                             const ImuOptions& options,
                             const std::vector<IntervalSet>& sets,
@@ -166,7 +168,7 @@ std::size_t best_by_scatter(const RecordedLog& log,
       candidates.push_back(s);
     }
   }
-  constexpr std::size_t most = 6;  // neighbours hardly differ
+  constexpr std::size_t most = 6;  // neighbouring thresholds give similar rests
   const std::size_t step = 1 + candidates.size() / most;
   RestTurns source(log, options, rests.rate_hz);
   TurnFitOptions turn_options = options.turns;
@@ -180,7 +182,8 @@ std::size_t best_by_scatter(const RecordedLog& log,
       return RestQuality();  // these rests do not determine the fit
     }
   };
-  // Another than the persistent one must be clearly better: small differences are chance.
+  // Another threshold than the persistent one must be clearly better, because small differences are
+  // due to chance.
   constexpr double clearly = 0.8;
   std::size_t best = persistent;
   const RestQuality all = quality_at(persistent);
@@ -210,7 +213,7 @@ std::size_t best_by_scatter(const RecordedLog& log,
   return best;
 }
 
-// The first rest's label, where its fence face is stated.
+// @return the label of the first rest if its fence face is stated; otherwise nullopt.
 std::optional<DesignPoint> first_point(const ImuOptions& options,
                                        const std::vector<std::optional<Face>>& faces) {
   if (!options.first || faces.empty() || !faces.front() ||
@@ -220,13 +223,13 @@ std::optional<DesignPoint> first_point(const ImuOptions& options,
   return DesignPoint(*faces.front(), *options.first);
 }
 
-// The gyroscope alone cannot be calibrated.
+// Thrown if the gyroscope cannot be calibrated. The other instruments may still be calibrated.
 class GyroscopeRefused : public RefusedError {
  public:
   using RefusedError::RefusedError;
 };
 
-// Runs of rows in which none of three columns changes.
+// Finds runs of at least `fewest` rows in which the columns do not change.
 std::vector<std::pair<std::size_t, std::size_t>> frozen_spans(const RecordedLog& log,
                                                               const std::vector<std::string>& names,
                                                               std::size_t fewest) {
@@ -296,7 +299,8 @@ class ImuCalibrator {
       try {
         calibrate_magnetometer();
       } catch (const RefusedError& error) {
-        // It has other requirements; its failure must not lose the other results.
+        // The magnetometer has other requirements. If they are not met, the other results are still
+        // valid.
         result_.rests.warnings.push_back(
             formatted("the magnetometer is left out: {}", error.what()));
         result_.failed.push_back({.slot = "magnetometer", .message = error.what()});
@@ -320,7 +324,7 @@ class ImuCalibrator {
   }
 
  private:
-  // Problems of the log are in each of its records.
+  // Adds the problems of the log to each record.
   void warn(Calibration& record) const {
     const auto add = [&](WarningCode code, const std::vector<std::string>& messages) {
       for (const std::string& message : messages) {
@@ -337,13 +341,13 @@ class ImuCalibrator {
   void find_rests() {
     SegmentOptions segment_options = options_.segment;
     if (segment_options.columns.empty()) {
-      // Turning by hand shows in rates before it shows in gravity.
+      // Turning by hand is visible in the rates before it is visible in gravity.
       segment_options.columns =
           options_.gyroscope.empty() ? options_.accelerometer : options_.gyroscope;
     }
     segment_options.attitude = options_.accelerometer;
     const auto choose = [&](const std::vector<IntervalSet>& sets, const Segmentation& so_far) {
-      return options_.seats != Seats::unknown  // six directions fit any magnitude
+      return options_.seats != Seats::unknown  // six directions do not test the magnitude
                  ? most_persistent(sets)
                  : best_by_scatter(log_, options_, sets, so_far, result_.notes, gyroscope_inverse_);
     };
@@ -356,8 +360,8 @@ class ImuCalibrator {
     accelerations_ = means_of(result_.rests, options_.accelerometer);
   }
 
-  // Whether some axis scatters in the rests by about a step of its readings or more: then it does
-  // not repeat one value by itself.
+  // @return true if the scatter of some axis in the rests is at least about one step of its
+  //         readings. Such a sensor does not repeat one value when it is awake.
   [[nodiscard]] bool scatters_by_steps(const Segmentation& rests) const {
     for (const std::vector<std::string>* names : {&options_.accelerometer, &options_.gyroscope}) {
       for (const std::string& name : *names) {
@@ -385,8 +389,8 @@ class ImuCalibrator {
     return false;
   }
 
-  // A sensor that sleeps repeats one value; this is not a rest. For a coarse and quiet sensor all
-  // rests are like that; then they stay.
+  // Leaves out samples of a sensor that sleeps: it repeats one value, but is not at rest. The
+  // samples stay if a coarse and quiet sensor repeats one value in all its rests.
   void leave_frozen_out(const SegmentOptions& options,
                         const std::function<Segmentation(const SegmentOptions&)>& rests_by) {
     SegmentOptions awake = options;
@@ -422,7 +426,7 @@ class ImuCalibrator {
         return;
       }
     } catch (const RefusedError&) {
-      // Without them rests cannot be found.
+      // No rests are found without these samples.
     }
     result_.notes = std::move(notes);
   }
@@ -441,18 +445,18 @@ class ImuCalibrator {
     return result_.seats ? labelled(all, *result_.seats, options_.sheet) : all;
   }
 
-  // Laid on its six faces and in no other way: too few attitudes for method magnitude, but each
-  // face is known.
+  // If the instrument lay only on its six faces, there are too few attitudes for method magnitude,
+  // but the face of each rest is known.
   void take_six_faces(Experiment& experiment, Observations& observations) {
     std::vector<std::optional<Face>> faces;
     try {
       faces = faces_by_gravity(observations);
     } catch (const RefusedError&) {
-      faces.clear();  // some of them are missing
+      faces.clear();  // some faces are missing
     }
     const std::set<std::optional<Face>> all(faces.begin(), faces.end());
     const bool are_faces = all.size() == all_faces.size() && !all.contains(std::nullopt);
-    constexpr Eigen::Index enough = 10;  // for method magnitude
+    constexpr Eigen::Index enough = 10;  // rests for method magnitude
     if (!are_faces && observations.size() >= enough) {
       return;
     }
@@ -482,7 +486,8 @@ class ImuCalibrator {
     }
     experiment.instrument.axes = options_.accelerometer;
     take_usual_field(experiment);
-    // Of a hand-turned board the model errs more than the mean of a second.
+    // If a board is turned by hand, the error of the model is larger than that of a mean over a
+    // second, so all rests have the same weight.
     experiment.fit.weighting = experiment.fit.weighting.value_or(Weighting::none);
     Observations observations = observations_of(options_.accelerometer);
     if (!result_.seats && !experiment.fit.method) {
@@ -517,7 +522,7 @@ class ImuCalibrator {
       }
     }
     TurnFitOptions turn_options = options_.turns;
-    // Those turns had the accelerometer's own axes; a record's may lie otherwise.
+    // The inverse refers to the accelerometer's own axes. A given record may have other axes.
     if (gyroscope_inverse_ && !options_.known_accelerometer && !turn_options.start) {
       turn_options.start = gyroscope_inverse_;
     }
@@ -558,7 +563,7 @@ class ImuCalibrator {
     experiment.instrument.unit = options_.magnetometer_unit;
     experiment.instrument.range.reset();
     experiment.field = options_.magnetic_field;
-    // Gravity does without a longitude.
+    // A site without a longitude is enough for gravity, but not for the magnetic field.
     const bool has_site = experiment.table.site && experiment.table.has_longitude;
     if (!experiment.field.magnitude && !has_site && !experiment.field.in_table) {
       experiment.field = CustomField();
@@ -568,7 +573,7 @@ class ImuCalibrator {
     experiment.fit.weighting = experiment.fit.weighting.value_or(Weighting::none);
     experiment.fit.method.reset();
     experiment.fit.shape =
-        MagnitudeShape::symmetric;  // its frame becomes the accelerometer's anyway
+        MagnitudeShape::symmetric;  // it is aligned with the accelerometer's frame later
     const Observations observations = observations_of(options_.magnetometer);
     Calibration record = calibrate(experiment, observations);
     record.provenance.slot = "magnetometer";
@@ -582,8 +587,8 @@ class ImuCalibrator {
   const RecordedLog& log_;
   const ImuOptions& options_;
   ImuCalibration result_;
-  std::optional<Eigen::Matrix3d> gyroscope_inverse_;  // by the turns that chose the rests
-  Eigen::MatrixX3d accelerations_;                    // means of the rests
+  std::optional<Eigen::Matrix3d> gyroscope_inverse_;  // from the choice of the threshold
+  Eigen::MatrixX3d accelerations_;                    // means of the accelerometer at the rests
 };
 
 }  // namespace
@@ -618,7 +623,7 @@ SeatLabels recognise_seats(const RecordedLog& log,
     const std::vector<GyroscopeTurn> turns = source.turns(rests, all_rests(rests), ups);
     if (source.left_out == 0) {
       const RestFit still = fit_rests(means_of(rests, options.gyroscope), ups);
-      // Turns about the vertical, which gravity does not see, must fit once the seats are known.
+      // Turns about the vertical do not change gravity. They are checked against the seats later.
       TurnFitOptions turn_options = options.turns;
       turn_options.rotations_only = true;
       const TurnFit fit = fit_turns(turns, still, turn_options);
@@ -661,7 +666,7 @@ void check_fences(const RecordedLog& log,
   try {
     seen = recognise_seats(log, rests, own, notes);
   } catch (const RefusedError&) {
-    return;  // they do not tell
+    return;  // gyroscope or magnetometer cannot show the fence faces
   }
   for (std::size_t i = 0; i < labels.points.size(); ++i) {
     if (labels.points[i] && seen.points[i] && labels.points[i]->rest() == seen.points[i]->rest() &&
@@ -678,7 +683,7 @@ ImuCalibration calibrate_imu(const RecordedLog& log, const ImuOptions& options) 
   try {
     return ImuCalibrator(log, options).run();
   } catch (const GyroscopeRefused& refused) {
-    ImuOptions without = options;  // it tells the rests too
+    ImuOptions without = options;  // rests must be detected without it, too
     without.gyroscope.clear();
     ImuCalibration imu = ImuCalibrator(log, without).run();
     imu.failed.insert(imu.failed.begin(), {.slot = "gyroscope", .message = refused.what()});

@@ -14,7 +14,7 @@ namespace {
 struct KalibrNoise {
   double density = 0.0;
   double walk = 0.0;
-  bool walk_is_limit = false;  // the record does not show it on every axis
+  bool walk_is_limit = false;  // some axis does not show a random walk
   double rate_hz = 0.0;
 };
 

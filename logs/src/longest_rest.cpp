@@ -11,12 +11,13 @@
 namespace axiscal {
 namespace {
 
-// Mean and variance of the windows of a column.
+// Means and variances of the windows of a column.
 struct Windows {
   std::vector<double> mean, variance;
 };
 
-// The variance excludes the sample farthest from the mean, so that one glitch is not motion.
+// The variance excludes the sample farthest from the mean, so that a single glitch does not count
+// as motion.
 Windows windows_of(std::span<const double> samples, std::size_t length) {
   Windows windows;
   for (std::size_t first = 0; first + length <= samples.size(); first += length) {
@@ -48,7 +49,7 @@ double quantile_of(std::vector<double> values, double share) {
   return *at;
 }
 
-// The smallest change between neighbours: a step of the readings.
+// @return the smallest change between neighbouring samples, which is the step of the readings.
 double step_of(std::span<const double> samples) {
   double step = std::numeric_limits<double>::infinity();
   for (std::size_t i = 1; i < samples.size(); ++i) {
@@ -58,7 +59,8 @@ double step_of(std::span<const double> samples) {
   return std::isfinite(step) ? step : 0.0;
 }
 
-// The windows that are loud in some column, compared with the quietest share of windows.
+// @return for each window 1 if it is loud in some column. The base is the quantile `quietest` of
+//         the variances.
 std::vector<char> loud_windows(const std::vector<RestColumn>& columns,
                                const std::vector<Windows>& windows,
                                double quietest) {
@@ -69,7 +71,7 @@ std::vector<char> loud_windows(const std::vector<RestColumn>& columns,
   for (std::size_t c = 0; c < columns.size(); ++c) {
     const std::vector<double>& variance = windows[c].variance;
     const double step = step_of(columns[c].samples);
-    // A sensor that sleeps is quieter than any that is at rest.
+    // A sensor that sleeps has a variance of 0, which is less than that of any sensor at rest.
     std::vector<double> awake;
     std::copy_if(variance.begin(), variance.end(), std::back_inserter(awake),
                  [](double one) { return one > 0.0; });
@@ -78,7 +80,8 @@ std::vector<char> loud_windows(const std::vector<RestColumn>& columns,
     }
     const double base = std::max(quantile_of(awake, quietest), 0.25 * step * step);
     any = true;
-    // Noise whose variance wanders has loud windows by itself.
+    // If the variance of the noise changes with time, some windows at rest are loud, so the factor
+    // is larger.
     constexpr double least = 8.0;
     constexpr double most = 40.0;
     const double factor = std::clamp(std::pow(quantile_of(awake, 0.5) / base, 4.0), least, most);
@@ -88,12 +91,12 @@ std::vector<char> loud_windows(const std::vector<RestColumn>& columns,
     }
   }
   for (std::size_t i = 0; i < n && any; ++i) {
-    loud[i] = static_cast<char>(loud[i] != 0 || frozen[i] != 0);  // a sensor that sleeps
+    loud[i] = static_cast<char>(loud[i] != 0 || frozen[i] != 0);  // the sensor sleeps
   }
   return loud;
 }
 
-// The longest run of windows that are not loud, first and end.
+// @return first and end of the longest run of windows that are not loud.
 std::pair<std::size_t, std::size_t> longest_quiet(const std::vector<char>& loud) {
   std::pair<std::size_t, std::size_t> longest = {0, 0};
   std::size_t first = 0;
@@ -142,19 +145,20 @@ LongestRest longest_rest(const std::vector<RestColumn>& columns, double rate_hz)
       static_cast<std::size_t>(std::lround(window_s * rate_hz)), fewest_samples);
   length = std::min(length, std::max<std::size_t>(n / fewest_windows, fewest_windows));
   if (n < fewest_windows * fewest_windows) {
-    return {.first = 0, .end = n};  // too short to be told apart
+    return {.first = 0, .end = n};  // too short to compare windows
   }
   std::vector<Windows> windows;
   for (const RestColumn& column : columns) {
     windows.push_back(windows_of(column.samples, length));
   }
   LongestRest rest;
-  // A rest of less than a tenth of the log shows by its quietest fiftieth.
+  // If less than a tenth of the log is at rest, the quietest fiftieth of the windows shows the
+  // rest.
   for (const double quietest : {0.1, 0.02}) {
     const std::pair<std::size_t, std::size_t> run =
         longest_quiet(loud_windows(columns, windows, quietest));
     const std::size_t count = windows.front().mean.size();
-    // The hand that comes or goes reaches into the windows at the ends.
+    // The windows at the ends are left out, because a hand may have touched the instrument.
     const std::size_t first = run.first > 0 ? run.first + 1 : 0;
     const std::size_t end =
         run.second < count ? run.second - std::min<std::size_t>(run.second, 1) : count;

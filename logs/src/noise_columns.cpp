@@ -9,7 +9,7 @@
 namespace axiscal {
 namespace {
 
-// The name without the letter of the axis, in small letters: "gyro." of "gyro.X".
+// @return the name in lower case without the letter of the axis: "gyro." for "gyro.X".
 std::string stem_of(const std::string& name) {
   std::string stem;
   std::transform(name.begin(), name.end(), std::back_inserter(stem),
@@ -54,7 +54,7 @@ std::vector<const ColumnNoise*> columns_of_instrument(const LogNoise& noise,
   if (any_axes) {
     return instruments.front().second;
   }
-  std::vector<const ColumnNoise*> all;  // the names are not helpful
+  std::vector<const ColumnNoise*> all;  // the names do not show which columns belong together
   for (const ColumnNoise& column : noise.columns) {
     all.push_back(&column);
   }

@@ -19,15 +19,16 @@ namespace {
 
 constexpr std::size_t kinds = all_noise_kinds.size();
 
-// A set of kinds, one bit for each.
+// A set of kinds is a bit mask with one bit for each kind.
 constexpr unsigned all_kinds = (1U << kinds) - 1U;
 
 constexpr unsigned bit_of(NoiseKind kind) {
   return 1U << static_cast<unsigned>(kind);
 }
 
-// A further kind of noise must earn its place: flicker and random walk, for example, fit a few
-// uncertain points alike. A ramp must earn more: the last points of a walk look like one.
+// A further kind of noise must reduce the deviance by its price. Otherwise uncertain points would
+// add kinds by chance: flicker and random walk, for example, fit a few such points equally well. A
+// ramp has a higher price, because the last points of a random walk look like a ramp.
 constexpr double price_of_a_kind = 8.0;  // in the deviance
 constexpr double price_of_a_ramp = 10.0;
 
@@ -42,12 +43,12 @@ double price_of(unsigned set) {
 
 struct Solution {
   Eigen::VectorXd coefficients = Eigen::VectorXd::Zero(static_cast<Eigen::Index>(kinds));
-  double cost = std::numeric_limits<double>::infinity();  // deviance and prices
+  double cost = std::numeric_limits<double>::infinity();  // deviance plus prices
 };
 
 constexpr std::size_t fewest_points = 3;
 
-// The points of a curve that are about an octave apart, or more.
+// @return points of a curve that are at least about an octave apart.
 std::vector<AllanPoint> octaves_of(std::span<const AllanPoint> curve) {
   constexpr double octave = 1.9;
   std::vector<AllanPoint> octaves;
@@ -62,8 +63,8 @@ std::vector<AllanPoint> octaves_of(std::span<const AllanPoint> curve) {
   return octaves;
 }
 
-// Mean and variance of the logarithm of chi^2 / nu: digamma(x) - ln x and trigamma(x), x = nu / 2,
-// by their expansions, from nu = 1 on to a twelfth.
+// Mean and variance of ln(chi^2 / nu): digamma(x) - ln x and trigamma(x), x = nu / 2. Their
+// expansions have an error of up to a twelfth at nu = 1.
 double mean_of_log(double nu) {
   return -1.0 / nu - 1.0 / (3.0 * nu * nu);
 }
@@ -80,7 +81,7 @@ double freedom_of(const AllanPoint& point) {
 // D = sum nu_i (s_i / V_i - ln(s_i / V_i) - 1), with V = A theta and no theta negative.
 class CurveDeviance {
  public:
-  // @param error  of the model, relative, of the variance.
+  // @param error  relative error of the model of the variance.
   CurveDeviance(std::span<const AllanPoint> points, double error)
       : A_(static_cast<Eigen::Index>(points.size()), static_cast<Eigen::Index>(kinds)),
         variance_(A_.rows()),
@@ -94,8 +95,8 @@ class CurveDeviance {
         A_(i, static_cast<Eigen::Index>(k)) = allan_variance_of(all_noise_kinds[k], point.tau_s);
       }
     }
-    // The first weights are by the curve. Points of few degrees of freedom may be very low, and
-    // hardly count at the start.
+    // The first weights come from the curve. A point with few degrees of freedom may be far too
+    // low, so its weight is small at the start.
     constexpr double well_known = 10.0;  // degrees of freedom
     start_ = variance_;
     for (Eigen::Index i = 0; i < A_.rows(); ++i) {
@@ -107,8 +108,8 @@ class CurveDeviance {
 
   [[nodiscard]] const Eigen::MatrixXd& A() const { return A_; }
 
-  // The set of kinds, of those that are allowed, with the least deviance and price.
-  // @param fixed  coefficients that are given; 0 if they are not.
+  // Finds the set of allowed kinds with the smallest sum of deviance and price.
+  // @param fixed  given coefficients; 0 for those that are not given.
   template <typename Price>
   [[nodiscard]] Solution least(unsigned allowed,
                                const Eigen::VectorXd& fixed,
@@ -133,9 +134,9 @@ class CurveDeviance {
     return (nu_.array() * (x - x.log() - 1.0)).sum();
   }
 
-  // The least deviance of a set by Fisher's scoring; nullopt if a coefficient is negative or not
-  // determined.
-  // @param given  variances of the kinds that are fixed.
+  // Minimises the deviance of a set of kinds by Fisher scoring.
+  // @param given  variances of the kinds that are fixed, at each point.
+  // @return nullopt if a coefficient is negative or not determined.
   [[nodiscard]] std::optional<Solution> scored(unsigned set, const Eigen::VectorXd& given) const {
     std::vector<Eigen::Index> columns;
     for (std::size_t k = 0; k < kinds; ++k) {
@@ -186,7 +187,7 @@ class CurveDeviance {
     return solution;
   }
 
-  // Weighted least squares at the weights of some variances.
+  // Solves the weighted least squares problem. The weights come from the variances V.
   [[nodiscard]] std::optional<Eigen::VectorXd> step(const Eigen::MatrixXd& own,
                                                     const Eigen::VectorXd& given,
                                                     const Eigen::VectorXd& V) const {
@@ -201,18 +202,18 @@ class CurveDeviance {
     return qr.solve(weights.cwiseProduct(variance_ - given)).cwiseQuotient(lengths);
   }
 
-  Eigen::MatrixXd A_;         // n x kinds: the variance at a point with a coefficient of 1
-  Eigen::VectorXd variance_;  // n
+  Eigen::MatrixXd A_;         // n x kinds: variances at the points for coefficients of 1
+  Eigen::VectorXd variance_;  // n: variances of the curve
   Eigen::VectorXd nu_;        // n: degrees of freedom, with the model's error
-  Eigen::VectorXd start_;     // n: variances that give the first weights
+  Eigen::VectorXd start_;     // n: variances for the first weights
 };
 
 // A fit of the kinds to points of a curve.
 struct CurveFit {
   std::vector<AllanPoint> points;
   Solution solution;
-  double error = 0.0;        // of the model, relative, of the variance
-  double chi_squared = 0.0;  // by the points' own scatter and that error
+  double error = 0.0;        // relative error of the model of the variance
+  double chi_squared = 0.0;  // from the scatter of the points and `error`
   double dof = 0.0;
   double p_value = 0.0;
 };
@@ -226,7 +227,7 @@ CurveFit fit_curve(std::span<const AllanPoint> points, double error) {
   const CurveDeviance deviance(points, error);
   fit.solution = deviance.least(all_kinds, none_fixed(), price_of);
   const Eigen::VectorXd expected = deviance.A() * fit.solution.coefficients;
-  // In logarithms a curve far above the model counts as one far below.
+  // In logarithms a point far above the model contributes as much as a point far below.
   for (std::size_t i = 0; i < points.size(); ++i) {
     const double nu = freedom_of(points[i]);
     const double variance = std::max(points[i].deviation * points[i].deviation, 1e-300);
@@ -241,7 +242,7 @@ CurveFit fit_curve(std::span<const AllanPoint> points, double error) {
   return fit;
 }
 
-// The error of the model with which chi^2 is its degrees of freedom, by bisection.
+// Finds by bisection the error of the model for which chi^2 equals its degrees of freedom.
 CurveFit with_model_error(std::span<const AllanPoint> points) {
   double low = 0.0;
   double high = 1e-3;
@@ -268,19 +269,19 @@ CurveFit with_model_error(std::span<const AllanPoint> points) {
   return fit;
 }
 
-// White noise in a stretch of the curve.
+// White noise that a stretch of the curve shows.
 struct WhiteStretch {
   double coefficient = 0.0;  // N
   double relative_sd = 0.0;
 };
 
-// The longest stretch over which tau times the variance stays the same.
+// Finds the longest stretch over which tau times the variance is constant.
 std::optional<WhiteStretch> white_stretch(std::span<const AllanPoint> points) {
-  constexpr double shortest = 12.0;  // ratio of its ends: four octaves as points are chosen
-  constexpr double of_model = 0.06;  // of the variance: 3 % of the deviation
-  constexpr double steepest = 0.2;   // of the variance: 0.1 of the deviation
+  constexpr double shortest = 12.0;  // ratio of its ends: about four octaves
+  constexpr double of_model = 0.06;  // error of the variance: 3 % of the deviation
+  constexpr double steepest = 0.2;   // largest slope of ln(tau * variance)
   constexpr double by_chance = 0.05;
-  constexpr double least_sd = 0.025;  // with which twice the sd is 5 %
+  constexpr double least_sd = 0.025;  // relative; 95 % interval of at least +-5 %
   std::optional<WhiteStretch> found;
   double longest = shortest;
   for (std::size_t first = 0; first < points.size(); ++first) {
@@ -322,12 +323,12 @@ std::optional<WhiteStretch> white_stretch(std::span<const AllanPoint> points) {
   return found;
 }
 
-// The interval of one coefficient by the profile of the deviance: every other kind may be present
-// or absent. Points of one curve are correlated, so the deviance may rise by more than the 3.84 of
-// independent ones.
+// Computes the interval of one coefficient from the profile of the deviance, in which each other
+// kind may be present or absent. Points of one curve are correlated, so the deviance may rise by
+// more than the 3.84 for independent points.
 class Profile {
  public:
-  // @param fixed  coefficients that are given; 0 if they are not.
+  // @param fixed  given coefficients; 0 for those that are not given.
   Profile(const CurveDeviance& deviance, NoiseKind kind, const Eigen::VectorXd& fixed)
       : deviance_(deviance), kind_(kind), fixed_(fixed) {
     for (const NoiseKind one : all_noise_kinds) {
@@ -338,8 +339,9 @@ class Profile {
     least_ = best.cost;
   }
 
-  // @param scale  a coefficient of the size that the curve allows.
-  // @return the largest square of the coefficient with which the deviance rises by no more.
+  // @param rise   largest rise of the deviance.
+  // @param scale  square of a coefficient that the curve allows.
+  // @return the largest square of the coefficient for which the deviance rises by at most `rise`.
   [[nodiscard]] double upper(double rise, double scale) const {
     double inside = best_;
     double outside = std::max(best_, scale);
@@ -351,7 +353,7 @@ class Profile {
     return between(inside, outside, rise);
   }
 
-  // @return the smallest one.
+  // @return the smallest square of the coefficient for which the deviance rises by at most `rise`.
   [[nodiscard]] double lower(double rise) const {
     return rise_at(0.0) <= rise ? 0.0 : between(best_, 0.0, rise);
   }
@@ -385,12 +387,12 @@ class Profile {
   NoiseKind kind_;
   Eigen::VectorXd fixed_;
   unsigned others_ = 0;
-  double best_ = 0.0;  // the square of the coefficient
+  double best_ = 0.0;  // square of the best coefficient
   double least_ = 0.0;
 };
 
-// These values were found by simulation. With 3e4 and 1e5 samples the intervals hold the truth in
-// 93 % of cases or more.
+// These limits of the rise were found by simulation. With 3e4 and 1e5 samples the intervals contain
+// the true value in at least 93 % of the cases.
 double rise_of(NoiseKind kind, bool is_found) {
   switch (kind) {
     case NoiseKind::random_walk:
@@ -405,9 +407,10 @@ double rise_of(NoiseKind kind, bool is_found) {
   return is_found ? 10.0 : 12.0;
 }
 
-// @param fixed  coefficients that are given; 0 if they are not.
+// @param fixed  given coefficients; 0 for those that are not given.
 NoiseModel model_of(const CurveFit& fit, const Eigen::VectorXd& fixed) {
-  // Resampled, coefficients of curves that the kinds do not describe scatter by as much.
+  // If the kinds do not describe a curve, the coefficients of resampled records scatter by this
+  // much.
   const double shortest_half_width = fit.error > 0.0 ? 0.1 : 0.0;
   NoiseModel model{.p_value = fit.p_value,
                    .from_tau_s = fit.points.front().tau_s,
@@ -482,7 +485,7 @@ NoiseModel fit_noise(std::span<const AllanPoint> curve) {
   for (std::size_t left_out = 0; left_out <= most_left_out && !(best.p_value > by_chance);
        ++left_out) {
     CurveFit fit = fit_curve(all.subspan(left_out), 0.0);
-    if (left_out == 0 || fit.dof >= 1.0) {  // zero degrees of freedom: not tested
+    if (left_out == 0 || fit.dof >= 1.0) {  // a fit with 0 degrees of freedom cannot be tested
       best = std::move(fit);
     }
   }

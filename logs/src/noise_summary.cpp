@@ -15,7 +15,7 @@
 namespace axiscal {
 namespace {
 
-// From SI (with seconds and hertz) to the unit of data sheets.
+// The unit of data sheets, and the factor to it from SI units with seconds and hertz.
 struct SheetUnit {
   double factor = 1.0;
   const char* name = "";
@@ -89,7 +89,8 @@ SheetNoise sheet_noise(const ColumnNoise& column, NoiseKind kind) {
 
 std::string sheet_text(const SheetNoise& noise) {
   if (noise.value > 0.0) {
-    // Rounded to the second digit of the interval's width, at most four digits.
+    // The last digit shown is the second digit of the interval's width, but at most the fourth of
+    // the value.
     const double fourth = std::pow(10.0, std::floor(std::log10(noise.high)) - 2.0);
     const double place = std::max(noise.high - noise.low, fourth);
     return formatted("{} [{}, {}]", rounded_value(noise.value, place),
@@ -118,7 +119,7 @@ std::string noise_summary(const LogNoise& noise) {
                         "K random walk", "", units);
       units_above = units;
     }
-    // The end of a long name tells more than its beginning.
+    // The end of a long name is more specific than its beginning.
     const std::string name = one.name.size() > longest
                                  ? ".." + one.name.substr(one.name.size() - longest + 2)
                                  : one.name;

@@ -10,7 +10,8 @@
 namespace axiscal {
 namespace {
 
-// Sum of squares of the means over m of second differences, each mean by the one before it.
+// The sum of the squared means over m of second differences. Each mean is computed from the one
+// before it.
 double modified_variance(std::span<const double> x, std::size_t m, double tau) {
   const std::size_t terms = x.size() - 3 * m + 1;
   double inner = 0.0;

@@ -5,9 +5,9 @@
 
 namespace axiscal {
 
-/// The running sum of samples without their mean, times 1 / rate: the phase after a first phase of
-/// 0.
-/// @param phase  as many as the samples, which may be the samples themselves.
+/// Computes the running sum of the samples without their mean, times 1 / rate. This is the phase
+/// after each sample; the phase before the first sample is 0.
+/// @param phase  receives one phase for each sample; it may be `samples` itself.
 /// @throws DomainError  if a sample is not finite; the output then stays unchanged.
 void put_phase(std::span<const double> samples, double rate_hz, std::span<double> phase);
 

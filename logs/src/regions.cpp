@@ -23,7 +23,7 @@
 namespace axiscal {
 namespace {
 
-Eigen::Vector3d up_of(Face rest) {  // the face lies below
+Eigen::Vector3d up_of(Face rest) {  // up is opposite to the face on the table
   const bool is_plus = static_cast<int>(rest) % 2 == 0;
   return (is_plus ? -1.0 : 1.0) * Eigen::Vector3d::Unit(axis_of(rest));
 }
@@ -40,14 +40,14 @@ std::optional<Face> face_member(const JsonValue& region, const char* name) {
   return face;
 }
 
-// "x_p", "y_a", "z_rot": imucal's names for the parts of a recording.
+// @return the region for one of imucal's names: "x_p", "y_a", "z_rot".
 std::optional<Region> region_called(std::string_view name) {
   if (name.size() < 3 || name[1] != '_' || name[0] < 'x' || name[0] > 'z') {
     return std::nullopt;
   }
   const int axis = name[0] - 'x';
   const std::string_view what = name.substr(2);
-  const Face below = static_cast<Face>(2 * axis + 1);  // the axis up
+  const Face below = static_cast<Face>(2 * axis + 1);  // the face below if the axis points up
   if (what == "p") {
     return Region{.name = std::string(name), .rest = below};
   }
@@ -64,7 +64,7 @@ std::optional<Region> region_called(std::string_view name) {
   return std::nullopt;
 }
 
-// The part of the log's samples that is meant.
+// The samples of a region, from `first` to `end` - 1.
 struct Part {
   std::size_t first = 0, end = 0;
 };
@@ -143,7 +143,7 @@ class RegionReader {
     return {mean(columns[0], part), mean(columns[1], part), mean(columns[2], part)};
   }
 
-  /// How long the samples of a part last, each for its own step [s].
+  /// @return the duration of the samples of a part, each of which lasts one step [s].
   [[nodiscard]] double duration_s(const Part& part) const {
     const auto n = static_cast<double>(part.end - part.first);
     return (time_s_[part.end - 1] - time_s_[part.first]) * n / (n - 1.0);
@@ -286,7 +286,8 @@ class RegionCalibrator {
     result_.accelerometer.provenance.slot = "accelerometer";
   }
 
-  // The mean of the rests that lay as a turn does: its own face's, else those whose gravity it has.
+  // @return the mean of the gyroscope over the rests in which gravity has the same direction as in
+  //         a turn, or over all rests if there are no such rests.
   [[nodiscard]] Eigen::Vector3d rest_like(const KnownRegion& turn) const {
     Eigen::Vector3d sum = Eigen::Vector3d::Zero();
     double count = 0.0;
@@ -316,7 +317,7 @@ class RegionCalibrator {
       observations.readings[i].field_in_sensor = Eigen::Vector3d::Zero();
       if (parts[i].region->kind == Region::Kind::turn) {
         const auto row = static_cast<Eigen::Index>(i);
-        // The gyroscope's reading at rest in this attitude is not part of the turn.
+        // The mean of the gyroscope at rest in this attitude is removed from the turn.
         observations.response.row(row) -= (rest_like(parts[i]) - mean_rest_).transpose();
         observations.readings[i].field_in_sensor =
             rate_of(parts[i], observations.response.row(row).transpose() - mean_rest_);
@@ -340,7 +341,7 @@ class RegionCalibrator {
     result_.gyroscope = std::move(record);
   }
 
-  // The rate that a turn had in the mean [rad/s].
+  // @return the mean rate of a turn in the cube's frame [rad/s].
   [[nodiscard]] Eigen::Vector3d rate_of(const KnownRegion& turn,
                                         const Eigen::Vector3d& readings) const {
     const Region& region = *turn.region;

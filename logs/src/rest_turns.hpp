@@ -14,32 +14,33 @@
 
 namespace axiscal {
 
-/// The gyroscope's samples between rests. The log must outlive it.
+/// The gyroscope's samples between rests. The log must outlive this object.
 class RestTurns {
  public:
   RestTurns(const RecordedLog& log, const ImuOptions& options, double rate_hz);
 
-  /// The turns from rest to rest; those with missing samples are left out.
-  /// @param between  which of the rests to go between, in their order.
+  /// @return the turns between successive rests, without those in which samples are missing.
+  /// @param between  numbers of the rests between which turns are made, ascending.
   /// @param ups      the directions up at all rests, n x 3.
   [[nodiscard]] std::vector<GyroscopeTurn> turns(const Segmentation& rests,
                                                  const std::vector<std::size_t>& between,
                                                  const Eigen::MatrixX3d& ups);
 
-  /// Of the last call: rests before and after each turn, and how many turns were left out.
+  /// For each turn of the last call, the numbers of the rests before and after it.
   std::vector<std::pair<std::size_t, std::size_t>> ends;
+  /// The number of turns that the last call has left out.
   std::size_t left_out = 0;
 
  private:
-  // A few missing samples in a row, a tenth of a second, are bridged by a line.
+  // @return the samples, with linear interpolation over up to a tenth of a second of missing ones.
   [[nodiscard]] std::vector<double> filled(std::vector<double> x) const;
   void make_times(const RecordedLog& log, const SegmentOptions& options);
   [[nodiscard]] bool is_whole(std::size_t first, std::size_t count) const;
 
   double rate_hz_;
   std::vector<std::size_t> begins_;                 // samples at which another recording begins
-  std::vector<std::span<const double>> gyroscope_;  // the log's columns; owned_ has a filled copy
-                                                    // if numbers are missing
+  std::vector<std::span<const double>> gyroscope_;  // columns of the log, or of owned_
+                                                    // if numbers were missing
   std::span<const double> time_s_;
   std::vector<std::vector<double>> owned_;
   std::vector<double> owned_times_;

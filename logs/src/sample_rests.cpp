@@ -19,7 +19,7 @@ namespace {
 
 constexpr std::size_t fewest_samples = 30;
 
-// Where another block begins.
+// @return the numbers of the samples at which another block begins.
 std::vector<std::size_t> begins_of(const Observations& samples) {
   std::vector<std::size_t> begins;
   for (std::size_t i = 1; i < samples.readings.size(); ++i) {
@@ -30,7 +30,7 @@ std::vector<std::size_t> begins_of(const Observations& samples) {
   return begins;
 }
 
-// Samples a second, if they have times.
+// @return samples per second; nullopt if fewer than half of the samples have increasing times.
 std::optional<double> rate_of(const Observations& samples) {
   std::vector<double> steps;
   for (std::size_t i = 1; i < samples.readings.size(); ++i) {
@@ -46,8 +46,9 @@ std::optional<double> rate_of(const Observations& samples) {
   return 1.0 / upper_median(std::move(steps));
 }
 
-// The window in which a sample is compared with its neighbours: half a second, or a hundredth of
-// samples without times, and a third of a block at most.
+// @return the length of the window in which a sample is compared with its neighbours: half a
+//         second, or a hundredth of the samples if they have no times, and at most a third of a
+//         block.
 std::size_t window_of(const Observations& samples,
                       const std::vector<std::size_t>& begins,
                       const std::optional<double>& rate_hz) {
@@ -112,7 +113,7 @@ std::optional<SampleRests> rests_of_samples(const Observations& samples) {
   options.begins = begins_of(samples);
   const std::optional<double> rate_hz = rate_of(samples);
   const std::size_t window = window_of(samples, options.begins, rate_hz);
-  // In samples: a rate of one a second.
+  // Times are counted in samples, at a rate of one sample per second.
   options.rate_hz = 1.0;
   options.window_s = static_cast<double>(window);
   options.trim_s = 0.0;

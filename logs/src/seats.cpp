@@ -30,7 +30,8 @@ std::string seen_name(const std::optional<Face>& face) {
   return face ? "rest " + std::string(face_name(*face)) : "no face, it lies on an edge";
 }
 
-// The fence faces that a rest face has in the standard design: first those of the next axis.
+// @return the two fence faces of a rest face in the standard design: those of the next axis, +
+//         first.
 std::array<Face, 2> standard_fences(Face rest) {
   const int next = (axis_of(rest) + 1) % 3;
   return {face_of(next, true), face_of(next, false)};
@@ -52,7 +53,8 @@ Eigen::Matrix3d rotation_positioner_from_table(const DesignPoint& point) {
   return Positioner().rotation_table_from_positioner(point).transpose();
 }
 
-// The first label of a chain: as given, else any of its rest face.
+// @return the first label of a chain: the given one, otherwise one with the rest face that was
+//         found.
 std::optional<DesignPoint> start_of(const std::optional<Face>& face,
                                     const std::optional<DesignPoint>& first) {
   if (first) {
@@ -98,8 +100,8 @@ std::vector<std::optional<Face>> resting_faces(const Eigen::MatrixX3d& means) {
                     "xyz"[axis]));
     }
   }
-  // Of all six faces every reading has length 1. Where no axis was turned round, the middle is
-  // wrong, and they are longer.
+  // With rests on all six faces, all vectors have a length of 1. If some axis was not reversed, the
+  // middle of its extremes is wrong, and the vectors are longer.
   const Eigen::MatrixX3d ups = rough_ups(means);
   const Eigen::VectorXd lengths = ups.rowwise().norm();
   if (upper_median({lengths.begin(), lengths.end()}) > 1.3) {
@@ -123,8 +125,8 @@ SeatLabels label_by_sheet(const std::vector<std::optional<Face>>& faces,
                           const std::vector<RunSheetRow>& sheet) {
   const std::size_t n = faces.size();
   const std::size_t m = sheet.size();
-  // Least cost of aligning the first i rests with the first j rows: a rest or row left out costs 1,
-  // a rest on another face than its row's 1.5.
+  // cost[i][j] is the smallest cost of aligning the first i rests with the first j rows. A rest or
+  // a row that is left out costs 1, and a rest on another face than that of its row costs 1.5.
   const auto misfit = [&](std::size_t i, std::size_t j) {
     return faces[i] == sheet[j].entry.point.rest() ? 0.0 : 1.5;
   };
@@ -141,7 +143,7 @@ SeatLabels label_by_sheet(const std::vector<std::optional<Face>>& faces,
   }
   SeatLabels labels{.points = std::vector<std::optional<DesignPoint>>(n),
                     .rows = std::vector<std::optional<std::size_t>>(n)};
-  std::vector<std::string> messages;  // from the last to the first
+  std::vector<std::string> messages;  // in reverse order
   std::size_t i = n;
   std::size_t j = m;
   while (i > 0 || j > 0) {
@@ -200,7 +202,8 @@ SeatLabels label_in_order(const std::vector<RunSheetRow>& sheet) {
   return labels;
 }
 
-// The labels by an accelerometer's faces where most of them are the sheet's.
+// @return the labels from an accelerometer's faces if at least three quarters of them agree with
+//         the sheet; otherwise nullopt.
 std::optional<SeatLabels> labels_by_most_faces(const Eigen::MatrixXd& means,
                                                const std::vector<RunSheetRow>& sheet) {
   if (means.cols() != 3) {
@@ -210,7 +213,7 @@ std::optional<SeatLabels> labels_by_most_faces(const Eigen::MatrixXd& means,
   try {
     faces = resting_faces(means);
   } catch (const RefusedError&) {
-    return std::nullopt;  // they do not belong to an accelerometer
+    return std::nullopt;  // the columns are not those of an accelerometer
   }
   SeatLabels labels = label_by_sheet(faces, sheet);
   std::size_t agree = 0;
@@ -231,7 +234,7 @@ SeatLabels label_by_plan(const Eigen::MatrixXd& means,
   }
   constexpr double largest_misfit = 0.02;
   const bool as_many = static_cast<std::size_t>(means.rows()) == sheet.size();
-  // If the order cannot be checked, faces decide.
+  // If the order cannot be tested, the faces determine the labels.
   const double misfit =
       as_many ? misfit_of_order(means, sheet).value_or(not_a_number) : not_a_number;
   std::optional<SeatLabels> by_faces = labels_by_most_faces(means, sheet);
@@ -263,7 +266,7 @@ SeatLabels label_by_turns(const std::vector<std::optional<Face>>& faces,
   constexpr double farthest_rad = 30.0 * rad_per_deg;
   SeatLabels labels{.points = std::vector<std::optional<DesignPoint>>(faces.size())};
   std::optional<DesignPoint> last;
-  Eigen::Matrix3d since = Eigen::Matrix3d::Identity();  // to the last labelled rest, from this one
+  Eigen::Matrix3d since = Eigen::Matrix3d::Identity();  // from this rest to the last labelled one
   for (std::size_t i = 0; i < faces.size(); ++i) {
     if (i > 0) {
       since = since * turns[i - 1];

@@ -23,14 +23,14 @@ std::string counted(std::size_t count, const char* one, const char* many) {
   return formatted("{} {}", count, count == 1 ? one : many);
 }
 
-// Times of the samples, and where they do not go on as they should.
+// Converts times to seconds, and finds samples at which the times are not continuous.
 class Clock {
  public:
   Clock(const std::string& path, const SegmentOptions& options)
       : path_(path), rate_hz_(options.rate_hz.value_or(0.0)), window_s_(options.window_s) {}
 
-  // Learns the usual step from the first block.
-  // @param seconds  per unit of the times.
+  // Determines the usual step from the first block.
+  // @param seconds  seconds per unit of the times.
   void learn(const std::vector<double>& times, double seconds) {
     seconds_ = seconds;
     if (rate_hz_ > 0.0) {
@@ -47,7 +47,7 @@ class Clock {
 
   [[nodiscard]] double rate_hz() const { return 1.0 / step_; }
 
-  // Fills times in seconds and marks samples before which the time does not go on.
+  // Fills `time_s`, and marks the samples before which the times are not continuous as broken.
   void run(const std::vector<double>* column,
            std::size_t count,
            std::vector<double>& time_s,
@@ -67,7 +67,8 @@ class Clock {
         const double step = t - last_;
         if (samples_ > 0 && step <= 0.0) {
           ++(step < 0.0 ? decreasing : repeated);
-          // A repeated stamp is a clock too coarse; one that decreases is another recording.
+          // A repeated time comes from a coarse clock. A decreasing time is the start of another
+          // recording.
           broken[i] = step < 0.0 ? 1 : broken[i];
         } else if (samples_ > 0 && step > longest_step_ && !went_back_) {
           ++gaps;
@@ -89,14 +90,14 @@ class Clock {
   double seconds_ = 1.0;
   double window_s_;
   double step_ = 0.0;
-  double longest_step_ = 0.0;  // a longer one is a gap
+  double longest_step_ = 0.0;  // a longer step is a gap
   double last_ = 0.0;
-  bool went_back_ = false;  // then the next forward step is not a gap
+  bool went_back_ = false;  // true if the last step was negative; the next one is no gap
   std::size_t samples_ = 0;
 };
 
-// Missing numbers become the last value, so that sums stay finite. In a column of detection they
-// break a rest; in the others, as of a slower sensor, they do not.
+// Replaces missing numbers by the last value, so that sums stay finite. In a column of detection a
+// missing number ends a rest; in other columns, for example of a slower sensor, it does not.
 class Repair {
  public:
   Repair(const SegmentOptions& options,
@@ -131,7 +132,7 @@ class Repair {
     }
   }
 
-  // True if a column ever had a number; otherwise it is text.
+  // @return true if a column contains a number; otherwise it is text.
   [[nodiscard]] bool has_numbers(std::size_t column) const { return found_[column] != 0; }
 
   std::size_t missing = 0;
@@ -151,7 +152,7 @@ std::vector<std::string> marks_of(const StaticInterval& interval,
     return std::any_of(detection.begin(), detection.end(),
                        [&](std::size_t c) { return is_so(static_cast<Eigen::Index>(c)); });
   };
-  // A drift counts where it is beyond chance and as large as the noise.
+  // A drift is marked if it is significant and larger than the noise.
   if (any([&](Eigen::Index c) {
         const double variance =
             interval.sd(c) * interval.sd(c) - interval.drift(c) * interval.drift(c) / 12.0;
@@ -240,7 +241,7 @@ void warn_of_marks(Segmentation& result) {
   }
 }
 
-// Between the extremes of the means, of the column in which it is largest.
+// @return the largest difference between two means in one column.
 double largest_spread(const std::vector<StaticInterval>& intervals,
                       const std::vector<std::size_t>& columns) {
   double largest = 0.0;
@@ -256,11 +257,11 @@ double largest_spread(const std::vector<StaticInterval>& intervals,
   return largest;
 }
 
-// The columns of a log in their order, without times; then the times.
+// The selected columns of a log: all columns but the times, in their order; then the times.
 struct SelectedColumns {
   TimeColumn times;
   bool has_times = false;
-  std::vector<std::size_t> attitude;  // those that tell one attitude from another
+  std::vector<std::size_t> attitude;  // columns whose means distinguish attitudes
 };
 
 SelectedColumns select_columns(LogFile& log, const SegmentOptions& options, Segmentation& result) {
@@ -275,7 +276,7 @@ SelectedColumns select_columns(LogFile& log, const SegmentOptions& options, Segm
   }
   SelectedColumns chosen;
   chosen.times = found.value_or(TimeColumn{.position = log.columns().size()});
-  chosen.has_times = found && !options.rate_hz;  // a rate stands for a column of times
+  chosen.has_times = found && !options.rate_hz;  // a rate replaces the column of times
   std::vector<std::size_t> selected;
   for (std::size_t c = 0; c < log.columns().size(); ++c) {
     if (c != chosen.times.position) {
@@ -318,7 +319,7 @@ DetectorOptions detector_options(const SegmentOptions& options,
           .threshold = options.threshold};
 }
 
-// Of a rest that a knock has split, the longer part is kept.
+// If a knock has split a rest, only the longer part is kept.
 void join_rests(const SegmentOptions& options,
                 const std::vector<std::size_t>& attitude,
                 Segmentation& result) {
@@ -331,10 +332,10 @@ void join_rests(const SegmentOptions& options,
   }
 }
 
-// A log's blocks, of which the next few are read on a thread of its own while these are used.
+// Reads the blocks of a log. A thread reads the next blocks while the current ones are used.
 class BlocksAhead {
  public:
-  // The first block is looked at before more is read.
+  // Only the first block is read at the start, without a thread.
   explicit BlocksAhead(LogFile& log) : log_(log) { read(1, false); }
 
   // @return the number of rows; 0 at the end.
@@ -342,7 +343,8 @@ class BlocksAhead {
     if (used_ == blocks_.size()) {
       blocks_ = reading_.get();
       used_ = 0;
-      // Before there was a whole batch it may be a short log, as most are; after it, the end.
+      // A thread is used only after a whole batch: before that, the log may be short, and after a
+      // smaller batch it has ended.
       read(batch, blocks_.size() == batch);
     }
     if (blocks_.empty()) {
@@ -379,11 +381,11 @@ class BlocksAhead {
   LogFile& log_;
   std::vector<Block> blocks_;
   std::size_t used_ = 0;
-  std::future<std::vector<Block>> reading_;  // which is waited for at the end
+  std::future<std::vector<Block>> reading_;  // its destructor waits for the thread
 };
 
-// Splits rests at omitted samples, and at the start of another recording.
-// @param first  number of the first sample of the block.
+// Marks samples that are left out, and the first sample of each further recording, as broken.
+// @param first  number of the first sample of the block in the log.
 void break_samples(const SegmentOptions& options, std::size_t first, std::vector<char>& broken) {
   const std::size_t end = first + broken.size();
   for (const auto& [from, to] : options.left_out) {
@@ -398,7 +400,7 @@ void break_samples(const SegmentOptions& options, std::size_t first, std::vector
   }
 }
 
-// Names the columns that do not hold numbers; their means are missing.
+// Adds a note for each column without numbers, and sets its means to NaN.
 void blank_empty_columns(const Repair& repair, Segmentation& result) {
   for (std::size_t c = 0; c < result.columns.size(); ++c) {
     if (!repair.has_numbers(c)) {
@@ -486,7 +488,7 @@ Segmentation segment(LogFile& log, const SegmentOptions& options, const Threshol
 
 namespace {
 
-// The parts of the field that have levels of their own in a sheet.
+// @return the names of the parts of the field that have their own levels in a sheet.
 std::set<std::string> parts_with_levels(const std::vector<RunSheetRow>& sheet) {
   std::set<std::string> parts;
   for (const RunSheetRow& row : sheet) {
@@ -568,7 +570,7 @@ std::string segmentation_csv(const Segmentation& segmentation,
 
 namespace {
 
-// One number for each rest and each of some columns.
+// @return a matrix with one number for each rest and each of some columns.
 template <typename Number>
 Eigen::MatrixXd by_rests(const Segmentation& segmentation,
                          const std::vector<std::string>& columns,

@@ -15,8 +15,8 @@ namespace {
 
 constexpr double infinite = std::numeric_limits<double>::infinity();
 
-// Sums over part of a column about a reference r: of u = x - r, u^2, u_i u_(i+1) and i u; and how
-// often a sample differs from the one before.
+// Sums over part of a column about a reference r: the sums of u = x - r, u^2, u_i u_(i+1) and i u,
+// and the number of samples that differ from the one before.
 struct Sums {
   double u = 0.0;
   double uu = 0.0;
@@ -25,7 +25,7 @@ struct Sums {
   double changes = 0.0;
 };
 
-// Prefix sums of one column over the block in hand, about its first value.
+// Prefix sums of one column over the current block, about its first value.
 class Prefix {
  public:
   void make(const std::vector<double>& x, std::size_t count) {
@@ -58,7 +58,8 @@ class Prefix {
     changes_[count] = sums.changes;
   }
 
-  // Samples begin .. end - 1 about another reference; i counts from `origin`.
+  // @return the sums of the samples begin .. end - 1 about another reference; i is counted from
+  //         `origin`.
   [[nodiscard]] Sums between(std::size_t begin,
                              std::size_t end,
                              double reference,
@@ -84,7 +85,7 @@ class Prefix {
   std::vector<double> u_, uu_, lag_, iu_, changes_;
 };
 
-// One run of still samples, while it grows.
+// A run of still samples that may still be extended.
 struct StillSpan {
   std::size_t first = 0;
   std::size_t end = 0;
@@ -113,7 +114,7 @@ StaticInterval interval_of(const StillSpan& run) {
   for (Eigen::Index c = 0; c < columns; ++c) {
     const auto at = static_cast<std::size_t>(c);
     const Sums& sums = run.sums[at];
-    if (sums.changes == 0.0) {  // exactly, whatever rounding says
+    if (sums.changes == 0.0) {  // exact values, not affected by rounding
       interval.mean(c) = run.reference[at];
       interval.sd(c) = 0.0;
       interval.effective_samples(c) = n;
@@ -203,7 +204,8 @@ class StaticDetector::Stream {
 
   [[nodiscard]] std::size_t half() const { return options_.window / 2; }
 
-  // Takes the samples emitted_ .. to - 1 of the buffer, then drops what no window needs.
+  // Processes the samples emitted_ .. to - 1 of the buffer, and then removes those that no window
+  // needs.
   void process(std::size_t to, bool is_last) {
     find_motion(is_last);
     for (std::size_t c = 0; c < samples_.size(); ++c) {
@@ -221,7 +223,8 @@ class StaticDetector::Stream {
     drop();
   }
 
-  // The joined variance about each sample, and its largest within the trimmed ends.
+  // Computes the joined variance about each sample, and the largest one within `trim` samples of
+  // it.
   void find_motion(bool is_last) {
     const std::size_t n = time_s_.size();
     const std::size_t window = std::min(options_.window, n);
@@ -250,7 +253,7 @@ class StaticDetector::Stream {
         motion_[i] = infinite;
       } else if (motion_[i] < infinite) {
         largest_ = std::max(largest_, motion_[i]);
-        // Of coarse readings that do not change, rounding alone is left.
+        // If coarse readings do not change, the computed variance contains only rounding errors.
         constexpr double rounding = 1e-12;
         motion_[i] = motion_[i] < rounding * largest_ ? 0.0 : motion_[i];
       }
@@ -258,10 +261,11 @@ class StaticDetector::Stream {
     widen(n);
   }
 
-  // loudness_ = largest motion within +- trim: the maximum of two overlapping halves (van Herk).
+  // Computes loudness_, the largest motion within +- trim samples, as the maximum of two
+  // overlapping halves (van Herk).
   void widen(std::size_t n) {
     const std::size_t width = 2 * options_.trim + 1;
-    const auto at = [&](std::size_t i) {  // motion, beyond the ends nothing
+    const auto at = [&](std::size_t i) {  // motion; 0 beyond the ends
       return i < options_.trim || i - options_.trim >= n ? 0.0 : motion_[i - options_.trim];
     };
     const std::size_t padded = n + width - 1;
@@ -292,8 +296,8 @@ class StaticDetector::Stream {
       if (detectors_.contains(level)) {
         continue;
       }
-      // Below all others: no sample was still until now. Above them, or the first: all samples were
-      // still.
+      // If the level is below all others, no sample was still for it until now. If it is above
+      // them, or is the first, all samples were still.
       Detector detector;
       if (first || level > detectors_.rbegin()->first) {
         detector = everything_;
@@ -301,7 +305,7 @@ class StaticDetector::Stream {
       detector.threshold = std::exp2(0.5 * level);
       detectors_.emplace(level, std::move(detector));
     }
-    // No hole between levels that were met at different times.
+    // Adds the levels that are missing between those of different blocks.
     for (int level = detectors_.begin()->first; level < detectors_.rbegin()->first; ++level) {
       if (!detectors_.contains(level)) {
         Detector detector = std::prev(detectors_.upper_bound(level))->second;
@@ -311,9 +315,10 @@ class StaticDetector::Stream {
     }
   }
 
-  // The inputs that a dozen or more detectors need from a block: the extremes of each stretch, and
-  // the sums of the motion before each sample (infinite motion is never still).
-  // @return the extremes of the block's loudness that is neither 0 nor infinite.
+  // Computes what all detectors need from a block: the extremes of each stretch, and for each
+  // sample the sum of the motion before it. Infinite motion is not included, because it is never
+  // still.
+  // @return the extremes of the loudness in the block, without values of 0 and infinity.
   Extremes survey(std::size_t to) {
     Extremes audible{.quietest = infinite};
     stretches_.clear();
@@ -336,7 +341,8 @@ class StaticDetector::Stream {
     return audible;
   }
 
-  // The first sample from `i` on that is not as still as said, or else the block's end.
+  // @return the first sample from `i` on whose state differs from `still`, or `to` if there is
+  //         none.
   [[nodiscard]] std::size_t end_of_state(std::size_t i,
                                          std::size_t to,
                                          double threshold,
@@ -434,9 +440,9 @@ class StaticDetector::Stream {
   }
 
   DetectorOptions options_;
-  std::size_t base_ = 0;     // number of the first sample in the buffer
-  std::size_t emitted_ = 0;  // samples of the buffer that are done with
-  double largest_ = 0.0;     // joined variance so far
+  std::size_t base_ = 0;     // number in the log of the first sample in the buffer
+  std::size_t emitted_ = 0;  // number of samples of the buffer that were processed
+  double largest_ = 0.0;     // largest joined variance so far
   std::vector<double> time_s_;
   std::vector<char> broken_;
   LogBlock samples_;
@@ -444,7 +450,7 @@ class StaticDetector::Stream {
   std::vector<double> motion_, loudness_, forward_, backward_;
   std::vector<Extremes> stretches_;
   std::vector<double> motion_before_;
-  std::map<int, Detector> detectors_;  // for each level, whose threshold is 2^(level / 2)
+  std::map<int, Detector> detectors_;  // by level; its threshold is 2^(level / 2)
   Detector everything_;
 };
 
@@ -467,14 +473,14 @@ std::vector<IntervalSet> StaticDetector::finish() {
 std::size_t most_persistent(const std::vector<IntervalSet>& sets) {
   const auto count = [&](std::size_t i) { return static_cast<double>(sets[i].intervals.size()); };
   std::size_t best = sets.size() - 1;
-  // A variance within a factor of 16 means that the log is one rest.
+  // If the variance stays within a factor of 16, the whole log is one rest.
   constexpr std::size_t levels_of_noise = 8;
   if (sets.size() - 1 <= levels_of_noise) {
     return best;
   }
-  // The first plateau of a factor of 8 of the variance, else the widest: a single glitch makes a
-  // wide one too, high above all motion. Of sets with one rest, which any large threshold gives,
-  // last.
+  // The first plateau over a factor of 8 of the variance is used, otherwise the widest one. A
+  // single glitch also makes a wide plateau, far above all motion. Sets with one rest are
+  // considered last, because any large threshold gives one rest.
   constexpr std::size_t wide_enough = 6;
   std::size_t widest = 0;
   for (const double fewest : {2.0, 1.0}) {
@@ -490,8 +496,8 @@ std::size_t most_persistent(const std::vector<IntervalSet>& sets) {
       const std::size_t width = up - i + 1;
       if (width > widest) {
         widest = width;
-        // Not at its lower end, where the noise cuts rests short; nor high up, where motion joins
-        // them.
+        // The threshold is neither at the lower end of the plateau, where noise shortens rests, nor
+        // high in it, where motion joins rests.
         best = i + std::min<std::size_t>(3, (width - 1) / 2);
       }
       if (width >= wide_enough) {
@@ -525,7 +531,7 @@ std::size_t join_split_rests(std::vector<StaticInterval>& intervals,
       kept.push_back(std::move(next));
       continue;
     }
-    // The longer one stands for both: the samples of the knock between them belong to neither.
+    // The longer rest replaces both. The samples of the knock between them belong to neither.
     if (next.samples() > kept.back().samples()) {
       kept.back() = std::move(next);
     }

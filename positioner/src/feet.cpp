@@ -16,19 +16,19 @@
 namespace axiscal {
 namespace {
 
-// Feet whose triangle is flatter than this (height over longest side) stand in a line.
+// Feet are in a line if the height of their triangle divided by its longest side is below this.
 constexpr double flattest_triangle = 0.02;
 
 bool is_finite(const Ball& ball) {
   return ball.centre_m.allFinite() && std::isfinite(ball.radius_m);
 }
 
-// The plane on the side of `outward`; nullopt if no plane touches all three balls.
+// The tangent plane on the side of `outward`; nullopt if no plane touches all three balls.
 std::optional<ContactPlane> tangent_plane(const Feet& feet, const Eigen::Vector3d& outward) {
   const Eigen::Vector3d a = feet[0].centre_m - feet[2].centre_m;
   const Eigen::Vector3d b = feet[1].centre_m - feet[2].centre_m;
   const Eigen::Vector3d across = a.cross(b).normalized();
-  // n = p + h across: p lies in the plane of the centres and meets the differences of the radii.
+  // n = p + h across: p is in the plane of the centres and solves the two equations with the radii.
   Eigen::Matrix3d rows;
   rows << a.transpose(), b.transpose(), across.transpose();
   const Eigen::Vector3d p = rows.partialPivLu().solve(Eigen::Vector3d(
@@ -108,7 +108,7 @@ CubeFeet feet_of_frame(const BallFrame& frame) {
           .centre_m = reach_m * nominal_normal(face) + position.x() * along + position.y() * across,
           .radius_m = frame.ball_radius_m};
     }
-    static_cast<void>(contact_plane(face, feet));  // complains
+    static_cast<void>(contact_plane(face, feet));  // throws if they have a defect
   }
   return cube;
 }

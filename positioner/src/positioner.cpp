@@ -17,7 +17,7 @@
 namespace axiscal {
 namespace {
 
-constexpr double touching_m = 1e-9;  // a ball that passes a plane by less touches it
+constexpr double touching_m = 1e-9;  // a ball that passes a plane by less than this only touches it
 
 PositionerDescription description_of(const FaceNormals& normals, std::string id) {
   PositionerDescription description{.id = std::move(id)};
@@ -46,7 +46,7 @@ std::string of_face(Face face) {
   return formatted("of face {}", face_name(face));
 }
 
-// The rotation follows from the normals alone (method.md, section 2).
+// Computes the rotation from the normals only (method.md, section 2).
 Eigen::Matrix3d rotation_by_normals(const Eigen::Vector3d& rest, const Eigen::Vector3d& fence) {
   const Eigen::Vector3d z = -rest;
   const Eigen::Vector3d y = (fence - fence.dot(z) * z).normalized();
@@ -54,7 +54,7 @@ Eigen::Matrix3d rotation_by_normals(const Eigen::Vector3d& rest, const Eigen::Ve
   R.row(0) = y.cross(z);
   R.row(1) = y;
   R.row(2) = z;
-  return R.array() + 0.0;  // no -0
+  return R.array() + 0.0;  // replaces -0 by 0
 }
 
 // True if the cube's centre lies above the triangle of the rest face's contact points.
@@ -64,7 +64,8 @@ bool stands(const Feet& feet, const Eigen::Vector3d& normal) {
   for (std::size_t i = 0; i < feet.size(); ++i) {
     const Eigen::Vector3d& from = feet[i].centre_m;
     const Eigen::Vector3d& to = feet[(i + 1) % feet.size()].centre_m;
-    // Balls touch right below their centres, so that centres may stand for the points of contact.
+    // Each ball touches the plane directly below its centre, so the centres can replace the contact
+    // points.
     const double side = normal.dot(from.cross(to));
     positive += side > 0.0 ? 1 : 0;
     negative += side < 0.0 ? 1 : 0;
@@ -72,7 +73,7 @@ bool stands(const Feet& feet, const Eigen::Vector3d& normal) {
   return positive == 0 || negative == 0;
 }
 
-// Balls of two faces may not go into each other either.
+// Throws if balls of two faces overlap.
 void check_neighbours(const std::array<FaceDescription, all_faces.size()>& faces) {
   for (const Face one : all_faces) {
     for (const Face other : all_faces) {
@@ -121,7 +122,8 @@ Positioner::Positioner()
     : description_(description_of(nominal_normals(), "")),
       normals_(nominal_normals()),
       nominal_(true) {
-  static const std::shared_ptr<const std::vector<Seat>> seats = find_seats();  // all have the same
+  // The seats are the same for all nominal cubes.
+  static const std::shared_ptr<const std::vector<Seat>> seats = find_seats();
   seats_ = seats;
 }
 

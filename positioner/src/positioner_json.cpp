@@ -68,8 +68,8 @@ FaceDescription face_of_json(Face face, const JsonValue& json) {
   return description;
 }
 
-// Six normals that are all opposite to their nominal directions on one axis are a mirror image;
-// each alone fails, but the reason should be said once and for all.
+// Rejects the normals of a left-handed cube. Each wrong normal would be rejected too, but this
+// message gives their common reason.
 void reject_mirrored_faces(const JsonValue& faces) {
   std::array<Eigen::Vector3d, all_faces.size()> normals;
   for (const Face face : all_faces) {
@@ -156,7 +156,7 @@ void read_origin(const JsonValue& json, PositionerDescription& description) {
 
 Json json_of(const FaceDescription& face, const Eigen::Vector3d& normal) {
   Json json;
-  // If only the feet of a face are known, its normal follows and is not written.
+  // If only the feet of a face are known, its normal follows from them and is not written.
   if (face.normal || !face.feet) {
     json["normal"] = json_from(normal);
   }

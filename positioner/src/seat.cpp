@@ -12,10 +12,10 @@ namespace axiscal {
 namespace {
 
 constexpr double largest_turn_rad = 0.3;
-constexpr double touching_fence_m = 1e-12;  // a foot within this distance touches it
+constexpr double touching_fence_m = 1e-12;  // a foot within this distance touches the fence
 constexpr double same_turn_rad = 1e-9;
 
-// A pair of feet at the fence, the third clear, and the push between them.
+// Two feet that touch the fence, if the third does not reach it and the centre is between the two.
 struct StablePair {
   std::array<int, 2> contacts;
   double turn_rad = 0.0;
@@ -66,14 +66,14 @@ class Push {
     return turns;
   }
 
-  // Distance that a ball extends towards the fence.
+  // The distance [m] by which a ball extends towards the fence.
   [[nodiscard]] double reach(int i, double turn) const {
     const Eigen::Vector3d& c = centre_[at(i)];
     return cos_lean_ * (c.x() * std::sin(turn) + c.y() * std::cos(turn)) + c.z() * sin_lean_ +
            radius_[at(i)];
   }
 
-  // The contact point along the fence.
+  // The position [m] of a ball's contact point along the fence.
   [[nodiscard]] double along(int i, double turn) const {
     const Eigen::Vector3d& c = centre_[at(i)];
     return c.x() * std::cos(turn) - c.y() * std::sin(turn);
@@ -101,7 +101,8 @@ Seat seat_at_fence(const Eigen::Matrix3d& rotation_table_from_positioner,
         "must lie between two feet";
     return seat;
   }
-  // Feet that all touch at once give one seat by any pair; then the smaller turn, then the order.
+  // The nearest seat is chosen, then the smallest turn, then the first pair. If all three feet
+  // touch, all pairs give the same seat.
   const StablePair& best =
       *std::min_element(stable.begin(), stable.end(), [](const StablePair& a, const StablePair& b) {
         return std::abs(a.distance_m - b.distance_m) > touching_fence_m

@@ -19,7 +19,8 @@
 #include "axiscal/core/version.hpp"
 
 /// @file
-/// What every module shares: errors, units, rotations, files in and out, times, random numbers.
+/// Facilities for all modules: errors, units, rotations, input and output files, times, random
+/// numbers.
 ///
 /// Errors are exceptions. Their message gives the place and the remedy; their type gives the kind:
 /// DomainError (a wrong argument; SetupError: an incomplete set-up), DataError (the content of a
@@ -27,7 +28,7 @@
 /// library does not print and does not end the program.
 ///
 /// @code
-/// axiscal::RandomStream random(7, 0);  // a seed and a stream: the same numbers everywhere
+/// axiscal::RandomStream random(7, 0);  // seed and stream; same numbers on each machine
 /// const Eigen::Vector3d noise(random.normals<3>());
 /// const double tilt_rad = 0.5 * axiscal::rad_per_deg;
 /// std::printf("%.3f %.6f\n", noise.norm(), tilt_rad);
@@ -35,5 +36,5 @@
 ///
 /// Traps:
 /// - The standard library's distributions draw different numbers with different compilers;
-///   RandomStream draws the same.
-/// - OutputFile replaces its target only in commit(). Until then the old file stays.
+///   RandomStream draws the same numbers with each compiler.
+/// - OutputFile replaces its target only in commit(). Until then the old file does not change.

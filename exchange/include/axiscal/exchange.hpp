@@ -5,8 +5,8 @@
 #include "axiscal/exchange/import.hpp"
 
 /// @file
-/// Calibrations in the forms of other software: C headers, PX4, ArduPilot, Kalibr, ROS, DCC, and
-/// back.
+/// Calibrations in the formats of other software: export to C headers, PX4, ArduPilot, Kalibr, ROS,
+/// DCC and others, and import from some of them.
 ///
 /// @code
 /// for (const axiscal::ExportFormat& format : axiscal::export_formats()) {
@@ -15,6 +15,6 @@
 /// @endcode
 ///
 /// Traps:
-/// - Many formats cannot hold cross-axis terms or temperature. Export refuses unless `lossy` is
-///   set, and then states the loss in the field's unit.
-/// - An imported record has coefficients only, without uncertainty.
+/// - Many formats cannot store cross-axis terms or temperature terms. An export then throws unless
+///   `lossy` is true; with `lossy` it reports the loss in the field's unit.
+/// - An imported record has only coefficients, without uncertainties.

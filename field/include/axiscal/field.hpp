@@ -26,7 +26,7 @@
 #include "axiscal/field/turntable_field.hpp"
 
 /// @file
-/// What the world offers to calibrate against: vectors that are known at a site.
+/// Reference fields for a calibration: vectors that are known at a site.
 ///
 /// A ReferenceField is a vector in enu (east, north, up) with a unit. The library has gravity, the
 /// geomagnetic field, the Earth's rotation, the fields of coils and turntables, light and the sun.
@@ -42,7 +42,8 @@
 /// @endcode
 ///
 /// Traps:
-/// - An accelerometer at rest reads up: gravity here is the specific force, (0, 0, +g).
-/// - Heights are above the ellipsoid, not the sea.
-/// - GravityField() without a site is 1 g, whatever g is there: a claim in m/s^2 needs the site,
-///   or a measured value.
+/// - The sign of gravity is that of the specific force, which an accelerometer at rest measures: it
+///   points up, (0, 0, +g).
+/// - Heights are above the WGS 84 ellipsoid, not above sea level.
+/// - GravityField() without a site is 1 g, in units of local gravity. For results in m/s^2, give
+///   the site or a measured value.

@@ -5,4 +5,4 @@
 #include "axiscal/formulas/kind_file.hpp"
 
 /// @file
-/// Kinds of instruments and fields that a file states by formulas, for those who do not write C++.
+/// Kinds of instruments and fields that a file defines by formulas, for users who do not write C++.

@@ -8,11 +8,12 @@
 #include "axiscal/instruments/settings.hpp"
 
 /// @file
-/// The response of an instrument to a field, v = b + S f, and the usual terms of its users.
+/// The response of an instrument to a field, v = b + S f, and quantities in the usual terms of each
+/// kind.
 ///
-/// An Instrument has a kind, axes and units; a LinearResponse its coefficients; an InstrumentKind
-/// what is special to accelerometers, magnetometers, gyroscopes, light sensors: angles, hard iron,
-/// headings.
+/// An Instrument has a kind, axes and units. A LinearResponse has the coefficients. An
+/// InstrumentKind has the special results of accelerometers, magnetometers, gyroscopes or light
+/// sensors: angles, hard iron, headings.
 ///
 /// @code
 /// const axiscal::LinearResponse response{.bias = Eigen::Vector3d(0.1, -0.2, 0.3),
@@ -22,5 +23,5 @@
 /// @endcode
 ///
 /// Traps:
-/// - Row k of S is axis k; its columns are the field's components in the sensor's frame.
-/// - The axes' names matter: "acc_x" says which component it should sense.
+/// - Row k of S belongs to axis k, and its columns to the field's x, y, z in the sensor's frame.
+/// - The name of an axis decides which component it should sense: "acc_x" should sense x.

@@ -15,13 +15,14 @@ namespace axiscal {
 
 /// Standard uncertainties of quantities derived from bias and sensitivity, from their covariance.
 ///
-/// @param of  the quantity, by central differences; as many numbers each time.
-/// @return NaN each where the covariance is not known.
+/// @param of  computes the quantity. It must always return the same number of values. Its
+///            derivatives are central differences.
+/// @return the uncertainties; NaN for each value if the covariance is unknown.
 [[nodiscard]] std::vector<double> propagated(
     const CalibratedInstrument& calibrated,
     const std::function<Eigen::VectorXd(const LinearResponse&)>& of);
 
-/// A quantity of the response with its uncertainty.
+/// Computes a quantity of the response with its uncertainty.
 [[nodiscard]] KindQuantity quantity_of(
     const CalibratedInstrument& calibrated,
     std::string name,
@@ -29,19 +30,19 @@ namespace axiscal {
     std::string unit,
     const std::function<Eigen::VectorXd(const LinearResponse&)>& of);
 
-/// Standard uncertainty of a number that follows from the field in the table; NaN if not known.
+/// Standard uncertainty of a number that follows from the field in the table; NaN if it is unknown.
 [[nodiscard]] double propagate_field_uncertainty(
     const CalibratedInstrument& calibrated,
     const std::function<double(const Eigen::Vector3d& in_table)>& of);
 
-/// An angle that follows from the field in the table, which must be known, with its uncertainty.
+/// Computes an angle from the field in the table, with its uncertainty. The field must be known.
 [[nodiscard]] KindQuantity angle_of_field(
     const CalibratedInstrument& calibrated,
     std::string name,
     const std::function<double(const Eigen::Vector3d& in_table)>& angle_rad);
 
-/// Azimuth of the table's fence from the direction that a field's horizontal part points to: the
-/// magnetic or true north [rad], in (-pi, pi].
+/// Azimuth of the table's fence [rad], in (-pi, pi], from the direction of a field's horizontal
+/// part: from magnetic north for the geomagnetic field, from true north for the Earth's rotation.
 [[nodiscard]] double fence_azimuth_from(const Eigen::Vector3d& in_table);
 
 }  // namespace axiscal

@@ -8,7 +8,7 @@
 namespace axiscal {
 namespace {
 
-// b and S as one vector, axis by axis, and back.
+// Writes b and S into one vector, axis by axis. response_of() is the inverse.
 Eigen::VectorXd parameters_of(const LinearResponse& response) {
   const Eigen::Index m = response.bias.size();
   Eigen::VectorXd all(4 * m);
@@ -28,7 +28,8 @@ LinearResponse response_of(const Eigen::VectorXd& all) {
   return response;
 }
 
-// Steps of a standard error: small against what makes the quantity bend.
+// Computes the derivatives by central differences. steps() makes the steps so small that the
+// quantity is linear over them.
 Eigen::MatrixXd jacobian(const Eigen::VectorXd& at,
                          const Eigen::VectorXd& step,
                          const std::function<Eigen::VectorXd(const Eigen::VectorXd&)>& of) {

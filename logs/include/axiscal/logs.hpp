@@ -22,11 +22,12 @@
 /// @file
 /// Raw recordings: rests, seats, turns and noise.
 ///
-/// A LogFile reads tables of any look, flight logs, bags and phones' recordings as a table, a
-/// RecordingFile all series that they hold, a TableText tables whose cells are labels; segment()
-/// finds the rests of a recording and writes them as observations; calibrate_imu() calibrates
-/// accelerometer, gyroscope and magnetometer of one log in one frame; allan_deviation() and
-/// fit_noise() say how long a reading is worth averaging.
+/// LogFile reads a table in any layout, a flight log, a bag or a phone's recording as one table of
+/// numbers. RecordingFile reads all series of such a file. TableText reads tables whose cells are
+/// text. segment() finds the rests of a recording, and segmentation_csv() writes them as
+/// observations. calibrate_imu() calibrates the accelerometer, the gyroscope and the magnetometer
+/// of one log in one frame. allan_deviation() and fit_noise() show for how long it is worth
+/// averaging a reading.
 ///
 /// @code
 /// axiscal::RandomStream random(1, 0);
@@ -40,7 +41,7 @@
 /// @endcode
 ///
 /// Traps:
-/// - A log without times needs a rate, and says so; times in milliseconds are recognised by the
-///   rate.
-/// - A rest's standard deviation is of its samples; they are correlated, so its mean is known less
-///   well than sd / sqrt(n).
+/// - segment() needs a rate for a log without times, and otherwise throws a DataError.
+/// - If the name of a column of times states no unit, the unit is inferred from the sampling rate.
+/// - The standard deviation of a rest is that of its samples. The samples are correlated, so the
+///   standard error of their mean is larger than sd / sqrt(n).

@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 // Betaflight's blackbox (betaflight.com, "Blackbox Internals"): lines `H name:value`, then frames.
-// I frames stand alone; P frames hold differences to the frames before them; S, G and H are of slow
-// values and of GPS; E of events. A frame is believed if another begins where it ends and neither
-// its iteration nor its time leaps; after a damaged one P frames wait for the next I frame.
+// I frames contain complete values, and P frames contain differences to the frames before them. S,
+// G and H frames contain slow values and GPS data, and E frames contain events. A frame is valid if
+// another frame begins where it ends, and neither its iteration nor its time leaps. After an
+// invalid frame, P frames are skipped up to the next I frame.
 #include <array>
 #include <bit>
 #include <cmath>
@@ -54,7 +55,7 @@ std::int32_t sign_extended(std::uint32_t value, unsigned bits) {
   return static_cast<std::int32_t>(value << shift) >> shift;
 }
 
-// The numbers of frames.
+// Reads the numbers of a frame.
 class FrameBytes {
  public:
   explicit FrameBytes(std::string_view bytes) : bytes_(bytes) {}
@@ -144,7 +145,7 @@ class FrameBytes {
           case 0:
             values[i] = 0;
             break;
-          case 1: {  // two of four bits
+          case 1: {  // two values of four bits
             const std::uint32_t both = byte();
             values[i] = sign_extended(both, 4);
             if (i + 1 < 4) {
@@ -164,7 +165,7 @@ class FrameBytes {
       }
       return;
     }
-    bool half = false;  // whether four bits of `buffer` are still to come
+    bool half = false;  // true if four bits of `buffer` have not been used yet
     std::uint32_t buffer = 0;
     const auto bits = [&](unsigned nibbles) {
       std::uint32_t value = 0;
@@ -205,7 +206,7 @@ struct FrameFields {
 // The header of one log.
 struct LogHeader {
   int version = 1;
-  std::int64_t interval = 32;  // of I frames, in iterations
+  std::int64_t interval = 32;  // from an I frame to the next, in iterations
   std::int64_t p_number = 1, p_of = 1;
   std::int32_t minimum_throttle = 1150, minimum_motor = 1150, battery = 4095;
   double counts_per_g = 0.0;
@@ -392,7 +393,7 @@ class Blackbox final : public RecordingFile::Decoder {
     });
   }
 
-  // @return the size of the frame at the start of the bytes; 0 where there is none.
+  // @return the size of the frame at the start of the bytes; 0 if no valid frame starts there.
   std::size_t frame(std::string_view ahead, SeriesSink& sink) {
     const char type = ahead.front();
     FrameBytes bytes(ahead.substr(1));
@@ -405,7 +406,7 @@ class Blackbox final : public RecordingFile::Decoder {
       return 0;
     }
     if (type == 'P' && !stream_is_valid_) {
-      // Its end can be found all the same, as no field's size depends on the frames before it.
+      // The size of its fields does not depend on the frames before it, so its end can be found.
       scratch_.assign(fields->second.names.size(), 0);
       read_fields(bytes, fields->second, scratch_, nullptr, nullptr, 0);
       const std::size_t size = 1 + bytes.at();
@@ -436,7 +437,7 @@ class Blackbox final : public RecordingFile::Decoder {
                : std::string_view("IPSGHE").find(ahead[at]) != std::string_view::npos;
   }
 
-  // Iterations that the logger leaves out on purpose before the next frame.
+  // @return the number of iterations that the logger omits on purpose before the next frame.
   [[nodiscard]] std::int64_t skipped_iterations() const {
     if (!last_iteration_) {
       return 0;
@@ -531,7 +532,7 @@ class Blackbox final : public RecordingFile::Decoder {
         case nothing_sent:
           break;
         default:
-          bytes.skip(ahead_size);  // not known: it cannot be gone on behind it
+          bytes.skip(ahead_size);  // unknown encoding: the size of the field is not known
       }
       for (std::size_t i = 0; i < count && f < n; ++i, ++f) {
         frame[f] = predicted(fields, f, values[i], frame, before, earlier);
@@ -541,7 +542,7 @@ class Blackbox final : public RecordingFile::Decoder {
 
   void take_main(char type, SeriesSink& sink) {
     const std::int64_t iteration = static_cast<std::uint32_t>(scratch_[0]);
-    // The clock has 32 bits and restarts after 71 minutes.
+    // The clock has 32 bits and overflows after 71 minutes.
     std::int64_t time = static_cast<std::uint32_t>(scratch_[time_]) + rollovers_;
     constexpr std::int64_t turn = std::int64_t{1} << 32U;
     if (last_iteration_ && time + turn / 2 < last_time_) {
@@ -592,7 +593,7 @@ class Blackbox final : public RecordingFile::Decoder {
         break;
       case disarm:
         bytes.unsigned_number();
-        stream_is_valid_ = false;  // as below
+        stream_is_valid_ = false;  // as in case mode
         break;
       case adjustment: {
         const std::uint32_t function = bytes.byte();
@@ -608,8 +609,8 @@ class Blackbox final : public RecordingFile::Decoder {
         last_time_ = bytes.unsigned_number() + rollovers_;
         break;
       case mode:
-        // blackbox_decode, by which people judge a log, does not know this event, and leaves the
-        // frames out that follow it up to the next I frame: the same frames are read here.
+        // blackbox_decode, which people use to check logs, does not know this event. It leaves out
+        // the frames from here to the next I frame, so this reader does the same.
         bytes.unsigned_number();
         bytes.unsigned_number();
         stream_is_valid_ = false;

@@ -30,14 +30,14 @@ std::string read_up_to(std::size_t size,
   return text;
 }
 
-// The file, and behind it the unpacker.
+// Reads the file, and unpacks it if it is compressed.
 struct ByteSource::Reader {
   Reader(std::string name, Read read_file)
       : path(std::move(name)), read_raw(std::move(read_file)) {}
 
   std::string path;
   Read read_raw;
-  std::vector<char> start;  // the first bytes, read to see what they are
+  std::vector<char> start;  // the first bytes, read to detect compression
   std::size_t start_given = 0;
 
   std::size_t read_packed(char* buffer, std::size_t size) {
@@ -78,7 +78,7 @@ ByteSource::Opened ByteSource::open_file(const std::string& path, const ReadLimi
   return opened;
 }
 
-// The size of a pipe is unknown. It grows while the pipe is read.
+// The size of a pipe is not known in advance, so each read adds its bytes to the budget.
 ByteSource::Opened ByteSource::open_pipe(Read read, const ReadBudget& budget) {
   return {.read =
               [read = std::move(read), budget](char* buffer, std::size_t size) {
@@ -137,7 +137,7 @@ ByteSource::~ByteSource() = default;
 ByteSource::ByteSource(ByteSource&&) noexcept = default;
 ByteSource& ByteSource::operator=(ByteSource&&) noexcept = default;
 
-// Piece by piece, so that a short file costs few pages of memory.
+// Reads in small pieces, so that a short file uses few pages of memory.
 std::string_view ByteSource::peek(std::size_t size) {
   constexpr std::size_t least = 4096;
   while (ahead_.size() - next_ < size) {
@@ -164,7 +164,7 @@ std::size_t ByteSource::read(char* buffer, std::size_t size) {
 
 std::size_t ByteSource::read_on(char* buffer, std::size_t size) {
   if (size == 0) {
-    return 0;  // an unpacker would go on without an end
+    return 0;  // an unpacker would never return
   }
   const std::size_t count = reader_->read(buffer, size);
   if (!compression_.empty()) {

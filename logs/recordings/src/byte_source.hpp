@@ -12,34 +12,36 @@
 
 namespace axiscal {
 
-/// @param read  gives the next bytes, at most so many; 0 at the end.
+/// @param read  writes the next bytes to `buffer`, at most `size` of them, and returns their
+///              number; 0 at the end.
 /// @return the next `size` bytes, or fewer at the end. The memory grows with the bytes read, not
 ///         with `size`.
 [[nodiscard]] std::string read_up_to(
     std::size_t size, const std::function<std::size_t(char* buffer, std::size_t size)>& read);
 
-/// The bytes of a file, unpacked where it is compressed.
+/// The bytes of a file, unpacked if it is compressed.
 class ByteSource {
  public:
   using Read = std::function<std::size_t(char* buffer, std::size_t size)>;
 
-  /// @throws DataError  as InputFile; or if it is compressed and this build cannot unpack it.
+  /// @throws DataError  as InputFile; if the file is compressed and this build cannot unpack it.
   explicit ByteSource(const std::string& path, const ReadLimits& limits = {});
 
-  /// A file that is read elsewhere: a pipe, say.
+  /// Reads bytes from a function, for example those of a pipe.
   /// @param path  for messages.
-  /// @param read  gives the next bytes, at most so many; 0 at the end.
+  /// @param read  writes the next bytes to `buffer`, at most `size` of them, and returns their
+  ///              number; 0 at the end.
   ByteSource(const std::string& path, Read read, const ReadLimits& limits = {});
 
-  /// Bytes derived from a file: a part of an archive, a text in another encoding.
-  /// @param budget  of the file.
+  /// Reads bytes that are derived from a file: a part of an archive, or text in another encoding.
+  /// @param budget  budget of the file.
   ByteSource(std::string path, Read read, ReadBudget budget);
 
   ~ByteSource();
   ByteSource(ByteSource&&) noexcept;
   ByteSource& operator=(ByteSource&&) noexcept;
 
-  /// @return the first bytes, at most `size`, which read() gives once more.
+  /// @return the next bytes, at most `size`, without consuming them.
   [[nodiscard]] std::string_view peek(std::size_t size);
 
   /// @return the number of bytes read, at most `size`; 0 at the end.
@@ -48,13 +50,13 @@ class ByteSource {
 
   [[nodiscard]] const std::string& path() const { return path_; }
 
-  /// @return whether these are the bytes of the regular file at path(), as they are there.
+  /// @return true if these are the unchanged bytes of the regular file at path().
   [[nodiscard]] bool is_file() const { return is_file_; }
 
   /// @return the remaining budget for reading these bytes.
   [[nodiscard]] const ReadBudget& budget() const { return budget_; }
 
-  /// @return "gzip", ..., or empty.
+  /// @return "gzip", ...; empty if the bytes are not compressed.
   [[nodiscard]] const std::string& compression() const { return compression_; }
 
  private:
@@ -75,13 +77,13 @@ class ByteSource {
   bool is_file_ = false;
   ReadBudget budget_;
   std::unique_ptr<Reader> reader_;
-  std::vector<char> ahead_;  // read and not yet handed on
-  std::size_t next_ = 0;     // in it
+  std::vector<char> ahead_;  // bytes read by peek()
+  std::size_t next_ = 0;     // position in ahead_ of the next byte for read()
 };
 
-/// A text that is made piece by piece as it is read.
-/// @param next    makes the next piece in `piece`, which is empty; false at the end.
-/// @param budget  of the underlying file.
+/// Makes a text piece by piece while it is read.
+/// @param next    writes the next piece to `piece`, which is empty; returns false at the end.
+/// @param budget  budget of the underlying file.
 [[nodiscard]] ByteSource bytes_of_pieces(std::string path,
                                          std::function<bool(std::string& piece)> next,
                                          ReadBudget budget);

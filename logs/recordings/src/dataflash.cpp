@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// ArduPilot's DataFlash logs (ardupilot.org, "Adding a new log message"): A3 95, a number of the
-// message, its fields; the message FMT (128) describes the others.
+// ArduPilot's DataFlash logs (ardupilot.org, "Adding a new log message"): each message consists of
+// the bytes A3 95, its number, and its fields. The message FMT (number 128) describes the others.
 #include <array>
 #include <bit>
 #include <cmath>
@@ -21,7 +21,7 @@ namespace {
 struct Letter {
   char letter;
   std::size_t size;
-  double scale;  // 0: text, or an array
+  double scale;  // 0 for text or an array
 };
 
 constexpr std::array<Letter, 20> letters = {
@@ -56,7 +56,7 @@ double take_number(RecordBytes& bytes, char letter) {
       return bytes.take<std::uint8_t>();
     case 'h':
       return bytes.take<std::int16_t>();
-    case 'c':  // hundredths are divided, so that 1234 becomes the double that is nearest to 12.34
+    case 'c':  // divided by 100, so that 1234 becomes the double nearest to 12.34
       return bytes.take<std::int16_t>() / 100.0;
     case 'H':
       return bytes.take<std::uint16_t>();
@@ -87,14 +87,14 @@ double take_number(RecordBytes& bytes, char letter) {
   }
 }
 
-// A text field, which zeros fill up.
+// A text field, which ends at the first zero byte.
 std::string text_field(std::string_view bytes) {
   return std::string(bytes.substr(0, bytes.find('\0')));
 }
 
 struct Message {
   std::string name, format;
-  std::size_t size = 0;  // with its head
+  std::size_t size = 0;  // including the 3 bytes of the head
   std::vector<std::string> columns;
   FlightMessage flight;
 };
@@ -121,7 +121,7 @@ class Dataflash final : public RecordingFile::Decoder {
       return true;
     }
     const std::size_t size = id == format_message ? format_size : known->second.size;
-    if (is_lost_) {  // behind other bytes it is believed where another message follows
+    if (is_lost_) {  // then a message is valid if another one follows it
       const std::string_view ahead = stream_.peek(size + 2);
       if (ahead.size() == size + 2 && !ahead.substr(size).starts_with("\xA3\x95")) {
         lost_ += stream_.skip_to("\xA3\x95");
@@ -195,7 +195,7 @@ class Dataflash final : public RecordingFile::Decoder {
 
   void take_message(Message& message, RecordBytes bytes, SeriesSink& sink) {
     values_.clear();
-    std::array<std::string, 2> texts;  // of PARM and MSG
+    std::array<std::string, 2> texts;  // for PARM and MSG
     for (std::size_t c = 0; c < message.format.size(); ++c) {
       const Letter* const known = letter_of(message.format[c]);
       if (known != nullptr && known->scale == 0.0) {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What devices print line by line: VectorNav's $VN.. sentences (VN-100 user manual, asynchronous
+// Lines that devices print: VectorNav's $VN.. sentences (VN-100 user manual, asynchronous
 // messages), and MotionCal's `Raw:` lines (PJRC).
 #include <algorithm>
 #include <array>
@@ -19,13 +19,13 @@ Series of_kind(SeriesKind kind, const char* unit) {
   return {.kind = kind, .unit = unit, .known_by = KnownBy::format};
 }
 
-// The note about omitted lines; empty without any.
+// @return a note about omitted lines; empty if there are no such lines.
 std::vector<std::string> left_out(std::size_t lines, const char* why) {
   return lines > 0 ? std::vector{formatted("{} lines {}, and are left out", lines, why)}
                    : std::vector<std::string>{};
 }
 
-// $VNYMR,yaw,pitch,roll,mag,acc,gyro*68: the columns of a message, and their meaning.
+// The name and the columns of a message such as $VNYMR,yaw,pitch,roll,mag,acc,gyro*68.
 struct VectorNavMessage {
   std::string_view name;
   std::string_view columns;
@@ -50,7 +50,8 @@ Series vectornav_rule(const std::string& column) {
              : Series{};
 }
 
-// The text between $ and *, if the checksum is right: the exclusive or of these characters.
+// @return the text between $ and *, or nullopt if the checksum, which is the exclusive or of its
+//         characters, is wrong.
 std::optional<std::string_view> sentence_of(std::string_view line) {
   constexpr std::size_t digits = 2;
   line = trimmed(line);
@@ -122,8 +123,8 @@ class VectorNav final : public RecordingFile::Decoder {
   std::size_t count_ = 0, damaged_ = 0;
 };
 
-// "Raw:ax,ay,az,gx,gy,gz,mx,my,mz" in counts of 1/8192 g, 1/16 deg/s, 0.1 uT; "Uni:" the same in
-// m/s^2, rad/s, uT.
+// "Raw:ax,ay,az,gx,gy,gz,mx,my,mz" in counts of 1/8192 g, 1/16 deg/s and 0.1 uT. "Uni:" has the
+// same quantities in m/s^2, rad/s and uT.
 class MotionCal final : public RecordingFile::Decoder {
  public:
   explicit MotionCal(ByteSource bytes) : lines_(std::move(bytes)) { format = "motioncal"; }

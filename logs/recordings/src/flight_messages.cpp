@@ -27,9 +27,9 @@ std::string_view without_number(std::string_view name) {
   return name;
 }
 
-// ArduPilot's log messages (ardupilot.org, "Onboard Message Log Messages") and MAVLink's common
-// messages (mavlink.io). RAW_IMU is raw counts by MAVLink and milli-g by ArduPilot, which is what
-// writes tlogs.
+// The units of ArduPilot's log messages (ardupilot.org, "Onboard Message Log Messages") and
+// MAVLink's common messages (mavlink.io). RAW_IMU contains raw counts according to MAVLink, but
+// milli-g if ArduPilot wrote the tlog; milli-g is assumed.
 Series rule_of(const std::string& message, const std::string& field) {
   const auto is = [&](SeriesKind kind, const char* unit) {
     return Series{.kind = kind, .unit = unit, .known_by = KnownBy::format};
@@ -79,7 +79,7 @@ FlightMessage::FlightMessage(std::string name, std::vector<std::string> fields)
     }
   }
   for (std::size_t f = 0; f < fields_.size(); ++f) {
-    if (fields_[f] == "I" && f == 1) {  // behind the time; elsewhere it is a controller's
+    if (fields_[f] == "I" && f == 1) {  // after the time; elsewhere I is an integral term
       instance_ = f;
     } else if (f != time_) {
       others_.push_back(f);

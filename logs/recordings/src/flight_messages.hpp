@@ -17,14 +17,14 @@ class FlightMessage {
   FlightMessage() = default;
 
   /// @param name   "IMU", "MAG2", "RAW_IMU", ...
-  /// @param fields  its numbers, the time and the instance too.
+  /// @param fields  names of its numbers, including the time and the instance.
   FlightMessage(std::string name, std::vector<std::string> fields);
 
   [[nodiscard]] const std::vector<std::string>& fields() const { return fields_; }
 
   /// @param values  one for each field.
-  /// @param count   of the series that the sink knows.
-  /// @param time_s  where the message has none of its own.
+  /// @param count   number of series that the sink contains; increased for a new series.
+  /// @param time_s  used if the message does not contain a time.
   void put(SeriesSink& sink,
            std::span<const double> values,
            std::size_t& count,
@@ -34,9 +34,9 @@ class FlightMessage {
   std::string name_;
   std::vector<std::string> fields_;
   std::optional<std::size_t> time_, instance_;
-  double seconds_ = 1.0;  // per unit of the time
+  double seconds_ = 1.0;  // seconds per unit of the time
   std::vector<std::size_t> others_;
-  std::map<int, MessageSeries> series_;  // one an instance
+  std::map<int, MessageSeries> series_;  // one for each instance
   std::vector<double> values_;
 };
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Flight logs as text: ArduPilot's .log, whose lines are `NAME, value, value` and whose FMT lines
-// name the columns, and what mavlogdump prints, `date time: NAME {field : value, ...}`, or one
-// {"meta": {"type": NAME, "timestamp": s}, "data": {field: value, ...}} a line.
+// Flight logs as text. ArduPilot's .log has lines `NAME, value, value`, whose columns are named by
+// FMT lines. mavlogdump prints lines `date time: NAME {field : value, ...}`, or JSON lines {"meta":
+// {"type": NAME, "timestamp": s}, "data": {field: value, ...}}.
 #include <algorithm>
 
 #include "axiscal/core/not_a_number.hpp"
@@ -70,7 +70,7 @@ class DataflashText final : public RecordingFile::Decoder {
 
  private:
   struct Message {
-    std::vector<bool> places;  // which fields are numbers
+    std::vector<bool> places;  // for each field whether it is a number
     FlightMessage flight;
   };
 
@@ -102,7 +102,7 @@ class DataflashText final : public RecordingFile::Decoder {
   std::size_t count_ = 0, other_ = 0, damaged_ = 0;
 };
 
-// "2017-09-10 10:49:22.70: IMU {TimeUS : 402644506, GyrX : -0.07}", in parts.
+// The parts of "2017-09-10 10:49:22.70: IMU {TimeUS : 402644506, GyrX : -0.07}".
 struct DumpedLine {
   std::string_view time, name, fields;
 };
@@ -122,7 +122,7 @@ std::optional<DumpedLine> dumped_line(std::string_view line) {
   return is_name ? std::optional(parts) : std::nullopt;
 }
 
-// A message of a line.
+// The message in a line.
 struct DumpedMessage {
   std::string name;
   std::vector<std::string> fields;
@@ -168,7 +168,7 @@ std::optional<DumpedMessage> message_of_json(std::string_view line) {
     message.time_s = meta["timestamp"].get<double>();
   }
   for (const auto& [field, value] : json["data"].items()) {
-    if (value.is_number() || value.is_null()) {  // null: no number
+    if (value.is_number() || value.is_null()) {  // null means NaN
       message.fields.push_back(field);
       message.values.push_back(value.is_null() ? not_a_number : value.get<double>());
     }

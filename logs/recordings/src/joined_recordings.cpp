@@ -6,7 +6,7 @@
 namespace axiscal {
 namespace {
 
-// Several files, one after the other.
+// Decodes several files one after the other.
 class MembersDecoder final : public RecordingFile::Decoder {
  public:
   explicit MembersDecoder(std::vector<DecoderPointer> members) : members_(std::move(members)) {}
@@ -28,7 +28,7 @@ class MembersDecoder final : public RecordingFile::Decoder {
   }
 
  private:
-  // The series of a member are counted on from those before it.
+  // Renumbers the series of a member, so that they follow those of the members before it.
   class Offset final : public SeriesSink {
    public:
     Offset(SeriesSink& sink, std::size_t first, std::size_t& count)

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// JSON of readings: a list of records, a record a line, or an object of columns. Records within
-// records become names with points: {"imu": {"accelerometer": {"x": 1}}} is imu.accelerometer.x.
+// JSON tables: a list of records, one record per line, or an object of columns. Names within nested
+// records are joined with points: {"imu": {"accelerometer": {"x": 1}}} has the column
+// imu.accelerometer.x.
 #include <algorithm>
 #include <map>
 #include <unordered_map>
@@ -22,8 +23,8 @@ namespace {
 
 constexpr int deepest = 16;
 
-// A table of which columns may be found late. Its rows stand as text, each with the cells that it
-// has; those that are missing follow as it is read.
+// A table whose later rows may add columns. Each row is stored as text with the cells that it has.
+// Missing cells are added when the table is read.
 class GrowingTable {
  public:
   explicit GrowingTable(ReadBudget budget) : budget_(std::move(budget)) {}
@@ -47,7 +48,7 @@ class GrowingTable {
     }
     rows_.push_back({.size = text_.size() - before, .cells = filled});
     budget_.spend(ReadCost::cells, filled);
-    budget_.spend(ReadCost::memory, 2 * (rows_.back().size + sizeof(Row)));  // as it grows
+    budget_.spend(ReadCost::memory, 2 * (rows_.back().size + sizeof(Row)));  // twice: text_ grows
   }
 
   [[nodiscard]] ByteSource text(const std::string& path) && {
@@ -65,7 +66,7 @@ class GrowingTable {
     std::size_t size, cells;
   };
 
-  // The header, then row by row.
+  // Gives the header, and then row by row.
   bool next(std::string& line) {
     if (!has_header_) {
       has_header_ = true;
@@ -87,10 +88,10 @@ class GrowingTable {
   ReadBudget budget_;
   std::vector<std::string> names_;
   std::unordered_map<std::string, std::size_t> places_;
-  std::vector<std::string> row_;  // that is being made
+  std::vector<std::string> row_;  // the row that add_row() makes
   std::string text_;
   std::vector<Row> rows_;
-  // What is read.
+  // The position of the reader.
   bool has_header_ = false;
   std::size_t next_ = 0, begin_ = 0;
 };
@@ -107,7 +108,7 @@ std::string cell_of(const Json& value) {
 
 using Cells = std::vector<std::pair<std::string, std::string>>;
 
-// NOLINTNEXTLINE(misc-no-recursion): records hold records
+// NOLINTNEXTLINE(misc-no-recursion): records contain records
 void add_cells(const Json& value, const std::string& name, int depth, Cells& cells) {
   if (depth > deepest) {
     return;
@@ -126,7 +127,7 @@ void add_cells(const Json& value, const std::string& name, int depth, Cells& cel
   }
 }
 
-// The records of a text, one after the other.
+// Goes through the records of a JSON text.
 class JsonRecords {
  public:
   using Take = std::function<void(const Json& record)>;
@@ -187,7 +188,7 @@ class JsonRecords {
     return value;
   }
 
-  // Else it may be a record a line.
+  // @return false if the text is not one JSON value; it may then contain one record per line.
   [[nodiscard]] bool is_one_value() const {
     JsonEntries entries(text_);
     while (entries.next()) {
@@ -223,13 +224,14 @@ class JsonRecords {
     }
   }
 
-  // Several records of which the first is an object.
+  // @return true if a list has at least two entries, and the first one is an object.
   static bool are_records(std::string_view list) {
     JsonEntries entries(list);
     return entries.next() && JsonEntries(entries.value()).is_object() && entries.next();
   }
 
-  // @return how long the lists of an object are that holds lists of one length alone.
+  // @return the length of the lists if an object contains only lists of one length; otherwise
+  //         nullopt.
   [[nodiscard]] std::optional<std::size_t> rows_of_columns() const {
     std::optional<std::size_t> rows;
     JsonEntries columns(text_);
@@ -295,8 +297,8 @@ OpenedFile open_json(ByteSource bytes) {
   if (text.size() > largest_whole_file) {
     throw DataError(path, "JSON of more than 256 MiB; save it as CSV");
   }
-  budget.spend(ReadCost::memory, 2 * text.size());  // as it grew
-  // Sensor Logger states the sensor of each record. Each sensor is a table.
+  budget.spend(ReadCost::memory, 2 * text.size());  // twice, because the text grew in memory
+  // Sensor Logger states a sensor in each record. The records of each sensor form one table.
   std::map<std::string, GrowingTable> tables;
   std::vector<std::string> order;
   Cells cells;
@@ -342,7 +344,7 @@ OpenedFile open_json(ByteSource bytes) {
     throw DataError(path, "the JSON holds no table of numbers: " + why);
   }
   OpenedFile all = joined_recordings(std::move(opened));
-  all.format = "sensorlogger";  // which writes them so
+  all.format = "sensorlogger";  // the program that writes one sensor in each record
   all.decoder->format = all.format;
   return all;
 }

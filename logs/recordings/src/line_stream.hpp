@@ -11,20 +11,21 @@
 
 namespace axiscal {
 
-/// A text, line by line, in constant memory.
+/// Reads a text line by line in constant memory.
 class LineStream {
  public:
   explicit LineStream(ByteSource bytes) : bytes_(std::move(bytes)), buffer_(1U << 18U) {}
 
-  /// @return the start of the text, which next() gives once more; before the first next() only.
+  /// @return the start of the text without consuming it; valid only before the first call of
+  ///         next().
   [[nodiscard]] std::string_view peek(std::size_t size) { return bytes_.peek(size); }
 
-  /// Goes on to the next line, without its end; valid until the next call.
+  /// Reads the next line. `line` is without its line end, and valid until the next call.
   /// @return false at the end.
   /// @throws DataError  for a line of more than 1 MiB.
   bool next(std::string_view& line);
 
-  /// @return where the line last read stands, counted from 1.
+  /// @return the number of the last line that was read, from 1.
   [[nodiscard]] std::size_t line() const { return line_; }
 
   [[nodiscard]] const std::string& path() const { return bytes_.path(); }
@@ -44,12 +45,13 @@ class LineStream {
                                                         bool is_whole,
                                                         std::size_t most = 200);
 
-/// @return whether half of the first lines of a text, or more, are such.
+/// @return true if `is_such` is true for at least half of the first lines of a text.
 [[nodiscard]] bool are_most_lines(std::string_view start,
                                   const std::function<bool(std::string_view line)>& is_such);
 
-/// @param convert  is given each line and makes what comes in its place, its end included.
-/// @return a text in which each line is replaced.
+/// @param convert  receives each line, and writes the text that replaces it, including its line
+///                 end.
+/// @return the converted text.
 [[nodiscard]] ByteSource converted_lines(
     ByteSource bytes, std::function<void(std::string_view line, std::string& text)> convert);
 

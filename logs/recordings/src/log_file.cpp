@@ -71,7 +71,8 @@ std::optional<std::size_t> find_column(const std::vector<std::string>& columns,
   if (found != columns.end()) {
     return static_cast<std::size_t>(found - columns.begin());
   }
-  // One column that is called so but for its unit: "ax" is "ax (m/s^2)", and the other way round.
+  // Otherwise the only column with the same name except for its unit: "ax" finds "ax (m/s^2)", and
+  // "ax (m/s^2)" finds "ax".
   const std::string plain = named_column(name).name;
   const auto is_so = [&](const std::string& column) {
     return !plain.empty() && named_column(column).name == plain;
@@ -248,7 +249,7 @@ std::vector<LogSensor> LogFile::sensors() {
   }
   look_ahead();
   const TableColumns table = recognise_columns(columns_, table_name_, ahead_);
-  // As a recording of one table would have them.
+  // The columns are described as a recording of one table.
   RecordingSummary summary{.format = format_};
   const MessageSeries series("", 0, columns_, table.series);
   for (const MessageSeries::Part& part : series.parts()) {
@@ -263,7 +264,7 @@ std::vector<LogSensor> LogFile::sensors() {
         low = std::isfinite(value) ? std::min(low, value) : low;
         high = std::isfinite(value) ? std::max(high, value) : high;
       }
-      one.sd.push_back(high > low ? high - low : 0.0);  // whether it varies
+      one.sd.push_back(high > low ? high - low : 0.0);  // only shows if the column varies
     }
   }
   const std::vector<RecordedSensor> all = sensors_of(summary);
@@ -316,15 +317,15 @@ void LogFile::scale(LogBlock& block) const {
   }
 }
 
-// A line of text may have a hundred thousand cells: a block is bounded in values, not in rows
-// alone.
+// A line of text may have a hundred thousand cells, so the number of values of a block is limited,
+// not only its number of rows.
 std::size_t LogFile::rows_at_once(std::size_t columns) {
   return std::max<std::size_t>(1, most_values_at_once / std::max<std::size_t>(1, columns));
 }
 
 std::size_t LogFile::read(LogBlock& block, std::size_t most) {
   most = std::min(most, rows_at_once(selected_.size()));
-  if (!ahead_.empty()) {  // rows that sensors() looked at, with all columns
+  if (!ahead_.empty()) {  // rows that look_ahead() read, with all columns
     const std::size_t count = std::min(most, ahead_.front().size() - ahead_given_);
     block.clear();
     for (const std::size_t column : selected_) {

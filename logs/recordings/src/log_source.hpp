@@ -11,7 +11,7 @@
 
 namespace axiscal {
 
-/// One kind of file.
+/// The reader of one format of files.
 class LogFile::Source {
  public:
   virtual ~Source() = default;
@@ -21,13 +21,13 @@ class LogFile::Source {
   std::vector<std::string> columns;
   std::vector<std::string> notes;
   LogDefects defects;
-  std::size_t rows = 0;  ///< of an array, as its header states them; 0: not known
-  double rate_hz = 0.0;  ///< samples per second stated by the file; 0 if it does not state them
+  std::size_t rows = 0;  ///< number of rows that an array's header states; 0 if not known
+  double rate_hz = 0.0;  ///< samples per second stated by the file; 0 if it states no rate
   std::optional<std::size_t> clock;  ///< column of dates or times of day
-  std::vector<std::size_t> is_text;  ///< columns in which no number stands
+  std::vector<std::size_t> is_text;  ///< columns without numbers
 };
 
-/// @param names  for columns without a header; may be empty.
+/// @param names  names of columns without a header; may be empty.
 [[nodiscard]] std::unique_ptr<LogFile::Source> open_text_log(ByteSource bytes,
                                                              const std::vector<std::string>& names);
 [[nodiscard]] std::unique_ptr<LogFile::Source> open_npy_log(ByteSource bytes,
@@ -42,7 +42,7 @@ class LogFile::Source {
                                                              const std::string& name,
                                                              const ReadBudget& budget);
 
-/// A log that is in memory.
+/// A log in memory.
 class LogInMemory : public LogFile::Source {
  public:
   LogInMemory(std::vector<std::string> names, LogBlock data);
@@ -55,8 +55,8 @@ class LogInMemory : public LogFile::Source {
   std::size_t next_ = 0;
 };
 
-/// @return c1, c2, ... where names are missing.
-/// @throws DataError  if there are names, but not as many as columns.
+/// @return `names`, or c1, c2, ... if it is empty.
+/// @throws DataError  if the number of names is neither 0 nor that of the columns.
 [[nodiscard]] std::vector<std::string> column_names(const std::string& path,
                                                     const std::vector<std::string>& names,
                                                     std::size_t count);

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// MATLAB's .mat files of version 5 (level 5 MAT-file format, The MathWorks): every numeric vector
-// or matrix of the usual number of rows. Read by ourselves, as matio believes the sizes that a
-// damaged file states; here each size is held against the element around it and memory grows with
-// the bytes that come.
+// Reads MATLAB's .mat files of version 5 (level 5 MAT-file format, The MathWorks). Numeric vectors
+// and matrices with the same number of rows form one table, and the largest table is read. matio is
+// not used, because it trusts the sizes that a damaged file states. Here each size is compared with
+// that of the enclosing element, and the memory grows with the bytes that were read.
 #include <algorithm>
 #include <array>
 #include <bit>
@@ -24,13 +24,13 @@ enum : std::uint32_t { matrix_element = 14, compressed_element = 15 };
 enum : std::uint32_t { struct_class = 2, first_numeric_class = 6, last_numeric_class = 15 };
 
 constexpr std::size_t piece = 1U << 16U;
-constexpr int deepest = 16;  // structures within structures
+constexpr int deepest = 16;  // depth of structures within structures
 
-// Bytes, as they are in the file or unpacked.
+// Bytes of the file, or unpacked bytes.
 class Bytes {
  public:
   virtual ~Bytes() = default;
-  // At most `size` bytes; 0 at the end.
+  // @return the number of bytes read, at most `size`; 0 at the end.
   virtual std::size_t read(char* buffer, std::size_t size) = 0;
 };
 
@@ -45,7 +45,7 @@ class FileBytes final : public Bytes {
 
 class InflatedBytes final : public Bytes {
  public:
-  // @param size  of the packed bytes.
+  // @param size  number of packed bytes.
   InflatedBytes(Bytes& packed, std::size_t size, ReadBudget budget)
       : packed_(packed),
         left_(size),
@@ -59,13 +59,13 @@ class InflatedBytes final : public Bytes {
     try {
       count = unpacker_.read(buffer, std::min(size, piece));
     } catch (const DamagedStream&) {
-      return 0;  // the reader reports the bytes that are missing
+      return 0;  // the caller reports the missing bytes
     }
     budget_.spend(ReadCost::unpacked, count);
     return count;
   }
 
-  // Skips the packed bytes that nobody read.
+  // Skips the packed bytes that were not read.
   void skip_rest() {
     std::vector<char> skipped(piece);
     while (read_packed(skipped.data(), skipped.size()) > 0) {
@@ -91,7 +91,7 @@ struct Tag {
   std::optional<std::string> inside;  // the data of a small element
 };
 
-// Bytes of a number of that type of data; 0 where it is none.
+// @return the size of a number of a data type in bytes; 0 if it is not a type of numbers.
 std::size_t size_of_type(std::uint32_t type) {
   constexpr std::array<std::size_t, 14> sizes = {0, 1, 1, 2, 2, 4, 4, 4, 0, 8, 0, 0, 8, 8};
   return type < sizes.size() ? sizes[type] : 0;
@@ -201,7 +201,7 @@ class MatReader {
     }
   }
 
-  // A part of an element that has `left` bytes.
+  // Reads the tag of a part of an element that has `left` more bytes.
   Tag read_tag(Bytes& bytes, std::size_t& left) const {
     if (left < 8) {
       fail("an element ends within its parts");
@@ -224,7 +224,7 @@ class MatReader {
     return tag;
   }
 
-  // The data of a part; parts begin at multiples of 8 bytes.
+  // Reads the data of a part, and the padding up to the next multiple of 8 bytes.
   std::string read_data(Bytes& bytes, const Tag& tag, std::size_t& left) const {
     if (tag.inside) {
       return *tag.inside;
@@ -252,7 +252,7 @@ class MatReader {
     const bool is_complex = (all_flags & 0x0800U) != 0;
     const bool is_numeric = kind >= first_numeric_class && kind <= last_numeric_class;
     if (kind != struct_class && !is_numeric) {
-      skip(bytes, left);  // text, cells, objects; some have other parts
+      skip(bytes, left);  // text, cells and objects, whose parts may differ
       return;
     }
     const std::string sizes = read_part(bytes, left);
@@ -268,13 +268,13 @@ class MatReader {
     const bool has_elements = std::all_of(dimensions.begin(), dimensions.end(),
                                           [](std::int32_t size) { return size > 0; });
     const bool is_table = dimensions.size() == 2 && has_elements;
-    // MATLAB's own data about objects lack a name.
+    // Data that MATLAB stores about objects have no name.
     if (name.empty()) {
       skip(bytes, left);
       return;
     }
     if (kind == struct_class && has_elements && depth < deepest) {
-      read_fields(bytes, left, name, depth);  // the first one of several elements
+      read_fields(bytes, left, name, depth);  // only the first element of an array
     } else if (is_numeric && is_table && !is_complex) {
       read_numbers(bytes, left, name, static_cast<std::size_t>(dimensions[0]),
                    static_cast<std::size_t>(dimensions[1]));
@@ -322,7 +322,7 @@ class MatReader {
                      tag.size));
     }
     const std::string data = read_data(bytes, tag, left);
-    // Its bytes, its numbers, and these once more as columns.
+    // The memory is for the bytes, for the numbers, and for a copy of the numbers as columns.
     source_.budget().spend(ReadCost::memory, rows * columns * (width + 2 * sizeof(double)));
     source_.budget().spend(ReadCost::cells, rows * columns);
     std::vector<double> values(rows * columns);

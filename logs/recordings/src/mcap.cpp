@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// MCAP (mcap.dev/spec): records of an operation, a length and data; chunks hold records. Read in
-// the order of the file, without its index.
+// MCAP (mcap.dev/spec): each record consists of an operation, a length and data, and chunks contain
+// records. The records are read in the order of the file, without its index.
 #include <map>
 #include <optional>
 #include <string>
@@ -151,7 +151,7 @@ class Mcap final : public RecordingFile::Decoder {
     } else if (what == message) {
       bytes.skip(4);  // sequence
       const auto log_ns = bytes.take<std::uint64_t>();
-      bytes.skip(8);  // when it was published
+      bytes.skip(8);  // time of publication
       const auto found = channels_.find(id);
       if (bytes.ok() && found != channels_.end()) {
         found->second.topic.put(sink, bytes.rest(), found->second.wire,

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// NumPy's .npy files (format versions 1 to 3): arrays of one or two dimensions, or of records.
+// NumPy's .npy files (format versions 1 to 3): arrays of numbers with one or two dimensions, and
+// arrays of records.
 #include <algorithm>
 #include <array>
 #include <bit>
@@ -16,7 +17,7 @@
 namespace axiscal {
 namespace {
 
-// A file with more is not a log.
+// A file with more columns is not a log.
 constexpr std::size_t most_columns = 10000;
 
 struct NpyType {
@@ -64,7 +65,7 @@ class NpyHeader {
     read_shape(after("'shape':"));
   }
 
-  std::vector<NpyType> types;      // one, or one for each field of a record
+  std::vector<NpyType> types;      // one type, or one for each field of a record
   std::vector<std::string> names;  // names of a record's fields
   bool fortran_order = false;
   std::size_t rows = 0;
@@ -143,7 +144,7 @@ class NpyHeader {
     for (const std::string_view part : split(shape.substr(1, end - 1), ',')) {
       if (!trimmed(part).empty()) {
         const std::optional<double> size = parse_number(trimmed(part));
-        constexpr double most = 1e15;  // numbers; no disk holds more
+        constexpr double most = 1e15;  // more numbers than a disk can store
         if (!size || !(*size >= 0.0 && *size <= most) || *size != std::floor(*size)) {
           fail("has no shape");
         }
@@ -263,11 +264,11 @@ std::unique_ptr<LogFile::Source> open_npy_log(ByteSource bytes,
   }
   const ReadBudget budget = bytes.budget();
   const double numbers = static_cast<double>(header.rows) * static_cast<double>(header.columns);
-  constexpr double no_disk_holds = 1e15;  // and all products of sizes fit below
+  constexpr double no_disk_holds = 1e15;  // below it, products of sizes do not overflow
   if (numbers > no_disk_holds) {
     throw DataError(path, "the .npy file is cut short");
   }
-  // A few long rows are series along the second dimension.
+  // If there are few long rows, each row is a series.
   constexpr std::size_t most_series = 64;
   const bool is_transposed =
       header.names.empty() && (header.columns > most_columns ||

@@ -13,19 +13,19 @@
 
 namespace axiscal {
 
-/// A file that was recognised: a table of text, one of numbers, or a decoder of its series.
+/// A file whose format is known: a table of text, a table of numbers, or a decoder of series.
 struct OpenedFile {
-  std::string format;                      ///< of a table of text: empty until read_table()
-  std::string table_name;                  ///< of a table: its subject, from the file's name
+  std::string format;                      ///< empty for a table of text until read_table()
+  std::string table_name;                  ///< subject of a table, from the name of the file
   std::optional<ByteSource> text;          ///< a table of text, UTF-8 or Latin-1
   std::unique_ptr<LogFile::Source> table;  ///< a table of numbers
-  DecoderPointer decoder;                  ///< of a file that is not a table
+  DecoderPointer decoder;                  ///< decoder of a file that is not a table
 
   [[nodiscard]] bool is_table() const { return decoder == nullptr; }
 };
 
 /// Reads the start of a table of text, to find its columns and its format.
-/// @param names  for columns without a header; may be empty.
+/// @param names  names of columns without a header; may be empty.
 /// @throws DataError  if the text does not contain a row of numbers.
 void read_table(OpenedFile& opened, const std::vector<std::string>& names);
 
@@ -33,43 +33,44 @@ void read_table(OpenedFile& opened, const std::vector<std::string>& names);
 /// @throws DataError  as RecordingFile.
 [[nodiscard]] OpenedFile open_recording(const std::string& path, const ReadLimits& limits = {});
 
-/// As above, for a part of an archive or an open file.
+/// Recognises and opens a part of an archive or an open file.
+/// @throws DataError  as RecordingFile.
 [[nodiscard]] OpenedFile open_recording(ByteSource bytes);
 
-/// A table as series: its columns by kind and unit. Read by read_table() already.
+/// Makes series of a table after read_table(): columns of one kind and unit form a series.
 [[nodiscard]] DecoderPointer decoder_of_table(OpenedFile opened);
 
-/// @return an open file as series; a table is converted.
+/// @return the series of an open file; a table is converted to series.
 [[nodiscard]] DecoderPointer series_of(OpenedFile opened);
 
-/// As summarise() of a path, for an open file.
+/// Summarises an open file; see summarise(const std::string&, ...).
 [[nodiscard]] RecordingSummary summarise(RecordingFile::Decoder& decoder,
                                          std::optional<std::size_t> most_samples = {});
 
-/// A zip archive: NumPy's .npz, a spreadsheet, or tables of a phone.
-/// @param path  of a file that libarchive can open.
+/// Opens a zip archive: NumPy's .npz, a spreadsheet, or tables from a phone.
+/// @param path  path of a file that minizip can open.
 /// @param name  for messages.
 [[nodiscard]] OpenedFile open_zip(const std::string& path,
                                   const std::string& name,
                                   const ReadBudget& budget);
 
-/// Several recordings as one, each with its series.
+/// @return several recordings as one that contains the series of all of them.
 [[nodiscard]] OpenedFile joined_recordings(std::vector<OpenedFile> parts);
 
-/// A text that is in memory.
+/// @return the bytes of a text in memory.
 [[nodiscard]] ByteSource bytes_of_text(const std::string& path,
                                        std::string text,
                                        const ReadBudget& budget);
 
-/// JSON as a table of text: records, one record a line, or columns.
+/// Opens JSON as a table of text: a list of records, one record per line, or an object of columns.
 [[nodiscard]] OpenedFile open_json(ByteSource bytes);
 
-/// Converts the output of sketches, `X: 1.5 Y: -2 Z: 3`, and the prefix of a serial monitor,
-/// `14:08:06.818 -> 1.5,-2,3`, into a table with commas. Another text stays unchanged.
+/// Converts the output of Arduino sketches, `X: 1.5 Y: -2 Z: 3`, and lines with the prefix of a
+/// serial monitor, `14:08:06.818 -> 1.5,-2,3`, to a table with commas. Other text stays unchanged.
 [[nodiscard]] ByteSource printed_lines_as_table(ByteSource bytes);
 
-/// @return the first sheet of a workbook that holds numbers, as text with commas.
-/// @param part  gives the content of a part of the archive; empty where it is not there.
+/// @return the first sheet of a workbook that contains numbers, as text with commas.
+/// @param part  returns the content of a part of the archive; empty if there is no such part.
 [[nodiscard]] std::string csv_of_workbook(
     const std::string& name,
     const std::function<std::string(const std::string& part)>& part,
@@ -78,13 +79,13 @@ void read_table(OpenedFile& opened, const std::vector<std::string>& names);
 /// A temporary copy of a source that can be read only once.
 class SpooledFile {
  public:
-  /// @param name  of the source, for messages.
+  /// @param name  name of the source, for messages.
   /// @throws OutputError  if TMPDIR is not a writable folder.
   SpooledFile(std::string name, ReadBudget budget);
   /// @throws OutputError  if the disk is full.
   void write(const char* buffer, std::size_t size);
 
-  /// Removes the name now, as TemporaryFile does. A file that is already open can still be read.
+  /// Removes the name of the copy from its folder. A file that is already open can still be read.
   void remove_name() { file_.remove_name(); }
 
   [[nodiscard]] const std::string& path() const { return file_.path(); }
@@ -95,8 +96,8 @@ class SpooledFile {
   TemporaryFile file_;
 };
 
-/// A file that can be opened more than once, even a pipe. The bytes read from a pipe are copied
-/// until it is clear that one pass is enough.
+/// A file that can be opened several times, even if it is a pipe. The bytes that are read from a
+/// pipe are copied to a temporary file until disable_reopening() is called.
 class ReopenableFile {
  public:
   explicit ReopenableFile(std::string path, const ReadLimits& limits = {})
@@ -105,7 +106,8 @@ class ReopenableFile {
   /// @throws DataError  as open_recording().
   [[nodiscard]] OpenedFile open();
 
-  /// Declares that the file will not be opened again: copying stops.
+  /// Declares that the file will not be opened again, so that the bytes of a pipe are no longer
+  /// copied.
   void disable_reopening();
 
  private:
@@ -115,7 +117,7 @@ class ReopenableFile {
   std::shared_ptr<Pipe> pipe_;  // the pipe and its copy, after the first open(); null for a file
 };
 
-/// @return the file's name without folder and ending.
+/// @return the name of the file without its folder and its ending.
 [[nodiscard]] std::string stem_of(const std::string& path);
 
 }  // namespace axiscal

@@ -18,7 +18,7 @@ namespace {
 
 struct Outcome {
   std::string text;
-  int status = 0;  // in the form of waitpid()
+  int status = 0;  // as given by waitpid()
 };
 
 Outcome ask_another_process(const std::string& path, const char* format, const ReadBudget& budget) {
@@ -33,7 +33,8 @@ Outcome ask_another_process(const std::string& path, const char* format, const R
   return outcome;
 }
 
-// Takes the answer apart; it is ours, but its process may have gone astray before it.
+// Parses the answer of the program. Its content is not trusted, because a damaged file may have
+// disturbed the program.
 class Answer {
  public:
   explicit Answer(std::string_view text) : rest_(text) {}

@@ -16,14 +16,14 @@
 namespace axiscal {
 namespace {
 
-// Names and numbers in turn, and the unit at the end: "X: 1.5 Y: -2 Z: 3 mg".
+// Pairs of a name and a number, and the unit at the end of the line: "X: 1.5 Y: -2 Z: 3 mg".
 struct Pairs {
   std::vector<std::string> names;
   std::vector<double> values;
   std::string unit;
 };
 
-// "Accel X: 1 Y: 2 Z: 3": the word before the first axis applies to all axes.
+// In "Accel X: 1 Y: 2 Z: 3" the word before the first axis applies to all axes.
 void name_by_first(std::vector<std::string>& names) {
   if (names.size() < 2 || names.front().size() < 3) {
     return;
@@ -63,7 +63,7 @@ bool read_pairs(std::string_view line, Pairs& pairs) {
     }
     std::string_view name = trimmed(line.substr(at, mark - at));
     if (!names.empty() && name.find(' ') != std::string_view::npos) {
-      name = trimmed(name.substr(name.rfind(' ')));  // a unit before it
+      name = trimmed(name.substr(name.rfind(' ')));  // removes the unit of the number before it
     }
     if (name.empty() || std::isalpha(static_cast<unsigned char>(name.front())) == 0) {
       return false;
@@ -100,21 +100,22 @@ ByteSource without_arrows(ByteSource bytes) {
   });
 }
 
-// Stamped pairs: "14:08:06.818 -> X: 1 Y: 2".
+// @return the line without its time stamp: "X: 1 Y: 2" for "14:08:06.818 -> X: 1 Y: 2".
 std::string_view behind_arrow(std::string_view line) {
   const std::size_t at = line.find(arrow);
   return at == std::string_view::npos ? line : line.substr(at + arrow.size());
 }
 
-// A line that a sketch prints again and again: "gx = 0.06 gy = -1.69 gz = 0.39 deg/s".
+// The names and the unit of a line that a sketch prints repeatedly: "gx = 0.06 gy = -1.69 gz = 0.39
+// deg/s".
 struct PrintedLine {
   std::vector<std::string> names;
   std::string unit;
   std::size_t count = 0;
 };
 
-// The lines of pairs in a text, in the order of their first occurrence. Lines that occur once are
-// not samples.
+// Finds the repeated lines of pairs in a text, in the order of their first occurrence. Lines that
+// occur once are not samples, unless there is only one kind of line.
 // @param others  receives the number of other lines.
 std::vector<PrintedLine> printed_lines(std::string_view start, bool is_whole, std::size_t& others) {
   std::vector<PrintedLine> lines;
@@ -125,7 +126,7 @@ std::vector<PrintedLine> printed_lines(std::string_view start, bool is_whole, st
     const std::string_view line = trimmed(start.substr(0, end));
     start.remove_prefix(std::min(end + 1, start.size()));
     if (line.empty() || (start.empty() && !is_whole)) {
-      continue;  // the last one may be cut off
+      continue;  // an incomplete last line is ignored
     }
     if (!read_pairs(behind_arrow(line), pairs) || pairs.names.size() < 2) {
       ++others;
@@ -150,7 +151,7 @@ std::vector<PrintedLine> printed_lines(std::string_view start, bool is_whole, st
   return lines;
 }
 
-// The lines of a sample as one row, which stands in the last one's place.
+// Joins the lines of a sample to one row, which replaces the last of these lines.
 class RowOfLines {
  public:
   explicit RowOfLines(std::vector<PrintedLine> lines)
@@ -183,7 +184,7 @@ class RowOfLines {
     for (const double value : pairs_.values) {
       cells_[place] += (cells_[place].empty() ? "" : ",") + number_text(value);
     }
-    // A sample of which a line is missing is none.
+    // A sample with a missing line gives no row.
     if (place + 1 == lines_.size() &&
         std::none_of(cells_.begin(), cells_.end(),
                      [](const std::string& cell) { return cell.empty(); })) {
@@ -204,7 +205,7 @@ class RowOfLines {
   }
 
   std::vector<PrintedLine> lines_;
-  std::vector<std::string> cells_;  // of each line
+  std::vector<std::string> cells_;  // for each line
   std::string stamp_;
   bool has_header_ = false;
   Pairs pairs_;
@@ -228,7 +229,7 @@ ByteSource printed_lines_as_table(ByteSource bytes) {
   for (const PrintedLine& line : lines) {
     own += line.count;
   }
-  // Sketches print other lines in between.
+  // Sketches may print other lines between the samples.
   if (own > 0 && (lines.size() > 1 ? 3 * own >= others : own > others)) {
     return pairs_as_table(std::move(bytes), std::move(lines));
   }

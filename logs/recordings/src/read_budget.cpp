@@ -14,10 +14,10 @@ namespace {
 
 struct Limit {
   std::string_view name, of;
-  double basis, per_byte;  // of the file
+  double basis, per_byte;  // limit = basis + per_byte * (bytes of the file)
 };
 
-// In the order of ReadCost. docs/formats.md has them.
+// In the order of ReadCost. docs/formats.md lists the same limits.
 constexpr double MiB = 1024.0 * 1024.0;
 constexpr std::array<Limit, ReadLimits::count> limits = {
     {{"nesting", "archives within each other", 3.0, 0.0},

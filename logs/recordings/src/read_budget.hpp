@@ -10,38 +10,39 @@
 
 namespace axiscal {
 
-/// A file costs more than its limit: no other way of reading it is tried.
+/// Reading a file costs more than its limit. No other way of reading the file is tried.
 class LimitError : public DataError {
  public:
   using DataError::DataError;
 };
 
-/// The remaining cost that a file may cause. Each reader asks before it spends. The parts of an
-/// archive share the archive's budget. Copies share one account.
+/// The budget for reading a file. A reader spends each cost before it causes the cost. The parts of
+/// an archive share the archive's budget, and copies of a budget share one account.
 class ReadBudget {
  public:
-  /// @param path  of the file, for messages.
+  /// @param path  path of the file, for messages.
   explicit ReadBudget(std::string path = "", const ReadLimits& limits = {});
 
-  /// So many more bytes of the file are known to be there.
+  /// Adds `count` bytes to the known size of the file.
   void add_file_bytes(std::size_t count) const;
 
-  /// @throws LimitError  if the file has then cost more than its limit; it names the limit.
+  /// @throws LimitError  if the total cost is now more than its limit; the message names the limit.
   void spend(ReadCost cost, double amount) const;
   void spend(ReadCost cost, std::size_t amount) const { spend(cost, static_cast<double>(amount)); }
 
-  /// @throws LimitError  if so much more would be too much; none of it is spent.
+  /// @throws LimitError  if `amount` is more than what is left. Nothing is spent.
   void check(ReadCost cost, double amount) const;
 
-  /// @return true if this cost is allowed; if so, it is spent. For callbacks of C.
+  /// Spends an amount like spend(), but does not throw. For callbacks of C libraries.
+  /// @return true if the total cost is within its limit.
   [[nodiscard]] bool may_spend(ReadCost cost, double amount) const noexcept;
 
-  /// @return the budget for a part of an archive or the content of a compressed file: shared, one
-  ///         level deeper.
-  /// @throws LimitError  if that is too deep.
+  /// @return the same budget with a nesting that is one level deeper, for a part of an archive or
+  ///         the content of a compressed file.
+  /// @throws LimitError  if the nesting is too deep.
   [[nodiscard]] ReadBudget within() const;
 
-  /// @return the remaining amount.
+  /// @return the amount that is left.
   [[nodiscard]] double left(ReadCost cost) const noexcept;
 
   [[nodiscard]] double file_bytes() const noexcept;

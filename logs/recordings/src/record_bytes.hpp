@@ -16,8 +16,8 @@
 
 namespace axiscal {
 
-/// The numbers of a record, one after the other, little-endian. Behind the end all are 0, and
-/// ok() is false.
+/// Reads the numbers of a record one after another, little-endian. After the end of the record all
+/// numbers are 0, and ok() is false.
 class RecordBytes {
  public:
   explicit RecordBytes(std::string_view bytes) : bytes_(bytes) {}
@@ -53,7 +53,7 @@ class RecordBytes {
 
   void skip(std::size_t size) { static_cast<void>(text(size)); }
 
-  /// Goes on to a multiple of `size`, counted from `origin`.
+  /// Skips bytes up to the next multiple of `size`, counted from `origin`.
   void align(std::size_t size, std::size_t origin) {
     const std::size_t over = (at_ - origin) % size;
     if (over != 0) {
@@ -77,13 +77,13 @@ class RecordBytes {
   bool ok_ = true;
 };
 
-/// The bytes of a file, as its records ask for them.
+/// Reads the records of a file.
 class RecordStream {
  public:
   explicit RecordStream(ByteSource bytes) : bytes_(std::move(bytes)) {}
 
-  /// @return the next bytes without consuming them; fewer at the end. Valid until the next call.
-  ///         The memory grows with the bytes read, not with `size`.
+  /// @return the next bytes without consuming them; fewer at the end. They are valid until the next
+  ///         call. The memory grows with the bytes read, not with `size`.
   [[nodiscard]] std::string_view peek(std::size_t size) {
     while (filled_ - begin_ < size && !ended_) {
       read_more(size);
@@ -91,7 +91,7 @@ class RecordStream {
     return {buffer_.data() + begin_, std::min(size, filled_ - begin_)};
   }
 
-  /// @return the next bytes; fewer at the end. Valid until the next call.
+  /// @return the next bytes; fewer at the end. They are valid until the next call.
   [[nodiscard]] std::string_view take(std::size_t size) {
     const std::string_view record = peek(size);
     begin_ += record.size();
@@ -113,8 +113,7 @@ class RecordStream {
     return done;
   }
 
-  /// Goes on to the next place behind the first byte that begins so; to the end where there is
-  /// none.
+  /// Skips at least one byte, up to the next occurrence of `start`, or to the end if there is none.
   /// @return the number of skipped bytes.
   std::uint64_t skip_to(std::string_view start) {
     std::uint64_t passed = 0;
@@ -131,7 +130,7 @@ class RecordStream {
     }
   }
 
-  /// @return whether there are no more bytes.
+  /// @return true if there are no more bytes.
   [[nodiscard]] bool at_end() { return peek(1).empty(); }
 
   [[nodiscard]] std::uint64_t position() const { return position_; }
@@ -158,8 +157,8 @@ class RecordStream {
 
   ByteSource bytes_;
   std::vector<char> buffer_;
-  std::size_t begin_ = 0;   // where what is not yet taken begins
-  std::size_t filled_ = 0;  // end of the bytes in buffer_
+  std::size_t begin_ = 0;   // position in buffer_ of the first byte that was not taken
+  std::size_t filled_ = 0;  // number of bytes in buffer_
   bool ended_ = false;
   std::uint64_t position_ = 0;
 };

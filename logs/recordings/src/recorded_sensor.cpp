@@ -11,13 +11,14 @@
 namespace axiscal {
 namespace {
 
-// PX4's sensor_combined and vehicle_.. hold readings that its parameters have corrected.
+// PX4's topics sensor_combined and vehicle_.. contain readings that PX4's parameters have
+// corrected.
 bool is_corrected(const RecordingSummary& summary, const Series& series) {
   return summary.format == "ulog" &&
          (series.name == "sensor_combined" || series.name.starts_with("vehicle_"));
 }
 
-// The number by which PX4's and ArduPilot's parameters know a sensor.
+// The device id of a sensor in the parameters of PX4 or ArduPilot.
 std::string device_of(const RecordingSummary& summary, const RecordedSensor& sensor) {
   const Series& series = summary.series[sensor.series].series;
   const auto fact = [&](const std::string& name) {
@@ -106,7 +107,7 @@ std::vector<RecordedSensor> sensors_of(const RecordingSummary& summary) {
                             .rate_hz = one.rate_hz,
                             .samples = one.samples,
                             .is_corrected = is_corrected(summary, one.series)};
-      // By the axes' names, else in the order of the file.
+      // The names of the axes determine the places; otherwise the columns are in the order x, y, z.
       sensor.places = {0, 1, 2};
       std::array<std::optional<std::size_t>, 3> axes{};
       for (std::size_t c = 0; c < 3; ++c) {
@@ -124,14 +125,14 @@ std::vector<RecordedSensor> sensors_of(const RecordingSummary& summary) {
       most = std::max(most, one.samples);
       found.push_back(std::move(sensor));
     }
-    // Leaves out a slow copy of a fast sensor, then a corrected sensor if the raw one is there too.
+    // Slow copies of a fast sensor are left out.
     constexpr double slow = 0.2;
     std::erase_if(found, [&](const RecordedSensor& sensor) {
       return std::isfinite(sensor.rate_hz) && fastest > 0.0
                  ? sensor.rate_hz < slow * fastest
                  : static_cast<double>(sensor.samples) < slow * static_cast<double>(most);
     });
-    // A sensor found by its numbers alone gives way to one found by its name.
+    // A sensor that only its numbers show is left out if another sensor is known by its name.
     const bool has_named =
         std::any_of(found.begin(), found.end(),
                     [](const RecordedSensor& sensor) { return sensor.known_by != KnownBy::data; });
@@ -146,7 +147,7 @@ std::vector<RecordedSensor> sensors_of(const RecordingSummary& summary) {
     for (std::size_t i = 0; i < found.size(); ++i) {
       found[i].number = static_cast<int>(i);
       found[i].device = device_of(summary, found[i]);
-      if (!is_constant(summary.series[found[i].series])) {  // dead; the others keep their numbers
+      if (!is_constant(summary.series[found[i].series])) {  // others keep their numbers
         sensors.push_back(std::move(found[i]));
       }
     }

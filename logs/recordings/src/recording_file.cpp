@@ -28,7 +28,7 @@ namespace {
 
 using namespace std::string_view_literals;
 
-// The program that wrote a table, by its columns.
+// @return the program that wrote a table, according to its columns.
 std::string format_of_table(const std::vector<std::string>& columns) {
   const auto has = [&](std::string_view part) {
     return std::any_of(columns.begin(), columns.end(), [&](const std::string& name) {
@@ -64,7 +64,7 @@ OpenedFile decoded(DecoderPointer decoder) {
   return opened;
 }
 
-// Text, by its first lines.
+// Recognises the format of text from its first lines, and opens it.
 OpenedFile open_text(ByteSource bytes) {
   bytes = as_utf8(std::move(bytes));
   constexpr std::size_t looked_at = 8192;
@@ -93,15 +93,15 @@ OpenedFile open_text(ByteSource bytes) {
   return opened;
 }
 
-// The content of a folder of recordings: the one bag in it, as ROS 2 writes bags, or the tables
-// that a phone's program wrote.
+// @return the recordings in a folder: the only bag, as in the folder of a ROS 2 bag, or the tables
+//         that a phone's program wrote.
 std::vector<std::string> files_in_folder(const std::string& path) {
   std::vector<std::string> bags, tables;
   std::error_code none;
   for (const auto& entry : std::filesystem::directory_iterator(path, none)) {
     const std::string name = entry.path().string();
     if (!entry.is_regular_file(none)) {
-      continue;  // a FIFO would be waited for
+      continue;  // opening a FIFO would block
     }
     if (name.ends_with(".db3") || name.ends_with(".mcap") || name.ends_with(".db3.zstd") ||
         name.ends_with(".mcap.zstd")) {
@@ -132,18 +132,18 @@ void copy_rest(Bytes& bytes, SpooledFile& copy) {
   }
 }
 
-// Of a copy whose size is that of its original.
+// A budget for copies that are no larger than their original.
 ReadBudget unlimited_disk(const std::string& path) {
   ReadLimits limits;
   limits.set(ReadCost::disk, std::numeric_limits<double>::infinity());
   return ReadBudget(path, limits);
 }
 
-// When the name of a copy can go: libraries that follow links need it until they have the file
-// open.
+// The time at which the name of a temporary copy is removed. Libraries that resolve links need the
+// name until they have opened the file.
 enum class UnlinkTime { before, after };
 
-// Formats that are read at several positions at once need a file. Other sources are copied.
+// Opens formats that are read at several positions, which needs a file. Other sources are copied.
 template <typename Open>
 OpenedFile with_file(ByteSource bytes, UnlinkTime name_goes, const Open& open) {
   const std::string path = bytes.path();
@@ -206,7 +206,7 @@ void SpooledFile::write(const char* buffer, std::size_t size) {
 
 struct ReopenableFile::Pipe {
   InputFile file;
-  std::shared_ptr<SpooledFile> copy;  // none: it is read once
+  std::shared_ptr<SpooledFile> copy;  // null if the pipe is read only once
 };
 
 void ReopenableFile::disable_reopening() {
@@ -222,7 +222,7 @@ OpenedFile ReopenableFile::open() {
   }
   if (!pipe_) {
     pipe_ = std::shared_ptr<Pipe>(new Pipe{InputFile(path_), nullptr});
-    // A copy of the pipe itself costs as much disk as was sent, and no more.
+    // The copy of a pipe is as large as the bytes that were sent, so it needs no limit.
     pipe_->copy = std::make_shared<SpooledFile>(path_, unlimited_disk(path_));
     pipe_->copy->remove_name();
     return open_recording(ByteSource(

@@ -16,11 +16,11 @@
 namespace axiscal {
 namespace {
 
-constexpr std::size_t longest_array = 16;  // whose numbers are columns
+constexpr std::size_t longest_array = 16;  // the numbers of longer arrays are skipped
 constexpr std::size_t most_columns = 4096;
 constexpr std::size_t most_types = 256;
-constexpr int deepest = 12;           // messages within messages
-constexpr double name_steps = 100.0;  // cost of a column's name, in addition to that of an element
+constexpr int deepest = 12;           // depth of messages within messages
+constexpr double name_steps = 100.0;  // steps that the name of a column costs
 
 struct NumberType {
   std::string_view name;
@@ -67,8 +67,8 @@ std::size_t size_of(char letter) {
   return found == number_types.end() ? 1 : found->size;
 }
 
-// The messages that ROS itself defines (common_interfaces, Apache-2.0; facts of its wire format),
-// for bags without definitions: names of fields and their types.
+// Definitions of messages of ROS itself, for bags without definitions: the types and names of their
+// fields (common_interfaces, Apache-2.0).
 constexpr std::array<std::pair<std::string_view, std::string_view>, 18> usual_types = {{
     {"std_msgs/Header", "builtin_interfaces/Time stamp\nstring frame_id"},
     {"builtin_interfaces/Time", "int32 sec\nuint32 nanosec"},
@@ -97,7 +97,7 @@ constexpr std::array<std::pair<std::string_view, std::string_view>, 18> usual_ty
     {"std_msgs/Float32", "float32 data"},
 }};
 
-// "sensor_msgs/msg/Imu" and "sensor_msgs/Imu" are one.
+// @return the name of a type without "msg": "sensor_msgs/msg/Imu" becomes "sensor_msgs/Imu".
 std::string plain_name(std::string_view name) {
   std::string plain(name);
   const std::size_t at = plain.find("/msg/");
@@ -107,7 +107,8 @@ std::string plain_name(std::string_view name) {
   return plain;
 }
 
-// The texts of a definition: the type's own, then those of "MSG: pkg/Type" behind lines of "=".
+// Splits a definition into the text of the type, and the texts of other types. Each of these
+// follows a line of "=" and a line "MSG: pkg/Type".
 std::map<std::string, std::string> texts_of(const std::string& name, std::string_view definition) {
   std::map<std::string, std::string> texts;
   if (definition.find_first_not_of(" \t\r\n") == std::string_view::npos) {
@@ -137,7 +138,7 @@ std::string_view package_of(std::string_view name) {
   return name.substr(0, name.find('/'));
 }
 
-// Of add_message_definitions(), by "package/Type".
+// The texts that add_message_definitions() has read, by "package/Type".
 std::map<std::string, std::string>& added_definitions() {
   static std::map<std::string, std::string> definitions;
   return definitions;
@@ -181,7 +182,7 @@ std::optional<RosMessageType> RosMessageType::parse(const std::string& name,
   type.name_ = plain_name(name);
   std::map<std::string, std::string> texts = texts_of(type.name_, definition);
   texts.insert(added_definitions().begin(),
-               added_definitions().end());  // the file's own come first
+               added_definitions().end());  // definitions in the file have priority
   if (!type.add_type(type.name_, texts, 0)) {
     return std::nullopt;
   }
@@ -189,7 +190,7 @@ std::optional<RosMessageType> RosMessageType::parse(const std::string& name,
   return type;
 }
 
-// NOLINTNEXTLINE(misc-no-recursion): messages hold messages
+// NOLINTNEXTLINE(misc-no-recursion): messages contain messages
 bool RosMessageType::add_type(const std::string& name,
                               const std::map<std::string, std::string>& texts,
                               int depth) {
@@ -234,7 +235,7 @@ bool RosMessageType::add_type(const std::string& name,
     } else if (type.starts_with("string") || type.starts_with("wstring")) {
       field.kind = type.starts_with("w") ? Kind::message : Kind::text;
       if (type.starts_with("w")) {
-        return false;  // two bytes a character; nobody sends readings so
+        return false;  // messages with readings do not use it
       }
     } else if (type == "time") {
       field.kind = Kind::time;
@@ -253,7 +254,7 @@ bool RosMessageType::add_type(const std::string& name,
       if (known != types_.end()) {
         field.type = static_cast<std::size_t>(known - types_.begin());
         if (std::find(open_.begin(), open_.end(), field.type) != open_.end()) {
-          return false;  // it would hold itself
+          return false;  // the type would contain itself
         }
       } else {
         field.type = types_.size();
@@ -268,7 +269,7 @@ bool RosMessageType::add_type(const std::string& name,
   return true;
 }
 
-// NOLINTNEXTLINE(misc-no-recursion): messages hold messages
+// NOLINTNEXTLINE(misc-no-recursion): messages contain messages
 void RosMessageType::name_columns(std::size_t type, const std::string& prefix, int depth) {
   for (const Field& field : types_[type].fields) {
     const std::string name = prefix + field.name;
@@ -291,13 +292,13 @@ void RosMessageType::name_columns(std::size_t type, const std::string& prefix, i
   }
 }
 
-// Goes through a message and keeps the columns.
+// Reads a message, and keeps the values of the columns.
 struct RosMessageType::Walk {
   const RosMessageType& type;
   RecordBytes bytes;
   RosWire wire;
   Decoded& to;
-  std::size_t origin = 0;  // from which CDR counts
+  std::size_t origin = 0;  // position from which CDR counts alignment
 
   template <typename Number>
   double number() {
@@ -341,7 +342,7 @@ struct RosMessageType::Walk {
     return bytes.take<std::uint32_t>();
   }
 
-  // NOLINTNEXTLINE(misc-no-recursion): messages hold messages
+  // NOLINTNEXTLINE(misc-no-recursion): messages contain messages
   void message(std::size_t which, bool keeps, int depth, bool is_header) {
     for (const Field& field : type.types_[which].fields) {
       if (!bytes.ok() || depth > deepest) {
@@ -368,7 +369,7 @@ struct RosMessageType::Walk {
     }
   }
 
-  // NOLINTNEXTLINE(misc-no-recursion): messages hold messages
+  // NOLINTNEXTLINE(misc-no-recursion): messages contain messages
   void one(const Field& field, bool keeps, bool is_stamp, int depth) {
     switch (field.kind) {
       case Kind::number: {
@@ -416,7 +417,7 @@ bool RosMessageType::decode(std::string_view message, RosWire wire, Decoded& to)
   to.stamp_s.reset();
   Walk walk{.type = *this, .bytes = RecordBytes(message), .wire = wire, .to = to};
   if (wire == RosWire::cdr) {
-    constexpr std::size_t encapsulation = 4;  // 00 01: little-endian; 00 00 would be big
+    constexpr std::size_t encapsulation = 4;  // 00 01: little-endian, 00 00: big-endian
     if (message.size() < encapsulation || message[1] != '\1') {
       return false;
     }
@@ -456,7 +457,7 @@ RosTopic::RosTopic(std::string topic,
     if (message == "geometry_msgs/Vector3Stamped" && column.starts_with("vector.")) {
       return Series{.kind = kind_of_words(topic_), .known_by = KnownBy::names};
     }
-    // Usual messages within others: "imu.linear_acceleration.x".
+    // Usual messages within other messages: "imu.linear_acceleration.x".
     const auto holds = [&](std::string_view name) {
       return column.find(name) != std::string::npos;
     };

@@ -16,20 +16,21 @@ namespace axiscal {
 /// The layout of the numbers in a message: ROS 1 (packed) or ROS 2's CDR (aligned).
 enum class RosWire { packed, cdr };
 
-/// A message type of ROS by the text that defines it (wiki.ros.org/msg; docs.ros.org,
+/// A message type of ROS, parsed from its definition (wiki.ros.org/msg; docs.ros.org,
 /// "Interfaces").
 class RosMessageType {
  public:
   /// @param name        "sensor_msgs/Imu" or "sensor_msgs/msg/Imu".
-  /// @param definition  the text and the texts of the types in it, separated by lines of `=`; if
-  ///                    empty, the usual types of sensors are known.
+  /// @param definition  text of the type and of the types that it contains, separated by lines of
+  ///                    `=`. If it is empty, the usual sensor messages are known.
   /// @return nullopt if a type is unknown or the text cannot be parsed.
-  /// @throws LimitError  if the nesting of its types costs more than the file may; decode() too.
+  /// @throws LimitError  if the nested types cost more than the file may; decode() throws it too.
   [[nodiscard]] static std::optional<RosMessageType> parse(const std::string& name,
                                                            std::string_view definition,
                                                            ReadBudget budget);
 
-  /// @return its numbers: "angular_velocity.x", "orientation_covariance[0]"; arrays up to 16 long.
+  /// @return the names of its numbers, "angular_velocity.x", "orientation_covariance[0]", including
+  ///         those of arrays of up to 16 elements.
   [[nodiscard]] const std::vector<std::string>& columns() const { return columns_; }
 
   /// @return "sensor_msgs/Imu": without "msg".
@@ -40,7 +41,7 @@ class RosMessageType {
     std::optional<double> stamp_s;  ///< header.stamp, if it is not 0
   };
 
-  /// @return false where the message is shorter than its type says.
+  /// @return false if the message does not match the type.
   [[nodiscard]] bool decode(std::string_view message, RosWire wire, Decoded& to) const;
 
  private:
@@ -48,10 +49,10 @@ class RosMessageType {
   struct Field {
     std::string name;
     Kind kind = Kind::number;
-    char letter = 'd';     // of a number: b B h H i I q Q f d ?
-    std::size_t type = 0;  // of a message: its place in types_
+    char letter = 'd';     // type of a number: b B h H i I q Q f d
+    std::size_t type = 0;  // position in types_ of the type of a message
     bool is_array = false;
-    std::optional<std::size_t> count;  // of a fixed array
+    std::optional<std::size_t> count;  // length of a fixed array; otherwise nullopt
   };
   struct Type {
     std::string name;
@@ -68,22 +69,23 @@ class RosMessageType {
   ReadBudget budget_;
   std::vector<Type> types_;
   std::vector<std::string> columns_;
-  std::vector<std::size_t> open_;  // types that are being read
+  std::vector<std::size_t> open_;  // positions of the types that add_type() is reading
 };
 
-/// The topic of a bag: its messages as series.
+/// A topic of a bag. It converts messages to series.
 class RosTopic {
  public:
   RosTopic() = default;
 
   /// @param type        "sensor_msgs/Imu", ...
-  /// @param definition  as RosMessageType::parse().
+  /// @param definition  see RosMessageType::parse().
   RosTopic(std::string topic,
            const std::string& type,
            std::string_view definition,
            const ReadBudget& budget);
 
-  /// @param time_s  when it was recorded; the header's stamp is taken where there is one.
+  /// @param time_s  time at which the message was recorded; used if the message has no header
+  ///                stamp.
   void put(
       SeriesSink& sink, std::string_view message, RosWire wire, double time_s, std::size_t& count);
 

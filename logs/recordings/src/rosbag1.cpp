@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// ROS 1 bags, format 2.0 (wiki.ros.org/Bags/Format/2.0): records of a header of name=value fields
-// and data; chunks hold records. Read in the order of the file, without its index.
+// ROS 1 bags, format 2.0 (wiki.ros.org/Bags/Format/2.0): each record consists of a header of
+// name=value fields and of data, and chunks contain records. The records are read in the order of
+// the file, without its index.
 #include <map>
 #include <optional>
 #include <string>
@@ -27,7 +28,7 @@ enum Operation : unsigned char {
   connection = 7
 };
 
-// name=value fields, each with its length before it.
+// Parses name=value fields; the length of each field precedes it.
 std::map<std::string, std::string_view, std::less<>> fields_of(std::string_view header) {
   std::map<std::string, std::string_view, std::less<>> fields;
   RecordBytes bytes(header);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// ROS 2 bags in SQLite (github.com/ros2/rosbag2, rosbag2_storage_sqlite3): tables topics, messages,
-// from Iron on message_definitions.
+// ROS 2 bags in SQLite (github.com/ros2/rosbag2, rosbag2_storage_sqlite3). Their tables are topics
+// and messages, and since Iron also message_definitions.
 #include "axiscal/core/error.hpp"
 #include "core/formatted.hpp"
 #include "logs/recordings/src/series_decoder.hpp"
@@ -31,7 +31,7 @@ struct FinishStatement {
 };
 using Statement = std::unique_ptr<sqlite3_stmt, FinishStatement>;
 
-// No file is created next to the bag, not even the index of a write-ahead log.
+// The URI makes SQLite create no file next to the bag, not even the index of a write-ahead log.
 std::string immutable_uri(const std::string& path) {
   std::string uri = "file:";
   for (const char c : path) {
@@ -55,11 +55,11 @@ class Rosbag2 final : public RecordingFile::Decoder {
     if (status != SQLITE_OK) {
       fail("cannot be opened as a database");
     }
-    // A stranger's file: no functions in its schema, and its pages are looked at.
+    // The file is not trusted: functions in its schema are disabled, and its pages are checked.
     sqlite3_db_config(database, SQLITE_DBCONFIG_DEFENSIVE, 1, nullptr);
     sqlite3_db_config(database, SQLITE_DBCONFIG_TRUSTED_SCHEMA, 0, nullptr);
     sqlite3_exec(database, "PRAGMA cell_size_check=ON", nullptr, nullptr, nullptr);
-    // No value is longer than the file; an expression could make one.
+    // No value in the file is longer than the file, but an expression could create one.
     constexpr double shortest = 1U << 20U, longest = 1U << 30U;
     sqlite3_limit(database, SQLITE_LIMIT_LENGTH,
                   static_cast<int>(std::clamp(budget_.file_bytes(), shortest, longest)));
@@ -128,7 +128,7 @@ class Rosbag2 final : public RecordingFile::Decoder {
  private:
   static constexpr int steps_at_once = 10000;
 
-  // Of SQLite's machine: a damaged index, or a view, can make it go round.
+  // Counts steps of SQLite's virtual machine, because a damaged index or a view can make it loop.
   static int spend_steps(void* self) {
     return static_cast<Rosbag2*>(self)->budget_.may_spend(ReadCost::steps, steps_at_once) ? 0 : 1;
   }
@@ -143,7 +143,7 @@ class Rosbag2 final : public RecordingFile::Decoder {
 
   [[noreturn]] void fail(const std::string& why) const { throw DataError(name_, why); }
 
-  // A view is a program of its writer's, and may never end.
+  // Refuses a view instead of a table, because the query of a view may never end.
   void require_table(const char* table) {
     const Statement found = prepare(
         formatted("SELECT 1 FROM sqlite_master WHERE name = '{}' AND type = 'table' AND sql LIKE "

@@ -15,7 +15,7 @@
 namespace axiscal {
 namespace {
 
-constexpr std::size_t fewest_rows = 50;  // by which numbers are believed
+constexpr std::size_t fewest_rows = 50;  // fewest rows from which a quantity is recognised
 
 // True if a column never falls and mostly rises, as times do.
 bool ascends(const std::vector<double>& values) {
@@ -49,15 +49,16 @@ double length_of(const LogBlock& block, std::size_t first, std::size_t row) {
   return std::hypot(block[first][row], block[first + 1][row], block[first + 2][row]);
 }
 
-// Lengths of three columns: the middle one, and the middle of how far they are off it, in parts.
+// The lengths of the vectors of three columns: their median, and the median of their relative
+// deviations from it.
 struct Lengths {
   double middle = 0.0;
   double spread = 1.0;
-  // The three pointed in several directions. A steady length in one direction does not tell the
-  // quantity.
+  // True if the vectors pointed in several directions. A steady length in one direction does not
+  // show the quantity.
   bool has_turned = false;
 
-  // True for unit vectors, as from a filter or a sun sensor.
+  // True for unit vectors, for example of a filter or a sun sensor.
   [[nodiscard]] bool are_normalised() const {
     constexpr double exactly = 1e-3;
     return std::abs(middle - 1.0) < exactly && spread < exactly;
@@ -90,7 +91,8 @@ Lengths lengths_of(const LogBlock& block, std::size_t first) {
   for (const double length : lengths) {
     off.push_back(std::abs(length - middle) / middle);
   }
-  // Of u u^T the mean's squared norm is 1 along a line, 1/2 in a plane, 1/3 everywhere.
+  // The squared norm of the mean of u u^T is 1 if all u are along one line, 1/2 if they are spread
+  // over a plane, and 1/3 if they are spread over all directions.
   double concentration = 0.0;
   for (const std::array<double, 3>& row : directions) {
     for (const double entry : row) {
@@ -103,7 +105,7 @@ Lengths lengths_of(const LogBlock& block, std::size_t first) {
           .has_turned = concentration < about_one_line};
 }
 
-// The unit in which a length is gravity's; empty for none.
+// @return the unit in which the lengths are those of gravity; empty if there is no such unit.
 std::string gravity_unit(const Lengths& lengths) {
   constexpr double g0 = 9.80665;
   constexpr double within = 0.06;
@@ -115,11 +117,12 @@ std::string gravity_unit(const Lengths& lengths) {
   return is(g0) ? "m/s^2" : is(1.0) ? "g" : is(1000.0) ? "mg" : "";
 }
 
-// The unit in which a length is the geomagnetic field's, 22 to 67 uT, or near it; empty for none.
+// @return the unit in which the lengths are about those of the geomagnetic field, 22 to 67 uT;
+//         empty if there is no such unit.
 std::string magnetic_unit(const Lengths& lengths) {
   struct Unit {
     const char* name;
-    double lowest;  // 20 uT in it
+    double lowest;  // 20 uT in this unit
   };
   constexpr std::array<Unit, 4> units = {
       {{"gauss", 0.2}, {"uT", 20.0}, {"mgauss", 200.0}, {"nT", 2e4}}};
@@ -144,8 +147,9 @@ double dot(const Vector& a, const Vector& b) {
   return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
 }
 
-// Whether three columns turn gravity as rates do: d(up)/dt = -rate x up. @return the correlation,
-// over so many samples at once, as noise of neighbours hides a slow turn.
+// @return the correlation of the changes of gravity with the rotation by three columns of rates,
+//         d(up)/dt = -rate x up. The changes are taken over `step` samples, because noise between
+//         neighbouring samples hides a slow turn.
 double turning_of(const LogBlock& block, std::size_t gravity, std::size_t rates, std::size_t step) {
   double product = 0.0;
   double changes = 0.0;
@@ -176,7 +180,8 @@ double turning_of(const LogBlock& block, std::size_t gravity, std::size_t rates,
   return changes > 0.0 && turns > 0.0 ? product / std::sqrt(changes * turns) : 0.0;
 }
 
-// A name without its number: "accelBuffer" for "accelBuffer_2"; empty if it lacks a number.
+// @return a name without its number, "accelBuffer" for "accelBuffer_2"; empty if the name has no
+//         number.
 std::string_view stem_of_part(std::string_view name) {
   const std::size_t end = name.find_last_not_of("0123456789");
   if (end == std::string_view::npos || end + 1 == name.size() || name[end] != '_') {
@@ -191,7 +196,7 @@ void set(TableColumns& columns, std::size_t first, const Series& what) {
   }
 }
 
-// Whether three columns and a neighbour are the four numbers of a rotation.
+// @return true if three columns and a neighbouring one are the four numbers of a quaternion.
 bool is_quaternion_at(const LogBlock& block, std::size_t first) {
   for (const std::size_t begin : {first, first == 0 ? first : first - 1}) {
     if (begin + 3 >= block.size()) {
@@ -212,7 +217,8 @@ bool is_quaternion_at(const LogBlock& block, std::size_t first) {
   return false;
 }
 
-// Matrices: "accelBuffer_1 .. _4" is a time and three axes, "gyro_1 .. _3" are three axes.
+// Recognises the columns of a matrix: "accelBuffer_1" to "accelBuffer_4" are a time and three axes,
+// "gyro_1" to "gyro_3" are three axes.
 void recognise_matrices(const std::vector<std::string>& names,
                         const LogBlock& block,
                         TableColumns& columns) {
@@ -285,7 +291,7 @@ TableColumns recognise_columns(const std::vector<std::string>& names,
   if (!has_names) {
     recognise_matrices(names, block, columns);
   }
-  // An accelerometer whose unit nobody states shows gravity.
+  // The length of gravity shows the unit of an accelerometer if no unit is stated.
   for (std::size_t c = 0; c + 2 < names.size(); ++c) {
     Series& series = columns.series[c];
     const auto same = [&](std::size_t other) {
@@ -300,8 +306,8 @@ TableColumns recognise_columns(const std::vector<std::string>& names,
       c += 2;
     }
   }
-  // Of Sensor Logger's files numbers prove nothing; but its Accelerometer.csv, which as a rule is
-  // without gravity, has it where it shows.
+  // In Sensor Logger's files, columns are not recognised by numbers. Its Accelerometer.csv usually
+  // is without gravity, but is an accelerometer if its numbers show gravity.
   const bool is_of_phone = std::find(names.begin(), names.end(), "seconds_elapsed") != names.end();
   for (std::size_t c = 0; is_of_phone && table == "Accelerometer" && c + 2 < names.size(); ++c) {
     const bool are_axes =
@@ -316,7 +322,7 @@ TableColumns recognise_columns(const std::vector<std::string>& names,
   if (has(SeriesKind::accelerometer) || has_names || is_of_phone) {
     return columns;
   }
-  // Numbers alone.
+  // From here on, columns are recognised only by their numbers.
   if (!columns.time && !names.empty() && ascends_evenly(block[0])) {
     columns.time = 0;
   }
@@ -328,8 +334,8 @@ TableColumns recognise_columns(const std::vector<std::string>& names,
   const auto three_free = [&](std::size_t c) {
     return c + 2 < names.size() && is_free(c) && is_free(c + 1) && is_free(c + 2);
   };
-  // Of several triples that may be one the steadiest is, not the first: a triple that lies across
-  // two sensors is less steady.
+  // Of several possible triples of columns, the one with the steadiest length is chosen. A triple
+  // that contains columns of two sensors is less steady.
   struct Candidate {
     std::size_t first = 0;
     std::string unit;
@@ -372,7 +378,8 @@ TableColumns recognise_columns(const std::vector<std::string>& names,
   if (rates) {
     set(columns, *rates, {.kind = SeriesKind::gyroscope, .known_by = KnownBy::data});
   }
-  // A compass turned about: its length stays, and is that of the Earth's field in a usual unit.
+  // Without gravity, a magnetometer that was turned is recognised: its length is constant, and is
+  // that of the Earth's field in a usual unit.
   if (const std::optional<Candidate> found = gravity ? std::nullopt : steadiest(magnetic_unit)) {
     set(columns, found->first,
         {.kind = SeriesKind::magnetometer, .unit = found->unit, .known_by = KnownBy::data});

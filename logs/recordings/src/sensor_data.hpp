@@ -13,20 +13,20 @@ namespace axiscal {
 
 /// The meaning of a table's columns.
 struct TableColumns {
-  std::vector<Series> series;       ///< one a column: kind, unit, known_by
+  std::vector<Series> series;       ///< kind, unit and known_by of each column
   std::optional<std::size_t> time;  ///< column of times
   double seconds = 0.0;             ///< seconds per unit of the times; 0 if unknown
 };
 
-/// True if the name of a column is meaningless: c4, x, ch2, data_3. For other names (a quaternion,
-/// for example) numbers alone are not proof.
+/// @return true if the name of a column has no meaning: c4, x, ch2, data_3. Columns with other
+///         names (for example a quaternion) are not recognised by numbers.
 [[nodiscard]] bool is_generic_name(std::string_view name);
 
-/// By names and units (SensorColumns). If these are not helpful, by the first numbers: a column
-/// that rises evenly is the time; three neighbours with the length of gravity are an accelerometer;
-/// three that rotate it are a gyroscope.
+/// Recognises columns by names and units (SensorColumns). If these do not show a sensor, the first
+/// rows are used. A column that rises evenly is the time, three neighbouring columns with the
+/// length of gravity are an accelerometer, and three that rotate it are a gyroscope.
 ///
-/// @param block  the first rows, a column for each name.
+/// @param block  the first rows: a vector for each name.
 [[nodiscard]] TableColumns recognise_columns(const std::vector<std::string>& columns,
                                              std::string_view table,
                                              const LogBlock& block);

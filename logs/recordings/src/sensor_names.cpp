@@ -11,7 +11,7 @@ namespace axiscal {
 namespace {
 
 struct UnitName {
-  std::string_view written;  // in small letters, without blanks
+  std::string_view written;  // lower case, without blanks
   KnownUnit unit;
 };
 
@@ -120,8 +120,8 @@ std::string letters_of_axis(std::string small) {
   return small;
 }
 
-// Accelerations of phones and filters without gravity: a calibration cannot use them. Or gravity
-// alone, computed by a filter.
+// @return true for the names of quantities that a calibration cannot use: accelerations without
+//         gravity, as phones and filters provide them, and gravity that a filter has computed.
 bool is_without_gravity(std::string_view small) {
   const bool has_it = contains(small, "including") || contains(small, "with_gravity") ||
                       contains(small, "with gravity") || contains(small, "withgravity");
@@ -131,8 +131,8 @@ bool is_without_gravity(std::string_view small) {
          contains(small, "useracc") || contains(small, "user_acc");
 }
 
-// A unit within a name, behind an underscore: "accel_mps2_x", "gyro_rad", "magnetometer_ga[0]",
-// "acc_x_g".
+// Finds a unit within a name, after an underscore: "accel_mps2_x", "gyro_rad",
+// "magnetometer_ga[0]", "acc_x_g".
 std::optional<KnownUnit> unit_within(std::string_view name, SeriesKind kind) {
   struct Part {
     std::string_view text;
@@ -168,8 +168,9 @@ std::optional<KnownUnit> unit_within(std::string_view name, SeriesKind kind) {
   return std::nullopt;
 }
 
-// Units that a writer does not state but documents: ArduPilot's messages as CSV ("TimeUS"), Xsens's
-// exports ("PacketCounter"), Sensor Logger's files ("seconds_elapsed"), MPU tables of phones.
+// Units that a program documents but does not write: ArduPilot's messages as CSV ("TimeUS"),
+// Xsens's exports ("PacketCounter"), Sensor Logger's files ("seconds_elapsed"), and rostopic echo
+// ("%time").
 std::string unit_of_writer(const std::vector<std::string>& columns,
                            std::string_view table,
                            std::string_view name,
@@ -177,7 +178,7 @@ std::string unit_of_writer(const std::vector<std::string>& columns,
   const auto has = [&](std::string_view column) {
     return std::find(columns.begin(), columns.end(), column) != columns.end();
   };
-  if (name.starts_with("field.") || has("%time")) {  // rostopic echo -p, of sensor_msgs
+  if (name.starts_with("field.") || has("%time")) {  // sensor_msgs, written by rostopic echo -p
     return kind == SeriesKind::accelerometer  ? "m/s^2"
            : kind == SeriesKind::gyroscope    ? "rad/s"
            : kind == SeriesKind::magnetometer ? "T"
@@ -194,7 +195,8 @@ std::string unit_of_writer(const std::vector<std::string>& columns,
     return name.starts_with("Acc_") ? "m/s^2" : name.starts_with("Gyr_") ? "rad/s" : "";
   }
   if (has("seconds_elapsed")) {
-    // Android's accelerometer is in m/s^2, the iPhone's uncalibrated one in g: its numbers say.
+    // Android's accelerometer is in m/s^2, and the iPhone's uncalibrated one is in g. Its numbers
+    // will show the unit.
     return kind == SeriesKind::gyroscope      ? "rad/s"
            : kind == SeriesKind::magnetometer ? "uT"
            : table == "TotalAcceleration"     ? "m/s^2"
@@ -216,7 +218,7 @@ std::string in_small_letters(std::string_view text) {
 std::optional<KnownUnit> known_unit(std::string_view text, SeriesKind of) {
   std::string small;
   for (const char c : in_small_letters(text)) {
-    if (c != ' ' && c != '(' && c != ')') {  // m/(s^2)
+    if (c != ' ' && c != '(' && c != ')') {  // "m/(s^2)" becomes "m/s^2"
       small += c;
     }
   }
@@ -245,7 +247,8 @@ std::optional<KnownUnit> known_unit(std::string_view text, SeriesKind of) {
 
 namespace {
 
-// Where the bracket opens that the last character closes; npos if none does.
+// @return the position of the bracket that matches the closing bracket at the end of a text; npos
+//         if there is none.
 std::size_t opening_bracket(std::string_view text, char open, char close) {
   int depth = 0;
   for (std::size_t at = text.size(); at-- > 0;) {
@@ -299,8 +302,8 @@ NamedColumn named_column(std::string_view header) {
 
 namespace {
 
-// The quantity in one part of a name. The last word decides, so that "gyro_mag_x" is a magnetometer
-// and "acc_temp" a temperature.
+// @return the quantity in one part of a name. The last known word determines it: "gyro_mag_x" is a
+//         magnetometer, and "acc_temp" is a temperature.
 SeriesKind kind_of_part(std::string_view small) {
   struct Word {
     std::string_view text;
@@ -350,7 +353,7 @@ SeriesKind kind_of_words(std::string_view words) {
   if (is_without_gravity(small) || contains(small, "accuracy")) {
     return SeriesKind::other;
   }
-  // Of "Gyro.mag_x" and "/imu/gyro/acc" the last part that says something decides.
+  // The last part that contains a known word determines the kind: "Gyro.mag_x", "/imu/gyro/acc".
   std::string_view rest = small;
   for (;;) {
     const std::size_t at = rest.find_last_of("./");
@@ -370,7 +373,7 @@ std::optional<std::size_t> axis_of_name(std::string_view name) {
       return static_cast<std::size_t>(digit - '0');
     }
   }
-  // A letter that stands alone or ends the name: "x", "acc_x", "AccX", "ax"; or begins it: "xacc".
+  // A letter at the end of the name, "x", "acc_x", "AccX", "ax", or at its beginning, "xacc".
   const auto axis = [](char c) -> std::optional<std::size_t> {
     return c >= 'x' && c <= 'z' ? std::optional(static_cast<std::size_t>(c - 'x')) : std::nullopt;
   };
@@ -380,7 +383,8 @@ std::optional<std::size_t> axis_of_name(std::string_view name) {
   if (const auto last = axis(small.back())) {
     return last;
   }
-  // "accel_x_g", "acc_x_raw", "x-axis", "accelerationX(G)" without its unit
+  // A letter that is enclosed by characters other than letters and digits: "accel_x_g",
+  // "acc_x_raw".
   for (std::size_t i = 1; i + 1 < small.size(); ++i) {
     const bool alone = std::isalnum(static_cast<unsigned char>(small[i - 1])) == 0 &&
                        std::isalnum(static_cast<unsigned char>(small[i + 1])) == 0;
@@ -408,7 +412,8 @@ SensorColumns::SensorColumns(const std::vector<std::string>& columns, std::strin
     });
   };
   const SeriesKind kind_of_table = kind_of_words(table);
-  // Sensor Logger's Accelerometer.csv is without gravity; TotalAcceleration.csv has it.
+  // Sensor Logger's Accelerometer.csv is without gravity, and TotalAcceleration.csv includes
+  // gravity.
   const bool is_sensor_logger =
       std::find(columns.begin(), columns.end(), "seconds_elapsed") != columns.end();
   const bool table_without_gravity =
@@ -420,7 +425,7 @@ SensorColumns::SensorColumns(const std::vector<std::string>& columns, std::strin
       continue;
     }
     const bool is_axis = axis_of_name(small).has_value();
-    // "Mag_Accel.mx": two letters behind the point say more than the words before it.
+    // Two letters after the last point have priority over the words before it: "Mag_Accel.mx".
     const std::string last = small.substr(small.find_last_of("./") + 1);
     const std::string behind_point =
         last.size() < small.size() && last.size() == 2 ? letters_of_axis(last) : "";
@@ -429,13 +434,14 @@ SensorColumns::SensorColumns(const std::vector<std::string>& columns, std::strin
                       : behind_point.starts_with('m') ? SeriesKind::magnetometer
                                                       : kind_of_words(small);
     KnownBy by = KnownBy::names;
-    // A name of two letters: ax, a_x, gx or wx, mx, bx; one of a letter: x, x-axis.
+    // Names of two letters are ax, a_x, gx or wx, mx, bx. Names of one letter are x, x-axis.
     const std::string letters = letters_of_axis(small);
-    // Physics Toolbox: gFx, gFy, gFz.
+    // Physics Toolbox calls its columns gFx, gFy, gFz.
     if (kind == SeriesKind::other && is_axis && letters.size() == 3 && letters.starts_with("gf")) {
       kind = SeriesKind::accelerometer;
     }
-    // tx, ty, tz together with wx, wy, wz; a trajectory has tx together with qx.
+    // tx, ty, tz are an accelerometer if wx exists. If qx exists, they are the positions of a
+    // trajectory.
     if (kind == SeriesKind::other && is_axis && letters.size() == 2 && letters[0] == 't' &&
         has_letters("wx") && !has_letters("qx")) {
       kind = SeriesKind::accelerometer;
@@ -450,7 +456,7 @@ SensorColumns::SensorColumns(const std::vector<std::string>& columns, std::strin
         (letters.size() == 1 || small == "field.vector." + small.substr(small.size() - 1))) {
       kind = kind_of_table;
     }
-    if (kind == SeriesKind::other && small == "t") {  // ArduPilot's, or with its unit
+    if (kind == SeriesKind::other && small == "t") {  // ArduPilot, or with a unit
       const bool is_temperature = known_unit(names[c].unit, SeriesKind::temperature).has_value() ||
                                   unit_of_writer(columns, table, names[c].name, kind) == "degC";
       kind = is_temperature ? SeriesKind::temperature : kind;
@@ -474,13 +480,13 @@ SensorColumns::SensorColumns(const std::vector<std::string>& columns, std::strin
     }
     series = {.kind = kind, .unit = unit ? std::string(unit->name) : names[c].unit, .known_by = by};
   }
-  // Units that writers are known for.
+  // Units that the program is known to use.
   for (std::size_t c = 0; c < columns.size(); ++c) {
     if (series_[c].kind != SeriesKind::other && series_[c].unit.empty()) {
       series_[c].unit = unit_of_writer(columns, table, names[c].name, series_[c].kind);
     }
   }
-  // Three axes are a sensor; one alone is not.
+  // A sensor has three axes. Columns of a kind with different numbers of x, y and z are not used.
   for (const SeriesKind kind :
        {SeriesKind::accelerometer, SeriesKind::gyroscope, SeriesKind::magnetometer}) {
     std::array<std::size_t, 3> found{};

@@ -12,7 +12,7 @@
 
 namespace axiscal {
 
-/// One format of recordings. A decoder parses and passes samples on; it does not store them.
+/// The decoder of one format of recordings. It passes samples on, and does not store them.
 class RecordingFile::Decoder {
  public:
   Decoder() = default;
@@ -24,36 +24,35 @@ class RecordingFile::Decoder {
   /// @return false at the end.
   [[nodiscard]] virtual bool read(SeriesSink& sink) = 0;
 
-  /// The damaged or skipped parts so far.
+  /// @return notes on the damaged or skipped parts so far.
   [[nodiscard]] virtual std::vector<std::string> notes() const { return notes_; }
 
   std::string format;
   std::map<std::string, std::string> facts;
-  std::shared_ptr<void> keep;  ///< an object that must live as long: a copy of the file
+  std::shared_ptr<void> keep;  ///< an object that the decoder needs: a copy of the file
 
  protected:
   std::vector<std::string> notes_;
 };
 
-/// Parts of one message that are of different kinds, each a series of its own.
-///
-/// Neighbouring columns of one kind and unit form one series. A column without a rule is `other`.
+/// The series in one type of message. Columns of one kind and unit form a series, with at most
+/// three columns if they are a sensor's. A column without a known kind is `other`.
 class MessageSeries {
  public:
   struct Part {
     Series series;
-    std::vector<std::size_t> places;  ///< of its columns in the message
-    std::size_t number = 0;           ///< identifier in the sink
+    std::vector<std::size_t> places;  ///< positions of its columns in the message
+    std::size_t number = 0;           ///< number of its series in the sink
   };
 
-  /// The kind of a column, or `other`.
+  /// Returns kind, unit and known_by of a column; the kind may be `other`.
   using Rule = std::function<Series(const std::string& column)>;
 
   MessageSeries() = default;
 
-  /// @param name      of the message.
-  /// @param columns   all of its numbers but its time.
-  /// @param rule      states kind, unit and known_by of a column.
+  /// @param name      name of the message.
+  /// @param columns   names of all its numbers except its time.
+  /// @param rule      returns kind, unit and known_by of a column.
   MessageSeries(const std::string& name,
                 int instance,
                 const std::vector<std::string>& columns,
@@ -65,8 +64,8 @@ class MessageSeries {
                 const std::vector<std::string>& columns,
                 const std::vector<Series>& of_columns);
 
-  /// Makes its series known to a sink.
-  /// @param count  of the series so far; counted on.
+  /// Announces the series to a sink.
+  /// @param count  number of series in the sink; increased by those of the message.
   void announce(SeriesSink& sink, std::size_t& count);
 
   void put(SeriesSink& sink, double time_s, std::span<const double> message);
@@ -92,13 +91,13 @@ using DecoderPointer = std::unique_ptr<RecordingFile::Decoder>;
 [[nodiscard]] DecoderPointer open_mcap(ByteSource bytes);
 [[nodiscard]] DecoderPointer open_vectornav(ByteSource bytes);
 [[nodiscard]] DecoderPointer open_motioncal(ByteSource bytes);
-/// @param path  of a file that SQLite can open.
+/// @param path  path of a file that SQLite can open.
 /// @param name  for messages.
 [[nodiscard]] DecoderPointer open_rosbag2(const std::string& path,
                                           const std::string& name,
                                           const ReadBudget& budget);
 
-/// True if the first lines of a text are of that format.
+/// @return true if the start of a file is of the format.
 [[nodiscard]] bool is_dataflash_text(std::string_view start);
 [[nodiscard]] bool is_mavlink_text(std::string_view start);
 [[nodiscard]] bool is_vectornav(std::string_view start);

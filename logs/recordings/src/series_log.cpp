@@ -23,7 +23,7 @@ bool is_whole(std::span<const double> values) {
 
 }  // namespace
 
-// Holds the samples of the wanted series until the rows that need them are made.
+// Stores the samples of the selected series until all rows that need them are complete.
 class SeriesLog::Sink final : public SeriesSink {
  public:
   Sink(std::size_t base, const std::vector<MergedColumn>& columns) : base_(base) {
@@ -44,7 +44,7 @@ class SeriesLog::Sink final : public SeriesSink {
     Queue& queue = queues_[series];
     if (series != base_) {
       if (!is_whole(values)) {
-        return;  // a message without a new value
+        return;  // a sample with missing values is ignored
       }
       if (!queue.samples.empty() && time_s <= queue.samples.back().time_s) {
         return;
@@ -61,7 +61,7 @@ class SeriesLog::Sink final : public SeriesSink {
   struct Queue {
     bool wanted = false;
     std::deque<Sample> samples;
-    double step_s = 0.0;  // the usual one, from below
+    double step_s = 0.0;  // the usual step, tracked from the short steps
   };
 
   std::vector<Queue>& queues() { return queues_; }
@@ -92,7 +92,8 @@ void SeriesLog::select(const std::vector<std::size_t>& selected) {
   selected_ = selected;
 }
 
-// Makes the next row, if all that it needs is there.
+// Makes the next row.
+// @return false if a sample that the row needs has not been read yet.
 bool SeriesLog::take_row(std::vector<double>& row) {
   std::vector<Sink::Queue>& queues = sink_->queues();
   std::deque<Sample>& base = queues[base_].samples;
@@ -126,13 +127,13 @@ bool SeriesLog::take_row(std::vector<double>& row) {
     if (queue.samples.empty()) {
       continue;
     }
-    if (!has_times) {  // the one after the other, as they come
+    if (!has_times) {  // the samples are combined in their order
       row[c + 1] = queue.samples.front().values[column.place];
       continue;
     }
     const auto after = std::find_if(queue.samples.begin(), queue.samples.end(),
                                     [&](const Sample& sample) { return sample.time_s >= time_s; });
-    // A value holds for some steps; a longer gap is one.
+    // A value is used for up to `longest` steps. A longer distance is a gap.
     constexpr double longest = 8.0;
     const double reach = longest * queue.step_s;
     if (after == queue.samples.end()) {
@@ -156,7 +157,8 @@ bool SeriesLog::take_row(std::vector<double>& row) {
   if (has_begun_ || !has_times) {
     has_begun_ = true;
   } else {
-    // Sensors start some milliseconds apart. Rows before all of them have started are dropped.
+    // Sensors start some milliseconds apart. Rows in which a sensor is missing are dropped at the
+    // start, for at most one second.
     constexpr double longest_wait_s = 1.0;
     first_s_ = std::isnan(first_s_) ? time_s : first_s_;
     has_begun_ = time_s - first_s_ > longest_wait_s ||

@@ -13,19 +13,20 @@
 
 namespace axiscal {
 
-/// A column of a table of series.
+/// A column of a table that is made of series.
 struct MergedColumn {
   std::string name;
-  std::size_t series = 0;  ///< number of it in the recording
-  std::size_t place = 0;   ///< of the column in its series
+  std::size_t series = 0;  ///< number of its series in the recording
+  std::size_t place = 0;   ///< position of the column in its series
 };
 
-/// Series of a recording as one table. The rows are at the samples of one series; the others are
-/// interpolated to these times. The memory is constant if the file interleaves the series.
+/// A table made of series of a recording. The rows are the samples of one series, and the other
+/// series are interpolated to their times. The memory is constant if the file interleaves the
+/// series.
 class SeriesLog final : public LogFile::Source {
  public:
   /// @param base     number of the series whose samples are the rows.
-  /// @param columns  of the table, behind the time.
+  /// @param columns  columns of the table after the time.
   SeriesLog(DecoderPointer decoder, std::size_t base, std::vector<MergedColumn> columns);
   ~SeriesLog() override;
 
@@ -42,7 +43,7 @@ class SeriesLog final : public LogFile::Source {
   std::vector<MergedColumn> merged_;
   std::vector<std::size_t> selected_;
   bool at_end_ = false;
-  bool has_begun_ = false;  // true if all series are present
+  bool has_begun_ = false;  // true after the first row with all series
   double first_s_ = std::numeric_limits<double>::quiet_NaN();
 };
 

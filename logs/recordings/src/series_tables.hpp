@@ -11,17 +11,18 @@
 
 namespace axiscal {
 
-/// The numeric variables of a file that has several: those of one number of rows are a table.
+/// The numeric variables of a file. Variables with the same number of rows form one table.
 class SeriesTables {
  public:
-  /// Adds a variable, R x C, column by column in `values`; a row vector is one column.
+  /// Adds a variable with the size rows x columns, whose values are stored column by column. If it
+  /// has fewer rows than columns, it is transposed.
   void add(const std::string& name,
            std::size_t rows,
            std::size_t columns,
            const std::vector<double>& values);
 
   /// @return the table that has the most numbers.
-  /// @throws DataError  if there is none.
+  /// @throws DataError  if there is no table with more than one row.
   [[nodiscard]] std::unique_ptr<LogFile::Source> largest(const std::string& path) &&;
 
   struct Table {
@@ -29,7 +30,7 @@ class SeriesTables {
     LogBlock data;
   };
 
-  /// The same as a table's parts.
+  /// @return the names and data of largest().
   [[nodiscard]] Table take_largest(const std::string& path) &&;
 
  private:

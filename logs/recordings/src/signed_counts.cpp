@@ -10,12 +10,13 @@
 namespace axiscal {
 namespace {
 
-// Of the 2^bits counts: below lies what is positive, above what is negative.
+// Parts of the range 0 to 2^bits: positive values are below the first, negative ones above the
+// second.
 constexpr double positive_below = 0.375;
 constexpr double negative_from = 0.625;
 
 struct Counts {
-  bool are_counts = true;  // whole numbers, not below 0
+  bool are_counts = true;  // whole numbers of 0 or more
   double largest = 0.0;
   bool rises = false, falls = false;
 };
@@ -34,7 +35,7 @@ Counts counts_of(std::span<const double> values) {
   return counts;
 }
 
-// The numbers of positive, negative and other values.
+// The shares of positive, negative and other values.
 struct Shares {
   double positive = 0.0, negative = 0.0, between = 0.0;
 };

@@ -16,7 +16,7 @@
 namespace axiscal {
 namespace {
 
-// Mean and standard deviation as samples come (B. P. Welford, Technometrics 4 (1962)).
+// Accumulates mean and standard deviation (B. P. Welford, Technometrics 4 (1962)).
 struct Moments {
   double count = 0.0, mean = 0.0, squares = 0.0;
 
@@ -31,7 +31,7 @@ struct Moments {
   }
 };
 
-// The steps of times, counted by their size.
+// A histogram of the steps of times.
 class Steps {
  public:
   void add(double step_s) {
@@ -50,7 +50,7 @@ class Steps {
     }
   }
 
-  /// @return the number of steps longer than five times the usual step, or backwards.
+  /// @return the number of steps that are longer than five times the usual step, or negative.
   [[nodiscard]] std::size_t gaps() const {
     const double limit = longest_usual_s();
     std::size_t longer = back_;
@@ -62,7 +62,7 @@ class Steps {
 
   [[nodiscard]] double sum_s() const { return sum_; }
 
-  /// @return steps per second, without gaps.
+  /// @return steps per second, excluding gaps.
   [[nodiscard]] double rate_hz() const {
     const double limit = longest_usual_s();
     double sum = 0.0;
@@ -82,7 +82,7 @@ class Steps {
   }
 
   [[nodiscard]] double longest_usual_s() const {
-    // The median, and values far above it.
+    // The median step determines the usual step.
     std::size_t passed = 0;
     std::size_t middle = 0;
     while (middle + 1 < bins_.size() && 2 * (passed += bins_[middle]) < count_) {
@@ -90,7 +90,7 @@ class Steps {
     }
     const double middle_s =
         std::exp2(smallest + (static_cast<double>(middle) + 1.0) / bins_an_octave);
-    // Logs that come in bursts have many short steps: the mean is what counts there.
+    // Logs that come in bursts have many short steps, so the mean is used if it is larger.
     const double mean_s = count_ > 0 ? sum_ / static_cast<double>(count_) : 0.0;
     constexpr double far = 5.0;
     return far * std::max(middle_s, std::min(mean_s, far * middle_s));
@@ -107,17 +107,18 @@ class Steps {
 constexpr double window_s = 0.5;
 constexpr double still_m_s2 = 0.08;
 
-// The longest row of windows in which an accelerometer is still.
+// The longest series of windows in which an accelerometer is still.
 class Stillness {
  public:
-  // @param si  m/s^2 per unit; 0 where it is not known, and gravity's length is taken for it.
+  // @param si  m/s^2 per unit. If it is 0, the unit is not known, and the mean vector is assumed to
+  //            have the length of gravity.
   explicit Stillness(double si) : si_(si) {}
 
   void add(double from_first_s, std::span<const double> values) {
     if (!std::isfinite(from_first_s)) {
       return;
     }
-    const double window = std::floor(from_first_s / window_s);  // as times may be any number
+    const double window = std::floor(from_first_s / window_s);  // a double, as times may be large
     if (window != window_) {
       end_window();
       window_ = window;
@@ -214,7 +215,7 @@ class Summariser final : public SeriesSink {
       SeriesSummary& summary = one.summary;
       const double span = summary.end_s - summary.start_s;
       summary.gaps = one.steps.gaps();
-      // If times restart, the span is meaningless, but the steps are not.
+      // If the times restart, the span is wrong, but the steps are right.
       constexpr double nearly_all = 0.75;
       const bool began_anew = span < nearly_all * one.steps.sum_s();
       summary.rate_hz = summary.samples < 2 ? not_a_number
@@ -266,7 +267,7 @@ RecordingSummary summarise(const std::string& path,
 }
 
 std::string recording_json(const RecordingSummary& summary) {
-  // Names come from files, and files may be damaged.
+  // Names in a damaged file may not be valid UTF-8.
   const auto utf8 = [](const std::vector<std::string>& texts) {
     std::vector<std::string> clean;
     for (const std::string& text : texts) {

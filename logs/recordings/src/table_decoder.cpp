@@ -36,7 +36,8 @@ class TableDecoder final : public RecordingFile::Decoder {
   }
 
   bool read(SeriesSink& sink) override {
-    // A line of text may have tens of thousands of cells: a block is bounded in values.
+    // A line of text may have tens of thousands of cells, so the number of values of a block is
+    // limited.
     const std::size_t most = std::clamp<std::size_t>(
         most_values / std::max<std::size_t>(1, places_.size()), 1, block_rows);
     const std::size_t rows = source_->read(block_, most);
@@ -72,7 +73,7 @@ class TableDecoder final : public RecordingFile::Decoder {
 
  private:
   [[nodiscard]] double time_of(std::size_t row) {
-    if (time_ && is_counter_) {  // of 16 bits
+    if (time_ && is_counter_) {  // a counter of 16 bits
       constexpr double turn = 65536.0;
       const double count = block_[*time_][row];
       turns_ += count + 0.5 * turn < last_count_ ? turn : 0.0;
@@ -85,7 +86,7 @@ class TableDecoder final : public RecordingFile::Decoder {
     return source_->rate_hz > 0.0 ? static_cast<double>(done_) / source_->rate_hz : not_a_number;
   }
 
-  // The first block shows what the columns are.
+  // Recognises the columns by the first block.
   void begin(SeriesSink& sink) {
     TableColumns columns = recognise_columns(columns_, name_, block_);
     time_ = columns.time;
@@ -138,7 +139,7 @@ class TableDecoder final : public RecordingFile::Decoder {
   LogBlock block_;
   std::optional<std::size_t> time_;
   double seconds_ = 1.0;
-  bool is_counter_ = false;  // the times are a counter of samples
+  bool is_counter_ = false;  // true if `time_` is a counter of samples
   double last_count_ = 0.0, turns_ = 0.0;
   std::size_t done_ = 0;
   std::vector<std::size_t> others_;

@@ -14,12 +14,12 @@
 namespace axiscal {
 namespace {
 
-// The letters by which a table calls the axes of a kind.
+// The letter in the names of the columns of a kind: ax, gx, mx.
 char letter_of(SeriesKind kind) {
   return kind == SeriesKind::accelerometer ? 'a' : kind == SeriesKind::gyroscope ? 'g' : 'm';
 }
 
-// Columns by the format's own names: "AccX", or "IMU2.AccX".
+// Finds a column by its name in the format: "AccX", or "IMU2.AccX".
 std::optional<MergedColumn> column_called(const RecordingSummary& summary,
                                           const std::string& name) {
   for (std::size_t s = 0; s < summary.series.size(); ++s) {
@@ -38,7 +38,7 @@ std::optional<MergedColumn> column_called(const RecordingSummary& summary,
 }  // namespace
 
 std::string series_list(const RecordingSummary& summary) {
-  constexpr std::size_t most = 500;  // names that may have to be typed
+  constexpr std::size_t most = 500;  // most names that a message lists
   std::vector<std::string> names;
   for (const SeriesSummary& one : summary.series) {
     const std::string text = formatted("{}{}", one.series.name,
@@ -73,7 +73,7 @@ OpenedTable table_of_series(const std::string& path,
       columns.push_back(std::move(column));
     }
   };
-  // The last sensor is used if there are fewer of a kind: two compasses with one accelerometer.
+  // If a kind has fewer sensors than the requested instance, its last sensor is used.
   int most = 0;
   for (const RecordedSensor& sensor : all) {
     most = std::max(most, sensor.number + 1);
@@ -108,7 +108,7 @@ OpenedTable table_of_series(const std::string& path,
                      .words = words_of(*chosen)};
     for (std::size_t axis = 0; axis < 3; ++axis) {
       sensor.columns[axis] = formatted("{}{}", letter_of(kind), "xyz"[axis]);
-      for (const std::string& wanted : format.wanted) {  // by the format's name
+      for (const std::string& wanted : format.wanted) {  // the requested name replaces ax, ay, ...
         const std::optional<MergedColumn> own = column_called(summary, wanted);
         if (own && own->series == chosen->series && own->place == chosen->places[axis]) {
           sensor.columns[axis] = wanted;

@@ -16,19 +16,19 @@ struct OpenedTable {
   std::vector<LogSensor> sensors;
 };
 
-/// A recording of several series as one table: the sensors of one instance, and further requested
-/// columns.
-/// @param summary  of its first samples, by which it is seen what it holds.
-/// @param decoder  at its beginning.
-/// @param path     for messages.
-/// @throws DataError  if it holds no sensor; the message says what it holds.
+/// Makes one table of a recording with several series. It contains the sensors of one instance, and
+/// the further columns that `format` requests.
+/// @param summary  of the first samples of the recording; it shows which series there are.
+/// @param decoder  has not read anything yet.
+/// @param path     path of the recording, for messages.
+/// @throws DataError  if the recording contains no sensor; the message lists its content.
 [[nodiscard]] OpenedTable table_of_series(const std::string& path,
                                           const RecordingSummary& summary,
                                           DecoderPointer decoder,
                                           const LogFormat& format);
 
-/// @return the content of a recording, in a line for a message: "it holds sensor_baro (4 columns),
-///         ...".
+/// @return the names of the series of a recording, for a message: "it contains sensor_baro,
+///         sensor_accel (accelerometer), ...".
 [[nodiscard]] std::string series_list(const RecordingSummary& summary);
 
 }  // namespace axiscal

@@ -32,7 +32,8 @@ bool is_called_in_other_letters(const std::string& column, const std::string& na
   return in_small_letters(column) == in_small_letters(name);
 }
 
-// "Rest face", "fence_face", "pose.rest": labels alone, as axes are SLOT.axis.
+// Names with further words, such as "Rest face", "fence_face" or "pose.rest". Only labels are found
+// like this, because the names of axes are SLOT.axis.
 bool is_called_with_more(const std::string& column, const std::string& name) {
   if (name != "rest" && name != "fence" && name != "run" && name != "block") {
     return false;
@@ -42,8 +43,9 @@ bool is_called_with_more(const std::string& column, const std::string& name) {
          small.ends_with("." + name);
 }
 
-// The columns of a table without a header that hold labels of faces: rest and fence; whole numbers
-// before them are runs, the three numbers behind them the axes.
+// Names the columns of a table without a header by its labels of faces. The first two columns of
+// faces are rest and fence, a column of whole numbers before them is run, and the three columns
+// after them are the axes. The result is empty if the table has other columns.
 std::vector<std::string> names_by_faces(const std::vector<std::vector<std::string_view>>& rows) {
   const auto are = [&](std::size_t c, auto is) {
     return std::all_of(rows.begin(), rows.end(), [&](const auto& row) { return is(row[c]); });
@@ -72,14 +74,14 @@ std::vector<std::string> names_by_faces(const std::vector<std::vector<std::strin
   return {};
 }
 
-// A table of numbers as text.
+// Converts a table of numbers to text.
 class NumbersAsText {
  public:
   explicit NumbersAsText(std::unique_ptr<LogFile::Source> source) : source_(std::move(source)) {}
 
   void scale(std::vector<double> factors) { factors_ = std::move(factors); }
 
-  // The first rows, which are read once more as text.
+  // @return the first rows, which read() will also return as text.
   const LogBlock& look_ahead() {
     is_ahead_ = source_->read(block_, rows_at_once) > 0;
     return block_;
@@ -123,20 +125,20 @@ struct TableText::State {
   std::string path;
   LogFormat format;
   TextLayout layout;
-  bool is_plain = true;    // its bytes pass as they are
-  bool has_names = false;  // without a header, they are known all the same
+  bool is_plain = true;    // true if read() returns the unchanged bytes
+  bool has_names = false;  // true if names_by_faces() has named the columns
   std::vector<NamedColumn> columns;
-  std::vector<std::string> header;  // as the reader will have it; empty: as it is in the file
-  std::vector<double> factors;      // of each column
-  std::map<std::size_t, std::function<std::string(const std::string&)>> of_cell;  // of columns
+  std::vector<std::string> header;  // names for the reader; empty: those in the file
+  std::vector<double> factors;      // factor of each column
+  std::map<std::size_t, std::function<std::string(const std::string&)>> of_cell;  // by column
   LogBlock first_rows;
   std::vector<std::vector<std::string>> first_cells;
   std::string table_name;
-  std::vector<LogSensor> sensors;  // of a recording
+  std::vector<LogSensor> sensors;  // sensors of a recording
   std::vector<std::string> notes;
   std::optional<ByteSource> bytes;
   std::unique_ptr<NumbersAsText> numbers;
-  // Where lines are converted.
+  // The state of next_line().
   std::unique_ptr<LineStream> lines;
   std::string line;
   std::size_t given = 0;
@@ -173,7 +175,7 @@ void TableText::State::open(OpenedFile opened) {
   map_columns();
 }
 
-// The sensors of a recording that are wanted, as a table.
+// Makes a table of the requested sensors of a recording.
 void TableText::State::open_series(OpenedFile opened, ReopenableFile& file) {
   constexpr std::size_t looked_at = 400000;
   OpenedTable table =
@@ -204,7 +206,7 @@ void TableText::State::look_at_text() {
     }
     layout = detect_text_layout(path, start, is_whole, {});
   } catch (const DataError&) {
-    return;  // the reader of plain tables says what is wrong
+    return;  // the CsvReader will report the error
   }
   if (!format.names.empty()) {
     layout.columns = column_names(path, format.names, layout.columns.size());
@@ -230,7 +232,7 @@ void TableText::State::look_at_text() {
     columns.push_back(named_column(name));
   }
   look_at_first_rows(start, is_whole);
-  // The first line that says something is the header, and commas part its cells.
+  // In a plain table the first line that is not empty and not a comment is the header.
   std::size_t first = 1;
   for (const std::string_view one : first_lines(start, is_whole)) {
     const std::string_view text = trimmed(one);
@@ -260,7 +262,7 @@ void TableText::State::look_at_text() {
              is_utf8(start.substr(0, start.rfind('\n') + 1));
   if (!layout.has_header && !has_names && format.names.empty() && layout.delimiter == ',' &&
       first == 1 && !layout.decimal_comma && layout.first_row_line != first) {
-    // A line above the first row is not a header: the reader reports the problem.
+    // The line above the first row is not a header, so the CsvReader will report it.
     is_plain = true;
     columns.clear();
   }
@@ -302,7 +304,7 @@ void TableText::State::look_at_numbers(std::unique_ptr<LogFile::Source> source) 
   first_rows = numbers->look_ahead();
 }
 
-// --map: columns renamed, scaled, turned round.
+// Renames, scales and reverses columns as the option --map requests.
 void TableText::State::map_columns() {
   factors.assign(columns.size(), 1.0);
   if (format.columns.empty()) {
@@ -324,8 +326,8 @@ void TableText::State::map_columns() {
   }
 }
 
-// The next line as CSV. Lines that are not rows become empty lines, so that line numbers agree with
-// the file.
+// Converts the next line to CSV. A line that is not a row becomes an empty line, so that the
+// numbers of lines agree with the file.
 bool TableText::State::next_line() {
   std::string_view raw;
   if (!lines->next(raw)) {
@@ -500,7 +502,6 @@ CsvReader TableText::reader(const std::vector<std::string>& known,
     return state.read(buffer, size);
   };
   std::vector<std::string> header = !state.header.empty() ? state.header : state.layout.columns;
-  // Names that are the same but for unit and capital letters.
   const auto has = [&](const std::string& name) {
     return std::find(header.begin(), header.end(), name) != header.end();
   };

@@ -32,7 +32,7 @@ void append_utf8(char32_t c, std::string& text) {
   }
 }
 
-// UTF-16 as UTF-8, piece by piece.
+// Converts UTF-16 to UTF-8 piece by piece.
 class Utf16Reader {
  public:
   Utf16Reader(ByteSource bytes, bool is_big) : bytes_(std::move(bytes)), is_big_(is_big) {}
@@ -70,7 +70,7 @@ class Utf16Reader {
     std::size_t at = 0;
     while (at + 1 < filled) {
       char32_t c = unit(at);
-      if (c >= 0xD800 && c < 0xDC00) {  // the first of two
+      if (c >= 0xD800 && c < 0xDC00) {  // the first half of a surrogate pair
         if (at + 3 >= filled) {
           if (filled == raw.size()) {
             left_.assign(raw.data() + at, filled - at);
@@ -94,7 +94,7 @@ class Utf16Reader {
   std::size_t given_ = 0;
 };
 
-// Lines that end with carriage returns alone, but perhaps for the last.
+// Replaces carriage returns by line feeds if the lines end with carriage returns only.
 ByteSource with_line_feeds(ByteSource bytes) {
   const std::string_view start = bytes.peek(layout_bytes);
   std::size_t alone = 0;  // carriage returns without a line feed next to them
@@ -118,7 +118,7 @@ ByteSource with_line_feeds(ByteSource bytes) {
           shared->budget()};
 }
 
-// Blanks and minus signs of typesetters, as spreadsheets write numbers with.
+// Replaces typographic blanks and minus signs, which some spreadsheets write in numbers.
 ByteSource with_plain_signs(ByteSource bytes) {
   struct Sign {
     std::string_view typeset;
@@ -155,7 +155,7 @@ ByteSource as_utf8(ByteSource bytes) {
   const std::string_view start = bytes.peek(4);
   const bool is_little = start.starts_with("\xFF\xFE");
   const bool is_big = start.starts_with("\xFE\xFF");
-  // Without its mark: text begins with a letter or digit of this part of the world.
+  // Without a byte order mark: the first two characters have codes below 128.
   const bool looks_little =
       start.size() >= 4 && start[0] > 0 && start[1] == '\0' && start[2] > 0 && start[3] == '\0';
   const bool looks_big =

@@ -8,10 +8,11 @@
 
 namespace axiscal {
 
-/// @return UTF-16 text as UTF-8; other text with line feeds, plain minus signs and blanks.
+/// @return UTF-16 text as UTF-8. In other text, carriage returns at the ends of lines, typographic
+///         blanks and minus signs are replaced by plain ones.
 [[nodiscard]] ByteSource as_utf8(ByteSource bytes);
 
-/// @return the text as UTF-8: as it is where it is, else each byte is taken as Latin-1 has it.
+/// @return the text unchanged if it is UTF-8; otherwise it is converted from Latin-1.
 [[nodiscard]] std::string utf8_of_latin1(std::string_view text);
 
 }  // namespace axiscal

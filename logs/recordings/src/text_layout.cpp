@@ -31,7 +31,7 @@ struct Dialect {
   bool decimal_comma = false;
 };
 
-// A unit behind numbers in cells, and no other word.
+// @return true if a word after a number is a known unit.
 bool is_unit_in_cell(std::string_view unit) {
   constexpr std::array<std::string_view, 12> others = {"s",  "ms",  "us",  "V",   "mV", "counts",
                                                        "Hz", "LSB", "deg", "rad", "A",  "mA"};
@@ -46,7 +46,7 @@ bool is_dressed_number(std::string_view cell, bool decimal_comma) {
          (number.unit.empty() ? number.is_grouped : is_unit_in_cell(number.unit));
 }
 
-// Number of cells of a line that are numbers.
+// @return the number of cells of a line that are numbers.
 std::size_t count_numbers(const Cells& cells, bool decimal_comma) {
   return static_cast<std::size_t>(
       std::count_if(cells.begin(), cells.end(), [&](std::string_view cell) {
@@ -60,7 +60,7 @@ std::size_t count_filled(const Cells& cells) {
       cells.begin(), cells.end(), [](std::string_view cell) { return !cell.empty(); }));
 }
 
-// The dialect in which most lines have the same number of cells, most of them numbers.
+// Finds the dialect that gives the most numbers in lines with the same number of cells.
 Dialect sniff(const Cells& lines) {
   Dialect best;
   double best_score = -1.0;
@@ -69,7 +69,7 @@ Dialect sniff(const Cells& lines) {
       if (decimal_comma && delimiter == ',') {
         continue;
       }
-      std::map<std::size_t, double> numbers;  // in all lines of so many cells
+      std::map<std::size_t, double> numbers;  // by the number of cells of a line
       for (const std::string_view line : lines) {
         const Cells cells = cells_of(line, delimiter);
         numbers[cells.size()] += static_cast<double>(count_numbers(cells, decimal_comma));
@@ -95,7 +95,7 @@ bool is_a_unit(std::string_view cell) {
          std::find(others.begin(), others.end(), cell) != others.end();
 }
 
-// True if a filled cell occurs twice: names never do, units do.
+// True if a filled cell occurs twice. Units may occur twice, but names do not.
 bool repeats(const Cells& cells) {
   std::unordered_set<std::string_view> seen;
   return std::any_of(cells.begin(), cells.end(), [&](std::string_view cell) {
@@ -125,7 +125,7 @@ bool is_nothing(const Cells& cells) {
   return std::all_of(cells.begin(), cells.end(), is_missing);
 }
 
-// A line of a comment without what makes it one.
+// @return the text of a comment, without the characters that begin the comment.
 std::string_view uncommented(std::string_view line) {
   line = trimmed(line);
   const std::size_t at = line.find_first_not_of("#%/; \t");
@@ -175,23 +175,23 @@ class LayoutFinder {
   TextLayout take() && { return std::move(layout_); }
 
  private:
-  // A comment; GCDC's loggers begin one with a semicolon.
+  // @return true for a comment, which may begin with a semicolon in the files of GCDC's loggers.
   [[nodiscard]] bool is_remark(std::string_view line) const {
     return is_comment_line(line) || (layout_.delimiter != ';' && trimmed(line).starts_with(';'));
   }
 
-  // "sep=;", as spreadsheets begin.
+  // "sep=;" is the first line that some spreadsheets write.
   static bool is_separator_line(std::string_view line) {
     return line.starts_with("sep=") && line.size() <= 5;
   }
 
-  // "|---|---|", beneath the header of a table in Markdown.
+  // "|---|---|" is the line below the header of a table in Markdown.
   static bool is_rule(std::string_view line) {
     return line.size() > 2 && line.find_first_not_of("|-+:= \t") == std::string_view::npos &&
            line.find("--") != std::string_view::npos;
   }
 
-  // Delimiters at the ends of rows part nothing.
+  // Removes the empty cells that delimiters at the start or at the end of each row make.
   void drop_empty_ends() {
     bool first = usual_ > 1 && layout_.delimiter != ' ';
     bool last = first;
@@ -218,7 +218,7 @@ class LayoutFinder {
   }
 
   void find_usual() {
-    std::map<std::size_t, std::size_t> numbers;  // in lines of so many cells
+    std::map<std::size_t, std::size_t> numbers;  // by the number of cells of a line
     for (std::size_t i = 0; i < rows_.size(); ++i) {
       if (numbers_[i] > 0) {
         numbers[rows_[i].size()] += numbers_[i];
@@ -233,7 +233,8 @@ class LayoutFinder {
     }
   }
 
-  // The first row of the usual number of cells that holds about as many numbers as the others.
+  // Finds the first row that has the usual number of cells, and more than half of the largest
+  // number of numbers.
   void find_first_row() {
     std::size_t most = 0;
     for (std::size_t i = 0; i < rows_.size(); ++i) {
@@ -245,7 +246,7 @@ class LayoutFinder {
     }
     first_ = std::min(first_, lines_.size());
     while (first_ > 0 && has_gaps_alone(first_ - 1)) {
-      --first_;  // "0,,,": a row of which not all was measured yet
+      --first_;  // "0,,,": a row in which some values are missing
     }
     layout_.first_row_line = first_ + 1;
   }
@@ -258,7 +259,8 @@ class LayoutFinder {
            });
   }
 
-  // A header of another number of cells than the rows: the nearest line of names above them.
+  // Finds a header whose number of cells is not that of the rows: the nearest line of names above
+  // the rows.
   [[nodiscard]] std::optional<std::size_t> odd_header() const {
     for (std::size_t i = first_; i-- > 0;) {
       const Cells& row = rows_[i];
@@ -273,7 +275,7 @@ class LayoutFinder {
     return std::nullopt;
   }
 
-  // True if the first cells of the rows count 1, 2, 3, as the row names of R.
+  // True if the first cells of the rows are 1, 2, 3, ..., as the row names that R writes.
   [[nodiscard]] bool rows_are_named() const {
     double expected = 1.0;
     for (std::size_t i = first_; i < rows_.size(); ++i) {
@@ -285,7 +287,7 @@ class LayoutFinder {
     return expected > 2.0;
   }
 
-  // The cells of a header of another width, as many as the rows have.
+  // Gives a header with another number of cells the number of cells of the rows.
   Cells fitted(Cells cells) {
     layout_.header_is_odd = true;
     while (cells.size() > 1 && cells.back().empty()) {
@@ -322,7 +324,7 @@ class LayoutFinder {
       }
     }
     Cells cells = header ? rows_[*header] : Cells{};
-    if (!header) {  // it may stand in a comment
+    if (!header) {  // the header may be in a comment
       for (std::size_t i = 0; i < first_; ++i) {
         Cells words = cells_of(uncommented(lines_[i]), layout_.delimiter);
         constexpr std::array<std::string_view, 4> heads = {"Headers", "Header", "Columns",
@@ -371,7 +373,8 @@ class LayoutFinder {
     }
   }
 
-  // Each line behind the header and its units is a row. If it does not parse, its reader says so.
+  // All lines after the header and its units are rows, so that the reader reports those that cannot
+  // be parsed.
   void begin_rows_behind(std::size_t head) {
     std::size_t first = head + 1;
     while (first < first_ && (rows_[first].empty() || are_types(rows_[first]))) {
@@ -401,7 +404,7 @@ class LayoutFinder {
       std::size_t numbers = 0;
       std::size_t plain = 0;
       std::size_t dressed = 0;
-      std::optional<std::string> unit;  // of all dressed numbers
+      std::optional<std::string> unit;  // unit of the numbers with a unit
       bool one_unit = true;
       std::size_t texts = 0;
       std::size_t clocks = 0;
@@ -432,7 +435,8 @@ class LayoutFinder {
       }
       layout_.is_clock[c] = clocks > 0 && numbers == 0 && texts == 0;
       layout_.is_text[c] = texts > 0 && numbers == 0 && dressed == 0;
-      // A unit in some cells alone is a typing error; thousands are parted from 1,000 on.
+      // If only some cells have a unit, this is a typing error. Thousands are separated only in
+      // numbers from 1,000 on, so plain numbers are also allowed.
       layout_.is_dressed[c] =
           dressed > 0 && one_unit && texts == 0 && clocks == 0 && (unit->empty() || plain == 0);
       if (layout_.is_dressed[c] && !unit->empty() && c < layout_.columns.size() &&
@@ -442,7 +446,8 @@ class LayoutFinder {
     }
   }
 
-  // Empatica's files: the first row is the time of the start, the second the rate, in every column.
+  // Empatica's files: in every column the first row is the start time, and the second row is the
+  // rate.
   void find_empatica() {
     if (layout_.has_header || first_ + 2 >= rows_.size()) {
       return;
@@ -469,7 +474,8 @@ class LayoutFinder {
     layout_.first_row_line += 2;
   }
 
-  // "// Update Rate: 100.0Hz", "OutputRate:,60Hz", "# sample rate = 50 Hz"
+  // Finds the rate in lines such as "// Update Rate: 100.0Hz", "OutputRate:,60Hz", "# sample rate =
+  // 50 Hz".
   void find_rate() {
     for (std::size_t i = 0; i < before_; ++i) {
       const std::string_view line = lines_[i];
@@ -505,9 +511,9 @@ class LayoutFinder {
   Cells lines_;
   std::vector<Cells> rows_;  // empty for comments
   std::vector<std::size_t> numbers_;
-  std::size_t usual_ = 0;   // cells of a row
-  std::size_t first_ = 0;   // row, from 0
-  std::size_t before_ = 0;  // lines before the table
+  std::size_t usual_ = 0;   // usual number of cells of a row
+  std::size_t first_ = 0;   // position of the first row in rows_
+  std::size_t before_ = 0;  // number of lines before the table
   TextLayout layout_;
 };
 

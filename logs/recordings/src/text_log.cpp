@@ -23,10 +23,10 @@ constexpr const char* unknown_format_words =
     "is not text, and no format that is known: tables (text, .npy, .mat, .xlsx, JSON), flight logs "
     "(ULog, DataFlash, tlog, blackbox), bags (ROS 1, ROS 2, MCAP), phones' recordings";
 
-// Reads a plain decimal number, as nearly all of a log are: up to 19 digits, a point, a small
-// exponent of ten by the point alone. Exact, as both the digits and the power of ten are exact
-// doubles (W. D. Clinger, PLDI 1990).
-// @return the end of the number; null where it is not so plain, and from_chars has to do.
+// Reads a plain decimal number, as nearly all in a log are: up to 19 digits, with or without a
+// decimal point, and without an exponent. The result is exact to the last bit, because both the
+// digits and the power of ten are exact doubles (W. D. Clinger, PLDI 1990).
+// @return the end of the number; null if the number is not so plain, and from_chars must read it.
 const char* read_plain_number(const char* at, const char* end, double& value) {
   constexpr std::array<double, 23> powers = {1e0,  1e1,  1e2,  1e3,  1e4,  1e5,  1e6,  1e7,
                                              1e8,  1e9,  1e10, 1e11, 1e12, 1e13, 1e14, 1e15,
@@ -113,7 +113,7 @@ class TextLog : public LogFile::Source {
   }
 
  private:
-  // Finds out what the text is from its start.
+  // Finds the layout of the text from its start.
   void read_start(const std::vector<std::string>& names) {
     const auto [start, is_whole] = start_of_text(lines_);
     if (start.empty()) {
@@ -158,7 +158,7 @@ class TextLog : public LogFile::Source {
   bool parse(std::string_view line, LogBlock& block, std::size_t row) {
     line = without_checksum(line);
     if (layout_.has_header && line == header_) {
-      return false;  // a logger that was started again
+      return false;  // the logger was restarted, and wrote its header again
     }
     if (is_erased(line)) {
       first_erased_line_ = erased_rows_++ == 0 ? lines_.line() : first_erased_line_;
@@ -176,10 +176,10 @@ class TextLog : public LogFile::Source {
     return good;
   }
 
-  // True if a row is not a reading: every cell is erased memory, all bits 1 (signed: -1), or 0
-  // after other rows, or not a number.
+  // True if all cells of a row are erased memory, whose bits are all 1 (-1 if signed); or are 0
+  // after other rows; or are not numbers.
   [[nodiscard]] bool is_erased(std::string_view line) const {
-    constexpr std::size_t fewest = 4;  // two or three counters may be alike by chance
+    constexpr std::size_t fewest = 4;  // two or three columns may be equal by chance
     const auto has_one_of = [&](std::string_view digits) {
       return line.find_first_of(digits) != std::string_view::npos;
     };
@@ -251,7 +251,7 @@ class TextLog : public LogFile::Source {
     return false;
   }
 
-  // Times of day go on behind midnight.
+  // Adds a day to times of day after each midnight.
   double past_midnight(double time_s) {
     constexpr double day_s = 86400.0;
     if (time_s < day_s) {
@@ -281,14 +281,14 @@ class TextLog : public LogFile::Source {
   }
 
   LineStream lines_;
-  std::string header_;  // its line
+  std::string header_;  // the header's line
   TextLayout layout_;
   double days_s_ = 0.0, last_of_day_s_ = 0.0;
   bool is_plain_ = true;  // numbers separated by a character, with decimal points
   std::size_t rows_ = 0;
   std::size_t erased_rows_ = 0, first_erased_line_ = 0;
   bool has_readings_ = false;
-  std::vector<int> place_;  // position of each column in a block; -1: not wanted
+  std::vector<int> place_;  // position of each column in a block; -1 if not selected
   std::size_t selected_ = 0;
 };
 

@@ -27,7 +27,7 @@ std::string_view without_quotes(std::string_view cell) {
   return quoted ? cell.substr(1, cell.size() - 2) : cell;
 }
 
-// Delimiters within quotes are text.
+// Splits a line in which delimiters within quotes are text.
 std::vector<std::string_view> quoted_cells_of(std::string_view line, char delimiter) {
   std::vector<std::string_view> cells;
   const auto parts = [&](char c) {
@@ -107,7 +107,7 @@ DressedNumber dressed_number(std::string_view cell, bool decimal_comma) {
   const std::size_t whole_end = std::min(number.find(point), number.size());
   std::string plain;
   bool is_grouped = false;
-  std::size_t digits = 0;  // since the last parting sign
+  std::size_t digits = 0;  // digits since the last separator of thousands
   for (std::size_t i = 0; i < whole_end; ++i) {
     const char c = number[i];
     if (groups.find(c) != std::string_view::npos) {

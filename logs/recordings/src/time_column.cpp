@@ -30,23 +30,23 @@ constexpr std::array<Unit, 4> units = {{{"s", "seconds", 1.0},
 
 constexpr double lowest_rate_hz = 0.5;
 constexpr double highest_rate_hz = 1e6;
-// The default for a unit that is not stated.
+// The highest rate of a unit that the name of the column does not state.
 constexpr double highest_usual_rate_hz = 2000.0;
 
-// True if a time counts from 1970: in the years 2001 to 2039.
+// True if a time may be seconds since 1970, in the years 2001 to 2039.
 bool is_since_1970(double time_s) {
   return time_s > 1e9 && time_s < 2.2e9;
 }
 
-// "time", "t_us", "Timestamp_ms", ...: the unit that the name states, and whether it is one of
-// times.
+// The unit that the name of a column states ("time", "t_us", "Timestamp_ms"), and whether the name
+// is that of a time.
 struct Named {
   bool is_time = false;
   std::optional<double> seconds;
 };
 
 Named named(const std::string& column) {
-  // "Time (s)", "Timestamp (us)": the unit stands behind the name.
+  // The unit follows the name: "Time (s)", "Timestamp (us)".
   if (const NamedColumn parts = named_column(column); !parts.unit.empty()) {
     const std::string name = in_small_letters(parts.name);
     const std::string unit = in_small_letters(parts.unit);
@@ -79,11 +79,11 @@ Named named(const std::string& column) {
   std::string name = in_small_letters(column);
   if (const std::size_t point = name.rfind('.');
       point != std::string::npos && name != "field.header.stamp") {
-    name.erase(0, point + 1);  // "imu.time"
+    name.erase(0, point + 1);  // "imu.time" becomes "time"
   }
   std::replace(name.begin(), name.end(), ' ', '_');
   std::replace(name.begin(), name.end(), '-', '_');
-  // Names of times in some programs.
+  // Names of columns of times in some programs.
   struct Known {
     const char* name;
     std::optional<double> seconds;
@@ -171,7 +171,7 @@ TimeUnit settle_time_unit(const std::string& path,
   times = times.first(std::min(times.size(), times_that_settle_the_unit));
   const double step = usual_step(times);
   if (!(step > 0.0 && std::isfinite(step))) {
-    return {.seconds = column.seconds};  // whoever uses the times says so
+    return {.seconds = column.seconds};  // the caller reports times that do not increase
   }
   const auto rate_hz = [&](double seconds) { return 1.0 / (step * seconds); };
   const auto is_rate = [&](double seconds, double highest) {
@@ -199,7 +199,7 @@ TimeUnit settle_time_unit(const std::string& path,
     if (is_rate(unit.seconds, highest_usual_rate_hz)) {
       possible.push_back(unit);
     }
-    // A count of seconds since 1970 stays one in a log of a reading in some minutes.
+    // Seconds since 1970 are recognised even if a log has a reading only every few minutes.
     constexpr double slowest_rate_hz = 2e-3;
     const bool may_be = (unit.seconds == 1.0 && rate_hz(1.0) >= slowest_rate_hz) ||
                         is_rate(unit.seconds, highest_usual_rate_hz);
@@ -207,7 +207,8 @@ TimeUnit settle_time_unit(const std::string& path,
       since_1970 = unit;
     }
   }
-  // Xsens counts in 0.1 ms (MTw) or in us (DOT), and spreadsheets in days since 1899-12-30.
+  // Xsens's times are in units of 0.1 ms (MTw) or us (DOT). The times of spreadsheets are days
+  // since 1899-12-30.
   if (in_small_letters(column.name) == "sampletimefine") {
     constexpr double tick_s = 1e-4;
     constexpr double slowest_hz = 1.0;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Telemetry logs of ground stations: before each packet of MAVLink (mavlink.io, "Packet
-// Serialization", versions 1 and 2) the time in microseconds since 1970, big-endian.
+// Telemetry logs of ground stations. Before each packet of MAVLink (mavlink.io, "Packet
+// Serialization", versions 1 and 2) is its time in microseconds since 1970, big-endian.
 #include <algorithm>
 #include <array>
 #include <optional>
@@ -18,8 +18,8 @@ constexpr std::size_t time_size = 8;
 constexpr std::uint8_t start_of_1 = 0xFE;
 constexpr std::uint8_t start_of_2 = 0xFD;
 
-// A message that holds an inertial sensor, by mavlink.io's common set: its fields in the order in
-// which they are sent, a letter for each type, and the byte that goes into the checksum.
+// A message that contains an inertial sensor, from mavlink.io's common set: its fields in the order
+// in which they are sent, a letter for the type of each, and the extra byte of the checksum.
 struct KnownMessage {
   std::uint32_t id;
   const char* name;
@@ -42,7 +42,7 @@ constexpr std::array<KnownMessage, 5> known_messages = {{
      "time_boot_ms,xacc,yacc,zacc,xgyro,ygyro,zgyro,xmag,ymag,zmag,temperature"},
 }};
 
-// CRC-16/MCRF4XX, as MAVLink takes it.
+// CRC-16/MCRF4XX, which MAVLink uses.
 std::uint16_t checksum(std::string_view bytes, std::uint8_t extra) {
   std::uint16_t crc = 0xFFFF;
   const auto add = [&](std::uint8_t byte) {
@@ -69,7 +69,7 @@ double big_endian_us(std::string_view bytes) {
 struct Packet {
   std::uint32_t id = 0;
   std::uint8_t system = 0;
-  std::size_t size = 0;  // of all
+  std::size_t size = 0;  // size of the packet in bytes
   std::string_view payload;
   std::string_view checked;  // input of the checksum
   std::uint16_t crc = 0;
@@ -165,7 +165,8 @@ class Tlog final : public RecordingFile::Decoder {
 
  private:
   void take(const KnownMessage& known, const Packet& packet, double time_s, SeriesSink& sink) {
-    // Version 2 leaves zeros at the end out, and version 1 knows no extensions.
+    // Missing bytes are zeros: version 2 omits zeros at the end, and version 1 has no extension
+    // fields.
     std::array<char, longest_packet> payload{};
     std::copy(packet.payload.begin(), packet.payload.end(), payload.begin());
     RecordBytes in({payload.data(), payload.size()});

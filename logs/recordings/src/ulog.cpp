@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// PX4's ULog (docs.px4.io, ULog File Format, versions 1 and 2): definitions of messages, then
-// messages, little-endian. Parts that were appended later are found by the offsets of the flag
-// bits.
+// PX4's ULog (docs.px4.io, ULog File Format, versions 1 and 2): definitions of messages, followed
+// by messages, little-endian. The flag bits contain the offsets of parts that were appended later.
 #include <array>
 #include <charconv>
 #include <limits>
@@ -18,9 +17,9 @@
 namespace axiscal {
 namespace {
 
-constexpr std::size_t longest_array = 16;  // of numbers that are columns; others are passed over
+constexpr std::size_t longest_array = 16;  // longer arrays of numbers are skipped
 constexpr std::size_t most_columns = 4096;
-constexpr int deepest = 8;  // messages within messages
+constexpr int deepest = 8;  // depth of messages within messages
 
 enum class Type { i8, u8, i16, u16, i32, u32, i64, u64, f32, f64, boolean, character, nested };
 
@@ -114,15 +113,15 @@ Series rule_of(const std::string& message, const std::string& column) {
   return {};
 }
 
-// A message that is logged: of one name and instance.
+// A logged message with one name and instance.
 struct Subscription {
   std::string name;
   int instance = 0;
-  std::vector<Field> fields;  // numbers but the time
+  std::vector<Field> fields;  // all numbers except the time
   std::optional<Field> time;
-  std::size_t least = 0;  // bytes that its numbers need
+  std::size_t least = 0;  // fewest bytes of a message with all numbers
   MessageSeries series;
-  std::optional<std::size_t> device, invalid_acceleration;  // places of these in `fields`
+  std::optional<std::size_t> device, invalid_acceleration;  // positions of these fields in `fields`
   bool is_fifo = false;
   bool has_device = false;
 };
@@ -149,7 +148,7 @@ class Ulog final : public RecordingFile::Decoder {
     const char type = bytes.take<char>();
     const std::uint64_t end = stream_.position() + head + size;
     const std::uint64_t next_part = next_offset();
-    if (next_part > stream_.position() && next_part < end) {  // cut off by appended data
+    if (next_part > stream_.position() && next_part < end) {  // cut off by an appended part
       ++cut_;
       stream_.skip(next_part - stream_.position());
       return true;
@@ -251,7 +250,7 @@ class Ulog final : public RecordingFile::Decoder {
     }
   }
 
-  // "int32_t CAL_ACC0_ID", "char[18] ver_hw" and their value.
+  // Reads a key such as "int32_t CAL_ACC0_ID" or "char[18] ver_hw", and its value.
   void take_fact(RecordBytes bytes) {
     const std::string_view key = bytes.text(bytes.take<std::uint8_t>());
     const std::size_t blank = key.find(' ');
@@ -271,11 +270,12 @@ class Ulog final : public RecordingFile::Decoder {
     }
   }
 
-  static constexpr double field_steps = 100.0;  // its name is made
+  static constexpr double field_steps = 100.0;  // steps of making the name of a field
 
-  // Lays out a message's numbers, messages within it too.
-  // @throws LimitError  if messages hold each other too often.
-  // NOLINTNEXTLINE(misc-no-recursion): messages hold messages
+  // Determines the offsets of the numbers in a message and in the messages within it.
+  // @return false if a definition is missing or too large.
+  // @throws LimitError  if nested messages cost more than the file may.
+  // NOLINTNEXTLINE(misc-no-recursion): messages contain messages
   bool lay_out(const std::string& name,
                const std::string& prefix,
                int depth,
@@ -402,8 +402,8 @@ class Ulog final : public RecordingFile::Decoder {
     to.series.put(sink, time_us * us, values_);
   }
 
-  // Several samples in one message: `samples` counts in x[32], y[32], z[32], `dt` us apart up to
-  // `timestamp_sample`, in units of `scale`.
+  // Reads several samples in one message. `samples` is the number of samples in x[32], y[32] and
+  // z[32], in units of `scale`. They are `dt` us apart, and the last one is at `timestamp_sample`.
   void take_fifo(Subscription& to, double time_s, SeriesSink& sink) {
     const auto place = [&](const std::string& name) -> std::optional<std::size_t> {
       for (std::size_t f = 0; f < to.fields.size(); ++f) {

@@ -33,9 +33,9 @@ namespace axiscal {
 namespace {
 
 constexpr std::size_t piece = 1U << 16U;
-constexpr std::size_t most_at_once = 1U << 30U;  // some libraries count in 32 bits
+constexpr std::size_t most_at_once = 1U << 30U;  // some libraries use sizes of 32 bits
 
-// A stream in one of the libraries.
+// A compressed stream that a library decodes.
 class Decoder {
  public:
   Decoder() = default;
@@ -43,7 +43,7 @@ class Decoder {
   Decoder& operator=(const Decoder&) = delete;
   virtual ~Decoder() = default;
 
-  // Begins another stream.
+  // Prepares for another stream.
   virtual void restart() = 0;
 
   // Removes consumed bytes from the front of `in`, and filled bytes from the front of `out`.
@@ -52,7 +52,7 @@ class Decoder {
   virtual bool step(std::string_view& in, std::span<char>& out) = 0;
 };
 
-// Runs libraries with streams that have the members next_in, avail_in, next_out and avail_out.
+// Runs a library whose streams have the members next_in, avail_in, next_out and avail_out.
 template <typename Stream, typename Run>
 auto run_stream(Stream& stream, std::string_view& in, std::span<char>& out, const Run& run) {
   using Byte = std::remove_pointer_t<decltype(stream.next_out)>;
@@ -112,13 +112,13 @@ class Bzip2Decoder final : public Decoder {
 #endif
 
 #ifdef AXISCAL_LZMA
-// Streams of xz; of lzip too from liblzma 5.4 on.
+// Decodes xz, and also lzip from liblzma 5.4 on.
 class LzmaDecoder final : public Decoder {
  public:
   LzmaDecoder() { LzmaDecoder::restart(); }
   ~LzmaDecoder() override { lzma_end(&stream_); }
   void restart() override {
-    constexpr std::uint64_t most_memory = std::uint64_t{256} << 20U;  // of `xz -9`: 65 MiB
+    constexpr std::uint64_t most_memory = std::uint64_t{256} << 20U;  // `xz -9` needs 65 MiB
     if (lzma_auto_decoder(&stream_, most_memory, 0) != LZMA_OK) {
       throw std::bad_alloc();
     }
@@ -228,11 +228,11 @@ struct Unpacker::State {
   std::unique_ptr<Decoder> decoder;
   Read packed;
   std::vector<char> buffer = std::vector<char>(piece);
-  std::string_view in;       // of the buffer, not yet unpacked
-  bool in_stream = true;     // has begun, and has not ended
-  bool at_file_end = false;  // of the packed bytes
+  std::string_view in;       // bytes of `buffer` that were not unpacked yet
+  bool in_stream = true;     // true if a stream has begun and not ended
+  bool at_file_end = false;  // true at the end of the packed bytes
 
-  // Makes `in` hold bytes if there are any.
+  // Reads packed bytes if `in` is empty.
   void refill() {
     if (in.empty() && !at_file_end) {
       in = {buffer.data(), packed(buffer.data(), buffer.size())};

@@ -13,21 +13,21 @@
 
 namespace axiscal {
 
-/// A compressed stream is damaged; the message says why.
+/// Thrown if a compressed stream is damaged. The message states the reason.
 class DamagedStream : public Error {
  public:
   using Error::Error;
 };
 
-/// The content of a compressed stream, unpacked as it is read. Streams that stand one after another
-/// are one content.
+/// Unpacks a compressed stream as it is read. The contents of successive streams are joined.
 class Unpacker {
  public:
-  /// Gives the next packed bytes, at most `size`; 0 at the end.
+  /// Writes the next packed bytes to `buffer`, at most `size` of them, and returns their number; 0
+  /// at the end.
   using Read = std::function<std::size_t(char* buffer, std::size_t size)>;
 
   /// @param packing  "gzip", "zlib", "bzip2", "xz", "lzip", "zstd" or "lz4" (frames).
-  /// @throws Error  if this build cannot unpack it; the message starts with "is compressed".
+  /// @throws Error  if this build cannot unpack `packing`; the message starts with "is compressed".
   Unpacker(std::string_view packing, Read packed);
   ~Unpacker();
   Unpacker(Unpacker&&) noexcept;
@@ -42,21 +42,23 @@ class Unpacker {
   std::unique_ptr<State> state_;
 };
 
-/// @return the packing of a file that starts so; empty if it is not compressed.
+/// @param start  the first bytes of a file.
+/// @return the packing of the file; empty if it is not compressed.
 [[nodiscard]] std::string_view detect_compression(std::string_view start);
 
-/// Unpacks a block of a bag, which is held whole.
-/// @param packing  as of Unpacker.
-/// @param size     of the content, as stated by the file.
+/// Unpacks a block of a bag in memory.
+/// @param packing  see Unpacker.
+/// @param size     size of the content that the file states.
 /// @return nullopt if the block is damaged, or its content has another size.
-/// @throws LimitError  if the content is more than the file may cost.
-/// @throws Error       if this build cannot unpack it.
+/// @throws LimitError  if unpacking costs more than the file may.
+/// @throws Error       if this build cannot unpack `packing`.
 [[nodiscard]] std::optional<std::string> unpack(std::string_view packing,
                                                 std::string_view block,
                                                 std::size_t size,
                                                 const ReadBudget& budget);
 
 /// Unpacks a zstd frame that states the size of its content.
+/// @return nullopt if the frame states no size, or is damaged.
 [[nodiscard]] std::optional<std::string> unpack_zstd(std::string_view block,
                                                      const ReadBudget& budget);
 

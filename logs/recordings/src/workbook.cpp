@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Spreadsheets of Office Open XML (ECMA-376, SpreadsheetML): the first sheet that holds numbers, as
-// text with commas.
+// Spreadsheets of Office Open XML (ECMA-376, SpreadsheetML). The first sheet that contains numbers
+// is converted to text with commas.
 #include <algorithm>
 #include <functional>
 
@@ -20,9 +20,9 @@ namespace axiscal {
 namespace {
 
 constexpr std::size_t most_sheets = 256;
-constexpr std::size_t most_columns = 16384;  // as many as there are in a sheet
+constexpr std::size_t most_columns = 16384;  // the most that a sheet can have
 
-// "BC12" -> 54: columns are counted in letters, from 0.
+// @return the column of a cell from 0: "BC12" is in column 54.
 std::size_t column_of(std::string_view reference) {
   std::size_t column = 0;
   for (const char c : reference) {
@@ -34,7 +34,7 @@ std::size_t column_of(std::string_view reference) {
   return column == 0 ? 0 : column - 1;
 }
 
-// The text within an element of strings, which may be of several runs.
+// @return the text of a string element, which may consist of several runs.
 std::string text_of(const pugi::xml_node& node) {
   std::string text = node.child("t").text().as_string();
   for (const pugi::xml_node run : node.children("r")) {
@@ -43,7 +43,8 @@ std::string text_of(const pugi::xml_node& node) {
   return text;
 }
 
-// Of a document as pugixml holds it: 64 bytes a node, 40 an attribute, and its text once more.
+// Spends the memory of a document in pugixml: 64 bytes a node, 40 bytes an attribute, and a copy of
+// its text.
 void spend_memory(const std::string& xml, const ReadBudget& budget) {
   const auto count = [&](char c) {
     return static_cast<double>(std::count(xml.begin(), xml.end(), c));
@@ -90,7 +91,7 @@ Sheet read_sheet(const std::string& xml,
       ++line;
     }
     std::size_t column = 0;
-    std::size_t next = 0;  // of a cell that does not say its column
+    std::size_t next = 0;  // column of a cell that does not state it
     std::string text;
     for (const pugi::xml_node cell : row.children("c")) {
       const std::string_view reference = cell.attribute("r").as_string();
@@ -121,7 +122,7 @@ Sheet read_sheet(const std::string& xml,
         text += csv_cell(value);
       }
     }
-    budget.spend(ReadCost::memory, 2 * text.size());  // as it grows
+    budget.spend(ReadCost::memory, 2 * text.size());  // twice, because the text grows in memory
     sheet.csv += text + '\n';
     ++line;
   }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Zip archives: NumPy's .npz, spreadsheets, and the tables that phones' programs pack together.
+// Zip archives: NumPy's .npz, spreadsheets, and archives of tables that phones' programs write.
 #include "axiscal/core/error.hpp"
 #include "axiscal/core/number_text.hpp"
 #include "core/formatted.hpp"
@@ -32,7 +32,7 @@ Archive open_archive(const std::string& path, const std::string& name) {
 
 struct Member {
   std::string name;
-  bool is_file = true;  // no folder, link or device
+  bool is_file = true;  // false for a folder, a link or a device
   bool is_encrypted = false;
 };
 
@@ -70,7 +70,7 @@ std::vector<std::string> members_of(const std::string& path,
   return members;
 }
 
-// A member of the archive, unpacked as it is read.
+// Reads a member of the archive, and unpacks it as it is read.
 ByteSource bytes_of(const std::string& path,
                     const std::string& name,
                     const std::string& member,
@@ -93,7 +93,7 @@ ByteSource bytes_of(const std::string& path,
             constexpr std::size_t most = 1U << 30U;
             const int count = unzReadCurrentFile(archive.get(), buffer,
                                                  static_cast<unsigned>(std::min(size, most)));
-            // At the end of the member its checksum is compared.
+            // At the end of the member, unzCloseCurrentFile() verifies its checksum.
             const bool is_bad = count < 0 || (count == 0 && size > 0 &&
                                               unzCloseCurrentFile(archive.get()) == UNZ_CRCERROR);
             if (is_bad) {
@@ -105,16 +105,16 @@ ByteSource bytes_of(const std::string& path,
           budget.within()};
 }
 
-// The content of a part, which is held whole.
+// Reads the whole content of a part into memory.
 std::string text_of(ByteSource bytes) {
   return read_up_to(std::numeric_limits<std::size_t>::max(), [&](char* buffer, std::size_t size) {
     const std::size_t count = bytes.read(buffer, size);
-    bytes.budget().spend(ReadCost::memory, 2 * count);  // as it grows
+    bytes.budget().spend(ReadCost::memory, 2 * count);  // twice, because the text grows in memory
     return count;
   });
 }
 
-// Arrays of as many rows side by side, read as they are asked for.
+// A table of arrays with the same number of rows, side by side, which are read block by block.
 class ArraysAsTable final : public LogFile::Source {
  public:
   void add(const std::string& name, std::unique_ptr<LogFile::Source> array) {
@@ -163,12 +163,12 @@ class ArraysAsTable final : public LogFile::Source {
   }
 
   std::vector<std::unique_ptr<LogFile::Source>> arrays_;
-  std::vector<Place> places_;  // of each column
+  std::vector<Place> places_;  // array and column of each column of the table
   std::vector<std::size_t> selected_;
   std::size_t done_ = 0;
 };
 
-// An array whose series lie along its second dimension stands in memory, turned round.
+// Transposes an array in memory if its series lie along its second dimension.
 std::unique_ptr<LogFile::Source> upright(std::unique_ptr<LogFile::Source> array,
                                          const std::string& name,
                                          const ReadBudget& budget) {
@@ -189,14 +189,14 @@ std::unique_ptr<LogFile::Source> upright(std::unique_ptr<LogFile::Source> array,
   return std::make_unique<LogInMemory>(column_names(name, {}, data.size()), std::move(data));
 }
 
-// The arrays of an .npz; those of as many rows are one table, and the largest is taken.
+// Opens an .npz. Arrays with the same number of rows form one table, and the largest table is read.
 OpenedFile open_npz(const std::string& path,
                     const std::string& name,
                     const std::vector<std::string>& members,
                     const ReadBudget& budget) {
   std::map<std::string, int> of_stem;
   std::map<std::size_t, std::vector<std::string>> of_rows;
-  std::map<std::size_t, double> numbers;  // of as many rows
+  std::map<std::size_t, double> numbers;  // by the number of rows
   for (const std::string& member : members) {
     ++of_stem[stem_of(member)];
     const std::unique_ptr<LogFile::Source> array =
@@ -213,14 +213,14 @@ OpenedFile open_npz(const std::string& path,
     throw DataError(name, "the file holds no column of numbers");
   }
   const std::vector<std::string>& chosen = of_rows[largest->first];
-  constexpr std::size_t most_arrays = 500;  // each holds its own place in the archive open
+  constexpr std::size_t most_arrays = 500;  // each keeps the archive open once
   if (chosen.size() > most_arrays) {
     throw DataError(name, formatted("holds {} arrays of {} rows; at most {} are read as one table",
                                     chosen.size(), largest->first, most_arrays));
   }
   auto table = std::make_unique<ArraysAsTable>();
   for (const std::string& member : chosen) {
-    // With its folders, as NumPy names it, if another has the same name.
+    // If another member has the same name, the name of its folder is included.
     const std::string stem = stem_of(member);
     ByteSource bytes = bytes_of(path, name, member, budget);
     table->add(of_stem[stem] == 1 ? stem : member.substr(0, member.rfind('.')),
@@ -288,7 +288,7 @@ OpenedFile open_zip(const std::string& path, const std::string& name, const Read
                               ? "the zip archive holds no table and no log: " + joined(members)
                               : "the zip archive holds nothing that can be read; the last: " + why);
   }
-  if (opened.size() == 1) {  // once more, as its cells may be asked for
+  if (opened.size() == 1) {  // opened again, because its cells may be needed as text
     return open_recording(bytes_of(path, name, good.front(), budget));
   }
   return joined_recordings(std::move(opened));

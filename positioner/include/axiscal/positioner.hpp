@@ -13,11 +13,12 @@
 #include "axiscal/positioner/surface.hpp"
 
 /// @file
-/// How the instrument is held: a cube, laid on a table and pushed against a fence in 24 ways.
+/// The positioner: a cube with the instrument, laid on a table and pushed against a fence in 24
+/// orientations.
 ///
-/// A DesignPoint is the face on the table and the face at the fence. A Positioner says how the
-/// cube then lies, by its nominal faces, by measured normals, or by its feet; designs and run
-/// sheets say which points are taken, in which order.
+/// A DesignPoint is the face on the table and the face at the fence. A Positioner computes the
+/// orientation of the cube at a point, by nominal faces, measured normals, or feet. Designs and run
+/// sheets are lists of points in the order of the readings.
 ///
 /// @code
 /// const axiscal::Positioner cube;  // the nominal one
@@ -31,5 +32,6 @@
 ///
 /// Traps:
 /// - A face is named by its outward normal: with rest -Z the cube stands on its lower face.
-/// - Normals alone leave the heading to the fence face's squareness; feet make it exact.
-/// - A cube with a measured positioner file may rock at a point; rocking_remarks() says where.
+/// - If only normals are known, the heading has an error if the fence face is not perpendicular to
+///   the rest face. With feet the heading is exact.
+/// - A cube with measured feet may rock at a point; rocking_remarks() lists these points.

@@ -9,7 +9,8 @@
 
 namespace axiscal {
 
-/// A value that few objects have, in the space of a pointer; used as std::optional is.
+/// An optional value on the heap, for members that few objects have. It has the size of a pointer
+/// and the interface of std::optional.
 template <typename T>
 class BoxedOptional {
  public:
@@ -37,7 +38,7 @@ class BoxedOptional {
   [[nodiscard]] bool has_value() const { return value_ != nullptr; }
   explicit operator bool() const { return has_value(); }
 
-  /// The following need a value.
+  /// The following operators require has_value().
 
   [[nodiscard]] T& operator*() { return *value_; }
   [[nodiscard]] const T& operator*() const { return *value_; }

@@ -15,54 +15,55 @@
 
 namespace axiscal {
 
-/// Reads comma-separated text row by row in constant memory: files larger than memory, pipes.
+/// Reads comma-separated text row by row in constant memory, from files larger than memory or
+/// pipes.
 ///
-/// RFC 4180 with a header row, UTF-8 with or without byte order mark, LF or CRLF; lines that start
-/// with `#` and empty lines are skipped, blanks around a cell too. Reading a row allocates nothing
-/// once the buffers have grown to the longest row.
+/// The format is RFC 4180 with a header row, in UTF-8 with or without byte order mark, with LF or
+/// CRLF. Empty lines and lines that start with `#` are skipped. Blanks around a cell are removed.
+/// Reading a row allocates no memory once the buffers have the size of the longest row.
 class AXISCAL_EXPORT CsvReader {
  public:
-  /// Gives the next bytes: fills at most `size` and returns how many; 0 at the end.
+  /// Copies at most `size` of the next bytes to `buffer`. Returns their number; 0 at the end.
   using Source = std::function<std::size_t(char* buffer, std::size_t size)>;
 
   enum class Row { good, defective, end };
 
-  /// A quoted cell may continue in the next line, or it must end with the line. The latter suits
-  /// rows that must be delivered at once, because one stray quote would hold back all further rows.
+  /// Whether a quoted cell may continue on the next line. `end_with_line` is for rows that must be
+  /// delivered at once: with `span_lines` one stray quote would delay all following rows.
   enum class Quotes { span_lines, end_with_line };
 
-  /// Whole lines, as they stand in the file.
+  /// Complete lines, unchanged from the file.
   struct Lines {
     std::vector<char> text;
-    std::size_t first_line = 0;  ///< its number
+    std::size_t first_line = 0;  ///< number of the first line, from 1
   };
 
-  /// A row longer than this is an error: whatever it is, it is not text of readings.
+  /// The largest length of a row [bytes]. A longer row is an error, because the file is probably
+  /// not a table of readings.
   static constexpr std::size_t longest_row = 1U << 20U;
 
   /// Reads the header.
   ///
-  /// @param source  where the bytes come from.
+  /// @param source  provides the bytes.
   /// @param path    the file's name for messages.
-  /// @param quotes  as above.
+  /// @param quotes  whether a quoted cell may continue on the next line.
   /// @throws DataError  if the text is empty, is UTF-16 or binary, or a column's name is empty or
-  ///                    there twice.
+  ///                    repeated.
   CsvReader(Source source, std::string path, Quotes quotes = Quotes::span_lines);
 
-  /// A table without a header: each row is one of readings.
-  /// @param source, path, quotes  as above.
+  /// Reads a table without a header. All its rows contain readings. The constructor reads nothing.
+  /// @param source, path, quotes  as for the first constructor.
   /// @param header                the columns' names.
-  /// @throws DataError  if the file does not contain a row.
   CsvReader(Source source,
             std::string path,
             std::vector<std::string> header,
             Quotes quotes = Quotes::span_lines);
 
-  /// Reads lines that another reader took, with the columns of that one.
+  /// Reads lines from take_lines() of another reader. The columns are those of that reader.
   CsvReader(const CsvReader& of, Lines lines);
 
-  /// Calls the columns otherwise than the file does.
-  /// @throws DomainError  for another number of names than columns.
+  /// Replaces the names of the columns.
+  /// @throws DomainError  if the number of names is not the number of columns.
   void rename(std::vector<std::string> header);
 
   /// @return the columns' names.
@@ -75,28 +76,29 @@ class AXISCAL_EXPORT CsvReader {
   [[nodiscard]] std::optional<std::size_t> column(std::string_view name) const;
 
   /// @return the position of a column.
-  /// @throws DataError  if there is none of that name; the message lists those that there are.
+  /// @throws DataError  if no column has that name; the message lists the existing columns.
   [[nodiscard]] std::size_t need(const std::string& name) const;
 
-  /// Goes on to the next row.
+  /// Reads the next row.
   ///
-  /// A row with the wrong number of cells, a quote that is not closed, text behind a closing quote
-  /// or a NUL byte is `defective`: defect() says why, text() is the row (of an open quote its first
-  /// line), and the next call goes on behind it.
+  /// A row is `defective` if it has the wrong number of cells, an unclosed quote, text after a
+  /// closing quote, or a NUL byte. Then defect() is the reason and text() is the row. If a quote is
+  /// unclosed, text() is only the row's first line, and the following call of next() starts on the
+  /// second line.
   /// @throws DataError  if reading fails or a line is longer than longest_row.
   Row next();
 
-  /// Takes the next lines, as many as fit into a buffer, so that another thread can parse them.
-  /// They do not contain quotes: each line is one row.
-  /// @return nullopt if one of the next lines contains a quote, or at the end.
+  /// Takes the next lines, about 256 KiB, so that another thread can parse them. The lines contain
+  /// no quotes: each line is one row.
+  /// @return nullopt at the end, or if a quote follows within the next 64 KiB.
   /// @throws DataError  as next().
   [[nodiscard]] std::optional<Lines> take_lines();
 
   /// @return the cells of a good row, unquoted; valid until next().
   [[nodiscard]] std::span<const std::string_view> cells() const { return cells_; }
 
-  /// @return the row as it stands in the file, without its line end; valid until next(), of lines
-  ///         that another reader took as long as this.
+  /// @return the row as in the file, without its line end. It is valid until next(); in a reader of
+  ///         Lines it is valid as long as the reader exists.
   [[nodiscard]] std::string_view text() const { return text_; }
 
   /// @return the number of cells of the row, even if the header has another number.
@@ -123,10 +125,10 @@ class AXISCAL_EXPORT CsvReader {
   std::string path_;
   Quotes quotes_;
   std::vector<char> buffer_;
-  std::size_t begin_ = 0;     // where what is not yet consumed begins
+  std::size_t begin_ = 0;     // start of the bytes in buffer_ that are not consumed
   std::size_t filled_ = 0;    // end of the bytes in buffer_
-  std::size_t row_end_ = 0;   // end of the row's text
-  std::size_t consumed_ = 0;  // where the next row starts
+  std::size_t row_end_ = 0;   // end of the row's text, from begin_
+  std::size_t consumed_ = 0;  // start of the next row, from begin_
   bool at_end_ = false;
   std::size_t line_ = 0;
   std::size_t next_line_ = 1;
@@ -134,12 +136,12 @@ class AXISCAL_EXPORT CsvReader {
   std::string header_text_;
   std::string_view text_;
   std::vector<std::string_view> cells_;
-  std::string unquoted_;                                     // the cells of a row with quotes
-  std::vector<std::pair<std::size_t, std::size_t>> pieces_;  // their places in unquoted_
+  std::string unquoted_;                                     // texts of cells, if a row has quotes
+  std::vector<std::pair<std::size_t, std::size_t>> pieces_;  // start and length of each cell
   std::string defect_;
 };
 
-/// @return the text as a cell: in quotes where it holds a comma, a quote or a line end.
+/// @return the text as a CSV cell; quoted if it contains a comma, a quote or a line end.
 [[nodiscard]] AXISCAL_EXPORT std::string csv_cell(const std::string& text);
 
 /// @return true if the text is valid UTF-8.

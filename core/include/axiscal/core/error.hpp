@@ -14,11 +14,11 @@
 
 namespace axiscal {
 
-/// Everything that the library throws.
+/// The base class of all exceptions that the library throws.
 class AXISCAL_EXPORT Error : public std::runtime_error {
  public:
   /// @param what      the message.
-  /// @param settings  what to state, or to state otherwise, to mend it.
+  /// @param settings  the settings that would remedy the error.
   explicit Error(const std::string& what, std::vector<Setting> settings = {})
       : std::runtime_error(what), settings_(std::move(settings)) {}
 
@@ -35,13 +35,14 @@ class AXISCAL_EXPORT DomainError : public Error {
   using Error::Error;
 };
 
-/// A set-up that contradicts itself or lacks what it needs, before any reading is looked at.
+/// A contradictory or incomplete set-up. It is found before any reading is used.
 class AXISCAL_EXPORT SetupError : public DomainError {
  public:
   using DomainError::DomainError;
 };
 
-/// A file that is missing, unreadable or malformed; the message starts with the place in it.
+/// A file that is missing, unreadable or malformed. The message starts with the path, and with the
+/// line or JSON pointer if there is one.
 class AXISCAL_EXPORT DataError : public Error {
  public:
   /// Message `PATH: what`.
@@ -61,19 +62,19 @@ class AXISCAL_EXPORT OutputError : public Error {
   using Error::Error;
 };
 
-/// The reader of our output has gone away (`| head`); no failure of ours.
+/// The process that reads our output has closed the pipe (`| head`). This is not a failure.
 class AXISCAL_EXPORT ClosedPipe : public OutputError {
  public:
   using OutputError::OutputError;
 };
 
-/// An output that would replace a file which was read as an input (see InputProtection).
+/// An output that would replace a file that this program has read or written (see InputProtection).
 class AXISCAL_EXPORT InputOverwriteError : public Error {
  public:
   using Error::Error;
 };
 
-/// Readings that were understood but from which no result follows: too few, no opposites, ...
+/// Valid readings that do not allow a result: for example too few, or no opposite orientations.
 class AXISCAL_EXPORT RefusedError : public Error {
  public:
   using Error::Error;
@@ -83,8 +84,8 @@ class AXISCAL_EXPORT RefusedError : public Error {
 class AXISCAL_EXPORT RankDeficientError : public RefusedError {
  public:
   /// @param what          the message; it should name the missing input.
-  /// @param undetermined  names of the parameters that the data leave open.
-  /// @param settings      that would mend it.
+  /// @param undetermined  names of the parameters that the data do not determine.
+  /// @param settings      the settings that would remedy the error.
   RankDeficientError(const std::string& what,
                      std::vector<std::string> undetermined,
                      std::vector<Setting> settings = {})

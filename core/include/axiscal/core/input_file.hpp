@@ -10,11 +10,11 @@
 
 namespace axiscal {
 
-/// The most that is read of a file that must be held whole: a record, an experiment, a journal's
-/// line.
+/// The largest size of a file that is read completely into memory [bytes].
 inline constexpr std::size_t largest_whole_file = 256U << 20U;
 
-/// A line longer than this is an error: whatever it is, it is not text of readings.
+/// The largest length of a line [bytes]. A longer line is an error, because the file is probably
+/// not a text of readings.
 inline constexpr std::size_t longest_line = 1U << 20U;
 
 /// A file, pipe or device opened for reading; the path `-` is standard input.
@@ -26,7 +26,7 @@ class AXISCAL_EXPORT InputFile {
   InputFile(const InputFile&) = delete;
   InputFile& operator=(const InputFile&) = delete;
 
-  /// Reads what is there, at most `size` bytes; waits only while there is nothing yet.
+  /// Reads the available bytes, at most `size`. It waits only if no byte is available.
   ///
   /// @return the number of bytes read; 0 at the end.
   /// @throws DataError  if reading fails.
@@ -34,7 +34,7 @@ class AXISCAL_EXPORT InputFile {
 
   [[nodiscard]] const std::string& path() const { return path_; }
 
-  /// @return of a regular file the bytes that it had when it was opened; else 0.
+  /// @return a regular file's size when it was opened [bytes]; 0 for other files.
   [[nodiscard]] std::size_t size() const { return size_; }
 
  private:
@@ -43,21 +43,21 @@ class AXISCAL_EXPORT InputFile {
   int descriptor_ = -1;
 };
 
-/// @return true if a path names a file that can be read more than once. `-`, a pipe, a folder and
-///         an empty path cannot.
+/// @return true if the path is a regular file, which can be read more than once. `-`, a pipe, a
+///         folder and an empty path give false.
 [[nodiscard]] AXISCAL_EXPORT bool can_be_read_again(const std::string& path);
 
 /// @return the whole content of a file; `-` is standard input.
-/// @throws DataError  as InputFile; or if it is larger than largest_whole_file.
+/// @throws DataError  as InputFile; or if the file is larger than largest_whole_file.
 [[nodiscard]] AXISCAL_EXPORT std::string read_whole_file(const std::string& path);
 
 /// Reads a text file line by line, in constant memory.
 ///
-/// @param path  of the file.
-/// @param take  is given each line without its end, and whether that end was there: of the last
-///              line it may be missing.
-/// @param longest  that a line may be [bytes].
-/// @throws DataError  as InputFile; or if a line is longer.
+/// @param path     the file's path.
+/// @param take     receives each line without its line end. `is_whole` is false if the line end is
+///                 missing, which is possible only in the last line.
+/// @param longest  the largest length of a line [bytes].
+/// @throws DataError  as InputFile; or if a line is longer than `longest`.
 AXISCAL_EXPORT void for_each_line(
     const std::string& path,
     const std::function<void(std::string_view line, bool is_whole)>& take,

@@ -7,8 +7,8 @@
 
 namespace axiscal {
 
-/// @param values  one or more.
-/// @return the median; of an even number the upper one of the two in the middle.
+/// @param values  at least one value.
+/// @return the median; for an even number of values, the larger of the two middle values.
 [[nodiscard]] AXISCAL_EXPORT double upper_median(std::vector<double> values);
 
 }  // namespace axiscal

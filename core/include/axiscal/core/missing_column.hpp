@@ -11,22 +11,22 @@
 
 namespace axiscal {
 
-/// A table that lacks a column; it says which there are.
+/// A table that lacks a column. The message lists the existing columns.
 class AXISCAL_EXPORT MissingColumnError : public DataError {
  public:
-  /// Message `PATH:LINE: column 'NAME': is missing; the columns are: ...`. If the whole header is
-  /// one column with semicolons or tabs, the message starts with that.
+  /// Message `PATH:LINE: column 'NAME': is missing; the columns are: ...`. If the header is one
+  /// cell that contains semicolons or tabs, the message says first that commas are needed.
   ///
   /// @param path     of the table.
-  /// @param line     of the header, from 1; 0: of no text.
-  /// @param column   the one that is missing.
-  /// @param columns  those that there are.
+  /// @param line     line number of the header, from 1; 0 if it is unknown.
+  /// @param column   name of the missing column.
+  /// @param columns  names of the existing columns.
   MissingColumnError(const std::string& path,
                      std::size_t line,
                      std::string column,
                      std::vector<std::string> columns);
 
-  /// @return the same complaint with words behind it.
+  /// @return an error with the same message, followed by `words`.
   [[nodiscard]] DataError with(const std::string& words) const;
 
   [[nodiscard]] const std::string& column() const { return column_; }

@@ -9,19 +9,20 @@
 
 namespace axiscal {
 
-/// The known name that a mistyped one is most like.
+/// Finds the known name that is most similar to a mistyped name.
 ///
-/// @return the candidate with the fewest edits (insert, delete, replace, swap of neighbours, case
-///         not counted) within a third of the name's length; else one that begins with the name;
-///         else "".
+/// @return the candidate with the fewest edits (insert, delete, replace, swap of neighbours; case
+///         is ignored), if these are at most a third of the name's length, or 1. Otherwise the
+///         first candidate that begins with the name, if the name has 3 characters or more.
+///         Otherwise "".
 [[nodiscard]] AXISCAL_EXPORT std::string_view nearest_name(
     std::string_view name, std::span<const std::string_view> candidates);
 
-/// @return "; did you mean 'NAME'?" for nearest_name(), or "" if no name is near.
+/// @return "; did you mean 'NAME'?" with the result of nearest_name(), or "" if that is "".
 [[nodiscard]] AXISCAL_EXPORT std::string did_you_mean(std::string_view name,
                                                       std::span<const std::string_view> candidates);
 
-/// As above, followed by the existing names, e.g. "there are a, b".
+/// As above, followed by `what_there_is`, e.g. "there are a, b".
 /// @return "; there are a, b", or "; did you mean 'a'? There are a, b".
 [[nodiscard]] AXISCAL_EXPORT std::string did_you_mean(std::string_view name,
                                                       std::span<const std::string_view> candidates,

@@ -5,7 +5,8 @@
 
 namespace axiscal {
 
-/// Represents an unknown number. Only std::isnan() recognises it.
+/// The value of an unknown number. Test for it with std::isnan(), because it is not equal to
+/// itself.
 inline constexpr double not_a_number = std::numeric_limits<double>::quiet_NaN();
 
 }  // namespace axiscal

@@ -10,40 +10,42 @@
 
 namespace axiscal {
 
-/// Reads a whole text as one finite number; '.' is the decimal point whatever the locale.
+/// Reads a complete text as one finite number; '.' is the decimal point, independent of the locale.
 ///
 /// @param text  e.g. "1.5", "+2e-3", without blanks before or after the number.
 /// @return the nearest double, or nullopt if the text is not a finite number.
 [[nodiscard]] AXISCAL_EXPORT std::optional<double> parse_number(std::string_view text) noexcept;
 
-/// As parse_number(), for whole numbers that an int holds.
+/// As parse_number(), for whole numbers in the range of int.
 [[nodiscard]] AXISCAL_EXPORT std::optional<int> parse_integer(std::string_view text) noexcept;
 
-/// Numbers separated by commas: "0.001,-0.002"; blanks around a number are allowed.
+/// Reads numbers separated by commas: "0.001,-0.002"; blanks around a number are allowed.
 ///
 /// @return the numbers, or nullopt if one of them is not a finite number.
 [[nodiscard]] AXISCAL_EXPORT std::optional<std::vector<double>> parse_numbers(
     std::string_view text);
 
-/// Room that write_number() needs at most.
+/// The largest number of characters that write_number() and write_decimals() write.
 inline constexpr std::size_t number_text_size = 32;
 
 /// Writes the shortest text that reads back to the same double, as std::to_chars() does; -0 is
-/// written as 0. By Dragonbox (Jeon 2020, in fmt), in three quarters of its time, but for numbers
-/// with many digits before the point.
+/// written as 0. It uses Dragonbox (Jeon 2020, in fmt) and takes three quarters of the time of
+/// std::to_chars(). Numbers with more than 7 digits before the point are written by
+/// std::to_chars().
 ///
-/// @param first  room for at least number_text_size characters.
+/// @param first  a buffer of at least number_text_size characters.
 /// @param value  a finite number.
 /// @return one past the last character written.
 AXISCAL_EXPORT char* write_number(char* first, double value) noexcept;
 
-/// Writes so many decimals, several times as fast; -0 is written as 0.
+/// Writes a number with `decimals` decimals, several times as fast as write_number(); -0 is written
+/// as 0.
 ///
-/// Rounded as the product with a power of ten is: where a number lies half way between two texts,
-/// to within its own rounding, it may be either. From 9e15 units of the last decimal on it is
-/// write_number()'s text.
+/// The value is multiplied by a power of ten and then rounded. If the product is halfway between
+/// two integers, within its rounding error, either may be written. If the product is 9e15 or more,
+/// the text is that of write_number().
 ///
-/// @param first     room for at least number_text_size characters.
+/// @param first     a buffer of at least number_text_size characters.
 /// @param value     a finite number.
 /// @param decimals  0 to 15.
 /// @return one past the last character written.
@@ -52,25 +54,25 @@ AXISCAL_EXPORT char* write_decimals(char* first, double value, int decimals) noe
 /// @return the shortest text that reads back to the same double.
 [[nodiscard]] AXISCAL_EXPORT std::string number_text(double value);
 
-/// @return the value to so many significant digits, as printf's %g, whatever the locale.
+/// @return the value with `digits` significant digits, as printf's %g, independent of the locale.
 [[nodiscard]] AXISCAL_EXPORT std::string number_text(double value, int digits);
 
-/// @return the unit of a ratio: "V/g", "V/(m/s^2)"; the first alone where the second is "1".
+/// @return the unit of a ratio: "V/g", "V/(m/s^2)"; only `unit` if `other` is "1".
 [[nodiscard]] AXISCAL_EXPORT std::string unit_per(const std::string& unit,
                                                   const std::string& other);
 
 /// @return `text` without blanks and tabs at both ends.
 [[nodiscard]] AXISCAL_EXPORT std::string_view trimmed(std::string_view text) noexcept;
 
-/// @return `line` without the carriage returns at both ends: programs write "\r\n", "\r\r\n" and
-///         "\n\r".
+/// @return `line` without the carriage returns at both ends, because some programs write "\r\r\n"
+///         or "\n\r" at the end of a line.
 [[nodiscard]] AXISCAL_EXPORT std::string_view without_returns(std::string_view line) noexcept;
 
-/// @return the parts of `text` between the separators, trimmed; one part where there is none.
+/// @return the parts of `text` between the separators, trimmed; one part if there is no separator.
 [[nodiscard]] AXISCAL_EXPORT std::vector<std::string_view> split(std::string_view text,
                                                                  char separator);
 
-/// @return the parts in one line, with `separator` between them.
+/// @return the parts joined to one text, with `separator` between them.
 [[nodiscard]] AXISCAL_EXPORT std::string joined(const std::vector<std::string>& parts,
                                                 std::string_view separator = ", ");
 

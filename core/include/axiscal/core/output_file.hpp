@@ -10,19 +10,19 @@
 
 namespace axiscal {
 
-/// A file that is replaced whole or left as it was.
+/// An output file that is either replaced completely or not changed.
 ///
-/// A regular file is written next to its target, without a name if the system supports that
-/// (O_TMPFILE), otherwise under a temporary name. commit() flushes it to the disk and renames it. A
-/// link is followed. Without commit() the target does not change. Other targets (`/dev/null`, a
-/// pipe, `-` for standard output) are written directly. Temporary files of killed runs are removed
-/// from the folder; their names contain the process id. While an InputProtection lives, files that
-/// were read as input are not replaced.
+/// A regular file is written in the folder of its target: without a name if the system supports
+/// that (O_TMPFILE), otherwise under a temporary name. commit() flushes it to the disk and renames
+/// it. Symbolic links are followed. Without commit() the target does not change. Other targets
+/// (`/dev/null`, a pipe, `-` for standard output) are written directly. Temporary files of killed
+/// runs are removed from the folder; their names contain the process id. While an InputProtection
+/// exists, files that were read as input are not replaced.
 class AXISCAL_EXPORT OutputFile {
  public:
   enum class Mode {
-    replace_whole,  ///< as described above
-    direct,         ///< the file itself is emptied and written as we go, for endless output
+    replace_whole,  ///< commit() replaces the target, see OutputFile
+    direct,         ///< for endless output: the file is emptied, then written directly
   };
 
   /// @throws OutputError          if the folder is missing or cannot be written to.
@@ -32,15 +32,15 @@ class AXISCAL_EXPORT OutputFile {
   OutputFile(const OutputFile&) = delete;
   OutputFile& operator=(const OutputFile&) = delete;
 
-  /// @return whether what is written cannot be taken back.
+  /// @return true if the target is written directly, so that the text cannot be discarded.
   [[nodiscard]] bool is_direct() const { return target_.empty(); }
 
   /// @throws OutputError  if the file cannot be written, for example because the disk is full;
   ///                      ClosedPipe if the reader has gone away.
   void write(std::string_view text);
 
-  /// Puts other bytes where the file starts, as long as those that were written there.
-  /// @throws OutputError  where that cannot be: in a pipe.
+  /// Overwrites the start of the file with `text`, which must not be longer than the file.
+  /// @throws OutputError  if the target is not a regular file, for example a pipe.
   void rewrite_start(std::string_view text);
 
   /// Moves the file to its target. Do not write to it afterwards.
@@ -58,15 +58,15 @@ class AXISCAL_EXPORT OutputFile {
   bool make_temporary(const Make& make);
 
   std::string path_;
-  std::string target_;     // path_ with links followed; empty when written to directly, or done
+  std::string target_;     // path_ with links followed; empty if direct, or after commit()
   std::string temporary_;  // path next to target_; empty while the file is unnamed
   int descriptor_ = -1;
   std::size_t written_ = 0;
   std::size_t handed_to_disk_ = 0;
 };
 
-/// Writes a file at one go, whole or not at all. It does not fail if the reader of standard output
-/// has gone away: the exit status stays the same.
+/// Writes a file completely or not at all. If the reader of standard output has closed the pipe, it
+/// does not throw, so that the exit status does not change.
 /// @throws OutputError, InputOverwriteError  as OutputFile.
 AXISCAL_EXPORT void write_whole_file(const std::string& path, std::string_view content);
 

@@ -26,13 +26,13 @@ template <typename Work>
   if (worth_a_thread) {
     try {
       return std::async(std::launch::async, work);
-    } catch (const std::system_error&) {  // the machine gives no more
+    } catch (const std::system_error&) {  // no more threads are available
     }
   }
   return std::async(std::launch::deferred, std::move(work));
 }
 
-/// Does `work(0) .. work(count - 1)` on the machine's cores, in any order, each once.
+/// Calls work(0) .. work(count - 1) on several threads, in any order, each once.
 ///
 /// The result of the work must not depend on the order. The results are then identical for any
 /// number of threads. If several calls throw, the exception of the lowest number is thrown after
@@ -49,10 +49,11 @@ AXISCAL_EXPORT void for_each_in_parallel(std::size_t count,
 ///
 /// @param next     returns the work for the next piece, or nullopt at the end. It is called in
 ///                 order by the caller's thread.
-/// @param take     takes the pieces, in order, by the caller's thread.
-/// @param threads  how many; 0: worker_count(). With one all is done in the caller's.
-/// @throws the exception of the first piece that fails, or of next() after all earlier pieces are
-///         delivered; after all threads have ended.
+/// @param take     receives the pieces in order, in the caller's thread.
+/// @param threads  number of threads; 0: worker_count(). With one thread, all work runs in the
+///                 caller's thread.
+/// @throws the exception of the first piece that fails. An exception of next() is thrown after all
+///         earlier pieces are delivered. All threads have ended before anything is thrown.
 template <typename Piece>
 void for_each_in_order(const std::function<std::optional<std::function<Piece()>>()>& next,
                        const std::function<void(Piece)>& take,
@@ -64,7 +65,7 @@ void for_each_in_order(const std::function<std::optional<std::function<Piece()>>
     under_way.pop_front();
     take(std::move(piece));
   };
-  std::exception_ptr failure;  // of next(), behind what is under way
+  std::exception_ptr failure;  // of next(); thrown after all earlier pieces are delivered
   const auto next_work = [&]() -> std::optional<std::function<Piece()>> {
     try {
       return next();

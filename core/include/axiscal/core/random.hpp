@@ -16,11 +16,11 @@
 
 namespace axiscal {
 
-/// Random numbers that are identical with every compiler for one seed.
+/// Random numbers that are identical with every compiler if the seed is the same.
 ///
-/// The engine is std::mt19937_64, whose output the standard fixes; its distributions it does not
-/// fix, so these are our own: normals by Box and Muller (as exact as log, sin and cos are),
-/// integers by rejection.
+/// The engine is std::mt19937_64, whose output the standard defines. The standard does not define
+/// the output of its distributions, so this class does not use them. It draws normals by Box and
+/// Muller (as exact as log, sin and cos), and integers by rejection.
 class AXISCAL_EXPORT RandomStream {
  public:
   /// @param seed    any number; the same seed gives the same stream.
@@ -28,7 +28,8 @@ class AXISCAL_EXPORT RandomStream {
   explicit RandomStream(std::uint64_t seed, std::uint32_t stream = 0)
       : seed_(seed), stream_(stream) {}
 
-  /// Seeds streams of which nothing was drawn yet, in half of the time that each takes alone.
+  /// Seeds three streams in half of the time that seeding them separately takes. Call it before the
+  /// first number is drawn.
   static void seed_together(const std::array<RandomStream*, 3>& streams);
 
   /// @return uniform in (0, 1), never 0 or 1.
@@ -37,9 +38,9 @@ class AXISCAL_EXPORT RandomStream {
   /// @return normal, mean 0, standard deviation 1.
   double normal();
 
-  /// @return N numbers, drawn from the last to the first. The order of evaluation of function
-  ///         arguments depends on the compiler, so do not draw the components of a vector as
-  ///         arguments.
+  /// @return N normal numbers; the last entry is drawn first. Use it for the components of a vector
+  ///         instead of drawing them as arguments of a function, because the order of evaluation of
+  ///         arguments depends on the compiler.
   template <int N>
   Eigen::Matrix<double, N, 1> normals() {
     Eigen::Matrix<double, N, 1> values;
@@ -69,7 +70,8 @@ class AXISCAL_EXPORT RandomStream {
 
   std::uint64_t seed_;
   std::uint32_t stream_;
-  std::optional<std::mt19937_64> engine_;  // seeded when the first number is drawn: that costs much
+  // Seeded when the first number is drawn, because seeding is slow.
+  std::optional<std::mt19937_64> engine_;
   std::optional<double> spare_normal_;
 };
 

@@ -7,10 +7,10 @@
 
 namespace axiscal {
 
-/// A value to the decimals that show two digits of its uncertainty (GUM 7.2.6): "0.01196" of
-/// 0.0119603 and 0.00027. Where that is longer than twelve characters, or beyond eight decimals, in
-/// powers of ten; without an uncertainty six digits.
-/// @return "-" of NaN.
+/// Rounds a value to the decimals that show two digits of its uncertainty (GUM 7.2.6): 0.0119603
+/// with uncertainty 0.00027 is "0.01196". If that text has more than 12 characters or 8 decimals,
+/// the value has an exponent. Without an uncertainty the value has six digits.
+/// @return the text; "-" if the value is NaN.
 [[nodiscard]] AXISCAL_EXPORT std::string rounded_value(double value, double uncertainty);
 
 /// An uncertainty with two digits, in the format of rounded_value(); "-" if it is not finite.

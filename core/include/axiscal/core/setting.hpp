@@ -5,12 +5,12 @@
 
 namespace axiscal {
 
-/// An input that a user can state, by its path: "field.magnitude" is the member `magnitude` of an
-/// experiment's field. An error carries the settings that would remedy it. A program translates
-/// them into its own names: the command into options, a dialogue into fields. Each module defines
-/// its settings in its `settings.hpp`.
+/// Identifies an input that a user can set, by its path: "field.magnitude" is the member
+/// `magnitude` of an experiment's field. An error contains the settings that would remedy it. A
+/// program translates them into its own names: the command into options, a dialogue into fields.
+/// Each module defines its settings in its `settings.hpp`.
 struct Setting {
-  std::string_view path;  ///< of a literal
+  std::string_view path;  ///< points to a string literal
 
   friend constexpr bool operator==(Setting a, Setting b) { return a.path == b.path; }
 };

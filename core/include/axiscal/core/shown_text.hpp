@@ -8,18 +8,18 @@
 
 namespace axiscal {
 
-/// @return the text with control characters written as \x1B: a terminal would act on them. Tabs and
-///         line feeds stay.
+/// @return the text with control characters replaced by escapes such as \x1B, so that a terminal
+///         does not execute them. Tabs and line feeds are kept.
 [[nodiscard]] AXISCAL_EXPORT std::string shown_text(std::string_view text);
 
-/// @return a name as shown_text(), in one line: tabs and line feeds are written so too.
+/// @return a name as shown_text(), but with tabs and line feeds replaced too.
 [[nodiscard]] AXISCAL_EXPORT std::string shown_name(std::string_view name);
 
-/// @return true if a spreadsheet reads a cell as a formula: it begins with = + - or @. A number and
-///         a face (+X) are not formulas.
+/// @return true if a spreadsheet would read the cell as a formula: it begins with =, +, -, @, a tab
+///         or a carriage return, and it is not a number or a face (+X).
 [[nodiscard]] AXISCAL_EXPORT bool is_formula(std::string_view cell);
 
-/// @return a word as a cell of CSV, with an apostrophe before a formula.
+/// @return a word as a CSV cell; a formula gets an apostrophe in front.
 [[nodiscard]] AXISCAL_EXPORT std::string harmless_cell(const std::string& word);
 
 }  // namespace axiscal

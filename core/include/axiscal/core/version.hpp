@@ -9,7 +9,7 @@
 
 #include "axiscal/core/export.hpp"
 
-// The version of the headers, for the preprocessor: AXISCAL_VERSION >= 100 is 0.1.0 and later.
+// The version of the headers, for the preprocessor. AXISCAL_VERSION >= 100 means 0.1.0 or later.
 #define AXISCAL_VERSION_MAJOR 0
 #define AXISCAL_VERSION_MINOR 1
 #define AXISCAL_VERSION_PATCH 0
@@ -18,7 +18,7 @@
 
 namespace axiscal {
 
-/// @return name and version of this library in the form of records, e.g. "axiscal 0.1.0".
+/// @return name and version of this library as records contain it, e.g. "axiscal 0.1.0".
 [[nodiscard]] AXISCAL_EXPORT std::string_view software_name();
 
 }  // namespace axiscal

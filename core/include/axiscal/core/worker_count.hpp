@@ -7,12 +7,12 @@
 
 namespace axiscal {
 
-/// @return the number of threads that compute: the number given to set_worker_count(), else the
+/// @return the number of threads for computations: the number given to set_worker_count(), else the
 ///         environment variable AXISCAL_THREADS, else the number of processors that this process
-///         may use. In a container the quota counts.
+///         may use. A container's CPU quota limits that number.
 [[nodiscard]] AXISCAL_EXPORT std::size_t worker_count();
 
-/// @param count  0: as before any call.
+/// @param count  number of threads; 0 restores the default.
 AXISCAL_EXPORT void set_worker_count(std::size_t count);
 
 }  // namespace axiscal

@@ -14,22 +14,23 @@ namespace axiscal {
 [[nodiscard]] std::span<const std::string_view> import_formats();
 
 struct ImportOptions {
-  /// accelerometer, gyroscope or magnetometer: which of the file's sensors.
+  /// The sensor to read from the file: accelerometer, gyroscope or magnetometer.
   std::string kind = "accelerometer";
-  int instance = 0;  ///< its number: CAL_ACC0
-  /// The field's magnitude where it will be checked [unit of the format]; default: 9.80665 m/s^2
-  /// for an accelerometer, 1 rad/s for a gyroscope, 0.5 G for a magnetometer.
+  int instance = 0;  ///< number of that sensor, e.g. 0 for CAL_ACC0
+  /// The magnitude of the field at the place where the calibration will be checked [unit of the
+  /// format]. The default is 9.80665 m/s^2 for an accelerometer, 1 rad/s for a gyroscope, 0.5 G for
+  /// a magnetometer.
   std::optional<double> magnitude;
 };
 
-/// Reads another program's calibration, for `check` and `apply`. Such files have coefficients only,
-/// so the record lacks uncertainties.
+/// Reads another program's calibration, for `check` and `apply`. Such files contain only
+/// coefficients, so the record has no uncertainties.
 ///
 /// @param text    content of the file.
-/// @param path    its name, for messages.
+/// @param path    the file's name in messages.
 /// @param format  one of import_formats().
 /// @throws DomainError  for an unknown format or kind.
-/// @throws DataError    if the file is malformed, or has no such sensor.
+/// @throws DataError    if the file is malformed or does not contain the sensor.
 [[nodiscard]] Calibration import_calibration(std::string_view text,
                                              const std::string& path,
                                              std::string_view format,

@@ -12,9 +12,9 @@ namespace axiscal {
 
 /// The winding of a coil system.
 enum class CoilShape {
-  helmholtz,  ///< two round coils, a radius apart
-  merritt,    ///< four square coils of side d at +-0.128106 d and +-0.505492 d, the inner ones with
-              ///< 11/26 of the outer ones' turns
+  helmholtz,  ///< two round coils at a distance of one radius
+  merritt,    ///< four square coils of side d at +-0.128106 d and +-0.505492 d; the inner coils
+              ///< have 11/26 of the turns of the outer coils
 };
 
 /// @return the shape called "helmholtz" or "merritt", or nullopt.
@@ -24,33 +24,33 @@ enum class CoilShape {
 struct AXISCAL_EXPORT Coil {
   CoilShape shape = CoilShape::helmholtz;
   double turns = 1.0;      ///< number of turns of each (outer) coil
-  double current_A = 1.0;  ///< at level 1
-  double size_m = 1.0;     ///< radius of the round, side of the square coils
+  double current_A = 1.0;  ///< current at level 1
+  double size_m = 1.0;     ///< radius of round coils, side of square coils
   Eigen::Vector3d axis_in_table = Eigen::Vector3d::UnitZ();  ///< direction of the field
 };
 
-/// The flux density at the coil's centre.
+/// Computes the flux density at the centre of a coil system.
 ///
-/// @return B [T], along the axis, frame table.
-/// @throws DomainError  unless turns and size are positive, current and axis not zero.
+/// @return B [T], frame table, along the axis.
+/// @throws DomainError  unless turns and size are positive, and current and axis are not zero.
 /// @par Source
 /// Helmholtz: B = (4/5)^(3/2) mu_0 N I / R. Merritt, Purcell & Stroink, Rev. Sci. Instrum. 54
 /// (1983) 879: positions and current ratio of the four-coil system; a square loop of side d on its
 /// axis gives 2 mu_0 I a^2 / (pi (a^2 + z^2) sqrt(2 a^2 + z^2)), a = d/2.
 [[nodiscard]] AXISCAL_EXPORT Eigen::Vector3d coil_field_in_table_T(const Coil& coil);
 
-/// The magnetic field of a coil system around the cube, `induced_magnetic`: a reading's level is
-/// the multiple of the coil's current.
+/// The magnetic field of a coil system around the cube, of the kind `induced_magnetic`. The level
+/// of a reading multiplies the coil's current.
 class AXISCAL_EXPORT CoilField final : public ReferenceField {
  public:
-  /// A coil whose vector or magnitude the experiment states. Together with a known field it may be
-  /// unknown.
+  /// A coil system without data. The experiment states its vector or magnitude. In a sum with a
+  /// known field, its magnitude may be unknown.
   CoilField() = default;
 
   /// @throws DomainError  as coil_field_in_table_T().
   explicit CoilField(const Coil& coil, std::string unit = "");
 
-  /// @return the coil's field in the table [unit(), else nT]; zero without a coil.
+  /// @return the coil's field, frame table [unit(); nT if unit() is empty]; zero without a coil.
   [[nodiscard]] Eigen::Vector3d value_in_enu() const override;
   [[nodiscard]] std::string_view unit() const override { return unit_; }
   [[nodiscard]] std::string_view kind() const override { return "induced_magnetic"; }

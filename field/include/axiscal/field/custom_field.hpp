@@ -8,14 +8,16 @@
 
 namespace axiscal {
 
-/// Any constant field, given as a vector: a coil's, a lamp's, one that was measured.
+/// A constant field that is given as a vector: for example that of a coil or a lamp, or a measured
+/// one.
 class AXISCAL_EXPORT CustomField final : public ReferenceField {
  public:
-  /// Of which the experiment states magnitude or vector; else one in units of itself.
+  /// A field whose magnitude or vector the experiment states. Without both, its magnitude is 1 if
+  /// its unit is "1".
   CustomField() = default;
 
   /// @param value_in_enu  the field [unit], frame enu; not zero.
-  /// @param unit          any text; "1" for a field in units of itself.
+  /// @param unit          any text; "1" for a field in relative units.
   /// @throws DomainError  if the vector is zero or not finite.
   explicit CustomField(const Eigen::Vector3d& value_in_enu, std::string unit = "1");
 

@@ -13,15 +13,15 @@ namespace axiscal {
 /// Angular rate of the Earth against the stars [rad/s], WGS 84.
 inline constexpr double earth_rate_rad_per_s = 7.292115e-5;
 
-/// The Earth's rotation at a site: w (0, cos latitude, sin latitude).
+/// The Earth's rotation at a site: earth_rate_rad_per_s (0, cos latitude, sin latitude), frame enu.
 class AXISCAL_EXPORT EarthRotationField final : public ReferenceField {
  public:
-  /// At the table's place.
+  /// The rotation at the table's site.
   EarthRotationField() = default;
 
-  /// @param site  latitude counts.
+  /// @param site  only its latitude is used.
   /// @param unit  "rad/s", "deg/s" or "deg/h".
-  /// @throws DomainError  for a bad site or unit.
+  /// @throws DomainError  if the site is out of range, or for another unit.
   explicit EarthRotationField(const Site& site, std::string unit = "rad/s");
 
   [[nodiscard]] Eigen::Vector3d value_in_enu() const override { return value_; }
@@ -35,7 +35,7 @@ class AXISCAL_EXPORT EarthRotationField final : public ReferenceField {
  private:
   Eigen::Vector3d value_ = Eigen::Vector3d::Zero();
   std::string unit_;
-  std::optional<Site> site_;  // its own, instead of the table's
+  std::optional<Site> site_;  // the field's own site; nullopt: the table's site
 };
 
 }  // namespace axiscal

@@ -11,18 +11,18 @@
 
 namespace axiscal {
 
-/// The multiple of the induced field that was set for a reading: one number for all induced parts,
-/// or for some parts, by their names, numbers of their own.
+/// The factor by which a reading multiplies the induced field: one number for all induced parts, or
+/// different numbers for named parts.
 class AXISCAL_EXPORT FieldLevel {
  public:
   /// Levels of parts, by the parts' names.
   using OfParts = std::map<std::string, double, std::less<>>;
 
-  /// One level for all induced parts. Not explicit, as most fields have one.
+  /// One level for all induced parts. Not explicit, because most fields have only one level.
   FieldLevel(double of_all = 1.0) : of_all_(of_all) {}  // NOLINT(google-explicit-constructor)
 
-  /// @param of_parts   one level or more.
-  /// @param of_others  the level of the induced parts that are not among `of_parts`.
+  /// @param of_parts   levels by the parts' names.
+  /// @param of_others  level of the induced parts that are not in `of_parts`.
   explicit FieldLevel(OfParts of_parts, double of_others = 1.0);
 
   /// @return the level of a part of that name.
@@ -30,15 +30,15 @@ class AXISCAL_EXPORT FieldLevel {
     return of_parts_ ? own_level(part) : of_all_;
   }
 
-  /// @return the level of the parts that have none of their own.
+  /// @return the level of the parts that are not in of_parts().
   [[nodiscard]] double of_all() const { return of_all_; }
 
   [[nodiscard]] bool has_level_per_part() const { return of_parts_ != nullptr; }
 
-  /// @return the levels of the parts that have their own; none where it does not differ by part.
+  /// @return the levels of the named parts; empty if all parts have the same level.
   [[nodiscard]] const OfParts& of_parts() const;
 
-  /// @return as text, "1", "-0.5", "north -1, up 0".
+  /// @return the level as text: "1", "-0.5", "north -1, up 0".
   [[nodiscard]] std::string text() const;
 
   friend bool operator==(const FieldLevel& a, const FieldLevel& b) { return compare(a, b) == 0; }

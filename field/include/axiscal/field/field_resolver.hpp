@@ -13,14 +13,14 @@
 
 namespace axiscal {
 
-/// One part of a field while it is resolved from its inputs to a vector in the table. This class
-/// has the steps that all kinds share. ReferenceField::resolve() has the steps of a kind.
+/// Resolves one part of a field: it computes the vector in the table from the stated inputs. This
+/// class has the steps that all kinds share. ReferenceField::resolve() has the steps of a kind.
 class AXISCAL_EXPORT FieldResolver {
  public:
   /// @param part           the stated inputs.
-  /// @param place          where the table stands, and how.
-  /// @param occasion       when the readings were taken, and in which unit.
-  /// @param beside_others  whether it is one part of a sum.
+  /// @param place          site, orientation and date of the table.
+  /// @param occasion       time and unit of the readings.
+  /// @param beside_others  true if it is a part of a sum.
   FieldResolver(const FieldSetup& part,
                 const TablePlace& place,
                 const FieldOccasion& occasion,
@@ -36,7 +36,7 @@ class AXISCAL_EXPORT FieldResolver {
   /// The table's site, for a field that has none of its own.
   [[nodiscard]] const std::optional<Site>& site() const { return place_.site; }
 
-  /// @throws SetupError  where the table's longitude is not stated.
+  /// @throws SetupError  if the longitude of the table's site is not stated.
   void require_longitude() const;
 
   /// True if the time of day is known, from the readings or from the place's date.
@@ -45,7 +45,8 @@ class AXISCAL_EXPORT FieldResolver {
   /// The time of the readings, if it is known.
   [[nodiscard]] const std::optional<double>& reading_time_s() const { return occasion_.time_s; }
 
-  /// The place's date, or today [s].
+  /// The date of the table's place, or the present time if there is no date [s since 1970-01-01
+  /// UTC].
   [[nodiscard]] double date_s() const;
 
   /// The given magnitude, else the length of the given vector; nullopt if both are missing.
@@ -53,37 +54,40 @@ class AXISCAL_EXPORT FieldResolver {
 
   void set_magnitude(double magnitude);
 
-  /// The given magnitude. If it is missing, the magnitude is unknown, provided that other parts can
-  /// fix the scale.
-  /// @param otherwise  what is said behind the field's name where there is none and none may be.
-  /// @param settings   that would provide the value too.
+  /// Sets the magnitude to the given one. If it is missing, the magnitude stays unknown if
+  /// may_be_open(). Otherwise it is the largest field of the readings.
+  /// @param otherwise  text of the error after "field KIND", if there is no magnitude.
+  /// @param settings   further settings that would remedy the error.
+  /// @throws SetupError  if there is no magnitude.
   void set_given_magnitude(const std::string& otherwise, std::vector<Setting> settings);
 
-  /// As set_given_magnitude(); the default is 1 if the unit is 1.
+  /// As set_given_magnitude(), but if the unit is "1" the magnitude is 1 instead of an error.
   void set_given_magnitude_or_1(const std::string& otherwise, std::vector<Setting> settings);
 
-  /// The magnitude is unknown: it is fitted together with parts of known magnitude.
+  /// Marks the magnitude as unknown. It is then fitted together with parts of known magnitude.
   void leave_magnitude_open();
 
-  /// True if this is a local part without any stated number, in a sum.
+  /// True if the magnitude may stay unknown: it is stated as unknown, or this is a local part of a
+  /// sum without a stated number.
   [[nodiscard]] bool may_be_open() const;
 
   /// @return length of the largest field in the readings; nullopt if they do not contain fields.
   [[nodiscard]] const std::optional<double>& largest_met() const { return occasion_.largest; }
 
-  /// A model's own uncertainty, unless the user states another.
+  /// Sets the model's uncertainty of the magnitude, unless the user states another.
   void set_model_u(double magnitude_u);
 
-  /// The field's value in the table, of the part's magnitude.
-  /// @param value    where it points; frame enu, or where it is made on the table that one's.
-  /// @param induced  whether it is made on the table, and so follows its slope and heading.
+  /// Sets the field's vector in the table. Its length is the part's magnitude.
+  /// @param value    a vector with the field's direction, frame enu; frame table if `induced`.
+  /// @param induced  true if the field is made on the table, so that it does not depend on the
+  ///                 table's slope and heading.
   void set_direction(const Eigen::Vector3d& value, bool induced);
 
-  /// A vector in the table that follows from the source of the field. A stated magnitude takes
-  /// precedence.
+  /// Sets the field's vector in the table to the result of `make` [unit]. A stated magnitude
+  /// replaces its length.
   void set_made(const std::function<Eigen::Vector3d()>& make);
 
-  /// As ReferenceField::resolve() by the value that the field itself says.
+  /// Resolves the part by the field's own value, as the default of ReferenceField::resolve() does.
   void resolve_by_value(const ReferenceField& field);
 
  private:

@@ -8,17 +8,17 @@
 
 namespace axiscal {
 
-/// The role of a part of the field: the experimenter sets it (induced) or finds it in place
+/// The role of a part of the field: the experimenter sets it (induced), or it exists at the site
 /// (local).
 enum class FieldRole {
-  local,    ///< it is found at the site, and stays as it is
-  induced,  ///< it is made on the table, and each reading states the multiple of it that was set
+  local,    ///< it exists at the site and is constant
+  induced,  ///< it is made on the table, and the level of a reading multiplies it
 };
 
 /// @return the role of that name ("local", "induced"), or nullopt.
 [[nodiscard]] AXISCAL_EXPORT std::optional<FieldRole> parse_role(std::string_view name);
 
-/// @return "local", "induced"; empty for nothing.
+/// @return "local" or "induced"; empty for nullopt.
 [[nodiscard]] AXISCAL_EXPORT std::string_view role_name(std::optional<FieldRole> role);
 
 }  // namespace axiscal

@@ -25,13 +25,13 @@ namespace axiscal {
 ///
 /// @code
 /// experiment.field = axiscal::GeomagneticField(site, 2026.5, "uT");
-/// experiment.field.magnitude = 48.2;               // measured, and not the model's
-/// experiment.field += axiscal::CoilField(coil);    // beside it, by the readings' level
+/// experiment.field.magnitude = 48.2;               // a measured value instead of the model's
+/// experiment.field += axiscal::CoilField(coil);    // added, multiplied by the readings' level
 /// @endcode
 struct AXISCAL_EXPORT FieldSetup {
   FieldSetup() = default;
 
-  /// Not explicit, so that a field is assigned to an experiment as it is.
+  /// Not explicit, so that a field can be assigned to an experiment directly.
   FieldSetup(std::shared_ptr<const ReferenceField> field);  // NOLINT(google-explicit-constructor)
   template <std::derived_from<ReferenceField> Field>
   FieldSetup(std::shared_ptr<Field> field)  // NOLINT(google-explicit-constructor)
@@ -41,67 +41,71 @@ struct AXISCAL_EXPORT FieldSetup {
       : FieldSetup(std::shared_ptr<const ReferenceField>(
             std::make_shared<const Field>(std::move(field)))) {}
 
-  std::shared_ptr<const ReferenceField> of;  ///< which field; null: not stated
-  std::string name;  ///< its readings' levels are in the column level.NAME; may be empty
-  std::optional<FieldRole> role;  ///< default: the kind's
-  /// Empty: the first unit of the kind; without a magnitude, the unit of the readings if the kind
-  /// has it.
+  std::shared_ptr<const ReferenceField> of;  ///< the field; null: not stated
+  std::string name;  ///< readings state its level in the column level.NAME; may be empty
+  std::optional<FieldRole> role;  ///< default: the role of the kind
+  /// Unit of the numbers below. If it is empty, a kind's unit is chosen by the stated magnitude, by
+  /// the unit of the readings, or by default.
   std::string unit;
   std::optional<double> magnitude;          ///< F [unit]; default: see resolve_field()
-  bool magnitude_unknown = false;           ///< it is fitted; in a sum with a known part
+  bool magnitude_unknown = false;           ///< true: it is fitted, in a sum with a known part
   double magnitude_u = 0.0;                 ///< its standard uncertainty [unit]
-  std::optional<Eigen::Vector3d> in_table;  ///< [unit], frame table
-  std::vector<FieldSetup> others;           ///< further parts, local and induced, that add up
+  std::optional<Eigen::Vector3d> in_table;  ///< the field's vector [unit], frame table
+  std::vector<FieldSetup> others;           ///< further local and induced parts of the sum
 
   /// Adds a part.
   FieldSetup& operator+=(FieldSetup part);
 
   [[nodiscard]] bool is_stated() const { return of != nullptr; }
 
-  /// @return the field's kind; empty where none is stated.
+  /// @return the field's kind; empty if no field is stated.
   [[nodiscard]] std::string_view kind() const { return of ? of->kind() : std::string_view(); }
 
-  /// @return true if the table produces it: by its role, its class, or its kind.
+  /// @return true if the field is made on the table: by `role`, else by the field's is_induced().
   [[nodiscard]] bool is_induced() const;
 
   /// @return the parts of a sum, this one first.
   [[nodiscard]] std::vector<const FieldSetup*> parts() const;
   [[nodiscard]] std::vector<FieldSetup*> parts();
 
-  /// @return the part that changes from reading to reading; null where none does.
+  /// @return the part that changes from reading to reading; null if there is no such part.
   [[nodiscard]] const FieldSetup* moving_part() const;
 };
 
-/// @param kind     its name; empty: none.
-/// @param members  further members of the kind in files, as {"model", "igrf14"}.
+/// @param kind     name of the kind; empty: the result is null.
+/// @param members  values of further members that files have for the kind, e.g. {"model",
+///                 "igrf14"}.
 /// @return a field of that kind.
-/// @throws SetupError  for a kind or member that is not known; the message lists the kinds.
+/// @throws SetupError  if the kind or a member is unknown; the message lists the kinds.
 [[nodiscard]] AXISCAL_EXPORT std::shared_ptr<const ReferenceField> make_field(
     std::string_view kind, const std::map<std::string, std::string>& members = {});
 
 /// Reads a field of an experiment's file (formats.md, Experiment): an object, or an array of parts
 /// that are summed.
-/// @param path  of the file; `-` is standard input.
-/// @throws DataError  for a file that is no such thing.
+/// @param path  the file's path; `-` is standard input.
+/// @throws DataError  if the file does not have this format.
 [[nodiscard]] AXISCAL_EXPORT FieldSetup read_field(const std::string& path);
 
-/// @return a record's field in the form of an experiment.
-/// @param with_vector  whether where it lies in the table is stated too.
+/// @return the field of a record as inputs of an experiment.
+/// @param with_vector  true: the vector in the table is an input too. Parts of a sum always have
+///                     it.
 [[nodiscard]] AXISCAL_EXPORT FieldSetup setup_of(const FieldDescription& field, bool with_vector);
 
-/// @throws SetupError  for a unit that a kind of field is not given in.
+/// @throws SetupError  if a kind of field cannot have the unit.
 AXISCAL_EXPORT void check_field_unit(std::string_view kind, const std::string& unit);
 
-/// Further inputs, besides the table's place, for resolving a field.
+/// Inputs for resolving a field that come from the readings.
 struct FieldOccasion {
-  std::optional<double> time_s;   ///< from the readings if they have it; otherwise the place's date
-  std::string reading_unit;       ///< unit of the readings; a field without any stated number
-                                  ///< takes it
-  std::optional<double> largest;  ///< length of the largest field that readings bring [unit]; it is
-                                  ///< the magnitude of a field of which none is stated or computed
+  std::optional<double> time_s;   ///< time of the readings [s since 1970-01-01 UTC]; nullopt: the
+                                  ///< place's date is used
+  std::string reading_unit;       ///< unit of the readings; the default for a field without any
+                                  ///< stated number
+  std::optional<double> largest;  ///< length of the largest field in the readings [unit]; the
+                                  ///< magnitude if none is stated or can be computed
 };
 
-/// The field before anything is measured, part by part, in the unit of the first.
+/// Computes the field from the inputs, before any reading is used. The result is a list of its
+/// parts in the unit of the first part.
 ///
 /// The magnitude is the stated one; else the length of in_table; else 1 for the units `g` and `1`;
 /// else from a model at the site and date, from the geometry of a coil, or from the sum of lamps.
@@ -109,11 +113,12 @@ struct FieldOccasion {
 /// the known slope; a turntable's is along the table's normal. In a sum with a part of known
 /// magnitude, other magnitudes may be unknown.
 /// @throws SetupError    if kind or unit are not known, or a magnitude cannot be computed.
-/// @throws RefusedError  if a model does not hold there, or the sun is below the horizon.
+/// @throws RefusedError  if place or date are outside a model's range, or the sun is below the
+///                       horizon.
 [[nodiscard]] AXISCAL_EXPORT std::vector<FieldDescription> resolve_field(
     const FieldSetup& setup, const TablePlace& place, const FieldOccasion& occasion);
 
-/// One part alone, e.g. a second field.
+/// Resolves a single field, e.g. a second field.
 [[nodiscard]] AXISCAL_EXPORT FieldDescription resolve_part(const FieldSetup& part,
                                                            const TablePlace& place,
                                                            const FieldOccasion& occasion);
@@ -122,17 +127,17 @@ struct FieldOccasion {
 [[nodiscard]] AXISCAL_EXPORT FieldDescription
 describe_field(const TablePlace& place, const std::vector<FieldDescription>& parts);
 
-/// @return rotation_table_from_enu at a place, for a field that moves.
+/// @return rotation_table_from_enu at a place, with the slope, for a field that moves.
 /// @throws SetupError  if the fence's azimuth is not stated.
 [[nodiscard]] AXISCAL_EXPORT Eigen::Matrix3d rotation_of_moving(const TablePlace& place,
                                                                 const ReferenceField& field);
 
-/// The change of a moving field in the table: the value at one time becomes the value at another by
-/// a rotation times the ratio of their lengths.
+/// The change of a moving field in the table: a matrix that turns the field's vector at one time
+/// into its vector at another time. It is a rotation times the ratio of their lengths.
 ///
 /// @param from_s, to_s  seconds since 1970-01-01, UTC.
-/// @return frame table; the identity where the field does not move.
-/// @throws SetupError  if it moves and the fence's azimuth is not stated, or it is not alone.
+/// @return 3 x 3, frame table; the identity if the field does not move.
+/// @throws SetupError  if a moving field is a part of a sum, or the fence's azimuth is not stated.
 [[nodiscard]] AXISCAL_EXPORT Eigen::Matrix3d change_of_field(const FieldSetup& setup,
                                                              const TablePlace& place,
                                                              double from_s,

@@ -12,13 +12,15 @@ namespace axiscal {
 /// The factor between two units: `value_to = factor_between(from, to) * value_from`.
 ///
 /// Only units of one quantity convert: acceleration, magnetic flux density, angular rate,
-/// irradiance. `g` is the gravity of a place and converts to nothing but itself here.
-/// @throws DomainError  if the two are not of one quantity, or one is not known and not the other.
+/// irradiance. `g` is local gravity and converts only to `g`.
+/// @throws DomainError  if the units belong to different quantities, or they differ and one is
+///                      unknown.
 [[nodiscard]] AXISCAL_EXPORT double factor_between(std::string_view from, std::string_view to);
 
-/// As factor_between(), for the unit of readings: `g` is the standard gravity, and V, mg, gauss and
-/// similar units are known too.
-/// @return nullopt if the units belong to different quantities, or only one is known.
+/// As factor_between(), for the unit of readings. `g` is standard gravity. V, mg, gauss and similar
+/// units are known too.
+/// @return nullopt if the units belong to different quantities, or if they differ and one is
+///         unknown.
 [[nodiscard]] AXISCAL_EXPORT std::optional<double> reading_factor_between(std::string_view from,
                                                                           std::string_view to);
 

@@ -14,13 +14,13 @@
 
 namespace axiscal {
 
-/// The uncertainty of a geomagnetic model: standard deviations of the field at a place.
+/// The uncertainty of a geomagnetic model at a place (standard deviations).
 struct AXISCAL_EXPORT GeomagneticUncertainty {
   Eigen::Vector3d in_enu_nT =
       Eigen::Vector3d::Zero();  ///< standard uncertainty of each component, east, north, up
   double magnitude_nT = 0.0;
   double inclination_rad = 0.0;
-  double declination_rad = 0.0;  ///< grows where the field is steep
+  double declination_rad = 0.0;  ///< is greater if the field is steeper
 };
 
 /// A spherical harmonic model of the geomagnetic field.
@@ -29,25 +29,26 @@ struct AXISCAL_EXPORT GeomagneticUncertainty {
 /// SphericalHarmonic1 sums them, because it accepts arrays while MagneticModel accepts only files.
 /// So no file is read, written or downloaded. Any other name is a model that the user has installed
 /// for GeographicLib (`igrf14`, `emm2017`, ...); GeographicLib finds it by its own search path and
-/// environment variables. Create models of a degree above 12 before other threads evaluate any,
-/// because GeographicLib then lengthens a table that they share.
+/// environment variables. Create models of a degree above 12 before another thread evaluates a
+/// model, because GeographicLib then extends a table that all models share.
 class AXISCAL_EXPORT GeomagneticModel {
  public:
-  /// @throws DataError  if no such model is installed; the message says where it was looked for.
+  /// @throws DataError  if no such model is installed; the message gives the folder that was
+  ///                    searched.
   explicit GeomagneticModel(const std::string& name = "wmm2025");
 
-  /// The field at a place and time.
+  /// Computes the field at a place and time.
   ///
   /// @param site  its height is above the WGS 84 ellipsoid.
   /// @param year  decimal year.
   /// @return field [nT], frame enu.
-  /// @throws RefusedError  if height or date are outside the model's range; the message gives the
+  /// @throws RefusedError  if height or year are outside the model's range; the message gives the
   ///                       range.
   [[nodiscard]] Eigen::Vector3d value_in_enu_nT(const Site& site, double year) const;
 
-  /// The model's uncertainty for that value of the field, as published by its authors.
+  /// The model's uncertainty for a value of the field, as its authors published it.
   ///
-  /// @return nothing for models that have no error model here.
+  /// @return nullopt if no error model is known for this model.
   /// @par Source
   /// The US/UK World Magnetic Model for 2025-2030: Technical Report (NOAA 2025), error model: X
   /// 137, Y 89, Z 141, F 138 nT, I 0.20 degrees, D sqrt(0.26^2 + (5417 nT / H)^2) degrees.
@@ -56,7 +57,7 @@ class AXISCAL_EXPORT GeomagneticModel {
 
   [[nodiscard]] const std::string& name() const { return name_; }
 
-  class Coefficients;  ///< for this class alone
+  class Coefficients;  ///< only for this class
 
  private:
   std::string name_;
@@ -76,14 +77,14 @@ class AXISCAL_EXPORT GeomagneticModel {
 /// @endcode
 class AXISCAL_EXPORT GeomagneticField final : public ReferenceField {
  public:
-  /// By the built-in model, at the table's place and date.
+  /// The field by the built-in model, at the table's place and date.
   GeomagneticField() = default;
 
-  /// @param site   where.
+  /// @param site   the place.
   /// @param year   decimal year.
-  /// @param model  whose it is.
-  /// @param unit  "nT", "uT", "T" or another magnetic unit.
-  /// @throws DomainError   for a bad site or unit.
+  /// @param unit   "nT", "uT", "T" or another magnetic unit.
+  /// @param model  the geomagnetic model.
+  /// @throws DomainError  if the site is out of range, or the unit is not magnetic.
   /// @throws DataError, RefusedError  as GeomagneticModel.
   GeomagneticField(const Site& site,
                    double year,
@@ -103,8 +104,8 @@ class AXISCAL_EXPORT GeomagneticField final : public ReferenceField {
   Eigen::Vector3d value_ = Eigen::Vector3d::Zero();
   std::string unit_;
   double magnitude_u_ = 0.0;
-  std::optional<Site> site_;  // its own, instead of the table's
-  double year_ = 0.0;         // of its own site
+  std::optional<Site> site_;  // the field's own site; nullopt: the table's site
+  double year_ = 0.0;         // decimal year for site_
   std::string model_ = "wmm2025";
 };
 

@@ -10,17 +10,19 @@
 
 namespace axiscal {
 
-/// Specific force at rest by a model: gravity, reversed.
+/// The specific force at rest by a model: gravity with the opposite sign.
 ///
 /// @param model  "wgs84" (normal gravity, built in), or a gravity model that is installed for
 ///               GeographicLib ("egm96", "egm2008"), found by its own search path.
-/// @return specific force [m/s^2], frame enu; a model's plumb line is not the ellipsoid's normal.
-/// @throws DomainError  for a bad site.
-/// @throws DataError    if the model is not installed; the message says where it was looked for.
+/// @return specific force [m/s^2], frame enu. With an installed model it is not exactly vertical,
+///         because the plumb line is not the ellipsoid's normal.
+/// @throws DomainError  if the site is out of range.
+/// @throws DataError    if the model is not installed; the message gives the folder that was
+///                      searched.
 [[nodiscard]] AXISCAL_EXPORT Eigen::Vector3d gravity_in_enu(const Site& site,
                                                             const std::string& model = "wgs84");
 
-/// Specific force on an instrument at rest: gravity, reversed.
+/// The specific force on an instrument at rest: gravity with the opposite sign.
 ///
 /// The support pushes the instrument up, so the vector points up along the plumb line: (0, 0, g).
 ///
@@ -36,9 +38,9 @@ class AXISCAL_EXPORT GravityField final : public ReferenceField {
   /// Gravity at a site by a model, in m/s^2.
   ///
   /// WGS 84 normal gravity does not include local anomalies. Its error is a few 1e-4 m/s^2 (1
-  /// standard deviation), rarely above 1e-3. Only the length matters here: the table is levelled by
-  /// the plumb line, so the direction is up.
-  /// @param site   where.
+  /// standard deviation), rarely above 1e-3. Only the vector's length is used, and its direction is
+  /// up, because the table is levelled by the plumb line.
+  /// @param site   the place.
   /// @param model  as gravity_in_enu().
   /// @throws DomainError  if a member of `site` is not finite or out of range.
   /// @throws DataError    if the model is not installed.
@@ -46,7 +48,7 @@ class AXISCAL_EXPORT GravityField final : public ReferenceField {
   /// Heiskanen & Moritz, Physical Geodesy (1967), secs. 2-7 and 2-8; evaluated by GeographicLib.
   explicit GravityField(const Site& site, const std::string& model = "wgs84");
 
-  /// A measured local value.
+  /// Gravity with a measured magnitude.
   ///
   /// @param magnitude  length of the specific force, positive [unit].
   /// @param unit       "g" or "m/s^2".
@@ -69,11 +71,11 @@ class AXISCAL_EXPORT GravityField final : public ReferenceField {
   std::string unit_ = "g";
   double magnitude_u_ = 0.0;
   bool is_measured_ = false;  // a magnitude was stated
-  std::optional<Site> site_;  // its own, instead of the table's
+  std::optional<Site> site_;  // the field's own site; nullopt: the table's site
   std::string model_ = "wgs84";
 };
 
-/// @return local gravity as the unit, 1 g.
+/// @return the field of 1 g, in units of local gravity.
 [[nodiscard]] inline GravityField gravity() {
   return GravityField();
 }

@@ -11,16 +11,17 @@ namespace axiscal {
 
 /// A field that the experimenter makes: a turntable's rotation, a coil's field, a lamp's light.
 ///
-/// It is fixed in the table's frame, and a reading's `level` is the multiple of it that was set.
+/// It is constant in the table's frame, and the `level` of a reading multiplies it.
 class AXISCAL_EXPORT InducedField final : public ReferenceField {
  public:
   /// @param kind            "induced_rotation", "induced_magnetic", "light" or a name of your own.
-  /// @param value_in_table  at level 1 [unit], frame table; not zero.
-  /// @param unit            of the vector.
+  /// @param value_in_table  value at level 1 [unit], frame table; not zero.
+  /// @param unit            unit of the vector.
   /// @throws DomainError  if the vector is zero or not finite.
   InducedField(std::string kind, const Eigen::Vector3d& value_in_table, std::string unit);
 
-  /// @return the vector in a table that is level with its fence to the north.
+  /// @return the vector, frame table. In a level table whose y axis points north this is the frame
+  ///         enu.
   [[nodiscard]] Eigen::Vector3d value_in_enu() const override { return value_; }
   [[nodiscard]] std::string_view unit() const override { return unit_; }
   [[nodiscard]] std::string_view kind() const override { return kind_; }

@@ -12,27 +12,29 @@ namespace axiscal {
 /// A collimated lamp: its light comes from one direction.
 struct AXISCAL_EXPORT Lamp {
   Eigen::Vector3d direction_in_table = Eigen::Vector3d::UnitZ();  ///< towards the lamp, any length
-  double irradiance = 1.0;  ///< on a surface square to the light [unit]
+  double irradiance = 1.0;  ///< on a surface perpendicular to the light [unit]
 };
 
-/// @return the field of several lamps at once: the sum of irradiance times direction, which is what
-///         an axis with a cosine response that sees all of them answers to [unit], frame table.
+/// @return the field of several lamps together: the sum of irradiance times unit direction [unit],
+///         frame table. An axis with a cosine response that is lit by all lamps responds to this
+///         sum.
 /// @throws DomainError  if the list is empty, or a lamp lacks its direction or irradiance.
 [[nodiscard]] AXISCAL_EXPORT Eigen::Vector3d lamps_in_table(const std::vector<Lamp>& lamps);
 
-/// Light: of lamps on the table, of the sun, or from wherever the readings find it.
+/// Light of lamps on the table, of the sun, or from an unknown direction that is fitted.
 class AXISCAL_EXPORT LightField final : public ReferenceField {
  public:
-  /// From a direction that is fitted or stated.
+  /// Light from a direction that is fitted or stated.
   LightField() = default;
 
-  /// @param lamps  that shine all at once; a reading's level is the multiple of their light.
-  /// @param unit   of their irradiance.
+  /// @param lamps  lamps that are all on at the same time; the level of a reading multiplies their
+  ///               light.
+  /// @param unit   unit of their irradiance.
   /// @throws DomainError  as lamps_in_table().
   explicit LightField(std::vector<Lamp> lamps, std::string unit = "1");
 
-  /// The sun's light, whose direction follows from the table's site and the readings' times.
-  /// @param refraction  whether the air lifts it.
+  /// The sun's light. Its direction follows from the table's site and the readings' times.
+  /// @param refraction  true: refraction by the atmosphere is included.
   [[nodiscard]] static LightField sun(bool refraction = false);
 
   /// @return the sum of the lamps [unit()], frame table; zero without lamps.

@@ -13,16 +13,17 @@
 
 namespace axiscal {
 
-/// A field that was recorded while the readings were taken: its vector in the table over time, by
-/// another instrument that stayed where it was. Between the times it is linear.
+/// A field that another instrument, at a fixed place, recorded while the readings were taken. The
+/// record contains the field's vector in the table at several times. Between the times the field is
+/// interpolated linearly.
 class AXISCAL_EXPORT RecordedField final : public ReferenceField {
  public:
-  /// @param of         which field it is; it says kind, unit and role.
-  /// @param times_s    ascending, two or more, by the same clock as the readings' times.
-  /// @param in_table   3 x n [unit of the field], frame table; none is zero.
-  /// @param path       of the file that they are from, to be written with the experiment; may be
+  /// @param of         the field that was recorded; it gives kind, unit and role.
+  /// @param times_s    two times or more, ascending, by the same clock as the readings' times.
+  /// @param in_table   3 x n [unit of the field], frame table; no vector is zero.
+  /// @param path       the file of the record, which is written to the experiment's file; may be
   ///                   empty.
-  /// @throws DomainError  unless they are so.
+  /// @throws DomainError  if times or vectors do not have these properties.
   RecordedField(std::shared_ptr<const ReferenceField> of,
                 std::vector<double> times_s,
                 Eigen::Matrix3Xd in_table,
@@ -36,7 +37,7 @@ class AXISCAL_EXPORT RecordedField final : public ReferenceField {
   [[nodiscard]] bool moves() const override { return true; }
   [[nodiscard]] bool needs_utc() const override { return false; }
 
-  /// @throws RefusedError  for a time that is not within the record.
+  /// @throws RefusedError  if the time is outside the record.
   [[nodiscard]] Eigen::Vector3d value_in_enu_at(double time_s) const override;
   [[nodiscard]] Eigen::Vector3d moving_in_table(const TablePlace& place,
                                                 double time_s) const override;
@@ -55,8 +56,8 @@ class AXISCAL_EXPORT RecordedField final : public ReferenceField {
 /// Reads a field's record: CSV with a column `time` (seconds, or ISO 8601) and three more columns,
 /// the components along the table's x, y and z.
 ///
-/// @param of    as RecordedField.
-/// @throws DataError  for a table of another kind, times that do not ascend, or a vector of zero.
+/// @param of    the field that was recorded; it gives kind, unit and role.
+/// @throws DataError  if the columns are different, the times do not ascend, or a vector is zero.
 [[nodiscard]] AXISCAL_EXPORT RecordedField
 read_recorded_field(const std::string& path, std::shared_ptr<const ReferenceField> of);
 

@@ -16,32 +16,32 @@ class FieldResolver;
 class JsonMembers;
 struct FieldSetup;
 
-/// A vector of the surroundings that serves as the reference: gravity, the geomagnetic field, the
-/// light of a lamp.
+/// A vector at the place of the calibration that serves as the reference: gravity, the geomagnetic
+/// field, the light of a lamp.
 ///
-/// `experiment.field = GeomagneticField(site, 2026.5)`. Any field whose direction is fixed in the
-/// room will do, and one that moves if it says how. Derive from this class to calibrate against a
-/// field of your own: a calibration asks for nothing but the functions of the first group. Those of
-/// the second are for a kind that files can state too (docs/howto.md, "Add a field").
+/// `experiment.field = GeomagneticField(site, 2026.5)`. The direction of the field must be fixed in
+/// the room, or moves() must be true. Derive from this class to calibrate with a field of your own.
+/// A calibration calls only the functions of the first group. The second group is for kinds that
+/// files can state too (docs/howto.md, "Add a field").
 class AXISCAL_EXPORT ReferenceField {
  public:
   ReferenceField() = default;
   virtual ~ReferenceField() = default;
 
-  // ---- what every field says ----
+  // ---- functions for every field ----
 
-  /// @return the field [unit()], frame enu (east, north, up at the site); zero where it is not
+  /// @return the field [unit()], frame enu (east, north, up at the site); zero if it cannot be
   ///         known without the table's place.
   [[nodiscard]] virtual Eigen::Vector3d value_in_enu() const = 0;
 
-  /// @return the unit of value_in_enu(), e.g. "m/s^2"; it becomes part of the record. Empty: the
-  ///         first of its kind's.
+  /// @return the unit of value_in_enu(), e.g. "m/s^2"; records contain it. Empty: the first unit of
+  ///         the kind.
   [[nodiscard]] virtual std::string_view unit() const = 0;
 
   /// @return the kind of field as records name it, e.g. "gravity".
   [[nodiscard]] virtual std::string_view kind() const = 0;
 
-  /// @return true if the field changes from reading to reading, as the direction of the sun.
+  /// @return true if the field changes from reading to reading, e.g. the direction of the sun.
   [[nodiscard]] virtual bool moves() const { return false; }
 
   /// @return true if a field that moves needs times in UTC; otherwise any clock that the readings
@@ -49,8 +49,8 @@ class AXISCAL_EXPORT ReferenceField {
   [[nodiscard]] virtual bool needs_utc() const { return true; }
 
   /// @param time_s  seconds since 1970-01-01, UTC.
-  /// @return the field then [unit()], frame enu; of a field that does not move value_in_enu(). Its
-  ///         length may change too.
+  /// @return the field at that time [unit()], frame enu; value_in_enu() if the field does not move.
+  ///         Its length may change with the time too.
   [[nodiscard]] virtual Eigen::Vector3d value_in_enu_at([[maybe_unused]] double time_s) const {
     return value_in_enu();
   }
@@ -58,35 +58,33 @@ class AXISCAL_EXPORT ReferenceField {
   /// @return length of value_in_enu() [unit()].
   [[nodiscard]] virtual double magnitude() const { return value_in_enu().norm(); }
 
-  /// @return standard uncertainty of magnitude() [unit()]; 0 where none is stated.
+  /// @return standard uncertainty of magnitude() [unit()]; 0 if no uncertainty is stated.
   [[nodiscard]] virtual double magnitude_uncertainty() const { return 0.0; }
 
-  /// @return true if the table produces the field. value_in_enu() is then its value in the table's
-  ///         frame, wherever the table stands, and the `level` of a reading multiplies it.
+  /// @return true if the field is made on the table. Then value_in_enu() is its value in the
+  ///         table's frame, and the `level` of a reading multiplies it.
   [[nodiscard]] virtual bool is_induced() const { return false; }
 
-  // ---- what a kind that is stated in files says besides ----
+  // ---- functions for a kind that files can state ----
 
-  /// Writes the properties of this field into an experiment's setup. The default does not write
-  /// any, and resolve() calls the functions above.
+  /// Writes the properties of this field into an experiment's setup. The default writes nothing.
   virtual void state([[maybe_unused]] FieldSetup& setup) const {}
 
-  /// Computes the field in the table from the stated inputs. The default uses the value above, and
-  /// refuses another stated value.
+  /// Computes the field in the table from the stated inputs. The default uses value_in_enu(), and
+  /// throws if another magnitude or role is stated.
   /// @throws SetupError, RefusedError  as resolve_field().
   virtual void resolve(FieldResolver& of) const;
 
-  /// @return where a field that moves points in the table at a time [any unit]; as it comes, by
-  ///         value_in_enu_at() and how the table lies.
-  /// @throws SetupError  where that is not stated.
+  /// @return the vector of a moving field at a time, frame table [any unit]. The default rotates
+  ///         value_in_enu_at() to the table.
+  /// @throws SetupError  if the fence's azimuth is needed and not stated.
   [[nodiscard]] virtual Eigen::Vector3d moving_in_table(const TablePlace& place,
                                                         double time_s) const;
 
   /// @return the name of the moving object, for messages: "the field NAME", "the sun's place".
   [[nodiscard]] virtual std::string moving_name() const;
 
-  /// The members that files have for this kind besides those of every field, by one table for
-  /// reading and writing.
+  /// Reads or writes the members that files have only for this kind.
   virtual void members([[maybe_unused]] JsonMembers& io) {}
 
  protected:

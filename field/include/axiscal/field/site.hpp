@@ -5,7 +5,8 @@
 
 namespace axiscal {
 
-/// A place on or above the Earth. Latitude and longitude are the one exception to radians.
+/// A place on or above the Earth. Latitude and longitude are in degrees; all other angles in the
+/// library are in radians.
 struct Site {
   double latitude_deg = 0.0;   ///< geodetic, WGS 84, north positive [degree], -90 to 90
   double longitude_deg = 0.0;  ///< east positive [degree], -180 to 360

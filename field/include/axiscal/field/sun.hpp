@@ -9,22 +9,24 @@
 
 namespace axiscal {
 
-/// Where the sun stands.
+/// The apparent position of the sun.
 struct AXISCAL_EXPORT SunPosition {
   double azimuth_rad = 0.0;                                     ///< clockwise from north, 0 to 2 pi
   double elevation_rad = 0.0;                                   ///< above the horizon
   Eigen::Vector3d direction_in_enu = Eigen::Vector3d::UnitZ();  ///< unit vector towards the sun
 };
 
-/// The sun's apparent place at a site, good to 0.01 degrees from 1950 to 2050.
+/// Computes the sun's apparent position at a site. The error is at most 0.01 degrees from 1950 to
+/// 2050.
 ///
-/// Equation of the centre, aberration, nutation's largest term, diurnal parallax; the Earth's
-/// rotation by UTC, terrestrial time as UTC + 69 s.
+/// It includes the equation of the centre, aberration, the largest term of nutation, and diurnal
+/// parallax. The Earth's rotation is computed from UTC, and terrestrial time is UTC + 69 s.
 ///
-/// @param site        its latitude is geodetic.
+/// @param site        the place; its latitude is geodetic.
 /// @param time_s      seconds since 1970-01-01, UTC.
-/// @param refraction  lift by a standard atmosphere (1010 hPa, 10 C); without, the geometric place.
-/// @throws DomainError  for a bad site or a time that is not finite.
+/// @param refraction  true: includes refraction by a standard atmosphere (1010 hPa, 10 C); false:
+///                    the geometric position.
+/// @throws DomainError  if the site is out of range or the time is not finite.
 /// @par Source
 /// Meeus, Astronomical Algorithms, 2nd ed. (1998): sun of lower accuracy (ch. 25), sidereal time
 /// (ch. 12), parallax (ch. 40), refraction by Saemundsson's formula (ch. 16).

@@ -15,59 +15,60 @@
 
 namespace axiscal {
 
-/// The field in the table at each reading: the parts of a sum, the levels of the readings, the
-/// number of tilts of the table, and the vectors. All fitted field quantities are accessed through
-/// this class.
+/// The field in the table's frame as a function of a reading's level and block. It contains the
+/// parts of a sum, the tilts of the table, and the vectors of the field. All fitted field
+/// quantities are accessed through this class.
 ///
-/// The vectors are, frame table [unit of the field], of a sum those of its parts at level 1; else
-/// one for each tilt. A sum has one tilt. A field whose vectors are not known yet, or that the
-/// readings bring, has none. Copies share what does not change.
+/// The vectors are in the table's frame [unit of the field]. A sum has one tilt, and one vector for
+/// each part, at level 1. Any other field has one vector for each tilt. There are no vectors if
+/// they are not known yet, or if each reading states its field. Copies share the constant data.
 class AXISCAL_EXPORT TableField {
  public:
   using Tangents = Eigen::Matrix<double, 3, Eigen::Dynamic>;
 
-  /// One field that the level multiplies, on a table that stays as it is; without vectors.
+  /// One field that the level multiplies, with one tilt and without vectors.
   TableField();
 
-  /// @param parts  one or more. A single one is multiplied by the level, which is 1 where it cannot
-  ///               be set.
-  /// @throws DomainError  if there are none.
+  /// @param parts  at least one part. The level multiplies a single part; it is 1 if it cannot be
+  ///               set.
+  /// @throws DomainError  if `parts` is empty.
   explicit TableField(std::vector<FieldDescription> parts);
 
-  /// @return the same field where each block has its own tilt; without vectors.
-  /// @param blocks  their numbers, ascending, one or more.
+  /// @return this field with a tilt for each block, without vectors.
+  /// @param blocks  the blocks' numbers, ascending, at least one.
   [[nodiscard]] TableField tilted_by_block(std::vector<int> blocks) const;
 
-  /// @return the same field with these vectors.
-  /// @throws DomainError  unless the size is vector_count().
+  /// @return this field with these vectors.
+  /// @throws DomainError  unless `vectors` has vector_count() entries.
   [[nodiscard]] TableField with(std::vector<Eigen::Vector3d> vectors) const;
 
-  /// @return the same field with this vector for every tilt.
+  /// @return this field with the same vector for every part or tilt.
   [[nodiscard]] TableField with_all(const Eigen::Vector3d& vector) const;
 
-  /// @return the same field where its parts are stated to lie; a part of which no direction is
-  ///         stated along z, one of unknown magnitude as long as the longest that is known.
+  /// @return this field with the stated vectors. A part without a stated direction is along z. A
+  ///         part of unknown magnitude gets the greatest known magnitude.
   [[nodiscard]] TableField as_stated() const;
 
-  /// @return the same field without vectors.
+  /// @return this field without vectors.
   [[nodiscard]] TableField without_vectors() const;
 
   [[nodiscard]] bool is_sum() const { return parts().size() > 1; }
   [[nodiscard]] const std::vector<FieldDescription>& parts() const { return layout_->parts; }
 
-  /// @return true if a part rotates the table, so that the sum is not linear in the other parts.
+  /// @return true if a part is the rotation of a turntable; the sum is then not linear in the
+  ///         vectors.
   [[nodiscard]] bool turns() const;
 
-  /// @return whether some part is made on the table, so that other levels can be asked for.
+  /// @return true if a part is induced, so that readings can have different levels.
   [[nodiscard]] bool level_can_be_set() const { return layout_->level_can_be_set; }
 
-  /// @return the block that each tilt is of.
+  /// @return the number of the block for each tilt.
   [[nodiscard]] const std::vector<int>& blocks() const { return layout_->blocks; }
 
-  /// @return the tilt of a block; 0 for one that has none of its own.
+  /// @return the index of a block's tilt; 0 if the block does not have its own tilt.
   [[nodiscard]] std::size_t tilt_of_block(int block) const;
 
-  /// @return the number of vectors after the fit.
+  /// @return the number of vectors that the field has after a fit.
   [[nodiscard]] std::size_t vector_count() const {
     return is_sum() ? parts().size() : blocks().size();
   }
@@ -84,13 +85,15 @@ class AXISCAL_EXPORT TableField {
   [[nodiscard]] const std::vector<Eigen::Vector3d>& vectors() const { return vectors_; }
   [[nodiscard]] const Eigen::Vector3d& vector(std::size_t which) const { return vectors_[which]; }
 
-  /// @return length of the first vector, of a field without a sum F.
+  /// @return the length of the first vector; it is F if the field is not a sum.
   [[nodiscard]] double magnitude() const { return vectors_.front().norm(); }
 
-  /// @return the field of the whole run at level 1: a sum's, else the mean direction of the tilts.
+  /// @return the field of the whole run at level 1: that of a sum, or the mean direction of the
+  ///         tilts with the length magnitude().
   [[nodiscard]] Eigen::Vector3d mean() const;
 
-  /// @return "the field", "the field geomagnetic", "the field in block 2".
+  /// @return the name of a vector for messages: "the field", "the field geomagnetic", "the field in
+  ///         block 2".
   [[nodiscard]] std::string name_of(std::size_t which) const;
 
   /// @return the factor by which a level multiplies a part.
@@ -101,30 +104,31 @@ class AXISCAL_EXPORT TableField {
   /// @return true if the field is zero at this level, as with a dark lamp.
   [[nodiscard]] bool is_dark(const FieldLevel& level) const;
 
-  /// @return the field of a reading at a level, frame table.
+  /// @return the field of a reading at a level, frame table [unit of the field].
   [[nodiscard]] Eigen::Vector3d at(const FieldLevel& level, std::size_t tilt = 0) const;
 
-  /// @return its derivative with respect to one of the vectors, 3 x 3.
+  /// @return the derivative of at() with respect to one of the vectors, 3 x 3.
   [[nodiscard]] Eigen::Matrix3d change(const FieldLevel& level,
                                        std::size_t tilt,
                                        std::size_t which) const;
 
-  /// @return the derivative of the mean of the tilts, or of a sum at level 1, with respect to one
-  ///         of the vectors.
+  /// @return the derivative of mean() with respect to one of the vectors, 3 x 3; for a sum, that of
+  ///         at() at level 1.
   [[nodiscard]] Eigen::Matrix3d change_of_mean(std::size_t which) const;
 
-  /// The directions in which each vector is open, of length 1: two across it; all three where its
-  /// magnitude is not known, so that it may also vanish.
+  /// @return the unit vectors along which a fit changes each vector: two perpendicular to it. If
+  ///         its magnitude is unknown, they are all three axes, so that it can become zero.
   [[nodiscard]] std::vector<Tangents> tangents() const;
 
-  /// @return the change of a vector for a step of 1 along a tangent [unit of the field]: its
-  ///         length; if that is unknown, the length of the longest known vector.
+  /// @return the change of a vector for a step of 1 along a tangent [unit of the field]. It is the
+  ///         vector's length, or the length of the longest known vector if its magnitude is
+  ///         unknown.
   [[nodiscard]] double step_unit(std::size_t which) const;
 
-  /// The field after a step along its tangents: vectors turned by the two angles across them [rad],
-  /// those of unknown magnitude moved in units of step_unit().
-  /// @param tangents  as tangents() gave them.
-  /// @param step      one entry for each of their columns, in their order.
+  /// @return the field after a step. A vector of known magnitude is turned by two angles [rad]. A
+  ///         vector of unknown magnitude is moved, in units of step_unit().
+  /// @param tangents  the result of tangents().
+  /// @param step      one entry for each column of `tangents`, in the same order.
   [[nodiscard]] TableField moved(const std::vector<Tangents>& tangents,
                                  const Eigen::VectorXd& step) const;
 
@@ -138,7 +142,8 @@ class AXISCAL_EXPORT TableField {
     std::vector<int> blocks = {1};
   };
 
-  // The part that the table turns about at a level; parts().size() where none does.
+  // The index of the part about which the table turns at a level; parts().size() if there is no
+  // such part.
   [[nodiscard]] std::size_t turning_part(const FieldLevel& level) const;
 
   std::shared_ptr<const Layout> layout_;

@@ -8,20 +8,20 @@
 
 namespace axiscal {
 
-/// The rotation of a turntable, `induced_rotation`: along the table's normal; the level of a
-/// reading multiplies the rate. Of local fields in the sum only the component along the axis
-/// remains.
+/// The rotation of a turntable, of the kind `induced_rotation`, along the table's normal. The level
+/// of a reading multiplies the rate. Only the component along the axis remains of local fields in
+/// the sum.
 class AXISCAL_EXPORT TurntableField final : public ReferenceField {
  public:
-  /// Of which the experiment states the rate as the field's magnitude.
+  /// A turntable whose rate the experiment states as the field's magnitude.
   TurntableField() = default;
 
-  /// @param rate  at level 1, positive [unit].
+  /// @param rate  rate at level 1, positive [unit].
   /// @param unit  "deg/s", "rad/s" or "deg/h".
   /// @throws DomainError  if the rate is not positive and finite.
   explicit TurntableField(double rate, std::string unit = "deg/s");
 
-  /// @return the rate along the table's normal [unit()]; zero where it is not stated.
+  /// @return the rate along the table's normal [unit()]; zero if it is not stated.
   [[nodiscard]] Eigen::Vector3d value_in_enu() const override { return {0.0, 0.0, rate_}; }
   [[nodiscard]] std::string_view unit() const override { return unit_; }
   [[nodiscard]] std::string_view kind() const override { return "induced_rotation"; }

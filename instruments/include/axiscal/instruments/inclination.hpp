@@ -13,7 +13,7 @@ namespace axiscal {
 /// Which formula gives the pitch angle.
 enum class PitchFormula {
   arcsine,     ///< asin(f_x / F): uses the field's magnitude; uncertainty grows as 1 / cos(pitch)
-  arctangent,  ///< atan2(f_x, hypot(f_y, f_z)): needs no magnitude, equal accuracy everywhere
+  arctangent,  ///< atan2(f_x, hypot(f_y, f_z)): needs no magnitude, equal accuracy at all angles
 };
 
 struct InclinationOptions {
@@ -25,21 +25,25 @@ struct InclinationOptions {
 /// Attitude of an instrument that senses the specific force at rest.
 struct Inclination {
   double pitch_rad = 0.0;  ///< nose up is positive, -pi/2 to pi/2
-  double roll_rad = 0.0;   ///< right side down is positive, in (-pi, pi]; 0 where yaw is given
-  double yaw_rad = 0.0;    ///< in (-pi, pi]; 0 where roll is given
-  bool gives_yaw = false;  ///< yaw instead of roll, as |pitch| is at least yaw_above_rad
-  bool clamped = false;    ///< |f_x| was above F and was taken as F
+  double roll_rad = 0.0;   ///< right side down is positive, in (-pi, pi]; 0 if yaw is given
+  double yaw_rad = 0.0;    ///< in (-pi, pi]; 0 if roll is given
+  bool gives_yaw = false;  ///< true if yaw is given: |pitch| is at least yaw_above_rad
+  bool clamped = false;    ///< true if |f_x| was greater than F and was replaced by F
 };
 
-/// Pitch and roll, or near +-90 degrees of pitch pitch and yaw, from the field's components.
+/// Computes pitch and roll from the field's components. If pitch is near +-90 degrees, it computes
+/// yaw instead of roll:
 ///
 ///     pitch = asin(f_x / F)      roll = atan2(f_y, f_z)      yaw = atan2(f_y, f_x)
 ///
-/// in forward-left-up; in forward-right-down roll = atan2(-f_y, -f_z), yaw = atan2(-f_y, f_x).
+/// for forward-left-up. For forward-right-down, roll = atan2(-f_y, -f_z) and yaw = atan2(-f_y,
+/// f_x).
 ///
 /// @param field_in_sensor  specific force at rest [any unit], finite.
-/// @param magnitude        F, its length where the readings were taken [the same unit], positive.
-/// @return the angles; never NaN: asin's argument is clamped and that is flagged.
+/// @param magnitude        F, length of the specific force at the place of the readings [same
+///                         unit], positive.
+/// @return the angles, never NaN. If |f_x| exceeds F, the argument of asin is clamped and `clamped`
+///         is true.
 /// @par Source
 /// US 7,467,536; method.md, section 7.
 [[nodiscard]] AXISCAL_EXPORT Inclination
@@ -47,12 +51,12 @@ inclination_from_field(const Eigen::Vector3d& field_in_sensor,
                        double magnitude,
                        const InclinationOptions& options = {}) noexcept;
 
-/// The orientation of an instrument with a stated attitude, as on a dividing head: turned by its
-/// heading, then nose up by its pitch, then right side down by its roll.
+/// The orientation of an instrument with a stated attitude, e.g. on a dividing head. It is turned
+/// by its heading, then nose up by its pitch, then right side down by its roll.
 ///
-/// @param heading_rad  of its x axis, clockwise from the y axis of the level frame.
-/// @return the rotation to its frame from the level one, z up; inclination_from_field() gives the
-///         same pitch and roll back.
+/// @param heading_rad  heading of its x axis, clockwise from the y axis of the level frame.
+/// @return the rotation from the level frame (z up) to the sensor's frame. inclination_from_field()
+///         computes the same pitch and roll from it.
 /// @par Source
 /// method.md, section 7.
 [[nodiscard]] AXISCAL_EXPORT Eigen::Matrix3d rotation_sensor_from_level(double pitch_rad,
@@ -60,16 +64,16 @@ inclination_from_field(const Eigen::Vector3d& field_in_sensor,
                                                                         double heading_rad,
                                                                         AxisConvention convention);
 
-/// An angle and whether the arcsine's argument had to be clamped.
+/// An angle, and true if the arcsine's argument was clamped.
 struct AxisElevation {
   double angle_rad = 0.0;  ///< angle of the axis above the horizontal, -pi/2 to pi/2
   bool clamped = false;
 };
 
-/// Angle of one sensing axis above the horizontal: asin(component / F).
+/// Computes the angle of a sensing axis above the horizontal: asin(component / F).
 ///
 /// @param component  the field along the axis [any unit], finite.
-/// @param magnitude  F [the same unit], positive.
+/// @param magnitude  F [same unit], positive.
 [[nodiscard]] AXISCAL_EXPORT AxisElevation elevation_of_axis(double component,
                                                              double magnitude) noexcept;
 

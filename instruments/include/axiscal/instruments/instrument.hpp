@@ -26,30 +26,30 @@ enum class AxisConvention {
 /// One row of numbers for each sensing axis: its sensitivity to the field's x, y, z.
 using SensitivityMatrix = Eigen::Matrix<double, Eigen::Dynamic, 3>;
 
-/// The range of an axis. A reading at either end or beyond is saturated.
+/// The range of the readings of an axis. A reading at or beyond a limit is saturated.
 struct ReadingRange {
   double low = 0.0;   ///< [unit of the readings]
   double high = 0.0;  ///< greater than low
 };
 
-/// An axis that is the difference of two columns, as of two opposite photodiodes.
+/// An axis that is the difference of two columns, e.g. of two opposite photodiodes.
 struct DifferentialAxis {
   std::string axis;   ///< name of the axis
-  std::string plus;   ///< the column that counts positive
+  std::string plus;   ///< the column that is added
   std::string minus;  ///< the column that is subtracted
 };
 
 /// Names, axes and units of an instrument.
 struct AXISCAL_EXPORT Instrument {
   std::string kind;                                 ///< name of an InstrumentKind
-  std::string serial;                               ///< as check_serial(); may be empty
-  std::string model;                                ///< name of the design that several units share
+  std::string serial;                               ///< serial number, as check_serial(); or empty
+  std::string model;                                ///< name of the model; its units share it
   std::vector<std::string> axes = {"x", "y", "z"};  ///< names of the response columns, one or more
   std::string unit = "1";                           ///< unit of the readings, any text
   AxisConvention convention = AxisConvention::forward_left_up;
-  std::vector<DifferentialAxis> differences;  ///< the axes that are not columns of their own
-  std::optional<ReadingRange> range;  ///< readings of a column at or beyond it are saturated
-  bool one_sided = false;  ///< the axes see only what comes from in front of them (photodiodes)
+  std::vector<DifferentialAxis> differences;  ///< the axes that are differences of columns
+  std::optional<ReadingRange> range;  ///< limits; a reading at or beyond them is saturated
+  bool one_sided = false;  ///< true if an axis responds only to light from its front (photodiodes)
 
   [[nodiscard]] Eigen::Index axis_count() const { return static_cast<Eigen::Index>(axes.size()); }
 };
@@ -62,24 +62,24 @@ struct AXISCAL_EXPORT Instrument {
 [[nodiscard]] AXISCAL_EXPORT Instrument gyroscope(const std::string& unit);
 [[nodiscard]] AXISCAL_EXPORT Instrument optical(const std::string& unit);
 
-/// Takes axes as users write them: "x", or "d=p-n" for the difference of two columns.
-/// @param instrument  its axes and differences are set.
-/// @throws DomainError  for a text that is neither, or names as check_axes().
+/// Sets the axes from texts as users write them: "x", or "d=p-n" for the difference of two columns.
+/// @param instrument  receives the axes and differences.
+/// @throws DomainError  if a text has another form, or as check_axes().
 AXISCAL_EXPORT void set_axes(Instrument& instrument, const std::vector<std::string>& texts);
 
-/// @throws DomainError  unless there is an axis and each has a name of its own.
+/// @throws DomainError  if there is no axis, or a name is empty or repeated.
 AXISCAL_EXPORT void check_axes(const Instrument& instrument);
 
-/// @throws DomainError  if a serial number is longer than 200 bytes, holds a control character or
-///                      is not UTF-8: it becomes part of files' names and of lines on a screen.
+/// @throws DomainError  if a serial number is longer than 200 bytes, contains a control character
+///                      or is not UTF-8. It is used in file names and in printed lines.
 AXISCAL_EXPORT void check_serial(std::string_view serial);
 
 /// The component of the field that an axis is meant to sense.
 ///
-/// @param instrument  its axes' names and number are looked at.
+/// @param instrument  its axes' names and their number are used.
 /// @param axis        0 .. axis_count() - 1.
-/// @return 0, 1, 2 for x, y, z: by the last letter of the axis's name ("x", "acc_x", "aX"), else by
-///         its position if the instrument has three axes; nullopt otherwise.
+/// @return 0, 1, 2 for x, y, z. The last letter of the axis's name decides ("x", "acc_x", "aX"),
+///         else its position if the instrument has three axes; nullopt otherwise.
 [[nodiscard]] AXISCAL_EXPORT std::optional<int> nominal_axis(const Instrument& instrument,
                                                              Eigen::Index axis);
 
@@ -95,7 +95,7 @@ struct LinearResponse {
   }
 };
 
-/// @return nominal_axis(), or where nothing tells the component that the axis reads most.
+/// @return nominal_axis(); if that is nullopt, the component to which the axis is most sensitive.
 [[nodiscard]] AXISCAL_EXPORT int main_axis(const Instrument& instrument,
                                            const LinearResponse& response,
                                            Eigen::Index axis);

@@ -29,18 +29,18 @@ struct DeriveInput {
   double declination_rad = 0.0;  ///< added to magnetic headings
 };
 
-/// Results that a kind of instrument derives from the field: at most four numbers. NaN leaves a
-/// cell empty.
+/// Results that a kind of instrument derives from the field: at most four numbers. In a table, NaN
+/// is written as an empty cell.
 struct DerivedValues {
   std::array<double, 4> values{};
   bool clamped = false;
 };
 
-/// A calibration as a kind of instrument looks at it.
+/// The part of a calibration that is the input of InstrumentKind::describe.
 struct CalibratedInstrument {
   const Instrument& instrument;
   const LinearResponse& response;
-  Eigen::MatrixXd covariance;  ///< covers bias and sensitivity, 4 m x 4 m, axis by axis; or empty
+  Eigen::MatrixXd covariance;  ///< of bias and sensitivity, 4 m x 4 m, axis by axis; or empty
   std::string field_kind;
   std::string field_unit;
   double magnitude = 1.0;                              ///< F [field unit]
@@ -48,64 +48,64 @@ struct CalibratedInstrument {
   std::optional<Eigen::Matrix3d> in_table_covariance;  ///< [field unit^2]
 };
 
-/// Parameters of a calibration in the usual terms of a kind of instrument: some numbers under a
-/// name.
+/// A named quantity in the usual terms of a kind of instrument, with one or more values.
 struct KindQuantity {
   std::string name;            ///< "hard_iron", "responsivity", "dip_to_table_deg", ...
-  std::string of;              ///< the axis or component that it is of; may be empty
-  std::vector<double> values;  ///< one, or one for each component
-  std::vector<double> u;       ///< standard uncertainties (type A); NaN where they are not known
+  std::string of;              ///< the axis or component to which it belongs; may be empty
+  std::vector<double> values;  ///< one value, or one for each component
+  std::vector<double> u;       ///< standard uncertainties (type A); NaN if they are unknown
   std::string unit;
 };
 
-/// Which of the sensors of vehicles, phones and their software an instrument is.
+/// The type of sensor in vehicles and phones that corresponds to an instrument.
 enum class VehicleSensor { none, accelerometer, gyroscope, magnetometer };
 
-/// How columns of logs are called that hold an instrument's readings.
+/// Names of the columns in logs that contain an instrument's readings.
 struct ColumnNames {
-  std::string_view letters;  ///< how a name of one or two letters begins: "gw" of "gx", "wx"
-  std::string_view word;     ///< what a longer name has in it: "gyr" of "gyro_x"
+  std::string_view letters;  ///< first letters of names with one or two letters: "gw": "gx", "wx"
+  std::string_view word;     ///< text that a longer name contains: "gyr" for "gyro_x"
 };
 
-/// A kind of instrument is data: its name and the results that its users expect.
+/// The properties of a kind of instrument: its name and the results that its users expect.
 ///
-/// A new kind is one such entry: for Axiscal itself one more file among src/kinds/, in a program of
-/// your own one call of add_instrument_kind().
+/// To add a kind to Axiscal, add a file to src/kinds/. To add a kind to a program of your own, call
+/// add_instrument_kind().
 struct InstrumentKind {
   std::string_view name;
   std::span<const std::string_view> derived_names;  ///< columns, e.g. "pitch_deg"
 
-  /// Returns one value for each of derived_names; null if derived_names is empty. It is called for
-  /// each reading, from several threads, and must not throw.
+  /// Returns one value for each of derived_names. It is null if derived_names is empty. It is
+  /// called for each reading, from several threads, and must not throw.
   std::function<DerivedValues(const DeriveInput& input)> derive;
 
-  bool derives_with_attitude = false;  ///< derive() needs DeriveInput::up, and is left out without
-  bool has_axis_elevation = false;     ///< with fewer than three axes: angle above the horizontal
+  bool derives_with_attitude = false;  ///< true: without DeriveInput::up, derive() is not called
+  bool has_axis_elevation = false;     ///< true: an axis's angle above the horizontal is a result
 
-  std::string_view usual_field;  ///< kind of field where none is stated; empty: one must be
-  /// If neither a magnitude, a unit nor a site tells the usual field's size, its length is 1.
+  std::string_view usual_field;  ///< default kind of field; empty: it must be stated
+  /// True: if neither a magnitude, a unit nor a site is stated, the magnitude of the usual field is
+  /// 1.
   bool relative_field_will_do = false;
   VehicleSensor sensor = VehicleSensor::none;
-  ColumnNames columns;              ///< empty: names do not tell the kind
-  bool sees_one_side = false;       ///< its axes may respond only to light from the front
-  bool answers_to_gravity = false;  ///< common in addition to its own field
+  ColumnNames columns;              ///< empty: column names do not show the kind
+  bool sees_one_side = false;       ///< true if its axes may respond only to light from the front
+  bool answers_to_gravity = false;  ///< true if it often responds to gravity too
 
-  /// Results of the record and the summary in addition to bias and sensitivity; may be empty.
+  /// Further results for the record and the summary, besides bias and sensitivity; may be empty.
   std::function<std::vector<KindQuantity>(const CalibratedInstrument& calibrated)> describe;
 };
 
-/// @return all kinds that are known: those of this version, then those that were added.
+/// @return all known kinds: first those of this version, then those that were added.
 [[nodiscard]] AXISCAL_EXPORT const std::deque<InstrumentKind>& instrument_kinds();
 
 /// Adds a kind of instrument. Call it before calibrating, from one thread.
 ///
-/// @return the kind as it is known from now on.
-/// @throws DomainError  if the name is empty or there already, or derived_names are more than four
-///                      or without derive().
+/// @return the added kind.
+/// @throws DomainError  if the name is empty or exists already, or if derived_names has more than
+///                      four entries or lacks derive().
 AXISCAL_EXPORT const InstrumentKind& add_instrument_kind(const InstrumentKind& kind);
 
 /// @return the kind of that name.
-/// @throws DomainError  if there is none; the message lists the names.
+/// @throws DomainError  if there is no kind of that name; the message lists the names.
 [[nodiscard]] AXISCAL_EXPORT const InstrumentKind& find_instrument_kind(std::string_view name);
 
 }  // namespace axiscal

@@ -9,11 +9,11 @@
 
 namespace axiscal {
 
-/// One sensing axis in the form of the wind-tunnel literature.
+/// One sensing axis in the notation of the wind-tunnel literature.
 struct PolarForm {
   double sensitivity = 0.0;       ///< s [unit per field unit]; negative for a reversed axis
-  double coning_angle_rad = 0.0;  ///< Omega between nominal and true axis, 0 to pi/2
-  double azimuth_rad = 0.0;       ///< A of the true axis's projection, (-pi, pi]; 0 at Omega = 0
+  double coning_angle_rad = 0.0;  ///< Omega, between nominal and true axis, 0 to pi/2
+  double azimuth_rad = 0.0;       ///< A, of the true axis's projection, (-pi, pi]; 0 at Omega = 0
 };
 
 /// Sensitivity, coning angle and azimuth of one axis from its row of S.
@@ -23,12 +23,12 @@ struct PolarForm {
 ///     s = sign(T_k) |T|,  Omega = atan2(hypot(T_k+1, T_k+2), |T_k|),  A = atan2(T_k+2 / s, T_k+1 /
 ///     s)
 ///
-/// In forward-left-up T = S diag(1, -1, -1) is taken first, so that an axis y or z that reads the
-/// right way has a negative s there, as in the source.
+/// In forward-left-up, T is the row times diag(1, -1, -1). Therefore s is negative for an axis y or
+/// z that is not reversed, as in the source.
 ///
 /// @param sensitivity   row of S [unit per field unit], frame sensor.
 /// @param nominal_axis  k: 0, 1, 2 for the axis that is nominally along x, y, z.
-/// @param convention    what the sensor's axes are.
+/// @param convention    the convention of the sensor's axes.
 /// @throws DomainError  if `nominal_axis` is not 0, 1 or 2.
 /// @par Source
 /// Tripp and Tcheng, NASA/TP-1999-209835; US 7,467,536; method.md, section 3.1.
@@ -36,7 +36,8 @@ struct PolarForm {
                                                               int nominal_axis,
                                                               AxisConvention convention);
 
-/// The way back: T = s (cos(Omega) e_k + sin(Omega) (cos(A) e_k+1 + sin(A) e_k+2)).
+/// The inverse of polar_from_sensitivity(): T = s (cos(Omega) e_k + sin(Omega) (cos(A) e_k+1 +
+/// sin(A) e_k+2)).
 ///
 /// @return row of S [unit per field unit], frame sensor.
 /// @throws DomainError  if `nominal_axis` is not 0, 1 or 2.

@@ -7,7 +7,7 @@
 
 namespace axiscal {
 
-/// f = A (v - b), three axes.
+/// The reduction f = A (v - b) for three axes.
 struct ColumnReduction {
   std::array<double, 3> bias{};     ///< b [unit of the readings]
   std::array<double, 9> inverse{};  ///< A, row by row [field unit per unit]
@@ -18,7 +18,7 @@ struct ColumnReduction {
 using ReadColumns = std::array<std::span<const double>, 3>;
 using WrittenColumns = std::array<std::span<double>, 3>;
 
-/// Pitch and roll of each row; in radian.
+/// Pitch and roll of each row [rad].
 struct AngleColumns {
   std::span<double> pitch_rad;  ///< asin(f_x / F), its argument clamped to -1 .. 1; NaN stays NaN
   std::span<double> roll_rad;   ///< atan2(f_y, f_z)
@@ -29,18 +29,18 @@ void reduce_columns(const ColumnReduction& reduction,
                     const ReadColumns& readings,
                     const WrittenColumns& field);
 
-/// The same, and pitch and roll from the field in forward-left-up axes.
+/// As above, and computes pitch and roll from the field, in forward-left-up axes.
 void reduce_columns(const ColumnReduction& reduction,
                     const ReadColumns& readings,
                     const WrittenColumns& field,
                     const AngleColumns& angles);
 
-/// Reduces readings that stand in rows of three: x y z x y z ...; `field` may be `readings`.
+/// Reduces readings that are stored in rows of three: x y z x y z ...; `field` may be `readings`.
 void reduce_rows(const ColumnReduction& reduction,
                  std::span<const double> readings,
                  std::span<double> field);
 
-/// The references, in plain code.
+/// Plain versions, as references for tests.
 void reduce_columns_plain(const ColumnReduction& reduction,
                           const ReadColumns& readings,
                           const WrittenColumns& field);

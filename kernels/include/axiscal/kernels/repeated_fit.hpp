@@ -7,16 +7,17 @@
 
 namespace axiscal {
 
-/// A linear regression whose design stays the same, factored once; n readings, p parameters.
-/// Matrices row by row.
+/// A linear regression with a fixed design of n readings and p parameters. Matrices are stored row
+/// by row.
 struct RepeatedDesign {
   std::size_t readings = 0;            ///< n
   std::size_t parameters = 0;          ///< p, less than n
   std::vector<double> design;          ///< X, n x p
-  std::vector<double> pseudo_inverse;  ///< (X^T X)^-1 X^T, p x n, made by QR
+  std::vector<double> pseudo_inverse;  ///< (X^T X)^-1 X^T, p x n, computed by QR
 };
 
-/// Fits many responses at one design: b = P y, and the real residuals y - X b.
+/// Fits m responses with the same design: b = P y, with the residuals y - X b. P is the
+/// pseudo-inverse.
 ///
 /// @param responses  n x m, row by row: entry i m + u is reading i of response u.
 /// @param estimates  p x m, row by row.
@@ -26,7 +27,7 @@ void fit_repeatedly(const RepeatedDesign& design,
                     std::span<double> estimates,
                     std::span<double> rss);
 
-/// The same in plain code: the reference.
+/// Plain version of fit_repeatedly(), as a reference for tests.
 void fit_repeatedly_plain(const RepeatedDesign& design,
                           std::span<const double> responses,
                           std::span<double> estimates,

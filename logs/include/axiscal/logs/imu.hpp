@@ -17,7 +17,7 @@ struct RecordedLog {
   std::string name;  ///< for messages
   std::vector<std::string> columns;
   LogBlock samples;                ///< a column for each name
-  std::vector<std::string> notes;  ///< notes of the reader; they go into the records
+  std::vector<std::string> notes;  ///< notes of the reader; they are copied to the records
 };
 
 /// The source of the labels for the seats of a log.
@@ -31,42 +31,46 @@ enum class Seats {
 /// The options for calibrating an IMU's log.
 struct ImuOptions {
   std::vector<std::string> accelerometer;  ///< three columns, in the frame's order x, y, z
-  std::vector<std::string> gyroscope;      ///< three, or none
-  std::vector<std::string> magnetometer;   ///< three, or none
-  /// Of the accelerometer: field (gravity), method, shape, weighting, positioner, ...; its
-  /// instrument states serial and unit.
+  std::vector<std::string> gyroscope;      ///< three columns, or empty
+  std::vector<std::string> magnetometer;   ///< three columns, or empty
+  /// The experiment of the accelerometer: field (gravity), method, shape, weighting, positioner and
+  /// so on. Its instrument contains the serial number and the unit.
   Experiment experiment;
-  /// The magnetometer's; without a magnitude and a site its field is 1, in units of the local one.
+  /// The field of the magnetometer. If neither its magnitude, nor its vector, nor a site is given,
+  /// the magnitude is 1, in units of the local field.
   FieldSetup magnetic_field;
   std::string gyroscope_unit = "1";
   std::string magnetometer_unit = "1";
-  SegmentOptions segment;  ///< its columns: the gyroscope's by default, or the accelerometer's
+  /// If `columns` is empty, the gyroscope detects rests, or the accelerometer if there is no
+  /// gyroscope.
+  SegmentOptions segment;
   Seats seats = Seats::unknown;
   std::vector<RunSheetRow> sheet;
   /// An existing calibration of the accelerometer, in the unit of the log's readings. It is used
   /// unchanged.
   std::optional<Calibration> known_accelerometer;
-  std::optional<Face> first;  ///< the first rest's fence face, where seats are recognised
+  std::optional<Face> first;  ///< fence face of the first rest, for Seats::recognised
   TurnFitOptions turns;
 };
 
 /// A sensor of a log that could not be calibrated.
 struct FailedSensor {
   std::string slot;     ///< "gyroscope", ...
-  std::string message;  ///< why
+  std::string message;  ///< the reason
 };
 
-/// A magnetometer, an accelerometer and a gyroscope in one frame, the accelerometer's.
+/// Calibrations of an accelerometer, a gyroscope and a magnetometer in the accelerometer's frame.
 struct ImuCalibration {
   Segmentation rests;
   std::optional<SeatLabels> seats;
   Calibration accelerometer;
-  bool accelerometer_was_known = false;  ///< then records() leaves it out
-  bool accelerometer_failed = false;     ///< as above; `failed` gives the reason
+  bool accelerometer_was_known = false;  ///< if true, records() omits the accelerometer
+  bool accelerometer_failed = false;     ///< if true, records() omits it; `failed` has the reason
   std::optional<Calibration> gyroscope;
   std::optional<Calibration> magnetometer;
   std::optional<TurnFit> turns;
-  /// The change of the gyroscope's rests with gravity, 3 x 3 [unit per g], and its standard errors.
+  /// The change of the gyroscope's bias with gravity (g-sensitivity), 3 x 3 [unit per g], and its
+  /// standard errors.
   std::optional<Eigen::Matrix3d> g_sensitivity, g_sensitivity_se;
   std::vector<FailedSensor> failed;  ///< the others are calibrated without them
   std::vector<std::string> notes;
@@ -75,17 +79,18 @@ struct ImuCalibration {
   [[nodiscard]] std::vector<Calibration> records() const;
 };
 
-/// Recognises how a cube lay at each rest: rest faces by the accelerometer, fence faces by the
-/// gyroscope integrated from rest to rest, else by the magnetometer, else in turn.
-/// @param notes  says which.
-/// @throws RefusedError  as resting_faces(), fit_turns().
+/// Recognises how a cube lay at each rest. The accelerometer shows the rest faces. The gyroscope,
+/// integrated from rest to rest, shows the fence faces; if there is no gyroscope, the magnetometer
+/// shows them. Without both, the fence faces are assumed in the order of the standard design.
+/// @param notes  receives a note that states how the fence faces were found.
+/// @throws RefusedError  as resting_faces() and fit_turns().
 [[nodiscard]] SeatLabels recognise_seats(const RecordedLog& log,
                                          const Segmentation& rests,
                                          const ImuOptions& options,
                                          std::vector<std::string>& notes);
 
-/// Compares the labels of a run sheet with the fence faces seen by gyroscope or magnetometer.
-/// Messages name the rests that disagree.
+/// Compares the fence faces of a run sheet with those that the gyroscope or the magnetometer shows.
+/// Adds a message to `labels` for each rest whose fence face differs.
 void check_fences(const RecordedLog& log,
                   const Segmentation& rests,
                   const ImuOptions& options,
@@ -93,18 +98,22 @@ void check_fences(const RecordedLog& log,
 
 /// Calibrates the instruments of an IMU from one log of rests and the turns between them.
 ///
-/// The threshold that tells rest from motion is that whose rests serve best: the scatter of
-/// gravity's magnitude, with a gyroscope of the attitudes after the turns, times how far scatter
-/// goes into the coefficients where so many rests lie in such directions. The accelerometer is
-/// calibrated by its seats where they are known, else by method magnitude; the gyroscope from the
-/// turns between rests (fit_turns); the magnetometer like the accelerometer, its frame turned to
-/// the accelerometer's.
+/// If the seats are not known, the threshold between rest and motion is the one that gives the
+/// smallest expected error of the coefficients. This error is the product of two numbers. The first
+/// is the scatter of gravity's magnitude, or, with a gyroscope, of the attitudes after the turns.
+/// The second is the factor from this scatter to the coefficients, which depends on the directions
+/// of the rests.
+///
+/// The accelerometer is calibrated by its seats if they are known, otherwise by method magnitude.
+/// The gyroscope is calibrated from the turns between rests (fit_turns()). The magnetometer is
+/// calibrated like the accelerometer, and its frame is aligned with the accelerometer's.
 ///
 /// A gyroscope or a magnetometer that cannot be calibrated is named in `failed`, and the others are
 /// calibrated as if it were not there.
 ///
-/// @throws DataError     for columns that are not there.
-/// @throws RefusedError  as segment(), calibrate() and label_by_sheet(), with a remedy.
+/// @throws DataError     if a column is not in the log.
+/// @throws RefusedError  as segment(), resting_faces() and calibrate(); the message contains a
+///                       remedy.
 [[nodiscard]] ImuCalibration calibrate_imu(const RecordedLog& log, const ImuOptions& options);
 
 }  // namespace axiscal

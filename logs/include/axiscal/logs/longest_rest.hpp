@@ -9,28 +9,30 @@
 
 namespace axiscal {
 
-/// A column of a log in which rest and motion show.
+/// A column of a log that is used to detect rest and motion.
 struct RestColumn {
   std::span<const double> samples;
   SeriesKind kind = SeriesKind::other;
-  double si = 0.0;  ///< times this a sample is in m/s^2 or rad/s; 0 if the unit is not known
+  double si = 0.0;  ///< factor to m/s^2 or rad/s; 0 if the unit is not known
 };
 
 /// The longest part of a log that is at rest.
 struct LongestRest {
   std::size_t first = 0;
-  std::size_t end = 0;  ///< one behind its last sample
+  std::size_t end = 0;  ///< one past its last sample
   bool moves = false;   ///< true if even this part is not a rest: the instrument moves all the time
 };
 
-/// Finds the longest part of a log at rest: windows of half a second whose variance is not many
-/// times that of the quietest tenth, in every column. Ends that a hand moved are left out by one
-/// window more.
+/// Finds the longest part of a log at rest. A window of half a second is at rest if its variance in
+/// every column is less than 8 to 40 times that of the quietest tenth of the windows. One more
+/// window is left out at each end that borders on motion, because a hand may have moved the
+/// instrument there.
 ///
-/// A walk or a ride lacks quiet windows for comparison. There the means of neighbouring windows
-/// differ more than those of any sensor at rest (0.05 m/s^2, 0.3 deg/s).
-/// @param columns  of one length.
-/// @param rate_hz  samples a second.
+/// A log of a walk or a ride contains no quiet windows to compare with. It is recognised by the
+/// means of neighbouring windows, which differ more than those of any sensor at rest (0.05 m/s^2,
+/// 0.3 deg/s).
+/// @param columns  all of the same length.
+/// @param rate_hz  samples per second.
 [[nodiscard]] LongestRest longest_rest(const std::vector<RestColumn>& columns, double rate_hz);
 
 }  // namespace axiscal

@@ -15,47 +15,49 @@ namespace axiscal {
 struct ColumnNoise {
   std::string name;
   std::vector<AllanPoint> curve;
-  /// Of the same record, one for each point of the curve; NaN where tau is too long for them.
+  /// Further deviations of the same record, one for each point of `curve`; NaN if tau is too long.
   std::map<OtherDeviation, std::vector<double>> others;
   NoiseModel model;
   Dwell dwell;
-  std::string kind;      ///< of its sensor: "accelerometer", ...; empty: not known
-  std::string unit;      ///< of the samples; empty: not known
-  double rate_hz = 0.0;  ///< of its samples
+  std::string kind;      ///< kind of the sensor: "accelerometer", ...; empty if not known
+  std::string unit;      ///< unit of the samples; empty if not known
+  double rate_hz = 0.0;  ///< sampling rate of this column; 0 if not known
 };
 
 /// The noise of a log at rest.
 struct LogNoise {
   double rate_hz = 0.0;
-  std::size_t samples = 0;  ///< 0: a curve without this value
+  std::size_t samples = 0;  ///< number of samples; 0 if not known
   std::vector<ColumnNoise> columns;
   std::vector<std::string> warnings;  ///< problems of the log
 };
 
-/// The columns that are axes of one instrument and share a unit: their names differ only in the
-/// last letter x, y or z. If there are several such instruments, those of a kind are chosen by the
-/// start of their names (a, acc, g, gyr, m, mag, ..), else the first; all columns if the names are
-/// not helpful.
+/// Finds the columns that are axes of one instrument. Columns belong together if their names differ
+/// only in the last letter x, y or z. The instrument is the first whose name suits `kind` (a, acc,
+/// g, gyr, m, mag, ..), otherwise the first one. If no two columns belong together, all columns are
+/// returned.
 /// @param kind  of instrument: "accelerometer", "gyroscope", "magnetometer", ...
 /// @return not empty; pointers into `noise`.
 [[nodiscard]] std::vector<const ColumnNoise*> columns_of_instrument(const LogNoise& noise,
                                                                     std::string_view kind);
 
-/// @return the unit of a coefficient, "unit" standing for that of the samples: "unit/sqrt(Hz)".
+/// @return the unit of a coefficient if `unit` is that of the samples: "unit/sqrt(Hz)".
 [[nodiscard]] std::string noise_unit(NoiseKind kind, const std::string& unit = "unit");
 
-/// The noise of an accelerometer and a gyroscope for Kalibr's imu.yaml: densities N and random
-/// walks K, continuous-time, in SI units, root mean square over the three axes; and the rate of the
-/// samples. If the record does not show a walk, its limit is given.
-/// @throws RefusedError  if one of the two is missing, or of no unit that is known.
+/// @return Kalibr's imu.yaml for an accelerometer and a gyroscope: the continuous-time noise
+///         densities N and random walks K in SI units, each the root mean square over the three
+///         axes, and the sampling rate. If the record does not show a random walk, its upper bound
+///         is written.
+/// @throws RefusedError  if the accelerometer or the gyroscope is missing, its unit is not known,
+///                       or its record shows no white noise.
 /// @par Source
 /// github.com/ethz-asl/kalibr/wiki/IMU-Noise-Model; IEEE Std 952-1997, annex C.
 [[nodiscard]] std::string kalibr_imu_yaml(const LogNoise& noise,
                                           const std::string& topic = "/imu0");
 
-/// Writes and reads {"format": "axiscal-noise", "version": 1, ..}: curves, coefficients, dwell
-/// times.
-/// @throws DataError  `PATH: /json/pointer: ...`.
+/// Writes and reads noise as JSON, {"format": "axiscal-noise", "version": 1, ..}: curves,
+/// coefficients and dwell times.
+/// @throws DataError  with the message `PATH: /json/pointer: ...`.
 [[nodiscard]] std::string noise_json(const LogNoise& noise);
 [[nodiscard]] LogNoise parse_noise(std::string_view text, const std::string& path);
 

@@ -11,7 +11,7 @@
 
 namespace axiscal {
 
-/// The kinds of noise that an Allan deviation parts by its slope.
+/// The kinds of noise that the slope of an Allan deviation distinguishes.
 enum class NoiseKind {
   quantisation,      ///< slope -1: Q sqrt(3) / tau
   white,             ///< slope -1/2: N / sqrt(tau); angle or velocity random walk
@@ -33,22 +33,22 @@ inline constexpr std::array all_noise_kinds = {NoiseKind::quantisation, NoiseKin
 /// One coefficient: Q [unit s], N [unit sqrt(s)], B [unit], K [unit / sqrt(s)], R [unit / s].
 struct NoiseCoefficient {
   NoiseKind kind = NoiseKind::white;
-  double value = 0.0;  ///< 0: the curve shows none
-  double low = 0.0;    ///< 95 % interval; if the value is 0, `high` is the limit
+  double value = 0.0;  ///< 0 if the curve does not show this noise
+  double low = 0.0;    ///< 95 % interval; if the value is 0, `high` is the upper bound
   double high = 0.0;
 };
 
 /// The noise coefficients of a sensor from its Allan deviation curve.
 struct NoiseModel {
   std::vector<NoiseCoefficient> coefficients;  ///< one for every kind
-  /// How likely the curve is so far from the five kinds by chance, from `from_tau_s` on;
-  /// NaN where the points are too few to tell.
+  /// p-value of the test that the five kinds of noise describe the curve from `from_tau_s` on; NaN
+  /// if there are too few points.
   double p_value = 1.0;
-  double from_tau_s = 0.0;  ///< the shortest tau that was fitted; below a filter shows, say
-  double model_error =
-      0.0;  ///< of the deviation, relative: by how much the kinds do not describe it
-  /// N comes from a stretch of the curve with the slope of white noise, because the joint fit gave
-  /// a smaller N.
+  double from_tau_s = 0.0;  ///< shortest fitted tau; a filter may shape the curve below it
+  /// Relative error of the deviations of the model; 0 if the kinds of noise describe the curve.
+  double model_error = 0.0;
+  /// True if N comes from a stretch of the curve with the slope of white noise, because the joint
+  /// fit gave a smaller N.
   bool white_by_stretch = false;
 
   [[nodiscard]] double coefficient(NoiseKind kind) const;
@@ -58,51 +58,54 @@ struct NoiseModel {
 };
 
 /// Fits the sum of the five kinds to a curve, at octaves of tau. It minimises the deviance of the
-/// Allan variances, each distributed as chi^2 with nu degrees of freedom (2 / (2 / nu + e^2) with
-/// the model's error e); no coefficient is negative. Of the sets of kinds it takes that with the
-/// least deviance + 8 for each kind (10 for a ramp).
+/// Allan variances. Each variance has a chi^2 distribution with 2 / (2 / nu + e^2) degrees of
+/// freedom, where nu are those of the point, and e is the relative error of the model of the
+/// variance. No coefficient is negative. The chosen set of kinds has the smallest sum of the
+/// deviance and a penalty of 8 for each kind (10 for a ramp).
 ///
-/// With e = 0 the chi^2 tests whether the kinds of noise describe the curve (p > 0.05). If they do
-/// not, up to four of the shortest octaves, which a filter shapes, are left out until they do.
-/// Otherwise e is the value for which chi^2 equals its degrees of freedom, with the number of
-/// left-out octaves that gives the smallest e. So no point is more certain than the model, and no
-/// interval is shorter than +-10 %.
+/// With e = 0 the chi^2 test shows whether the kinds of noise describe the curve (p > 0.05). If
+/// they do not, up to four of the shortest octaves are left out, because a filter may shape them.
+/// If no such fit passes the test, e is the value for which chi^2 equals its degrees of freedom,
+/// and the number of left-out octaves is that with the smallest e. In this case no interval is
+/// narrower than +-10 %.
 ///
-/// White noise is always kept. If tau times the Allan variance is constant over four octaves or
-/// more (chi^2 with 3 % has p > 0.05, the slope is within 0.1 of -1/2), and the fit gives less than
-/// 0.7 of the N of that stretch, N is taken from the stretch, and the other kinds are fitted to the
-/// remainder.
+/// White noise that a stretch of the curve shows is always kept. Such a stretch has four octaves or
+/// more over which tau times the Allan variance is constant: the chi^2 test with an error of 3 %
+/// has p > 0.05, and the slope is within 0.1 of -1/2. If the fit gives less than 0.7 of the N of
+/// the stretch, N is taken from the stretch, and the other kinds are fitted to the remainder.
 ///
-/// The intervals are by the profile of the deviance over all sets of the other kinds. Points of one
-/// curve are correlated, so the deviance may rise by 10 to 13, found by simulation. A coefficient
-/// above 0 whose `low` is 0 is the best description, and not proven.
+/// The intervals come from the profile of the deviance over all sets of the other kinds. Points of
+/// one curve are correlated, so the deviance may rise by 10 to 13; these limits were found by
+/// simulation. If a coefficient is above 0 but its `low` is 0, it belongs to the best description,
+/// but the noise is not proven.
 /// @throws DomainError  for fewer than three points.
 /// @par Source
 /// IEEE Std 952-2020, annex C; N. El-Sheimy, H. Hou, X. Niu, IEEE Trans. Instrum. Meas. 57 (2008);
 /// e: Paule & Mandel, J. Res. NBS 87 (1982) 377-385.
 [[nodiscard]] NoiseModel fit_noise(std::span<const AllanPoint> curve);
 
-/// @return the deviation of a curve at tau, between its points and on from its ends straight in
-///         logarithms.
-/// @throws DomainError  without points.
+/// @return the deviation of a curve at tau, interpolated and extrapolated linearly in logarithms.
+/// @throws DomainError  if the curve is empty.
 [[nodiscard]] double deviation_at(std::span<const AllanPoint> curve, double tau_s);
 
-/// One coefficient from the points at which its slope is visible: their geometric mean.
-/// @throws DomainError  without points.
+/// Computes one coefficient from points of the curve that have the slope of its kind: the geometric
+/// mean of their coefficients.
+/// @throws DomainError  if there are no points.
 [[nodiscard]] double coefficient_by_slope(NoiseKind kind, std::span<const AllanPoint> points);
 
-/// How long to dwell on a design point.
+/// The averaging time of a reading.
 struct Dwell {
-  double best_s = 0.0;      ///< position of the minimum: longer averages are not better
-  double deviation = 0.0;   ///< there [unit]
-  double sensible_s = 0.0;  ///< the shortest within 10 % of that
-  double sensible_deviation = 0.0;
-  bool beyond_record = false;  ///< true if the curve still falls at the end of the record
+  double best_s = 0.0;     ///< tau of the smallest deviation: longer averages are not better
+  double deviation = 0.0;  ///< deviation at best_s [unit]
+  /// The shortest tau whose deviation exceeds `deviation` by at most 10 %.
+  double sensible_s = 0.0;
+  double sensible_deviation = 0.0;  ///< deviation at sensible_s [unit]
+  bool beyond_record = false;       ///< true if the curve still falls at the end of the record
 };
 
-/// Where the curve itself is least, of its points that are known well enough (20 degrees of
-/// freedom; else all).
-/// @throws DomainError  without points.
+/// Finds the smallest deviation among the points with at least 20 degrees of freedom, or among all
+/// points if fewer than three have so many.
+/// @throws DomainError  if the curve is empty.
 [[nodiscard]] Dwell best_dwell(std::span<const AllanPoint> curve);
 
 }  // namespace axiscal

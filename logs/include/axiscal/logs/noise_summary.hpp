@@ -7,26 +7,28 @@
 
 namespace axiscal {
 
-/// A coefficient of noise as data sheets print it.
+/// A noise coefficient in the unit of data sheets.
 struct SheetNoise {
-  double value = 0.0;  ///< 0: the record does not show it
-  double low = 0.0;    ///< 95 % interval; for 0 `high` is the bound below which it is hidden
+  double value = 0.0;  ///< 0 if the record does not show this noise
+  double low = 0.0;    ///< 95 % interval; if the value is 0, `high` is the upper bound
   double high = 0.0;
   std::string unit;
 };
 
-/// N, B or K of a column in the units of data sheets: of a gyroscope deg/sqrt(h), deg/h and
-/// deg/h/sqrt(h); of an accelerometer ug/sqrt(Hz), ug and ug/sqrt(s) (g of 9.80665 m/s^2); of a
-/// magnetometer nT/sqrt(Hz), nT and nT/sqrt(s). Where the unit of the samples is not known, in
-/// that unit.
-/// @param kind  white, bias_instability or random_walk; others are left in the samples' unit.
+/// @return N, B or K of a column in the units of data sheets. Gyroscope: deg/sqrt(h), deg/h and
+///         deg/h/sqrt(h). Accelerometer: ug/sqrt(Hz), ug and ug/sqrt(s), with g = 9.80665 m/s^2.
+///         Magnetometer: nT/sqrt(Hz), nT and nT/sqrt(s). If the unit of the samples is not
+///         recognised, the coefficient stays in that unit.
+/// @param kind  white, bias_instability or random_walk; other kinds stay in the unit of the
+///              samples.
 [[nodiscard]] SheetNoise sheet_noise(const ColumnNoise& column, NoiseKind kind);
 
-/// @return "0.101 [0.100, 0.102]", or "< 0.05" where the record shows a bound alone; "-" without.
+/// @return "0.101 [0.100, 0.102]"; "< 0.05" if the record shows only an upper bound; "-" if it
+///         shows no bound.
 [[nodiscard]] std::string sheet_text(const SheetNoise& noise);
 
-/// The noise of a log in a table: a row for each column, N, B and K with their 95 % intervals;
-/// plain text of 80 columns.
+/// @return the noise of a log as a table in plain text, with 80 characters a line. Each row
+///         contains N, B and K of one column with their 95 % intervals.
 [[nodiscard]] std::string noise_summary(const LogNoise& noise);
 
 }  // namespace axiscal

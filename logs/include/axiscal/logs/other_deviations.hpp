@@ -11,12 +11,12 @@
 
 namespace axiscal {
 
-/// Further deviations. With x the phase of N points, tau = m tau_0:
+/// Further deviations. In the formulas x is the phase at N points, and tau = m tau_0.
 enum class OtherDeviation {
   /// sum_j (sum_(i=j..j+m-1) x_(i+2m) - 2 x_(i+m) + x_i)^2 / (2 m^2 tau^2 (N - 3m + 1)):
-  /// parts quantisation from white phase noise.
+  /// distinguishes quantisation from white phase noise.
   modified,
-  /// sum_i (x_(i+3m) - 3 x_(i+2m) + 3 x_(i+m) - x_i)^2 / (6 tau^2 (N - 3m)): blind to a ramp.
+  /// sum_i (x_(i+3m) - 3 x_(i+2m) + 3 x_(i+m) - x_i)^2 / (6 tau^2 (N - 3m)): insensitive to a ramp.
   hadamard,
   /// sum_i (x_(i-m) - 2 x_i + x_(i+m))^2 / (2 tau^2 (N - 2)). The phase is continued at both ends
   /// by point reflection, which reduces the uncertainty at the longest tau.
@@ -30,8 +30,9 @@ inline constexpr std::array all_other_deviations = {
 [[nodiscard]] std::string name_of(OtherDeviation which);
 [[nodiscard]] std::optional<OtherDeviation> other_deviation_of(std::string_view name);
 
-/// @param samples  as allan_deviation().
-/// @return one for each length; NaN for those that are too long.
+/// Computes deviations of evenly spaced samples.
+/// @param samples  as for allan_deviation().
+/// @return one deviation for each length; NaN if the length is too long for the record.
 /// @throws DomainError  as allan_deviation().
 /// @par Source
 /// W. J. Riley, Handbook of Frequency Stability Analysis, NIST SP 1065 (2008), secs. 5.2.5, 5.2.9,
@@ -41,7 +42,7 @@ inline constexpr std::array all_other_deviations = {
                                                    double rate_hz,
                                                    std::span<const std::size_t> lengths);
 
-/// The same from phase data.
+/// Computes deviations of phase data; see other_deviations().
 [[nodiscard]] std::vector<double> other_deviations_of_phase(OtherDeviation which,
                                                             std::span<const double> phase,
                                                             double rate_hz,

@@ -11,46 +11,48 @@
 
 namespace axiscal {
 
-/// A part of a log of which it is known what was done: the instrument lay still, or it was turned
-/// by whole turns on the table.
+/// A part of a log in which the instrument is known to have lain still, or to have been turned by
+/// whole turns on the table.
 struct Region {
   enum class Kind { rest, turn };
   Kind kind = Kind::rest;
   std::string name;                       ///< for messages; may be empty
-  std::optional<double> start_s, end_s;   ///< from the first sample; or
-  std::optional<std::size_t> start, end;  ///< samples, counted from 0; end is one past the last
+  std::optional<double> start_s, end_s;   ///< [s] after the first sample; or start and end
+  std::optional<std::size_t> start, end;  ///< numbers of samples from 0; end is one past the last
   std::optional<Face> rest;               ///< the face that lay on the table
   std::optional<Face> fence;              ///< the face at the fence
-  std::optional<double> turns;            ///< whole turns, positive anticlockwise from above
-  bool sense_is_open = false;             ///< turns is a number of them without its sign
+  std::optional<double> turns;            ///< whole turns; positive: anticlockwise from above
+  bool sense_is_open = false;             ///< true if the sign of `turns` is not known
 };
 
 /// Reads {"format": "axiscal-regions", "version": 1, "regions": [{"kind": "rest" | "turn", "start":
-/// s, "end": s, "rest": F, "fence": F, "turns": n}]}, seconds from the first sample, or
-/// "start_sample", "end_sample".
-/// @throws DataError  `PATH: /json/pointer: ...`.
+/// s, "end": s, "rest": F, "fence": F, "turns": n}]}. "start" and "end" are seconds after the first
+/// sample. The numbers of samples "start_sample" and "end_sample" may replace them.
+/// @throws DataError  with the message `PATH: /json/pointer: ...`.
 [[nodiscard]] std::vector<Region> read_regions(const std::string& path);
 
-/// Reads the regions that a column of a table names, as imucal's recordings have them: rows of one
-/// name that follow each other are a region; x_p and x_a are rests with +x and -x up, x_rot is a
-/// turn about x, of one turn in an unstated sense. Other names are left out.
-/// @throws DataError  if the table has no such column, or it names no region.
+/// Reads regions from a column of names in a table, as in imucal's recordings. Successive rows with
+/// the same name are one region. "x_p" is a rest with +x up, "x_a" is a rest with -x up, and
+/// "x_rot" is one turn about x whose sense is not known. Rows with other names are ignored.
+/// @throws DataError  if the table does not have the column, or the column names no region.
 [[nodiscard]] std::vector<Region> read_region_column(const std::string& path,
                                                      const std::string& column);
 
-/// Calibrates the instruments of a log of which it is known when they rested and when they turned.
+/// Calibrates the instruments of a log whose rests and turns are known.
 ///
-/// Rests with both faces are readings of the cube; with the face on the table alone that is taken
-/// as level, so that its slope goes into the biases; without faces the accelerometer is calibrated
-/// by method magnitude. A gyroscope's whole turns are known rotations: with v0 the mean of the
-/// rests in the same attitude and T the time of the turn,
+/// If all rests have both faces, they are readings of the cube. If they have only the face on the
+/// table, the table is assumed to be level, so its slope becomes part of the biases. If they have
+/// no faces, the accelerometer is calibrated by method magnitude. The whole turns of a gyroscope
+/// are known rotations:
 ///
-///     mean of v - v0 = S u 2 pi n / T,
+///     mean of v - v0 = S u 2 pi n / T
 ///
-/// and one linear regression over turns and rests gives bias and sensitivity.
+/// Here v are the readings during the turn, v0 is their mean over the rests in the same attitude, S
+/// is the sensitivity, u is up in the cube's frame, n is the number of turns, and T is the duration
+/// of the turn. One linear regression over turns and rests gives the bias and S.
 ///
-/// @throws DataError     for regions outside the log, or a log without times and rate.
-/// @throws RefusedError  as calibrate(); for too few regions.
+/// @throws DataError     if a region is outside the log, or the log has neither times nor a rate.
+/// @throws RefusedError  as calibrate(); if there are too few regions.
 /// @par Source
 /// F. Ferraris, U. Grimaldi, M. Parvis, Sensors and Materials 7 (1995), for six rests and three
 /// turns.

@@ -12,7 +12,7 @@ namespace axiscal {
 
 /// Raw samples as readings: each rest's mean is one reading.
 struct SampleRests {
-  Observations readings;  ///< with `samples` and `response_sd`; the time is the rest's middle
+  Observations readings;  ///< with `samples` and `response_sd`; the time is the middle of the rest
   std::vector<std::size_t> rows;  ///< the sample in the middle of each rest
   std::size_t samples = 0;        ///< number of samples in the rests
   /// True if each block is one rest, for example one file per face. The readings then form one
@@ -20,18 +20,18 @@ struct SampleRests {
   bool one_each_block = false;
 };
 
-/// Looks for rests among readings that may be raw samples: no readings of their own, but many of
-/// each orientation. The rests are segment()'s; none spans two blocks.
+/// Looks for rests among readings that may be raw samples: many samples in each orientation instead
+/// of one reading. The rests are found by segment(); no rest spans two blocks.
 ///
 /// @param samples  without poses, in the order in which they were taken.
-/// @return nullopt if the samples are not raw: there are fewer than 30, rests hold less than 30 %
-///         of the samples, or rests have fewer than 3 samples on average.
+/// @return nullopt if the samples are not raw: there are fewer than 30, rests contain less than 30
+///         % of the samples, or rests have fewer than 3 samples on average.
 [[nodiscard]] std::optional<SampleRests> rests_of_samples(const Observations& samples);
 
-/// The faces on which a cube rested, by the gravity that its readings show.
-/// @param readings  of three axes, an accelerometer's.
-/// @return as resting_faces(); none at all if the readings are in more than 8 places, 10 degrees
-///         apart, which are not the faces of a cube.
+/// Finds the faces on which a cube rested from the gravity in its readings.
+/// @param readings  of an accelerometer with three axes.
+/// @return as resting_faces(). Empty if the readings have more than 8 directions that are 10
+///         degrees apart: then the instrument was not laid on the faces of a cube.
 /// @throws RefusedError  as resting_faces().
 [[nodiscard]] std::vector<std::optional<Face>> faces_by_gravity(const Observations& readings);
 

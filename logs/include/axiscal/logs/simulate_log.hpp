@@ -19,31 +19,32 @@ struct ImuSimulation {
   LinearResponse accelerometer;                ///< [unit, unit per g]
   std::optional<LinearResponse> gyroscope;     ///< [unit, unit per rad/s]
   std::optional<LinearResponse> magnetometer;  ///< [unit, unit per unit of the field]
-  double accelerometer_sd = 0.0;               ///< white noise of a sample [unit]
+  double accelerometer_sd = 0.0;               ///< standard deviation of a sample [unit]
   double gyroscope_sd = 0.0;
   double magnetometer_sd = 0.0;
-  Eigen::Vector3d magnetic_in_table = Eigen::Vector3d(0.2, 0.4, -0.9);  ///< x along the fence, z up
+  /// The magnetic field in the table's frame: x along the fence, z up [unit of the field].
+  Eigen::Vector3d magnetic_in_table = Eigen::Vector3d(0.2, 0.4, -0.9);
   Eigen::Vector2d slope = Eigen::Vector2d::Zero();  ///< slope of the table, as in Levelness
   double rate_hz = 100.0;
   double rest_s = 3.0;
   double turn_s = 1.5;
-  double hand_shake = 0.05;  ///< accelerations in a turn [g]
+  double hand_shake = 0.05;  ///< standard deviation of accelerations in mid-turn [g]
   std::uint64_t seed = 1;
 };
 
-/// A log of rests in the given attitudes and smooth turns between them: columns t, ax ay az, gx gy
-/// gz, mx my mz, as far as there are such instruments.
+/// Simulates a log of rests in the given attitudes and smooth turns between them. Its columns are
+/// t, ax ay az, gx gy gz and mx my mz, without those of instruments that are not simulated.
 ///
-/// @param rotations_table_from_sensor  of each rest, in order.
+/// @param rotations_table_from_sensor  attitude of each rest, in order.
 [[nodiscard]] RecordedLog simulate_imu_log(
     const ImuSimulation& simulation,
     const std::vector<Eigen::Matrix3d>& rotations_table_from_sensor);
 
-/// @return the attitudes of a nominal cube laid down by a run sheet.
+/// @return the attitudes of a nominal cube that is laid down in the order of a run sheet.
 [[nodiscard]] std::vector<Eigen::Matrix3d> attitudes_of(const std::vector<RunSheetRow>& sheet);
 
-/// @return attitudes of a board that is turned by hand: any, each at least 60 degrees from the
-/// last.
+/// @return random attitudes, as of a board that is turned by hand; each is at least 60 degrees from
+///         the one before.
 [[nodiscard]] std::vector<Eigen::Matrix3d> random_attitudes(std::size_t count, std::uint64_t seed);
 
 }  // namespace axiscal

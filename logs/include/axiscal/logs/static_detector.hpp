@@ -14,19 +14,19 @@
 
 namespace axiscal {
 
-/// A time at which the instrument stood still.
+/// An interval in which the instrument stood still.
 struct StaticInterval {
-  std::size_t first = 0;  ///< sample, counted from 0
+  std::size_t first = 0;  ///< number of the first sample, from 0
   std::size_t end = 0;    ///< one past the last
   double start_s = 0.0;
   double end_s = 0.0;    ///< time of the last sample
-  Eigen::VectorXd mean;  ///< one for every column
+  Eigen::VectorXd mean;  ///< mean of every column
   Eigen::VectorXd sd;    ///< standard deviations of the samples
-  /// The effective number of independent samples, n (1 - r) / (1 + r), with r the correlation of
-  /// neighbours about the drift; 1 .. n, for every column.
+  /// For every column the effective number of independent samples, n (1 - r) / (1 + r), between 1
+  /// and n. Here r is the correlation of neighbouring samples about the drift.
   Eigen::VectorXd effective_samples;
   Eigen::VectorXd drift;  ///< slope times length, by least squares [unit of the column]
-  double loudest = 1.0;   ///< largest sliding variance over the mean one
+  double loudest = 1.0;   ///< largest sliding variance divided by the mean one
   double motion = 0.0;    ///< mean sliding variance, joined over the columns of detection
 
   [[nodiscard]] std::size_t samples() const { return end - first; }
@@ -34,23 +34,24 @@ struct StaticInterval {
 
 /// The intervals that one threshold gives.
 struct IntervalSet {
-  double threshold = 0.0;  ///< rest is where the joined variance is below it [unit^2]
+  double threshold = 0.0;  ///< a sample is at rest if its joined variance is below it [unit^2]
   std::vector<StaticInterval> intervals;
 };
 
 struct DetectorOptions {
-  std::vector<std::size_t> detection;  ///< columns whose variance tells rest from motion
-  std::size_t window = 101;            ///< samples of the sliding variance, odd
+  std::vector<std::size_t> detection;  ///< columns whose variance shows motion
+  std::size_t window = 101;            ///< samples in the window of the variance, odd
   std::size_t trim = 10;               ///< samples left out at both ends of an interval
-  std::size_t shortest = 100;          ///< samples an interval must have then
-  std::optional<double> threshold;     ///< this one only [unit^2]
+  std::size_t shortest = 100;          ///< fewest samples of an interval after trimming
+  std::optional<double> threshold;     ///< the only threshold to use [unit^2]; default: many
 };
 
 /// Finds static intervals in a stream of samples, in constant memory, for many thresholds at once.
 ///
-/// The joined variance of a sample is the root of the sum of squared variances over a window about
-/// it (Tedaldi et al. 2014). Thresholds are powers of sqrt(2) from the quietest to the loudest
-/// sample: the variance is formed once, and sums within a block serve all thresholds.
+/// The joined variance of a sample is the root of the sum over the columns of the squared variances
+/// in a window about the sample (Tedaldi et al. 2014). The thresholds are powers of sqrt(2) from
+/// the joined variance of the quietest sample to that of the loudest. The variance is computed
+/// once, and all thresholds use the same sums within a block.
 ///
 /// @par Source
 /// D. Tedaldi, A. Pretto, E. Menegatti, ICRA 2014; T. F. Chan, G. H. Golub, R. J. LeVeque, The
@@ -64,14 +65,15 @@ class StaticDetector {
   StaticDetector& operator=(StaticDetector&&) noexcept;
 
   /// @param time_s   of each sample.
-  /// @param samples  all columns; finite.
-  /// @param broken   for each sample whether no interval may hold it: missing numbers, a gap before
-  ///                 it, saturation.
+  /// @param samples  all columns; every number is finite.
+  /// @param broken   for each sample 1 if no interval may contain it: a number is missing, the
+  ///                 sample is saturated, or there is a gap before it.
   void add(std::span<const double> time_s, const LogBlock& samples, std::span<const char> broken);
 
   /// Ends the stream.
-  /// @return one set for each threshold, ascending; the last, of an infinite threshold, parts at
-  ///         broken samples only.
+  /// @return one set for each threshold, ascending. The last one has an infinite threshold, so its
+  ///         intervals end only at broken samples. If DetectorOptions::threshold is set, there is
+  ///         only the set of that threshold.
   [[nodiscard]] std::vector<IntervalSet> finish();
 
  private:
@@ -79,20 +81,22 @@ class StaticDetector {
   std::unique_ptr<Stream> stream_;
 };
 
-/// Chooses a threshold by persistence: where the number of intervals stays the same within 5 % over
-/// a factor of 8 of the threshold, the lowest such range; else the widest range there is. Noise
-/// parts rests, motion joins them; in between the number does not depend on the threshold.
+/// Chooses a threshold by persistence. It looks for the lowest range of thresholds by a factor of 8
+/// in which the number of intervals stays the same within 5 %. If there is no such range, it takes
+/// the widest range. A low threshold splits rests because of their noise, and a high one joins them
+/// across motion; in between the number does not depend on the threshold.
 ///
-/// @return three steps above the lower end of the range; ranges of two intervals or more are
-///         preferred to ranges of one. If the variance stays within a factor of 16, the log does
-///         not contain motion, and the last threshold is returned.
+/// @return the position of the set that is three steps above the lower end of the range. Ranges of
+///         two or more intervals are preferred to ranges of one. If the variance stays within a
+///         factor of 16, the log contains no motion, and the last set is chosen.
 [[nodiscard]] std::size_t most_persistent(const std::vector<IntervalSet>& sets);
 
-/// Joins neighbours that are one attitude, separated by a knock: the gap between them is short and
-/// their means agree within five standard errors or `tolerance`.
+/// Joins neighbouring rests in one attitude that a knock separates. The gap between them is at most
+/// `longest_gap_s`, and their means agree within five standard errors or `tolerance`. The longer
+/// rest is kept.
 ///
-/// @param columns    that are compared.
-/// @param longest_gap_s  between the end of one and the start of the next.
+/// @param columns    columns whose means are compared.
+/// @param longest_gap_s  from the end of one rest to the start of the next [s].
 /// @param tolerance  of the means [unit].
 /// @return the number of joined rests.
 std::size_t join_split_rests(std::vector<StaticInterval>& intervals,

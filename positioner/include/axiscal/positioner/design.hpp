@@ -21,12 +21,13 @@ struct DesignEntry {
 
 /// The standard designs.
 ///
-/// 12: each rest face of axis a with the two fence faces of the next axis in the cycle X, Y, Z, X;
-/// then [1, vec R_i] has orthogonal columns for every direction of the field. 24: every point.
-/// 6: each rest face with one fence face; enough only on a table known to be level.
+/// 12 points: each rest face of axis a with the two fence faces of the next axis in the cycle X, Y,
+/// Z, X; then [1, vec R_i] has orthogonal columns for every direction of the field. 24 points:
+/// every point. 6 points: each rest face with one fence face, which is enough only on a table that
+/// is known to be level.
 ///
 /// @param points  6, 12 or 24.
-/// @throws DomainError  for another number.
+/// @throws DomainError  if `points` is another number.
 /// @par Source
 /// method.md, section 2; US 7,467,536.
 [[nodiscard]] AXISCAL_EXPORT std::vector<DesignEntry> standard_design(int points);
@@ -39,12 +40,14 @@ struct RunSheetRow {
   std::optional<double> temperature;  ///< soak temperature before the block, if one is planned
 };
 
-/// Puts a design into random order, block by block; of several temperatures one after another.
+/// Puts the points of each block into random order. If there are several temperatures, all blocks
+/// of one temperature come before those of the next.
 ///
-/// @param design      the points; any list.
-/// @param replicates  how often the whole design is taken, at least 1.
+/// @param design      the points; at least one.
+/// @param replicates  number of blocks at each temperature, at least 1; a block is the whole
+///                    design.
 /// @param seed        the same seed gives the same order on every machine.
-/// @param temperatures  to be soaked at, in this order, with all replicates at each.
+/// @param temperatures  soak temperatures in the order of their blocks; may be empty.
 /// @throws DomainError  if the design is empty or `replicates` is less than 1.
 [[nodiscard]] AXISCAL_EXPORT std::vector<RunSheetRow> make_run_sheet(
     const std::vector<DesignEntry>& design,
@@ -52,7 +55,7 @@ struct RunSheetRow {
     std::uint64_t seed,
     const std::vector<double>& temperatures = {});
 
-/// As above, with a stream. RandomStream(seed) gives the order of that seed.
+/// As above, with random numbers from a stream. RandomStream(seed) gives the same order as `seed`.
 [[nodiscard]] AXISCAL_EXPORT std::vector<RunSheetRow> make_run_sheet(
     const std::vector<DesignEntry>& design,
     int replicates,

@@ -22,7 +22,7 @@ enum class Face : std::uint8_t { plus_x, minus_x, plus_y, minus_y, plus_z, minus
 inline constexpr std::array all_faces = {Face::plus_x,  Face::minus_x, Face::plus_y,
                                          Face::minus_y, Face::plus_z,  Face::minus_z};
 
-/// @return 0, 1, 2 for a face across x, y, z.
+/// @return 0, 1, 2 for a face whose normal is along x, y, z.
 [[nodiscard]] constexpr int axis_of(Face face) {
   return static_cast<int>(face) / 2;
 }
@@ -32,12 +32,12 @@ inline constexpr std::array all_faces = {Face::plus_x,  Face::minus_x, Face::plu
   return static_cast<int>(face) % 2 == 0;
 }
 
-/// @return the face across the cube.
+/// @return the face on the opposite side of the cube.
 [[nodiscard]] constexpr Face opposite(Face face) {
   return static_cast<Face>(static_cast<int>(face) ^ 1);
 }
 
-/// @return the face across an axis (0, 1, 2) with the given sign.
+/// @return the face whose normal is along an axis (0, 1, 2), in its positive or negative direction.
 [[nodiscard]] constexpr Face face_of(int axis, bool positive) {
   return static_cast<Face>(2 * axis + (positive ? 0 : 1));
 }
@@ -48,19 +48,19 @@ inline constexpr std::array all_faces = {Face::plus_x,  Face::minus_x, Face::plu
 /// @return "+X", "-X", ...
 [[nodiscard]] AXISCAL_EXPORT std::string_view face_name(Face face);
 
-/// @return the face named by "+X", "X+", "+x" or "x+"; nothing for another text.
+/// @return the face named by "+X", "X+", "+x" or "x+"; nullopt for another text.
 [[nodiscard]] AXISCAL_EXPORT std::optional<Face> parse_face(std::string_view text) noexcept;
 
 /// One of the 24 ways to lay the cube down: the face on the table and the face at the fence.
 class AXISCAL_EXPORT DesignPoint {
  public:
-  /// @throws DomainError  if `rest` and `fence` lie on one axis.
+  /// @throws DomainError  if `rest` and `fence` are the same or opposite faces.
   DesignPoint(Face rest, Face fence);
 
   [[nodiscard]] Face rest() const { return rest_; }
   [[nodiscard]] Face fence() const { return fence_; }
 
-  /// @return the same rest face with the opposite face at the fence: turned by 180 degrees.
+  /// @return the point with the opposite face at the fence: the cube is turned by 180 degrees.
   [[nodiscard]] DesignPoint turned_round() const { return {rest_, opposite(fence_)}; }
 
   /// @return "rest +X, fence -Y".

@@ -9,12 +9,12 @@
 
 namespace axiscal {
 
-/// @param direction_in_positioner  of any length but 0.
-/// @return the face of the nominal cube whose outward normal is nearest to a direction.
+/// @param direction_in_positioner  any vector except 0.
+/// @return the face of the nominal cube whose outward normal is nearest to the direction.
 [[nodiscard]] AXISCAL_EXPORT Face nearest_face(const Eigen::Vector3d& direction_in_positioner);
 
-/// @return the face of the nominal cube that looks along a direction of the table when the cube
-///         lies at a point.
+/// @return the face of the nominal cube whose outward normal is nearest to a direction in the
+///         table's frame, if the cube lies at a design point.
 [[nodiscard]] AXISCAL_EXPORT Face face_towards(const DesignPoint& point,
                                                const Eigen::Vector3d& direction_in_table);
 

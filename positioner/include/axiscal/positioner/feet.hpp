@@ -12,7 +12,7 @@
 
 namespace axiscal {
 
-/// A ball foot; a radius of 0 is a point, so that other protuberances can be described too.
+/// A ball foot. With a radius of 0 it is a point, which can describe a foot of another shape.
 struct AXISCAL_EXPORT Ball {
   Eigen::Vector3d centre_m = Eigen::Vector3d::Zero();  ///< frame positioner, from the cube's centre
   double radius_m = 0.0;
@@ -24,36 +24,35 @@ using Feet = std::array<Ball, 3>;
 /// The feet of all faces, in the order of Face.
 using CubeFeet = std::array<Feet, all_faces.size()>;
 
-/// The plane that a face stands on: the points p with normal . p = offset_m.
+/// The plane on which a face stands: the points p with normal . p = offset_m, frame positioner.
 struct AXISCAL_EXPORT ContactPlane {
   Eigen::Vector3d normal = Eigen::Vector3d::UnitZ();  ///< outward unit normal, frame positioner
-  double offset_m = 0.0;                              ///< from the cube's centre
+  double offset_m = 0.0;                              ///< distance from the cube's centre
 };
 
-/// The errors of the feet of a face.
+/// Checks the feet of a face.
 ///
-/// @return "" for good ones; else why they cannot be: a number that is not finite, a radius below
-///         0, balls that go into each other, feet in a line, no plane that touches all three, or a
-///         plane more than 0.2 rad from the face's nominal direction or on the wrong side of the
-///         centre.
+/// @return "" if they are valid, else the reason: a number that is not finite, a radius below 0,
+///         balls that overlap, feet in a line, no plane that touches all three, or a plane more
+///         than 0.2 rad from the face's nominal direction or on the wrong side of the centre.
 [[nodiscard]] AXISCAL_EXPORT std::string defect_of_feet(Face face, const Feet& feet);
 
-/// The plane tangent to three balls, on the outer side of the face: n . c_i + r_i = d.
+/// The plane that is tangent to three balls on the outer side of the face: n . c_i + r_i = d.
 ///
-/// With differences c_1 - c_3, c_2 - c_3 two equations fix n in their plane, and |n| = 1 the rest:
-/// exact for unequal radii.
+/// The differences c_1 - c_3 and c_2 - c_3 give two equations for n. The third is |n| = 1. The
+/// result is exact for unequal radii too.
 /// @throws DomainError  if the feet have a defect_of_feet().
 /// @par Source
 /// method.md, section 9.
 [[nodiscard]] AXISCAL_EXPORT ContactPlane contact_plane(Face face, const Feet& feet);
 
-/// A ball frame as it is drawn: all faces alike.
+/// The dimensions of a cube with ball feet; all its faces are alike.
 ///
-/// On the face +Z a foot position is (x, y), on +X (y, z), on +Y (z, x): along the next two axes in
-/// the cycle X, Y, Z, X. Opposite faces are mirror images. In the default layout the middle of a
-/// face lies inside its feet, for every fence face, so that no seat rocks.
+/// On the face +Z a foot position is (x, y), on +X (y, z), on +Y (z, x): the coordinates along the
+/// next two axes in the cycle X, Y, Z, X. Opposite faces are mirror images. In the default layout
+/// the middle of each face is inside the triangle of its feet, so that no seat rocks.
 struct BallFrame {
-  double edge_m = 0.07;  ///< distance of opposite faces, feet not counted
+  double edge_m = 0.07;  ///< distance of opposite faces without their feet
   std::array<Eigen::Vector2d, 3> foot_positions_m = {Eigen::Vector2d(0.027, 0.027),
                                                      Eigen::Vector2d(-0.027, 0.009),
                                                      Eigen::Vector2d(0.009, -0.027)};
@@ -61,25 +60,26 @@ struct BallFrame {
   double ball_radius_m = 0.003;
 };
 
-/// Makes the feet of a frame as drawn.
+/// Computes the feet of all faces from the dimensions.
 ///
-/// @return three balls a face, in the order of Face.
-/// @throws DomainError  if the edge is not positive, a height or radius negative, a foot not on its
-///                      face, or the feet have a defect_of_feet().
+/// @return three balls for each face, in the order of Face.
+/// @throws DomainError  if the edge is not positive, a height or radius is negative, a foot is not
+///                      on its face, or the feet have a defect_of_feet().
 [[nodiscard]] AXISCAL_EXPORT CubeFeet feet_of_frame(const BallFrame& frame);
 
-/// Feet from protuberances of any kind, each touching at a point.
+/// Makes feet from contact points, for feet of any shape.
 ///
-/// @return balls of radius 0. A Positioner checks the feet of a face.
-/// @param points  of each face in the order of Face, three points [m], frame positioner.
+/// @return balls of radius 0. They are not checked here; a Positioner checks them.
+/// @param points  three points for each face, in the order of Face [m], frame positioner.
 [[nodiscard]] AXISCAL_EXPORT CubeFeet
 feet_from_points(const std::array<std::array<Eigen::Vector3d, 3>, all_faces.size()>& points);
 
-/// @return the same feet, turned together about their middle.
+/// @return the feet, rotated together about the mean of their centres.
 [[nodiscard]] AXISCAL_EXPORT Feet feet_rotated(const Feet& feet, const Eigen::Matrix3d& rotation);
 
 /// @param normal  outward unit normal, frame positioner.
-/// @return the same feet, turned together about their middle so that their plane has that normal.
+/// @return the feet, rotated together about the mean of their centres so that their plane has that
+///         normal.
 /// @throws DomainError  if the feet have a defect_of_feet(), or the normal is opposite to theirs.
 [[nodiscard]] AXISCAL_EXPORT Feet feet_turned_to(Face face,
                                                  const Feet& feet,

@@ -13,36 +13,37 @@ namespace axiscal {
 
 /// The mount of an instrument in the positioner: one slot of an assembly.
 struct AXISCAL_EXPORT Mount {
-  std::string slot;  ///< its name; columns of observations are called SLOT.axis
+  std::string slot;  ///< slot name; columns of observations are called SLOT.axis
   Eigen::Matrix3d rotation_sensor_from_positioner = Eigen::Matrix3d::Identity();
-  double repeatability_rad =
-      0.0;  ///< standard deviation of a small rotation about each axis, each time it is mounted
+  /// Standard deviation of a small rotation about each axis, each time the instrument is mounted.
+  double repeatability_rad = 0.0;
 };
 
 /// The axis in the web of an H-shaped frame about which the second instrument is turned.
 enum class WebAxis { x, y };
 
-/// The two instruments of an H-shaped frame: on either side of its web, "mirror images".
+/// The mounts of two instruments in an H-shaped frame, one on each side of its web ("mirror
+/// images").
 ///
 /// The web is perpendicular to the positioner's z. A mirror image is not a rotation, so an
 /// instrument cannot be mounted as its own mirror image. A rigid frame turns the second instrument
 /// by 180 degrees about an axis in the web, here the positioner's x, diag(1, -1, -1), or y,
-/// diag(-1, 1, -1). Both bring its base to the web from the other side; they differ by half a turn
-/// about z.
+/// diag(-1, 1, -1). In both cases the second instrument's base is at the other side of the web. The
+/// two cases differ by 180 degrees about z.
 ///
 /// @param first, second  the slots' names.
-/// @return the first as the cube, the second turned.
+/// @return two mounts: the first has the cube's orientation, the second is turned.
 /// @par Source
 /// method.md, section 9; US 7,467,536.
 [[nodiscard]] AXISCAL_EXPORT std::vector<Mount> h_shaped_mounts(const std::string& first,
                                                                 const std::string& second,
                                                                 WebAxis axis = WebAxis::x);
 
-/// Instruments in one orientation, that of the cube: single (one slot), triple (three), any number.
+/// Mounts that all have the orientation of the cube, one for each slot.
 [[nodiscard]] AXISCAL_EXPORT std::vector<Mount> parallel_mounts(
     const std::vector<std::string>& slots);
 
-/// Checks mounts, and makes matrices that were written with few digits rotations to the last digit.
+/// Checks mounts. A matrix that was written with few digits is replaced by the nearest rotation.
 ///
 /// @throws DomainError  if a slot's name is empty or repeated, a matrix is not a rotation (to
 ///                      1e-6), or a repeatability is negative.

@@ -22,8 +22,8 @@ namespace axiscal {
 
 /// Checks a face's measured normal.
 ///
-/// @return "" for a good one; else why it cannot be: not of unit length to 1e-6, or more than
-///         0.2 rad from the face's nominal direction (a face mixed up, a left-handed frame).
+/// @return "" if it is valid, else the reason: its length is not 1 to 1e-6, or it is more than 0.2
+///         rad from the face's nominal direction (faces mixed up, or left-handed axes).
 [[nodiscard]] AXISCAL_EXPORT std::string defect_of_normal(Face face, const Eigen::Vector3d& normal);
 
 /// Outward unit normals in the order of Face, frame positioner.
@@ -37,21 +37,21 @@ using NormalCovariance = Eigen::Matrix<double, 18, 18>;
 
 /// The known data of a face: feet, normal, or both.
 ///
-/// Where both are, the normal is what was measured and the feet say where the face touches: they
-/// are turned together until their plane has that normal.
+/// If both are known, the normal is the measured one. The feet are then turned together until their
+/// plane has that normal; they give the contact points.
 struct FaceDescription {
   std::optional<Eigen::Vector3d> normal;  ///< outward, unit length
   std::optional<Feet> feet;
 };
 
-/// The traceability of a positioner's measurement.
+/// The sources of a positioner's measurement.
 struct MeasuredFrom {
-  std::string slot;          ///< the instrument's mount
+  std::string slot;          ///< the slot of the instrument
   std::string record;        ///< its calibration record
   std::string observations;  ///< the readings in this positioner
 };
 
-/// All that a positioner's file says (formats.md, Positioner).
+/// The content of a positioner file (formats.md, Positioner).
 struct PositionerDescription {
   std::string id;
   std::array<FaceDescription, all_faces.size()> faces;
@@ -61,10 +61,11 @@ struct PositionerDescription {
   std::string created;   ///< when it was measured, ISO 8601; may be empty
   std::string software;  ///< program that measured it; may be empty
   std::vector<MeasuredFrom> from;
-  std::vector<std::string> notes;  ///< remarks of who measured it
+  std::vector<std::string> notes;  ///< remarks on the measurement
 };
 
-/// The cube that holds the instrument: its faces or feet, and how they make it lie.
+/// The cube that contains the instrument: its faces or feet, and its orientation at each design
+/// point.
 ///
 /// @code
 /// const axiscal::Positioner cube;  // the nominal one
@@ -82,14 +83,14 @@ class AXISCAL_EXPORT Positioner {
   /// @throws DomainError  if a normal has a defect_of_normal().
   explicit Positioner(const FaceNormals& normals, std::string id = "");
 
-  /// A cube on feet, with the fence as its surface says.
+  /// A cube on feet. `surface` gives the lean of the fence.
   ///
   /// @throws DomainError  if the feet of a face have a defect_of_feet(), or balls of different
-  ///                      faces go into each other.
+  ///                      faces overlap.
   explicit Positioner(const CubeFeet& feet, const Surface& surface = {}, std::string id = "");
 
-  /// @throws DomainError  if a face has neither normal nor feet, these have a defect, the
-  ///                      covariance is not symmetric and positive, or the mounts are not good.
+  /// @throws DomainError  if a face has neither normal nor feet, these have a defect, the fence
+  ///                      leans too much, or the covariance or the mounts are not valid.
   explicit Positioner(PositionerDescription description);
 
   /// @return outward unit normal of a face, frame positioner.
@@ -103,35 +104,35 @@ class AXISCAL_EXPORT Positioner {
     return description_.faces[static_cast<std::size_t>(face)].feet;
   }
 
-  /// @return the feet of all faces, those of the usual frame where a face has none: the drawing
-  /// that another cube is made by.
+  /// @return the feet of all faces, for making another cube. A face without feet gets those of the
+  ///         default BallFrame.
   [[nodiscard]] CubeFeet drawing() const;
 
   /// The orientation of the cube at a design point.
   ///
   /// With n_r and n_f the normals of rest and fence face: z = -n_r, y = n_f - (n_f . z) z
-  /// normalised, x = y cross z. That is exact for the rest face; where the feet of the fence face
-  /// are known, seat_at_fence() makes the turn about z exact too, else the heading is off by about
-  /// the angle by which n_f is not square to n_r. For the nominal cube the entries are exactly 0, 1
-  /// and -1.
+  /// normalised, x = y cross z. This is exact for the rest face. If the feet of the fence face are
+  /// known, seat_at_fence() makes the turn about z exact too. Otherwise the heading has an error of
+  /// about the deviation of the angle between n_f and n_r from 90 degrees. For the nominal cube the
+  /// entries are exactly 0, 1 and -1.
   /// @par Source
   /// method.md, sections 2 and 9.
   [[nodiscard]] const Seat& seat(const DesignPoint& point) const;
 
   /// @return the seat's rotation, whose rows are x, y, z.
-  /// @throws RefusedError  if the cube cannot lie so.
+  /// @throws RefusedError  if the seat has a defect.
   [[nodiscard]] const Eigen::Matrix3d& rotation_table_from_positioner(
       const DesignPoint& point) const;
 
   /// @return the mount of that slot, or nullopt.
   [[nodiscard]] std::optional<Mount> mount(const std::string& slot) const;
 
-  /// @return the same cube with other mounts.
+  /// @return a copy of this cube with other mounts.
   [[nodiscard]] Positioner with_mounts(std::vector<Mount> mounts) const;
 
-  /// @param u_rad  standard uncertainty of each face's normal about any axis in the face [rad]; it
-  ///               adds to the stated normal_covariance.
-  /// @return the same cube with faces that are less well known.
+  /// @param u_rad  standard uncertainty of each face's normal about any axis that lies in the face
+  ///               [rad]. It is added to the stated normal_covariance.
+  /// @return a copy of this cube with a larger normal_covariance.
   /// @throws DomainError  if `u_rad` is negative.
   [[nodiscard]] Positioner with_normal_u(double u_rad) const;
 
@@ -151,7 +152,7 @@ class AXISCAL_EXPORT Positioner {
   bool nominal_;
 };
 
-/// @return a sentence for each of the points at which the cube's seat rocks.
+/// @return a sentence for each point at which the cube rocks.
 [[nodiscard]] AXISCAL_EXPORT std::vector<std::string> rocking_remarks(
     const Positioner& positioner, const std::set<DesignPoint>& points);
 

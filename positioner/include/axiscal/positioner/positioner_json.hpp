@@ -11,22 +11,22 @@ namespace axiscal {
 
 /// Reads a positioner file (formats.md, Positioner).
 ///
-/// Each of the six `faces` has a `normal`, or `feet`, or both: then the normal is what was measured
-/// and the feet are turned to it. `normal_covariance`, `mounts` and `table` are optional; of the
-/// latter `surface` is "one_piece" (the default) or "separate".
+/// Each of the six `faces` has a `normal`, or `feet`, or both. If a face has both, the normal is
+/// the measured one, and the feet are turned to it. `normal_covariance`, `mounts` and `table` are
+/// optional. The member `surface` of `table` is "one_piece" (the default) or "separate".
 ///
 /// @param text  the file's content.
 /// @param path  the file's name for messages.
-/// @throws DataError  `PATH: /json/pointer: ...` if the text is no such file: wrong format or
-///                    version, a face missing or misnamed, a normal that is not of unit length,
-///                    feet that are not three, in a line or in each other, an unknown key.
+/// @throws DataError  `PATH: /json/pointer: ...` if the text is not a positioner file: wrong format
+///                    or version, a face missing or misnamed, a normal that is not of unit length,
+///                    not exactly three feet, feet that are in a line or overlap, an unknown key.
 [[nodiscard]] AXISCAL_EXPORT Positioner parse_positioner(std::string_view text,
                                                          const std::string& path);
 
 /// As parse_positioner(), from a file; `-` is standard input.
 [[nodiscard]] AXISCAL_EXPORT Positioner read_positioner(const std::string& path);
 
-/// @return the positioner as such a file.
+/// @return the content of the positioner's file.
 [[nodiscard]] AXISCAL_EXPORT std::string positioner_json(const Positioner& positioner);
 
 }  // namespace axiscal

@@ -12,31 +12,34 @@
 
 namespace axiscal {
 
-/// The seat of a cube at a design point.
+/// The seat of a cube at a design point: its orientation, and the feet that touch the fence.
 struct AXISCAL_EXPORT Seat {
   Eigen::Matrix3d rotation_table_from_positioner = Eigen::Matrix3d::Identity();
-  std::array<int, 2> contacts = {-1, -1};  ///< feet of the fence face that touch; -1: not known
-  double turn_rad = 0.0;  ///< about the table's normal, from where the face normals put the fence
-  bool rocks = false;     ///< a middle foot stands out: the cube has a second stable seat
-  std::string defect;     ///< why the cube cannot lie so; empty for a good seat
+  std::array<int, 2> contacts = {-1, -1};  ///< feet of the fence face that touch; -1: unknown
+  double turn_rad = 0.0;  ///< about the table's normal, from the orientation by the face normals
+  bool rocks = false;     ///< true if the middle foot protrudes: there is a second stable seat
+  std::string defect;     ///< why the cube cannot lie at this point; empty for a valid seat
 };
 
-/// Slides and turns a cube that rests on the table until it meets the fence (method.md, section 9).
+/// Slides and turns a cube that rests on the table until it touches the fence (method.md, section
+/// 9).
 ///
-/// The rest plane is the table's. Seen from above the cube is pushed at its centre towards the
-/// fence and may turn by theta about the table's normal: two feet i, j of the fence face touch,
+/// The cube is pushed at its centre towards the fence. It may turn by theta about the table's
+/// normal. A seat is stable if two feet i, j of the fence face touch the fence,
 ///
 ///     cos(lean) (c_x sin(theta) + c_y cos(theta)) + c_z sin(lean) = r_j - r_i,   c = c_i - c_j,
 ///
-/// the third is clear, and the centre lies between the two along the fence, else the push would
-/// turn the cube on. Where two pairs are stable the push brings the centre as near to the fence as
-/// it gets: the nearer seat is given, and said to rock.
+/// the third foot does not reach it, and the centre is between the two along the fence; otherwise
+/// the push would turn the cube further. If two pairs of feet are stable, the push leads to the
+/// seat whose centre is nearer to the fence. That seat is returned with `rocks`.
 ///
-/// @param rotation_table_from_positioner  how the cube lies by its face normals: the rest face's is
-///                                        exact, the turn about the table's normal a start.
+/// @param rotation_table_from_positioner  the cube's orientation by its face normals. Its rest face
+///                                        is exact; its turn about the table's normal is a start
+///                                        value.
 /// @param fence_feet   feet of the fence face, frame positioner.
-/// @param lean_rad     the fence leans over the table by this; its normal is (0, cos, sin).
-/// @return the seat; `defect` says so where no pair is stable within 0.3 rad of the start.
+/// @param lean_rad     angle by which the fence leans over the table. The direction towards the
+///                     fence is (0, cos, sin) of it, frame table.
+/// @return the seat; `defect` is not empty if no pair is stable within 0.3 rad of the start.
 /// @par Source
 /// method.md, section 9.
 [[nodiscard]] AXISCAL_EXPORT Seat seat_at_fence(

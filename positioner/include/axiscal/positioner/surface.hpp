@@ -11,41 +11,44 @@
 
 namespace axiscal {
 
-/// How table and fence belong together.
+/// How the fence is connected to the table.
 enum class SurfaceKind {
-  one_piece,  ///< L-shaped: the fence tilts with the table, its lean stays
-  separate,   ///< the fence stands by itself: levelling the table changes its lean
+  one_piece,  ///< L-shaped: the fence tilts with the table, so that its lean does not change
+  separate,   ///< the fence has its own support, so that levelling the table changes its lean
 };
 
 /// The surface that the cube is laid on, and its fence.
 struct Surface {
   SurfaceKind kind = SurfaceKind::one_piece;
-  /// Perpendicularity error: the fence leans over the table by this; its normal in the table's
-  /// frame is (0, cos, sin) [rad].
+  /// Angle by which the fence leans over the table, a perpendicularity error [rad]. The fence's
+  /// normal is (0, cos, sin) of it, frame table.
   double fence_lean_rad = 0.0;
-  std::vector<Eigen::Vector2d> adjusters_m;  ///< where the table stands on its height adjusters
-  std::optional<double> thread_pitch_m;      ///< height that one turn of an adjuster raises [m]
+  std::vector<Eigen::Vector2d> adjusters_m;  ///< positions of the height adjusters, frame table
+  std::optional<double> thread_pitch_m;      ///< height of one turn of an adjuster [m]
 };
 
 /// The correction of one height adjuster.
 struct AXISCAL_EXPORT AdjusterMove {
   Eigen::Vector2d position_m = Eigen::Vector2d::Zero();  ///< frame table
   double raise_m = 0.0;                                  ///< not negative
-  double uncertainty_m = 0.0;  ///< standard uncertainty of raise_m, from the slope's
+  double uncertainty_m = 0.0;  ///< standard uncertainty of raise_m, from that of the slope
   std::optional<double> turns;
 };
 
-/// @throws DomainError  unless there are three or more, finite, and not in a line.
+/// @throws DomainError  unless there are at least three finite positions that are not in a line.
 AXISCAL_EXPORT void check_adjusters(const std::vector<Eigen::Vector2d>& adjusters_m);
 
-/// The heights that level a table, by raising only: the highest adjuster stays.
+/// Computes how much to raise each height adjuster to level a table. The highest adjuster does not
+/// move.
 ///
-/// With the field's direction (x, y, z) in the table, z = sqrt(1 - x^2 - y^2), an adjuster at
-/// (a, b) stands h = (a x + b y) / z too high, and is raised by the largest h less its own.
+/// With the field's direction (x, y, z) in the table, z = sqrt(1 - x^2 - y^2), an adjuster at (a,
+/// b) is h = (a x + b y) / z too high. It is raised by the largest h minus its own h.
 ///
-/// @param slope       the table's slope as Levelness: x > 0 means that it rises towards +x.
-/// @param covariance  of the slope, 2 x 2 [rad^2].
-/// @param surface     its adjusters, three or more that are not in a line; its thread pitch.
+/// @param slope       field along the table's x and y / F, for gravity the slope [rad]; x > 0: the
+///                    table rises towards +x.
+/// @param covariance  covariance of the slope, 2 x 2 [rad^2].
+/// @param surface     gives the adjusters, three or more that are not in a line, and the thread
+///                    pitch.
 /// @throws DomainError  if there are too few adjusters, they stand in a line, a number is not
 ///                      finite, the pitch is not positive, or the slope is not below 1.
 /// @par Source
@@ -53,8 +56,8 @@ AXISCAL_EXPORT void check_adjusters(const std::vector<Eigen::Vector2d>& adjuster
 [[nodiscard]] AXISCAL_EXPORT std::vector<AdjusterMove> level_table(
     const Eigen::Vector2d& slope, const Eigen::Matrix2d& covariance, const Surface& surface);
 
-/// The fence's lean once the table is level: unchanged for one piece; a fence that stands by itself
-/// keeps its direction in the room while the table turns under it by the slope's y.
+/// The fence's lean after the table is levelled [rad]. For `one_piece` it does not change. A
+/// separate fence keeps its direction in the room, so its lean changes by the slope's y.
 [[nodiscard]] AXISCAL_EXPORT double fence_lean_when_level(const Surface& surface,
                                                           const Eigen::Vector2d& slope);
 

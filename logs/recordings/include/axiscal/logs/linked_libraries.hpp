@@ -6,14 +6,14 @@
 
 namespace axiscal {
 
-/// A library by which this build reads recordings.
+/// A library that reads recordings.
 struct LinkedLibrary {
   std::string name;     ///< "zlib"
-  std::string version;  ///< empty: this build is without it
+  std::string version;  ///< empty if this build does not contain it
   std::string reads;    ///< the files that need it: "gzip, compressed .mat"
 };
 
-/// @return the libraries by which recordings can be read, whether or not this build has them.
+/// @return all libraries that can read recordings, including those that this build lacks.
 [[nodiscard]] std::vector<LinkedLibrary> linked_libraries();
 
 }  // namespace axiscal

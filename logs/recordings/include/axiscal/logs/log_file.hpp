@@ -15,12 +15,13 @@
 
 namespace axiscal {
 
-/// One column of a log as a calibration wants it: value = factor * (column, or its negative).
+/// Maps a column of a log to a column of a calibration: value = factor * column.
 struct MappedColumn {
-  std::string name;     ///< as the calibration calls it
-  std::string column;   ///< as the log calls it
-  double factor = 1.0;  ///< also the sign: -1 turns an axis round
-  /// TableText: the cell that stands for one: "-X" for "X up". None: the cells stay as they are.
+  std::string name;     ///< name in the calibration
+  std::string column;   ///< name in the log
+  double factor = 1.0;  ///< -1 reverses the axis
+  /// For TableText only: converts a cell, for example "X up" to "-X". If empty, the cells stay
+  /// unchanged.
   std::function<std::string(const std::string& cell)> of_cell = {};
 };
 
@@ -28,42 +29,41 @@ struct MappedColumn {
 struct LogFormat {
   std::vector<std::string>
       names;  ///< names of the columns if the log lacks a header; default: c1, c2, ...
-  std::vector<MappedColumn> columns;  ///< renamed or scaled; the others stay as they are
-  /// Of recordings that hold several sensors of a kind: which, counted from 0.
+  std::vector<MappedColumn> columns;  ///< columns to rename or scale; others stay unchanged
+  /// The number of the sensor to read, from 0, if a recording contains several of one kind.
   int instance = 0;
-  /// Of such recordings: the kinds of sensors that are wanted; empty: all. A single kind comes at
-  /// its own times, not interpolated.
+  /// The kinds of sensors to read from a recording; empty: all. If it is a single kind, its samples
+  /// are not interpolated.
   std::vector<SeriesKind> kinds;
-  /// Of such recordings: columns that are wanted by the names that the format has for them, alone
-  /// ("AccX") or behind their message's ("IMU2.AccX").
+  /// Further columns to read from a recording, by their names in the format: "AccX", or "IMU2.AccX"
+  /// with the name of the message.
   std::vector<std::string> wanted;
-  ReadLimits limits;  ///< the most that reading the file may cost
+  ReadLimits limits;  ///< limits on the cost of reading the file
 };
 
 /// A sensor of three axes among the columns of a log.
 struct LogSensor {
   SeriesKind kind = SeriesKind::other;
-  std::array<std::string, 3> columns;  ///< of x, y, z, as the log calls them
-  std::string unit;                    ///< empty: not known
-  int number = 0;                      ///< of its kind in the recording, counted from 0
+  std::array<std::string, 3> columns;  ///< names of the columns x, y, z in the log
+  std::string unit;                    ///< empty if not known
+  int number = 0;                      ///< number within its kind in the recording, from 0
   int of = 1;                          ///< number of sensors of this kind in the recording
   std::string device;                  ///< the device id in the vehicle's software; may be empty
-  std::string words;                   ///< kind of the sensor, and the evidence for it
-  bool is_guess = false;               ///< known by the numbers alone
+  std::string words;                   ///< description: the kind, and the evidence for it
+  bool is_guess = false;               ///< true if only the numbers show the kind
 };
 
 /// Reads a mapping of columns: {"format": "axiscal-log", "version": 1, "names": [..],
 /// "columns": {"x": "acc_x", "y": {"column": "acc_y", "factor": -9.81}}}.
-/// @throws DataError  `PATH: /json/pointer: ...`.
+/// @throws DataError  with the message `PATH: /json/pointer: ...`.
 [[nodiscard]] LogFormat read_log_format(const std::string& path);
 
-/// Samples, a column for each quantity, all of one length.
+/// Samples: a vector for each column, all of the same length.
 using LogBlock = std::vector<std::vector<double>>;
 
 /// @param first, second, third  columns of samples.
-/// @return the unit in which the length of three columns is gravity's: m/s^2, g or mg; empty if it
-/// is
-///         none.
+/// @return the unit in which the three columns have the length of gravity: m/s^2, g or mg; empty if
+///         there is no such unit.
 [[nodiscard]] std::string unit_of_gravity(const std::vector<double>& first,
                                           const std::vector<double>& second,
                                           const std::vector<double>& third);
@@ -74,14 +74,15 @@ using LogBlock = std::vector<std::vector<double>>;
 
 /// @param path  of the log, for the message.
 /// @return the position of a column.
-/// @throws DataError  if there is none of that name; the message lists those that there are.
+/// @throws DataError  if there is no column of that name; the message lists the names of all
+///                    columns.
 [[nodiscard]] std::size_t need_column(const std::string& path,
                                       const std::vector<std::string>& columns,
                                       const std::string& name);
 
 /// Defects of a log.
 struct LogDefects {
-  std::size_t ragged_rows = 0;  ///< left out: another number of cells than the first
+  std::size_t ragged_rows = 0;  ///< rows left out: their number of cells is not the first's
   std::size_t first_ragged_line = 0;
   std::size_t missing_numbers = 0;  ///< cells that are not finite numbers; they read as NaN
   std::size_t first_missing_line = 0;
@@ -89,21 +90,24 @@ struct LogDefects {
 
 /// A raw recording, read block by block in constant memory.
 ///
-/// Text: comma, semicolon, tab or blanks as separator, decimal point or comma, with or without a
-/// header; lines before it are skipped; `#`, `%` and `//` begin comments; UTF-8, UTF-16 or Latin-1.
-/// Compressed by gz, bz2, xz, zst, lz4; in a zip. NumPy's .npy and .npz, MATLAB's .mat (v5, v7.3),
-/// spreadsheets (.xlsx) and JSON; their columns are held in memory. Flight logs, bags and phones'
-/// recordings (RecordingFile): their sensors become the columns ax, ay, az, gx, ..., mx, ...,
-/// temperature after time_s, at the times of the fastest accelerometer or gyroscope; the others are
-/// interpolated. The format follows from the content of the file, not from its name; `-` is
-/// standard input.
+/// Text: the separator is a comma, a semicolon, a tab or blanks; numbers have a decimal point or
+/// comma; a header may be missing, and lines before it are skipped; `#`, `%` and `//` begin
+/// comments; the encoding is UTF-8, UTF-16 or Latin-1. The file may be compressed by gz, bz2, xz,
+/// zst or lz4, or be in a zip archive. NumPy's .npy and .npz, MATLAB's .mat (v5, v7.3),
+/// spreadsheets (.xlsx) and JSON are also read; their columns are held in memory.
+///
+/// A flight log, a bag or a phone's recording (RecordingFile) becomes a table. Its columns are
+/// time_s and those of its sensors: ax, ay, az, gx, ..., mx, ..., temperature. Its rows are at the
+/// times of the fastest accelerometer or gyroscope; the other sensors are interpolated.
+///
+/// The content of the file determines its format; the file's name does not. `-` is standard input.
 class LogFile {
  public:
-  /// @throws DataError  if there is no such file, it is empty or damaged, or no table and no sensor
-  /// is in it; the message says what is.
+  /// @throws DataError  if there is no such file, or it is empty, damaged, or contains neither a
+  ///                    table nor a sensor; the message then lists its content.
   explicit LogFile(const std::string& path, const LogFormat& format = {});
 
-  /// Samples that are in memory already.
+  /// Makes a log of samples in memory.
   /// @param name     for messages.
   /// @param columns  names, one for each column.
   /// @param samples  the columns, of one length.
@@ -113,23 +117,23 @@ class LogFile {
   LogFile(LogFile&&) noexcept;
   LogFile& operator=(LogFile&&) noexcept;
 
-  /// @return the columns' names, as mapped.
+  /// @return the names of the columns after mapping.
   [[nodiscard]] const std::vector<std::string>& columns() const;
 
-  /// As need_column().
+  /// @return the position of a column; see need_column().
   [[nodiscard]] std::size_t need(const std::string& name) const;
 
-  /// The sensors among its columns, by the format, or the names and units of the columns, or their
-  /// numbers. To be asked before select().
+  /// Finds the sensors among the columns: by the format, by the names and units of the columns, or
+  /// by their numbers. Must be called before select().
   [[nodiscard]] std::vector<LogSensor> sensors();
 
-  /// The column of times: by its name, else by its cells, which are times of day or dates, or
-  /// ascend evenly. To be asked before select().
-  /// @return its name; empty where there is none.
+  /// Finds the column of times by its name. Otherwise it is a column whose cells are times of day,
+  /// dates, or numbers that ascend evenly. Must be called before select().
+  /// @return its name; empty if there is no such column.
   [[nodiscard]] std::string time_column();
 
-  /// @return true if a column of the file has this name but is not a column of the log, because it
-  ///         does not hold numbers.
+  /// @return true if the file has a column of this name that is not a column of the log, because it
+  ///         does not contain numbers.
   [[nodiscard]] bool has_text_column(const std::string& name) const;
 
   /// @return samples per second if the file states the rate and lacks times; otherwise nullopt.
@@ -141,15 +145,15 @@ class LogFile {
   /// @return true if the file is a table; false for a table made of a recording's series.
   [[nodiscard]] bool is_table() const { return is_table_; }
 
-  /// From now on read() gives these columns only, in this order.
+  /// Makes read() return only these columns, in this order.
   void select(std::vector<std::size_t> columns);
 
   /// Reads the next samples into a block.
   ///
-  /// @param block overwritten: a column for each that is selected.
+  /// @param block overwritten; contains the selected columns.
   /// @param most   largest number of samples; a file with thousands of columns gives fewer.
   /// @return the number of rows; 0 at the end.
-  /// @throws DataError  if the file is damaged from here on (a truncated .gz, say).
+  /// @throws DataError  if the rest of the file is damaged, for example a truncated .gz.
   [[nodiscard]] std::size_t read(LogBlock& block, std::size_t most);
 
   [[nodiscard]] const LogDefects& defects() const;
@@ -170,12 +174,12 @@ class LogFile {
   std::unique_ptr<Source> source_;
   std::vector<std::string> columns_;
   std::vector<double> factors_;   // factor of every column
-  std::vector<int> signed_bits_;  // of columns of signed counts that were printed unsigned; else 0
-  std::vector<std::size_t> places_;  // of every column in the source
+  std::vector<int> signed_bits_;  // bits of signed counts that were printed unsigned; otherwise 0
+  std::vector<std::size_t> places_;  // position of every column in the source
   std::vector<std::size_t> selected_;
-  LogBlock ahead_;  // rows that were read to see what the columns are
+  LogBlock ahead_;  // rows that were read to recognise the columns
   std::size_t ahead_given_ = 0;
-  std::vector<LogSensor> sensors_;  // where the format knows them
+  std::vector<LogSensor> sensors_;  // as the format states them, or as recognised
   int instance_ = 0;
   bool is_table_ = true;
   std::string format_, table_name_;

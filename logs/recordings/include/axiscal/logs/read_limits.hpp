@@ -11,17 +11,18 @@ namespace axiscal {
 
 /// A cost of reading a file.
 enum class ReadCost {
-  nesting,   ///< archives and compressed files within each other
+  nesting,   ///< depth of archives and compressed files
   members,   ///< files in an archive
-  unpacked,  ///< bytes that come out of compressed ones
+  unpacked,  ///< bytes unpacked from compressed data
   cells,     ///< numbers and words created from the file
-  steps,     ///< repetitions that do not need further bytes of the file
-  memory,    ///< bytes that are held at once
+  steps,     ///< steps of loops that read no further bytes
+  memory,    ///< bytes held in memory at once
   disk       ///< bytes of temporary copies
 };
 
-/// The most that a file may cost. Unless it is set, a limit grows with the size of the file; real
-/// recordings stay ten times below. A file that was made to exhaust the reader does not.
+/// Limits on the costs of reading a file. A limit that is not set grows with the size of the file.
+/// Real recordings cost at most a tenth of it. A file that was made to exhaust the reader exceeds
+/// it.
 ///
 /// Example:
 ///
@@ -33,7 +34,7 @@ class ReadLimits {
   /// @throws DomainError  if the value is negative or NaN.
   void set(ReadCost cost, double most);
 
-  /// @param file_size  bytes of the file that are known so far.
+  /// @param file_size  number of bytes of the file, as far as it is known.
   [[nodiscard]] double of(ReadCost cost, double file_size) const;
 
   static constexpr std::size_t count = 7;

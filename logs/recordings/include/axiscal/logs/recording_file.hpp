@@ -24,24 +24,24 @@ enum class SeriesKind { accelerometer, gyroscope, magnetometer, temperature, oth
 
 /// The evidence for the kind of a series.
 enum class KnownBy {
-  format,  ///< the file's format says so
+  format,  ///< by the file's format
   names,   ///< by the names of its columns
   units,   ///< by the units in its header
-  data,    ///< by its numbers: gravity's length, rates that are turns
-  nothing  ///< it is not
+  data,    ///< by its numbers: the length of gravity, rates that match turns
+  nothing  ///< the kind is not known
 };
 
-/// Numbers with common sample times: a message, or one sensor's part of a message.
+/// Numbers with common sample times: all numbers of a message, or those of one sensor in it.
 struct Series {
-  std::string name;  ///< of the message, topic or table, as the file has it
-  int instance = 0;  ///< of several of one name
+  std::string name;  ///< name of the message, topic or table in the file
+  int instance = 0;  ///< number among several of the same name
   SeriesKind kind = SeriesKind::other;
-  std::vector<std::string> columns;  ///< as the format calls them: "AccX", "linear_acceleration.x"
-  std::string unit;                  ///< of all columns; empty: not known
+  std::vector<std::string> columns;  ///< names in the format: "AccX", "linear_acceleration.x"
+  std::string unit;                  ///< unit of all columns; empty if not known
   KnownBy known_by = KnownBy::nothing;
 };
 
-/// Takes the samples of a recording as they are decoded.
+/// Receives the samples of a recording as they are decoded.
 class SeriesSink {
  public:
   SeriesSink() = default;
@@ -49,24 +49,26 @@ class SeriesSink {
   SeriesSink& operator=(const SeriesSink&) = delete;
   virtual ~SeriesSink() = default;
 
-  /// A series that was met for the first time; they are counted from 0.
+  /// Announces a new series. Series are numbered from 0 in the order of these calls.
   virtual void add(const Series& series) = 0;
 
   /// One sample.
-  /// @param series  its number.
-  /// @param time_s  by the file's clock [s]; NaN where the file has none.
+  /// @param series  number of its series.
+  /// @param time_s  by the file's clock [s]; NaN if the file contains no times.
   /// @param values  one for each column; NaN if a value is missing or invalid.
   virtual void sample(std::size_t series, double time_s, std::span<const double> values) = 0;
 };
 
-/// A file of numbers over time, of any format that is known: tables, flight logs, bags, phones'.
+/// A file of numbers over time in any known format: a table, a flight log, a bag, or a phone's
+/// recording.
 ///
-/// The format follows from the content of the file, not from its name; the file may be compressed.
-/// Records are decoded one by one in constant memory. Damaged parts are counted and skipped.
+/// The content of the file determines its format; the file's name does not. The file may be
+/// compressed. Records are decoded one by one in constant memory. Damaged parts are counted and
+/// skipped.
 class RecordingFile {
  public:
-  /// @param path  `-` is standard input; a folder stands for the one bag in it.
-  /// @throws DataError  if there is no such file, it is empty, or of no format that is known.
+  /// @param path  `-` is standard input. A folder must contain one bag of ROS 2, or tables (.csv).
+  /// @throws DataError  if there is no such file, it is empty, or its format is not known.
   explicit RecordingFile(const std::string& path, const ReadLimits& limits = {});
   ~RecordingFile();
   RecordingFile(RecordingFile&&) noexcept;
@@ -80,11 +82,11 @@ class RecordingFile {
   /// @throws DataError  if nothing more can be read.
   [[nodiscard]] bool read(SeriesSink& sink);
 
-  /// @return the damaged or skipped parts so far.
+  /// @return notes on the damaged or skipped parts so far.
   [[nodiscard]] std::vector<std::string> notes() const;
 
-  /// @return the devices in the file so far: parameters and serial numbers, as "CAL_ACC0_ID" =
-  ///         "2424842", "device_id accelerometer 0".
+  /// @return parameters and serial numbers of the devices in the file so far, for example
+  ///         "CAL_ACC0_ID" = "2424842", or "device_id accelerometer 0".
   [[nodiscard]] const std::map<std::string, std::string>& facts() const;
 
   [[nodiscard]] const std::string& path() const { return path_; }
@@ -96,25 +98,26 @@ class RecordingFile {
   std::unique_ptr<Decoder> decoder_;
 };
 
-/// Takes ROS message definitions from a folder, for bags that lack their own (a .db3 of ROS 2
-/// before Iron): package/msg/Type.msg, as in a workspace's source or share folder. They apply to
-/// all recordings that this program opens afterwards. Do not call this while other threads read.
+/// Reads ROS message definitions from a folder, for bags that do not contain them (a .db3 of ROS 2
+/// before Iron). The files are package/msg/Type.msg, as in the source or share folder of a
+/// workspace. The definitions apply to all recordings that this program opens afterwards. Do not
+/// call this function while other threads read recordings.
 /// @return the number of definitions in the folder.
-/// @throws DataError  if there is no such folder, or none is in it.
+/// @throws DataError  if there is no such folder, or it contains no definition.
 std::size_t add_message_definitions(const std::string& folder);
 
 /// The content of a series.
 struct SeriesSummary {
   Series series;
   std::size_t samples = 0;
-  double start_s = 0.0;          ///< of the first sample, by the file's clock; NaN without times
-  double end_s = 0.0;            ///< of the last
-  double rate_hz = 0.0;          ///< samples less one over the span; NaN where it is not known
-  std::size_t gaps = 0;          ///< steps of more than five times the mean one, or back
-  std::vector<double> mean, sd;  ///< of each column; NaN left out
+  double start_s = 0.0;  ///< time of the first sample by the file's clock; NaN without times
+  double end_s = 0.0;    ///< time of the last sample
+  double rate_hz = 0.0;  ///< (samples - 1) / (end_s - start_s); NaN if not known
+  std::size_t gaps = 0;  ///< number of steps of more than five times the usual one, or backwards
+  std::vector<double> mean, sd;      ///< of each column, without NaN
   std::vector<std::size_t> missing;  ///< number of NaN in each column
-  /// Of an accelerometer: the longest row of half seconds in which no axis scatters by more than
-  /// 0.08 m/s^2, from the first sample [s]; both 0 where there is none.
+  /// For an accelerometer: the longest series of half seconds in which no axis has a standard
+  /// deviation of 0.08 m/s^2 or more, in seconds after the first sample; both 0 if there is none.
   double still_from_s = 0.0, still_to_s = 0.0;
 };
 
@@ -126,9 +129,9 @@ struct RecordingSummary {
   std::map<std::string, std::string> facts;
 };
 
-/// Reads a recording from end to end, in constant memory.
-/// @param most_samples  of all series together; the summary of a larger recording covers the first
-///                      samples.
+/// Summarises a recording in constant memory.
+/// @param most_samples  number of samples of all series together; of a longer recording, only the
+///                      first samples are read.
 /// @throws DataError  as RecordingFile.
 [[nodiscard]] RecordingSummary summarise(const std::string& path,
                                          std::optional<std::size_t> most_samples = {},

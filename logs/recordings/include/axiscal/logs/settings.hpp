@@ -7,8 +7,8 @@
 namespace axiscal::settings {
 
 inline constexpr Setting log{"log"};                   ///< a raw log instead of observations
-inline constexpr Setting column_names{"log.columns"};  ///< names of its columns
-/// The most that a file may cost.
+inline constexpr Setting column_names{"log.columns"};  ///< names of the log's columns
+/// Limits on the cost of reading a file.
 inline constexpr Setting read_limit{"log.limits"};
 inline constexpr Setting time_column{"log.time"};
 inline constexpr Setting rate{"log.rate_hz"};

@@ -10,23 +10,23 @@ namespace axiscal {
 
 /// Columns of signed counts that were printed unsigned: 65404 for -132.
 struct SignedCounts {
-  int bits = 0;                      ///< 12 to 32; 0: there are none
-  std::vector<std::size_t> columns;  ///< whose values are signed; in some of them none is negative
+  int bits = 0;                      ///< 12 to 32; 0 if no such columns were found
+  std::vector<std::size_t> columns;  ///< columns of signed counts; some may have no negative values
 };
 
-/// Looks for signed counts that were printed unsigned: whole numbers of 0 to 2^bits - 1, small and
-/// large ones, and hardly any in between, in two columns or more.
+/// Looks for signed counts that were printed unsigned. Such columns contain whole numbers of 0 to
+/// 2^bits - 1, and hardly any between the small and the large ones. There must be two or more.
 /// @param samples  columns of one length.
-/// @param fewest_bits  16 unless they are known to be an accelerometer's, gyroscope's or
-/// magnetometer's:
-///                     light that is on or off looks the same in 12 bits.
+/// @param fewest_bits  16, or less if the columns are known to be those of an accelerometer, a
+///                     gyroscope or a magnetometer: a light that is on or off looks the same in 12
+///                     bits.
 [[nodiscard]] SignedCounts find_signed_counts(const std::vector<std::span<const double>>& samples,
                                               int fewest_bits = 16);
 
-/// @return the count with its sign: 65404 of 16 bits is -132.
+/// @return the signed count: 65404 with 16 bits is -132.
 [[nodiscard]] double with_sign(double count, int bits);
 
-/// @param names  of all columns.
+/// @param names  names of all columns.
 /// @return a note about the change.
 [[nodiscard]] std::string words_of(const SignedCounts& counts,
                                    const std::vector<std::string>& names);

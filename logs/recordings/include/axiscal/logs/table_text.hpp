@@ -13,22 +13,23 @@
 
 namespace axiscal {
 
-/// A table of any look, as a CsvReader reads it: rows of text with commas between the cells, in the
-/// lines in which the file has them.
+/// A table in any layout, as text for a CsvReader: rows with commas between the cells, with the
+/// line numbers of the file.
 ///
-/// Delimiters, decimal commas, a preamble, encodings, compression, archives, spreadsheets, JSON and
-/// arrays as LogFile; unlike it the cells stay text, so that labels and defects can be told by
-/// line. A plain table passes unchanged.
+/// It reads the same delimiters, decimal commas, preambles, encodings, compression, archives,
+/// spreadsheets, JSON and arrays as LogFile. In contrast to LogFile the cells stay text, so that
+/// labels can be read, and messages can name the line of a defect. A table that is plain CSV
+/// already is not changed.
 class TableText {
  public:
-  /// @param format  names of columns without a header; columns renamed, scaled, turned round. Kinds
-  /// of
-  ///                sensors: a recording is a table of theirs, as LogFile makes it.
-  /// @throws DataError  if the file does not exist or is not a table. For a flight log or a bag the
-  ///                    message lists its content, if no kinds are named.
+  /// @param format  names of columns without a header; columns to rename or scale. If it contains
+  ///                kinds of sensors, a recording is read as a table of those sensors, like LogFile
+  ///                does.
+  /// @throws DataError  if the file does not exist or is not a table. If a flight log or a bag is
+  ///                    read without kinds of sensors, the message lists its content.
   explicit TableText(const std::string& path, const LogFormat& format = {});
 
-  /// Bytes that come from elsewhere.
+  /// Makes a table of bytes that another source gives.
   TableText(std::string path,
             std::function<std::size_t(char* buffer, std::size_t size)> read,
             const LogFormat& format = {});
@@ -37,36 +38,37 @@ class TableText {
   TableText(TableText&&) noexcept;
   TableText& operator=(TableText&&) noexcept;
 
-  /// A reader of the table; once, and the table must outlive it.
+  /// Makes a reader of the table. It can be called once, and the table must outlive the reader.
   ///
-  /// @param known  names by which columns are asked for. Where the table has none of that name, but
-  ///               one whose name without its unit, or but for capital letters, is the same, that
-  ///               one is called so.
-  /// @param renamed  columns that are called otherwise, by their names with or without the unit.
-  /// @throws DataError  where a column that is to be renamed is not there; as CsvReader.
+  /// @param known  names of the columns that the caller looks for. If no column has such a name, a
+  ///               column whose name without its unit, or except for capital letters, is the same
+  ///               gets that name.
+  /// @param renamed  columns to rename, by their names with or without the unit.
+  /// @throws DataError  if a column to rename does not exist; as CsvReader.
   [[nodiscard]] CsvReader reader(const std::vector<std::string>& known,
                                  const std::vector<MappedColumn>& renamed = {},
                                  CsvReader::Quotes quotes = CsvReader::Quotes::span_lines);
 
-  /// @return the columns as the header has them, parted into name and unit; empty where the table
-  ///         could not be looked at.
+  /// @return the columns of the header, split into name and unit; empty if the file could not be
+  ///         parsed as a table.
   [[nodiscard]] const std::vector<NamedColumn>& columns() const;
 
-  /// @return the sensors among the columns: by names and units, else by the numbers of the first
-  ///         rows.
+  /// @return the sensors among the columns, recognised by names and units, or otherwise by the
+  ///         numbers of the first rows.
   [[nodiscard]] std::vector<LogSensor> sensors() const;
 
-  /// @return the first rows as numbers, a vector for each column, NaN for words; empty if the table
-  ///         could not be looked at.
+  /// @return the first rows as numbers, a vector for each column, with NaN for words; empty if the
+  ///         file could not be parsed as a table.
   [[nodiscard]] const LogBlock& first_rows() const;
 
-  /// @return the cells of the first rows, row by row; empty for a table of numbers alone.
+  /// @return the cells of the first rows, row by row; empty if the file is not text.
   [[nodiscard]] const std::vector<std::vector<std::string>>& first_cells() const;
 
-  /// @return the columns of numbers with meaningless names, as c1 or data_2, without times.
+  /// @return the names of numeric columns whose names have no meaning, such as c1 or data_2,
+  ///         without the column of times.
   [[nodiscard]] std::vector<std::string> unnamed_numbers() const;
 
-  /// @return the format, in words.
+  /// @return notes on the format of the table.
   [[nodiscard]] const std::vector<std::string>& notes() const;
 
  private:
@@ -74,10 +76,10 @@ class TableText {
   std::unique_ptr<State> state_;
 };
 
-/// A line of a table with a mark under the cell of a column, for people.
-/// @param line    counted from 1.
-/// @param column  its name in messages; without such a column the line is shown without a mark.
-/// @return two lines of text, or empty where the file cannot be looked at.
+/// Shows a line of a table with a mark under the cell of a column, for messages.
+/// @param line    number of the line, from 1.
+/// @param column  name of the column. If there is no such column, the line is shown without a mark.
+/// @return one or two lines of text; empty if the file cannot be read.
 [[nodiscard]] std::string marked_cell(const std::string& path,
                                       std::size_t line,
                                       const std::string& column);

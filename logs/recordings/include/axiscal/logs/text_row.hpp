@@ -6,17 +6,17 @@
 
 namespace axiscal {
 
-/// @param line  without its end.
-/// @return the line without the checksum that devices put behind a star, as in "12.5*68".
+/// @param line  without its line end.
+/// @return the line without the checksum that some devices append: "12.5*68" becomes "12.5".
 [[nodiscard]] std::string_view without_checksum(std::string_view line);
 
-/// @param line       without its end.
-/// @param delimiter  between the cells; a blank stands for any run of blanks and tabs.
+/// @param line       without its line end.
+/// @param delimiter  character between the cells; a blank stands for any run of blanks and tabs.
 /// @return the cells of a line of text, without surrounding blanks. Text between quotes is one
 ///         cell.
 [[nodiscard]] std::vector<std::string_view> cells_of(std::string_view line, char delimiter);
 
-/// @param cell           may stand in quotes.
+/// @param cell           may be enclosed in quotes.
 /// @param decimal_comma  whether a comma is the decimal point.
 /// @return the number; NaN if the text is not a finite number.
 [[nodiscard]] double cell_number(std::string_view cell, bool decimal_comma);
@@ -25,22 +25,23 @@ namespace axiscal {
 ///         similar.
 [[nodiscard]] bool is_missing(std::string_view cell);
 
-/// A number with the usual additions of handwriting, such as a unit.
+/// A number with a unit or with separated thousands, as people write it.
 struct DressedNumber {
-  double value;           ///< NaN if the cell is no such number
-  std::string_view unit;  ///< behind it, as "g" of "0.34 g"; may be empty
-  bool is_grouped;        ///< its thousands are parted, as in "15,267"
+  double value;           ///< NaN if the cell does not contain such a number
+  std::string_view unit;  ///< unit after it: "g" in "0.34 g"; may be empty
+  bool is_grouped;        ///< true if its thousands are separated: "15,267"
 };
 
-/// Reads "0.34 g", "15,267", "15'267.5 m/s^2": a number with a unit behind it or parted thousands.
-/// @param cell           may stand in quotes.
-/// @param decimal_comma  whether a comma is the decimal point; points then part thousands.
+/// Reads a number that is followed by a unit or has separated thousands: "0.34 g", "15,267",
+/// "15'267.5 m/s^2".
+/// @param cell           may be enclosed in quotes.
+/// @param decimal_comma  whether a comma is the decimal point; points then separate thousands.
 [[nodiscard]] DressedNumber dressed_number(std::string_view cell, bool decimal_comma);
 
 /// @return a column's name, without quotes and blanks around it.
 [[nodiscard]] std::string_view cell_name(std::string_view cell);
 
-/// @return true if a line is empty or a comment by `#` or `%`.
+/// @return true if a line is empty or begins with `#`, `%` or `//`.
 [[nodiscard]] bool is_comment_line(std::string_view line);
 
 }  // namespace axiscal
