@@ -63,7 +63,7 @@ int list_sources(const AcquireCommand& command) {
     write_whole_file("-", json_text(json));
     return 0;
   }
-  std::string text = found.empty() ? "No connected device announces itself.\n" : "Connected\n";
+  std::string text = found.empty() ? "No connected device was found.\n" : "Connected\n";
   for (const FoundSource& one : found) {
     text += formatted("  {}\n      {}\n", one.address, one.description);
   }
@@ -98,8 +98,8 @@ std::vector<std::string> slots_asked_for(const ExperimentOptions& options) {
     slots = usual_slots(*options.assembly);
     if (slots.empty()) {
       throw UsageError(formatted(
-          "acquire: --assembly {}: say how its instruments are called, --slot A,B,..; their "
-          "channels are A.x, A.y, ...",
+          "acquire: --assembly {}: name the slots of its instruments by --slot A,B,..; their "
+          "channels are then A.x, A.y, ...",
           *options.assembly));
     }
   }
@@ -132,8 +132,8 @@ Experiment experiment_for(const AcquireCommand& command) {
   }
   if (states_slots(options)) {
     throw UsageError(
-        "acquire: the instruments of a session are of one kind; record several kinds with your own "
-        "software, and calibrate the table");
+        "acquire: all instruments of a session must be of one kind; record several kinds with "
+        "other software, and calibrate its table");
   }
   Experiment experiment = make_experiment(options);
   const std::vector<std::string> slots = slots_asked_for(options);
@@ -228,14 +228,14 @@ FreeSetup free_setup(const AcquireCommand& command, const SessionSetup& of) {
   const std::string& kind = of.experiment.instrument.kind;
   if (kind == "gyroscope") {
     throw UsageError(
-        "acquire: --free: a gyroscope reads no field in the hand; log it turned from "
-        "rest to rest, and calibrate --imu");
+        "acquire: --free: the field of a gyroscope that is turned by hand is unknown; record turns "
+        "between rests, and run calibrate --imu");
   }
   if (of.experiment.instrument.axis_count() != 3) {
     throw UsageError("acquire: --free needs one instrument of three axes");
   }
   if (command.manual || command.plan || command.raw) {
-    throw UsageError("acquire: --free goes without --plan, --manual and --raw");
+    throw UsageError("acquire: --free does not go with --plan, --manual or --raw");
   }
   // A hand shakes an accelerometer, so only its rests become readings.
   setup.by_rests = kind == "accelerometer" || kind == "inclinometer";
@@ -273,13 +273,13 @@ Outputs outputs_of(const AcquireCommand& command, const std::vector<SlotColumns>
     const bool has_slot = file && file->find(slot_place) != std::string::npos;
     if (file && file->find('{') != std::string::npos && (slots.empty() || !is_own || !has_slot)) {
       throw UsageError(formatted(
-          "acquire: '{}': {{slot}} is for the records and reports of a session of several "
-          "instruments (--assembly), {{serial}} for calibrate",
+          "acquire: '{}': {{slot}} may be used only in --record and --report of a session of "
+          "several instruments (--assembly); {{serial}} only in calibrate",
           *file));
     }
     if (file && is_own && !slots.empty() && !has_slot && *file != "-") {
       throw UsageError(formatted(
-          "acquire: '{}': the session has {} instruments; the file's name must hold {{slot}}",
+          "acquire: '{}': the session has {} instruments; the file name must contain {{slot}}",
           *file, slots.size()));
     }
   }
@@ -367,7 +367,7 @@ void require_trust(const std::vector<std::string>& sources, const std::string& j
     }
   }
   throw UsageError(formatted(
-      "--resume: the sources that a journal names are opened if you name them: axiscal acquire "
+      "--resume: the sources in a journal are opened only if you state them again: axiscal acquire "
       "--resume {}{}",
       typed_again({journal}), typed_connections(sources)));
 }
@@ -395,8 +395,8 @@ AcquireCommand resumed_command(const AcquireCommand& now, const SessionHeader& h
   command.raw = now.raw || command.raw;
   if (std::filesystem::path(header.directory) != std::filesystem::current_path()) {
     throw UsageError(
-        formatted("--resume: the session was begun in '{}', and its files are named from there: go "
-                  "there first",
+        formatted("--resume: the session was started in the folder '{}', and its file names are "
+                  "relative to it; change to that folder first",
                   header.directory));
   }
   return command;
@@ -420,7 +420,7 @@ int port_of(const AcquireCommand& command) {
   constexpr int highest = 65535;
   const int port = command.port ? parse_whole_number("--port", *command.port, 1) : 0;
   if (port > highest) {
-    throw UsageError("--port: up to 65535");
+    throw UsageError("--port: must be 65535 or less");
   }
   return port;
 }
@@ -432,8 +432,8 @@ void announce_page(const std::string& url, const std::string& fingerprint) {
     return;
   }
   std::fprintf(stderr,
-               "%sopen in a browser (once; the next one gets a new address): %s\n"
-               "the browser does not know the certificate; it is this session's if its SHA-256 is\n"
+               "%sopen in a browser (valid once; a new address is then printed): %s\n"
+               "the browser warns of an unknown certificate; accept it if its SHA-256 is\n"
                "  %s\n",
                qr_code(url).c_str(), url.c_str(), fingerprint.c_str());
 }
@@ -508,14 +508,14 @@ void add_offers(const Calibration& calibration,
 Written write_files(const SessionSetup& setup, const LiveSession& session, const Outputs& outputs) {
   const Observations observations = session.observations();
   if (observations.readings.empty()) {
-    throw RefusedError("no point was taken");
+    throw RefusedError("the session has no readings");
   }
   const std::string readings = observations_csv(observations, setup.experiment.instrument.axes);
   write_whole_file(outputs.observations, readings);
   if (session.calibrations().empty()) {
     throw RefusedError(
-        formatted("the readings are in {}, but they do not give a calibration; run calibrate on "
-                  "the file for the reason",
+        formatted("the readings are in {}, but no calibration could be computed from them; "
+                  "`axiscal calibrate` with this file prints the reason",
                   outputs.observations));
   }
   Written written{.calibrations = session.calibrations()};
@@ -678,7 +678,7 @@ class Guided {
     if (command_.free) {
       free = free_setup(command_, setup);
     } else if (command_.enough_deg) {
-      throw UsageError("acquire: --enough-deg is for --free");
+      throw UsageError("acquire: --enough-deg goes with --free");
     }
     for (const std::unique_ptr<Source>& source : sources) {
       source->play(setup.experiment);

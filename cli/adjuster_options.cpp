@@ -28,8 +28,8 @@ void set_adjusters(const std::optional<std::string>& adjusters,
   }
   if (surface.adjusters_m.empty()) {
     throw UsageError(
-        "where the table's height adjusters stand is missing: --adjusters \"X,Y;X,Y;X,Y\" in "
-        "metres, or a positioner with a table");
+        "the positions of the table's height adjusters are missing: state --adjusters "
+        "\"X,Y;X,Y;X,Y\" in metres, or a positioner with a table");
   }
   try {
     const Eigen::Vector2d none = Eigen::Vector2d::Zero();

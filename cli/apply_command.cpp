@@ -53,33 +53,38 @@ void add_options(OptionSet& options, ApplyCommand& command) {
               "raw readings (CSV), or a log of any format; - is stdin");
   options.add(
       "more", command.more, "FILE",
-      "further files: of several RECORDs, one for each sensor of a log, the log comes last");
+      "further files, if a log is corrected by several RECORDs, one for each sensor: the other "
+      "RECORDs and, as the last file, the log");
   options.add_output(
       command.output,
-      "output file; - is stdout. FILE.npy has the results alone, for NumPy [default: -]");
+      "output file; - is stdout. FILE.npy contains only the results, for NumPy [default: -]");
   options.add_flag("--json", command.json, "rows as JSON, one object per line, instead of CSV");
   options.add("--field-magnitude", command.field_magnitude, "F",
-              "magnitude of the field where the readings were taken [default: the record's]");
+              "magnitude of the field at the site of the readings [default: the record's]");
   options.add("--field-unit", command.field_unit, "UNIT",
               "unit of --field-magnitude and of the results [default: the record's]");
-  options.add("--latitude", command.latitude, "DEG", "where the readings were taken: its gravity");
-  options.add("--longitude", command.longitude, "DEG", "longitude of that site [default: 0]");
+  options.add("--latitude", command.latitude, "DEG",
+              "latitude of the site of the readings, to compute its gravity");
+  options.add("--longitude", command.longitude, "DEG",
+              "longitude of the site of --latitude [default: 0]");
   options.add("--height", command.height, "M",
-              "height of that site above the ellipsoid [default: 0]");
+              "height of the site of --latitude above the ellipsoid [default: 0]");
   options.add("--gravity-model", command.gravity_model, "NAME", "gravity model [default: wgs84]");
   options.add("--attitude", command.attitude, "RECORD",
-              "record of an accelerometer in the same file; it gives headings and second fields");
+              "record of an accelerometer whose axes are in the same file; needed for headings and "
+              "for records with two fields");
   options.add("--frame", command.frame, "assembly|sensor",
               "frame of the results, for an instrument that was calibrated in an assembly "
               "[default: assembly]");
   options.add("--body", command.body, "BODY",
-              "mounting of the sensor in a model (by calibrate --method attitude); results are in "
-              "the model's frame");
+              "file with the rotation of the sensor in a model, from calibrate --method attitude; "
+              "the results are in the model's frame");
   options.add("--joint", command.joint, "RECORD=BODY",
-              "a second instrument of that model with its axes in the same file: column joint_deg "
-              "has its angle to the first");
+              "record and rotation of a second instrument in the model, whose axes are in the same "
+              "file; adds the column joint_deg, the angle between the two instruments");
   options.add("--alarm", command.alarm, "DEG",
-              "with --joint: a larger turn that is not by chance is flagged 'moved' [default: 0]");
+              "with --joint: a row gets the flag 'moved' if its angle is larger than DEG and "
+              "significant [default: 0]");
   options.add("--declination", command.declination, "DEG",
               "magnetic declination, added to headings [default: 0]");
   options.add("--yaw-above", command.yaw_above, "DEG",
@@ -91,10 +96,10 @@ void add_options(OptionSet& options, ApplyCommand& command) {
   options.add_flag("--expanded", command.expanded,
                    "add columns U_... and k_... with the expanded uncertainty and its coverage "
                    "factor; implies --uncertainty");
-  options.add("--level", command.level, "P", "probability of --expanded [default: 0.95]");
+  options.add("--level", command.level, "P", "coverage probability of --expanded [default: 0.95]");
   options.add("--field-magnitude-u", command.field_magnitude_u, "U",
-              "standard uncertainty of the field where the readings were taken, in the results' "
-              "unit [default: 0]");
+              "standard uncertainty of the field's magnitude at the site of the readings, in the "
+              "unit of the results [default: 0]");
   options.add("--noise", command.noise, "SD",
               "standard deviation of a reading, for --uncertainty [default: the scatter of the "
               "calibration]");
@@ -105,18 +110,19 @@ void add_options(OptionSet& options, ApplyCommand& command) {
       "standard uncertainty of the temperature output, for --uncertainty [default: the record's]");
   add_table_options(options, command.table);
   options.add("--decimals", command.decimals, "N",
-              "decimals of every result, 0 to 15; fewer are faster [default: as many as read back "
-              "to the same number]");
+              "number of decimals of all results, 0 to 15; fewer decimals are faster [default: the "
+              "fewest from which the same number can be read back]");
   options.add("--store", command.store, "STORE",
               "take the record from a database: FILE.db, or postgresql://USER@HOST/DATABASE");
   options.add("--serial", command.serial, "NAME", "with --store: the unit");
   options.add("--at", command.at, "DATE",
-              "with --store: the record that held at this time (ISO 8601) [default: the newest]");
+              "with --store: the record that was valid at this time (ISO 8601) [default: the "
+              "newest]");
   options.add("--slot", command.slot, "NAME", "with --store: the slot, if the unit has several");
-  options.add_flag("--follow", command.follow, "write each row at once");
+  options.add_flag("--follow", command.follow, "write each row as soon as it is read");
   options.add_flag("--strict", command.strict, "stop at a row that cannot be reduced");
   options.add_flag("--force", command.force,
-                   "use a refused record, or a magnitude that the field cannot have");
+                   "use a refused record, or an impossible magnitude of the field");
 }
 
 // Converts the record's field to the unit of the results and to the site of the readings.
@@ -137,11 +143,11 @@ FieldConversion conversion_of(const ApplyCommand& command, const Calibration& ca
     there.magnitude_u = parse_nonnegative("--field-magnitude-u", *command.field_magnitude_u);
   }
   if ((command.longitude || command.height || command.gravity_model) && !command.latitude) {
-    throw UsageError("a site needs its --latitude");
+    throw UsageError("--longitude, --height and --gravity-model need --latitude");
   }
   if (command.latitude) {
     if (!field_kind(calibration.sensor.field.kind).vertical) {
-      throw UsageError("--latitude: a site's gravity is of no use to a record of field " +
+      throw UsageError("--latitude: the gravity of a site cannot be used with a record of field " +
                        calibration.sensor.field.kind);
     }
     const Site site = site_of_options(command.latitude, command.longitude, command.height, Site{});
@@ -192,8 +198,8 @@ Calibration in_body(const std::string& record, const std::string& body, Calibrat
   const std::string own = sha256_of_file(record);
   const bool same_record = !own.empty() && own == rotation.record_sha256;
   if (!same_record) {
-    print_remark("note", formatted("{} was found with another record than {}: its uncertainty "
-                                   "counts as independent of that",
+    print_remark("note", formatted("{} was determined with another record than {}; their "
+                                   "uncertainties are taken as independent",
                                    body, record));
   }
   try {
@@ -211,7 +217,8 @@ Calibration in_wanted_frame(const ApplyCommand& command, Calibration calibration
   }
   if (command.body) {
     if (command.frame || command.attitude) {
-      throw UsageError("--body: goes without --frame and --attitude; the results are the model's");
+      throw UsageError(
+          "--body: does not go with --frame or --attitude; the results are in the model's frame");
     }
     return in_body(command.record, *command.body, std::move(calibration));
   }
@@ -224,12 +231,13 @@ std::optional<Calibration> attitude_of(const ApplyCommand& command,
   if (!command.attitude) {
     if (!calibration.sensor.also.empty()) {
       throw UsageError(
-          formatted("the record answers to {} too: give the record of an instrument of that field "
-                    "whose axes are in the same file, --attitude RECORD",
+          formatted("the instrument also responds to the field {}: state --attitude RECORD, the "
+                    "record of an instrument of that field whose axes are in the same file",
                     calibration.sensor.also.front().kind));
     }
     if (command.declination) {
-      throw UsageError("--declination: a heading needs --attitude RECORD, an accelerometer's");
+      throw UsageError(
+          "--declination: headings need --attitude RECORD, the record of an accelerometer");
     }
     return std::nullopt;
   }
@@ -312,7 +320,8 @@ struct Joint {
         const CsvReader& csv) {
     const std::size_t parting = command.joint->find('=');
     if (parting == std::string::npos || !command.body) {
-      throw UsageError("--joint: is RECORD.json=BODY.json, and goes with --body of the first");
+      throw UsageError(
+          "--joint: must be RECORD.json=BODY.json, and needs --body for the first instrument");
     }
     const std::string path = command.joint->substr(0, parting);
     calibration =
@@ -322,8 +331,8 @@ struct Joint {
     columns.columns = columns_in(csv, calibration);
     if (columns.columns.front().plus == columns_in(csv, own).front().plus) {
       throw UsageError(formatted(
-          "--joint: the columns of both instruments are '{}'; name them SLOT.axis, as the slots of "
-          "the records are",
+          "--joint: both instruments use the column '{}'; name the columns SLOT.axis, with the "
+          "slots of the records",
           columns.columns.front().plus));
     }
     if (command.alarm) {
@@ -352,8 +361,8 @@ int run_records(const ApplyCommand& command) {
   if (command.follow || command.uncertainty || command.expanded || command.attitude ||
       command.joint || command.body || command.json || command.output.ends_with(".npy")) {
     throw UsageError(
-        "apply: several records correct the columns of a log, without angles and "
-        "uncertainties; apply each RECORD alone for these");
+        "apply: several records only correct the columns of a log as CSV, without angles and "
+        "uncertainties; for other output apply each RECORD separately");
   }
   std::vector<std::string> records = {command.record, command.readings};
   records.insert(records.end(), command.more.begin(), command.more.end() - 1);
@@ -376,8 +385,8 @@ int run_one(const ApplyCommand& command) {
   if (command.follow &&
       command.table.temperature_column.value_or("").find(',') != std::string::npos) {
     throw UsageError(
-        "--temperature-column: of rows as they come it names one column; sensors of single axes "
-        "are read from AXIS_temperature");
+        "--temperature-column: only one column can be named with --follow; temperatures of single "
+        "axes are read from the columns AXIS_temperature");
   }
   if (command.follow) {  // rows are processed one by one, without reading ahead
     followed.emplace(command.readings);
@@ -468,8 +477,8 @@ int run_one(const ApplyCommand& command) {
   output.commit();
   if (!gives_field(calibration)) {
     print_remark("note",
-                 "the record's biases include the field of the run: the output is the distance of "
-                 "each reading from bias(t), without residual or direction");
+                 "the record's biases include the field of the run, so the output is the "
+                 "difference of each reading and bias(t), without residual or direction");
   }
   if (calibration.sensor.instrument.axis_count() == 2 && reducer.kind().has_axis_elevation) {
     print_remark("note", "with 2 axes the third component is known only up to its sign");
@@ -493,7 +502,7 @@ int run_one(const ApplyCommand& command) {
   }
   print_rows(summary.extrapolated,
              "are at temperatures outside the calibrated range; flag 'extrapolated'");
-  print_rows(summary.moved, "have a joint that moved beyond the alarm; flag 'moved'");
+  print_rows(summary.moved, "have an angle of the joint above --alarm; flag 'moved'");
   print_rows(summary.saturated, "have a reading at or beyond its range; flag 'saturated'");
   print_rows(summary.clamped, "have a component larger than the field; flag 'clamped'");
   return 0;
@@ -523,10 +532,10 @@ int run(const ApplyCommand& given) {
     return given.more.empty() ? run_one(given) : run_records(given);
   }
   if (!given.serial) {
-    throw UsageError("--store: needs the unit, --serial NAME");
+    throw UsageError("--store: needs --serial NAME");
   }
   if (!given.readings.empty()) {
-    throw UsageError("--store: takes the place of RECORD; give the FILE of readings only");
+    throw UsageError("--store: replaces RECORD; state only the FILE of readings");
   }
   const TemporaryFile record;
   write_stored_record(given, record);

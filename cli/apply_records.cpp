@@ -41,7 +41,8 @@ Corrected of_record(const std::string& path,
   const Instrument& instrument = calibration.sensor.instrument;
   if (instrument.axis_count() != 3 || !instrument.differences.empty()) {
     throw UsageError(path +
-                     ": several records correct sensors of three axes each; apply this one alone");
+                     ": with several records each must be of a three-axis sensor; apply this "
+                     "record separately");
   }
   const std::vector<SeriesKind> kinds = kinds_of(instrument.kind);
   const auto sensor = std::find_if(sensors.begin(), sensors.end(), [&](const LogSensor& one) {
@@ -49,13 +50,14 @@ Corrected of_record(const std::string& path,
   });
   if (sensor == sensors.end()) {
     throw DataError(
-        log, formatted("holds no sensor of the kind {}, which {} is of", instrument.kind, path));
+        log, formatted("contains no sensor of kind {}, the kind of {}", instrument.kind, path));
   }
   std::optional<double> factor;
   if (!sensor->unit.empty() && !instrument.unit.empty() && instrument.unit != "1") {
     factor = reading_factor_between(sensor->unit, instrument.unit);
     if (!factor && is_reading_unit(sensor->unit) && is_reading_unit(instrument.unit)) {
-      throw DataError(log, formatted("the {} is in {}, and the record {} is of readings in {}",
+      throw DataError(log, formatted("the readings of the {} are in {}, but those of the record {} "
+                                     "are in {}",
                                      name_of(sensor->kind), sensor->unit, path, instrument.unit));
     }
   }
@@ -106,8 +108,9 @@ void apply_records(const std::vector<std::string>& records,
       header += (header.empty() ? "" : ",") + harmless_cell(one.columns[axis]);
       names.push_back(one.columns[axis]);
     }
-    print_remark("note", formatted("{} are the {} of the record, in {}", joined(names),
-                                   one.calibration.sensor.instrument.kind,
+    print_remark("note", formatted("the columns {} are corrected by the record of the {}; their "
+                                   "unit is {}",
+                                   joined(names), one.calibration.sensor.instrument.kind,
                                    one.calibration.sensor.field.unit));
   }
   const std::optional<std::size_t> temperature = find_column(file.columns(), "temperature");

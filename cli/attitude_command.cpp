@@ -34,7 +34,7 @@ std::string degrees(double rad) {
 
 std::string text_of(const BodyRotation& body) {
   std::string text =
-      formatted("rotation of the sensor in the model, by {} readings\n", body.readings);
+      formatted("rotation of the sensor in the model, from {} readings\n", body.readings);
   text += "\nModel from sensor\n";
   for (Eigen::Index i = 0; i < 3; ++i) {
     text += formatted("  {:>12.8f}{:>12.8f}{:>12.8f}\n", body.rotation_model_from_sensor(i, 0),
@@ -50,8 +50,8 @@ std::string text_of(const BodyRotation& body) {
               : "";
   text += body.tare_rad > 0.0
               ? formatted(
-                    "\nthe tare turned it by {} degrees; the turn about the vertical is as "
-                    "before\n",
+                    "\nthe tare changed the rotation by {} degrees; the rotation about the "
+                    "vertical is unchanged\n",
                     degrees(body.tare_rad))
               : "";
   return text;
@@ -66,8 +66,8 @@ int run_attitude(const CalibrateCommand& command) {
   const bool finds = !command.experiment.files.empty();
   if ((finds && command.body) || (!finds && !command.tare) || command.experiment.files.size() > 1) {
     throw UsageError(
-        "--method attitude: needs one FILE of readings at references, or --tare FILE, with --body "
-        "BODY where a rotation was found before");
+        "--method attitude: needs one FILE of readings in known attitudes, or --tare FILE; state "
+        "--body BODY with --tare if the rotation was determined before");
   }
   const std::string& record = *command.experiment.from;
   const Calibration calibration = read_unrefused(record, command.force);
@@ -89,8 +89,9 @@ int run_attitude(const CalibrateCommand& command) {
     } else {
       print_remark(
           "note",
-          "without references the axes of the sensor count as those of the model. The tare sets "
-          "two of the angles; the turn about the vertical is uncertain by 1 degree");
+          "without readings in known attitudes the sensor's axes are taken as the model's axes. "
+          "The tare determines two angles; the rotation about the vertical has a standard "
+          "uncertainty of 1 degree");
     }
     options.same_record = finds || body.record_sha256 == sha256_of_file(record);
     if (command.tare) {

@@ -33,9 +33,10 @@ void add_options(OptionSet& options, BudgetCommand& command) {
   options.add("--noise", command.noise, "SD",
               "standard deviation of a reading [default: the scatter of the calibration]");
   options.add("--pitch-formula", command.pitch_formula, "asin|atan2",
-              "formula of pitch, as apply --pitch [default: asin]");
+              "formula of pitch: asin(f_x / F), or atan2 without F [default: asin]");
   options.add("--attitudes,--map", command.map, "DEG",
-              "expanded uncertainty of pitch and roll over all attitudes, in steps");
+              "table of the expanded uncertainty of pitch and roll over all attitudes, in steps of "
+              "DEG");
   options.add("--monte-carlo", command.monte_carlo, "N",
               "check the linear propagation in the attitude by N trials (JCGM 101)");
   options.add("--seed", command.seed, "S", "seed of the trials [default: 1]");
@@ -192,13 +193,14 @@ void show_monte_carlo(const Calibration& calibration,
   const std::vector<MonteCarloCheck> checks = check_by_monte_carlo(
       calibration, asked.reduction, asked.noise, field, trials, seed, asked.temperature);
   shown.text +=
-      formatted("\nMonte Carlo, {} trials: 95 % of the errors\n  {:<20}{:>12}{:>12}{:>12}\n",
+      formatted("\nMonte Carlo, {} trials: range of 95 % of the errors\n"
+                "  {:<20}{:>12}{:>12}{:>12}\n",
                 trials, "", "from", "to", "linear +-");
   shown.json["monte_carlo"] = Json::array();
   for (const MonteCarloCheck& check : checks) {
     shown.text += formatted("  {:<20}{:>12.3g}{:>12.3g}{:>12.3g}{}\n", check.name, check.low_95,
                             check.high_95, check.linear_expanded,
-                            check.agrees ? "" : "  differs: trust the trials here");
+                            check.agrees ? "" : "  differs: use the interval of the trials");
     shown.json["monte_carlo"].push_back({{"name", check.name},
                                          {"mean_error", check.mean_error},
                                          {"sd", check.sd},
@@ -213,8 +215,8 @@ void show_monte_carlo(const Calibration& calibration,
 // Shows the expanded uncertainty of pitch and roll over all attitudes. Near +-90 degrees of pitch
 // it shows yaw instead of roll.
 void show_map(const Calibration& calibration, const Asked& asked, double step_deg, Shown& shown) {
-  std::string pitch_text = "\nU (95 %) of pitch [deg]; pitch down, roll across\n";
-  std::string roll_text = "\nU (95 %) of roll, near +-90 degrees of pitch of yaw [deg]\n";
+  std::string pitch_text = "\nU (95 %) of pitch [deg]; rows: pitch, columns: roll\n";
+  std::string roll_text = "\nU (95 %) of roll, or of yaw near +-90 degrees of pitch [deg]\n";
   std::string head = formatted("  {:>6}", "");
   for (double roll = -180.0; roll < 180.0 - 1e-9; roll += step_deg) {
     head += formatted("{:>9.0f}", roll);
@@ -277,7 +279,7 @@ int run(const BudgetCommand& command) {
     throw UsageError("--roll: goes with --pitch");
   }
   if (command.monte_carlo && !command.pitch) {
-    throw UsageError("--monte-carlo: goes with an attitude, --pitch DEG --roll DEG");
+    throw UsageError("--monte-carlo: needs an attitude: --pitch DEG --roll DEG");
   }
   Shown shown;
   try {

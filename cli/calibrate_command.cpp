@@ -49,26 +49,28 @@ void add_options(OptionSet& options, CalibrateCommand& command) {
   add_experiment_options(options, command.experiment);
   options.add("-o,--output", command.output, "FILE", "file of the record (JSON); - is stdout");
   options.add("--align", command.align, "RECORD",
-              "record of a three-axis instrument in the same file, whose frame is taken over");
+              "record of a three-axis instrument in the same file; the calibration is rotated to "
+              "that instrument's frame");
   options.add("--body", command.body, "BODY",
               "rotation that --tare corrects (method attitude), if FILE does not determine one");
   options.add("--tare", command.tare, "FILE",
-              "readings in one attitude that correct the rotation (method attitude); level if no "
-              "attitude is stated");
+              "readings in one attitude that correct the rotation (method attitude); the attitude "
+              "is level unless the file states it");
   options.add_flag("--json", command.json, "print the record instead of tables");
   options.add_flag("--all", command.all,
                    "print all results: sensing axes, levelness, quality of the fit");
   OptionSet log = options.group("Log");
   log.add("--imu", command.imu, "LOG",
           "a raw log of rests and turns, or several logs of one recording; accelerometer, "
-          "gyroscope and magnetometer are calibrated at once. -o holds {slot}, and {instance} if "
-          "there are several sensors of a kind");
+          "gyroscope and magnetometer are calibrated at once. -o must contain {slot}, and "
+          "{instance} if several sensors of a kind are calibrated");
   log.add("--only", command.only, "SLOT,..",
           "only these sensors of the log: accelerometer, gyroscope, magnetometer");
   add_rest_options(options, command.rests);
   log.add_flag(
       "--cube", command.cube,
-      "the instrument sat in a cube, whose seats are recognised; else it was turned by hand");
+      "the instrument was in a cube, whose seats are recognised; without it the instrument was "
+      "turned by hand");
   log.add("--accelerometer-record", command.known_accelerometer, "RECORD",
           "record of the accelerometer, if it is calibrated already");
   log.add_flag("--fit-gyroscope-bias", command.fit_gyroscope_bias,
@@ -80,7 +82,8 @@ void add_options(OptionSet& options, CalibrateCommand& command) {
           "unit of the magnetometer's readings");
   log.add(
       "--magnetic-magnitude", command.magnetic_magnitude, "F",
-      "magnitude of the local magnetic field [nT] [default: by --latitude and --longitude, or 1]");
+      "magnitude of the local magnetic field [nT] [default: computed from --latitude and "
+      "--longitude, otherwise 1]");
   options.add("--limits", command.limits, "FILE",
               "accept or reject by these limits; a rejected unit gives exit status 1");
   options.add(
@@ -88,30 +91,32 @@ void add_options(OptionSet& options, CalibrateCommand& command) {
       "earlier records of the unit or of its --model (a folder, a .jsonl file or a store); they "
       "show how biases change between blocks");
   options.add_flag("--each", command.each,
-                   "each file is a unit with its own record; -o holds {file} or {serial}. Without "
-                   "it the files are blocks of one unit");
+                   "each file is a unit with its own record; -o must contain {file} or {serial}. "
+                   "Without --each the files are blocks of one unit");
   options.add("--calibrated", command.calibrated, "DATE",
               "date of the readings, if the file lacks the columns 'time' and 'date' (ISO 8601)");
   options.add(
       "--table", command.table, "FILE",
-      "write a table of many units (column 'serial'): one row each, with verdict and reason");
+      "write a table of many units (column 'serial'): one row per unit, with verdict and reason");
   options.add_flag(
       "--stream", command.stream,
-      "many units in constant memory: a unit ends where 'serial' changes, or is a JSON "
-      "line; -o RECORDS.jsonl[.zst] has a line for each, --table a row");
+      "calibrate many units in constant memory: a unit ends if the column 'serial' changes, or is "
+      "one JSON line; -o RECORDS.jsonl[.zst] contains a line per unit, --table a row per unit");
   options.add(
       "--shard", command.shard, "I/N",
       "with --stream: part I of N of the units, by a hash of the serial; axiscal merge joins "
       "the parts");
   options.add_flag("--resume", command.resume,
-                   "with --stream: keep the complete lines of the outputs, and go on after them");
+                   "with --stream: keep the complete lines of the outputs, and continue after "
+                   "them");
   options.add("--store", command.store, "STORE",
               "also store the records in a database: FILE.db (SQLite), or "
               "postgresql://USER@HOST/DATABASE; see axiscal store");
   options.add("--station", command.station, "NAME", "with --store: station of the records");
   options.add("--batch", command.batch, "NAME", "with --store: batch of the units");
   options.add_flag("--accept-suggestion", command.accept_suggestion,
-                   "correct or leave out the most likely mistake; the record names the change");
+                   "correct the most likely mistake, or leave out its reading; the record states "
+                   "the change");
   options.add_flag("--force", command.force, "store the record even if it is refused");
 }
 
@@ -132,7 +137,8 @@ void put_name(std::string& path,
     return;
   }
   if (name.empty()) {
-    throw UsageError(formatted("-o: '{}' holds {}, but none is stated, {}", pattern, place, how));
+    throw UsageError(
+        formatted("-o: '{}' contains {}, but its value is not stated, {}", pattern, place, how));
   }
   if (name.find('/') != std::string::npos) {
     throw UsageError(formatted("-o: '{}' cannot be part of a file's name", name));
@@ -148,7 +154,7 @@ std::string output_for(const std::string& pattern,
                        int instance = 0,
                        const std::string& file = "") {
   std::string path = pattern;
-  put_name(path, pattern, file_place, file, "as several files make one record (--each: one each)");
+  put_name(path, pattern, file_place, file, "because the files make one record (use --each)");
   put_name(path, pattern, instance_place, std::to_string(instance), "");
   put_name(path, pattern, slot_place, slot, "neither by columns SLOT.axis nor by --slot");
   put_name(path, pattern, serial_place, serial, "neither by a column 'serial' nor by --serial");
@@ -159,7 +165,8 @@ std::string output_for(const std::string& pattern,
 void check_output(const std::string& output, const Experiment& experiment, const Run& run) {
   if (run.slots.size() > 1 && output != "-" && output.find(slot_place) == std::string::npos) {
     throw UsageError(
-        formatted("-o: the run has {} slots, one record each; the file's name must hold {{slot}}",
+        formatted("-o: the run has {} slots, each with its own record; the file name must contain "
+                  "{{slot}}",
                   run.slots.size()));
   }
   const std::vector<std::string> slots =
@@ -291,7 +298,7 @@ std::optional<ProcessScatter> process_of(const CalibrateCommand& command,
   Instrument unit = experiment.instrument;
   unit.serial = unit.serial.empty() ? run.serial : unit.serial;
   if (unit.serial.empty() && unit.model.empty()) {
-    throw UsageError("--history: say whose with --serial or --model, or a column 'serial'");
+    throw UsageError("--history: state the unit by --serial, --model or a column 'serial'");
   }
   return process_scatter(earlier, unit, run.inputs);
 }
@@ -415,7 +422,7 @@ std::map<std::string, std::string> name_units_by_files(const std::string& output
     if (has_several_units(file) || output.find(serial_place) != std::string::npos) {
       if (file.serial.empty()) {
         throw UsageError(formatted(
-            "--each: {} lacks the column 'serial'; let -o contain {{file}}, the name of the file",
+            "--each: {} lacks the column 'serial'; use {{file}}, the name of the file, in -o",
             file.inputs.front().path));
       }
       continue;
@@ -437,7 +444,7 @@ void mark_short_unit(const Batch& batch, std::size_t usual, std::size_t place, U
     return;
   }
   unit.result = unit.result == "ok" ? "warning" : unit.result;
-  unit.reason = formatted("{} readings, and most units have {}{}{}", count, usual,
+  unit.reason = formatted("only {} readings, most units have {}{}{}", count, usual,
                           unit.reason.empty() ? "" : "; ", unit.reason);
 }
 
@@ -463,7 +470,8 @@ void check_outputs(const CalibrateCommand& command, const Batch& batch) {
   const UnitsOfRun& units = batch.units;
   if (command.output && units.size() > 1 && !has_place_of_unit(command)) {
     throw UsageError(
-        formatted("-o: the readings are of {} units, one record each; the file's name must hold {}",
+        formatted("-o: the readings are of {} units, each with its own record; the file name must "
+                  "contain {}",
                   units.size(), command.each ? "{file} or {serial}" : "{serial}"));
   }
   std::set<std::filesystem::path> files;
@@ -493,10 +501,10 @@ int run_batch(const CalibrateCommand& command,
   if (!command.table && !command.store && !has_place_of_unit(command)) {
     throw UsageError(
         command.each
-            ? "--each: one record of each file needs -o with {file} or {serial}, or one row each "
-              "--table FILE"
-            : "the readings are of several units (column 'serial'): one record each needs -o with "
-              "{serial}, or one row each --table FILE");
+            ? "--each: state -o with {file} or {serial} for one record per file, or --table FILE "
+              "for one row per file"
+            : "the readings are of several units (column 'serial'): state -o with {serial} for "
+              "one record per unit, or --table FILE for one row per unit");
   }
   std::optional<StoreWriter> database;
   std::string inputs;  // SHA-256 of the input files, separated by blanks
@@ -508,8 +516,8 @@ int run_batch(const CalibrateCommand& command,
   }
   if (command.output == "-" || command.align || command.json) {
     throw UsageError(
-        "several units go to files with {serial} or {file}, or to --table, not with -o -, --json "
-        "or --align");
+        "several units do not go with -o -, --json or --align; use -o with {serial} or {file}, or "
+        "--table");
   }
   std::vector<Unit> units;
   std::vector<std::string> parameters;
@@ -602,8 +610,9 @@ int deliver_records(const CalibrateCommand& command,
   }
   if (outcome.refused) {
     print_error(formatted("axiscal: {}{}\n", outcome.refused_slots,
-                          outcome.stored_refused ? "; the record is stored as such, as --force asks"
-                                                 : "; its record is not stored (--force would)"));
+                          outcome.stored_refused
+                              ? "; the refused record is stored because of --force"
+                              : "; the record is not stored (use --force to store it)"));
     return 1;
   }
   return outcome.failed ? 1 : 0;
@@ -725,7 +734,7 @@ ExperimentOptions with_columns_of_table(ExperimentOptions options, const TableOp
     options.instrument = name_of(sensor->kind);
   } else if (sensor && !options.instrument) {
     throw UsageError(formatted(
-        "the kind of instrument is missing: by its numbers it may be {}; say so by --instrument {}",
+        "the kind of instrument is missing; the numbers look like: {}. If so, use --instrument {}",
         name_of(sensor->kind), name_of(sensor->kind)));
   }
   if (!options.unit) {

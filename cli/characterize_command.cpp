@@ -42,10 +42,14 @@ void add_options(OptionSet& options, CharacterizeCommand& command) {
   options.add("--id", command.id, "NAME", "name of the cube", Need::required);
   options.add("-o,--output", command.output, "FILE",
               "file of the measured cube (JSON); - is stdout", Need::required);
-  options.add("--drawing", command.drawing, "FILE", "cube as drawn; its feet make the seats exact");
+  options.add("--drawing", command.drawing, "FILE",
+              "positioner file of the cube as drawn; its feet give the exact attitude in each "
+              "seat");
   options.add("--level-by", command.level_by, "run|block",
-              "one levelness for each reference (run, default) or for each block");
-  options.add("--leave-out", command.leave_out, "SLOTS", "slots that are not used, as A,B");
+              "estimate one slope of the table for each reference (run) or each block [default: "
+              "run]");
+  options.add("--leave-out", command.leave_out, "SLOTS",
+              "slots that are left out, for example A,B");
   options.add_flag("--hold-bias-and-scale", command.hold_bias_and_scale,
                    "take bias and scale from the records [default: fit them again]");
   options.add_flag("--json", command.json, "print JSON instead of tables");
@@ -95,8 +99,10 @@ Observations own_readings(const Run& table, const std::string& slot, const Refer
   throw DataError(
       files.observations,
       formatted(
-          "the columns are of slots {}, but the record {}{}; say which one: --reference {}={}:SLOT",
-          joined(table.slots), files.record, slot.empty() ? " states none" : " is of slot " + slot,
+          "the columns are of slots {}, but the record {}{}; state the slot: --reference "
+          "{}={}:SLOT",
+          joined(table.slots), files.record,
+          slot.empty() ? " states no slot" : " is of slot " + slot,
           files.record, files.observations));
 }
 
@@ -124,7 +130,7 @@ std::vector<Reference> read_references(const std::vector<ReferenceFiles>& all) {
     const std::string read = slots.empty() ? "" : slots.size() == 1 ? slots.front() : wanted;
     if (!readings.emplace(files.observations, read).second) {
       throw UsageError(formatted(
-          "--reference: the readings {} are there twice; a refit needs readings of its own",
+          "--reference: the readings {} are stated twice; each mounting needs its own readings",
           files.observations));
     }
     reference.observations = own_readings(table.run, wanted, files);
@@ -156,7 +162,7 @@ std::string text_of(const Characterization& result) {
   std::string text = formatted("cube {}: measured with {} reference{}", cube.id(),
                                result.references.size(), result.references.size() == 1 ? "" : "s");
   text += formatted(
-      "\n\nFace normals, off the nominal ones [urad]\n"
+      "\n\nFace normals minus nominal normals [urad]\n"
       "  {:<6}{:>10}{:>10}{:>10}{:>8}{:>8}{:>8}\n",
       "face", "x", "y", "z", "u(x)", "u(y)", "u(z)");
   for (const Face face : all_faces) {
@@ -275,7 +281,7 @@ CharacterizeOptions options_of(const CharacterizeCommand& command) {
 
 int run(const CharacterizeCommand& command) {
   if (command.output == "-" && command.json) {
-    throw UsageError("-o -: standard output cannot hold both the positioner and --json");
+    throw UsageError("-o -: --json would also go to standard output; use -o FILE");
   }
   const std::vector<ReferenceFiles> files = reference_files(command);
   const CharacterizeOptions options = options_of(command);
@@ -296,8 +302,9 @@ int run(const CharacterizeCommand& command) {
 Subcommand characterize_subcommand() {
   return make_subcommand<CharacterizeCommand>(
       "characterize", "measure a cube with calibrated instruments",
-      "Take the 12 points several times (replicates). A record that is named twice\n"
-      "is one instrument, mounted again; this shows the repeatability of the mount.",
+      "Take the 12 points several times (replicates). A record that is stated twice\n"
+      "means one instrument that was mounted again. Its readings then show the\n"
+      "repeatability of the mount.",
       &add_options, &run);
 }
 

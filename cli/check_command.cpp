@@ -49,7 +49,7 @@ void add_options(OptionSet& options, CheckCommand& command) {
   options.add(
       "--history", command.history, "FOLDER",
       "records of one or many units (a folder, a .jsonl file or a store): show the trend, and when "
-      "a limit will be met");
+      "a limit will be reached");
   options.add_output(command.output);
   options.add_flag("--json", command.json, "print JSON instead of a table");
 }
@@ -72,8 +72,8 @@ Json json_of(const std::vector<ParameterChange>& changes, bool with_e_n) {
 
 // Readings always agree with themselves, so they cannot show a change.
 std::string own_text(bool own) {
-  return own ? "These are the readings that the record was made from: that they agree proves "
-               "nothing. Take fresh ones.\n"
+  return own ? "The record was made from these readings, so their agreement proves nothing. Take "
+               "new readings.\n"
              : "";
 }
 
@@ -113,8 +113,8 @@ std::string check_text(const DriftCheck& check, const Calibration& record) {
   const bool has_pitch = find_instrument_kind(record.sensor.instrument.kind).has_axis_elevation;
   if (std::isfinite(check.pitch_error_deg)) {
     text += formatted(
-        "{} by the old record is now off by up to {:.3g} degrees (u {:.2g}; as the "
-        "largest over all directions U = {:.2g})\n",
+        "{} by the old record now has an error of up to {:.3g} degrees (u {:.2g}; U {:.2g} for "
+        "the largest error over all directions)\n",
         has_pitch ? "pitch (up to 80 degrees)" : "the field's direction", check.pitch_error_deg,
         check.pitch_error_u_deg, check.pitch_error_expanded_deg);
   }
@@ -177,7 +177,7 @@ int report(const CheckCommand& command,
 
 int run_history(const CheckCommand& command) {
   if (!command.record.empty() || command.other) {
-    throw UsageError("check --history: give either the folder or a record");
+    throw UsageError("check --history: does not go with RECORD and FILE");
   }
   const std::optional<Limits> limits =
       command.limits ? std::optional(read_limits(*command.limits)) : std::nullopt;
@@ -190,12 +190,12 @@ int run_history(const CheckCommand& command) {
     throw DataError(command.limits.value_or(""), error.what(), error.settings());
   }
   for (const std::string& reason : passed_over) {
-    print_line(formatted("note: passed over: {}", reason));
+    print_line(formatted("note: skipped: {}", reason));
   }
   if (!not_held.empty()) {
     print_remark("note",
-                 formatted("a history holds biases and sensitivities; not held against their "
-                           "limits: {}",
+                 formatted("a history contains only biases and sensitivities; other limits are not "
+                           "checked: {}",
                            joined(not_held)));
   }
   bool outside = false;
@@ -205,7 +205,7 @@ int run_history(const CheckCommand& command) {
     }
   }
   if (units.empty()) {
-    throw DataError(*command.history, "holds no calibration records (*.json)");
+    throw DataError(*command.history, "contains no calibration records (*.json)");
   }
   std::string text;
   for (const UnitHistory& unit : units) {
@@ -273,8 +273,8 @@ FreshReadings read_fresh(const CheckCommand& command, const Calibration& old) {
   }
   if (old.sensor.temperature && !fresh.run.observations.readings.front().temperature) {
     print_remark("note",
-                 "the readings lack the column 'temperature'; they count as taken at the record's "
-                 "reference");
+                 "the readings lack the column 'temperature'; the reference temperature of the "
+                 "record is assumed");
   }
   fresh.temperature = mean_temperature(fresh.run.observations);
   fresh.run.observations = at_reference_temperature(std::move(fresh.run.observations), old);
@@ -310,7 +310,7 @@ Calibration calibration_of(const CheckCommand& command,
   }
   Calibration fresh = std::move(calibrations.front());
   if (fresh.findings.status == CalibrationStatus::refused) {
-    throw RefusedError("the fresh readings give no calibration: " +
+    throw RefusedError("no calibration could be computed from the new readings: " +
                        fresh.findings.warnings.front().message);
   }
   print_remarks({fresh});
@@ -331,7 +331,7 @@ int compare_bodies(const CheckCommand& command, double alpha) {
       compare_rotations(read_body_rotation(command.record), read_body_rotation(*command.other));
   const bool moved = change.p_value < alpha;
   Json json = {{"drifted", moved}, {"p_value", change.p_value}, {"alpha", alpha}};
-  std::string text = "turn of the sensor in the model since [degrees]\n";
+  std::string text = "rotation of the sensor in the model between the two records [degrees]\n";
   for (Eigen::Index i = 0; i < 3; ++i) {
     const double turn_deg = change.turn_rad(i) * deg_per_rad;
     const double u_deg = change.u_rad(i) * deg_per_rad;
@@ -343,7 +343,8 @@ int compare_bodies(const CheckCommand& command, double alpha) {
     text += formatted("  {}  {:>12.6f}  u {:.6f}\n", "xyz"[i], turn_deg, u_deg);
   }
   text +=
-      formatted("{} (p = {:.2g})\n", moved ? "it moved" : "no movement is seen", change.p_value);
+      formatted("{} (p = {:.2g})\n", moved ? "the sensor has moved" : "no significant movement",
+                change.p_value);
   return report(command, json_text(json), text, moved);
 }
 
@@ -399,7 +400,7 @@ int run(const CheckCommand& command) {
   }
   if (command.record.empty() || !command.other) {
     throw UsageError(
-        "check: needs a RECORD, and observations or another record to hold against it");
+        "check: needs a RECORD, and observations or another record to compare it with");
   }
   const double alpha = alpha_of(command);
   if (is_body_rotation(command.record)) {
@@ -435,16 +436,17 @@ int run(const CheckCommand& command) {
           !method_kind(old.fit.method).by_magnitude) {
         if (limits) {
           throw UsageError(
-              "--limits: readings without labels give no coefficients to hold against limits");
+              "--limits: readings without labels give no coefficients to compare with limits");
         }
         const InSituCheck check = check_in_situ(old, readings.run.observations, alpha);
         return report(command, in_situ_json(check, own),
                       own_text(own) + in_situ_text(check, old.sensor.field.unit), check.drifted);
       }
-      std::string why_predicted = "fewer readings than a whole design";
+      std::string why_predicted = "there are fewer than 12 readings";
       bool predicted = is_few(readings.run, old);
       if (predicted && limits) {
-        throw UsageError("--limits: a few readings give no coefficients to hold against limits");
+        throw UsageError("--limits: fewer than 12 readings give no coefficients to compare with "
+                         "limits");
       }
       if (!predicted) {
         try {
@@ -459,7 +461,7 @@ int run(const CheckCommand& command) {
       }
       if (predicted) {
         const DriftCheck check = check_few(command, readings, old, alpha);
-        print_remark("note", "no calibration of the fresh readings: " + why_predicted);
+        print_remark("note", "the new readings are not calibrated: " + why_predicted);
         print_notes(check);
         return report(command, check_json(check, std::nullopt, own),
                       own_text(own) + check_text(check, old), check.drifted);
@@ -491,8 +493,8 @@ int run(const CheckCommand& command) {
 Subcommand check_subcommand() {
   return make_subcommand<CheckCommand>(
       "check", "test whether an instrument has drifted since its calibration",
-      "Readings without labels are checked at rest, by the magnitude of the field\n"
-      "alone. Options are needed only if they differ from the record's. The exit\n"
+      "Readings without labels must be taken at rest; only the magnitude of the field\n"
+      "is checked. Options are needed only if they differ from the record's. The exit\n"
       "status is 1 if the instrument has drifted or a limit is not met.",
       &add_options, &run);
 }

@@ -216,7 +216,7 @@ Action generate(const CLI::App& app, const std::vector<std::string>& arguments) 
   const std::string text =
       arguments.size() == 2 ? generated(definition_of(app), arguments[1]) : std::string();
   if (text.empty()) {
-    throw UsageError("--generate: man, bash, zsh, fish or markdown");
+    throw UsageError("--generate: must be man, bash, zsh, fish or markdown");
   }
   return show(text);
 }
@@ -255,7 +255,7 @@ Action parse_command_line(const std::vector<std::string>& typed,
   app.require_subcommand(1);
   app.set_version_flag("--version", std::string(software_name()), "Print the version and exit");
   bool is_verbose = false;
-  app.add_flag("--verbose", is_verbose, "With --version: libraries and programs too");
+  app.add_flag("--verbose", is_verbose, "With --version: also print libraries and programs");
   const bool generates = !arguments.empty() && arguments.front() == "--generate";
   const bool shows_all =
       generates || std::any_of(arguments.begin(), arguments.end(), asks_for_help);
@@ -309,7 +309,8 @@ Action parse_command_line(const std::vector<std::string>& typed,
     set_worker_count(static_cast<std::size_t>(parse_whole_number("--jobs", *common.jobs, 1)));
   }
   if (named == nullptr) {
-    throw UsageError("the subcommand stands before its options\n\n" + overview(definition_of(app)));
+    throw UsageError("the subcommand must come before its options\n\n" +
+                     overview(definition_of(app)));
   }
   return action;
 }

@@ -66,16 +66,16 @@ std::string man_page(const ProgramDefinition& program) {
   text += roff_heading("exit status") +
           ".TP\n"
           "0\n"
-          "done, perhaps with warnings\n"
+          "success, possibly with warnings\n"
           ".TP\n"
           "1\n"
           "the result is refused, or a check failed\n"
           ".TP\n"
           "2\n"
-          "usage\n"
+          "error in the command line\n"
           ".TP\n"
           "3\n"
-          "bad input\n"
+          "invalid input file\n"
           ".TP\n"
           "4\n"
           "an output cannot be written\n";
@@ -117,7 +117,7 @@ std::vector<std::string> choices_of(const OptionDefinition& option) {
 
 std::string bash_completion(const ProgramDefinition& program) {
   std::string text = formatted(
-      "# bash completion for {}; made from its own definitions\n"
+      "# bash completion for {}, generated from the definitions of its options\n"
       "_{}() {{\n"
       "  local word=${{COMP_WORDS[COMP_CWORD]}} before=${{COMP_WORDS[COMP_CWORD-1]}}\n"
       "  COMPREPLY=()\n"
@@ -177,7 +177,7 @@ std::string zsh_completion(const ProgramDefinition& program) {
   };
   std::string text = formatted(
       "#compdef {}\n"
-      "# made from the command's own definitions\n"
+      "# generated from the definitions of the options\n"
       "_{}() {{\n"
       "  if (( CURRENT == 2 )); then\n"
       "    local -a subcommands=(\n",
@@ -220,7 +220,8 @@ std::string zsh_completion(const ProgramDefinition& program) {
 std::string fish_completion(const ProgramDefinition& program) {
   const std::string start = "complete -c " + program.name;
   std::string text =
-      formatted("# fish completion for {}; made from its own definitions\n", program.name);
+      formatted("# fish completion for {}, generated from the definitions of its options\n",
+                program.name);
   for (const SubcommandDefinition& subcommand : program.subcommands) {
     text += formatted("{} -n __fish_use_subcommand -f -a {} -d {}\n", start, subcommand.name,
                       shell_quoted(subcommand.help));
@@ -257,9 +258,8 @@ std::string markdown(const std::string& text) {
 // The page docs/options.md, which lists all options.
 std::string markdown_page(const ProgramDefinition& program) {
   std::string text =
-      "# Every option\n\nWhat `axiscal SUBCOMMAND --help-all` says. An option's value may start "
-      "with a "
-      "minus sign; a file named `-` is standard input or output.\n";
+      "# Every option\n\nThis page has the texts of `axiscal SUBCOMMAND --help-all`. The value of "
+      "an option may start with a minus sign. A file named `-` is standard input or output.\n";
   for (const SubcommandDefinition& subcommand : program.subcommands) {
     text += formatted("\n## {}\n\n{}.\n\n| | |\n| --- | --- |\n", subcommand.name,
                       markdown(subcommand.help));

@@ -8,16 +8,18 @@ namespace {
 
 void add_export_options(OptionSet& options, ExportCommand& command) {
   options.add("record", command.records, "RECORD",
-              "calibration record (JSON); two for kalibr (accelerometer and gyroscope), all "
-              "sensors of a vehicle for px4, ardupilot and iio; or the JSON of noise for kalibr");
-  options.add("--format", command.format, "NAME", "one of --list");
-  options.add_flag("--list", command.list, "list the formats with the formulas of their readers");
+              "calibration record (JSON); kalibr takes two (accelerometer and gyroscope) or the "
+              "output of `noise --json`; px4, ardupilot and iio take all sensors of a vehicle");
+  options.add("--format", command.format, "NAME", "name of a format, as --list prints it");
+  options.add_flag("--list", command.list,
+                   "list the formats with the formulas that the other software uses");
   options.add_flag("--json", command.json,
-                   "print JSON: the list, or with -o FILE the format, file, notes and losses");
+                   "print JSON: the list of formats, or with -o FILE the format, file, notes and "
+                   "lost parts of the export");
   options.add("--reading-factor", command.reading_factor, "R",
               "output of the consumer's driver for 1 unit of the readings (m/s^2 per count)");
   options.add("--gravity", command.gravity, "G",
-              "m/s^2 per g, for a record in g that does not state it");
+              "local gravity [m/s^2], for a record in g that does not state it");
   options.add(
       "--numbers", command.numbers, "TYPE",
       "number type of a header: double, float, q16, q0:16 (binary places of readings and field)");
@@ -25,11 +27,13 @@ void add_export_options(OptionSet& options, ExportCommand& command) {
               "prefix of the names in a header [default: axiscal_KIND, or axiscal_KIND_SLOT]");
   options.add("--instance", command.instance, "N", "number of the sensor, 0 to 9 [default: 0]");
   options.add("--laboratory", command.laboratory, "FILE",
-              "details of a dcc: laboratory, customer, number, ... as report --laboratory");
+              "file with details of a dcc: laboratory, customer, number, ... (see report "
+              "--laboratory)");
   add_unit_options(options, command.units);
   options.add_flag("--lossy", command.lossy,
-                   "write what the format can hold, and list what is lost");
-  options.add_flag("--force", command.force, "take a refused record too");
+                   "write the parts of the calibration that the format supports, and list the "
+                   "others");
+  options.add_flag("--force", command.force, "also export a refused record");
   options.add_output(command.output);
 }
 
@@ -43,7 +47,7 @@ void add_import_options(OptionSet& options, ImportCommand& command) {
   options.add(
       "--magnitude", command.magnitude, "F",
       "magnitude of the field, in the format's unit [default: 9.80665 m/s^2, 1 rad/s, 0.5 G]");
-  options.add_flag("--json", command.json, "print the record, besides writing it to -o FILE");
+  options.add_flag("--json", command.json, "also print the record, if -o FILE is given");
   options.add_output(command.output);
 }
 

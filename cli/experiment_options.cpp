@@ -174,7 +174,7 @@ void set_source(const std::string& source, FieldSetup& part) {
     throw UsageError(formatted("--source: must be sun or lamp, not '{}'", source));
   }
   if (part.kind() != "light") {
-    throw UsageError("--source: is of light, so goes with --field light");
+    throw UsageError("--source: goes only with --field light");
   }
   part.of = make_field(part.kind(), {{"source", source}});
 }
@@ -236,7 +236,7 @@ void set_field(const ExperimentOptions& options,
 
 void set_place(const ExperimentOptions& options, TablePlace& place) {
   if ((options.longitude || options.height) && !options.latitude && !place.site) {
-    throw UsageError("a site needs its --latitude");
+    throw UsageError("--longitude and --height need --latitude");
   }
   if (options.latitude || options.longitude || options.height) {
     place.has_longitude = options.longitude || (place.site && place.has_longitude);
@@ -353,14 +353,14 @@ void add_experiment_options(OptionSet& options, ExperimentOptions& experiment) {
       "SLOT.axis); --axes, --unit, --field and others then take L=..,M=.. too");
   instrument.add("--serial", experiment.serial, "TEXT", "serial number");
   instrument.add("--model", experiment.model, "TEXT",
-                 "name of the design that several units share");
+                 "model name, which several units share");
   instrument.add("--axes", experiment.axes, "A,B,..",
                  "columns of the readings, one or more; d=p-n is an axis d, the difference of two "
                  "columns [default: x,y,z]");
   instrument.add("--range", experiment.range, "LO,HI",
-                 "readings at or beyond these are left out for their axis (saturated)");
+                 "readings at or beyond these limits are saturated and left out for their axis");
   instrument.add_flag("--one-sided", experiment.one_sided,
-                      "each axis sees light from its front only (photodiodes)");
+                      "each axis measures only light from its front (photodiodes)");
   instrument.add("--unit", experiment.unit, "UNIT", "unit of the readings [default: 1]");
   instrument.add(
       "--nominal-sensitivity", experiment.nominal_sensitivity, "S",
@@ -371,15 +371,15 @@ void add_experiment_options(OptionSet& options, ExperimentOptions& experiment) {
   field.add("--field", experiment.field, "KIND",
             "gravity, geomagnetic, earth_rotation, induced_rotation, induced_magnetic, light or "
             "custom; or a FILE.json with the field. KIND+KIND is a sum: unit, magnitude and vector "
-            "are then those of the induced part. KIND:local and KIND:induced say whether the level "
-            "of a reading sets the field. NAME=KIND takes the level from the column level.NAME");
+            "are then those of the induced part. KIND:induced is multiplied by the level of a "
+            "reading, KIND:local is not. NAME=KIND reads the level from the column level.NAME");
   field.add("--also", experiment.also, "KIND",
             "a second known field to which the instrument responds (a gyroscope's g-sensitivity)");
   field.add("--field-unit", experiment.field_unit, "UNIT",
             "g, m/s^2, nT, uT, T, rad/s, deg/s, deg/h, 1 or W/m^2 [default: g for gravity]");
   field.add("--field-magnitude", experiment.field_magnitude, "F",
-            "magnitude of the field, in its unit; A+B for a sum; `unknown` is fitted together with "
-            "a known field");
+            "magnitude of the field, in its unit; A+B for a sum; `unknown`: fit the magnitude, if "
+            "another part of the sum is known");
   field.add("--field-magnitude-u", experiment.field_magnitude_u, "U",
             "standard uncertainty of --field-magnitude");
   field.add("--field-table", experiment.field_table, "X,Y,Z",
@@ -403,49 +403,53 @@ void add_experiment_options(OptionSet& options, ExperimentOptions& experiment) {
                      "joint estimates it]");
   table_and_cube.add(
       "--face-names", experiment.face_names, "WORD=FACE,..",
-      "faces that words in the columns rest and fence stand for, as 'up=-Z,nose up=-X'");
+      "faces for words in the columns rest and fence, for example 'up=-Z,nose up=-X'");
   table_and_cube.add("--slope", experiment.slope, "X,Y", "known slope of the table [default: 0,0]");
   table_and_cube.add("--positioner", experiment.positioner, "FILE",
                      "file of the measured cube [default: the nominal cube]");
   table_and_cube.add(
       "--slot", experiment.slot, "NAME",
-      "mount of the positioner that holds the instrument; acquire: A,B,.. of several "
-      "in one session");
+      "mount of the positioner that holds the instrument; acquire: the mounts A,B,.. of several "
+      "instruments in one session");
   table_and_cube.add(
       "--assembly", experiment.assembly, "NAME",
-      "mounts of the slots of columns SLOT.axis: parallel, single, triple (all as the cube), h or "
-      "h:y "
-      "(two on the web of an H, the second turned by 180 degrees about x or y)");
+      "orientation of the instruments in the slots of columns SLOT.axis: parallel, single, triple "
+      "(axes parallel to the cube's), h or h:y (two instruments on the web of an H, the second "
+      "turned by 180 degrees about x or y)");
   OptionSet method = options.group("Method");
   method.add("--method", experiment.method, "METHOD",
              "paired, joint, known, magnitude, bias or attitude; magnitude needs no labels. bias "
              "takes readings at rest in one pose, over temperature. attitude finds how the "
-             "instrument of --from is mounted in a model [default: chosen by the data]");
+             "instrument of --from is mounted in a model [default: chosen from the readings]");
   method.add("--shape", experiment.shape, "SHAPE",
              "sensitivity of method magnitude: symmetric or triangular [default: symmetric]");
   method.add(
       "--weights", experiment.weights, "W",
       "weights of the readings: samples, sd or none [default: samples if there is such a column]");
-  method.add_flag("--robust", experiment.robust, "bisquare regression, which outliers do not pull");
+  method.add_flag("--robust", experiment.robust,
+                  "robust regression (bisquare), which gives outliers small weights");
   method.add_flag("--squares", experiment.squares,
-                  "method magnitude: fit a squared term of each axis too, if the response bends");
+                  "method magnitude: also fit a squared term of each axis, for a nonlinear "
+                  "response");
   method.add_flag("--polar-fit", experiment.polar_fit,
-                  "fit the known-art form (coning angle, azimuth) by Gauss-Newton too, to compare");
-  method.add("--leave-out", experiment.leave_out, "RUNS", "runs that are not used, as 7,8");
+                  "also fit the polar form (coning angle, azimuth) by Gauss-Newton, to compare");
+  method.add("--leave-out", experiment.leave_out, "RUNS",
+             "runs that are left out, for example 7,8");
   method.add(
       "--noise-ratio", experiment.noise_ratio, "A,B,..",
-      "known ratios of the noise of the axes, as 1,1,1; smaller mistakes are found with them");
+      "known ratios of the noise of the axes, for example 1,1,1; they help to find smaller "
+      "mistakes");
   method.add(
       "--drift", experiment.drift, "auto|none|linear",
       "fit a drift of the bias over the run; auto: if the readings show one [default: auto]");
   method.add("--seats", experiment.seats, "auto|fit|none",
-             "count the turn of the cube each time it is laid as scatter; auto: from 24 readings "
-             "on [default: auto]");
+             "fit the random rotation of the cube each time it is laid down; auto: from 24 "
+             "readings on [default: auto]");
   method.add("--level-by", experiment.level_by, "run|block",
              "one slope of the table for the run or one for each block [default: run]");
   method.add("--temperature-order", experiment.temperature_order, "N",
-             "order of the polynomial in temperature for bias and scale: 0, 1, 2 or auto; any for "
-             "method bias [default: 0]");
+             "order of the polynomial in temperature for bias and scale: 0, 1, 2 or auto; method "
+             "bias takes any order [default: 0]");
   method.add("--temperature-reference", experiment.temperature_reference, "T",
              "temperature for which the coefficients are stated [default: mean of the readings]");
   method.add("--from", experiment.from, "RECORD",
@@ -482,8 +486,8 @@ std::string take_unit_of_file(const std::string& unit, ExperimentOptions& option
   }
   options.field_magnitude = number_text(standard_gravity);
   return formatted(
-      "the readings are in m/s^2, and so is the field: standard gravity, {}, is taken; --latitude "
-      "and --height say what it is where you are (up to 0.3 % else)",
+      "the readings are in m/s^2, so the field is too: standard gravity, {}, is used, which may be "
+      "wrong by up to 0.3 %; --latitude and --height give the gravity of the site",
       *options.field_magnitude);
 }
 
@@ -531,7 +535,7 @@ std::optional<std::string> of_slot(const char* option,
       any = true;
       in_own = name == slot;
       if (in_own && own) {
-        throw UsageError(formatted("{}: slot {} is there twice", option, slot));
+        throw UsageError(formatted("{}: slot {} is stated twice", option, slot));
       }
       if (in_own) {
         own = std::string(item.substr(item.find('=') + 1));

@@ -79,7 +79,7 @@ void state_unit(const UnitOptions& units, const std::string& path, Instrument& i
     return;
   }
   if (!instrument.unit.empty() && instrument.unit != "1" && instrument.unit != *unit) {
-    throw UsageError(formatted("export: {} is of readings in {}, and {} is stated", path,
+    throw UsageError(formatted("export: {} is of readings in {}, but the options state {}", path,
                                instrument.unit, *unit));
   }
   instrument.unit = *unit;
@@ -144,9 +144,8 @@ int run_export(const ExportCommand& command) {
   }
   if (command.records.empty() || !command.format) {
     throw UsageError(
-        "export: needs a RECORD (for kalibr two, of accelerometer and gyroscope; for px4, "
-        "ardupilot "
-        "and iio all of a vehicle) and --format NAME; --list names the formats");
+        "export: needs a RECORD (kalibr: two, of accelerometer and gyroscope; px4, ardupilot and "
+        "iio: of all sensors of a vehicle) and --format NAME; --list prints the formats");
   }
   if (command.output == "-" && !is_text(*command.format) && isatty(STDOUT_FILENO) != 0) {
     throw UsageError(formatted("export: {} is a binary format; give -o FILE", *command.format));
@@ -163,7 +162,7 @@ int run_export(const ExportCommand& command) {
     print_remark("note", note);
   }
   if (result.loss) {
-    print_error(formatted("axiscal: not held: {}\n", loss_text(*result.loss)));
+    print_error(formatted("axiscal: lost in the export: {}\n", loss_text(*result.loss)));
   }
   return 0;
 }

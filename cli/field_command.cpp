@@ -35,7 +35,8 @@ void add_options(OptionSet& options, FieldCommand& command) {
   options.add("--longitude", command.longitude, "DEG", "longitude, east positive");
   options.add("--height", command.height, "M", "height above the WGS 84 ellipsoid [default: 0]");
   options.add("--date", command.date, "DATE", "ISO 8601 (UTC) or decimal year [default: now]");
-  options.add("--only", command.only, "NAMES", "some of gravity,geomagnetic,earth_rotation,sun");
+  options.add("--only", command.only, "NAMES",
+              "compute only these of gravity,geomagnetic,earth_rotation,sun");
   options.add("--magnetic-model", command.magnetic_model, "NAME",
               "wmm2025 (built in), or one installed for GeographicLib (igrf14)");
   options.add("--gravity-model", command.gravity_model, "NAME",
@@ -74,8 +75,7 @@ Site site_of(const FieldCommand& command, const std::set<std::string_view>& want
   }
   if (!command.longitude && (wanted.contains("geomagnetic") || wanted.contains("sun"))) {
     throw UsageError(
-        "field: --longitude DEG is missing; only gravity and earth_rotation (--only) "
-        "do without");
+        "field: --longitude DEG is missing; without it use --only gravity,earth_rotation");
   }
   return site_of_options(command.latitude, command.longitude, command.height, Site{});
 }
@@ -167,7 +167,8 @@ std::string table(const Json& json, const Site& site, double time_s) {
         field.at("declination_deg").get<double>(), field.at("inclination_deg").get<double>());
     if (field.contains("u_magnitude")) {
       text += formatted(
-          "  the model's own standard uncertainty: {:.0f} nT, {:.2f} and {:.2f} degrees\n",
+          "  standard uncertainty of the model: {:.0f} nT; declination {:.2f}, inclination {:.2f} "
+          "degrees\n",
           field.at("u_magnitude").get<double>(), field.at("u_declination_deg").get<double>(),
           field.at("u_inclination_deg").get<double>());
     }

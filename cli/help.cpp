@@ -207,7 +207,7 @@ std::string overview(const ProgramDefinition& program) {
   for (const SubcommandDefinition& subcommand : program.subcommands) {
     text += formatted("  {:<14}{}\n", subcommand.name, subcommand.help);
   }
-  return text + "axiscal help SUBCOMMAND shows its options; axiscal --version its version.\n";
+  return text + "axiscal help SUBCOMMAND prints the options, axiscal --version the version.\n";
 }
 
 std::string short_help(const SubcommandDefinition& subcommand) {

@@ -25,11 +25,11 @@ namespace {
 std::string rests_text(const ImuCalibration& imu) {
   const Segmentation& rests = imu.rests;
   std::string text =
-      formatted("{} rests in {:.1f} s at {:.5g} Hz, threshold of the joined variance {:.4g}\n",
+      formatted("{} rests in {:.1f} s at {:.5g} Hz, threshold of the variance {:.4g}\n",
                 rests.intervals.size(), static_cast<double>(rests.samples) / rests.rate_hz,
                 rests.rate_hz, rests.threshold);
   if (imu.turns) {
-    text += formatted("{} turns, attitude error {:.3g} degrees a component\n",
+    text += formatted("{} turns, attitude error {:.3g} degrees per component\n",
                       imu.turns->residuals.size(), imu.turns->residual_sd_rad * deg_per_rad);
   }
   return text;
@@ -48,7 +48,8 @@ ImuOptions options_of(const CalibrateCommand& command) {
   }
   if (experiment.instrument && *experiment.instrument != "accelerometer") {
     throw UsageError(
-        "--instrument: with --imu it is the accelerometer, gyroscope and magnetometer");
+        "--instrument: does not go with --imu, which calibrates accelerometer, gyroscope and "
+        "magnetometer");
   }
   experiment.instrument = "accelerometer";
   experiment.field = experiment.field.value_or("gravity");
@@ -68,7 +69,7 @@ ImuOptions options_of(const CalibrateCommand& command) {
         parse_positive("--magnetic-magnitude", *command.magnetic_magnitude);
   }
   if (command.cube && command.rests.plan) {
-    throw UsageError("--cube: goes without --plan, which states the seats");
+    throw UsageError("--cube: does not go with --plan, which states the seats");
   }
   if (command.cube) {
     options.seats = Seats::recognised;
@@ -89,7 +90,7 @@ void check_only(const CalibrateCommand& command) {
   for (const std::string& slot : names_of(command.only.value_or("accelerometer"))) {
     if (slot != "accelerometer" && slot != "gyroscope" && slot != "magnetometer") {
       throw UsageError(
-          formatted("--only: '{}' is none of accelerometer, gyroscope, magnetometer", slot));
+          formatted("--only: '{}' must be accelerometer, gyroscope or magnetometer", slot));
     }
   }
 }
@@ -183,7 +184,7 @@ Calibration known_accelerometer_of(const CalibrateCommand& command, const ImuOpt
   }
   if (unit != "1" && known.sensor.instrument.unit != "1" && known.sensor.instrument.unit != unit) {
     throw DataError(*command.known_accelerometer,
-                    formatted("is of readings in {}, and the log's are in {}",
+                    formatted("is of readings in {}, but the readings of the log are in {}",
                               known.sensor.instrument.unit, unit));
   }
   return known;
@@ -282,8 +283,8 @@ InstanceRecords calibrate_instance(const CalibrateCommand& command,
                                    : std::string();
     if (command.rests.accelerometer && !unit.empty()) {
       print_remark("note",
-                   formatted("the accelerometer's readings are taken as {}, by the length of "
-                             "gravity in them",
+                   formatted("the unit of the accelerometer's readings is taken as {}, by the "
+                             "magnitude of gravity",
                              unit));
     }
     const std::string note = take_unit_of_file(unit, own.experiment);
@@ -358,14 +359,14 @@ int run_imu(const CalibrateCommand& command) {
   if (command.align || command.limits || command.table || command.history ||
       command.accept_suggestion) {
     throw UsageError(
-        "--imu: goes without --align (the three are aligned), --limits, --table, --history and "
-        "--accept-suggestion; check the records afterwards");
+        "--imu: does not go with --align (the three sensors are aligned anyway), --limits, "
+        "--table, --history or --accept-suggestion; check the records afterwards");
   }
   check_only(command);
   std::vector<std::string> paths = {*command.imu};
   paths.insert(paths.end(), command.experiment.files.begin(), command.experiment.files.end());
   if (paths.size() > 1 && command.rests.regions) {
-    throw UsageError("--regions: goes with one log");
+    throw UsageError("--regions: only one log may be given with it");
   }
   static_cast<void>(
       options_of(command));  // errors of the command line are reported before the log is read
@@ -388,7 +389,7 @@ int run_imu(const CalibrateCommand& command) {
   if (command.output && *command.output != "-" && wanted > 1 &&
       command.output->find("{slot}") == std::string::npos) {
     throw UsageError(
-        formatted("-o: the log gives {} records; the file's name must hold {{slot}}", wanted));
+        formatted("-o: the log gives {} records; the file name must contain {{slot}}", wanted));
   }
   const bool has_usual =
       find_column(input.log.columns, "ax") && find_column(input.log.columns, "ay");
@@ -401,7 +402,8 @@ int run_imu(const CalibrateCommand& command) {
     throw DataError(*command.imu,
                     formatted("lacks an accelerometer that measures gravity and varies: {}. The "
                               "linear acceleration of phones excludes gravity: record the "
-                              "acceleration with gravity. Other columns: --accelerometer X,Y,Z",
+                              "acceleration with gravity. To use other columns state "
+                              "--accelerometer X,Y,Z",
                               found));
   }
   std::vector<Calibration> records;

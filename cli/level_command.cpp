@@ -35,7 +35,8 @@ void add_options(OptionSet& options, LevelCommand& command) {
       "--adjusters", command.adjusters, "X,Y;..",
       "positions of the height adjusters [m], in the table's frame [default: the positioner's]");
   options.add("--thread-pitch", command.thread_pitch, "M",
-              "height that one turn of an adjuster raises [default: from the positioner]");
+              "height by which one turn of an adjuster raises the table [m] [default: the "
+              "positioner's]");
   options.add_output(command.output);
   options.add_flag("--json", command.json, "print JSON instead of a table");
 }
@@ -93,7 +94,8 @@ void forbid_options_of_calibrate(const ExperimentOptions& options) {
                              &options.gravity_model,
                              &options.field_magnitude_u}) {
     if (option->has_value() || options.one_sided) {
-      throw UsageError("level: a record is taken as it is; options of calibrate go with readings");
+      throw UsageError(
+          "level: options of calibrate cannot change a record; use them with readings");
     }
   }
 }
@@ -144,8 +146,9 @@ void require_trust(const Measured& measured) {
   if (spoilt || calibration.findings.status == CalibrationStatus::refused ||
       (calibration.fit.levelness && !calibration.fit.levelness->consistent)) {
     throw RefusedError(
-        "level: the readings do not agree about the slope, so no turns are given; mend what the "
-        "warnings name (take those readings again, --leave-out, --level-by block) first");
+        "level: the readings do not agree about the slope, so no turns are computed; first correct "
+        "the faults in the warnings (repeat these readings, or use --leave-out or --level-by "
+        "block)");
   }
 }
 
@@ -155,17 +158,17 @@ Slope slope_of(const Measured& measured) {
   const Calibration& calibration = measured.calibration;
   if (!field_kind(calibration.sensor.field.kind).vertical) {
     throw RefusedError(
-        formatted("level: the field is {}, and only gravity shows where the table is not level",
+        formatted("level: the field is {}, but only gravity shows the slope of the table",
                   calibration.sensor.field.kind));
   }
   if (!calibration.fit.levelness && measured.from_record) {
     throw RefusedError(measured.path +
-                       ": the record holds no levelness; give the readings instead");
+                       ": the record contains no levelness; use the file of the readings instead");
   }
   if (!calibration.fit.levelness) {
     throw RefusedError(
-        "level: no reading has its opposite (same rest face, opposite fence face), so nothing "
-        "shows the table's slope; take each face turned round as well");
+        "level: no two readings have the same rest face and opposite fence faces, so the slope of "
+        "the table is unknown; read each rest face a second time, turned by 180 degrees");
   }
   const Levelness& levelness = *calibration.fit.levelness;
   const BlockLevelness now = levelness.current_levelness();
@@ -237,13 +240,14 @@ std::string text_of(const Slope& slope,
   text += formatted(
       "\n{}\n",
       wrapped(slope.is_level()
-                  ? "That is as level as these readings can tell; more replicates would tell more."
+                  ? "These readings show no significant slope; more replicates could show one."
                   : "Raise the adjusters by these amounts, then take the 12 readings again.",
               80));
   const double lean = fence_lean_when_level(surface, slope.value);
   if (surface.kind == SurfaceKind::separate) {
-    text += wrapped(formatted("The fence stands by itself: once the table is level it leans by {} "
-                              "urad instead of {}; write that into the positioner's file.",
+    text += wrapped(formatted("The fence is separate from the table. When the table is level, the "
+                              "fence leans by {} urad instead of {}; change this number in the "
+                              "positioner file.",
                               micro_text(lean), micro_text(surface.fence_lean_rad)),
                     80) +
             "\n";

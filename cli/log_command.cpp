@@ -117,7 +117,7 @@ std::string next_for_accelerometer(const RecordingSummary& summary,
                                    [](const RecordedSensor& sensor) { return sensor.number > 0; });
   const std::string output = formatted("-o 'imu-{{slot}}{}.json'", several ? "-{instance}" : "");
   if (!has_times(one)) {
-    return "the file lacks times; 100 samples per second are assumed: type your rate\n" +
+    return "the file lacks times; replace 100 by the number of samples per second\n" +
            next_of(formatted("calibrate --imu {} --rate 100 {}", file, output));
   }
   if (still_s > most * span_s) {
@@ -127,9 +127,8 @@ std::string next_for_accelerometer(const RecordingSummary& summary,
            next_of(formatted("noise {} -o noise.txt", file));
   }
   if (still_s < shortest_s) {
-    return "the accelerometer is never still for a second: to calibrate it, record it while it is "
-           "put\ndown in 12 or more different ways, some seconds each, and calibrate --imu that "
-           "log\n";
+    return "the accelerometer is never still for a second. To calibrate it, lay it down in 12 or "
+           "more\norientations for some seconds each, and run calibrate --imu on this log\n";
   }
   return formatted("the accelerometer's longest rest is from {} to {} s after its first sample\n",
                    number_text(one.still_from_s, 4), number_text(one.still_to_s, 4)) +
@@ -154,8 +153,8 @@ std::string next_for_unknown(const RecordingSummary& summary, const std::string&
     const std::string columns = quoted(joined(three, ","));
     return formatted(
                "no accelerometer, gyroscope or magnetometer was recognised by names, units or "
-               "numbers;\nif {} are {}, and else with the columns that are:\n",
-               joined(three), has_times(one) ? "an accelerometer" : "a compass that was turned") +
+               "numbers;\nuse this command if {} are {}, otherwise with other columns:\n",
+               joined(three), has_times(one) ? "an accelerometer" : "a turned magnetometer") +
            next_of(
                has_times(one)
                    ? formatted("calibrate --imu {} --accelerometer {} -o 'imu-{{slot}}.json'", file,
@@ -164,7 +163,7 @@ std::string next_for_unknown(const RecordingSummary& summary, const std::string&
                                "{} -o magnetometer.json",
                                file, columns));
   }
-  return "no accelerometer, gyroscope or magnetometer is known in it by names, units or numbers\n";
+  return "no accelerometer, gyroscope or magnetometer was recognised by names, units or numbers\n";
 }
 
 // The next command for the content of the file.
@@ -191,15 +190,16 @@ std::string next_steps(const RecordingSummary& summary, const std::string& file)
   }
   const auto magnetometer = first_of(SeriesKind::magnetometer);
   if (magnetometer != sensors.end()) {
-    return "the size of the field is unknown, so the fit uses length 1; give it "
-           "with\n--field-magnitude 48 --field-unit uT, or with --latitude and --longitude\n" +
+    return "the magnitude of the field is unknown, so the fit uses 1; state it by\n"
+           "--field-magnitude 48 --field-unit uT, or by --latitude and --longitude\n" +
            next_for_turned(*magnetometer, "magnetometer", file);
   }
   const auto gyroscope = first_of(SeriesKind::gyroscope);
   if (gyroscope != sensors.end()) {
     const bool timed = has_times(summary.series[gyroscope->series]);
-    return std::string(timed ? "if it is at rest\n"
-                             : "if it is at rest, at 100 samples a second: type your rate\n") +
+    return std::string(timed ? "if the gyroscope is at rest:\n"
+                             : "if the gyroscope is at rest; replace 100 by the number of samples "
+                               "per second:\n") +
            next_of(formatted("noise {}{}", file, timed ? "" : " --rate 100"));
   }
   return summary.series.empty() ? "the file does not contain numbers\n"

@@ -32,13 +32,13 @@ std::vector<std::string> three_columns(const char* option, const std::string& te
 void add_log_options(OptionSet& options, LogOptions& log) {
   add_table_options(options, log.table);
   OptionSet log_options = options.group("Log");
-  log_options.add("--rate", log.rate, "HZ", "samples a second, instead of a column of times");
+  log_options.add("--rate", log.rate, "HZ", "samples per second, instead of a column of times");
   log_options.add("--instance", log.instance, "N",
                   "number of the sensor, counted from 0, if a recording has several of a kind");
 }
 
 void add_unit_options(OptionSet& options, UnitOptions& units) {
-  OptionSet group = options.group("Units of readings that state none");
+  OptionSet group = options.group("Units of readings without stated units");
   group.add("--unit", units.all, "UNIT", "unit of all readings");
   group.add("--accelerometer-unit", units.accelerometer, "UNIT",
             "unit of the accelerometer: m/s^2, g, ..");
@@ -51,24 +51,24 @@ void add_rest_options(OptionSet& options, RestOptions& rests) {
   add_log_options(options, rests.log);
   OptionSet log = options.group("Log");
   log.add("--columns", rests.columns, "A,B,..",
-          "columns whose variance tells rest from motion; [default: segment: --accelerometer, or "
-          "x,y,z; calibrate: the gyroscope's, or the accelerometer's]");
+          "columns whose variance distinguishes rest from motion [default: segment: "
+          "--accelerometer, or x,y,z; calibrate: the gyroscope's, or the accelerometer's]");
   log.add("--window", rests.window, "S",
           "length of the sliding window [s]; half a window is left out at both ends of a rest "
           "[default: 0.5]");
   log.add("--min-length", rests.shortest, "S",
           "shortest length of a rest after trimming [s] [default: 1]");
   log.add("--trim", rests.trim, "S",
-          "time that is left out at both ends of a rest, besides [s] [default: 0.1]");
+          "additional time that is left out at both ends of a rest [s] [default: 0.1]");
   log.add("--threshold", rests.threshold, "V",
           "threshold of the variance; the instrument is at rest below it [default: chosen from the "
           "data]");
-  log.add("--plan", rests.plan, "SHEET", "run sheet: the seats of a cube, in its order");
+  log.add("--plan", rests.plan, "SHEET", "run sheet with the seats of the cube in their order");
   log.add("--regions", rests.regions, "FILE|COLUMN",
-          "calibrate: rests and whole turns that are known: axiscal-regions (JSON), or a column of "
-          "the table that names them, as x_p, x_a, x_rot");
+          "calibrate: known rests and whole turns: a file (axiscal-regions, JSON), or a column of "
+          "the table with their names, for example x_p, x_a, x_rot");
   log.add("--first-fence", rests.first_fence, "FACE",
-          "the first rest's face at the fence, where seats are recognised");
+          "face at the fence in the first rest, if seats are recognised");
   log.add("--accelerometer", rests.accelerometer, "X,Y,Z",
           "columns of the accelerometer [default: ax,ay,az]");
   log.add("--gyroscope", rests.gyroscope, "X,Y,Z",
@@ -76,7 +76,7 @@ void add_rest_options(OptionSet& options, RestOptions& rests) {
   log.add("--magnetometer", rests.magnetometer, "X,Y,Z",
           "columns of the magnetometer [default: calibrate takes mx,my,mz if they exist]");
   log.add("--gyroscope-scale", rests.gyroscope_scale, "RATE",
-          "rad/s per unit of the gyroscope, roughly [default: found among the usual ones]");
+          "approximate rad/s per unit of the gyroscope [default: chosen from the usual scales]");
 }
 
 std::vector<std::string> stated_options_of(const RestOptions& rests) {

@@ -23,7 +23,8 @@ struct MergeCommand {
 void add_options(OptionSet& options, MergeCommand& command) {
   options.add("parts", command.parts, "PART", "parts of one stream: .jsonl, .jsonl.zst or .csv",
               Need::required);
-  options.add("-o,--output", command.output, "FILE", "the whole, of the same kind", Need::required);
+  options.add("-o,--output", command.output, "FILE", "joined file, of the same type",
+              Need::required);
 }
 
 // The number of the unit in the input, and its line without that number.
@@ -40,7 +41,7 @@ NumberedLine numbered(const std::string& path, std::size_t line_number, std::str
   if ((is_json && !line.starts_with(key)) || comma == std::string_view::npos ||
       line.find_first_not_of("0123456789", from) != comma) {
     throw DataError(path, line_number,
-                    "has no number of its unit; merge joins the parts of calibrate --shard");
+                    "lacks the number of its unit; merge joins only parts of calibrate --shard");
   }
   return {.unit = static_cast<std::size_t>(
               std::strtoull(std::string(line.substr(from, comma - from)).c_str(), nullptr, 10)),
@@ -95,11 +96,11 @@ int run(const MergeCommand& command) {
     const NumberedLine& line = first->lines[first->next++];
     if (last && line.unit <= *last) {
       throw RefusedError(
-          formatted("{}: unit {} is there twice; give each part once", first->path, line.unit));
+          formatted("{}: unit {} occurs twice; state each part once", first->path, line.unit));
     }
     if (line.unit != (last ? *last + 1 : 0)) {
       throw RefusedError(
-          formatted("unit {} is missing; a part is missing or not complete", last ? *last + 1 : 0));
+          formatted("unit {} is missing: a part is missing or incomplete", last ? *last + 1 : 0));
     }
     last = line.unit;
     pending += line.text + "\n";

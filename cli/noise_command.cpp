@@ -44,24 +44,27 @@ void add_options(OptionSet& options, NoiseCommand& command) {
   options.add("--columns", command.columns, "A,B,..",
               "columns of the sensors [default: all but the times]");
   add_log_options(options, command.options);
-  options.add_flag("--all-taus", command.all_taus, "the curve at ten averaging times a decade");
+  options.add_flag("--all-taus", command.all_taus,
+                   "compute the curve at ten averaging times per decade");
   options.add(
       "--from", command.from, "S",
-      "the part at rest, from S seconds after the first sample on [default: the longest rest]");
-  options.add("--to", command.to, "S", "end of that part, in seconds after the first sample");
+      "start of the part at rest, in seconds after the first sample [default: the longest rest]");
+  options.add("--to", command.to, "S",
+              "end of the part at rest, in seconds after the first sample");
   add_unit_options(options, command.units);
   options.add("--tau", command.tau, "LO,HI",
               "fit the curve only between these averaging times [s]");
   options.add_flag("--curve", command.is_curve,
-                   "LOG is a curve: columns tau, adev (or others), and n, the terms of each point");
+                   "LOG is a curve: columns tau, adev (or other names), and optionally n, the "
+                   "number of terms of each point");
   options.add("--deviations", command.deviations, "mdev,hdev,totdev",
-              "besides Allan's: modified, Hadamard, total");
+              "also compute the modified, Hadamard or total deviation");
   options.add("-o,--output", command.output, "FILE",
               "output file; - is stdout. FILE.html is a page with plots [default: -]");
   options.add_flag("--all", command.all, "print all coefficients and the curves");
   options.add_flag("--json", command.json, "print JSON instead of a table");
   options.add("--format", command.format, "kalibr",
-              "write Kalibr's imu.yaml instead: densities, walks and rate of an IMU");
+              "write Kalibr's imu.yaml: noise densities, random walks and sampling rate of an IMU");
 }
 
 void warn(LogNoise& noise, const std::string& message) {
@@ -145,8 +148,8 @@ double rate_of(const RecordedLog& log,
     gaps += step > 5.0 * mean_step || step < 0.0 ? 1U : 0U;
   }
   if (gaps > 0) {
-    warn(noise, formatted("{} gaps or steps back in the times: the samples are taken as evenly "
-                          "spaced all the same",
+    warn(noise, formatted("the times have {} gaps or steps back; the samples are still taken as "
+                          "evenly spaced",
                           gaps));
   }
   return 1.0 / usual_step(times, unit.seconds).value_or(mean_step);
@@ -156,18 +159,18 @@ double rate_of(const RecordedLog& log,
 std::string fit_text(const NoiseModel& model) {
   std::string text = formatted("  fitted from {:.3g} s on: ", model.from_tau_s);
   if (std::isnan(model.p_value)) {
-    return text + "too few points to tell whether these kinds of noise describe the curve\n";
+    return text + "too few points to test whether these kinds of noise describe the curve\n";
   }
   text += model.model_error > 0.0
               ? formatted(
-                    "these kinds of noise do not describe the curve (p = {:.2g}); it is off "
-                    "them by {:.0f} %, and the intervals include that\n",
+                    "these kinds of noise do not describe the curve (p = {:.2g}); it differs from "
+                    "them by {:.0f} %, which the intervals include\n",
                     model.p_value, 100.0 * model.model_error)
               : formatted("these kinds of noise describe the curve (p = {:.2g})\n", model.p_value);
   if (model.white_by_stretch) {
     text +=
-        "  white noise is what the longest stretch shows that falls as white noise does; the kinds "
-        "together\n  made less of it\n";
+        "  the white noise is that of the longest part of the curve with the slope of white noise; "
+        "the\n  fit of all kinds gave a smaller value\n";
   }
   return text;
 }
@@ -189,13 +192,13 @@ std::string listing_of(const ColumnNoise& one) {
                 : formatted("  {:<17}{:>15}\n", noise_name(c.kind), "not determined");
   }
   text += fit_text(one.model);
-  text += formatted("  at 1 s the curve is {:.5g}\n", deviation_at(one.curve, 1.0));
+  text += formatted("  deviation at 1 s: {:.5g}\n", deviation_at(one.curve, 1.0));
   text += formatted(
-      "  dwell {:.3g} s a design point: {:.4g} of a mean; {}\n", one.dwell.sensible_s,
+      "  dwell {:.3g} s at a design point: the mean deviates by {:.4g}; {}\n", one.dwell.sensible_s,
       one.dwell.sensible_deviation,
       one.dwell.beyond_record
-          ? "longer may be better still, the record is too short to tell"
-          : formatted("no better than {:.4g}, at {:.3g} s", one.dwell.deviation, one.dwell.best_s));
+          ? "a longer dwell may be better, but the log is too short to show this"
+          : formatted("the minimum is {:.4g}, at {:.3g} s", one.dwell.deviation, one.dwell.best_s));
   text += formatted("  {:>11}{:>14}{:>14}{:>14}", "tau [s]", "deviation", "low", "high");
   for (const auto& [which, deviations] : one.others) {
     text += formatted("{:>14}", name_of(which));
@@ -220,8 +223,8 @@ std::string noise_text(const LogNoise& noise, bool all) {
           ? formatted("{} samples at {:.6g} Hz, {:.6g} s", noise.samples, noise.rate_hz,
                       static_cast<double>(noise.samples) / noise.rate_hz)
           : std::string(
-                "a curve of unknown length: without a column n intervals are as if its "
-                "longest tau were half the record");
+                "a curve from a log of unknown length: without a column n the intervals assume "
+                "that the longest tau is half of the log");
   text += formatted("; 95 % intervals in brackets\n\n{}\n", noise_summary(noise));
   double shortest = noise.columns.front().dwell.sensible_s;
   double longest = shortest;
@@ -233,11 +236,11 @@ std::string noise_text(const LogNoise& noise, bool all) {
     }
   }
   text += shortest < longest
-              ? formatted("Dwell at a design point: {:.3g} to {:.3g} s serve best.\n", shortest,
-                          longest)
-              : formatted("Dwell at a design point: {:.3g} s serve best.\n", longest);
+              ? formatted("Best dwell at a design point: {:.3g} to {:.3g} s.\n", shortest, longest)
+              : formatted("Best dwell at a design point: {:.3g} s.\n", longest);
   if (!all) {
-    return text + "All coefficients and the curves: --all; a page to look at: -o noise.html\n";
+    return text +
+           "--all prints all coefficients and the curves; -o noise.html writes a page with plots\n";
   }
   for (const ColumnNoise& one : noise.columns) {
     text += listing_of(one);
@@ -330,14 +333,14 @@ CurveSize size_of_curve(const std::string& name,
 
 LogNoise noise_of_curve(const RecordedLog& log, const NoiseCommand& command) {
   if (command.deviations || command.all_taus || command.options.rate) {
-    throw UsageError("--curve: a curve goes without --deviations, --all-taus and --rate");
+    throw UsageError("--curve: does not go with --deviations, --all-taus or --rate");
   }
   const std::vector<double>& tau = log.samples[need_column(log.name, log.columns, "tau")];
   const auto found = std::find(log.columns.begin(), log.columns.end(), "n");
   for (std::size_t i = 0; i < tau.size(); ++i) {
     if (!(tau[i] > (i > 0 ? tau[i - 1] : 0.0)) || !std::isfinite(tau[i])) {
       throw DataError(log.name,
-                      formatted("point {} of the curve: tau must be positive and ascend", i + 1));
+                      formatted("point {} of the curve: tau must be positive and increase", i + 1));
     }
   }
   const std::vector<double>* const terms =
@@ -378,7 +381,7 @@ std::vector<OtherDeviation> deviations_of(const NoiseCommand& command) {
        command.deviations ? names_of(*command.deviations) : std::vector<std::string>{}) {
     const std::optional<OtherDeviation> which = other_deviation_of(name);
     if (!which && name != "adev") {
-      throw UsageError(formatted("--deviations: '{}' is none of mdev, hdev, totdev", name));
+      throw UsageError(formatted("--deviations: '{}' must be mdev, hdev or totdev", name));
     }
     if (which) {
       all.push_back(*which);
@@ -475,16 +478,15 @@ void cut_to_rest(RecordedLog& log,
     };
     if (part.moves) {
       throw RefusedError(
-          formatted("{}: the instrument moves all the time, and its longest quiet part is from {} "
-                    "to {} s; take "
-                    "a log at rest, or name the part by --from and --to",
+          formatted("{}: the instrument moves all the time; its longest quiet part is from {} to "
+                    "{} s. Record a log at rest, or state the part by --from and --to",
                     log.name, seconds(part.first), seconds(part.end)));
     }
     if (part.first > 0 || part.end < n) {
       warn(noise,
-           formatted("the log is not at rest all the time: the noise is of its longest rest, {} "
-                     "to {} s, and {} % of the samples are left out (--from, --to take another "
-                     "part)",
+           formatted("the instrument is not at rest all the time: the noise is that of its longest "
+                     "rest, {} to {} s, without {} % of the samples (--from and --to select "
+                     "another part)",
                      seconds(part.first), seconds(part.end),
                      number_text(100.0 * static_cast<double>(n - (part.end - part.first)) /
                                      static_cast<double>(n),
@@ -618,7 +620,7 @@ int run(const NoiseCommand& command) {
     name_sensors(input.sensors, command.units, noise);
   }
   if (noise.columns.empty()) {
-    throw RefusedError("no column varies");
+    throw RefusedError("all columns are constant");
   }
   const bool page = command.output.ends_with(".html") || command.output.ends_with(".htm");
   write_text(command.output, command.format ? kalibr_imu_yaml(noise)

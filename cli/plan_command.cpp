@@ -44,50 +44,56 @@ struct PlanCommand {
 
 void add_options(OptionSet& options, PlanCommand& command) {
   options.add("experiment", command.experiment, "EXPERIMENT",
-              "instrument, field, cube and method (.json)");
+              "experiment file (.json) with instrument, field, cube and method");
   add_sheet_options(options, command.sheet);
   OptionSet forecast = options.group("Forecast");
   forecast.add("--noise", command.noise, "SD",
                "standard deviation of one sample, in the readings' unit");
   forecast.add(
       "--noise-log", command.noise_log, "FILE",
-      "output of `noise --json`, instead of --noise: a reading is a mean over the dwell time");
+      "output of `noise --json`, instead of --noise; a reading is the mean over the dwell time");
   forecast.add(
       "--dwell", command.dwell, "S",
-      "time at a design point, with --noise-log [default: the sensible one of its noisiest axis]");
-  forecast.add("--samples", command.samples, "N", "averaged at each point [default: 1]");
+      "time at a design point [s], with --noise-log [default: computed for the noisiest axis]");
+  forecast.add("--samples", command.samples, "N",
+               "number of samples averaged at each point [default: 1]");
   forecast.add("--want-angle-deg", command.want_angle, "U",
                "wanted standard uncertainty of an angle; it sets the number of replicates");
-  forecast.add("--sensitivity", command.sensitivity, "S", "of each axis, nominal [default: 1]");
+  forecast.add("--sensitivity", command.sensitivity, "S",
+               "nominal sensitivity of each axis [default: 1]");
   forecast.add("--method", command.method, "METHOD",
-               "paired, joint or known [default: by the design]");
+               "paired, joint or known [default: chosen from the design]");
   forecast.add("--positioner", command.positioner, "FILE",
                "file of the measured cube [default: the nominal cube]");
   forecast.add("--positioner-u", command.positioner_u, "RAD",
-               "standard uncertainty of each face normal, besides the positioner's covariance");
+               "standard uncertainty of each face normal, in addition to the positioner's "
+               "covariance");
   forecast.add("--slot", command.slot, "NAME",
-               "mount of the positioner that holds the instrument; its repeatability counts");
+               "mount of the positioner that holds the instrument; its repeatability is included");
   forecast.add("--level-u", command.level_u, "RAD",
-               "known: standard uncertainty of the table's slope along x and y");
+               "method known: standard uncertainty of the table's slope along x and y");
   forecast.add(
       "--world", command.world, "FILE|NAME=V,..",
       ("effects on the readings besides white noise; each replicate is a block: " + world_names())
           .c_str());
-  forecast.add("--slope", command.slope, "X,Y", "of the table, expected [default: 0,0]");
+  forecast.add("--slope", command.slope, "X,Y", "expected slope of the table [default: 0,0]");
   OptionSet tolerances = options.group("Tolerances");
   tolerances.add(
       "--tolerances", command.tolerances, "NAME=SD,..",
-      "errors by how the cube is made: foot_height_m, ball_radius_m, squareness_rad, fence_rad");
-  tolerances.add("--trials", command.trials, "N", "cubes simulated [default: 1000]");
+      "standard deviations of the errors of the made cube: foot_height_m, ball_radius_m, "
+      "squareness_rad, fence_rad");
+  tolerances.add("--trials", command.trials, "N", "number of simulated cubes [default: 1000]");
   OptionSet temperature = options.group("Temperature");
   temperature.add(
       "--soak", command.soak, "LOG",
-      "a log (CSV: time [s], temperature): is the instrument steady yet? Exit 1 when not");
+      "test whether the temperature in a log (CSV: time [s], temperature) is steady; the exit "
+      "status is 1 if it is not");
   temperature.add("--soak-window", command.soak_window, "S",
-                  "span of earlier blocks, and duration of a block [default: 300]");
+                  "duration of the last part of the log that is tested, and of the next block [s] "
+                  "[default: 300]");
   temperature.add("--soak-tolerance", command.soak_tolerance, "T",
-                  "largest change of the temperature output during that time [default: 0.1]");
-  options.add("--page", command.page, "SHEET.html", "the run sheet as a page to print");
+                  "largest change of the temperature output within --soak-window [default: 0.1]");
+  options.add("--page", command.page, "SHEET.html", "file for the run sheet as a page to print");
   options.add("-o,--output", command.output, "FILE",
               "file of the run sheet (CSV) [default: -, stdout]");
   options.add_flag("--json", command.json, "print the forecast as JSON");
@@ -131,7 +137,7 @@ double noise_of(const PlanCommand& command, const std::string& kind) {
     return command.noise ? parse_nonnegative("--noise", *command.noise) : 0.0;
   }
   if (command.noise || command.samples) {
-    throw UsageError("--noise-log: states the noise, so goes without --noise and --samples");
+    throw UsageError("--noise-log: does not go with --noise or --samples");
   }
   const LogNoise noise = parse_noise(read_whole_file(*command.noise_log), *command.noise_log);
   const std::vector<const ColumnNoise*> columns = columns_of_instrument(noise, kind);
@@ -145,22 +151,23 @@ double noise_of(const PlanCommand& command, const std::string& kind) {
       names += (names.empty() ? "" : ", ") + column->name;
     }
     print_remark("note",
-                 formatted("of the noise log's columns {} count, which are of one unit", names));
+                 formatted("only the columns {} of the noise log are used; they have one unit",
+                           names));
   }
   const double dwell_s =
       command.dwell ? parse_positive("--dwell", *command.dwell) : worst->dwell.sensible_s;
   if (dwell_s > worst->curve.back().tau_s) {
     print_remark("warning",
                  formatted("the noise log does not cover averages over more than {} s; the "
-                           "forecast for {} s may be far too small",
+                           "forecast uncertainty for {} s may be far too small",
                            number_text(worst->curve.back().tau_s, 3), number_text(dwell_s, 3)));
   }
   double largest = 0.0;
   for (const ColumnNoise* const column : columns) {
     largest = std::max(largest, deviation_at(column->curve, dwell_s));
   }
-  print_remark("note", formatted("dwell {} s at each design point; a reading, its mean, then has a "
-                                 "standard deviation of {} (noisiest axis)",
+  print_remark("note", formatted("dwell {} s at each design point; the mean, which is the reading, "
+                                 "has a standard deviation of {} (noisiest axis)",
                                  number_text(dwell_s, 3), number_text(largest, 3)));
   return largest;
 }
@@ -211,7 +218,7 @@ std::vector<std::string> remarks_on(const ForecastSetup& setup) {
   std::vector<std::string> remarks = rocking_remarks(setup.positioner, points);
   if (method_kind(setup.method).directions_known && !(setup.level_u_rad > 0.0)) {
     remarks.emplace_back(
-        "Method known takes the table's slope as exactly known; --level-u says how well it is.");
+        "Method known takes the table's slope as exactly known; --level-u sets its uncertainty.");
   }
   return remarks;
 }
@@ -221,7 +228,7 @@ void check_outputs(const PlanCommand& command) {
     throw UsageError("--page: needs a file; standard output is for the sheet and the forecast");
   }
   if (command.page && command.page == command.output) {
-    throw UsageError("--page: the page and the sheet need files of their own");
+    throw UsageError("--page: the page and the sheet must be different files");
   }
   if (command.trials && !command.tolerances) {
     throw UsageError("--trials: goes with --tolerances");
@@ -237,16 +244,16 @@ int needed_replicates(const ForecastSetup& setup, double wanted_rad, bool makes_
     silent.noise_sd = 0.0;
     const Forecast rest = forecast(silent);
     throw RefusedError(
-        formatted("--want-angle-deg: no number of replicates reaches {} degrees: the cube and the "
-                  "table's level alone leave {}; measure the cube better (characterize), or the "
-                  "level (method paired or joint)",
+        formatted("--want-angle-deg: no number of replicates reaches {} degrees: without any noise "
+                  "the cube and the table's level give {}; measure the cube better (characterize), "
+                  "or the level (method paired or joint)",
                   short_degrees(wanted_rad),
                   short_degrees(largest_angle_uncertainty(rest, rest.covariance()))));
   }
   if (makes_sheet && *needed > longest_sheet) {
     throw RefusedError(
-        formatted("--want-angle-deg: {} degrees need {} replicates of {} samples a point; average "
-                  "more samples at each point (--samples), or state --replicates",
+        formatted("--want-angle-deg: {} degrees need {} replicates of {} samples per point; "
+                  "average more samples at each point (--samples), or state --replicates",
                   short_degrees(wanted_rad), formatted("{:.0f}", *needed), setup.samples));
   }
   return static_cast<int>(std::min(*needed, 1e9));
@@ -269,7 +276,7 @@ int tell_soak(const PlanCommand& command) {
     const std::optional<double> value = parse_number(csv.cells()[temperature]);
     if (!t || !value || (!times.empty() && *t < times.back())) {
       throw DataError(csv.path(), csv.line(),
-                      "needs a time, not before the last one, and a temperature");
+                      "must have a temperature, and a time that is not before the previous time");
     }
     times.push_back(*t);
     temperatures.push_back(*value);
@@ -285,13 +292,13 @@ int tell_soak(const PlanCommand& command) {
   std::string text;
   if (std::isnan(state.rate)) {
     text =
-        formatted("not steady: the log does not yet hold a window of {} s\n", number_text(window));
+        formatted("not steady: the log is shorter than the window of {} s\n", number_text(window));
   } else {
     text = formatted("{}: the temperature changes by {:.2g} in {:g} s (u {:.1g}; allowed {:g})\n",
                      state.steady ? "steady" : "not steady", state.rate * window, window,
                      state.rate_u * window, tolerance);
     if (!state.steady && !std::isnan(state.remaining_s)) {
-      text += formatted("about {:.0f} s more\n", state.remaining_s);
+      text += formatted("steady in about {:.0f} s\n", state.remaining_s);
     }
   }
   write_text(command.output.value_or("-"), text);
@@ -303,7 +310,8 @@ int run(const PlanCommand& command) {
     return tell_soak(command);
   }
   if (command.json && command.output == "-") {
-    throw UsageError("-o -: standard output cannot hold both the sheet and the forecast's JSON");
+    throw UsageError(
+        "-o -: the sheet and the JSON of the forecast cannot both go to standard output");
   }
   if (command.want_angle && !states_noise(command)) {
     throw UsageError("--want-angle-deg: the noise of a sample is needed too (--noise)");

@@ -33,7 +33,7 @@ class PlanText {
       add_coefficients();
       add_angles();
     } else {
-      text_ += "\nNo forecast: give the noise of a sample by --noise.\n";
+      text_ += "\nNo forecast: state the noise of a sample by --noise.\n";
     }
     add_wanted();
     add_tolerances();
@@ -55,15 +55,15 @@ class PlanText {
       text_ += "The design does not determine all coefficients.\n";
       return;
     }
-    text_ += formatted("efficiency against the best {} readings: D {:.3f}, A {:.3f}, G {:.3f}\n",
+    text_ += formatted("efficiency, 1 for the best {} readings: D {:.3f}, A {:.3f}, G {:.3f}\n",
                        setup.design.size(), quality.d_efficiency, quality.a_efficiency,
                        quality.g_efficiency);
     text_ +=
         formatted("variance inflation {:.3f}, {:.3f}, {:.3f}\n", quality.variance_inflation.x(),
                   quality.variance_inflation.y(), quality.variance_inflation.z());
     text_ +=
-        wrapped(formatted("largest prediction variance {:.4g} of a reading's, with the field along "
-                          "({:.2f}, {:.2f}, {:.2f})",
+        wrapped(formatted("largest prediction variance {:.4g} times the variance of a reading, for "
+                          "a field along ({:.2f}, {:.2f}, {:.2f})",
                           quality.largest_prediction_variance / setup.replicates,
                           quality.worst_direction.x(), quality.worst_direction.y(),
                           quality.worst_direction.z()),
@@ -71,7 +71,7 @@ class PlanText {
     text_ += "\n";
     if (plan_.optimal) {
       text_ += wrapped(
-          formatted("the {} of the 24 points that determine most, for {}: D-efficiency {:.4f}; "
+          formatted("D-optimal {} of the 24 points, for {}: D-efficiency {:.4f}; "
                     "the 12-point design has {:.4f}",
                     plan_.optimal->design.size(),
                     plan_.optimal->parameters == 10 ? "every direction of the field"
@@ -107,7 +107,7 @@ class PlanText {
     }
     const Eigen::MatrixXd C = forecast.covariance();
     text_ += formatted(
-        "\nStandard uncertainty of calibrated angles [deg], without a reading's own noise\n"
+        "\nStandard uncertainty of calibrated angles [deg], without the noise of a reading\n"
         "  {:<14}{:>12}{:>14}{:>12}\n",
         "pitch [deg]", "pitch", "pitch, atan2", "roll");
     for (const double pitch_deg : pitches_deg) {
@@ -123,7 +123,7 @@ class PlanText {
       text_ += formatted("  {:<54}{:>10.3g}\n", name,
                          degrees(largest_angle_uncertainty(forecast, covariance)));
     };
-    part("largest, of the direction in any attitude", C);
+    part("largest uncertainty of a direction in any attitude", C);
     part("  by the noise", forecast.noise);
     if (!forecast.positioner.isZero(0.0)) {
       part("  by the cube (replicates do not lower it)", forecast.positioner);
@@ -143,8 +143,8 @@ class PlanText {
     const int samples = plan_.setup.samples;
     text_ += formatted(
         "\n{}\n",
-        wrapped(formatted("For {} degrees: {} replicate{} of {} sample{} a point, or 1 "
-                          "replicate of {} samples.",
+        wrapped(formatted("For {} degrees: {} replicate{} of {} sample{} per point, or 1 "
+                          "replicate of {} samples per point.",
                           short_number(degrees(*plan_.wanted_rad)), plan_.replicates_needed,
                           plan_.replicates_needed == 1 ? "" : "s", samples, samples == 1 ? "" : "s",
                           static_cast<long>(plan_.replicates_needed) * samples),
@@ -171,7 +171,7 @@ class PlanText {
       row(std::string(method_name(effect.method)) + ", simulated", effect.simulated);
       text_ += formatted("{:>11.4g}\n", 1e6 * effect.worst_angle_95_rad);
     }
-    text_ += "  (95 % of: no more than this in any attitude for 95 % of the cubes)\n";
+    text_ += "  (95 % of: 95 % of the cubes have no larger angle error in any attitude)\n";
     const int unusable = plan_.tolerances.front().unusable;
     if (unusable > 0) {
       text_ += formatted("  {} of the cubes could not be used\n", unusable);
@@ -179,8 +179,8 @@ class PlanText {
     if (!plan_.setup.positioner.feet(Face::plus_x)) {
       const BallFrame frame;
       text_ += wrapped(formatted(
-                           "  Drawn as: edge {} mm, feet {} mm high of radius {} mm within {} "
-                           "mm of the middle; --positioner takes another drawing.",
+                           "  Assumed drawing: edge {} mm, feet {} mm high of radius {} mm within "
+                           "{} mm of the middle; --positioner sets another drawing.",
                            1e3 * frame.edge_m, 1e3 * frame.foot_height_m, 1e3 * frame.ball_radius_m,
                            1e3 * frame.foot_positions_m[0].cwiseAbs().maxCoeff()),
                        80) +

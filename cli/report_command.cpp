@@ -49,8 +49,8 @@ std::optional<Observations> readings_for(const Calibration& calibration,
                                          const TableOptions& table) {
   if (path != "-" && is_own_log(calibration, path)) {
     print_remark("note", path +
-                             " is the log that the record was made from: its readings are the "
-                             "means of the rests, whose residuals the report shows");
+                             " is the log from which the record was made; the report shows the "
+                             "residuals of its rests");
     return std::nullopt;
   }
   ObservationsFile file =
@@ -72,8 +72,8 @@ std::optional<Observations> readings_for(const Calibration& calibration,
                   });
   if (!is_input) {
     print_remark("note", path +
-                             " is not a file that the record was made from (its SHA-256 "
-                             "differs): readings are matched by their run");
+                             " is not a file from which the record was made (its SHA-256 differs); "
+                             "readings are matched by run number");
   }
   if (file.run.observations.readings.size() > calibration.fit.residuals.size()) {
     static_cast<void>(gather_rests(calibration.sensor.instrument.kind, file.run));
@@ -86,7 +86,7 @@ std::optional<Observations> readings_for(const Calibration& calibration,
     observations.response = observations.response.middleCols(m * (slot - slots.begin()), m).eval();
   }
   if (observations.response.cols() != m) {
-    throw DataError(path, formatted("it holds the slots {}; the record belongs to another slot",
+    throw DataError(path, formatted("contains the slots {}, but the record is of another slot",
                                     joined(slots)));
   }
   return observations;
@@ -102,7 +102,8 @@ std::vector<std::string> write_certificate(const ReportCommand& command,
   write_whole_file(command.output, certificate_pdf(calibration, details));
   std::vector<std::string> missing = missing_details(calibration, details);
   if (!missing.empty()) {
-    print_remark("note", "ISO/IEC 17025 asks for more than --laboratory says: " + joined(missing));
+    print_remark("note",
+                 "--laboratory lacks details that ISO/IEC 17025 requires: " + joined(missing));
   }
   return missing;
 }
@@ -140,7 +141,7 @@ int run_report(const ReportCommand& command) {
     return 0;
   }
   if (command.laboratory) {
-    throw UsageError("report: --laboratory is for a certificate (-o FILE.pdf)");
+    throw UsageError("report: --laboratory goes only with a certificate (-o FILE.pdf)");
   }
   ReportOptions options;
   std::optional<Observations> observations;
@@ -153,7 +154,7 @@ int run_report(const ReportCommand& command) {
     if (std::none_of(options.history.begin(), options.history.end(), [&](const UnitHistory& unit) {
           return unit.serial == calibration.sensor.instrument.serial;
         })) {
-      print_remark("note", formatted("{} holds no record of unit '{}'", *command.history,
+      print_remark("note", formatted("{} contains no record of unit '{}'", *command.history,
                                      calibration.sensor.instrument.serial));
     }
   }

@@ -17,15 +17,17 @@ void add_options(OptionSet& options, ReportCommand& command) {
       "records of the same unit, to show its drift over the years: a folder, a .jsonl file or a "
       "store");
   options.add("--adjusters", command.adjusters, "X,Y;X,Y;..",
-              "positions of the table's height adjusters [m], for the turns that level the table");
-  options.add("--thread-pitch", command.thread_pitch, "M", "thread pitch of the adjusters");
+              "positions of the table's height adjusters [m], to show the turns that level the "
+              "table");
+  options.add("--thread-pitch", command.thread_pitch, "M", "thread pitch of the adjusters [m]");
   options.add("--positioner", command.positioner, "FILE",
               "positioner file with the table and its adjusters");
   options.add("--noise", command.noise, "FILE",
               "noise of the instrument at rest (from noise --json), to show its Allan deviation");
   options.add(
       "--laboratory", command.laboratory, "FILE",
-      "details of a certificate: laboratory, customer, number, ... (axiscal-laboratory, JSON)");
+      "file with details of a certificate: laboratory, customer, number, ... (axiscal-laboratory, "
+      "JSON)");
   options.add("-o,--output", command.output, "FILE", "a report (.html), or a certificate (.pdf)",
               Need::required);
   options.add_flag("--json", command.json,

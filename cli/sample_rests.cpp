@@ -23,8 +23,8 @@ namespace axiscal::cli {
 namespace {
 
 constexpr const char* say_the_faces =
-    "say which face each rest lay on: a column 'rest' (-Z: the face -Z on the table), or words for "
-    "the faces by --face-names";
+    "state the face on the table in each rest: in a column 'rest' (-Z: the face -Z on the table), "
+    "or in words with --face-names";
 
 bool has_poses(const Observations& observations) {
   return std::any_of(observations.readings.begin(), observations.readings.end(),
@@ -73,9 +73,8 @@ void require_agreement(const Run& run,
   for (std::size_t i = 0; i < named.size() && !is_turned; ++i) {
     if (seen[i] != named[i]) {
       throw RefusedError(formatted(
-          "{}: by its name the face {} lies on the table, by its readings {}: name the file after "
-          "its "
-          "face",
+          "{}: the file name states the face {} on the table, but the readings show {}; rename the "
+          "file",
           run.inputs[i].path, face_name(*named[i]),
           seen[i] ? "the face " + std::string(face_name(*seen[i])) : "no face, but an edge"));
     }
@@ -83,8 +82,8 @@ void require_agreement(const Run& run,
   if (is_turned) {
     print_remark(
         "note",
-        "each axis reads less where its file says that it points up: the sensitivities are "
-        "negative, as of an instrument that measures the acceleration of falling");
+        "each axis reads less in the file whose name says that it points up, so the sensitivities "
+        "are negative");
   }
 }
 
@@ -111,7 +110,7 @@ void leave_erased_out(Run& run) {
     return;
   }
   print_remark("note",
-               formatted("{} readings are erased memory (all bits 1), and are left out", erased));
+               formatted("{} readings of erased memory (all bits 1) are left out", erased));
   run.observations = select_rows(run.observations, rows);
   run.rows_of_inputs.clear();
   run.dates.clear();
@@ -192,8 +191,8 @@ void label_faces(Run& run) {
   } catch (const RefusedError& error) {
     if (faces.empty()) {
       throw RefusedError(
-          formatted("{} orientations are too few for method magnitude, and the faces "
-                    "are not told by gravity ({}); {}",
+          formatted("{} orientations are too few for method magnitude, and gravity does not "
+                    "determine the faces ({}); {}",
                     readings.readings.size(), error.what(), say_the_faces));
     }
     seen = faces;  // the rests are too few to determine the faces by gravity
@@ -203,14 +202,14 @@ void label_faces(Run& run) {
   }
   if (!faces.empty()) {
     require_agreement(run, faces, seen);
-    print_remark("note", "the faces are named by the files: '" +
+    print_remark("note", "the faces on the table are taken from the file names: '" +
                              std::filesystem::path(run.inputs.front().path).filename().string() +
-                             "' rests on " + std::string(face_name(*faces.front())));
+                             "' means " + std::string(face_name(*faces.front())));
   } else {
     faces = std::move(seen);
     print_remark("note",
-                 formatted("{} rests lie on the faces of a cube, by the gravity that they show; a "
-                           "column 'rest' would say so",
+                 formatted("{} rests are recognised by gravity as rests on the faces of a cube; a "
+                           "column 'rest' can state the faces",
                            faces.size()));
   }
   std::vector<std::size_t> rows;
@@ -248,10 +247,8 @@ void require_readings(const Run& run) {
   constexpr double alike = 0.1;
   if (upper_median(std::move(steps)) < alike * range.maxCoeff()) {
     throw RefusedError(
-        "these are samples of an instrument that moves, and no rests are among them; let it rest "
-        "for "
-        "a second or more in each orientation, and find the rests by: axiscal segment LOG -o "
-        "readings.csv");
+        "these are samples of a moving instrument, without rests; let it rest for a second or more "
+        "in each orientation, and find the rests by: axiscal segment LOG -o readings.csv");
   }
 }
 

@@ -28,10 +28,11 @@ void add_options(OptionSet& options, SegmentCommand& command) {
   options.add("log", command.log, "LOG", "log of any format (see axiscal log); - is stdin",
               Need::required);
   add_rest_options(options, command.rests);
-  options.add("--range", command.rests.range, "LO,HI", "samples at or beyond these are saturated");
+  options.add("--range", command.rests.range, "LO,HI",
+              "samples at or beyond these limits are saturated");
   options.add_flag("--recognise", command.recognise,
-                   "a cube's seats, by --accelerometer (the --columns) and --gyroscope or "
-                   "--magnetometer");
+                   "recognise the seats of a cube, by --accelerometer (default: the --columns) and "
+                   "--gyroscope or --magnetometer");
   options.add_flag(
       "--keep-split", command.keep_split,
       "keep every part of a rest that a knock split; without it the longer part is kept");
@@ -116,7 +117,7 @@ int run(const SegmentCommand& command) {
   const bool labels_wanted = command.recognise || command.rests.plan;
   if (command.recognise && options.accelerometer.size() != 3) {
     throw UsageError(
-        "the faces are seen by an accelerometer: --accelerometer X,Y,Z, or three --columns");
+        "--recognise: needs an accelerometer: --accelerometer X,Y,Z, or three --columns");
   }
   std::optional<RecordedLog> recorded;
   std::vector<std::string> notes;

@@ -20,7 +20,7 @@ void add_sheet_options(OptionSet& options, SheetOptions& sheet) {
               "repetitions of the whole design [default: 1]");
   options.add("--seed", sheet.seed, "S", "seed of the random order [default: 1]");
   options.add("--temperatures", sheet.temperatures, "T,T,..",
-              "soak levels; each has all replicates");
+              "temperatures of the soaks; all replicates are read at each temperature");
 }
 
 std::uint64_t seed_of(const SheetOptions& options) {
@@ -102,20 +102,20 @@ void add_recording_options(OptionSet& options, RecordingOptions& recording) {
               "simulate a log: turned by hand (free), at rest over temperature (sweep), or rests "
               "and turns of a gyroscope (turns)");
   options.add("--samples", recording.samples, "N", "samples of the recording [default: 6000]");
-  options.add("--rate", recording.rate, "HZ", "samples a second [default: 100]");
+  options.add("--rate", recording.rate, "HZ", "samples per second [default: 100]");
 }
 
 std::optional<Recording> recording_of(const RecordingOptions& options) {
   if (!options.kind) {
     if (options.samples || options.rate) {
-      throw UsageError("--samples, --rate: are those of a --recording");
+      throw UsageError("--samples, --rate: go with --recording");
     }
     return std::nullopt;
   }
   const std::optional<RecordingKind> kind = parse_recording(*options.kind);
   if (!kind) {
     throw UsageError(
-        formatted("--recording: '{}' is none; there are free, sweep and turns", *options.kind));
+        formatted("--recording: '{}' must be free, sweep or turns", *options.kind));
   }
   Recording recording{.kind = *kind};
   if (options.samples) {

@@ -239,11 +239,11 @@ void add_file(Adder& adder, const std::string& path) {
 
 int add(const StoreCommand& command) {
   if (command.files.empty()) {
-    throw UsageError("store add: name records, a folder of them, or - for stdin");
+    throw UsageError("store add: state files of records, a folder of records, or - for stdin");
   }
   Adder adder(command);
   const auto told = [&] {
-    return formatted("{} added, {} stored already", adder.added(), adder.present());
+    return formatted("{} records added, {} were already stored", adder.added(), adder.present());
   };
   try {
     for (const std::string& file : command.files) {

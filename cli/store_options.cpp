@@ -8,34 +8,36 @@ namespace {
 
 void add_options(OptionSet& options, StoreCommand& command) {
   options.add("action", command.action, "ACTION",
-              "add: store records. list: one row each. show: the record of a unit. export: all "
-              "records. verify: check them. migrate: bring the schema up to date",
+              "add: store records. list: print one row per record. show: print the record of a "
+              "unit. export: write all records. verify: check all records. migrate: update the "
+              "schema",
               Need::required);
   options.add("files", command.files, "FILE",
-              "with add: records (.json, .jsonl, .jsonl.zst), a folder of them, or - for lines of "
-              "stdin");
+              "with add: records (.json, .jsonl, .jsonl.zst), a folder of records, or - for lines "
+              "of stdin");
   options.add("--store", command.store, "STORE",
               "file of SQLite (.db), or postgresql://USER@HOST/DATABASE", Need::required);
-  options.add("--serial", command.serial, "NAME", "only this unit; show needs it");
+  options.add("--serial", command.serial, "NAME", "only this unit; required with show");
   options.add("--at", command.at, "DATE",
-              "with show: the calibration that held at this time (ISO 8601) [default: the newest]");
+              "with show: the calibration that was valid at this time (ISO 8601) [default: the "
+              "newest]");
   options.add("--kind", command.kind, "KIND", "only this kind of instrument");
   options.add("--slot", command.slot, "NAME", "only this slot");
   options.add("--model", command.model, "NAME", "only this model");
   options.add("--status", command.status, "STATUS", "only ok, warning, refused or error");
   options.add("--since", command.since, "DATE", "only calibrations from this date on (ISO 8601)");
-  options.add("--until", command.until, "DATE", "only calibrations up to this date, included");
+  options.add("--until", command.until, "DATE", "only calibrations up to and including this date");
   options.add("--station", command.station, "NAME",
               "only this station; with add: the station of the records");
   options.add("--operator", command.operated_by, "NAME", "only this operator");
   options.add("--batch", command.batch, "NAME",
               "only this batch; with add: the batch of the records");
   options.add_flag("--yield", command.yield,
-                   "with list: how many passed, and the reasons of the others");
+                   "with list: print the number that passed, and the reasons of the others");
   options.add_flag("--json", command.json, "print JSON");
   options.add_output(command.output,
                      "output of show, list and export: .json, .csv, .jsonl, .jsonl.zst, or a "
-                     "folder with one file a record; - is stdout [default: -]");
+                     "folder with one file per record; - is stdout [default: -]");
 }
 
 }  // namespace

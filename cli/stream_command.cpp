@@ -138,7 +138,7 @@ class UnitReader {
     batch_ = place_of("batch");
     if (serial_ == names.size()) {
       throw DataError(path_, number_,
-                      "the column 'serial' is missing; --stream ends a unit where it changes");
+                      "the column 'serial' is missing; --stream needs it to separate the units");
     }
   }
 
@@ -492,8 +492,8 @@ int run_stream(const CalibrateCommand& given) {
       const std::size_t own = place++;
       if (!unit->serial.empty() && !seen.insert(unit->serial)) {
         unit->error = formatted(
-            "the serial number '{}' was there before: the readings of a unit follow one another. "
-            "Calibrate a second test of a unit from a file of its own",
+            "the serial number '{}' occurs again after another unit; the readings of a unit must "
+            "follow one another. Put a second test of a unit into a separate file",
             unit->serial);
       }
       rows_before = std::exchange(
@@ -548,18 +548,18 @@ int run_stream(const CalibrateCommand& given) {
     database->finish();
   }
   if (rows_of_last < rows_before) {
-    print_remark("warning", formatted("the last unit has {} readings, the one before it {}: the "
-                                      "stream may be cut",
+    print_remark("warning", formatted("the last unit has {} readings, but the unit before it has "
+                                      "{}: the input may be incomplete",
                                       rows_of_last, rows_before));
   }
   if (made < finished.units) {
     throw RefusedError(
-        formatted("--resume: the output has {} units, and this input {}", finished.units, made));
+        formatted("--resume: the output has {} units, but the input has {}", finished.units, made));
   }
   print_line(
       formatted("yield: {} of {} units ({:.1f} %){}", good, total,
                 total == 0 ? 0.0 : 100.0 * static_cast<double>(good) / static_cast<double>(total),
-                present > 0 ? formatted("; {} were there already", present) : ""));
+                present > 0 ? formatted("; {} are from an earlier call", present) : ""));
   return good == total ? 0 : 1;
 }
 

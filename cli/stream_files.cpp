@@ -31,7 +31,7 @@ bool is_compressed(const std::string& path) {
 
 #ifndef AXISCAL_ZSTD
 [[noreturn]] void refuse_zstd(const std::string& path) {
-  throw UsageError(path + ": this build has no zstd; name a file that does not end in .zst");
+  throw UsageError(path + ": this build lacks zstd; use a file name without .zst");
 }
 #endif
 
@@ -94,7 +94,7 @@ std::size_t read_frames(LineSource& file, const TakeLine& take) {
       const unsigned long long length = ZSTD_getFrameContentSize(bytes.data() + at, size);
       constexpr unsigned long long most = 1ULL << 30U;
       if (length > most) {
-        throw DataError(file.path, "is not a file that --stream wrote");
+        throw DataError(file.path, "was not written by --stream");
       }
       std::string text(length, '\0');
       if (ZSTD_isError(ZSTD_decompress(text.data(), text.size(), bytes.data() + at, size)) != 0) {
@@ -221,7 +221,7 @@ void LineFile::write(std::string_view lines) {
       throw ClosedPipe(name + ": closed by its reader");
     }
     throw OutputError(formatted(
-        "{}: cannot be written ({}); the lines before stay, and --resume goes on after them", name,
+        "{}: cannot be written ({}); use --resume to continue after the complete lines", name,
         std::strerror(errno)));
   }
 }

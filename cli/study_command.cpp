@@ -38,30 +38,35 @@ struct StudyCommand {
 
 void add_options(OptionSet& options, StudyCommand& command) {
   options.add("experiment", command.experiment.files, "EXPERIMENT", "experiment (.json)");
-  options.add("--truth", command.truth, "RECORD", "the true instrument and field");
+  options.add("--truth", command.truth, "RECORD", "record of the true instrument and field");
   add_experiment_options(options, command.experiment);
   add_sheet_options(options, command.sheet);
-  options.add("--trials", command.trials, "N", "runs simulated and calibrated [default: 1000]");
-  options.add("--shard", command.shard, "I/N", "part I of N of the trials; for --merge");
+  options.add("--trials", command.trials, "N",
+              "number of runs that are simulated and calibrated [default: 1000]");
+  options.add("--shard", command.shard, "I/N",
+              "compute only part I of N of the trials; --merge joins the parts");
   options.add(
       "--noise", command.noise, "SD[,SD..]",
       "standard deviation of a reading, for all axes or each [default: the truth's residual_sd]");
   options.add("--slope-sd", command.slope_sd, "RAD",
-              "each run's table is tilted by this much more [default: 0]");
+              "standard deviation of an additional random slope of the table in each run, along x "
+              "and y [default: 0]");
   options.add("--temperature-sd", command.temperature_sd, "SD",
               "scatter of the temperatures about their levels [default: 0]");
   options.add("--tolerances", command.tolerances, "NAME=SD,..",
-              "each run has a cube with such errors, unknown to the calibration");
+              "standard deviations of random errors of the cube in each run, which the calibration "
+              "does not know");
   options.add_flag("--random-normals", command.random_normals,
-                   "each run's cube differs from --positioner by its normal_covariance");
+                   "draw the face normals of the cube in each run at random, with the "
+                   "normal_covariance of --positioner");
   options.add_flag("--regression-only", command.regression_only,
-                   "noise alone on a field known exactly: millions of trials a second");
+                   "only noise, and an exactly known field; millions of trials per second");
   options.add("--world", command.world, "FILE|NAME=V,..",
               ("further effects on the readings: " + world_names()).c_str());
   add_recording_options(options, command.recording);
   options.add_flag("--alarms", command.alarms,
                    "look for mistakes in every run and count the trials with each warning");
-  options.add("--merge", command.merge, "FILES", "put shards together");
+  options.add("--merge", command.merge, "FILES", "join the outputs of --shard");
   options.add_output(command.output);
   options.add_flag("--json", command.json, "print JSON instead of a table");
 }
@@ -106,7 +111,7 @@ int merge_shards(const StudyCommand& command) {
   }
   const std::int64_t blocks = block_count(all);
   if (static_cast<std::int64_t>(all.blocks.size()) < blocks) {
-    print_remark("warning", formatted("{} of {} blocks of trials are there; some shard is missing",
+    print_remark("warning", formatted("only {} of {} blocks of trials exist; a shard is missing",
                                       all.blocks.size(), blocks));
   }
   write_text(command.output, command.json ? study_json(all, false) : study_text(all));

@@ -99,8 +99,8 @@ void convert_units(const std::string& path,
     const std::string unit = known ? std::string(known->name) : column->unit;
     const std::optional<double> factor = reading_factor_between(unit, wanted.unit);
     if (!factor && is_reading_unit(unit) && is_reading_unit(wanted.unit)) {
-      throw DataError(path, formatted("column '{}' is in {} by its header, and readings in {} are "
-                                      "wanted",
+      throw DataError(path, formatted("column '{}' is in {} by its header, but readings in {} are "
+                                      "needed",
                                       called, unit, wanted.unit));
     }
     if (factor && *factor != 1.0) {
@@ -126,12 +126,13 @@ void rename_temperatures(const std::string& text,
         return item.find('=') == std::string::npos;
       })) {
     throw UsageError(formatted(
-        "--temperature-column: '{}': either each is AXIS=COLUMN or SLOT=COLUMN, or none", text));
+        "--temperature-column: '{}': all or none of the parts must be AXIS=COLUMN or SLOT=COLUMN",
+        text));
   }
   if (items.size() > 1 && !named && items.size() != axes.size()) {
     throw UsageError(
-        formatted("--temperature-column: '{}' has {} columns for {} axes; give one "
-                  "for all, or one for each",
+        formatted("--temperature-column: '{}' has {} columns for {} axes; state one column for all "
+                  "axes, or one for each axis",
                   text, items.size(), axes.size()));
   }
   for (std::size_t i = 0; i < items.size(); ++i) {
@@ -206,7 +207,7 @@ void name_truth_and_measured(const std::string& path,
         std::find(wanted.axes.begin(), wanted.axes.end(), fields.front()) == wanted.axes.end()) {
       print_remark("warning",
                    formatted("{}: the columns {} are not used; if they are the field in the "
-                             "sensor's frame at each reading, call them fx, fy, fz",
+                             "sensor's frame at each reading, rename them to fx, fy, fz",
                              path, joined(fields)));
     }
     return;
@@ -386,7 +387,7 @@ std::vector<FaceColumn> face_columns(const std::string& path,
     found.push_back(
         {.column = MappedColumn{.name = name, .column = words.name, .of_cell = of_cell},
          .words =
-             formatted("{}: column '{}' names faces, and is taken as '{}', the face {}: '{}' is {}",
+             formatted("{}: column '{}' names faces, and is read as '{}', the face {}: '{}' is {}",
                        path, words.name, name, is_fence ? "at the fence" : "on the table",
                        words.first, of_cell(words.first))});
   }
@@ -399,7 +400,7 @@ void add_table_options(OptionSet& options, TableOptions& table) {
   OptionSet group = options.group("Table");
   group.add("--names", table.names, "A,B,..", "names of the columns of a file without a header");
   group.add("--map", table.map, "FILE",
-            "axiscal-log file (JSON) that renames, scales and turns columns");
+            "axiscal-log file (JSON) that renames and scales columns; factor -1 reverses an axis");
   group.add(
       "--time", table.time, "COLUMN",
       "column of times [default: time, t or timestamp, with _s, _ms, _us, _ns, (s), (ms), ..]");
@@ -412,7 +413,7 @@ void add_table_options(OptionSet& options, TableOptions& table) {
 
 void add_limit_option(OptionSet& options, std::optional<std::string>& limits) {
   options.add("--limit", limits, "NAME=VALUE,..",
-              "raise a limit of reading, for a file that you trust; NAME is nesting, members, "
+              "raise a limit for reading a file that you trust; NAME is nesting, members, "
               "unpacked, cells, steps, memory or disk");
 }
 

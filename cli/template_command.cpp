@@ -39,9 +39,9 @@ struct Template {
 };
 
 constexpr std::array<Template, 6> templates = {
-    {{"experiment", &experiment_template, "all that is not a reading: calibrate EXPERIMENT.json"},
+    {{"experiment", &experiment_template, "settings of an experiment: calibrate EXPERIMENT.json"},
      {"laboratory", &laboratory_template, "the details of a certificate: report --laboratory"},
-     {"limits", &limits_template, "accept or reject: calibrate --limits"},
+     {"limits", &limits_template, "limits for accepting a unit: calibrate --limits"},
      {"map", &map_template, "the meaning of a log's columns: --map"},
      {"positioner", &positioner_template, "a measured cube: --positioner"},
      {"world", &world_template, "errors of a simulation: study --world"}}};
@@ -51,7 +51,7 @@ std::string list_of_templates() {
   for (const Template& one : templates) {
     text += formatted("{:<12}{}\n", one.name, one.help);
   }
-  return text + "\naxiscal template laboratory -o lab.json writes one\n";
+  return text + "\naxiscal template laboratory -o lab.json writes the template to a file\n";
 }
 
 std::string templates_json() {
@@ -76,9 +76,10 @@ int run(const TemplateCommand& command) {
       names.push_back(one.name);
     }
     throw UsageError(formatted(
-        "template: no file is called '{}'{}", command.name,
+        "template: unknown template '{}'{}", command.name,
         did_you_mean(command.name, names,
-                     "there are " + joined(std::vector<std::string>(names.begin(), names.end())))));
+                     "the templates are " +
+                         joined(std::vector<std::string>(names.begin(), names.end())))));
   }
   write_whole_file(command.output, std::string(found->text()));
   return 0;

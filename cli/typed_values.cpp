@@ -21,7 +21,7 @@ std::vector<double> numbers_of(std::string_view option,
   const std::optional<std::vector<double>> numbers = parse_numbers(text);
   if (!numbers || numbers->size() != count) {
     throw UsageError(
-        formatted("{}: '{}' are not {} numbers separated by commas", option, text, count));
+        formatted("{}: '{}' must be {} numbers separated by commas", option, text, count));
   }
   return *numbers;
 }
@@ -53,7 +53,8 @@ double parse_nonnegative(std::string_view option, const std::string& text) {
 int parse_whole_number(std::string_view option, const std::string& text, int least) {
   const std::optional<int> value = parse_integer(text);
   if (!value || *value < least) {
-    throw UsageError(formatted("{}: '{}' is not a whole number from {} on", option, text, least));
+    throw UsageError(
+        formatted("{}: '{}' must be a whole number, {} or more", option, text, least));
   }
   return *value;
 }
@@ -77,8 +78,8 @@ Tolerances tolerances_of(const std::string& text) {
                                                : nullptr;
     if (value == nullptr || parting == std::string_view::npos) {
       throw UsageError(
-          formatted("--tolerances: '{}' must be one of foot_height_m, ball_radius_m, "
-                    "squareness_rad, fence_rad, =, and its standard deviation",
+          formatted("--tolerances: '{}' must be NAME=SD; the names are foot_height_m, "
+                    "ball_radius_m, squareness_rad, fence_rad",
                     item));
     }
     *value = parse_nonnegative("--tolerances", std::string(item.substr(parting + 1)));
@@ -150,8 +151,8 @@ Method method_of_option(const std::string& text) {
   const std::optional<Method> method = parse_chosen_method(text);
   if (!method) {
     throw UsageError(
-        formatted("--method: '{}' is not known to this version; it knows paired, joint, known, "
-                  "magnitude, bias",
+        formatted("--method: '{}' is unknown; the methods are paired, joint, known, magnitude, "
+                  "bias",
                   text));
   }
   return *method;

@@ -48,7 +48,7 @@ std::string verbose_version(std::span<const Subcommand> subcommands) {
   add("CLI11", CLI11_VERSION);
   for (const LinkedLibrary& library : linked_libraries()) {
     add(library.name, library.version.empty()
-                          ? formatted("absent: does not read {}", library.reads)
+                          ? formatted("absent: cannot read {}", library.reads)
                           : formatted("{:<9} reads {}", library.version, library.reads));
   }
   std::vector<OwnProgram> programs = {reader_program};

@@ -5,7 +5,7 @@
 # sanitizers for the fuzzers (preset fuzz), the thread sanitizer for parallel code (preset thread). All other sources,
 # mainly the numerics, are compiled without these options, with which they would run three times as long. The preset
 # sanitize compiles all sources with the address and undefined-behaviour sanitizers.
-set(AXISCAL_INSTRUMENTATION "" CACHE STRING "Compiler options of what is named by axiscal_instrument()")
+set(AXISCAL_INSTRUMENTATION "" CACHE STRING "Compiler options of the targets and sources named in axiscal_instrument()")
 
 function(axiscal_instrument target)
   cmake_parse_arguments(PARSE_ARGV 1 arg "" "" "SOURCES")

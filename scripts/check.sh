@@ -26,7 +26,7 @@ done
 if echo '#include <vector>' | clang++ -stdlib=libc++ -std=c++20 -fsyntax-only -x c++ - 2>/dev/null; then
   cmake --workflow --preset libcxx
 else
-  echo "check.sh: libc++-dev is not installed; not compiled with it"
+  echo "check.sh: libc++-dev is not installed; the build with libc++ is skipped"
 fi
 scripts/gates.sh
 cmake --build --preset dev --target all_verify_interface_header_sets

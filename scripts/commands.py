@@ -1,17 +1,17 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: Apache-2.0
-"""commands.py check|list AXISCAL [PATTERN]: every command that Axiscal documents or prints runs as it stands.
+"""commands.py check|list AXISCAL [PATTERN]: checks that all commands that Axiscal documents or prints can be run.
 
-Documented: in README.md and docs/**/*.md (in code blocks and between backticks), and the examples of each
-`axiscal SUBCOMMAND --help`. Printed: what `axiscal log` says to type next of a file of each kind, and what any of
-these commands says to type ("certificate: axiscal report ..", "again: ..").
+Documented commands are those in README.md and docs/**/*.md (in code blocks and between backticks), and the examples of
+each `axiscal SUBCOMMAND --help`. Printed commands are those that `axiscal log` suggests for a file of each kind, and
+those that these commands suggest in turn ("certificate: axiscal report ..", "again: ..").
 
-The files that a command names are the reader's own: they are made here, small, each command in a folder of its own
-that holds all of them. A serial port is a pseudo-terminal, `tcp://logger:4000` a server of this script; a command
-that waits for its instrument, its browser or more lines has run when it waits for them without a complaint.
+This script makes small versions of all files that the commands name. Each command runs in a new folder with copies of
+these files. A pseudo-terminal replaces a serial port, and a server of this script replaces `tcp://logger:4000`. A
+command that waits for its instrument, its browser or more lines passes if it waits without an error message.
 
-What is no command, but a form of one, is listed (`list`) and not run: it holds "..", "|" between spaces, or a word
-in capitals (FILE, SUBCOMMAND). PATTERN (a regular expression) chooses commands."""
+A usage pattern contains "..", "|" between spaces, or a word in capitals (FILE, SUBCOMMAND). `list` prints usage
+patterns too, but they are not run. PATTERN is a regular expression that chooses commands."""
 import contextlib
 import glob
 import io
@@ -640,7 +640,7 @@ def run_one(command, folder, desk):
         complaint = re.search(r"^(axiscal: |.*Traceback).*$", done.err, re.M)
         why = f"complains: {complaint.group()}" if complaint else ""
         if not why and not printed.strip():
-            why = "prints nothing in the time it has"
+            why = "printed no output before it was ended"
         return why, printed
     # Status 1 of `axiscal check` with "drifted", "outside" or "limit" in its output is a result, not a failure.
     is_answer = done.status == 1 and " check " in command.replace("--check", "check") and re.search(
@@ -732,16 +732,16 @@ def main():
             next_ones = printed_in(said.out)
             # `log` suggests no command for "unknown two.csv", because options cannot take its column names.
             if said.status != 0 or (not next_ones and name not in ("moving.csv", "unknown two.csv")):
-                wrong.append((f"axiscal log '{name}'", "says no command: " + " ".join(said.out.split())[-200:]))
+                wrong.append((f"axiscal log '{name}'", "suggests no command: " + " ".join(said.out.split())[-200:]))
             last = (said.out.strip().splitlines() or [""])[-1]
             if re.search(r"--[a-z-]+ [A-Z](,|[A-Z])|\b(LOG|FILE)\b", last):
-                wrong.append((f"axiscal log '{name}'", "shows a blank to fill in: " + last))
+                wrong.append((f"axiscal log '{name}'", "prints a command with a placeholder: " + last))
             for command in next_ones:
                 attempt(f"printed by `axiscal log '{name}'`", command, folder, 1)
             shutil.rmtree(folder, ignore_errors=True)
     for where, what in wrong:
         print(f"{where}\n    {what}\n")
-    print(f"{count} commands were run; {len(wrong)} do not run as they stand")
+    print(f"{count} commands were run; {len(wrong)} failed")
     return 1 if wrong else 0
 
 

@@ -1,17 +1,16 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: Apache-2.0
-"""What the command says of some 300 made-up calibrations, before and after a change that is to change nothing.
+"""Compares the command's output for about 300 simulated calibrations before and after a change of the code.
 
-    scripts/corpus.py make AXISCAL FOLDER [--small]      writes every output to FOLDER; --small: those that CI looks at
-    scripts/corpus.py compare BEFORE AFTER               says what differs; status 1 if anything does
-    scripts/corpus.py check AXISCAL PACKED               makes those that CI looks at and compares them with PACKED
+    scripts/corpus.py make AXISCAL FOLDER [--small]      writes all output to FOLDER; --small: only the cases of CI
+    scripts/corpus.py compare BEFORE AFTER               prints the differences; the status is 1 if there are any
+    scripts/corpus.py check AXISCAL PACKED               makes the cases of CI and compares them with PACKED
 
-BEFORE may be packed (.tar.xz).
+BEFORE may be a packed folder (.tar.xz).
 
-Numbers of records and tables in JSON agree to 1e-12 of the largest entry of their array, those of fits that
-iterate to 1e-6 of their standard error; other numbers to one unit of the last digit that is printed. Texts are
-equal but for times, checksums and folders. Needs Python's standard library alone. AXISCAL_DATA_DIR, if it is set,
-adds the recordings there.
+Numbers in JSON must agree to 1e-12 of the largest entry of their array. Numbers of iterative fits must agree to 1e-6
+of their standard error, all other numbers to one unit of the last printed digit. Texts must be equal except for times,
+checksums and folders. Needs only Python's standard library. If AXISCAL_DATA_DIR is set, its recordings are added.
 """
 
 import concurrent.futures
@@ -294,7 +293,7 @@ def differences_of_json(before, after, iterated):
             allowed = 1e-6 * errors.get(at, size) if iterated else 1e-12 * size
             if "/covariance[" in at:
                 allowed = max(allowed, ROUNDING**2)
-            if "/field_size/by_" in at:  # relative: what inputs make of lengths may be nothing
+            if "/field_size/by_" in at:  # relative uncertainties, which may be zero
                 allowed = max(allowed, ROUNDING)
             if not (a == b or abs(a - b) <= allowed or (math.isnan(a) and math.isnan(b))):
                 yield f"{at}: {a!r} became {b!r}, {abs(a - b) / max(allowed, 5e-324):.2g} times what is allowed"

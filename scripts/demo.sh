@@ -21,25 +21,25 @@ say() { printf '\n\033[1m%s\033[0m\n' "$*"; }
 show() { printf '$ %s\n' "${*//build\/$preset\/cli\//}"; "$@"; }
 
 if [ "${1:-}" = --guided ]; then
-  say "A guided session: the cube is laid as asked, now and then wrong; the readings take themselves"
+  say "A guided session: a simulated user lays the cube, sometimes wrongly; readings are taken automatically"
   rm -f $work/guided.*
   show $axiscal acquire --connect 'sim:?speed=20&error=0.2&seed=7' --unattended --plain --name $work/guided
   say "All files are in $work; try: $axiscal acquire --connect 'sim:?error=0.1' --web"
   exit
 fi
 
-say "1. How to lay the cube down, and what it will reach: a run sheet in random order"
+say "1. The plan: a run sheet in random order, and the expected uncertainties"
 show $axiscal plan --seed 7 --noise 2e-4 --sensitivity 2.5 -o $work/sheet.csv --page $work/sheet.html
 head -n 4 $work/sheet.csv
 
-say "2. The readings of a real-looking run (12 positions, table off level by 3 and -2 mrad)"
+say "2. The readings of a realistic run (12 positions, on a table that slopes by 3 and -2 mrad)"
 cat examples/run.csv
 
 say "3. The calibration"
 show $axiscal calibrate examples/run.csv --instrument accelerometer --field gravity --unit V \
   --serial QA-113 -o $work/cal.json
 
-say "4. The table on its three screws: what to turn to level it"
+say "4. How far to turn the three screws of the table to level it"
 show $axiscal level $work/cal.json --adjusters "0.1,0;-0.1,0.08;-0.1,-0.08" --thread-pitch 0.0005
 
 say "5. Raw readings become field components, pitch and roll"
@@ -47,7 +47,7 @@ printf 'time,x,y,z\n0,0.000,-0.004,2.525\n1,0.870,0.00,2.36\n2,2.512,-0.02,-0.00
 show $axiscal apply $work/cal.json $work/log.csv -o $work/angles.csv
 cut -d, -f1-4,8-12 $work/angles.csv
 
-say "6. Would it find the truth? A simulated run from this calibration, calibrated again"
+say "6. A check: a run is simulated from this calibration and calibrated again"
 show $axiscal simulate --truth $work/cal.json --replicates 4 --noise 2e-4 --seed 1 -o $work/again.csv
 show $axiscal calibrate $work/again.csv --instrument accelerometer --field gravity --unit V \
   -o $work/again.json

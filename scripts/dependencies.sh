@@ -64,7 +64,7 @@ is_installed() {
 }
 
 if ! command -v dpkg-query >/dev/null || ! command -v apt-get >/dev/null; then
-  echo "dependencies.sh: no apt here; install these yourself: ${needs[*]}" >&2
+  echo "dependencies.sh: apt-get was not found; install these packages yourself: ${needs[*]}" >&2
   exit 1
 fi
 
@@ -117,5 +117,5 @@ fi
 for package in "${wanted[@]}"; do
   echo "dependencies.sh: installing $package"
   "${as_root[@]}" apt-get install -y -q --no-install-recommends "$package" ||
-    echo "dependencies.sh: $package cannot be had here; going on without it" >&2
+    echo "dependencies.sh: $package cannot be installed; continuing without it" >&2
 done

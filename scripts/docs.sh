@@ -8,7 +8,7 @@ cd "$(dirname "$0")/.."
 missing=()
 command -v doxygen >/dev/null || missing+=(doxygen)
 command -v mkdocs >/dev/null || missing+=(mkdocs)
-python=/usr/bin/python3  # where the distribution puts mkdocs
+python=/usr/bin/python3  # the distribution installs mkdocs for this Python
 [ "$(dpkg-query -W -f '${db:Status-Status}' mkdocs-material 2>/dev/null)" = installed ] || missing+=(mkdocs-material)
 if [ ${#missing[@]} -gt 0 ]; then
   echo "docs.sh: installing ${missing[*]}"
@@ -21,4 +21,4 @@ fi
 doxygen scripts/Doxyfile
 rm -rf build/site/reference
 cp -r build/doxygen/html build/site/reference
-echo "docs.sh: build/site; to read and search it: python3 -m http.server --directory build/site 8000, then http://localhost:8000"
+echo "docs.sh: the site is in build/site; to read it run: python3 -m http.server --directory build/site 8000, and open http://localhost:8000"

@@ -97,4 +97,4 @@ if [ -e "$logs/failed" ]; then
   echo "fuzz.sh: FAILED: $(tr '\n' ' ' <"$logs/failed"); the inputs are in build/fuzz/found, the logs in $logs"
   exit 1
 fi
-echo "fuzz.sh: $total inputs over ${#targets[@]} readers, none of which failed"
+echo "fuzz.sh: no failure in $total inputs to ${#targets[@]} readers"

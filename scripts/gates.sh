@@ -14,9 +14,9 @@ if /usr/bin/python3 -c 'import numpy' 2>/dev/null; then
   cmake --build --preset dev --target axiscal_bench
   for try in 1 2 3; do
     /usr/bin/python3 bench/gate.py build/dev --loosen 0.34 && break
-    [ "$try" -lt 3 ] || { echo "gates.sh: slower than its peers, three times"; exit 1; }
+    [ "$try" -lt 3 ] || { echo "gates.sh: a speed goal of bench/gate.py was missed in three tries"; exit 1; }
   done
 else
-  echo "gates.sh: speed skipped: there is no python3-numpy"
+  echo "gates.sh: the speed check is skipped: python3-numpy is not installed"
 fi
 scripts/fuzz.sh --seconds 4

@@ -6,7 +6,7 @@ set -euo pipefail
 cd "$(dirname "$0")/.."
 axiscal=${1:-build/dev/cli/axiscal}
 if ! command -v node >/dev/null; then
-  echo "hostile.sh: skipped: there is no node, which plays the attackers" >&2
+  echo "hostile.sh: skipped: node, which runs the attacks, is not installed" >&2
   exit 0
 fi
 exec node tests/acquisition/hostile.mjs "$axiscal"

@@ -14,7 +14,7 @@ fi
 # configure_dev [OPTIONS] configures the preset dev. Outside of CI, warnings are not errors, because a compiler that we
 # have not tried may give new warnings.
 configure_dev() {
-  local strict=(-DCMAKE_COMPILE_WARNING_AS_ERROR=OFF)  # in the cache: ninja's own configuring keeps it
+  local strict=(-DCMAKE_COMPILE_WARNING_AS_ERROR=OFF)  # a cache variable, so that reconfiguration by ninja keeps it
   [ -z "${CI:-}" ] || strict=()
   cmake --preset dev "${strict[@]}" "$@"
 }

@@ -1,11 +1,11 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: Apache-2.0
-"""Turns field/data/wmm-2025.json into GeographicLib's files and into the source that embeds them.
+"""Converts field/data/wmm-2025.json to GeographicLib's model files and to a C++ source with the coefficients.
 
-    scripts/make_wmm.py [FOLDER]    FOLDER: where the project is, or where to write for a comparison
+    scripts/make_wmm.py [FOLDER]    writes field/data and field/src in FOLDER (default: this repository)
 
-GeographicLib wants the coefficients column by column: m = 0: n = 0..N; m = 1: n = 1..N; ...; the
-sines start at m = 1 (its documentation, "The format of the magnetic model files").
+GeographicLib stores the coefficients by columns: m = 0 with n = 0..N, then m = 1 with n = 1..N, and so on. The sine
+coefficients start at m = 1 (GeographicLib's documentation, "The format of the magnetic model files").
 """
 import json
 import pathlib

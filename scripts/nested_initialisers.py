@@ -1,8 +1,8 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: Apache-2.0
-"""Finds nested initialisers that g++ 12 destroys twice: `{.a = {..}, .b = f()}`.
+"""Finds nested initialisers of the form `{.a = {..}, .b = f()}`.
 
-If f() throws, g++ 12 destroys the members of a twice. `{.a = A{..}, .b = f()}` is safe.
+If f() throws, g++ 12 destroys the members of `a` twice. `{.a = A{..}, .b = f()}` is safe.
 
     scripts/nested_initialisers.py [FILE ..]     without files: all sources of the repository
 """

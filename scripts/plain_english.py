@@ -1,10 +1,10 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: Apache-2.0
-"""plain_english.py [--list]: looks for phrases that have to be read twice, in comments, messages and docs.
+"""plain_english.py [--list] finds phrases that are hard to read, in comments, messages and docs.
 
-The rule: one sentence, one fact, in the order subject, verb, object; the usual name of a thing; "if" for a condition,
-"none" or nullopt for an empty result, no clause that begins with "what". Fails if more sentences than the limits hold
-such a phrase. --list prints them.
+The rule: a sentence states one fact in the order subject, verb, object. It uses the usual technical names, "if" for a
+condition, "none" or nullopt for an empty result, and no clause that begins with "what". The status is 1 if the share of
+sentences with such a phrase exceeds a limit in LIMITS. --list prints these sentences.
 """
 import re
 import subprocess

@@ -1,11 +1,11 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: Apache-2.0
-"""tutorials.py make|check AXISCAL PAGE..: the commands of tutorials, run in their order.
+"""tutorials.py make|check AXISCAL PAGE..: runs the commands of tutorial pages in their order.
 
-In a block ```console a line that begins with "$ " is a command, and what follows is what it prints (standard
-output and error as one). `check` runs a page's commands in a new folder and compares; `make` writes what they
-print into the page. A command that ends in "# shown elsewhere" is not run. What differs from run to run (times, checksums)
-counts as equal."""
+In a ```console block a line that begins with "$ " is a command. The lines after it are its output (standard output and
+standard error together). `check` runs a page's commands in a new folder and compares their output with the page.
+`make` writes their output to the page. A command that ends in "# shown elsewhere" is not run. Times and checksums are
+not compared."""
 import os
 import re
 import subprocess
@@ -17,7 +17,7 @@ CHANGING = [
     (re.compile(r"\d{4}-\d\d-\d\dT[\d:]+Z|\d{8}T\d{6}Z"), "TIME"),
     (re.compile(r"\b[0-9a-f]{64}\b"), "SHA256"),
 ]
-LONG = re.compile(r"-?\d+\.\d{10,}(e[-+]?\d+)?")  # the last digits of a double, which processors differ in
+LONG = re.compile(r"-?\d+\.\d{10,}(e[-+]?\d+)?")  # numbers whose last digits depend on the processor
 
 
 def masked(text):
@@ -97,7 +97,7 @@ def page(path, axiscal, make):
 def main():
     mode, axiscal, *pages = sys.argv[1:]
     wrong = [message for path in pages for message in page(path, axiscal, mode == "make")]
-    print("\n\n".join(wrong) or f"{len(pages)} pages: all commands print what is shown")
+    print("\n\n".join(wrong) or f"{len(pages)} pages: the output of all commands is as the pages show it")
     return 1 if wrong else 0
 
 

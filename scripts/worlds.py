@@ -1,13 +1,14 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: Apache-2.0
-"""Worlds that the model did not make: runs simulated by numpy alone, calibrated by the command.
+"""Calibrates runs that are simulated by numpy, independently of the library.
 
 worlds.py AXISCAL [-n UNITS] [--seed N] [--list] [WORLD ...]
 
-For each world: how often the stated 95 % intervals of biases, main and cross terms hold the truth,
-the median width over that of +-1.96 true standard deviations, and which warnings and notes came in
-what share of the runs; of later readings, how often they are called drifted, and U holds. Nothing here comes from the library: poses, noise and mistakes are written
-anew from docs/method.md. Needs numpy.
+A world is a set of errors of the simulated runs. For each world it prints the share of stated 95 % intervals of biases,
+main and cross-axis terms that contain the true value, the ratio of their median width to +-1.96 true standard
+deviations, and the share of runs with each warning and note. For worlds named "later" it prints the share of new
+readings that `check` calls drifted, and the share of expanded uncertainties U that contain the true field. Poses, noise
+and mistakes are programmed from docs/method.md, without code of the library. Needs numpy.
 """
 import argparse
 import collections
@@ -268,7 +269,7 @@ def judge_later(axiscal, world, units, seed, folder):
             for k, axis in enumerate("xyz"):
                 total += 1
                 held += abs(float(cells[f"field_{axis}"]) - f[k]) <= float(cells[f"U_field_{axis}"])
-    return f"  drifted {100 * drifted / units:.1f} % (a new run), {100 * rest / units:.1f} % (at rest); U of fields in use holds {100 * held / total:.1f} %"
+    return f"  drifted {100 * drifted / units:.1f} % (a new run), {100 * rest / units:.1f} % (at rest); U contains the true field in {100 * held / total:.1f} % of readings"
 
 
 MAKERS = {"table": Run, "cloud": Cloud, "rests": Rests}
@@ -339,7 +340,7 @@ def main():
     parser.add_argument("-n", "--units", type=int, default=300)
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--list", action="store_true")
-    parser.add_argument("world", nargs="*", help="names, or how they begin; all without")
+    parser.add_argument("world", nargs="*", help="names of worlds or their beginnings; default: all worlds")
     given = parser.parse_intermixed_args()
     if given.list:
         print("\n".join(WORLDS))

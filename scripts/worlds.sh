@@ -17,7 +17,7 @@ cat >"$folder/truth.json" <<'RECORD'
                   "sensitivity": [[1.0123, 0.0101, -0.0201], [0.0152, 0.9801, 0.0301], [-0.0103, 0.0202, 1.0201]]}}
 RECORD
 
-cube() { # U: writes a cube whose face normals are uncertain by U rad across
+cube() { # U: writes a positioner file in which the direction of each face normal has the standard uncertainty U [rad]
   python3 - "$1" >"$folder/cube.json" <<'PYTHON'
 import json, sys
 u = float(sys.argv[1])
@@ -76,7 +76,7 @@ for replicates in 2 4 8; do
   for sd in 1e-4 3e-4; do row "blocks differ by $sd V, 12 x $replicates" --replicates $replicates --world block_sd=$sd; done
 done
 for angle in 1e-4 3e-4 1e-3; do row "cube laid with $angle rad, 24" --design 24 --world seat_rad=$angle; done
-row "the same, 1e-3 rad, 12, --seats fit" --seats fit --world seat_rad=1e-3
+row "cube laid with 1e-3 rad, 12, --seats fit" --seats fit --world seat_rad=1e-3
 for replicates in 2 4 8; do row "mounted anew by 3e-4 rad in each block, 12 x $replicates" --replicates $replicates --world mount_rad=3e-4; done
 for world in ar=0.5 ar=0.9 walk_sd=1e-4 drift=1e-3; do
   for replicates in 1 2 4; do row "$world, 12 x $replicates" --replicates $replicates --world $world; done

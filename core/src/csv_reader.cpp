@@ -328,7 +328,8 @@ CsvReader::Row CsvReader::next() {
     return Row::defective;
   }
   if (cells_.size() != header_.size() && !header_.empty()) {
-    defect_ = formatted("the row has {} cells, the header {}", cells_.size(), header_.size());
+    defect_ =
+        formatted("the row has {} cells, but the header has {}", cells_.size(), header_.size());
     return Row::defective;
   }
   return Row::good;
@@ -362,7 +363,7 @@ void CsvReader::read_header() {
       throw DataError(path_, line_, formatted("column {} lacks a name", i + 1));
     }
     if (!seen.insert(header_[i]).second) {
-      throw DataError(path_, line_, formatted("column '{}': is there twice", header_[i]));
+      throw DataError(path_, line_, formatted("column '{}': occurs twice", header_[i]));
     }
   }
 }

@@ -78,7 +78,7 @@ std::string read_whole_file(const std::string& path) {
     const std::size_t count = file.read(content.data() + size, room);
     size += count;
     if (size > largest_whole_file) {
-      throw DataError(path, "is larger than 256 MiB, the most that is read of such a file");
+      throw DataError(path, "is larger than 256 MiB, the limit for files of this kind");
     }
     if (count == 0 || size == file.size()) {
       content.resize(size);

@@ -52,7 +52,7 @@ void forbid(const struct stat& status, const std::string& name) {
     throw InputOverwriteError(name +
                               (found->second == Use::read
                                    ? ": is an input and would be overwritten"
-                                   : ": was written just now and would be overwritten") +
+                                   : ": was written by this run and would be overwritten") +
                               "; name another file for the output");
   }
 }

@@ -273,7 +273,7 @@ void JsonValue::for_each_row(const std::function<void(const JsonValue&)>& take) 
     child(column).require_list();
     if (count && *count != column.size()) {
       child(column).fail(
-          formatted("has {} entries, and the first column {}", column.size(), *count));
+          formatted("has {} entries, but the first column has {}", column.size(), *count));
     }
     count = column.size();
   }
@@ -452,7 +452,7 @@ JsonValue parse_json(std::string_view text, std::string path) {
     text.remove_prefix(3);
   }
   if (depth_of_json(text) > deepest) {
-    throw DataError(path, formatted("is nested more than {} deep", deepest));
+    throw DataError(path, formatted("is nested more than {} levels deep", deepest));
   }
   try {
     return {Json::parse(text.begin(), text.end()), path};

@@ -211,7 +211,7 @@ void OutputFile::open_beside() {
     return true;
   });
   if (!made) {
-    fail(errno == ENOENT ? "cannot be written: is its folder there?" : "cannot be written");
+    fail(errno == ENOENT ? "cannot be written: does its folder exist?" : "cannot be written");
   }
 }
 
@@ -240,7 +240,7 @@ void OutputFile::fail(std::string_view action) const {
 
 void OutputFile::rewrite_start(std::string_view text) {
   if (::pwrite(descriptor_, text.data(), text.size(), 0) != static_cast<ssize_t>(text.size())) {
-    fail("its header is written last, which needs a regular file");
+    fail("its header cannot be rewritten: name a regular file");
   }
 }
 
@@ -279,11 +279,11 @@ void OutputFile::commit() {
                       AT_SYMLINK_FOLLOW) == 0;
     });
     if (!named) {
-      fail("cannot be put into its place");
+      fail("cannot be given its name");
     }
   }
   if (::rename(temporary_.c_str(), target_.c_str()) != 0) {
-    fail("cannot be put into its place");
+    fail("cannot be given its name");
   }
   unregister_unfinished_file(temporary_);
   temporary_.clear();

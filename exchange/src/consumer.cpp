@@ -32,8 +32,8 @@ double reading_factor_of(const Instrument& instrument,
   }
   const std::optional<double> factor = reading_factor_between(instrument.unit, wanted);
   if (!factor) {
-    throw RefusedError(formatted("the readings are in '{}', and this format is for {}; give the {} "
-                                 "that the driver outputs for 1 {}",
+    throw RefusedError(formatted("the readings are in '{}', but this format needs {}; state how "
+                                 "many {} the driver outputs for 1 {}",
                                  instrument.unit, wanted, wanted, instrument.unit),
                        {settings::reading_factor});
   }
@@ -49,8 +49,8 @@ double field_factor_of(FieldDescription field,
   }
   if (options.local_gravity && field.unit == "g") {
     if (field.local_gravity && *field.local_gravity != *options.local_gravity) {
-      throw RefusedError(formatted("the record says that its g was {} m/s^2; state another one "
-                                   "only for a record that says none",
+      throw RefusedError(formatted("the record already states that 1 g is {} m/s^2; do not state "
+                                   "another value",
                                    number_text(*field.local_gravity)),
                          {settings::local_gravity});
     }
@@ -60,8 +60,9 @@ double field_factor_of(FieldDescription field,
     return field_conversion(field, wanted).factor;
   } catch (const DomainError& error) {
     const bool may_state_it = field.unit == "g";
-    throw RefusedError(std::string(error.what()) + (may_state_it ? "; or state its gravity" : ""),
-                       may_state_it ? std::vector{settings::local_gravity} : error.settings());
+    throw RefusedError(
+        std::string(error.what()) + (may_state_it ? "; or state the local gravity" : ""),
+        may_state_it ? std::vector{settings::local_gravity} : error.settings());
   }
 }
 
@@ -179,7 +180,7 @@ Differences differences_of(const Calibration& calibration,
 
 void require_three_axes(const Calibration& calibration, std::string_view format) {
   if (calibration.sensor.instrument.axis_count() != 3 || calibration.sensor.instrument.one_sided) {
-    throw RefusedError(formatted("format {} is for instruments of three axes", format));
+    throw RefusedError(formatted("format {} supports only instruments with three axes", format));
   }
 }
 
@@ -227,7 +228,7 @@ ConsumerModel nearest_model(const Calibration& calibration,
   if (!model.inverse.allFinite() || !(model.bias.cwiseAbs().maxCoeff() < largest) ||
       !(calibration.sensor.field.magnitude < largest)) {
     throw RefusedError(
-        "a coefficient is too large to be one; look at the record and at the factor of its "
+        "a coefficient is too large to be valid; check the record and the factor of its "
         "readings",
         {settings::reading_factor});
   }
@@ -282,7 +283,7 @@ std::optional<ExportLoss> accepted_loss(const Calibration& calibration,
   std::optional<ExportLoss> loss = loss_of(calibration, model);
   if (loss && !options.lossy) {
     throw RefusedError(
-        formatted("format {} cannot hold {}; allow the loss, and it is written all the same",
+        formatted("format {} cannot store {}; to write it nevertheless, allow the loss",
                   format, loss_text(*loss)),
         {settings::lossy});
   }
@@ -292,7 +293,7 @@ std::optional<ExportLoss> accepted_loss(const Calibration& calibration,
 std::string loss_text(const ExportLoss& loss) {
   const auto rounded = [](double value) { return number_text(value, 3); };
   return formatted(
-      "{}: without, the field is up to {} {} and {} degrees off (rms {} {}, {} degrees)",
+      "{}: without these, the field is up to {} {} and {} degrees off (rms {} {}, {} degrees)",
       joined(loss.what), rounded(loss.worst), loss.unit, rounded(loss.worst_deg), rounded(loss.rms),
       loss.unit, rounded(loss.rms_deg));
 }
@@ -355,7 +356,7 @@ std::vector<std::string> comment_of(const Calibration& calibration,
     comment.push_back(fit_for_comment(line));
   }
   if (loss) {
-    comment.push_back(formatted("Not held: {}.", fit_for_comment(loss_text(*loss))));
+    comment.push_back(formatted("Not stored: {}.", fit_for_comment(loss_text(*loss))));
   }
   return comment;
 }

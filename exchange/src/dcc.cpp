@@ -273,7 +273,7 @@ void require_details(const Calibration& calibration, const CertificateDetails& d
   for (const auto& [name, date] :
        {std::pair("received", &details.received), std::pair("calibrated", &details.calibrated),
         std::pair("issued", &details.issued)}) {
-    need(date->empty() || is_date(*date), formatted("{} (as 2026-11-21)", name));
+    need(date->empty() || is_date(*date), formatted("{} (such as 2026-11-21)", name));
   }
   if (!missing.empty()) {
     throw RefusedError(

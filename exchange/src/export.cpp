@@ -40,7 +40,7 @@ constexpr std::array known_exports = {
                              "C99: coefficients and a function that applies them, with temperature",
                              "inverse ((v - bias(t)) / scale(t))"},
                 export_c_header},
-    KnownExport{ExportFormat{"cpp-header", "C++17, constexpr: the same",
+    KnownExport{ExportFormat{"cpp-header", "C++17, constexpr: otherwise as c-header",
                              "inverse ((v - bias(t)) / scale(t))"},
                 export_cpp_header},
     KnownExport{ExportFormat{"csv", "a table: every coefficient with its standard error and unit",
@@ -127,8 +127,8 @@ Exported with_gravity(const ExportOptions& options, const Write& write) {
   by_standard.local_gravity = standard_gravity;
   Exported exported = write(by_standard);
   exported.notes.push_back(
-      formatted("1 g is taken as {} m/s^2, standard gravity, as the record does not say what it "
-                "was; at a site it differs by up to 0.3 %",
+      formatted("1 g is taken as {} m/s^2, standard gravity, because the record does not state "
+                "local gravity; at a site gravity differs by up to 0.3 %",
                 number_text(standard_gravity)));
   if (exported.content.starts_with("# ")) {  // then the file gets the note as a comment
     exported.content.insert(0, "# " + exported.notes.back() + "\n");
@@ -141,7 +141,7 @@ void check_options(const ExportOptions& options) {
     require_identifier(options.name);
   }
   if (options.instance < 0 || options.instance > 9) {
-    throw DomainError("the number of a sensor is 0 to 9");
+    throw DomainError("the number of a sensor must be 0 to 9");
   }
   if (options.reading_factor &&
       !(std::isfinite(*options.reading_factor) && *options.reading_factor != 0.0)) {
@@ -191,8 +191,8 @@ HeaderNumbers parse_header_numbers(std::string_view text) {
     }
   }
   throw DomainError(
-      formatted("'{}' is not a number type: use double, float, q16 (binary places of readings and "
-                "field, up to 24), q0:16 (of readings, of the field)",
+      formatted("'{}' is not a number type: use double, float, q16 (16 binary places, at most 24), "
+                "or q0:16 (0 binary places of the readings, 16 of the field)",
                 text));
 }
 
@@ -211,7 +211,7 @@ Exported export_vehicle(const std::vector<const Calibration*>& calibrations,
   check_options(options);
   const KnownExport& known = find_export(format);
   if (known.write != export_px4 && known.write != export_ardupilot && known.write != export_iio) {
-    throw RefusedError(formatted("format {} takes one instrument a file", format));
+    throw RefusedError(formatted("format {} allows only one instrument per file", format));
   }
   Exported all;
   for (const Calibration* calibration : calibrations) {

@@ -46,7 +46,8 @@ MatrixShape shape_in_flight(Sensor sensor) {
 
 void require_instance(const ExportOptions& options, int most, std::string_view format) {
   if (options.instance >= most) {
-    throw RefusedError(formatted("format {} has sensors 0 to {} of this kind", format, most - 1));
+    throw RefusedError(
+        formatted("format {} supports only the sensors 0 to {} of this kind", format, most - 1));
   }
 }
 
@@ -281,8 +282,8 @@ Exported export_betaflight(const Calibration& calibration, const ExportOptions& 
     const double one_g = std::exp2(std::round(std::log2(std::abs(1.0 / in_g.inverse(0, 0)))));
     if (one_g < 256.0) {
       throw RefusedError(
-          formatted("Betaflight's numbers are counts, some thousands to 1 g, and "
-                    "here 1 g is {} {}; give the counts of 1 {}",
+          formatted("Betaflight needs counts, of which 1 g has some thousands, but "
+                    "here 1 g is {} {}; state how many counts are 1 {}",
                     number_text(std::abs(1.0 / in_g.inverse(0, 0)), 3),
                     calibration.sensor.instrument.unit, calibration.sensor.instrument.unit),
           {settings::reading_factor});
@@ -301,8 +302,8 @@ Exported export_betaflight(const Calibration& calibration, const ExportOptions& 
     constexpr double fewest_counts = 70.0;
     if (!options.reading_factor && (is_reading_unit(unit) || size < fewest_counts)) {
       throw RefusedError(
-          formatted("Betaflight's numbers are counts, and the readings are in {}; give "
-                    "the counts of 1 {}",
+          formatted("Betaflight needs counts, but the readings are in {}; state how many "
+                    "counts are 1 {}",
                     unit, unit),
           {settings::reading_factor});
     }
@@ -311,7 +312,7 @@ Exported export_betaflight(const Calibration& calibration, const ExportOptions& 
   model.inverse = Eigen::Matrix3d::Identity() / per_field;
   model.bias = model.bias.array().round();
   if (model.bias.cwiseAbs().maxCoeff() > 32767.0) {
-    throw RefusedError("Betaflight's numbers are of 16 bits, and a bias is " +
+    throw RefusedError("Betaflight stores numbers of 16 bits, but a bias is " +
                        number_text(model.bias.cwiseAbs().maxCoeff(), 6));
   }
   const std::optional<ExportLoss> loss = accepted_loss(calibration, model, "betaflight", options);

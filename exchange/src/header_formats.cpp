@@ -27,7 +27,7 @@ std::string upper(std::string text) {
 
 std::string literal(double value, bool single) {
   if (single && std::abs(value) > static_cast<double>(std::numeric_limits<float>::max())) {
-    throw RefusedError("a coefficient is beyond what a float holds; use double",
+    throw RefusedError("a coefficient is too large for a float; use double",
                        {settings::numbers});
   }
   std::string text = single ? number_text(value, 9) : number_text(value);
@@ -232,8 +232,8 @@ Exported fixed_header(const Calibration& calibration,
   const int shift = inverse_bits + bias_bits - field_bits;
   if (shift < 1 || shift > 62 || std::ldexp(span, bias_bits) >= largest || !field_fits) {
     throw RefusedError(
-        formatted("readings, coefficients or a field of {} times {} {} do not fit 32 bits with {} "
-                  "binary places of the readings and {} of the field; choose fewer",
+        formatted("readings, coefficients or a field of {} times {} {} do not fit into 32 bits "
+                  "with {} binary places of the readings and {} of the field; choose fewer places",
                   number_text(times_field), number_text(calibration.sensor.field.magnitude, 4),
                   calibration.sensor.field.unit, reading_bits, field_bits));
   }
@@ -248,11 +248,11 @@ Exported fixed_header(const Calibration& calibration,
   const std::string places = std::to_string(field_bits);
   std::vector<std::string> lines = remarks(calibration, false);
   lines.push_back(
-      formatted("readings are int32_t, v * 2^{} rounded; the field comes as int32_t, f * 2^{}, up "
-                "to {} times that of the calibration",
+      formatted("readings are int32_t, v * 2^{} rounded; the field is int32_t, f * 2^{}, and may "
+                "be up to {} times the field of the calibration",
                 reading_bits, places, number_text(times_field)));
   if (rounding) {
-    lines.push_back(formatted("rounding of the coefficients: up to {} {}; of the field itself {}",
+    lines.push_back(formatted("rounding of the coefficients: up to {} {}; of the field: up to {}",
                               number_text(rounding->worst, 2), calibration.sensor.field.unit,
                               number_text(std::ldexp(0.5, -field_bits), 2)));
   }

@@ -47,7 +47,7 @@ Eigen::Matrix3d inverted(const Source& source, const Eigen::Matrix3d& M) {
   if (!M.allFinite() || !(std::abs(M.determinant()) > 0.0) || !inverse.allFinite() ||
       inverse.isZero(0.0)) {
     throw DataError(source.path,
-                    "its matrix cannot be inverted: a scale factor is 0, no number, or far too "
+                    "its matrix cannot be inverted: a scale factor is 0, not a number, or far too "
                     "large or small");
   }
   return inverse;
@@ -86,12 +86,13 @@ ParameterTable read_parameters(const Source& source,
     if (!value) {
       throw DataError(
           source.path, line_number,
-          formatted("no parameter with a number: a line has {} columns in a file of this format",
+          formatted("this line has no parameter with a number; each line of this format has {} "
+                    "columns",
                     columns));
     }
     if (!table.emplace(parts[name_at], *value).second) {
       throw DataError(source.path, line_number,
-                      formatted("parameter {} is there twice", parts[name_at]));
+                      formatted("parameter {} occurs twice", parts[name_at]));
     }
   }
   return table;
@@ -121,7 +122,7 @@ Eigen::Vector3d axes_of(const Source& source,
     return Eigen::Vector3d::Constant(*otherwise);
   }
   if (found != 3) {
-    throw DataError(source.path, "it has no " + missing);
+    throw DataError(source.path, "the file has no " + missing);
   }
   return values;
 }
@@ -236,7 +237,7 @@ Imported import_imucal(const Source& source) {
   const Json json = json_or_discarded(source.text);
   if (!json.is_object() || !json.contains("K_a")) {
     throw DataError(source.path, std::string_view("/"),
-                    "no calibration of imucal: an object with K_a, R_a, b_a, ... is needed");
+                    "not a calibration of imucal: an object with K_a, R_a, b_a, ... is needed");
   }
   Imported result;
   if (source.is("accelerometer")) {
@@ -253,7 +254,7 @@ Imported import_imucal(const Source& source) {
       result.notes.emplace_back("the file's response to gravity (K_ga) is left out");
     }
   } else {
-    throw DataError(source.path, "imucal calibrates no magnetometer");
+    throw DataError(source.path, "imucal does not calibrate magnetometers");
   }
   static_cast<void>(inverted(source, result.sensitivity));
   return result;
@@ -293,11 +294,11 @@ Imported read_kalibr(const Source& source) {
   const std::string imu = formatted("imu{}", source.options.instance);
   const std::string sensor = source.is("gyroscope") ? "gyroscopes" : "accelerometers";
   if (source.is("magnetometer")) {
-    throw DataError(source.path, "Kalibr calibrates no magnetometer");
+    throw DataError(source.path, "Kalibr does not calibrate magnetometers");
   }
   if (!root.IsMap() || !root[imu] || !root[imu].IsMap() || !root[imu][sensor] ||
       !root[imu][sensor].IsMap()) {
-    throw DataError(source.path, formatted("it has no {} with {}: M, C, ...", imu, sensor));
+    throw DataError(source.path, formatted("the file has no {} with {} (M, C, ...)", imu, sensor));
   }
   const YAML::Node node = root[imu][sensor];
   Imported result;
@@ -316,7 +317,7 @@ Imported read_kalibr(const Source& source) {
       throw DataError(source.path, "bias: three numbers are needed");
     }
   } else {
-    result.notes.emplace_back("Kalibr's file holds no bias: 0 is assumed");
+    result.notes.emplace_back("Kalibr's file contains no bias: 0 is assumed");
   }
   if (node["A"] && !yaml_matrix(source, node, "A").isZero(0.0)) {
     result.notes.emplace_back("the file's response to acceleration (A) is left out");
@@ -333,9 +334,9 @@ Imported import_kalibr(const Source& source) {
   try {
     return read_kalibr(source);
   } catch (const YAML::ParserException& error) {
-    throw fail("no YAML: ", error);
+    throw fail("not valid YAML: ", error);
   } catch (const YAML::Exception& error) {
-    throw fail("no calibration of Kalibr: ", error);
+    throw fail("not a calibration of Kalibr: ", error);
   }
 }
 #endif
@@ -398,10 +399,11 @@ Calibration import_calibration(std::string_view text,
                                const ImportOptions& options) {
   if (options.kind != "accelerometer" && options.kind != "gyroscope" &&
       options.kind != "magnetometer") {
-    throw DomainError(formatted("'{}': accelerometer, gyroscope or magnetometer", options.kind));
+    throw DomainError(
+        formatted("the kind '{}' must be accelerometer, gyroscope or magnetometer", options.kind));
   }
   if (options.instance < 0 || options.instance > 9) {
-    throw DomainError("the number of a sensor is 0 to 9");
+    throw DomainError("the number of a sensor must be 0 to 9");
   }
   const Imported imported = read_by_format({text, path, options}, format);
   Calibration calibration;
@@ -421,7 +423,7 @@ Calibration import_calibration(std::string_view text,
   calibration.sensor.field.magnitude =
       options.magnitude.value_or(calibration.sensor.field.magnitude);
   if (!(calibration.sensor.field.magnitude > 0.0)) {
-    throw DomainError(formatted("a field's magnitude in {} is needed", imported.field_unit),
+    throw DomainError(formatted("state the magnitude of the field in {}", imported.field_unit),
                       {settings::imported_magnitude});
   }
   calibration.sensor.response.bias = imported.bias;

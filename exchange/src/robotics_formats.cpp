@@ -39,8 +39,8 @@ struct ScaleMisalignment {
 ScaleMisalignment scale_misalignment(const Eigen::Matrix3d& S) {
   if (S.determinant() < 0.0) {
     throw RefusedError(
-        "Kalibr's M C cannot mirror: an axis of this instrument points the other way; change its "
-        "sign in the readings and calibrate again");
+        "Kalibr's M C cannot describe left-handed axes: an axis of this instrument is reversed; "
+        "change its sign in the readings and calibrate again");
   }
   const Eigen::HouseholderQR<Eigen::Matrix3d> qr(S.transpose());
   const Eigen::Matrix3d R = qr.matrixQR().triangularView<Eigen::Upper>();
@@ -85,10 +85,11 @@ KalibrSensor kalibr_sensor(const Calibration& calibration, const ExportOptions& 
       {formatted("{}, in {}; M is lower triangular, C a rotation",
                  is_gyroscope ? "v = M C w + A C a + bias" : "v = M C f + bias", unit),
        is_gyroscope ? "a: specific force in m/s^2, in the frame of the rates"
-                    : "Kalibr takes C of the accelerometer as the identity: the IMU's frame is "
-                      "then C's",
-       "C of an accelerometer and bias are additions: Kalibr itself writes neither",
-       "noise densities and random walks: axiscal noise", worked_example(calibration, model)},
+                    : "Kalibr takes C of the accelerometer as the identity: its frame of the IMU "
+                      "is then this instrument's frame rotated by C",
+       "C of an accelerometer and bias are additions by axiscal: Kalibr does not write them",
+       "axiscal noise writes the noise densities and random walks",
+       worked_example(calibration, model)},
       result.loss);
   return result;
 }
@@ -131,12 +132,12 @@ Exported export_kalibr_imu(const Calibration& first,
   }
   if (accelerometer.sensor == gyroscope.sensor) {
     throw RefusedError(
-        "kalibr: an IMU is one accelerometer and one gyroscope; the records are "
-        "two of one kind");
+        "kalibr: an IMU is one accelerometer and one gyroscope, but both "
+        "records have the same kind");
   }
   if (!first.sensor.instrument.serial.empty() && !second.sensor.instrument.serial.empty() &&
       first.sensor.instrument.serial != second.sensor.instrument.serial) {
-    throw RefusedError(formatted("kalibr: the records are of two units, '{}' and '{}'",
+    throw RefusedError(formatted("kalibr: the records have different serial numbers, '{}' and '{}'",
                                  first.sensor.instrument.serial, second.sensor.instrument.serial));
   }
   Exported exported{.content = accelerometer.comment + gyroscope.comment +
@@ -147,7 +148,7 @@ Exported export_kalibr_imu(const Calibration& first,
                     .loss = accelerometer.loss,
                     .notes = {}};
   if (gyroscope.loss) {
-    exported.notes.push_back("of the gyroscope is not held: " + loss_text(*gyroscope.loss));
+    exported.notes.push_back("not stored for the gyroscope: " + loss_text(*gyroscope.loss));
   }
   return exported;
 }
@@ -179,7 +180,7 @@ std::string covariance_for_ros(const Calibration& calibration,
                            : sensor == Sensor::gyroscope   ? "angular_velocity_covariance"
                                                            : "magnetic_field_covariance";
   return formatted(
-      "# of the readings that were calibrated [({})^2]; one sample scatters more: see "
+      "# of the readings that were calibrated [({})^2]; that of one sample is larger: see "
       "axiscal noise\n{}: [{}]\n",
       unit, name, entries);
 }

@@ -146,7 +146,7 @@ class Workbook {
                            : "reading = bias + sensitivity . field");
     sheet.text(magnitude_row, 0, "magnitude of the field", heading_);
     sheet.number(magnitude_row, 1, sensor().field.magnitude, input_);
-    sheet.text(magnitude_row, 2, "where the readings are taken: change it there");
+    sheet.text(magnitude_row, 2, "at the place of the readings: change it for another place");
     std::vector<std::string> titles = {"axis", "bias", "sensitivity x", "sensitivity y",
                                        "sensitivity z"};
     if (order() > 0) {

@@ -72,7 +72,7 @@ void common_members(JsonMembers& io, FieldSetup& part) {
     Eigen::Vector3d in_table = part.in_table.value_or(Eigen::Vector3d::Zero());
     io.need_vector("in_table", in_table, 3);
     io.check("in_table", in_table.norm() > 0.0 && in_table.norm() < 1e150,
-             "must not be zero, and shorter than 1e150");
+             "must not be zero, and must be shorter than 1e150");
     part.in_table = in_table;
   }
 }
@@ -103,7 +103,7 @@ void write_part(Json& json, FieldSetup part) {
   const FieldKind& kind = field_kind(part.kind());
   if (kind.make == nullptr) {
     throw DomainError(
-        formatted("the field {} was added by a program, so only that program reads it from a file",
+        formatted("the field {} was added by a program, so it cannot be written to a file",
                   part.kind()));
   }
   json["kind"] = part.kind();
@@ -147,7 +147,7 @@ void read_field(const JsonValue& json, FieldSetup& field) {
   }
   const std::vector<JsonValue> parts = json.elements();
   if (parts.empty()) {
-    json.fail("must have one part or more");
+    json.fail("must have at least one part");
   }
   read_part(parts.front(), field);
   for (std::size_t i = 1; i < parts.size(); ++i) {

@@ -38,7 +38,7 @@ void add_field_kind(const FieldKind& kind) {
   if (kind.name.empty() || !field_kind(kind.name).name.empty() ||
       kinds().size() == kinds().capacity()) {
     throw DomainError(formatted("a kind of field '{}' cannot be added: {}", kind.name,
-                                kind.name.empty() ? "its name is empty" : "it is there already"));
+                                kind.name.empty() ? "its name is empty" : "it exists already"));
   }
   kinds().push_back(kind);
 }
@@ -81,7 +81,7 @@ void check_field_kind(std::string_view kind) {
     }
     throw SetupError(formatted(
         "unknown field '{}'{}", kind,
-        did_you_mean(std::string(kind), names, "this version knows: " + list_of_field_kinds())));
+        did_you_mean(std::string(kind), names, "known fields: " + list_of_field_kinds())));
   }
 }
 

@@ -25,7 +25,8 @@ FieldResolver::FieldResolver(const FieldSetup& part,
 FieldDescription FieldResolver::resolve() {
   check_given();
   if (!given_.of) {
-    throw SetupError("the field is not stated: " + list_of_field_kinds(), {settings::field});
+    throw SetupError("the field is not stated; known fields: " + list_of_field_kinds(),
+                     {settings::field});
   }
   prepare();
   given_.of->resolve(*this);
@@ -42,7 +43,7 @@ FieldDescription FieldResolver::resolve() {
 
 void FieldResolver::check_given() const {
   if (given_.in_table && !(given_.in_table->norm() > 0.0 && given_.in_table->norm() < 1e150)) {
-    throw SetupError("the field's vector in the table must not be zero, and shorter than 1e150",
+    throw SetupError("the field's vector in the table must be shorter than 1e150 and not zero",
                      {settings::field_table});
   }
   if (given_.magnitude && !(*given_.magnitude > 0.0 && std::isfinite(*given_.magnitude))) {
@@ -75,7 +76,7 @@ void FieldResolver::prepare() {
   check_field_unit(found_.kind, found_.unit);
   if (kind.local && given_.role == FieldRole::induced) {
     throw SetupError(formatted(
-        "field {}: is found at a site, and no one can set it; its role is local", found_.kind));
+        "field {}: its role must be local, because no one can set this field", found_.kind));
   }
   found_.set_by_level = given_.is_induced();
 }
@@ -83,14 +84,14 @@ void FieldResolver::prepare() {
 void FieldResolver::resolve_by_value(const ReferenceField& field) {
   if (given_.magnitude && !(std::abs(*given_.magnitude / field.magnitude() - 1.0) <= 1e-9)) {
     throw SetupError(
-        formatted("field {}: a field of your own states its own magnitude, {} {}; leave out the "
-                  "other magnitude, {}",
+        formatted("field {}: the program's own field already has the magnitude {} {}; remove the "
+                  "stated magnitude, {}",
                   field.kind(), number_text(field.magnitude()), field.unit(),
                   number_text(*given_.magnitude)));
   }
   if (given_.role && (*given_.role == FieldRole::induced) != field.is_induced()) {
     throw SetupError(
-        formatted("field {}: a field of one's own states its role itself; leave the other one out",
+        formatted("field {}: the program's own field already has a role; remove the stated role",
                   field.kind()));
   }
   found_.magnitude = field.magnitude();

@@ -24,7 +24,8 @@ void convert(FieldDescription& part, const std::string& unit) {
     factor = factor_between(part.unit, unit);
   } catch (const DomainError&) {
     throw SetupError(
-        formatted("field: its parts must be of one quantity; {} is in {}, the first part in {}",
+        formatted("field: its parts must have the same quantity; {} is in {}, but "
+                  "the first part is in {}",
                   part.kind, part.unit, unit));
   }
   part.magnitude *= factor;
@@ -118,7 +119,7 @@ std::shared_ptr<const ReferenceField> make_field(
   check_field_kind(kind);
   const FieldKind& entry = field_kind(kind);
   if (entry.make == nullptr) {
-    throw SetupError(formatted("field {}: is made by a program, not by its name", kind));
+    throw SetupError(formatted("field {}: only a program can create it, not a file", kind));
   }
   std::shared_ptr<ReferenceField> field = entry.make();
   if (!members.empty()) {
@@ -217,12 +218,12 @@ std::vector<FieldDescription> resolve_field(const FieldSetup& setup,
   const bool all_free = std::all_of(parts.begin(), parts.end(),
                                     [](const FieldDescription& part) { return part.free_length; });
   if (all_free) {
-    throw SetupError("field: of no part the magnitude is known, so nothing fixes the scale");
+    throw SetupError("field: the magnitude of at least one part must be known");
   }
   const auto turning = std::count_if(parts.begin(), parts.end(),
                                      [](const FieldDescription& part) { return part.turning; });
   if (turning > 1) {
-    throw SetupError("field: a table turns about one axis; give one induced_rotation");
+    throw SetupError("field: a table turns about one axis; state only one induced_rotation");
   }
   check_names(parts);
   return parts;
@@ -245,8 +246,8 @@ FieldDescription describe_field(const TablePlace& place,
 Eigen::Matrix3d rotation_of_moving(const TablePlace& place, const ReferenceField& field) {
   if (!place.fence_azimuth_rad) {
     throw SetupError(field.moving_name() +
-                         " moves between the readings; its path in the table needs the fence's "
-                         "azimuth, to a few degrees",
+                         " moves between the readings; state the fence's azimuth, to a few "
+                         "degrees",
                      {settings::fence_azimuth});
   }
   return rotation_sloping_from_level(place.slope) *
@@ -263,12 +264,12 @@ Eigen::Matrix3d change_of_field(const FieldSetup& setup,
   }
   const ReferenceField& field = *moving->of;
   if (!setup.others.empty()) {
-    throw SetupError(field.moving_name() + " moves, and so goes with no other field");
+    throw SetupError(field.moving_name() + " moves, so it cannot be combined with another field");
   }
   const Eigen::Vector3d from = field.moving_in_table(place, from_s);
   const Eigen::Vector3d to = field.moving_in_table(place, to_s);
   if (!(from.norm() > 0.0 && to.norm() > 0.0)) {
-    throw RefusedError(field.moving_name() + " vanishes while readings are taken");
+    throw RefusedError(field.moving_name() + " is zero at the time of a reading");
   }
   return to.norm() / from.norm() * smallest_rotation(from.normalized(), to.normalized());
 }

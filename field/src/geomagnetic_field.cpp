@@ -27,14 +27,14 @@ Eigen::Vector3d GeomagneticModel::value_in_enu_nT(const Site& site, double year)
   const Coefficients::Range range = coefficients_->range();
   if (!(year >= range.first_year && year <= range.last_year)) {
     throw RefusedError(
-        formatted("magnetic model {} holds from {} to {}, not in {}; give another date or model",
+        formatted("magnetic model {} is valid from {} to {}, not in {}; give another date or model",
                   name_, number_text(range.first_year), number_text(range.last_year),
                   number_text(std::round(year * 1e6) / 1e6)),
         {settings::date, settings::magnetic_model});
   }
   if (!(site.height_m >= range.lowest_m && site.height_m <= range.highest_m)) {
     throw RefusedError(formatted(
-        "magnetic model {} holds from {} to {} m above the ellipsoid, not at {} m", name_,
+        "magnetic model {} is valid from {} to {} m above the ellipsoid, not at {} m", name_,
         number_text(range.lowest_m), number_text(range.highest_m), number_text(site.height_m)));
   }
   return coefficients_->at(site, year);

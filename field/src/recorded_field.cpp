@@ -53,16 +53,16 @@ RecordedField::RecordedField(std::shared_ptr<const ReferenceField> of,
       path_(std::move(path)) {
   if (!of_ || times_s_.size() < 2 ||
       static_cast<Eigen::Index>(times_s_.size()) != in_table_.cols()) {
-    throw DomainError("a recorded field needs a kind, and a vector at two times or more");
+    throw DomainError("a recorded field needs a kind, and vectors at two times or more");
   }
   for (std::size_t i = 0; i < times_s_.size(); ++i) {
     const Eigen::Vector3d value = in_table_.col(static_cast<Eigen::Index>(i));
     if (!std::isfinite(times_s_[i]) || (i > 0 && !(times_s_[i] > times_s_[i - 1]))) {
-      throw DomainError(formatted("a recorded field's times must ascend; they do not at {}",
+      throw DomainError(formatted("a recorded field's times must ascend; the time {} does not",
                                   number_text(times_s_[i])));
     }
     if (!value.allFinite() || !(value.norm() > 0.0)) {
-      throw DomainError(formatted("a recorded field must be finite and not zero; it is at {}",
+      throw DomainError(formatted("a recorded field is zero or not finite at the time {}",
                                   number_text(times_s_[i])));
     }
   }
@@ -75,7 +75,7 @@ Eigen::Vector3d RecordedField::value_in_enu() const {
 Eigen::Vector3d RecordedField::value_in_enu_at(double time_s) const {
   if (!(time_s >= times_s_.front() && time_s <= times_s_.back())) {
     throw RefusedError(formatted(
-        "the field's record is from {} to {}, and a reading at {}; record the field from the first "
+        "the field's record is from {} to {}, but a reading is at {}; record it from the first "
         "reading to the last, by the same clock",
         number_text(times_s_.front()), number_text(times_s_.back()), number_text(time_s)));
   }
@@ -94,7 +94,7 @@ void RecordedField::resolve(FieldResolver& of) const {
   const Eigen::Vector3d value =
       of.reading_time_s() ? value_in_enu_at(*of.reading_time_s()) : value_in_enu();
   if (of.given().magnitude) {
-    throw SetupError("the field's magnitude is that of its record; leave the other one out",
+    throw SetupError("the field's record gives its magnitude; do not state another magnitude",
                      {settings::field_magnitude});
   }
   of.set_magnitude(value.norm());
@@ -113,8 +113,8 @@ RecordedField read_recorded_field(const std::string& path,
   const std::optional<std::size_t> time = csv.column("time");
   if (!time || csv.header().size() != 4) {
     throw DataError(path,
-                    "a field's record has a column 'time' and three more: its components along the "
-                    "table's x, y and z");
+                    "a field's record must have a column 'time' and three more: the components "
+                    "along the table's x, y and z");
   }
   std::vector<double> times_s;
   std::vector<double> components;

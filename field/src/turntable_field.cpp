@@ -29,7 +29,7 @@ void TurntableField::state(FieldSetup& setup) const {
 void TurntableField::resolve(FieldResolver& of) const {
   if (of.given().role == FieldRole::local) {
     throw SetupError(formatted(
-        "field {}: is what a turntable makes, and its level sets it; its role is induced", kind()));
+        "field {}: its role must be induced, because a turntable makes this field", kind()));
   }
   FieldDescription& found = of.found();
   found.turning = true;

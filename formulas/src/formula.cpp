@@ -102,7 +102,8 @@ struct Parsing {
       add_constant(std::numbers::e);
     } else {
       throw DomainError(
-          formatted("'{}' is not a known number; the numbers are {}", called, joined(names, ", ")));
+          formatted("'{}' is not a known variable; the variables are {}", called,
+                    joined(names, ", ")));
     }
   }
 
@@ -123,7 +124,7 @@ struct Parsing {
     }
     if (known->arguments == any_number ? count == 0 : count != known->arguments) {
       throw DomainError(formatted(
-          "the function '{}' takes {} numbers, not {}", name,
+          "the function '{}' needs {} arguments, not {}", name,
           known->arguments == any_number ? "one or more" : std::to_string(known->arguments),
           count));
     }
@@ -230,7 +231,7 @@ std::vector<Step> parsed(const std::string& text, const std::vector<std::string>
       throw DomainError("it ends too early");
     }
   }
-  throw DomainError(formatted("it goes wrong at character {}, before '{}'", at - text.begin() + 1,
+  throw DomainError(formatted("it is not valid from character {} on: '{}'", at - text.begin() + 1,
                               std::string(at, text.end()).substr(0, 20)));
 }
 
@@ -246,7 +247,7 @@ Formula::Formula(const std::string& text, std::vector<std::string> names)
   constexpr std::size_t longest = 1900;
   constexpr auto deepest = 100;
   if (text.size() > longest) {
-    throw DomainError(formatted("the formula '{}...': has {} characters; at most {} are read",
+    throw DomainError(formatted("the formula '{}...': has {} characters; at most {} are allowed",
                                 text.substr(0, 40), text.size(), longest));
   }
   if (std::count(text.begin(), text.end(), '(') > deepest) {

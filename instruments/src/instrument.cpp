@@ -25,7 +25,7 @@ void check_serial(std::string_view serial) {
     const bool second = byte == 0xC2 && static_cast<unsigned char>(serial[i + 1]) < 0xA0;
     if (byte < 0x20 || byte == 0x7F || second) {
       throw DomainError(
-          formatted("the serial number holds a control character, at byte {}", i + 1));
+          formatted("the serial number contains a control character, at byte {}", i + 1));
     }
   }
 }
@@ -94,7 +94,7 @@ void set_axes(Instrument& instrument, const std::vector<std::string>& texts) {
 void check_axes(const Instrument& instrument) {
   const std::set<std::string> names(instrument.axes.begin(), instrument.axes.end());
   if (names.empty() || names.size() != instrument.axes.size() || names.contains("")) {
-    throw DomainError("an instrument needs one or more axes, each with a name of its own");
+    throw DomainError("an instrument needs at least one axis, and different names for all axes");
   }
 }
 

@@ -29,13 +29,13 @@ const InstrumentKind& add_instrument_kind(const InstrumentKind& kind) {
   for (const InstrumentKind& known : known_kinds()) {
     if (kind.name.empty() || known.name == kind.name) {
       throw DomainError(formatted(
-          "add_instrument_kind: '{}' is not a valid name, or it exists already", kind.name));
+          "add_instrument_kind: the name '{}' is empty or exists already", kind.name));
     }
   }
   if (kind.derived_names.size() > DerivedValues{}.values.size() ||
       (!kind.derived_names.empty() && kind.derive == nullptr)) {
     throw DomainError(formatted(
-        "add_instrument_kind: '{}' must derive what it names, at most four values", kind.name));
+        "add_instrument_kind: '{}' needs derive(), and at most four derived_names", kind.name));
   }
   return known_kinds().emplace_back(kind);
 }
@@ -51,7 +51,7 @@ const InstrumentKind& find_instrument_kind(std::string_view name) {
     list += (list.empty() ? "" : ", ") + std::string(kind.name);
   }
   throw DomainError(formatted("unknown kind of instrument '{}'{}", name,
-                              did_you_mean(name, names, "this version knows: " + list)),
+                              did_you_mean(name, names, "known kinds: " + list)),
                     {settings::instrument});
 }
 

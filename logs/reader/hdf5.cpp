@@ -149,8 +149,8 @@ void refuse_foreign_storage(const std::string& path) {
   H5Ovisit1(file, H5_INDEX_NAME, H5_ITER_NATIVE, &visit_storage, &count);
   if (count > 0) {
     throw Error(
-        "the file keeps numbers in other files (external or virtual storage), which are not read; "
-        "write them into one file, as h5repack does");
+        "the file stores numbers in other files (external or virtual storage), which are not "
+        "read; copy them into one file, for example with h5repack");
   }
 }
 

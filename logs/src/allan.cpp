@@ -86,7 +86,7 @@ namespace {
 
 void require_enough(std::size_t phases) {
   if (phases < 3) {
-    throw DomainError("allan_deviation: three samples or more are needed");
+    throw DomainError("allan_deviation: at least two samples (three phases) are needed");
   }
 }
 

@@ -199,16 +199,15 @@ std::size_t best_by_scatter(const RecordedLog& log,
   const std::size_t kept = sets[best].intervals.size();
   if (kept < sets[persistent].intervals.size()) {
     notes.push_back(formatted(
-        "{} of {} rests are left out: the {} of the others scatter by {}{}, those of all by {}, "
-        "and "
-        "the coefficients get better without them",
+        "{} of {} rests are left out, because the coefficients are better without them: the {} of "
+        "the others scatter by {}{}, and those of all rests by {}",
         sets[persistent].intervals.size() - kept, sets[persistent].intervals.size(),
         options.gyroscope.empty() ? "lengths of gravity" : "attitudes after the turns",
         number_text(least.scatter * (options.gyroscope.empty() ? 1.0 : deg_per_rad), 2),
-        options.gyroscope.empty() ? " of it" : " degrees",
+        options.gyroscope.empty() ? " g" : " degrees",
         std::isfinite(all.scatter)
             ? number_text(all.scatter * (options.gyroscope.empty() ? 1.0 : deg_per_rad), 2)
-            : std::string("more than can be fitted")));
+            : std::string("an amount that cannot be fitted")));
   }
   return best;
 }
@@ -287,7 +286,8 @@ class ImuCalibrator {
     }
     if (!options_.gyroscope.empty() && result_.accelerometer_failed) {
       result_.failed.push_back(
-          {.slot = "gyroscope", .message = "its turns need the accelerometer, which is refused"});
+          {.slot = "gyroscope",
+           .message = "its turns need the accelerometer, whose calibration was refused"});
     } else if (!options_.gyroscope.empty()) {
       try {
         calibrate_gyroscope();
@@ -416,9 +416,8 @@ class ImuCalibrator {
           scatters_by_steps(rests)) {
         result_.rests = std::move(rests);
         result_.notes.push_back(formatted(
-            "{} samples ({} %) repeat one value for a second or longer while others scatter, as of "
-            "a "
-            "sensor that sleeps: they are left out",
+            "{} samples ({} %) are left out, because they repeat one value for a second or longer "
+            "while others scatter, as if the sensor slept",
             samples,
             number_text(
                 100.0 * static_cast<double>(samples) / static_cast<double>(result_.rests.samples),
@@ -462,22 +461,21 @@ class ImuCalibrator {
     }
     if (!are_faces) {
       throw RefusedError(formatted(
-          "the log has {} rest{} of {} s or more, and a calibration needs it at rest in many "
-          "attitudes: "
-          "put it down on each of its six faces, better in twelve different ways and more, some "
-          "seconds each, and log that",
+          "the log contains {} rest{} of {} s or more, but a calibration needs rests in many "
+          "attitudes: lay the instrument on each of its six faces, or better in twelve or more "
+          "different ways, for some seconds each, and log it",
           observations.size(), observations.size() == 1 ? "" : "s",
           number_text(options_.segment.shortest_s, 2)));
     }
     assume_level_table(make_field_description(experiment).magnitude, faces, observations);
-    result_.notes.emplace_back("it lay on its six faces, which gravity names");
+    result_.notes.emplace_back("it lay on its six faces, which were recognised by gravity");
   }
 
   void calibrate_accelerometer() {
     if (options_.known_accelerometer) {
       result_.accelerometer = *options_.known_accelerometer;
       result_.accelerometer_was_known = true;
-      result_.notes.emplace_back("the accelerometer's record is taken as given");
+      result_.notes.emplace_back("the given record of the accelerometer is used unchanged");
       return;
     }
     Experiment experiment = options_.experiment;
@@ -616,8 +614,8 @@ SeatLabels recognise_seats(const RecordedLog& log,
   const std::string open_start =
       options.first
           ? ""
-          : "; the first one is taken as the standard design's, so that the slope's x and y "
-            "are known up to a turn of the whole table (state its fence face)";
+          : "; the first one is assumed as in the standard design, so the x and y of the slope are "
+            "known only up to a rotation of the table (state its fence face)";
   if (!options.gyroscope.empty()) {
     RestTurns source(log, options, rests.rate_hz);
     const std::vector<GyroscopeTurn> turns = source.turns(rests, all_rests(rests), ups);
@@ -631,8 +629,8 @@ SeatLabels recognise_seats(const RecordedLog& log,
       return label_by_turns(faces, integrated_rotations(turns, fit), first_point(options, faces));
     }
     if (options.magnetometer.empty()) {
-      throw RefusedError(formatted("the gyroscope lacks samples in {} of the turns, so that it "
-                                   "does not tell the fence faces; give the run sheet",
+      throw RefusedError(formatted("the gyroscope lacks samples in {} of the turns, so it "
+                                   "cannot show the fence faces; give the run sheet",
                                    source.left_out),
                          {settings::run_sheet});
     }
@@ -643,9 +641,8 @@ SeatLabels recognise_seats(const RecordedLog& log,
                             first_point(options, faces));
   }
   notes.emplace_back(
-      "nothing in the log tells the fence faces: they are taken in turn, as in the standard "
-      "design; "
-      "then the slope of the table means nothing");
+      "no instrument in the log shows the fence faces: they are assumed in the order of the "
+      "standard design; the slope of the table is then meaningless");
   return label_by_order(faces);
 }
 
@@ -672,7 +669,7 @@ void check_fences(const RecordedLog& log,
     if (labels.points[i] && seen.points[i] && labels.points[i]->rest() == seen.points[i]->rest() &&
         labels.points[i]->fence() != seen.points[i]->fence()) {
       labels.messages.push_back(formatted(
-          "rest {}: the sheet says {}, the {} fence {}; was the cube turned as planned?", i + 1,
+          "rest {}: the sheet states {}, the {} shows {}; was the cube turned as planned?", i + 1,
           labels.points[i]->name(), options.gyroscope.empty() ? "magnetometer" : "gyroscope",
           face_name(seen.points[i]->fence())));
     }

@@ -29,8 +29,7 @@ KalibrNoise noise_of(const LogNoise& noise, SeriesKind kind) {
     if (!unit || unit->kind != kind) {
       throw RefusedError(
           formatted("kalibr: the unit '{}' of column {} is not known; write m/s^2 or g, rad/s or "
-                    "deg/s behind "
-                    "its name in the log: \"{} (m/s^2)\"",
+                    "deg/s after its name in the log: \"{} (m/s^2)\"",
                     one.unit, one.name, one.name));
     }
     double density = 0.0;
@@ -51,14 +50,14 @@ KalibrNoise noise_of(const LogNoise& noise, SeriesKind kind) {
   }
   if (count == 0.0) {
     throw RefusedError(formatted(
-        "kalibr: no {} is known among the columns; imu.yaml needs accelerometer and gyroscope",
+        "kalibr: there is no {} among the columns; imu.yaml needs accelerometer and gyroscope",
         name_of(kind)));
   }
   sum.density = std::sqrt(sum.density / count);
   sum.walk = std::sqrt(sum.walk / count);
   if (!(sum.density > 0.0)) {
     throw RefusedError(formatted(
-        "kalibr: the record shows no white noise of the {}; log it longer at rest", name_of(kind)));
+        "kalibr: the record of the {} shows no white noise; log it longer at rest", name_of(kind)));
   }
   return sum;
 }
@@ -68,7 +67,7 @@ std::string lines_of(const char* name, const KalibrNoise& noise, const char* uni
       "{}_noise_density: {}  # N [{}/sqrt(Hz)], root mean square of the axes\n"
       "{}_random_walk: {}  # K [{}/s/sqrt(Hz)]{}\n",
       name, number_text(noise.density, 6), unit, name, number_text(noise.walk, 6), unit,
-      noise.walk_is_limit ? ", a limit: the record is too short to show it on every axis" : "");
+      noise.walk_is_limit ? ", upper bound: the record is too short to show it on every axis" : "");
 }
 
 }  // namespace
@@ -77,10 +76,9 @@ std::string kalibr_imu_yaml(const LogNoise& noise, const std::string& topic) {
   const KalibrNoise accelerometer = noise_of(noise, SeriesKind::accelerometer);
   const KalibrNoise gyroscope = noise_of(noise, SeriesKind::gyroscope);
   return formatted(
-      "# For Kalibr (its calibration of cameras with an IMU takes this file); set rostopic to "
-      "yours.\n"
-      "# From a record at rest; Kalibr's authors advise to enlarge both by up to 10 for a sensor\n"
-      "# that shakes or warms up.\n"
+      "# For the calibration of cameras with an IMU by Kalibr; set rostopic to your topic.\n"
+      "# From a record at rest. Kalibr's authors advise increasing both values by a factor of up\n"
+      "# to 10 for a sensor that shakes or warms up.\n"
       "{}{}rostopic: {}\nupdate_rate: {}  # Hz\n",
       lines_of("accelerometer", accelerometer, "m/s^2"), lines_of("gyroscope", gyroscope, "rad/s"),
       topic, number_text(gyroscope.rate_hz, 6));

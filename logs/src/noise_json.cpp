@@ -118,7 +118,7 @@ LogNoise parse_noise(std::string_view text, const std::string& path) {
     for (const AllanPoint& point : one.curve) {
       if (!(point.tau_s > last) || !(point.deviation >= 0.0)) {
         column.at("allan_deviation")
-            .fail("needs times tau that ascend, and deviations of 0 or more");
+            .fail("must contain ascending times tau, and deviations of 0 or more");
       }
       last = point.tau_s;
     }

@@ -476,7 +476,7 @@ double NoiseModel::deviation_at(double tau_s) const {
 NoiseModel fit_noise(std::span<const AllanPoint> curve) {
   const std::vector<AllanPoint> octaves = octaves_of(curve);
   if (octaves.size() < fewest_points) {
-    throw DomainError("fit_noise: three points of the curve or more are needed");
+    throw DomainError("fit_noise: the curve must have at least three points");
   }
   const std::span<const AllanPoint> all(octaves);
   const std::size_t most_left_out = std::min<std::size_t>(4, octaves.size() - fewest_points);
@@ -524,7 +524,7 @@ NoiseModel fit_noise(std::span<const AllanPoint> curve) {
 
 double deviation_at(std::span<const AllanPoint> curve, double tau_s) {
   if (curve.empty()) {
-    throw DomainError("deviation_at: points of the curve are needed");
+    throw DomainError("deviation_at: the curve is empty");
   }
   if (curve.size() == 1) {
     return curve.front().deviation;
@@ -544,7 +544,7 @@ double deviation_at(std::span<const AllanPoint> curve, double tau_s) {
 
 double coefficient_by_slope(NoiseKind kind, std::span<const AllanPoint> points) {
   if (points.empty()) {
-    throw DomainError("coefficient_by_slope: points of the curve are needed");
+    throw DomainError("coefficient_by_slope: there are no points");
   }
   double sum = 0.0;
   for (const AllanPoint& point : points) {
@@ -555,7 +555,7 @@ double coefficient_by_slope(NoiseKind kind, std::span<const AllanPoint> points) 
 
 Dwell best_dwell(std::span<const AllanPoint> curve) {
   if (curve.empty()) {
-    throw DomainError("best_dwell: points of the curve are needed");
+    throw DomainError("best_dwell: the curve is empty");
   }
   constexpr double well_known = 20.0;  // degrees of freedom
   std::size_t known = 0;

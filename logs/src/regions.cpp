@@ -105,8 +105,8 @@ class RegionReader {
     if (!(part.first + 1 < part.end) || part.end > n) {
       throw DataError(
           log_.name,
-          formatted("a region from {} to {} is none of a log of {} samples{}", part.first, part.end,
-                    n, region.name.empty() ? "" : " (" + region.name + ")"));
+          formatted("the region from sample {} to {} is empty or not within the {} samples{}",
+                    part.first, part.end, n, region.name.empty() ? "" : " (" + region.name + ")"));
     }
     return part;
   }
@@ -186,7 +186,7 @@ class RegionCalibrator {
           .push_back({.region = &region, .part = reader_.part_of(region)});
     }
     if (rests_.empty()) {
-      throw RefusedError("the regions hold no rest");
+      throw RefusedError("the regions contain no rest");
     }
   }
 
@@ -200,10 +200,10 @@ class RegionCalibrator {
         result_.failed.push_back({.slot = "gyroscope", .message = error.what()});
       }
     } else if (!options_.gyroscope.empty()) {
-      result_.notes.emplace_back("the regions hold no turn, so that the gyroscope is left out");
+      result_.notes.emplace_back("the regions contain no turn, so that the gyroscope is left out");
     }
-    result_.notes.push_back(formatted("{} rests and {} turns, as the regions state them",
-                                      rests_.size(), turns_.size()));
+    result_.notes.push_back(
+        formatted("the regions contain {} rests and {} turns", rests_.size(), turns_.size()));
     result_.notes.insert(result_.notes.end(), log_.notes.begin(), log_.notes.end());
     return std::move(result_);
   }
@@ -279,8 +279,8 @@ class RegionCalibrator {
       assume_level_table(make_field_description(experiment).magnitude, faces, observations);
       experiment.fit.method = experiment.fit.method.value_or(Method::known);
       result_.notes.emplace_back(
-          "the regions name the face on the table alone: it is taken as level, and its slope is in "
-          "the biases");
+          "the regions state only the face on the table: the table is assumed to be level, so its "
+          "slope is part of the biases");
     }
     result_.accelerometer = calibrate(experiment, observations);
     result_.accelerometer.provenance.slot = "accelerometer";
@@ -346,8 +346,9 @@ class RegionCalibrator {
                                         const Eigen::Vector3d& readings) const {
     const Region& region = *turn.region;
     if (!region.rest) {
-      throw DataError(log_.name, formatted("region '{}': a turn needs the face on the table, rest",
-                                           region.name));
+      throw DataError(log_.name,
+                      formatted("region '{}': a turn needs the member rest, the face on the table",
+                                region.name));
     }
     const Eigen::Vector3d up = up_of(*region.rest);
     const double duration_s = reader_.duration_s(turn.part);
@@ -360,7 +361,7 @@ class RegionCalibrator {
       turns = std::copysign(turns, along);
     }
     if (turns == 0.0) {
-      throw RefusedError(formatted("region '{}': no whole turn is in it", region.name));
+      throw RefusedError(formatted("region '{}': it contains no whole turn", region.name));
     }
     return up * (2.0 * std::numbers::pi * turns / duration_s);
   }
@@ -444,8 +445,9 @@ std::vector<Region> read_region_column(const std::string& path, const std::strin
   }
   end_region();
   if (regions.empty()) {
-    throw DataError(path,
-                    formatted("column '{}' names no region: x_p, x_a, x_rot, y_p, ...", column));
+    throw DataError(path, formatted("column '{}' contains no name of a region, such as x_p, x_a, "
+                                    "x_rot",
+                                    column));
   }
   return regions;
 }

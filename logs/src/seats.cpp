@@ -27,7 +27,7 @@ std::string rest_name(std::size_t rest) {
 }
 
 std::string seen_name(const std::optional<Face>& face) {
-  return face ? "rest " + std::string(face_name(*face)) : "no face, it lies on an edge";
+  return face ? "rest " + std::string(face_name(*face)) : "no face, because it lies on an edge";
 }
 
 // @return the two fence faces of a rest face in the standard design: those of the next axis, +
@@ -89,7 +89,8 @@ void assume_level_table(double magnitude,
 
 std::vector<std::optional<Face>> resting_faces(const Eigen::MatrixX3d& means) {
   if (means.rows() < 2) {
-    throw RefusedError("the resting faces need rests on opposite faces; there is one rest only");
+    throw RefusedError(
+        "the resting faces cannot be found from one rest: rests on opposite faces are needed");
   }
   const Eigen::Vector3d range = means.colwise().maxCoeff() - means.colwise().minCoeff();
   for (int axis = 0; axis < 3; ++axis) {
@@ -106,8 +107,8 @@ std::vector<std::optional<Face>> resting_faces(const Eigen::MatrixX3d& means) {
   const Eigen::VectorXd lengths = ups.rowwise().norm();
   if (upper_median({lengths.begin(), lengths.end()}) > 1.3) {
     throw RefusedError(
-        "the rests do not show which face was down: they lack opposite faces; lay the cube on all "
-        "six faces");
+        "the rests do not show which face was down, because opposite faces are missing; lay the "
+        "cube on all six faces");
   }
   std::vector<std::optional<Face>> faces;
   for (Eigen::Index i = 0; i < ups.rows(); ++i) {
@@ -154,8 +155,8 @@ SeatLabels label_by_sheet(const std::vector<std::optional<Face>>& faces,
       labels.rows[i] = j;
       if (misfit(i, j) > 0.0) {
         messages.push_back(formatted(
-            "run {} ({}): the sheet says {}, the accelerometer {}; was the cube laid down as "
-            "planned?",
+            "run {} ({}): the sheet states {}, the accelerometer shows {}; was the cube laid down "
+            "as planned?",
             sheet[j].run, rest_name(i), sheet[j].entry.point.name(), seen_name(faces[i])));
       }
     } else if (i > 0 && cost[i][j] == cost[i - 1][j] + 1.0) {
@@ -165,7 +166,7 @@ SeatLabels label_by_sheet(const std::vector<std::optional<Face>>& faces,
     } else {
       --j;
       messages.push_back(formatted(
-          "run {} of the sheet ({}) is not in the log: was it skipped, or its rest too short?",
+          "run {} of the sheet ({}) is not in the log: was it skipped, or was its rest too short?",
           sheet[j].run, sheet[j].entry.point.name()));
     }
   }
@@ -248,15 +249,15 @@ SeatLabels label_by_plan(const Eigen::MatrixXd& means,
     SeatLabels labels = label_in_order(sheet);
     if (misfit >= largest_misfit) {
       labels.messages.push_back(formatted(
-          "the rests do not read as the sheet's poses would in any field (by {} % of their range): "
+          "no field fits the rests in the order of the sheet (deviation: {} % of their range): "
           "were some taken in another order, or at another level?",
           number_text(100.0 * misfit, 2)));
     }
     return labels;
   }
   throw RefusedError(formatted(
-      "{} rests, and {} rows of the sheet; these columns do not show which row is missing: name an "
-      "accelerometer that was recorded too, or remove the skipped row from the sheet",
+      "there are {} rests and {} rows of the sheet, and these columns do not show which row is "
+      "missing: name an accelerometer that was also recorded, or remove the skipped row",
       means.rows(), sheet.size()));
 }
 
@@ -290,7 +291,7 @@ SeatLabels label_by_turns(const std::vector<std::optional<Face>>& faces,
     }
     if (!best || least > farthest_rad) {
       labels.messages.push_back(formatted(
-          "{} ({}): the turn before it ends {} degrees from every seat; it stays without a label",
+          "{} ({}) gets no label: the turn before it ends {} degrees from the nearest seat",
           rest_name(i), seen_name(faces[i]), number_text(least * deg_per_rad, 3)));
       continue;
     }
@@ -336,8 +337,8 @@ SeatLabels label_by_heading(const std::vector<std::optional<Face>>& faces,
     if (!faces[i] || least > farthest_rad) {
       labels.points[i].reset();
       labels.messages.push_back(
-          formatted("{} ({}): the magnetometer's heading is {} degrees from every seat; it stays "
-                    "without a label",
+          formatted("{} ({}) gets no label: the magnetometer's heading is {} degrees from the "
+                    "nearest seat",
                     rest_name(i), seen_name(faces[i]), number_text(least * deg_per_rad, 3)));
     }
   }
@@ -351,7 +352,7 @@ SeatLabels label_by_order(const std::vector<std::optional<Face>>& faces) {
     if (!faces[i]) {
       labels.points.emplace_back();
       labels.messages.push_back(
-          formatted("{}: {}; it stays without a label", rest_name(i), seen_name(faces[i])));
+          formatted("{} gets no label: {}", rest_name(i), seen_name(faces[i])));
       continue;
     }
     labels.points.emplace_back(

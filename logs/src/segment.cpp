@@ -39,7 +39,7 @@ class Clock {
     }
     step_ = usual_step(times) * seconds_;
     if (!(step_ > 0.0)) {
-      throw DataError(path_, "the times never increase; state the rate instead of their column",
+      throw DataError(path_, "the times never increase; state a rate instead of a time column",
                       {settings::rate, settings::time_column});
     }
     longest_step_ = std::max(5.0 * step_, 0.25 * window_s_);
@@ -185,21 +185,20 @@ void warn_of_defects(const LogFile& log,
       result.warnings.push_back(text);
     }
   };
-  warn(
-      defects.ragged_rows,
-      formatted("{} left out, having another number of cells than the others; the first is line {}",
-                counted(defects.ragged_rows, "row was", "rows were"), defects.first_ragged_line));
+  warn(defects.ragged_rows,
+       formatted("{} left out: the number of cells is not that of the others; the first is line {}",
+                 counted(defects.ragged_rows, "row was", "rows were"), defects.first_ragged_line));
   warn(repair.missing,
-       formatted("{} a cell that is not a number, and split rests{}",
+       formatted("{} a cell that is not a number, which ends a rest{}",
                  counted(repair.missing, "sample has", "samples have"),
                  defects.first_missing_line > 0
                      ? formatted("; the first is in line {}", defects.first_missing_line)
                      : ""));
   warn(repair.saturated,
        counted(repair.saturated, "sample is", "samples are") + " at or beyond the range");
-  warn(clock.gaps, counted(clock.gaps, "gap", "gaps") + " in the times: samples were lost there");
+  warn(clock.gaps, counted(clock.gaps, "gap", "gaps") + " in the times: samples are missing there");
   warn(clock.decreasing, counted(clock.decreasing, "time stamp is", "time stamps are") +
-                             " before the one before: is the log several recordings put together?");
+                             " earlier than the one before: were several recordings put together?");
   if (result.rate_hz < 1.0) {
     result.warnings.push_back(
         formatted("the rate is {} Hz: are the times in milliseconds or microseconds? Then name the "
@@ -208,7 +207,7 @@ void warn_of_defects(const LogFile& log,
   }
   if (clock.repeated > 0) {
     result.notes.push_back(counted(clock.repeated, "time stamp is", "time stamps are") +
-                           " the same as the one before");
+                           " equal to the one before");
   }
 }
 
@@ -223,9 +222,9 @@ std::string runs_text(const std::vector<std::size_t>& rests) {
 void warn_of_marks(Segmentation& result) {
   const std::vector<std::pair<std::string, std::string>> meanings = {
       {"drift", "a drift larger than the noise; let the instrument come to rest and warm up"},
-      {"knock", "a knock, or motion at an end; means may be off"},
-      {"stuck", "some column does not vary at all: saturated, frozen, or of coarse resolution"},
-      {"restless", "a slow change that is not noise: was it at rest?"}};
+      {"knock", "a knock, or motion at an end; the means may be wrong"},
+      {"stuck", "a column does not vary: it is saturated, frozen, or has a coarse resolution"},
+      {"restless", "a slow change that is not noise: was the instrument at rest?"}};
   for (const auto& [mark, meaning] : meanings) {
     std::vector<std::size_t> rests;
     for (std::size_t i = 0; i < result.marks.size(); ++i) {
@@ -270,7 +269,8 @@ SelectedColumns select_columns(LogFile& log, const SegmentOptions& options, Segm
   if (!found && !options.rate_hz) {
     throw DataError(
         log.path(),
-        formatted("lacks a column of times, only {}; name the column of times, or state the rate",
+        formatted("contains no column of times; its columns are {}; name the column of times, or "
+                  "state the rate",
                   joined(log.columns())),
         {settings::time_column, settings::rate});
   }
@@ -294,7 +294,7 @@ SelectedColumns select_columns(LogFile& log, const SegmentOptions& options, Segm
   };
   for (const std::string& name : options.columns) {
     if (found && log.need(name) == chosen.times.position) {
-      throw DataError(log.path(), formatted("column '{}' is the times, and no quantity", name));
+      throw DataError(log.path(), formatted("column '{}' is the column of times", name));
     }
   }
   result.detection = positions_of(options.columns);
@@ -328,7 +328,7 @@ void join_rests(const SegmentOptions& options,
       result.intervals, attitude, options.window_s + 2.0 * options.trim_s + 0.5, 2e-3 * size);
   if (joined_rests > 0) {
     result.notes.push_back(counted(joined_rests, "rest was", "rests were") +
-                           " split by a knock; the longer part is kept");
+                           " split by a knock, and only the longer part is used");
   }
 }
 
@@ -404,7 +404,7 @@ void break_samples(const SegmentOptions& options, std::size_t first, std::vector
 void blank_empty_columns(const Repair& repair, Segmentation& result) {
   for (std::size_t c = 0; c < result.columns.size(); ++c) {
     if (!repair.has_numbers(c)) {
-      result.notes.push_back(formatted("column '{}' holds no numbers", result.columns[c]));
+      result.notes.push_back(formatted("column '{}' contains no numbers", result.columns[c]));
       for (StaticInterval& interval : result.intervals) {
         interval.mean(static_cast<Eigen::Index>(c)) = not_a_number;
       }
@@ -452,7 +452,7 @@ Segmentation segment(LogFile& log, const SegmentOptions& options, const Threshol
     result.samples += count;
   }
   if (!detector) {
-    throw DataError(log.path(), "holds no samples");
+    throw DataError(log.path(), "contains no samples");
   }
   result.rate_hz = clock.rate_hz();
   result.notes = log.notes();
@@ -469,8 +469,8 @@ Segmentation segment(LogFile& log, const SegmentOptions& options, const Threshol
   warn_of_defects(log, clock, repair, result);
   if (result.intervals.empty()) {
     throw RefusedError(
-        formatted("rests of {} s were not found in {} ({} s): let the instrument stand still "
-                  "longer in each position, or ask for shorter rests",
+        formatted("no rest of {} s or more was found in {} ({} s): let the instrument stand still "
+                  "longer in each position, or allow shorter rests",
                   number_text(options.shortest_s, 3), counted(result.samples, "sample", "samples"),
                   number_text(static_cast<double>(result.samples) / result.rate_hz, 4)),
         {settings::shortest_rest});

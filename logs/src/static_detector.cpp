@@ -148,7 +148,7 @@ class StaticDetector::Stream {
       : options_(options), samples_(columns), prefixes_(columns) {
     if (options.window < 3 || options.detection.empty()) {
       throw DomainError(
-          "StaticDetector: a window of three samples or more, and columns, are needed");
+          "StaticDetector: at least three samples in the window and one column are needed");
     }
     options_.window |= 1U;
     everything_.threshold = options.threshold.value_or(infinite);

@@ -60,20 +60,20 @@ std::string defect_of_feet(Face face, const Feet& feet) {
     const double distance = (one.centre_m - other.centre_m).norm();
     longest = std::max(longest, distance);
     if (!(distance > 0.0) || distance < one.radius_m + other.radius_m) {
-      return "go into each other: two balls are nearer than their radii";
+      return "overlap: the distance of two balls is less than the sum of their radii";
     }
   }
   const Eigen::Vector3d a = feet[0].centre_m - feet[2].centre_m;
   const Eigen::Vector3d b = feet[1].centre_m - feet[2].centre_m;
   if (!(a.cross(b).norm() > flattest_triangle * longest * longest)) {
-    return "stand in a line, so that they do not hold the face; move one to the side";
+    return "are in a line, so the face cannot stand on them; move one foot to the side";
   }
   const std::optional<ContactPlane> plane = tangent_plane(feet, nominal_normal(face));
   if (!plane) {
-    return "do not rest on a plane: one ball lies inside the reach of the others";
+    return "have no plane that touches all three: their radii differ by more than their distance";
   }
   if (!(plane->offset_m > 0.0)) {
-    return "stand on the other side of the cube's centre: are faces mixed up?";
+    return "are on the wrong side of the cube's centre: are faces mixed up?";
   }
   const std::string defect = defect_of_normal(face, plane->normal);
   return defect.empty() ? "" : "stand on a plane whose normal " + defect;

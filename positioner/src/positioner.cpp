@@ -85,7 +85,7 @@ void check_neighbours(const std::array<FaceDescription, all_faces.size()>& faces
       for (const Ball& p : *a) {
         for (const Ball& q : *b) {
           if ((p.centre_m - q.centre_m).norm() < p.radius_m + q.radius_m) {
-            throw DomainError(formatted("the feet {} and those {} go into each other", of_face(one),
+            throw DomainError(formatted("the feet {} and those {} overlap", of_face(one),
                                         of_face(other)));
           }
         }
@@ -163,7 +163,7 @@ Positioner::Positioner(PositionerDescription description)
   }
   description_.mounts = checked_mounts(std::move(description_.mounts));
   if (!(std::abs(description_.surface.fence_lean_rad) <= 0.5)) {
-    throw DomainError("the fence may lean by up to 0.5 rad");
+    throw DomainError("the fence may lean by at most 0.5 rad");
   }
   seats_ = find_seats();
 }
@@ -184,7 +184,7 @@ Seat Positioner::find_seat(const DesignPoint& point) const {
   const std::optional<Feet>& rest_feet = feet(point.rest());
   const std::optional<Feet>& fence_feet = feet(point.fence());
   if (rest_feet && !stands(*rest_feet, rest)) {
-    seat.defect = "the cube would tip: its centre does not stand over the triangle of its feet";
+    seat.defect = "the cube would tip: its centre is not above the triangle of its feet";
     return seat;
   }
   if (fence_feet) {
@@ -226,7 +226,7 @@ const Seat& Positioner::seat(const DesignPoint& point) const {
 const Eigen::Matrix3d& Positioner::rotation_table_from_positioner(const DesignPoint& point) const {
   const Seat& found = seat(point);
   if (!found.defect.empty()) {
-    throw RefusedError(formatted("{}: the cube{} cannot lie so: {}", point.name(),
+    throw RefusedError(formatted("{}: the cube{} cannot lie in this way: {}", point.name(),
                                  id().empty() ? "" : " " + id(), found.defect));
   }
   return found.rotation_table_from_positioner;
@@ -276,8 +276,8 @@ std::vector<std::string> rocking_remarks(const Positioner& positioner,
     if (positioner.seat(point).rocks) {
       remarks.push_back(
           point.name() +
-          ": this seat rocks, as a middle foot of the fence face stands out; the nearer "
-          "of its two positions is taken, so hold the cube to the same side each time");
+          ": the cube rocks at the fence, because the middle foot of the fence face protrudes; the "
+          "calculation uses the position nearer to the fence, so take this position each time");
     }
   }
   return remarks;

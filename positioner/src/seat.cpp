@@ -97,8 +97,8 @@ Seat seat_at_fence(const Eigen::Matrix3d& rotation_table_from_positioner,
       Push(rotation_table_from_positioner, fence_feet, lean_rad).stable_pairs();
   if (stable.empty()) {
     seat.defect =
-        "the feet of the fence face do not hold the cube against the fence: the centre of the push "
-        "must lie between two feet";
+        "the cube is not stable at the fence: two feet of the fence face must touch it, with the "
+        "cube's centre between them";
     return seat;
   }
   // The nearest seat is chosen, then the smallest turn, then the first pair. If all three feet

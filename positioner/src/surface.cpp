@@ -45,13 +45,13 @@ std::vector<AdjusterMove> level_table(const Eigen::Vector2d& slope,
   for (const Eigen::Vector2d& position : surface.adjusters_m) {
     if (position.cwiseAbs().maxCoeff() > farthest_m) {
       throw DomainError(formatted(
-          "an adjuster at {}, {} m is beyond any table; positions are in metres: 100 mm is 0.1",
+          "an adjuster at {}, {} m is too far away; give positions in metres: 0.1 for 100 mm",
           number_text(position.x()), number_text(position.y())));
     }
   }
   if (surface.thread_pitch_m && *surface.thread_pitch_m > coarsest_m) {
     throw DomainError(formatted(
-        "a thread pitch of {} m is not that of an adjuster; give metres: M6 has 1 mm, 0.001",
+        "a thread pitch of {} m is too large for an adjuster; give it in metres: 0.001 for M6",
         number_text(*surface.thread_pitch_m)));
   }
   const Eigen::Vector2d gradient = slope / std::sqrt(1.0 - slope.squaredNorm());

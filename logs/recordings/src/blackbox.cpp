@@ -317,8 +317,8 @@ class Blackbox final : public RecordingFile::Decoder {
     std::vector<std::string> all;
     if (left_out_ > 0) {
       all.push_back(formatted(
-          "{} frames follow damaged ones or a change of flight mode, or leap in time, and are "
-          "left out",
+          "{} frames are left out, because they follow a damaged frame or a change of flight mode, "
+          "or because their time leaps",
           left_out_));
     }
     if (lost_ > 0) {

@@ -172,7 +172,7 @@ class MotionCal final : public RecordingFile::Decoder {
     return true;
   }
 
-  std::vector<std::string> notes() const override { return left_out(others_, "are no readings"); }
+  std::vector<std::string> notes() const override { return left_out(others_, "are not readings"); }
 
  private:
   LineStream lines_;

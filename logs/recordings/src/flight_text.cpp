@@ -61,8 +61,8 @@ class DataflashText final : public RecordingFile::Decoder {
     }
     if (damaged_ > 0) {
       all.push_back(
-          formatted("{} lines have another number of fields than their message, and are "
-                    "left out",
+          formatted("{} lines are left out, because their number of fields is not that "
+                    "of their message",
                     damaged_));
     }
     return all;

@@ -295,7 +295,7 @@ OpenedFile open_json(ByteSource bytes) {
     return bytes.read(buffer, size);
   });
   if (text.size() > largest_whole_file) {
-    throw DataError(path, "JSON of more than 256 MiB; save it as CSV");
+    throw DataError(path, "is JSON of more than 256 MiB; save it as CSV");
   }
   budget.spend(ReadCost::memory, 2 * text.size());  // twice, because the text grew in memory
   // Sensor Logger states a sensor in each record. The records of each sensor form one table.
@@ -320,7 +320,7 @@ OpenedFile open_json(ByteSource bytes) {
   });
   text = {};
   if (order.empty()) {
-    throw DataError(path, "the JSON holds no record");
+    throw DataError(path, "the JSON contains no records");
   }
   if (order.size() == 1) {
     return table_of(path, order.front().empty() ? stem_of(path) : order.front(),
@@ -341,7 +341,7 @@ OpenedFile open_json(ByteSource bytes) {
     }
   }
   if (opened.empty()) {
-    throw DataError(path, "the JSON holds no table of numbers: " + why);
+    throw DataError(path, "the JSON contains no table of numbers: " + why);
   }
   OpenedFile all = joined_recordings(std::move(opened));
   all.format = "sensorlogger";  // the program that writes one sensor in each record

@@ -16,7 +16,7 @@ bool LineStream::next(std::string_view& line) {
   std::size_t searched = begin_;
   const auto check_length = [&](std::size_t length) {
     if (length > longest_line) {
-      throw DataError(bytes_.path(), line_ + 1, "a row of more than 1 MiB: is this a text file?");
+      throw DataError(bytes_.path(), line_ + 1, "a line of more than 1 MiB: is this a text file?");
     }
   };
   const auto hand_on = [&](std::size_t end) {

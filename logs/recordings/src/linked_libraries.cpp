@@ -47,7 +47,7 @@ std::vector<LinkedLibrary> linked_libraries() {
   lzma.version = lzma_version_string();
 #endif
 #ifdef AXISCAL_MINIZIP
-  minizip.version = "there";  // it does not state its version
+  minizip.version = "present";  // minizip does not provide its version
 #endif
 #ifdef AXISCAL_PUGIXML
   pugixml.version = formatted("{}.{}", PUGIXML_VERSION / 1000, PUGIXML_VERSION % 1000 / 10);

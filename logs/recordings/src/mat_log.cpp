@@ -106,7 +106,7 @@ class MatReader {
     const std::string header = read_exactly(file_, header_size);
     const std::string_view order = std::string_view(header).substr(126, 2);
     if (order != "IM" && order != "MI") {
-      fail("its header states no order of bytes");
+      fail("the header states no byte order");
     }
     swapped_ = (order == "IM") != (std::endian::native == std::endian::little);
     for (;;) {
@@ -150,7 +150,7 @@ class MatReader {
     std::string text =
         read_up_to(size, [&](char* buffer, std::size_t most) { return bytes.read(buffer, most); });
     if (text.size() < size) {
-      fail(formatted("an element of {} bytes has {}", size, text.size()));
+      fail(formatted("an element should have {} bytes, but has {}", size, text.size()));
     }
     return text;
   }
@@ -160,7 +160,7 @@ class MatReader {
     while (size > 0) {
       const std::size_t count = bytes.read(buffer.data(), std::min(size, buffer.size()));
       if (count == 0) {
-        fail("an element is not whole");
+        fail("an element is incomplete");
       }
       size -= count;
     }
@@ -204,7 +204,7 @@ class MatReader {
   // Reads the tag of a part of an element that has `left` more bytes.
   Tag read_tag(Bytes& bytes, std::size_t& left) const {
     if (left < 8) {
-      fail("an element ends within its parts");
+      fail("an element ends within the tag of a part");
     }
     const std::string start = read_exactly(bytes, 8);
     left -= 8;
@@ -219,7 +219,7 @@ class MatReader {
     }
     Tag tag{.type = first, .size = number<std::uint32_t>(start.data() + 4)};
     if (tag.size > left) {
-      fail(formatted("a part of {} bytes is in an element that has {} left", tag.size, left));
+      fail(formatted("a part of {} bytes is in an element with {} bytes left", tag.size, left));
     }
     return tag;
   }
@@ -286,14 +286,14 @@ class MatReader {
     const std::string length = read_part(bytes, left);
     const std::string names = read_part(bytes, left);
     if (length.size() < 4) {
-      fail("a structure states no length of its fields' names");
+      fail("a structure does not state the length of its fields' names");
     }
     const auto longest = number<std::int32_t>(length.data());
     if (names.empty()) {
       return;  // a structure without fields
     }
     if (longest < 1 || names.size() % static_cast<std::size_t>(longest) != 0) {
-      fail("a structure's fields are not understood");
+      fail("the fields of a structure cannot be read");
     }
     const auto step = static_cast<std::size_t>(longest);
     for (std::size_t at = 0; at < names.size(); at += step) {

@@ -79,14 +79,14 @@ class NpyHeader {
   [[nodiscard]] std::string_view after(std::string_view key) const {
     const std::size_t at = text_.find(key);
     if (at == std::string::npos) {
-      fail("has no " + std::string(key));
+      fail("header lacks " + std::string(key));
     }
     return trimmed(std::string_view(text_).substr(at + key.size()));
   }
 
   [[nodiscard]] NpyType type_of(std::string_view descr) const {
     if (descr.size() < 3) {
-      fail("is of no type that is known");
+      fail("has an unknown type");
     }
     NpyType type{.kind = descr[1],
                  .size = static_cast<std::size_t>(parse_integer(descr.substr(2)).value_or(0))};
@@ -98,7 +98,7 @@ class NpyHeader {
             : std::string_view("iub").find(type.kind) != std::string_view::npos &&
                   (type.size == 1 || type.size == 2 || type.size == 4 || type.size == 8);
     if (!known) {
-      fail(formatted("holds '{}', not integers or floats of 4 or 8 bytes", descr));
+      fail(formatted("contains '{}'; only integers and floats of 4 or 8 bytes can be read", descr));
     }
     return type;
   }
@@ -124,7 +124,7 @@ class NpyHeader {
       const std::string_view name = quoted(fields, from, from);
       const std::string_view type = quoted(fields, from, from);
       if (name.empty() || type.empty()) {
-        fail("has records that are not understood");
+        fail("has records that cannot be read");
       }
       names.emplace_back(name);
       types.push_back(type_of(type));

@@ -20,7 +20,7 @@ struct Limit {
 // In the order of ReadCost. docs/formats.md lists the same limits.
 constexpr double MiB = 1024.0 * 1024.0;
 constexpr std::array<Limit, ReadLimits::count> limits = {
-    {{"nesting", "archives within each other", 3.0, 0.0},
+    {{"nesting", "levels of nested archives", 3.0, 0.0},
      {"members", "files in an archive", 10000.0, 0.0},
      {"unpacked", "unpacked bytes", 64.0 * MiB, 250.0},
      {"cells", "cells", 4e6, 50.0},
@@ -40,7 +40,8 @@ std::size_t place_of(ReadCost cost) {
 
 void ReadLimits::set(ReadCost cost, double most) {
   if (!(most >= 0.0)) {
-    throw DomainError(formatted("a limit of {} must not be negative", names[place_of(cost)]));
+    throw DomainError(
+        formatted("the limit '{}' must not be negative or NaN", names[place_of(cost)]));
   }
   set_[place_of(cost)] = most;
 }
@@ -105,8 +106,8 @@ void ReadBudget::fail(ReadCost cost) const {
   const Limit& limit = limits[place_of(cost)];
   throw LimitError(
       account_->path,
-      formatted("needs more than {} {}, the limit '{}' of a file of {} bytes; if you trust the "
-                "file, raise it",
+      formatted("needs more than {} {}, which is the limit '{}' for a file of {} bytes; raise this "
+                "limit if you trust the file",
                 number_text(account_->limits.of(cost, account_->file_bytes), 4), limit.of,
                 limit.name, number_text(account_->file_bytes)),
       {settings::read_limit});

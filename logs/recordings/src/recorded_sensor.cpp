@@ -59,7 +59,7 @@ std::string_view words_of(KnownBy by) {
     case KnownBy::units:
       return "known by the columns' units";
     case KnownBy::data:
-      return "a guess by the numbers alone";
+      return "guessed from the numbers";
     case KnownBy::nothing:
       break;
   }
@@ -164,7 +164,7 @@ std::string words_of(const RecordedSensor& sensor) {
     text += formatted(", {} Hz", number_text(sensor.rate_hz, 4));
   }
   text += formatted("; {}", words_of(sensor.known_by));
-  return sensor.is_corrected ? text + "; corrected by the log's own parameters" : text;
+  return sensor.is_corrected ? text + "; corrected by the parameters in the log" : text;
 }
 
 }  // namespace axiscal

@@ -113,11 +113,11 @@ std::vector<std::string> files_in_folder(const std::string& path) {
   std::sort(bags.begin(), bags.end());
   std::sort(tables.begin(), tables.end());
   if (bags.size() > 1) {
-    throw DataError(path, "is a directory of several bags; name one: " + joined(bags));
+    throw DataError(path, "is a directory with several bags; name one of them: " + joined(bags));
   }
   if (bags.empty() && tables.empty()) {
     throw DataError(path,
-                    "is a directory, and holds neither a bag of ROS 2 (.db3, .mcap) nor tables "
+                    "is a directory that contains neither a ROS 2 bag (.db3, .mcap) nor tables "
                     "(.csv)");
   }
   return bags.empty() ? tables : bags;
@@ -199,8 +199,9 @@ void SpooledFile::write(const char* buffer, std::size_t size) {
   budget_.spend(ReadCost::disk, size);
   if (!write_all(file_.descriptor(), {buffer, size})) {
     throw OutputError(
-        formatted("{}: no room for a temporary copy ({}); name a folder with room in TMPDIR", name_,
-                  std::strerror(errno)));
+        formatted("{}: a temporary copy cannot be written ({}); set TMPDIR to a folder with free "
+                  "space",
+                  name_, std::strerror(errno)));
   }
 }
 
@@ -341,7 +342,7 @@ OpenedFile open_recording(const std::string& path, const ReadLimits& limits) {
     }
   }
   if (opened.empty()) {
-    throw DataError(path, "is a directory whose files hold no numbers");
+    throw DataError(path, "is a directory whose files contain no numbers");
   }
   return opened.size() == 1 ? std::move(opened.front()) : joined_recordings(std::move(opened));
 }

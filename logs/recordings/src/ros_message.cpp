@@ -169,7 +169,7 @@ std::size_t add_message_definitions(const std::string& folder) {
     ++count;
   }
   if (count == 0) {
-    throw DataError(folder, "holds no message definitions (package/msg/Type.msg)");
+    throw DataError(folder, "contains no message definitions (package/msg/Type.msg)");
   }
   return count;
 }
@@ -500,12 +500,13 @@ std::vector<std::string> notes_of(const std::vector<const RosTopic*>& topics) {
   }
   if (!without.empty()) {
     notes.push_back(
-        "topics without numbers that can be read, or whose message definitions are neither in "
-        "the file nor stated: " +
+        "topics are left out, because they contain no readable numbers, or because their message "
+        "definitions are neither in the file nor given: " +
         joined(without));
   }
   if (damaged > 0) {
-    notes.push_back(formatted("{} messages are not as their type says, and are left out", damaged));
+    notes.push_back(
+        formatted("{} messages are left out, because they do not match their type", damaged));
   }
   return notes;
 }

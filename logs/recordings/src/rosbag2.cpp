@@ -120,7 +120,8 @@ class Rosbag2 final : public RecordingFile::Decoder {
     std::vector<std::string> all = notes_of(topics);
     all.insert(all.end(), notes_.begin(), notes_.end());
     if (!damage_.empty()) {
-      all.push_back(formatted("the database is damaged, and read up to there: {}", damage_));
+      all.push_back(formatted(
+          "the database is damaged; only the part before the damage was read: {}", damage_));
     }
     return all;
   }
@@ -160,8 +161,8 @@ class Rosbag2 final : public RecordingFile::Decoder {
     const std::uintmax_t size = std::filesystem::file_size(path + "-wal", none);
     if (!none && size > 0) {
       notes_.push_back(formatted(
-          "{}-wal holds messages that are not read; `sqlite3 {} 'PRAGMA wal_checkpoint'` puts them "
-          "into the bag",
+          "{}-wal contains messages that are not read; `sqlite3 {} 'PRAGMA wal_checkpoint'` moves "
+          "them into the bag",
           path, path));
     }
   }

@@ -36,7 +36,7 @@ SeriesTables::Table SeriesTables::take_largest(const std::string& path) && {
     }
   }
   if (best == nullptr) {
-    throw DataError(path, "the file holds no column of numbers");
+    throw DataError(path, "the file contains no column of numbers");
   }
   return std::move(*best);
 }

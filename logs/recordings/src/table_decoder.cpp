@@ -64,8 +64,8 @@ class TableDecoder final : public RecordingFile::Decoder {
     const LogDefects& defects = source_->defects;
     if (defects.ragged_rows > 0) {
       all.push_back(
-          formatted("{} rows have another number of cells than the first, and are left out "
-                    "(line {} is the first)",
+          formatted("{} rows are left out, because their number of cells is not that of the first "
+                    "row (the first is line {})",
                     defects.ragged_rows, defects.first_ragged_line));
     }
     return all;

@@ -54,7 +54,7 @@ std::string series_list(const RecordingSummary& summary) {
     names.resize(most);
     names.push_back(formatted("and {} more", more));
   }
-  return names.empty() ? "it holds no series of numbers" : "it holds " + joined(names);
+  return names.empty() ? "it contains no series of numbers" : "it contains " + joined(names);
 }
 
 OpenedTable table_of_series(const std::string& path,
@@ -144,8 +144,9 @@ OpenedTable table_of_series(const std::string& path,
     }
   }
   if (!base) {
-    throw DataError(path, formatted("no accelerometer, gyroscope or magnetometer is in this {}: {}",
-                                    summary.format, series_list(summary)));
+    throw DataError(path,
+                    formatted("this {} contains no accelerometer, gyroscope or magnetometer: {}",
+                              summary.format, series_list(summary)));
   }
   auto source = std::make_unique<SeriesLog>(std::move(decoder), *base, std::move(columns));
   source->notes = summary.notes;

@@ -160,10 +160,9 @@ void TableText::State::open(OpenedFile opened) {
     constexpr std::size_t looked_at = 100000;
     throw DataError(
         path,
-        formatted(
-            "is a recording ({}), not a table of readings in known orientations; {}; if it was "
-            "turned by hand, name the kind of instrument, and method magnitude fits it",
-            opened.format, series_list(summarise(*opened.decoder, looked_at))),
+        formatted("is a recording ({}), not a table of readings in known orientations; {}; if the "
+                  "instrument was turned by hand, state its kind, and method magnitude is used",
+                  opened.format, series_list(summarise(*opened.decoder, looked_at))),
         {settings::log});
   }
   if (opened.text) {
@@ -223,7 +222,7 @@ void TableText::State::look_at_text() {
         rows.empty() ? std::vector<std::string>{} : names_by_faces(rows);
     if (!names.empty()) {
       layout.columns = names;
-      layout.notes = {"the table lacks a header; its columns are named after its faces: " +
+      layout.notes = {"the table has no header; its columns of faces give the names: " +
                       joined(names)};
       has_names = true;
     }
@@ -544,7 +543,7 @@ CsvReader TableText::reader(const std::vector<std::string>& known,
       }
       if (places.size() == 1) {
         state.notes.push_back(
-            formatted("column '{}' is taken as '{}'", header[places.front()], name));
+            formatted("column '{}' is used as '{}'", header[places.front()], name));
         header[places.front()] = name;
         break;
       }

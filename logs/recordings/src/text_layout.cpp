@@ -229,7 +229,7 @@ class LayoutFinder {
     }
     if (usual_ == 0) {
       throw DataError(path_, 1,
-                      formatted("no row of numbers in the first {} lines", lines_.size()));
+                      formatted("there is no row of numbers in the first {} lines", lines_.size()));
     }
   }
 
@@ -299,12 +299,12 @@ class LayoutFinder {
     }
     cells.resize(usual_);
     if (named < usual_) {
-      layout_.notes.push_back(formatted(
-          "the header names {} of {} columns; the others are called by their number, as c{}", named,
-          usual_, usual_));
+      layout_.notes.push_back(
+          formatted("the header names {} of {} columns; the others are named by number, as c{}",
+                    named, usual_, usual_));
     } else if (named > usual_) {
       layout_.notes.push_back(
-          formatted("the header names {} columns, and the rows have {}", named, usual_));
+          formatted("the header names {} columns, but the rows have {} cells", named, usual_));
     }
     return cells;
   }
@@ -367,7 +367,7 @@ class LayoutFinder {
     } else {
       layout_.columns = column_names(path_, names, usual_);
       if (names.empty()) {
-        layout_.notes.push_back("the log lacks a header; its columns are called " +
+        layout_.notes.push_back("the log has no header; its columns are named " +
                                 joined(layout_.columns));
       }
     }
@@ -469,7 +469,7 @@ class LayoutFinder {
     }
     layout_.rate_hz = cell_number(rows_[first_ + 1].front(), layout_.decimal_comma);
     layout_.notes.push_back(formatted(
-        "the first two rows are the time of the start and the rate, {} Hz, as Empatica writes them",
+        "the first two rows are the start time and the rate, {} Hz, as in Empatica's files",
         number_text(layout_.rate_hz)));
     layout_.first_row_line += 2;
   }

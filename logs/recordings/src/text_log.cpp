@@ -20,8 +20,9 @@ namespace axiscal {
 namespace {
 
 constexpr const char* unknown_format_words =
-    "is not text, and no format that is known: tables (text, .npy, .mat, .xlsx, JSON), flight logs "
-    "(ULog, DataFlash, tlog, blackbox), bags (ROS 1, ROS 2, MCAP), phones' recordings";
+    "is neither text nor of another known format; known are tables (text, .npy, .mat, .xlsx, "
+    "JSON), flight logs (ULog, DataFlash, tlog, blackbox), bags (ROS 1, ROS 2, MCAP), phones' "
+    "recordings";
 
 // Reads a plain decimal number, as nearly all in a log are: up to 19 digits, with or without a
 // decimal point, and without an exponent. The result is exact to the last bit, because both the
@@ -99,12 +100,12 @@ class TextLog : public LogFile::Source {
     }
     if (rows == 0 && rows_ == 0) {
       throw DataError(lines_.path(), lines_.line(),
-                      "no row of numbers follows; are the cells separated as in the first rows?");
+                      "no row of numbers follows; are the separators those of the first rows?");
     }
     if (rows == 0 && erased_rows_ > 0) {
       notes.push_back(
-          formatted("{} rows from line {} on hold no readings (erased memory, or no number), and "
-                    "are left out",
+          formatted("{} rows from line {} on are left out, because they contain no readings "
+                    "(erased memory, or no number)",
                     erased_rows_, first_erased_line_));
       erased_rows_ = 0;
     }

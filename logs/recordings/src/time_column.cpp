@@ -122,7 +122,8 @@ TimeColumn column_at(std::size_t position, const std::string& name) {
 }
 
 std::string rate_text(double step, const Unit& unit) {
-  return formatted("as {} {} Hz", unit.words, number_text(1.0 / (step * unit.seconds), 3));
+  return formatted("in {} the rate is {} Hz", unit.words,
+                   number_text(1.0 / (step * unit.seconds), 3));
 }
 
 }  // namespace
@@ -179,7 +180,7 @@ TimeUnit settle_time_unit(const std::string& path,
   };
   const std::string head = formatted("column '{}': ", column.name);
   const std::string advice = formatted(
-      "; name the column {}_s, {}_ms, {}_us, ... by their unit (in its header), or state the rate",
+      "; state the unit in the column's name ({}_s, {}_ms, {}_us, ...), or state the rate",
       in_small_letters(column.name), in_small_letters(column.name), in_small_letters(column.name));
   if (column.unit_is_stated) {
     return {
@@ -187,9 +188,8 @@ TimeUnit settle_time_unit(const std::string& path,
         .remark =
             is_rate(column.seconds, highest_rate_hz)
                 ? ""
-                : formatted(
-                      "{}by the unit that its name states the rate is {} Hz; is it the right one?",
-                      head, number_text(rate_hz(column.seconds), 3))};
+                : formatted("{}the unit in its name gives a rate of {} Hz; is this the right unit?",
+                            head, number_text(rate_hz(column.seconds), 3))};
   }
   const auto first =
       std::find_if(times.begin(), times.end(), [](double t) { return std::isfinite(t); });
@@ -222,8 +222,9 @@ TimeUnit settle_time_unit(const std::string& path,
   if (*first > first_day && *first < last_day && step < 1e-3 &&
       is_rate(day_s, highest_usual_rate_hz)) {
     return {.seconds = day_s,
-            .remark = formatted("{}the times are taken as days, as spreadsheets count, {} Hz", head,
-                                number_text(rate_hz(day_s), 3))};
+            .remark = formatted(
+                "{}the times are assumed to be days, as in spreadsheets, which gives {} Hz", head,
+                number_text(rate_hz(day_s), 3))};
   }
   const bool seconds_fit = is_rate(1.0, highest_rate_hz);
   const auto taken = [&](const Unit& unit, const std::string& why) -> TimeUnit {
@@ -231,18 +232,17 @@ TimeUnit settle_time_unit(const std::string& path,
       return {};
     }
     return {.seconds = unit.seconds,
-            .remark = formatted("{}the times are taken as {}, {} Hz: {}{}", head, unit.words,
-                                number_text(rate_hz(unit.seconds), 3), why, advice)};
+            .remark = formatted("{}the times are assumed to be {}, which gives {} Hz: {}{}", head,
+                                unit.words, number_text(rate_hz(unit.seconds), 3), why, advice)};
   };
   if (since_1970) {
-    return taken(*since_1970, "so they are times since 1970");
+    return taken(*since_1970, "they are then times since 1970");
   }
   if (seconds_fit) {
     return {};
   }
   if (possible.size() == 1) {
-    return taken(possible.front(),
-                 rate_text(step, units.front()) + " would be no rate of such a log");
+    return taken(possible.front(), rate_text(step, units.front()) + ", which is not usual");
   }
   std::string rates;
   for (const Unit& unit : units) {

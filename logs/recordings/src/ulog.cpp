@@ -132,7 +132,7 @@ class Ulog final : public RecordingFile::Decoder {
     format = "ulog";
     constexpr std::size_t header = 16;
     if (stream_.take(header).size() < header) {
-      throw DataError(stream_.path(), "the ULog ends within its header");
+      throw DataError(stream_.path(), "the ULog file ends within its header");
     }
   }
 
@@ -168,8 +168,8 @@ class Ulog final : public RecordingFile::Decoder {
   std::vector<std::string> notes() const override {
     std::vector<std::string> all;
     if (dropouts_ > 0) {
-      all.push_back(
-          formatted("{} dropouts of {} ms together, as the logger says", dropouts_, dropout_ms_));
+      all.push_back(formatted("the logger reports {} dropouts with a total of {} ms", dropouts_,
+                              dropout_ms_));
     }
     if (cut_ > 0) {
       all.push_back(formatted("{} messages were cut off by parts that were appended", cut_));

@@ -128,7 +128,7 @@ class LzmaDecoder final : public Decoder {
     const lzma_ret status =
         run_stream(stream_, in, out, [&] { return lzma_code(&stream_, LZMA_RUN); });
     if (status == LZMA_MEMLIMIT_ERROR) {
-      throw DamagedStream("it needs more than 256 MiB");
+      throw DamagedStream("unpacking it needs more than 256 MiB of memory");
     }
     if (status != LZMA_OK && status != LZMA_STREAM_END && status != LZMA_BUF_ERROR) {
       throw DamagedStream("bad data");
@@ -254,7 +254,7 @@ struct Unpacker::State {
     const std::size_t had_out = out.size();
     in_stream = !decoder->step(in, out);
     if (in_stream && in.size() == had_in && out.size() == had_out) {
-      throw DamagedStream(had_in == 0 ? "it ends too early" : "bad data");
+      throw DamagedStream(had_in == 0 ? "the end is missing" : "bad data");
     }
     return true;
   }
@@ -265,7 +265,7 @@ Unpacker::Unpacker(std::string_view packing, Read packed) : state_(std::make_uni
   state_->packed = std::move(packed);
   if (state_->decoder == nullptr) {
     throw Error(formatted(
-        "is compressed ({}), and this axiscal cannot unpack that; unpack it first", packing));
+        "is compressed ({}), which this build of axiscal cannot unpack; unpack it first", packing));
   }
 }
 

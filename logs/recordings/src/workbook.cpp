@@ -145,7 +145,7 @@ std::string csv_of_workbook(const std::string& name,
       return std::move(sheet.csv);
     }
   }
-  throw DataError(name, "no sheet of the workbook holds numbers");
+  throw DataError(name, "no sheet of the workbook contains numbers");
 }
 #else
 std::string csv_of_workbook(const std::string& name,

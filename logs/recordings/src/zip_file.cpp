@@ -210,13 +210,14 @@ OpenedFile open_npz(const std::string& path,
       numbers.begin(), numbers.end(),
       [](const auto& one, const auto& other) { return one.second < other.second; });
   if (largest == numbers.end()) {
-    throw DataError(name, "the file holds no column of numbers");
+    throw DataError(name, "the file contains no column of numbers");
   }
   const std::vector<std::string>& chosen = of_rows[largest->first];
   constexpr std::size_t most_arrays = 500;  // each keeps the archive open once
   if (chosen.size() > most_arrays) {
-    throw DataError(name, formatted("holds {} arrays of {} rows; at most {} are read as one table",
-                                    chosen.size(), largest->first, most_arrays));
+    throw DataError(name,
+                    formatted("contains {} arrays of {} rows; at most {} are read as one table",
+                              chosen.size(), largest->first, most_arrays));
   }
   auto table = std::make_unique<ArraysAsTable>();
   for (const std::string& member : chosen) {
@@ -285,8 +286,8 @@ OpenedFile open_zip(const std::string& path, const std::string& name, const Read
   if (opened.empty()) {
     throw DataError(name, members.empty() ? "the zip archive is empty or damaged"
                           : why.empty()
-                              ? "the zip archive holds no table and no log: " + joined(members)
-                              : "the zip archive holds nothing that can be read; the last: " + why);
+                              ? "the zip archive contains no table or log: " + joined(members)
+                              : "no file in the zip archive can be read; the last error: " + why);
   }
   if (opened.size() == 1) {  // opened again, because its cells may be needed as text
     return open_recording(bytes_of(path, name, good.front(), budget));
