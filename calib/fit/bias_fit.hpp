@@ -8,17 +8,19 @@
 
 namespace axiscal {
 
-/// The biases alone, over temperature, from readings at rest in one pose: a thermal sweep.
+/// Fits only the biases, as polynomials in the temperature, to readings at rest in one pose (a
+/// thermal sweep).
 ///
-/// The sensitivity is that of experiment.from, else nominal: 1 for the component that an axis
-/// senses, and said so. Where labels or fields say what the instrument met, and a sensitivity is
-/// given, its part is taken out; else that of gravity or of the geomagnetic field cannot be known:
-/// the bias at the reference is then that of experiment.from, if there is one, and else what was
-/// read.
+/// The sensitivity is taken from experiment.from. Without a record it is nominal: the value that
+/// the units imply, else 1, for the component that the axis senses; a note says so. If the pose or
+/// the field of every reading is known and a sensitivity is given, the response to the field is
+/// subtracted. Otherwise the response to gravity or to the geomagnetic field is unknown: the bias
+/// at the reference temperature is then that of experiment.from, or includes this response if there
+/// is no record.
 ///
-/// @param calibration  described but not fitted; coefficients, statistics, residuals and notes are
-///                     put in.
-/// @throws RefusedError, RankDeficientError  where the temperatures do not determine the order.
+/// @param calibration  with instrument and field; receives coefficients, statistics, residuals and
+///                     notes.
+/// @throws RefusedError, RankDeficientError  if the temperatures do not determine the polynomial.
 void fit_bias(const Experiment& experiment,
               const Observations& observations,
               const ReadingSource& source,

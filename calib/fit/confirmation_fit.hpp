@@ -8,26 +8,28 @@
 
 namespace axiscal {
 
-/// The comparison, and notes on blocks.
+/// The result of confirmed(): the comparison, and notes about blocks.
 struct ConfirmedReadings {
   Confirmation confirmation;
   std::vector<CalibrationNote> notes;
 };
 
-/// Compares readings that were kept out of a fit with its predictions.
+/// Compares readings that were kept out of a fit with the predictions of this fit.
 ///
-/// An error of prediction has the variance s_k^2 / w + J C J^T. J contains the tangents of the
-/// field's direction if it was fitted. Each error is compared with its own interval, t(nu_k), and
-/// all together with F(q, nu_k) for each axis, the axes combined by Fisher's method. The noise
-/// across the field may be larger or smaller than along it: the p-value is the largest over the
-/// ratios that the readings of the fit do not reject. Of a block that the fit does not know, the
-/// shift that its readings share is not compared.
+/// The prediction error of a reading of axis k has the variance s_k^2 / w + J C J^T, with the
+/// weight w of the reading, the row J of the Jacobian and the covariance C of the unknowns. If the
+/// field's direction was fitted, J includes its tangents. Each error is compared with its own
+/// interval from Student's t(nu_k). All errors of an axis are compared with F(q, nu_k), and
+/// Fisher's method combines the axes. The noise across the field may be larger or smaller than the
+/// noise along it; the p-value is the largest over all noise ratios that the readings of the fit do
+/// not reject. If a block has no readings in the fit, the shift that its readings share is not
+/// compared.
 ///
 /// @param fitted       the readings of the fit.
-/// @param kept_out     one or more others, as ReadingSource::kept_out().
+/// @param kept_out     one or more readings, from ReadingSource::kept_out().
 /// @param field        as fitted or given.
-/// @param known_field  whether it was given.
-/// @throws RefusedError  where the readings of the fit do not determine a prediction.
+/// @param known_field  true if the field was given, not fitted.
+/// @throws RefusedError  if the readings of the fit do not determine a prediction.
 /// @par Source
 /// method.md, section 5.
 [[nodiscard]] ConfirmedReadings confirmed(const ReadingSet& fitted,

@@ -12,16 +12,16 @@
 
 namespace axiscal {
 
-/// The rows that taking a design point at a level would add to a design.
+/// The rows that a reading at a design point and level would add to a design.
 using RowsForPoint = std::function<Eigen::MatrixXd(const DesignPoint&, double level)>;
 
 /// Rows [1, f, second fields] for the fields in the table.
 [[nodiscard]] RowsForPoint rows_of_points(const ReadingSet& set, const TableField& field);
 
-/// A short list of points that, added one after another, make a design determine all its columns.
+/// A short list of points to add, so that the design determines all its columns.
 ///
 /// @param levels_help  whether points at levels -1 and 0 may be tried too.
-/// @return e.g. "rest +Z, fence +X; rest -Z, fence +X"; "" where no points help.
+/// @return e.g. "rest +Z, fence +X; rest -Z, fence +X"; "" if no points help.
 [[nodiscard]] std::string points_to_add(const Eigen::MatrixXd& design,
                                         const RowsForPoint& rows_for,
                                         bool levels_help = false);
@@ -29,17 +29,18 @@ using RowsForPoint = std::function<Eigen::MatrixXd(const DesignPoint&, double le
 /// The coefficients that a design leaves undetermined. Each axis is judged by the readings that it
 /// uses.
 struct OpenParameters {
-  std::vector<std::string> names;  // all axes' coefficients; empty: none
-  Eigen::MatrixXd seen;            // the design of the first axis that it leaves open
-  bool left_out = false;           // whether that axis leaves readings out
+  std::vector<std::string> names;  // the undetermined coefficients of all axes
+  Eigen::MatrixXd seen;            // the design of the first axis with undetermined coefficients
+  bool left_out = false;           // true if that axis does not use all readings
 };
 [[nodiscard]] OpenParameters open_parameters(const ReadingSet& set, const Eigen::MatrixXd& design);
 
-/// Refuses a design whose columns [1, f, second fields] leave coefficients open, for an axis by the
-/// readings that it uses.
+/// Throws if the columns [1, f, second fields] of a design leave coefficients undetermined. Each
+/// axis is judged by the readings that it uses.
 ///
-/// @param rows_for   as above; empty where readings bring their field.
-/// @param turned_round  whether each point must be taken turned round as well (`paired`).
+/// @param rows_for   as in points_to_add(); empty if the readings bring their fields.
+/// @param turned_round  true for method paired, which needs each point with the opposite fence face
+///                      as well.
 /// @throws RankDeficientError  if a coefficient is undetermined; the error names the coefficients
 ///         of every axis and the readings to add.
 void require_determined(const ReadingSet& set,

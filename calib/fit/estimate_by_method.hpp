@@ -14,15 +14,15 @@ namespace axiscal {
 /// @param method  paired, joint or known.
 [[nodiscard]] Estimate estimate_by(Method method, const ReadingSet& set, bool by_field);
 
-/// As above, for one-sided axes. The fitted model decides which rows an axis sees; the fit is
-/// repeated until the choice stays.
-/// @param seen  those rows.
+/// Like estimate_by(), for one-sided axes. The fitted model determines which readings each axis
+/// uses; the fit is repeated until this selection no longer changes.
+/// @param seen  receives the selection, n x m.
 [[nodiscard]] Estimate estimate_one_sided(Method method,
                                           const ReadingSource& source,
                                           const std::vector<FieldDescription>& parts,
                                           AxisMask& seen);
 
-/// Fits all temperature orders that the readings determine: 0, 1, ...
+/// Fits the temperature orders 0, 1 and 2, as far as the readings determine them.
 [[nodiscard]] std::vector<TemperatureOrderTrial> try_orders(
     Method method,
     const ReadingSource& source,

@@ -15,10 +15,11 @@ namespace axiscal {
 
 struct Solution;
 
-/// The test whether the responses of the axes bend.
+/// A test for curvature of the axes' responses.
 struct CurvatureTest {
-  double p_value = 1.0;   ///< of so large a bend by chance
-  Eigen::VectorXd bends;  ///< m: the term in the squared field along each axis at full field [unit]
+  double p_value = 1.0;   ///< probability of such curvature by chance
+  /// m: the term with the squared field along each axis, at full field [unit]
+  Eigen::VectorXd bends;
 };
 
 /// Polynomials of bias and scale in the temperature (method.md, section 6).
@@ -35,19 +36,20 @@ struct DirectionEstimate {
   std::string ambiguity;  ///< another solution that fits as well, in words; empty: none
 };
 
-/// Differences between blocks, and the conditions that they cover.
+/// The differences between blocks, and the numbers of sessions and earlier calibrations.
 struct BlockEstimate {
-  Eigen::VectorXd mean_square;      ///< m: of the blocks' biases about their mean; or empty
-  double degrees_of_freedom = 0.0;  ///< of each
-  SensitivityMatrix sensitivity_mean_square = SensitivityMatrix(0, 3);  ///< m rows, or none
-  double sensitivity_degrees_of_freedom = 0.0;                          ///< of each
-  int sessions = 0;  ///< sessions that were fitted one by one; 0: all readings at once
-  int earlier = 0;   ///< earlier calibrations whose scatter of blocks counts
+  /// m: mean square of the blocks' biases about their mean; or empty
+  Eigen::VectorXd mean_square;
+  double degrees_of_freedom = 0.0;  ///< of each mean square
+  SensitivityMatrix sensitivity_mean_square = SensitivityMatrix(0, 3);  ///< m x 3, or 0 x 3
+  double sensitivity_degrees_of_freedom = 0.0;                          ///< of each mean square
+  int sessions = 0;  ///< number of sessions that were fitted separately; 0: all readings at once
+  int earlier = 0;   ///< number of earlier calibrations whose block scatter is included
 };
 
-/// The part of the field that axes see.
+/// The parts of the field that the axes respond to.
 struct SightEstimate {
-  Eigen::Matrix3Xd seen = Eigen::Matrix3Xd(3, 0);  ///< of a transfer, as seen_directions()
+  Eigen::Matrix3Xd seen = Eigen::Matrix3Xd(3, 0);  ///< for a transfer: result of seen_directions()
   std::vector<AxisMask> visible;  ///< for one-sided axes under several lights; see ReadingSet
   bool unsettled = false;  ///< true if the set of readings seen by one-sided axes keeps changing
 };
@@ -55,7 +57,7 @@ struct SightEstimate {
 /// The result of a method.
 struct Estimate {
   LinearResponse response;
-  std::vector<SensitivityMatrix> also;  ///< one for each second field
+  std::vector<SensitivityMatrix> also;  ///< sensitivities to each second field
   TemperatureEstimate temperature;
   Eigen::MatrixXd effects;  ///< e x m: coefficients of the run's effects
   TableField field;         ///< as fitted; without vectors if the readings bring their fields
@@ -65,40 +67,44 @@ struct Estimate {
   BlockEstimate blocks;
   SightEstimate sight;
   double mean_field = 0.0;            ///< mean length of the fields that the readings bring
-  std::vector<std::size_t> unpaired;  ///< paired: readings without their opposite, left out
+  /// method paired: positions of the readings without opposite, which are not used
+  std::vector<std::size_t> unpaired;
   std::optional<CurvatureTest> curvature;
   std::vector<CalibrationNote> notes;
-  std::shared_ptr<const Solution> solution;  ///< at the field, if the method kept it
+  /// solution at `field`, if the method kept it; else null
+  std::shared_ptr<const Solution> solution;
 };
 
-/// Averages of opposite positions, the measured tilt put back in (method.md, section 4).
-/// @param nominal_in_table  the field; its length F and the sign of its z are used.
+/// Method paired: fits averages of opposite positions, with the field turned by the measured tilt
+/// of the table (method.md, section 4).
+/// @param nominal_in_table  nominal field; only its length F and the sign of its z are used.
 [[nodiscard]] Estimate estimate_paired(const ReadingSet& set,
                                        const Eigen::Vector3d& nominal_in_table);
 
-/// The averages that `paired` regresses on, for readings of equal weight.
+/// The averages that method paired fits, for readings of equal weight.
 struct PairedDesign {
   Eigen::MatrixXd design;     // [1, mean f], q x 4
-  Eigen::MatrixXd averaging;  // q x n: the averages of the readings
+  Eigen::MatrixXd averaging;  // q x n: the averages as combinations of the readings
   Eigen::VectorXd weights;    // q
 };
 [[nodiscard]] PairedDesign paired_design(const ReadingSet& set, const Eigen::Vector3d& in_table);
 
-/// Fits all readings with the field's direction in the table unknown (method.md, section 4). The
-/// search starts from the known fields of the set.
+/// Method joint: fits all readings and the unknown direction of the field in the table (method.md,
+/// section 4). The search starts from start_fields().
 [[nodiscard]] Estimate estimate_joint(const ReadingSet& set);
 
-/// The field known for each reading (method.md, section 4).
-/// @param field  with its vectors; without them where the readings bring theirs.
+/// Method known: fits readings whose fields are known (method.md, section 4).
+/// @param field  with vectors in the table, or without vectors if the readings bring their fields.
 [[nodiscard]] Estimate estimate_known(const ReadingSet& set, const TableField& field);
 
-/// The set as it would have been read at the reference temperature, in the middle of the run.
+/// The set with its readings corrected to the reference temperature, and without the fitted effects
+/// of the run.
 [[nodiscard]] ReadingSet at_reference(ReadingSet set, const Estimate& estimate);
 
 /// The set, with weight 0 for the readings that method paired left out.
 [[nodiscard]] ReadingSet exclude_unpaired_readings(ReadingSet set, const Estimate& estimate);
 
-/// Takes what the columns of an axis's regression say into the estimate.
+/// Stores the regression coefficients of an axis in the estimate.
 void set_coefficients(const ReadingSet& set,
                       Eigen::Index axis,
                       const Eigen::VectorXd& coefficients,

@@ -6,20 +6,22 @@
 
 namespace axiscal {
 
-/// Method faces: bias and scale of readings on six faces of which nobody says that they lie level.
+/// Method faces: bias and scale from readings on six faces that may not lie level.
 ///
-/// A face that leans by t moves a bias by t F if its direction is taken as known. The length of the
-/// field does not change: |S^-1 (v - b)| = F with a diagonal S holds for any lean, so b and S are
-/// off by t^2 / 2 only. Six faces determine only this much. Cross-axis terms are 0 in the result;
-/// their standard error is the size of the transverse components of the readings. With fewer than
-/// three axes the length is unknown; then bias and scale are half the sum and half the difference
-/// of the axis's two faces.
+/// If the field's direction is taken as known, a face that leans by an angle t shifts the bias by t
+/// F. The length of the field does not depend on the lean: |S^-1 (v - b)| = F with a diagonal S. A
+/// fit of the lengths therefore has relative errors of only t^2 / 2 in b and S. Six faces determine
+/// only bias and scale. Cross-axis terms are 0 in the result; their standard error is the size of
+/// the transverse components of the readings. With fewer than three axes the length is unknown. The
+/// bias is then half the sum, and the scale half the difference over F, of the readings on the
+/// axis's two faces.
 ///
-/// The scatter of a reading is that of the lengths if there are nine readings or more, else the
-/// residual sd of the labelled fit, which holds the lean and is an upper bound.
+/// The scatter of a reading is that of the lengths if three axes have nine readings or more.
+/// Otherwise it is the residual sd of the fit by labels, which includes the lean and is therefore
+/// an upper bound.
 ///
 /// @param F         the magnitude of the field [field unit].
-/// @param estimate  by the labels, with the set's directions as given; takes over the result.
+/// @param estimate  the fit by labels, with the given directions; receives the result.
 /// @return false, and no change, if the readings do not cover all six faces, if an axis does not
 ///         lie along a pair of faces, or if further terms (temperature, second fields) were fitted.
 [[nodiscard]] bool fit_face_lengths(const ReadingSet& set, double F, Estimate& estimate);

@@ -13,10 +13,11 @@ namespace axiscal {
 /// length expected from the readings' scatter and from the stated uncertainties of cube and table.
 ///
 /// A wrong orientation does not change the field's length. A length S^-1 (v - b) is wrong for two
-/// reasons: noise, and the effect of wrong orientations on b and S. The residuals are r = P e, with
-/// P = 1 - J (J^T J)^-1 J^T. To first order the lengths are off by m = A P e, with the rows u^T
-/// S^-1 in A. The test compares their sum of squares with its expectation tr(A P V P^T A^T). V is
-/// the covariance of the noise and of the inputs' shared errors.
+/// reasons: noise, and the effect of wrong orientations on b and S. For errors e of the readings,
+/// the residuals are r = P e with P = 1 - J (J^T J)^-1 J^T. To first order the lengths have the
+/// errors m = A P e. A has a row u^T S^-1 for each reading, with the unit vector u of its field.
+/// The test compares the sum of squares of the lengths' errors with its expectation tr(A P V P^T
+/// A^T). V is the covariance of the noise and of the inputs' shared errors.
 ///
 /// @param run          the readings that were fitted.
 /// @param field        as fitted or given.

@@ -19,14 +19,15 @@ namespace axiscal {
 ///
 /// There are m rows for each reading. The columns are first those of each axis (coefficients and
 /// effects of the run), then the shared ones (Model). J is stored axis by axis because an axis has
-/// zeros in the columns of another axis. The hat matrix is Q Q^T + P P^T with the two bases below.
+/// zeros in the columns of another axis. The hat matrix is Q Q^T + P P^T with the bases of
+/// basis_of_axis() and shared_basis_of_axis().
 ///
 /// The causes of scatter (method.md, section 4), the tests of single readings (section 5) and the
 /// shared errors are all computed from this.
 class Fit {
  public:
-  /// @param set       must outlive the fit; so do those of the other constructors.
-  /// @param solution  about which the model is linear.
+  /// @param set       must outlive this object, as must the set of `run` in the other constructors.
+  /// @param solution  the solution about which the model is linearised.
   /// @param sigma     m standard deviations of a reading of weight 1.
   Fit(const ReadingSet& set, std::shared_ptr<const Solution> solution, Eigen::VectorXd sigma);
 
@@ -77,7 +78,7 @@ class Fit {
   /// @return x: the coefficients of each axis, then the step of the shared unknowns.
   [[nodiscard]] const Eigen::VectorXd& unknowns() const { return x_; }
 
-  /// @return the name of each column; neighbours may share a name.
+  /// @return the name of each column; consecutive columns may have the same name.
   [[nodiscard]] std::vector<std::string> names() const;
 
   /// @return J, (n m) x q. It is assembled at each call.
@@ -92,7 +93,7 @@ class Fit {
   /// @return the rows of an axis in the shared columns, n x s.
   [[nodiscard]] Eigen::MatrixXd shared_columns_of_axis(Eigen::Index axis) const;
 
-  /// @return columns of an axis's rows less their projection on its own columns, n x c.
+  /// @return the given columns minus their projection on the axis's own columns, n x c.
   [[nodiscard]] Eigen::MatrixXd orthogonal_to_own_columns(Eigen::Index axis,
                                                           const Eigen::MatrixXd& columns) const;
 
@@ -104,13 +105,13 @@ class Fit {
   /// @return true if J has full rank and there are more rows than columns.
   [[nodiscard]] bool is_determined() const { return has_full_rank_ && degrees_of_freedom() > 0.0; }
 
-  /// @return residuals of weight less columns.
+  /// @return the number of residuals with weight minus the number of columns.
   [[nodiscard]] double degrees_of_freedom() const { return rows_ - static_cast<double>(x_.size()); }
 
-  // The functions from here to solution_change() need full rank.
+  // The functions from here to root_of_axis() need full rank.
 
-  /// @return P, n x s: the rows of an axis in an orthonormal basis of the shared columns less their
-  ///         projection on the own ones.
+  /// @return P, n x s: the rows of an axis in an orthonormal basis of the shared columns, after
+  ///         projection off the own columns.
   [[nodiscard]] const Eigen::MatrixXd& shared_basis_of_axis(Eigen::Index axis) const {
     return shared_basis_[static_cast<std::size_t>(axis)];
   }
@@ -127,23 +128,23 @@ class Fit {
   /// @return (Q P)^T Z, q x c, for columns Z in units of the axes' sigma, axis below axis.
   [[nodiscard]] Eigen::MatrixXd in_basis(const Eigen::MatrixXd& Z) const;
 
-  /// Adds to in_basis(Z) the product with one row of Z.
+  /// Adds the contribution of one row of Z to `products`, the result of in_basis(Z).
   void add_in_basis(Eigen::Index axis,
                     Eigen::Index reading,
                     const Eigen::Ref<const Eigen::RowVectorXd>& z,
                     Eigen::MatrixXd& products) const;
 
-  /// @return the degrees of freedom of an axis: its readings less the sum of its leverages.
+  /// @return the degrees of freedom of an axis: its readings minus the sum of its leverages.
   [[nodiscard]] double degrees_of_freedom_of(Eigen::Index axis) const;
 
   /// @return the covariance of the shared unknowns, s x s.
   [[nodiscard]] Eigen::MatrixXd covariance_of_shared() const;
 
   /// @param by  n x m: the combination z_i = sum_k by_ik r_ik of each reading's residuals.
-  /// @return J of such combinations, n x q.
+  /// @return the Jacobian of these combinations, n x q.
   [[nodiscard]] Eigen::MatrixXd combined_columns(const Eigen::MatrixXd& by) const;
 
-  /// @return B, n x q: B B^T is the part of such combinations that the fit takes up.
+  /// @return B, n x q; B B^T is the hat matrix of these combinations.
   [[nodiscard]] Eigen::MatrixXd combined_basis(const Eigen::MatrixXd& by) const;
 
   /// The rows of an axis's coefficients in a root R of the covariance, R R^T = (J^T J)^-1.
@@ -153,11 +154,11 @@ class Fit {
   };
   [[nodiscard]] RootOfAxis root_of_axis(Eigen::Index axis) const;
 
-  /// @param changes  n m x c, rows as residuals().
-  /// @return the change of the unknowns for such changes of the readings, q x c.
+  /// @param changes  changes of the readings, (n m) x c, with rows as in residuals().
+  /// @return the change of the unknowns for these changes, q x c.
   [[nodiscard]] Eigen::MatrixXd solution_change(const Eigen::MatrixXd& changes) const;
 
-  /// @return S of an axis as in its columns.
+  /// @return the row of S of an axis, from its coefficients.
   [[nodiscard]] Eigen::RowVector3d sensitivity(Eigen::Index axis) const {
     return sensitivity_.row(axis);
   }
@@ -165,18 +166,19 @@ class Fit {
   /// @return the change of a reading per unit of the field in the sensor, in sigma.
   [[nodiscard]] Eigen::RowVector3d change_with_field(Eigen::Index reading, Eigen::Index axis) const;
 
-  /// @return the part of each reading that the field makes, in sigma; n x m.
+  /// @return the response to the field at each reading, in units of sigma; n x m.
   [[nodiscard]] const Eigen::MatrixXd& along_field() const { return along_; }
 
-  /// @return the own columns of an axis without the run's effects, then the shared ones, not
+  /// @return the own columns of an axis without the run's effects, then the shared columns, all not
   ///         weighted; n x c.
   [[nodiscard]] Eigen::MatrixXd own_columns(Eigen::Index axis) const;
 
-  /// @return the field in the sensor at each reading as the axis saw it, n x 3.
+  /// @return the field columns of an axis: the field in the sensor's frame at each reading, times
+  ///         the temperature scale; n x 3.
   [[nodiscard]] Eigen::Ref<const Eigen::Matrix<double, Eigen::Dynamic, 3>> field_met(
       Eigen::Index axis) const;
 
-  /// The readings of an axis that have weight, in the columns of its coefficients.
+  /// The readings of an axis with weight above 0, with their rows in the coefficients' columns.
   struct AxisRows {
     std::vector<Eigen::Index> readings;
     Eigen::MatrixXd design;    ///< not weighted, [1, f, ...]
@@ -197,26 +199,28 @@ class Fit {
   SensitivityMatrix sensitivity_;
   Eigen::VectorXd r_;
   Eigen::VectorXd x_;
-  Eigen::MatrixXd root_of_shared_;             // s x s, of the covariance of the shared unknowns
+  Eigen::MatrixXd root_of_shared_;             // s x s: root of the covariance of the shared
+                                               // unknowns
   std::vector<Eigen::MatrixXd> shared_basis_;  // P of each axis
   bool has_full_rank_ = false;
   Eigen::MatrixXd along_;
   double rows_ = 0.0;  // of weight
 };
 
-/// Longer intervals of some parameters for one cause of scatter. An interval is never made shorter.
+/// Lengthens the intervals of some parameters for one cause of scatter. Intervals never become
+/// shorter.
 class WiderIntervals {
  public:
   WiderIntervals(std::string name, Estimate& estimate);
 
-  /// Takes the variance that the cause gives one parameter, with its degrees of freedom.
+  /// Counts the variance that the cause gives to one parameter, with its degrees of freedom.
   void widen(Eigen::Index parameter, double variance, double degrees_of_freedom);
 
-  /// The component of the scatter, to be described.
+  /// The component of the scatter; the caller sets its sd and unit.
   [[nodiscard]] ScatterComponent& component() { return component_; }
 
-  /// Adds the component to the estimate if an interval became longer.
-  /// @return true if one did.
+  /// Adds the component to the estimate if it increased a variance.
+  /// @return true if the component was added.
   bool put();
 
  private:

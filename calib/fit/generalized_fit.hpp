@@ -10,16 +10,17 @@
 
 namespace axiscal {
 
-/// Fits again where readings share errors: those of inputs that are not exactly known, and the turn
-/// of the cube each time it is laid, whose size the readings tell as it moves the field across
-/// itself alone. Generalised least squares, V = diag(sigma_k^2 / w) + tau^2 K K^T + H C H^T,
-/// sigma_k and tau by restricted likelihood (method.md, section 4).
+/// Repeats the fit if readings share errors: the errors of uncertain inputs, and the random
+/// rotation of the cube each time it is laid down. The readings determine the size of this
+/// rotation, because it changes only the field's components perpendicular to the field. The method
+/// is generalised least squares with V = diag(sigma_k^2 / w) + tau^2 K K^T + H C H^T; restricted
+/// likelihood gives sigma_k and tau (method.md, section 4).
 ///
-/// All readings enter. The field's direction is unknown unless the method knows it. Consecutive
-/// readings at one design point belong to one laying. The call replaces coefficients, fields,
-/// residual_sd, degrees of freedom, covariance, intervals and components of the estimate. They stay
-/// as they are, with a note, if no error is shared or if the readings cannot separate it from
-/// noise.
+/// All readings are used. The field's direction is fitted unless the method takes it as known.
+/// Consecutive readings at one design point belong to one laying. The call replaces coefficients,
+/// fields, residual_sd, degrees of freedom, covariance, intervals and components of the estimate.
+/// If no error is shared, or if the readings do not separate the shared errors from noise, it
+/// changes nothing but the notes.
 ///
 /// @param run  the readings that were fitted.
 /// @return the share of each uncertain input in the covariance of the coefficients; empty if no
@@ -35,7 +36,8 @@ namespace axiscal {
 /// readings use them, because these tests ignore shared errors.
 ///
 /// @param set  the readings that were fitted.
-/// @param of   the readings whose part is taken off: those, or others in their terms.
+/// @param of   the readings from which the effect is subtracted: `set`, or other readings in the
+///             same terms.
 /// @return nullopt if no input is uncertain, or if the readings do not determine the errors.
 /// @par Source
 /// method.md, section 5; Robinson, Statistical Science 6 (1991) 15-32 (best linear unbiased
@@ -46,11 +48,11 @@ namespace axiscal {
                                                               const Estimate& estimate,
                                                               const ReadingSet& of);
 
-/// Columns f_k^2, the field along each axis, added to the fit with all its shared errors: an F test
-/// of nested models.
+/// An F test of nested models: the fit with its shared errors, without and with columns f_k^2 of
+/// the squared field along each axis.
 ///
 /// @param run       the readings that were fitted.
-/// @param estimate  as weigh_shared_errors() leaves it.
+/// @param estimate  after weigh_shared_errors().
 /// @return nullopt if the readings do not determine the errors.
 /// @par Source
 /// method.md, section 5.

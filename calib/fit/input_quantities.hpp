@@ -13,10 +13,10 @@
 
 namespace axiscal {
 
-/// The derivative of a reading's field in the sensor with respect to the normals of rest and fence
-/// face; 3 x 18, faces in the order of Face.
+/// The derivative of a reading's field in the positioner's frame with respect to the face normals;
+/// 3 x 18, faces in the order of Face. Only the columns of the rest and fence faces are nonzero.
 ///
-/// With z = -n_r, y = n_f less its part along z, x = y cross z (method.md, section 2):
+/// With z = -n_r, y = n_f minus its component along z, x = y cross z (method.md, section 2):
 /// dz = -dn_r,  dy = x (x . dn_f) - z (y . dz),  dx = -y (x . dn_f) - z (x . dz).
 ///
 /// @param rotation_table_from_positioner  rows x, y, z.
@@ -26,8 +26,8 @@ namespace axiscal {
     const DesignPoint& point,
     const Eigen::Vector3d& field_in_table);
 
-/// An input of the fit that is not exactly known, and whose error the readings share. The fit
-/// weighs them, the budget lists them and a forecast adds them up, all by this one description.
+/// An uncertain input of the fit, whose error the readings share. The fit, the uncertainty budget
+/// and the forecast all use this description.
 struct InputQuantity {
   std::string name;  ///< the name of the source in the budget
   double u = 0.0;    ///< its standard uncertainty; NaN if it is not a single number
@@ -39,11 +39,11 @@ struct InputQuantity {
   std::function<Eigen::Matrix3Xd(Eigen::Index, Eigen::Index, const TableField&)> change;
 };
 
-/// The cube's face normals by their covariance; and, where the field is given, the table's slope
-/// and the field's direction by their stated uncertainties.
+/// The uncertain inputs: the cube's face normals with their covariance and, if the field is given,
+/// the table's slope and the field's direction with their stated uncertainties.
 ///
 /// @param set    must outlive the result.
-/// @param field  as fitted or given; without vectors there are none.
+/// @param field  as fitted or given; without vectors the result is empty.
 [[nodiscard]] std::vector<InputQuantity> input_quantities(const Experiment& experiment,
                                                           const ReadingSet& set,
                                                           bool known_field,
@@ -53,8 +53,8 @@ struct InputQuantity {
 /// @param set  must outlive the result.
 [[nodiscard]] InputQuantity mount_quantity(double u_rad, const ReadingSet& set);
 
-/// Derivatives of a run's readings with respect to the inputs' errors. They are further columns of
-/// the run, one for each error; the rows are in units of the run's sigma.
+/// Derivatives of a run's readings with respect to the inputs' errors. There is one column for each
+/// error; the rows are those of Fit::columns(), in units of the run's sigma.
 [[nodiscard]] Eigen::MatrixXd input_error_jacobian(const std::vector<InputQuantity>& inputs,
                                                    const Fit& run,
                                                    const TableField& field);

@@ -12,8 +12,8 @@
 
 namespace axiscal {
 
-/// Consecutive readings at one design point, level and block are one laying. Over temperature, and
-/// without design points, each reading stands for itself.
+/// Consecutive readings at one design point, level and block are one laying. With temperature
+/// terms, or without design points, each reading is a laying of its own.
 /// @return the position of the first reading of each laying.
 [[nodiscard]] std::vector<std::size_t> laying_starts(const ReadingSet& set);
 
@@ -21,13 +21,13 @@ namespace axiscal {
 struct Layings {
   [[nodiscard]] const ReadingSet& set() const { return own ? *own : given; }
 
-  const ReadingSet& given;             // must outlive it
-  std::optional<ReadingSet> own;       // if their values differ
+  const ReadingSet& given;             // must outlive this object
+  std::optional<ReadingSet> own;       // the means; nullopt: identical to `given`
   Eigen::VectorXd squares;             // m: sums of squares within layings
   Eigen::VectorXd degrees_of_freedom;  // m
 };
 
-/// Readings that the estimate left unpaired do not count.
+/// Averages the readings of each laying. Readings in estimate.unpaired get the weight 0.
 [[nodiscard]] Layings average_layings(const ReadingSet& given, const Estimate& estimate);
 
 }  // namespace axiscal

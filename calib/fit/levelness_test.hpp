@@ -6,10 +6,10 @@
 
 namespace axiscal {
 
-/// Whether the slope of the table by one rest face agrees with what all other readings say: the
-/// differences of its opposite positions against their prediction, each axis by its own scatter
-/// (method.md, section 5). Puts the probability, and the face that disagrees, into the estimate's
-/// levelness; nothing where it has none.
+/// Tests whether the slope of the table by one rest face agrees with all other readings (method.md,
+/// section 5). It compares the differences of the face's opposite positions with their prediction,
+/// each axis with its own scatter. The result is stored in the estimate's levelness: the p-value,
+/// and the face that disagrees. An estimate without levelness is not changed.
 ///
 /// @param run  the readings that were fitted.
 void test_levelness(const SolvedReadings& run, Estimate& estimate);

@@ -10,35 +10,37 @@
 
 namespace axiscal {
 
-/// Orientations unknown, only the field's magnitude known (method.md, section 4).
+/// Method magnitude: the orientations are unknown; only the field's magnitude is known (method.md,
+/// section 4).
 ///
-/// @param set    readings of three axes; their weights and responses count.
+/// @param set    readings of three axes.
 /// @param F      magnitude of the field.
-/// @param noise  covariance of a reading up to a factor; 1 where the axes are alike.
-/// @param squares  true fits a squared term of each axis too.
-/// @throws RefusedError, RankDeficientError  for other than three axes, fewer than ten readings, or
-///                                           orientations that leave coefficients open.
+/// @param noise  covariance of a reading up to a factor; the identity if the axes have equal noise.
+/// @param squares  true: a squared term of each axis is fitted too.
+/// @throws RefusedError, RankDeficientError  if there are not three axes, if there are fewer than
+///                                           ten readings, or if the orientations do not determine
+///                                           the coefficients.
 [[nodiscard]] Estimate estimate_magnitude(const ReadingSet& set,
                                           double F,
                                           MagnitudeShape shape,
                                           const Eigen::Matrix3d& noise,
                                           bool squares = false);
 
-/// The fit of two axes that were turned about the direction perpendicular to both: an ellipse in
-/// their plane.
+/// Fits an ellipse to the readings of two axes that were turned about the direction perpendicular
+/// to both.
 ///
 /// A = S^-1 is symmetric. The response of the axes to a field across the plane is not observable;
-/// its entries are 0.
+/// these sensitivities are 0.
 /// @param F  length of the field in the plane.
-/// @throws RefusedError  for fewer than eight readings, or readings on no ellipse.
+/// @throws RefusedError  for fewer than eight readings, or if they do not lie on an ellipse.
 [[nodiscard]] Estimate estimate_ellipse(const ReadingSet& set, double F);
 
-/// Several sessions of one instrument, each a block of the set. Each session is fitted alone. A
-/// coefficient is the weighted mean of the sessions; the weights include a session's noise and the
-/// scatter between sessions.
+/// Fits the sessions of one instrument separately; each session is a block of the set. A
+/// coefficient is the weighted mean over the sessions; the weights include the noise of a session
+/// and the scatter between sessions.
 ///
-/// @return as estimate_magnitude() of all readings where there is one session, or one of them does
-///         not determine the coefficients.
+/// @return the result of estimate_magnitude() for all readings if there is only one session, or if
+///         a session does not determine the coefficients.
 /// @par Source
 /// Paule & Mandel, J. Res. NBS 87 (1982) 377-385; Hartung & Knapp, Stat. Med. 20 (2001) 3875-3889.
 [[nodiscard]] Estimate estimate_sessions(const ReadingSet& set,
@@ -47,24 +49,26 @@ namespace axiscal {
                                          const Eigen::Matrix3d& noise,
                                          bool squares = false);
 
-/// Turns the sensor's frame, which `magnitude` leaves open, by the design points (Wahba's problem).
-/// @param estimate  its response is turned, its fields become the one in the table.
+/// Rotates the sensor's frame, which method magnitude leaves undetermined, to fit the design points
+/// (Wahba's problem).
+/// @param estimate  its response is rotated, and its field becomes the field in the table.
 void align_by_points(const ReadingSet& set, double F, Estimate& estimate);
 
-/// Refits readings. The search starts from a fit that is near; simulations use it.
+/// Refits readings, starting near the solution. Simulations use this function.
 [[nodiscard]] LinearResponse refit_magnitude(const Eigen::MatrixXd& readings,
                                              double F,
                                              MagnitudeShape shape,
                                              const LinearResponse& start);
 
-/// The fields that readings of three axes say: (v - b) S^-T, n x 3.
+/// The fields that correspond to readings of three axes: (v - b) S^-T, n x 3.
 [[nodiscard]] Eigen::MatrixXd fields_of_readings(const LinearResponse& response,
                                                  const Eigen::MatrixXd& readings);
 
-/// Response and its covariance in another frame: f_new = R f.
+/// Transforms a response and its covariance to another frame: f_new = R f.
 void turn_frame(const Eigen::Matrix3d& R, LinearResponse& response, Eigen::MatrixXd& covariance);
 
-/// Statistics of such a response in another frame: covariance, its components, intervals.
+/// Transforms the statistics of a response to another frame: the covariance, its components and the
+/// intervals.
 void turn_frame(const Eigen::Matrix3d& R, FitStatistics& statistics);
 
 }  // namespace axiscal

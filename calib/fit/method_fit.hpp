@@ -9,20 +9,20 @@
 
 namespace axiscal {
 
-/// The fit of a method that uses the pose of each reading, or its field. Each is one file and one
-/// line in the table.
+/// The fit of a method that uses the pose of each reading, or its field. Each method is one source
+/// file and one line in method_fit.cpp.
 struct MethodFit {
   Method method = Method::joint;
   /// @param by_field  whether the readings bring their fields.
   Estimate (*fitted)(const ReadingSet& readings, bool by_field) = nullptr;
 };
 
-/// @throws DomainError  for a method without a fit by poses.
+/// @throws DomainError  if the method does not fit readings by their poses.
 [[nodiscard]] const MethodFit& method_fit(Method method);
 
-/// Adds a method of a program's own. Not while other threads calibrate.
+/// Adds a user-defined method. No other thread may calibrate during the call.
 /// @param kind  its name and properties; `method` is assigned.
-/// @return its number.
+/// @return the value of the new method.
 /// @throws DomainError  if the name is taken.
 Method add_method(MethodKind kind, Estimate (*fitted)(const ReadingSet& readings, bool by_field));
 

@@ -19,7 +19,7 @@ namespace axiscal {
 /// Columns that a hypothesis adds to the model, shared by all axes.
 ///
 /// @param field         at which the model is linearised.
-/// @param coefficients  p x m, of the axes' own columns there.
+/// @param coefficients  p x m, of the axes' own columns at this field.
 /// @return (n m) x q, axis below axis, not weighted.
 using AddedColumns =
     std::function<Eigen::MatrixXd(const TableField& field, const Eigen::MatrixXd& coefficients)>;
@@ -49,21 +49,21 @@ struct AxisSolution {
   Eigen::VectorXd estimate;        ///< b, S, second fields, temperature, effects; p
   Eigen::VectorXd residuals;       ///< weighted, n
   Eigen::MatrixXd shared;          ///< weighted, n x s: change of the readings per unit step
-  Eigen::MatrixXd projected;       ///< n x s: `shared` less its projection on X
+  Eigen::MatrixXd projected;       ///< n x s: `shared` after projection off X
   Eigen::MatrixXd take_up;         ///< p x s: change of the estimate per unit step, negated
   ResponseSums sums;               ///< of `projected` and the residuals
   Eigen::VectorXd shared_squares;  ///< s: squared lengths of the columns of `shared`
 };
 
-/// All axes at a place.
+/// The solutions of all axes at a place.
 struct Solution {
   Place place;
-  std::vector<TableField::Tangents> tangents;  ///< none if the directions are known
+  std::vector<TableField::Tangents> tangents;  ///< empty if the directions are known
   std::vector<AxisSolution> axes;
 
   [[nodiscard]] const TableField& field() const { return place.field; }
 
-  /// @return the first shared unknown of a vector's tangents.
+  /// @return the index of the first shared unknown of a vector's tangents.
   [[nodiscard]] Eigen::Index first_direction(std::size_t vector) const;
 
   /// @return the number of the tangents of all vectors.
@@ -71,18 +71,19 @@ struct Solution {
 
   [[nodiscard]] Eigen::Index shared_count() const { return axes.front().shared.cols(); }
 
-  /// @return p x m.
+  /// @return the estimates of all axes, p x m.
   [[nodiscard]] Eigen::MatrixXd coefficients() const;
 };
 
-/// @return the readings with the temperature scales of a place; `nullopt` if it has none.
+/// @return the readings with the temperature scales of a place; `nullopt` if the place has no
+///         scales.
 [[nodiscard]] std::optional<ReadingSet> with_scales_of(const ReadingSet& readings,
                                                        const Place& place);
 
 /// Covariance and degrees of freedom of the shared unknowns.
 struct SharedCost {
   Eigen::MatrixXd covariance;          ///< s x s
-  Eigen::VectorXd degrees_of_freedom;  ///< m: readings less p, less the axis's part of s
+  Eigen::VectorXd degrees_of_freedom;  ///< m: readings minus p, minus the axis's share of s
 };
 
 /// Standard deviations of the axes by restricted likelihood.
@@ -103,8 +104,8 @@ struct AxisNoise {
 /// Golub & Pereyra, SIAM J. Numer. Anal. 10 (1973) 413-432; Kaufman, BIT 15 (1975) 49-57.
 class Model {
  public:
-  /// A direction is open if the part of its change that the coefficients cannot take up is smaller
-  /// than this part of the whole change.
+  /// A direction is undetermined if less than this fraction of its effect on the readings remains
+  /// after projection off the own columns.
   static constexpr double open_below = 1e-9;
 
   /// @param readings          must outlive the model.
@@ -124,12 +125,13 @@ class Model {
 
   [[nodiscard]] const ReadingSet& readings() const { return readings_; }
 
-  /// @return a place to start from: temperature scale 0 along the S that readings without it give.
-  /// @throws RankDeficientError
+  /// @return a starting place. Its temperature scales are 0, and its `along` is S of a fit without
+  ///         temperature terms.
+  /// @throws RankDeficientError  as at().
   [[nodiscard]] Place start(TableField field) const;
 
-  /// @return the axes' own coefficients at a place, and how the readings change with the shared
-  ///         unknowns.
+  /// @return the axes' own coefficients at a place, and the derivatives of the readings with
+  ///         respect to the shared unknowns.
   /// @throws RankDeficientError  if the own columns of an axis are dependent.
   [[nodiscard]] std::shared_ptr<const Solution> at(const Place& place) const;
 
@@ -138,15 +140,16 @@ class Model {
 
   /// Least squares over all unknowns, each axis in units of its sigma, by gauss_newton().
   /// @param sigma  m.
-  /// @return `converged` is false if the steps do not settle.
+  /// @return the solution; `converged` is false if the steps do not converge.
   /// @throws RankDeficientError  as at().
   [[nodiscard]] GaussNewtonResult<std::shared_ptr<const Solution>> solved(
       std::shared_ptr<const Solution> start,
       const Eigen::VectorXd& sigma,
       int most_rounds = 50) const;
 
-  /// Restricted likelihood of the axes' variances, the shared unknowns linear about a solution.
-  /// @param sigma     m, to start from.
+  /// Estimates the axes' variances by restricted likelihood, with the model linearised about a
+  /// solution.
+  /// @param sigma     m starting values.
   /// @param smallest  m lower limits.
   /// @return `nullopt` if the readings do not determine the shared unknowns.
   [[nodiscard]] static std::optional<AxisNoise> noise(const Solution& solution,
@@ -167,7 +170,7 @@ class Model {
   const Eigen::MatrixXd& weights_;
   bool directions_known_;
   AddedColumns added_;
-  std::vector<int> free_mounts_;  // numbers, ascending
+  std::vector<int> free_mounts_;  // mount numbers, ascending
 };
 
 }  // namespace axiscal

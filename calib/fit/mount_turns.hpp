@@ -11,15 +11,16 @@
 
 namespace axiscal {
 
-/// The turns of the instrument in its mounts, S_j = S (I + [d_j]x) with d_j that sum to 0.
+/// The rotations of the instrument in its mounts: S_j = S (I + [d_j]x), where the rotation vectors
+/// d_j sum to 0.
 struct MountTurns {
   std::map<int, Eigen::Matrix3d> turns;  ///< by the mount's number
-  double expected = 0.0;  ///< mean square of a component of d_j for the readings' noise alone
+  double expected = 0.0;  ///< expected mean square of a component of d_j from the readings' noise
 };
 
 /// Fits the turns together with all other unknowns.
 ///
-/// @param set  with the turns that are known already in its rotations.
+/// @param set  its rotations include the turns that are known already.
 /// @return `nullopt` for one mount, or if the readings do not determine the turns.
 [[nodiscard]] std::optional<MountTurns> fitted_mounts(const ReadingSet& set,
                                                       const Estimate& estimate,

@@ -18,26 +18,28 @@ namespace axiscal {
 struct ModelChoice {
   int temperature_order = 0;                    ///< 0: no temperature terms
   std::optional<double> temperature_reference;  ///< t0 of all sensors; default: the mean
-  EffectSetup effects;                          ///< blocks count only without temperature terms
-  /// Weighting samples: the part of the mean variance of a reading that samples do not average.
+  /// blocks are ignored if there are temperature terms
+  EffectSetup effects;
+  /// For Weighting::samples: the fraction of a reading's mean variance that more samples do not
+  /// reduce.
   double variance_floor = 0.0;
   std::map<int, Eigen::Matrix3d> mounts;  ///< turn of the instrument in each mount; empty: none
 };
 
 /// The variance of a reading in units of the mean variance (method.md, section 4.1).
-/// @param floor       the part that samples do not average.
+/// @param floor       the fraction that more samples do not reduce.
 /// @param by_samples  1 / samples, in units of its mean.
 template <typename Value>
 [[nodiscard]] Value variance_of_samples(double floor, const Value& by_samples) {
   return floor + (1.0 - floor) * by_samples;
 }
 
-/// The observations of an experiment in the terms of the estimators: the readings that are used,
-/// their weights, and how the instrument lay in each.
+/// The observations of an experiment in the terms of the estimators: the used readings, their
+/// weights, and the orientation of the instrument in each.
 class ReadingSource {
  public:
   /// @param experiment, observations  must outlive the source and its copies.
-  /// @param by_field  whether the readings bring their fields and no design point counts.
+  /// @param by_field  true if the readings bring their fields; design points are then ignored.
   /// @throws SetupError, RefusedError  for unknown runs, no readings, or missing weights.
   ReadingSource(const Experiment& experiment,
                 const Observations& observations,
@@ -56,12 +58,12 @@ class ReadingSource {
   [[nodiscard]] const std::vector<std::size_t>& rows() const { return selection_->rows; }
 
   /// @return the readings in the model's terms. The weight is 0 if an axis does not see a reading.
-  /// @param seen  one row for each of rows(); empty: all that are not saturated.
+  /// @param seen  one row for each of rows(); empty: all readings that are not saturated.
   [[nodiscard]] ReadingSet set(const std::vector<FieldDescription>& parts,
                                const AxisMask& seen) const;
 
   /// @return the readings that are kept out of the fit to confirm it, in the terms of the set that
-  ///         was fitted. An unknown block counts as the mean of the known ones.
+  ///         was fitted. A block that is not in the fit gets the mean bias of the fitted blocks.
   [[nodiscard]] ReadingSet kept_out(const ReadingSet& fitted) const;
 
   /// @return the span of each temperature sensor over the readings, as in TemperatureResponse.
@@ -73,7 +75,7 @@ class ReadingSource {
   /// @return ReadingSet::field_then of a reading; the identity if the field does not move.
   [[nodiscard]] Eigen::Matrix3d field_then(const Reading& reading) const;
 
-  /// @return which readings of all observations are within the range of an axis.
+  /// @return for all observations, n x m: true if the reading is within the range of the axis.
   [[nodiscard]] const AxisMask& in_range() const { return selection_->in_range; }
 
   /// @return the mean time of the readings, if the field moves and they have times.
@@ -90,14 +92,14 @@ class ReadingSource {
                                                 const TableField& field) const;
 
  private:
-  // One value for every model. Copies of the source share it.
+  // Independent of the model. Copies of the source share it.
   struct Selection {
     Eigen::MatrixXd weights;
     Eigen::RowVectorXd mean_variance;  // m: mean of 1 / weight over `rows`
     std::vector<std::size_t> rows;
     std::vector<std::size_t> rows_kept_out;
     std::vector<FieldDescription> also;
-    std::vector<int> blocks;  // of the readings used, if each has its own levelness
+    std::vector<int> blocks;  // of the used readings, if each block has its own levelness
     AxisMask in_range;
     std::optional<double> mean_time_s;
   };
@@ -105,7 +107,7 @@ class ReadingSource {
   [[nodiscard]] Selection selected(Weighting weighting) const;
   [[nodiscard]] std::vector<TemperatureSpan> spans_of_sensors() const;
   void put_readings(const std::vector<std::size_t>& rows, ReadingSet& set) const;
-  // The weight of an observation, not yet normalised; the floor of the variance counts.
+  // The weight of an observation, not normalised; it includes the floor of the variance.
   [[nodiscard]] double weight(Eigen::Index row, Eigen::Index axis) const;
   void put_temperature(ReadingSet& set) const;
 

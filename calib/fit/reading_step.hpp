@@ -9,16 +9,16 @@
 
 namespace axiscal {
 
-/// The rounding step of an axis's readings. It is the stated step, if the readings are multiples of
-/// it; otherwise the largest number of last digits of which all readings are multiples. If that is
-/// far below the noise, it is the largest step of which all readings are multiples within their
-/// last digit, for example the step of counts multiplied by a factor. A step is accepted if chance
-/// gives one in fewer than 1 of 1000 cases.
+/// The rounding step of an axis's readings. It is the stated step if the readings differ by
+/// multiples of it. Otherwise it is the largest multiple of the last digit that divides all
+/// differences of the readings. If that is far below the noise, it is the largest step that divides
+/// all differences to within the last digit, for example the step of counts multiplied by a factor.
+/// A step is accepted if its probability by chance is below 0.001.
 ///
 /// @param readings     of one axis [unit].
 /// @param stated_step  [unit]; 0: not stated.
-/// @param noise_sd     of one reading [unit]; without it any step is looked for.
-/// @return [unit]; nullopt if the readings do not show a step.
+/// @param noise_sd     standard deviation of one reading [unit]; infinity: any step is sought.
+/// @return the step [unit]; nullopt if the readings do not show a step.
 [[nodiscard]] std::optional<double> detect_rounding_step(
     std::vector<double> readings,
     double stated_step,
@@ -35,7 +35,8 @@ namespace axiscal {
 ///
 /// @param response  n x m [unit].
 /// @param weights   n x m; readings of weight 0 do not count.
-/// @param noise_sd  m: of one reading of each axis [unit]; empty: any step is looked for.
+/// @param noise_sd  m: standard deviation of one reading of each axis [unit]; empty: any step is
+///                  sought.
 /// @return n x m [unit]; 0: the readings do not show a step.
 [[nodiscard]] Eigen::MatrixXd detect_rounding_steps(const Eigen::MatrixXd& response,
                                                     const Eigen::MatrixXd& weights,

@@ -9,27 +9,26 @@
 
 namespace axiscal {
 
-// The linear system behind every fit of a response v = b + scale S f: rows are the readings, axis
-// after axis; columns each axis's own p coefficients, then what the axes share: the directions of
-// the fields, and the errors of inputs or the columns of a hypothesis.
+// The linear system of a fit of the response v = b + scale S f. The rows are the readings, axis
+// after axis. The columns are first the p own coefficients of each axis, then the shared unknowns:
+// the directions of the fields, and the errors of inputs or the columns of a hypothesis.
 
 /// Derivative of the field in the sensor with respect to q unknowns: three rows for each reading,
 /// (3 n) x q.
 using FieldChanges = Eigen::MatrixXd;
 
-/// @param axis  that sees the field; where axes see different parts of it what one does not see
-///              changes nothing.
-/// @return derivative with respect to a step along the tangents of the field [rad]; the vectors are
-///         in order.
+/// @param axis  the axis; the derivatives are 0 for parts of the field that it does not see.
+/// @return derivative with respect to a step along the tangents of the field's vectors [rad], in
+///         the order of the vectors.
 [[nodiscard]] FieldChanges field_direction_derivatives(
     const ReadingSet& set,
     const TableField& field,
     const std::vector<TableField::Tangents>& tangents,
     Eigen::Index axis = 0);
 
-/// @return derivative of an axis's readings with respect to the same unknowns, without weights; n x
-///         q.
-/// @param S  the axis's row of the sensitivity.
+/// @return derivative of an axis's readings with respect to the unknowns of `changes`, without
+///         weights; n x q.
+/// @param S  row of the sensitivity of the axis.
 [[nodiscard]] Eigen::MatrixXd response_changes(const ReadingSet& set,
                                                Eigen::Index axis,
                                                const Eigen::RowVector3d& S,

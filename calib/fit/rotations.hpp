@@ -11,9 +11,9 @@
 
 namespace axiscal {
 
-/// Rotations one after the other, of which most are like one not long before: an instrument lies in
-/// few orientations, however often it is read. Each of those is kept once. References hold until
-/// the next is put.
+/// A sequence of rotations that stores repeated rotations only once. An instrument lies in few
+/// orientations, so most rotations are equal to a recent one. References are valid until the next
+/// push_back() or put().
 class Rotations {
  public:
   Rotations() = default;

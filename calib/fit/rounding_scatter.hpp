@@ -21,10 +21,10 @@ namespace axiscal {
                                      double stated_step,
                                      const Estimate& estimate);
 
-/// Allows for rounding in the tests of lack of fit. Repeats of one digit show no noise, and all
-/// readings in a pose share the error of that digit: of r readings in each pose, the mean square of
-/// the poses about the model contains r step^2 / 12. The test of an axis whose repeats agree
-/// better than its step allows is made against this.
+/// Allows for rounding in the tests of lack of fit. Repeats that round to the same digit show no
+/// noise, and all readings in a pose share the error of that digit. With r readings in each pose,
+/// this contributes r step^2 / 12 to the mean square of the poses about the model. If the repeats
+/// of an axis agree better than its step allows, its test includes this contribution.
 void allow_for_rounding(const ReadingSet& set, double stated_step, FitStatistics& statistics);
 
 }  // namespace axiscal

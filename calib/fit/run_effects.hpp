@@ -15,30 +15,32 @@ namespace axiscal {
 struct BiasStep {
   int after_run = 0;  ///< the last reading before the step
   int block = 0;
-  double mean = 0.0;  ///< part of the run's readings that lie behind it
+  double mean = 0.0;  ///< fraction of the run's readings that lie behind the step
 };
 
 /// The effects of the course of a run on its readings: a free change of the bias from block to
 /// block, a step, a drift, and a memory (method.md, section 4). These columns belong to the run,
 /// not to the instrument. If a fit has these columns, its bias is the mean bias of the run.
 struct RunEffects {
-  /// n x e: those of the blocks, then the step's, the drift's, and zeros for the memory.
+  /// n x e: the columns of the blocks, the step and the drift, and zeros for the memory.
   Eigen::MatrixXd columns;
   std::vector<std::string> names;  ///< e
-  std::vector<int> blocks;         ///< numbers of the B blocks; empty where readings tell none
+  std::vector<int> blocks;         ///< numbers of the B blocks; empty if blocks are not fitted
   Eigen::MatrixXd
       shift_of_block;      ///< B x e: the values of the columns in each block, except for a drift
-  bool has_drift = false;  ///< a column is the drift, 1 over the run
+  bool has_drift = false;  ///< true if a column is the drift, which changes by 1 over the run
   std::optional<BiasStep> step;
-  /// n x m: the last column of each axis, its reading before minus its reading [unit]; 0 x 0: none.
+  /// n x m: the memory column of each axis, its previous reading minus the present reading [unit];
+  /// 0 x 0: no memory.
   Eigen::MatrixXd memory;
-  /// Blocks of a few readings. Each has a column, after those of the others.
+  /// Numbers of the blocks with few readings. Each has a column, after the columns of the other
+  /// blocks.
   std::vector<int> small_blocks;
 
   /// @return whether blocks have columns; else their shifts are means of residuals.
   [[nodiscard]] bool has_block_columns() const { return block_columns() > 0; }
 
-  /// @return B - 1, less 1 where a drift over three blocks or more takes up a trend of theirs.
+  /// @return B - 1, minus 1 if a drift is fitted to three blocks or more.
   [[nodiscard]] double degrees_of_freedom_of_blocks() const {
     return has_block_columns() ? static_cast<double>(block_columns())
                                : static_cast<double>(blocks.size()) - 1.0;
@@ -54,17 +56,17 @@ struct RunEffects {
     return (step ? 1 : 0) + (has_drift ? 1 : 0) + (memory.size() > 0 ? 1 : 0);
   }
 
-  /// @return the place of the step among the columns.
+  /// @return the index of the step's column.
   [[nodiscard]] Eigen::Index step_column() const {
     return columns.cols() - columns_within_blocks();
   }
 
-  /// @return the place of the drift among the columns.
+  /// @return the index of the drift's column.
   [[nodiscard]] Eigen::Index drift_column() const {
     return columns.cols() - 1 - (memory.size() > 0 ? 1 : 0);
   }
 
-  /// @return the columns of one reading, as an axis has them.
+  /// @return the row of one reading in the columns of an axis.
   [[nodiscard]] Eigen::RowVectorXd row(Eigen::Index reading, Eigen::Index axis) const;
 
   /// @return the columns of means over groups of readings.
@@ -75,22 +77,22 @@ struct RunEffects {
 /// blocks then stay in the scatter of the readings, and the residuals show the shifts.
 inline constexpr std::size_t most_block_columns = 40;
 
-/// Which effects a fit has.
+/// The effects that a fit includes.
 struct EffectSetup {
-  bool blocks = false;  ///< shifts of blocks, where the readings tell them
+  bool blocks = false;  ///< shifts of blocks, if the readings determine them
   bool drift = false;   ///< a drift, linear in time or order
   bool memory = false;  ///< each reading keeps a part of the change since the one before it
-  std::optional<int> step_after_run = {};  ///< a step of the biases behind that run, in its block
+  std::optional<int> step_after_run = {};  ///< a step of the biases after that run, in its block
   bool operator==(const EffectSetup&) const = default;
 };
 
-/// With fewer readings, the other coefficients hide a block's bias.
+/// With fewer readings, the other coefficients would absorb a block's bias.
 inline constexpr int fewest_readings_of_block = 6;
 
 /// @param readings  n. Blocks have columns if two or more of them have at least
 ///                  fewest_readings_of_block readings that every axis uses. Each smaller block in
 ///                  such a run has its own bias.
-/// @param weights   n x m; 0 where an axis does not use a reading.
+/// @param weights   n x m; 0 if an axis does not use a reading.
 [[nodiscard]] RunEffects run_effects(const std::vector<Reading>& readings,
                                      const Eigen::MatrixXd& weights,
                                      EffectSetup setup);
@@ -101,15 +103,15 @@ void add_memory(const std::vector<Reading>& readings,
                 const Eigen::MatrixXd& response,
                 RunEffects& effects);
 
-/// For each reading its response minus that of the reading before it, with the sign reversed; 0 for
-/// the first one in order_of_runs().
+/// The previous response minus the response of each reading, in the order of order_of_runs(); 0 for
+/// the first reading.
 /// @return n x m [unit].
 [[nodiscard]] Eigen::MatrixXd previous_minus_current(const std::vector<Reading>& readings,
                                                      const Eigen::MatrixXd& response);
 
-/// The columns of readings that are not of the run, in the terms of those that are: its drift goes
-/// on, the level behind a step stays in its block, and a block that it does not know is as the mean
-/// of those it knows. A memory is not continued.
+/// The effect columns of readings outside the run. The drift continues linearly. The level behind a
+/// step stays in its block. A block that is not in the run gets the mean of the run's blocks. A
+/// memory is not continued.
 /// @param run     the readings of the run.
 /// @return as RunEffects::columns, for `others`.
 [[nodiscard]] Eigen::MatrixXd extrapolate_run_effects(const RunEffects& effects,
@@ -119,8 +121,8 @@ void add_memory(const std::vector<Reading>& readings,
 /// @return positions of the readings in the order in which they were taken, by their run numbers.
 [[nodiscard]] std::vector<std::size_t> order_of_runs(const std::vector<Reading>& readings);
 
-/// When readings were taken, from -1/2 to 1/2: by their times where all have one, else by their
-/// order; n.
+/// The position of each reading in the run, from -1/2 to 1/2: by time if all readings have one,
+/// else by order; n.
 [[nodiscard]] Eigen::VectorXd progress_of_run(const std::vector<Reading>& readings);
 
 }  // namespace axiscal

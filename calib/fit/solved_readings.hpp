@@ -14,7 +14,7 @@ class SolvedReadings {
  public:
   /// @param set               must outlive this.
   /// @param directions_known  whether the field's directions are given.
-  /// @param solution          of the fit, if it is at hand; null: it is computed when needed.
+  /// @param solution          solution of the fit; null: it is computed when needed.
   SolvedReadings(const ReadingSet& set,
                  bool directions_known,
                  std::shared_ptr<const Solution> solution = nullptr)

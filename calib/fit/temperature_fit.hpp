@@ -16,19 +16,20 @@ namespace axiscal {
 [[nodiscard]] ReadingSet initialize_temperature_terms(const ReadingSet& set,
                                                       const Estimate& without);
 
-/// The number of temperatures of a run: soak levels, or all of a continuous run.
+/// The number of temperatures of a run: soak levels, or all different temperatures of a continuous
+/// run.
 [[nodiscard]] int temperature_count(const ReadingSet& set);
 
-/// Corrected Akaike's criterion of one axis's regression on so many columns.
-/// @return infinity where the readings are too few for it.
+/// The corrected Akaike information criterion (AICc) of one axis's regression.
+/// @return infinity if there are too few readings.
 [[nodiscard]] double axis_aicc(double residual_sd, double degrees_of_freedom, double columns);
 
 /// The information criterion of a fit, for the choice of the order.
-/// @return infinity where the readings are too few for it.
+/// @return the trial; its AICc is infinity if there are too few readings.
 [[nodiscard]] TemperatureOrderTrial trial_of(const ReadingSet& set, const Estimate& estimate);
 
-/// The order that the readings ask for: the least AICc; the next one as long as the readings lie
-/// further from the model than their repeats allow, and that one mends it.
+/// The best order by AICc. As long as the test of lack of fit rejects this order, and does not
+/// reject the next one, the next order is taken.
 /// @param trials  of orders 0, 1, ...
 [[nodiscard]] int chosen_order(const std::vector<TemperatureOrderTrial>& trials);
 

@@ -13,7 +13,7 @@ namespace axiscal {
 /// experiment (method.md, section 8).
 ///
 /// @param set             the readings that were fitted; empty for method `bias`.
-/// @param weighed         those that the fit itself weighed, as weigh_shared_errors() says.
+/// @param weighed         the sources that the fit included, from weigh_shared_errors().
 [[nodiscard]] UncertaintyBudget make_budget(const Experiment& experiment,
                                             const ReadingSet& set,
                                             const Calibration& calibration,

@@ -9,11 +9,12 @@ namespace axiscal {
 /// stated uncertainty and by a random effect.
 struct CommonMean {
   double mean = 0.0;
-  double u = 0.0;                           ///< by the scatter of the values
-  double u_within = 0.0;                    ///< by their uncertainties alone
+  double u = 0.0;                           ///< standard uncertainty from the scatter of the values
+  /// standard uncertainty from the stated uncertainties only
+  double u_within = 0.0;
   double between = 0.0;                     ///< tau: standard deviation of the random effect
   double between_degrees_of_freedom = 1.0;  ///< of tau^2; at least 1
-  double p_value = 1.0;  ///< that values without a random effect differ so much (chi^2)
+  double p_value = 1.0;  ///< probability of such differences without a random effect (chi^2)
 };
 
 /// @param x  n >= 2 values.

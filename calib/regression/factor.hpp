@@ -10,12 +10,14 @@
 
 namespace axiscal {
 
-// The decompositions of matrices that calib uses. Other files include no decomposition of Eigen: a
-// rank, a condition number and an inverse are found in one way, and the templates compile once.
+// The matrix decompositions that calib uses. Other files do not include Eigen's decompositions, so
+// that ranks, condition numbers and inverses are computed in one way, and the templates compile
+// once.
 
 /// A matrix J, n x p, factored by QR with column pivoting. Its columns are scaled to length 1.
 ///
-/// The solution is not refined: for the steps of an iteration. LeastSquaresDesign refines.
+/// The solution is not refined, which is sufficient for the steps of an iteration.
+/// LeastSquaresDesign refines its solutions.
 ///
 /// @par Source
 /// Golub & Van Loan, Matrix Computations, 4th ed. (2013), secs. 5.3, 5.4.
@@ -28,7 +30,8 @@ namespace axiscal {
 /// @endcode
 class Factor {
  public:
-  /// @param open_below  pivots below this part of the largest count as 0; default: rounding of 0.
+  /// @param open_below  pivots below this fraction of the largest count as 0; default: Eigen's
+  ///                    limit for rounding errors.
   explicit Factor(const Eigen::Ref<const Eigen::MatrixXd>& jacobian,
                   std::optional<double> open_below = {});
 
@@ -55,7 +58,7 @@ class Factor {
 };
 
 /// A positive definite matrix N, p x p, factored by Cholesky's method after scaling its diagonal to
-/// 1. For the normal equations of columns in any units.
+/// 1. Use it for normal equations of columns in any units.
 class PositiveFactor {
  public:
   /// @param damping  added to each 1 of the scaled diagonal.
@@ -80,7 +83,8 @@ class PositiveFactor {
   std::shared_ptr<const Parts> parts_;
 };
 
-/// L^-1 for a covariance V = L L^T: makes errors of covariance V independent with variance 1.
+/// L^-1 for a covariance V = L L^T: it transforms errors of covariance V to independent errors of
+/// variance 1.
 class Whitening {
  public:
   explicit Whitening(const Eigen::MatrixXd& V);
@@ -102,8 +106,8 @@ class Whitening {
   std::shared_ptr<const Parts> parts_;
 };
 
-/// @return X with A X = B for a symmetric A, semi-definite or nearly so, by A = L D L^T with
-/// pivots.
+/// @return X with A X = B for a symmetric matrix A that is semidefinite up to rounding errors, by A
+///         = L D L^T with pivoting.
 [[nodiscard]] Eigen::MatrixXd solve_symmetric(const Eigen::MatrixXd& A, const Eigen::MatrixXd& B);
 
 /// @return true if a symmetric A is positive semidefinite by its pivots, and finite.
@@ -135,7 +139,7 @@ struct SingularValues {
 [[nodiscard]] Eigen::VectorXd minimum_norm_solution(const Eigen::MatrixXd& A,
                                                     const Eigen::VectorXd& b);
 
-/// @return the Moore-Penrose inverse A^+ by the same decomposition.
+/// @return the Moore-Penrose inverse A^+, by complete orthogonal decomposition.
 [[nodiscard]] Eigen::MatrixXd pseudo_inverse(const Eigen::MatrixXd& A);
 
 /// A^+ and the rank of A to working precision.
@@ -154,22 +158,23 @@ struct PseudoInverseWithRank {
 /// @return orthonormal columns that are orthogonal to those of A, which has full rank; n x (n - p).
 [[nodiscard]] Eigen::MatrixXd orthogonal_complement(const Eigen::MatrixXd& A);
 
-/// @return the columns of J that are as good as open: those with a part of more than `share_above`
-///         in a direction whose singular value is below `open_below` of the largest. The columns
-///         count with length 1. J has at least as many rows as columns.
+/// @return the columns of J that are nearly undetermined: those with a component above
+///         `share_above` in a right singular vector whose singular value is below `open_below`
+///         times the largest. The columns are scaled to length 1. J must have at least as many rows
+///         as columns.
 [[nodiscard]] std::vector<Eigen::Index> confounded_columns(const Eigen::MatrixXd& J,
                                                            double open_below,
                                                            double share_above);
 
-/// @return the names of columns; neighbours with one name give it once.
+/// @return the names of columns; consecutive columns with the same name give it once.
 [[nodiscard]] std::vector<std::string> undetermined_column_names(
     const std::vector<Eigen::Index>& columns, const std::vector<std::string>& names);
 
 /// @return the ratio of the largest to the smallest singular value of J with columns of length 1.
 [[nodiscard]] double condition_of(const Eigen::MatrixXd& J);
 
-/// As above, by the normal equations J^T J, with less work.
-/// @return `nullopt` above 100: there the normal equations lose digits that matter.
+/// Like condition_of(), but from the normal equations J^T J, with less work.
+/// @return `nullopt` if it is above 100, because J^T J is then not accurate enough.
 [[nodiscard]] std::optional<double> condition_from_normal_matrix(const Eigen::MatrixXd& normal);
 
 }  // namespace axiscal

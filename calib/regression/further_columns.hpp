@@ -12,9 +12,10 @@ struct FurtherColumns {
   Eigen::VectorXd estimate;         ///< q, of the further columns
   Eigen::VectorXd change;           ///< p, of the fit's own coefficients
   Eigen::MatrixXd covariance;       ///< (p + q) x (p + q), unscaled
-  double residual_sd = 0.0;         ///< with them
+  double residual_sd = 0.0;         ///< with the further columns
   double degrees_of_freedom = 0.0;  ///< n - p - q
-  double p_value = 1.0;             ///< that they fit as well by chance, F(q, n - p - q)
+  /// probability of this improvement by chance, by F(q, n - p - q)
+  double p_value = 1.0;
 };
 
 /// @param design     J, n x p.

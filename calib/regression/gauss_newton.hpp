@@ -16,28 +16,30 @@ namespace axiscal {
 struct Linearised {
   Eigen::VectorXd residuals;  ///< n, in units of their noise
   Eigen::MatrixXd jacobian;   ///< n x p
-  /// Singular values of the Jacobian that are not above this count as 0: no step is taken there.
+  /// Singular values of the Jacobian that are not above this count as 0; steps have no component
+  /// along their vectors.
   double open_below = 0.0;
 };
 
-/// The step s that makes |r + J s|^2 + damping |L s|^2 smallest, L the lengths of J's columns.
+/// The step s that minimises |r + J s|^2 + damping |L s|^2; L is the diagonal matrix of the lengths
+/// of J's columns.
 ///
-/// @param by_qr  whether it is to have all digits: by QR, and of smallest norm where J leaves
-///               something open, unless J's columns are far from dependent. Else J^T J will do as
-///               long as it is not too close to singular.
+/// @param by_qr  true: the step has all digits. It comes from QR unless J is well conditioned, and
+///               has the smallest norm if J leaves unknowns undetermined. false: it comes from J^T
+///               J unless that is too close to singular.
 [[nodiscard]] Eigen::VectorXd damped_step(const Linearised& linear, double damping, bool by_qr);
 
-/// As above, by the normal equations, with columns scaled to length 1. It is fast, and accurate
-/// enough for steps far from the solution.
+/// Like damped_step(), from the normal equations with columns scaled to length 1. It is fast, and
+/// accurate enough for steps far from the solution.
 ///
-/// @return nullopt if a pivot is below the smallest one, that is, if the normal equations are close
-///         to singular.
+/// @return nullopt if a pivot is below `smallest_pivot`, which means that the normal equations are
+///         close to singular.
 [[nodiscard]] std::optional<Eigen::VectorXd> step_by_normal_equations(const Linearised& linear,
                                                                       double damping,
                                                                       double smallest_pivot);
 
 /// The interface of a problem for gauss_newton(). `State` is the point of the search, on a manifold
-/// or not; `Linear` is a Linearised, and may hold more.
+/// or not; `Linear` is derived from Linearised.
 template <typename Problem>
 concept GaussNewtonProblem = requires(const Problem problem,
                                       const typename Problem::State at,
@@ -45,30 +47,30 @@ concept GaussNewtonProblem = requires(const Problem problem,
                                       const Eigen::VectorXd step) {
   // Residuals and Jacobian at a place. A prior is one row for each of its standard deviations.
   {problem.linearise(at, linear)};
-  // The retraction: the place that a step leads to.
+  // The retraction: the place after a step.
   { problem.moved(at, step) } -> std::convertible_to<typename Problem::State>;
   // Sum of squares at a place, with the weights of `linear`; NaN or infinite at places that cannot
   // be solutions.
   { problem.cost(at, linear) } -> std::convertible_to<double>;
-  // Length of a step from there, in the problem's measure; 1 is far.
+  // Length of a step from a place, in the problem's measure; 1 is a large step.
   { problem.length(at, step, linear) } -> std::convertible_to<double>;
 };
 
 struct GaussNewtonOptions {
   int most_rounds = 200;
-  int most_attempts = 30;       ///< of one step, each damped ten times more than the one before
-  double settled = 1e-13;       ///< a step of this length is the last
-  double first_damping = 0.0;   ///< of a start from which an undamped step could go anywhere
-  double qr_from_below = 1e-6;  ///< steps after one that is shorter than this are by QR
-  double slack = 1e-12;         ///< part of the cost by which a good step may make it larger
+  int most_attempts = 30;       ///< for one step; each has ten times the damping of the one before
+  double settled = 1e-13;       ///< the search ends after a step shorter than this
+  double first_damping = 0.0;   ///< damping of the first step, for a start near a singular point
+  double qr_from_below = 1e-6;  ///< after a step shorter than this, steps use QR
+  double slack = 1e-12;         ///< fraction by which an accepted step may increase the cost
 };
 
 template <typename State>
 struct GaussNewtonResult {
   State state;
   int rounds = 0;
-  double left_to_go = 1.0;  ///< about the length of the next step, or of one that helped nothing
-  bool converged = false;   ///< no further step is worth taking, or none makes it better
+  double left_to_go = 1.0;  ///< approximate length of the next step, or of a step that was rejected
+  bool converged = false;   ///< true if the next step is negligible, or if no step reduces the cost
 };
 
 /// Gauss-Newton, damped (Levenberg-Marquardt, columns of length 1) once a step makes the fit worse.
@@ -81,8 +83,9 @@ struct GaussNewtonResult {
 template <GaussNewtonProblem Problem>
 [[nodiscard]] GaussNewtonResult<typename Problem::State> gauss_newton(
     const Problem& problem, typename Problem::State start, const GaussNewtonOptions& options = {}) {
-  // In units of a residual's variance: a shorter step is tried only if it promises this decrease.
-  // Such a step moves the solution by 1e-4 of its uncertainty.
+  // In units of a residual's variance: after a rejected step, a shorter step is tried only if the
+  // predicted decrease is larger than this. Such a step moves the solution by 1e-4 of its
+  // uncertainty.
   constexpr double worth_another_try = 1e-8;
   constexpr double no_damping_below = 1e-9;
   constexpr double least_damping = 1e-6;
@@ -127,7 +130,7 @@ template <GaussNewtonProblem Problem>
       result.converged = std::isfinite(cost);
       break;
     }
-    // The next step would be shorter by as much again.
+    // The next step is assumed to be shorter by the same factor.
     result.left_to_go = last_length * std::min(1.0, last_length / length_before);
     result.converged =
         last_length < options.settled || (by_qr && result.left_to_go < options.settled);

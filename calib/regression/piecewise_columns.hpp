@@ -9,35 +9,35 @@ namespace axiscal {
 
 /// Consecutive rows, and the columns with a nonzero value in at least one of these rows.
 struct ColumnPiece {
-  Eigen::Index first = 0;  ///< its first row among all
+  Eigen::Index first = 0;  ///< index of its first row
   std::vector<Eigen::Index> columns;
   Eigen::MatrixXd W;  ///< rows x columns.size()
 };
 
-/// Columns that make way for as many others, which span the same.
+/// Columns that are replaced by the same number of columns with the same span.
 struct ReplacedColumns {
   std::vector<Eigen::Index> columns;
-  Eigen::MatrixXd to_given;  ///< their coefficients of those of the others
+  Eigen::MatrixXd to_given;  ///< maps coefficients of the new columns to those of the given columns
 };
 
-/// Columns W of units of rows, piece by piece, in a sparse basis. Columns that change only from
-/// block to block may separate as many blocks as there are columns; then each block has a column.
-/// Work that is not linear in c then depends only on the columns of one block.
+/// The columns W in a sparse basis, divided into pieces of consecutive rows. If some columns change
+/// only from block to block, and separate as many blocks as there are such columns, each block gets
+/// one column instead. Work that is not linear in c then depends only on the columns of one block.
 struct PiecewiseColumns {
-  Eigen::Index count = 0;  ///< c
+  Eigen::Index count = 0;  ///< c, the number of columns of W
   std::vector<ColumnPiece> pieces;
   std::vector<ReplacedColumns> replaced;
 
-  /// @return the coefficients b of W, of those in the basis.
+  /// @return the coefficients b of W, from the coefficients in the basis.
   [[nodiscard]] Eigen::VectorXd estimate_of(Eigen::VectorXd in_basis) const;
 
-  /// @return their covariance.
+  /// @return the covariance of b, from the covariance in the basis.
   [[nodiscard]] Eigen::MatrixXd covariance_of(Eigen::MatrixXd in_basis) const;
 };
 
 /// @param W     n m x c.
-/// @param rows  m: of a unit.
-/// @param kept  of the last columns: so many stay as they are.
+/// @param rows  m: rows of a unit.
+/// @param kept  number of last columns that are not replaced.
 [[nodiscard]] PiecewiseColumns piecewise_columns(const Eigen::MatrixXd& W,
                                                  Eigen::Index rows,
                                                  Eigen::Index kept);

@@ -7,10 +7,10 @@
 
 namespace axiscal {
 
-/// Iteratively reweighted least squares: weighs and fits in turn, until the weights stay.
+/// Iteratively reweighted least squares: weighs and fits in turn, until the weights converge.
 ///
-/// @param rows, columns  how many weights there are; they begin as 1.
-/// @param weigh          gives the weights from the residuals of the last fit.
+/// @param rows, columns  size of the matrix of weights, which are 1 at the start.
+/// @param weigh          returns the weights from the residuals of the last fit.
 /// @param fit            repeats the fit with these weights.
 /// @return the weights of the last fit, after at most 100 rounds.
 Eigen::MatrixXd reweight_until_converged(Eigen::Index rows,

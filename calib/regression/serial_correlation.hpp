@@ -9,29 +9,30 @@
 
 namespace axiscal {
 
-/// Readings in the order in which they were taken, m responses of one regression each.
+/// Readings in time order with m responses. Each response has its own regression.
 struct OrderedReadings {
   std::vector<Eigen::MatrixXd> designs;  ///< m of n x p, or one for all; the first column is 1
   Eigen::MatrixXd responses;             ///< n x m
   Eigen::VectorXd places;   ///< n, increasing: the reading's number in the run, whole numbers
-  std::vector<int> blocks;  ///< n, the readings of one block together; empty: there are none
+  std::vector<int> blocks;  ///< n block numbers, those of a block consecutive; empty: no blocks
 
   [[nodiscard]] const Eigen::MatrixXd& design_of(Eigen::Index k) const {
     return designs[designs.size() == 1 ? 0 : static_cast<std::size_t>(k)];
   }
 };
 
-/// Readings count as alike where a lag_one_score() is above this: one-sided 10 %.
+/// Readings count as correlated if lag_one_score() is above this: one-sided 10 %.
 inline constexpr double alike_above = 1.282;
 
-/// A note says that readings are alike if a lag_one_score() is above this: one-sided 1 %. Below it
-/// the intervals count what may be chance.
+/// A note reports the correlation if lag_one_score() is above this: one-sided 1 %. Below it the
+/// correlation may be chance, and only the intervals include it.
 inline constexpr double told_alike_above = 2.326;
 
-/// The correlation between residuals of consecutive readings.
+/// A score of the correlation between residuals of consecutive readings.
 ///
-/// The sum over the responses of sum e_i e_(i+1) / sum e^2, each response's residuals first divided
-/// by their standard deviation, less its mean, over its standard deviation for white noise.
+/// Each response's residuals e are scaled to variance 1. The score is the sum of e_i e_(i+1) over
+/// all readings and responses, minus its mean for white noise, divided by its standard deviation
+/// for white noise.
 ///
 /// @return a number that is approximately standard normal for white noise; 0 without degrees of
 ///         freedom.
@@ -39,16 +40,16 @@ inline constexpr double told_alike_above = 2.326;
 /// Moments of a ratio of quadratic forms: Durbin & Watson, Biometrika 37 (1950) 409-428.
 [[nodiscard]] double lag_one_score(const OrderedReadings& readings);
 
-/// A lag_one_score() as it is summed over responses, one design after the other.
+/// Computes a lag_one_score() from responses that are added design by design.
 class LagOneScore {
  public:
-  /// Takes responses of one design.
+  /// Adds responses of one design.
   /// @param Q          n x p: an orthonormal basis of the design.
   /// @param residuals  n x r.
   template <typename Basis, typename Residuals>
   void add(const Basis& Q, const Residuals& residuals) {
-    // Q' = P A P with P = I - Q Q^T and A the mean of both neighbours: its trace and that of its
-    // square, without any n x n.
+    // Computes the traces of P A P and (P A P)^2 without n x n matrices. P is I - Q Q^T, and A x is
+    // half the sum of each row's neighbours.
     const Eigen::Index n = Q.rows();
     const auto beside = [&](Eigen::Index i) {
       return 0.5 * ((i > 0 ? 1.0 : 0.0) * Q.row(std::max<Eigen::Index>(i - 1, 0)) +
@@ -81,7 +82,7 @@ class LagOneScore {
     }
   }
 
-  // Each response's residuals are of the variance 1, so that their sums of squares are d.
+  // The residuals of each response were scaled to variance 1, so that their sum of squares is d.
   [[nodiscard]] double value() const {
     return counted_ > 0.0 ? (products_ - mean_) / std::sqrt(variance_) : 0.0;
   }
@@ -93,28 +94,31 @@ class LagOneScore {
   double counted_ = 0.0;
 };
 
-/// The first coefficient of each regression where the noise may be correlated from reading to
-/// reading and white besides.
+/// The first coefficient of each regression, if the noise may be the sum of white noise and of
+/// noise that is correlated from reading to reading.
 struct CorrelatedMean {
   Eigen::VectorXd estimate;         ///< m
   Eigen::VectorXd u;                ///< m standard uncertainties
   double degrees_of_freedom = 0.0;  ///< n - p
-  double correlation = 0.0;         ///< mean correlation from reading to reading, by the weights
+  /// weighted mean over the models of the correlation of consecutive readings
+  double correlation = 0.0;
 };
 
-/// The mean over models V = rho^|i - j| + lambda I, and where there are blocks V = I + gamma within
-/// each, weighted by their restricted likelihood and a prior that gives each rho, and all gammas
-/// together, the same weight. V's root by the Kalman filter, so linear in the readings.
+/// The mean over models of the covariance V: V = rho^|i - j| + lambda I and, if there are blocks, V
+/// = I + gamma within each block. The weights are restricted likelihood times prior; the prior
+/// gives each rho, and all gammas together, the same weight. A Kalman filter applies the root of V,
+/// so the work is linear in n.
 ///
 /// @par Source
 /// Harvey, Forecasting, Structural Time Series Models and the Kalman Filter (1989), sec. 3.4;
 /// Hoeting et al., Statistical Science 14 (1999) 382-417 (averages over models).
 [[nodiscard]] CorrelatedMean estimate_correlated_mean(const OrderedReadings& readings);
 
-/// As above, for one response with the noise of three axes along a changing direction. Each pair of
-/// neighbours is weighted by the product of their directions.
+/// Like the other lag_one_score(), for one response with the noise of three axes along a changing
+/// direction. Each pair of consecutive readings is weighted by the scalar product of their
+/// directions.
 /// @param design  n x p.
-/// @param along   h, n x 3, as of fit_with_correlated_noise().
+/// @param along   h, n x 3, as in fit_with_correlated_noise().
 [[nodiscard]] double lag_one_score(const Eigen::MatrixXd& design,
                                    const Eigen::VectorXd& response,
                                    const Eigen::MatrixX3d& along);
@@ -124,13 +128,13 @@ struct CorrelatedFit {
   Eigen::VectorXd estimate;         ///< p
   Eigen::MatrixXd covariance;       ///< p x p
   double degrees_of_freedom = 0.0;  ///< n - p
-  double correlation = 0.0;         ///< as of CorrelatedMean
+  double correlation = 0.0;         ///< as in CorrelatedMean
 };
 
-/// All coefficients where a response sees noise that is correlated in three axes along a direction
-/// that turns: y_i = J_i p + h_i . x_i + white noise, each component of x with rho^|i - j|. The
-/// models are as estimate_correlated_mean()'s, up to a correlation of 0.995; the work is linear in
-/// n.
+/// Fits all coefficients of a response whose noise comes from three axes along a changing
+/// direction: y_i = J_i p + h_i . x_i + white noise. Each component of x has the correlation rho^|i
+/// - j|. The models are those of estimate_correlated_mean() without blocks, with rho up to 0.995;
+/// the work is linear in n.
 ///
 /// @param design    J, n x p.
 /// @param response  y, n.
@@ -139,23 +143,25 @@ struct CorrelatedFit {
                                                       const Eigen::VectorXd& response,
                                                       const Eigen::MatrixX3d& along);
 
-/// As lag_one_score(), of deviations z = B e of the residuals e of a larger fit.
-/// @param hat_root     K, n x q, with K K^T = B J (J^T J)^-1 J^T B^T, J the Jacobian of that fit.
+/// Like lag_one_score(), for combinations z = B e of the residuals e of a larger fit.
+/// @param hat_root     K, n x q, with K K^T = B J (J^T J)^-1 J^T B^T, where J is the Jacobian of
+///                     that fit.
 /// @param hat_squares  K^T K.
 [[nodiscard]] double lag_one_score_along(const Eigen::VectorXd& z,
                                          const Eigen::MatrixXd& hat_root,
                                          const Eigen::MatrixXd& hat_squares);
 
-/// A linear fit in whose residuals each reading may share one cause, of size h_i along one
-/// direction of its m residuals, that wanders from reading to reading.
+/// A linear fit whose residuals may contain a common cause, which varies slowly from reading to
+/// reading. At reading i, it acts along one direction of the m residuals, with size h_i.
 struct CommonAr1Problem {
   Eigen::MatrixXd information;        ///< J^T J, q x q
-  double squares = 0.0;               ///< of all residuals, which are square to J
-  const Eigen::MatrixXd& along;       ///< n x q: of J, the direction that the cause has
+  /// sum of squares of all residuals, which are orthogonal to J
+  double squares = 0.0;
+  const Eigen::MatrixXd& along;       ///< n x q: the rows of J along the direction of the cause
   const Eigen::VectorXd& deviations;  ///< n: the residuals along the same direction
   Eigen::MatrixXd sizes;              ///< h, n x 1; of mean square 1
-  Eigen::VectorXd places;             ///< n, as of OrderedReadings
-  double degrees_of_freedom = 0.0;    ///< residuals less q
+  Eigen::VectorXd places;             ///< n, as in OrderedReadings
+  double degrees_of_freedom = 0.0;    ///< number of residuals minus q
 };
 
 /// The change of the coefficients as a mean over models V = I + lambda h h^T rho^|i - j|, and the

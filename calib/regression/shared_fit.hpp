@@ -8,13 +8,13 @@
 
 namespace axiscal {
 
-/// One of several responses with D coefficients in common, as sums over its readings: P and y are
-/// its columns of those and its readings, both less what its own coefficients take up.
+/// Sums over the readings of one of several responses, which have D coefficients in common. P and y
+/// are the shared columns and the readings, after projection off the response's own columns.
 struct ResponseSums {
   Eigen::MatrixXd information;      ///< P^T P, D x D
   Eigen::VectorXd gradient;         ///< P^T y, D
   double squares = 0.0;             ///< y^T y
-  double degrees_of_freedom = 0.0;  ///< readings less own coefficients
+  double degrees_of_freedom = 0.0;  ///< readings minus own coefficients
 };
 
 /// The shared coefficients, if each response has its own variance.
@@ -26,9 +26,9 @@ struct SharedFit {
   Eigen::MatrixXd covariance;  ///< D x D
 };
 
-/// Responses' variances by restricted likelihood (REML): with u = ln sigma^2 and N the degrees of
-/// freedom, sum_k (N_k u_k + RSS_k e^-u_k) + ln det sum_k P_k^T P_k e^-u_k is least where
-/// sigma_k^2 = RSS_k / nu_k; by Newton's method in u.
+/// Estimates the responses' variances by restricted likelihood (REML). With u = ln sigma^2 and the
+/// degrees of freedom N, Newton's method in u minimises sum_k (N_k u_k + RSS_k e^-u_k) + ln det
+/// sum_k P_k^T P_k e^-u_k. At the minimum, sigma_k^2 = RSS_k / nu_k.
 ///
 /// @param start     m variances to begin with.
 /// @param smallest  m, lower limits of the variances: the size of rounding errors.

@@ -24,7 +24,7 @@
 namespace axiscal {
 namespace {
 
-// Reweights until the weights stay, then states the covariance of the robust estimate.
+// Reweights until the weights converge, then computes the covariance of the robust estimate.
 void make_robust(AxisRegression& axis,
                  const LeastSquaresDesign& plain,
                  const Eigen::MatrixXd& design,
@@ -51,7 +51,8 @@ void make_robust(AxisRegression& axis,
   axis.fit.residual_sd = bisquare.scale * std::sqrt(bisquare.variance_factor);
   axis.fit.covariance = axis.fit.residual_sd * axis.fit.residual_sd * plain.unscaled_covariance();
   axis.fit.leverage = plain.leverage();
-  // Readings of weight 0 must show: all residuals enter, in units of the robust scatter.
+  // The diagnostics must show readings of robust weight 0 too, so all residuals are scaled by the
+  // robust scatter.
   const Eigen::VectorXd weighted = root.cwiseProduct(axis.fit.residuals);
   ResidualDiagnostics diagnostics =
       scale_residuals(weighted, plain.leverage(), axis.fit.residual_sd, p);
@@ -109,11 +110,11 @@ void require_robust_freedom(double degrees_of_freedom) {
 
 namespace {
 
-// Sums over the readings of one number, for example of a laying.
+// Sums over the readings with the same number, for example the readings of a laying.
 struct ReadingSums {
   double weight = 0.0;
   double residual = 0.0;  // weighted
-  double first = 0.0;     // of the residuals
+  double first = 0.0;     // residual of the first reading, not weighted
   int count = 0;
 };
 
@@ -199,7 +200,7 @@ LackOfFit test_lack_of_fit(const RegressionRows& rows,
   if (!(pure_error_dof > 0.0)) {
     return result;
   }
-  // Readings that are all the same have none.
+  // If the readings of each group are equal, the pure error is 0.
   const double pure_error =
       scatters ? std::max(of_layings.squares - between, 0.0) / pure_error_dof : 0.0;
   result.pure_error_sd = std::sqrt(pure_error);
@@ -244,7 +245,7 @@ void put_diagnostics(FitStatistics& statistics,
                      const ResidualDiagnostics& diagnostics,
                      const Eigen::VectorXd& robust_weights) {
   statistics.leverage.col(k) = leverage;
-  // A row that the axis leaves out does not enter its fit.
+  // A row that the axis does not use has no diagnostics.
   const auto has_part = leverage.array() > 0.0;
   statistics.studentized.col(k) = has_part.select(diagnostics.studentized, not_a_number);
   statistics.cooks_distance.col(k) = has_part.select(diagnostics.cooks_distance, not_a_number);
@@ -303,9 +304,9 @@ std::vector<int> groups_of_readings(const ReadingSet& set) {
   const bool continuous = set.temperature.order > 0 && set.temperature.soak.empty();
   const auto key_of = [&](std::size_t i) {
     const Reading& reading = set.readings[i];
-    // By method magnitude readings may lack both; then no groups are formed.
+    // For method magnitude, readings may have neither point nor field; their groups are not used.
     const bool has_field = set.rotation_sensor_from_table.empty() && reading.field_in_sensor;
-    // No two readings of a continuous temperature repeat each other.
+    // If the temperature is continuous, no two readings are repeats.
     const int soak = continuous ? static_cast<int>(i) : set.soak_of(i);
     Key key{has_field ? std::nullopt : reading.point, soak, {}, reading.level};
     if (has_field) {

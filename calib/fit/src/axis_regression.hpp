@@ -21,29 +21,31 @@ struct AxisRegression {
   Eigen::VectorXd robust_weights;  // empty unless robust
 };
 
-/// Rows that go into the regression, and which of them repeat each other.
+/// The rows of a regression, and their groups of repeats.
 struct RegressionRows {
   std::vector<RegressionRow> rows;  // their diagnostics are filled in by summarize()
-  std::vector<int> group;           // rows of one number are replicates
-  std::vector<int> laying;          // rows of one number are one laying; empty: each its own
+  std::vector<int> group;           // rows with the same number are repeats
+  std::vector<int> laying;          // rows with the same number are one laying; empty: each row is
+                                    // its own laying
 };
 
-/// Some axes of a set, of one design and one weight for each row: they share a factorisation.
+/// Axes of a set that have the same design and weights, and therefore share a factorisation.
 struct AxesAlike {
   const ReadingSet& set;
-  Eigen::Index first = 0;                       ///< of the axes, in the set
+  Eigen::Index first = 0;                       ///< index of the first axis in the set
   const FactoredDesign& factored;               ///< the design with the weights
   const Eigen::MatrixXd& design;                ///< n x p
   Eigen::VectorXd weights;                      ///< n
   Eigen::Ref<const Eigen::MatrixXd> responses;  ///< n x r
-  std::function<std::vector<std::string>(Eigen::Index axis)> names;  ///< of parameters, for errors
+  /// parameter names for error messages
+  std::function<std::vector<std::string>(Eigen::Index axis)> names;
 };
 
-/// @return one for each axis.
+/// @return one regression for each axis.
 [[nodiscard]] std::vector<AxisRegression> regress(const AxesAlike& axes);
 
-/// @throws RefusedError  if so few degrees of freedom do not let robust regression tell a wrong
-///                       reading from right ones: one typing error of ten then often passes.
+/// @throws RefusedError  if there are too few degrees of freedom for robust regression to detect a
+///                       wrong reading.
 void require_robust_freedom(double degrees_of_freedom);
 
 /// 1 - RSS / total sum of squares about the weighted mean.
@@ -54,8 +56,8 @@ void require_robust_freedom(double degrees_of_freedom);
 /// Pure error against lack of fit for one axis. Pure error is the scatter of the means of layings
 /// within a group: readings of one laying share its error.
 /// @param weighted_residuals  sqrt(w_i) (y_i - fit_i).
-/// @param effects             columns of the run's effects, which differ between repeats and so
-///                            take their degrees of freedom from the pure error.
+/// @param effects             number of columns of the run's effects. They differ between repeats,
+///                            so their degrees of freedom are taken from the pure error.
 /// @param robust_weights      empty unless robust; a reading of weight 0 counts in neither part.
 /// @return F and p are NaN if one of the two parts has zero degrees of freedom.
 [[nodiscard]] LackOfFit test_lack_of_fit(const RegressionRows& rows,
@@ -66,21 +68,22 @@ void require_robust_freedom(double degrees_of_freedom);
                                          Eigen::Index effects,
                                          const Eigen::VectorXd& robust_weights = {});
 
-/// Statistics with room for each axis, and no more in them than the rows.
+/// Allocates statistics for all axes, with only the rows and the numbers of observations filled in.
 [[nodiscard]] FitStatistics blank_statistics(const ReadingSet& set, RegressionRows& rows);
 
-/// Writes what was found of axis k into the rows' diagnostics.
+/// Stores the diagnostics of axis k in the statistics.
 void put_diagnostics(FitStatistics& statistics,
                      Eigen::Index k,
                      const Eigen::VectorXd& leverage,
                      const ResidualDiagnostics& diagnostics,
                      const Eigen::VectorXd& robust_weights);
 
-/// Refuses an axis whose readings are all the same: it does not respond to the field.
+/// Throws if all readings of an axis are equal, because the axis then does not respond to the
+/// field.
 /// @throws RefusedError  naming the axis.
 void require_response(const ReadingSet& set);
 
-/// Puts the axes' regressions together into the response and its statistics.
+/// Combines the axes' regressions into the response and its statistics.
 [[nodiscard]] Estimate summarize(const ReadingSet& set,
                                  const std::vector<AxisRegression>& axes,
                                  RegressionRows rows);
@@ -88,7 +91,7 @@ void require_response(const ReadingSet& set);
 /// Numbers readings by their group: the same design point and level, or the same field; n.
 [[nodiscard]] std::vector<int> groups_of_readings(const ReadingSet& set);
 
-/// @return the rows of the regression, with those numbers.
+/// @return the rows of the regression, with the numbers of groups_of_readings().
 [[nodiscard]] RegressionRows rows_of_readings(const ReadingSet& set);
 
 }  // namespace axiscal

@@ -27,11 +27,11 @@
 namespace axiscal {
 namespace {
 
-// The quantity that the constant of the polynomial stands for.
+// The meaning of the polynomial's constant.
 enum class Constant {
-  bias,         // the bias: the field's part is known and taken out, or there is none
-  from_record,  // the field's part is in it, so the bias at the reference is another record's
-  as_read,      // the field's part is in it, and no record says more
+  bias,         // the bias: the response to the field is subtracted, or is 0
+  from_record,  // includes the response to the field; the bias is that of experiment.from
+  as_read,      // includes the response to the field; there is no record
 };
 
 Eigen::MatrixXd powers(const Eigen::VectorXd& d, int order) {
@@ -88,7 +88,7 @@ void put_sensitivity(const Experiment& experiment, Calibration& calibration) {
         experiment.from->sensor.rotation_sensor_from_assembly;
     return;
   }
-  // Readings in the field's own quantity have a sensitivity that their unit tells.
+  // If the readings are in a unit of the field, their unit determines the sensitivity.
   const double nominal = nominal_sensitivity(experiment, calibration).value_or(1.0);
   calibration.sensor.response.sensitivity = SensitivityMatrix::Zero(instrument.axis_count(), 3);
   for (Eigen::Index k = 0; k < instrument.axis_count(); ++k) {
@@ -135,7 +135,7 @@ Constant what_constant_is(const Experiment& experiment,
   return Constant::as_read;
 }
 
-// The field that each reading met, frame sensor; n x 3.
+// The field at each reading in the sensor's frame; n x 3.
 Eigen::MatrixX3d fields_met(const ReadingSet& set, const Calibration& calibration) {
   Eigen::MatrixX3d fields(set.size(), 3);
   for (Eigen::Index i = 0; i < set.size(); ++i) {
@@ -151,9 +151,9 @@ Eigen::MatrixX3d fields_met(const ReadingSet& set, const Calibration& calibratio
   return fields;
 }
 
-// Subtracting the field's part from a bias adds the uncertainty of that part, which comes from the
-// record's sensitivities.
-// @param mean_field  of the readings, frame sensor.
+// Adds the uncertainty of the subtracted response to the field, which comes from the record's
+// sensitivities.
+// @param mean_field  mean field of the readings in the sensor's frame.
 void add_uncertainty_of_field(const Eigen::Vector3d& mean_field, FitStatistics& statistics) {
   const Eigen::Index m = statistics.bias_se.size();
   const Eigen::Index p = statistics.covariance.rows() / m;
@@ -165,7 +165,7 @@ void add_uncertainty_of_field(const Eigen::Vector3d& mean_field, FitStatistics& 
   }
 }
 
-// Covariance of the record's biases and sensitivities, as far as it states them.
+// Copies the covariance of the record's sensitivities, as far as the record contains it.
 void put_covariance_of(const Calibration& from,
                        const std::vector<std::string>& names,
                        Eigen::MatrixXd& covariance) {
@@ -187,7 +187,7 @@ void put_covariance_of(const Calibration& from,
   }
 }
 
-// Degrees of freedom of the sensitivities' intervals: those of the record that they are from.
+// Copies the degrees of freedom of the sensitivities' intervals from the record.
 void put_freedom_of(const Calibration& from, FitStatistics& statistics) {
   if (!from.fit.statistics || from.fit.statistics->interval_dof.size() == 0) {
     return;
@@ -202,8 +202,8 @@ void put_freedom_of(const Calibration& from, FitStatistics& statistics) {
   }
 }
 
-// The polynomial's order: the stated one, or the one of the trials, which is stored in
-// `temperature`. Throws RankDeficientError if the readings are at too few temperatures.
+// The order of the polynomial: stated, or chosen from trials, which are stored in `temperature`.
+// Throws RankDeficientError if the readings are at too few temperatures.
 int settled_order(const Experiment& experiment,
                   const ReadingSet& set,
                   TemperatureResponse& temperature) {
@@ -223,7 +223,7 @@ int settled_order(const Experiment& experiment,
   return order;
 }
 
-// All NaN until an axis is fitted.
+// Statistics whose values are NaN until the axes are fitted.
 FitStatistics unknown_statistics(Eigen::Index readings, Eigen::Index m) {
   FitStatistics statistics;
   statistics.observations = static_cast<int>(readings);
@@ -237,16 +237,17 @@ FitStatistics unknown_statistics(Eigen::Index readings, Eigen::Index m) {
   return statistics;
 }
 
-// The polynomial of an axis for a sweep that goes up and down. Two quantities give its uncertainty:
-// the changes when tenths are left out, and the scatter of the branches about the polynomial.
+// The uncertainty of an axis's polynomial for a sweep. Two quantities give it: the changes when
+// tenths are left out, and the scatter of the branches about the polynomial.
 struct SweepScatter {
   Eigen::VectorXd u;             // order + 1: by jackknife
-  double independent = 0.0;      // as how many readings the recording counts
-  Eigen::MatrixXd branches;      // covariance, as of a bias anywhere between them; 0: they agree
-  double half_difference = 0.0;  // the largest there is in the range [unit]
+  double independent = 0.0;      // equivalent number of independent readings
+  Eigen::MatrixXd branches;      // covariance for a bias anywhere between the branches; 0: they
+                                 // agree
+  double half_difference = 0.0;  // half of the largest difference between the branches [unit]
 };
 
-// @param ways  of each reading; empty: one way only.
+// @param ways  direction of the sweep at each reading, 1 or -1; empty: one direction only.
 SweepScatter scatter_of_sweep(const ReadingSet& set,
                               Eigen::Index axis,
                               int order,
@@ -263,13 +264,13 @@ SweepScatter scatter_of_sweep(const ReadingSet& set,
   if (ways.size() > 0) {
     both << P, ways.asDiagonal() * P;
   }
-  // A way with few temperatures determines no polynomial of its own.
+  // A branch with few temperatures does not determine its own polynomial.
   if (ways.size() > 0 && Factor(root.asDiagonal() * both).has_full_rank()) {
     const LeastSquaresFit branched = LeastSquaresDesign(both, set.weights.col(axis)).fit(response);
     const double n = branched.degrees_of_freedom;
     const double rss = n * branched.residual_sd * branched.residual_sd;
     const double more = fit.degrees_of_freedom * fit.residual_sd * fit.residual_sd - rss;
-    // Consecutive readings are alike, and count as fewer.
+    // Consecutive readings are correlated, so the number of independent readings is smaller.
     const double alike = correlation_length(root.cwiseProduct(branched.residuals));
     const double independent = std::max(n / alike, 1.0);
     const double F = std::max(more, 0.0) / static_cast<double>(q) / (rss / n) / alike;
@@ -295,9 +296,9 @@ SweepScatter scatter_of_sweep(const ReadingSet& set,
   return scatter;
 }
 
-// The two findings of a long sweep: neighbouring readings are correlated, and the biases differ
+// Counts the two errors of a long sweep: consecutive readings are correlated, and the biases differ
 // between the way up and the way down.
-// @param places  of the coefficients of an axis among its parameters.
+// @param places  indices of an axis's coefficients among its parameters.
 void add_sweep_scatter(const ReadingSet& set,
                        const std::vector<Eigen::Index>& places,
                        const Eigen::MatrixXd& responses,
@@ -356,8 +357,9 @@ void add_sweep_scatter(const ReadingSet& set,
   }
 }
 
-// Consecutive readings of a sweep that are correlated. One sweep is one cycle of the temperature,
-// so its tenths cannot show the correlation; models of the noise can.
+// Counts the correlation of consecutive readings of a sweep. A sweep is a single cycle of the
+// temperature, so a jackknife over its tenths does not show this correlation. Models of the noise
+// do.
 void add_noise_of_order(const ReadingSet& set,
                         const std::vector<Eigen::Index>& places,
                         const Eigen::MatrixXd& responses,
@@ -371,7 +373,7 @@ void add_noise_of_order(const ReadingSet& set,
   constexpr Eigen::Index fewest_left = 4;
   const std::vector<ScatterComponent>& known = calibration.fit.statistics->components;
   const bool has_branches = std::any_of(known.begin(), known.end(), [](const auto& component) {
-    return component.name == "hysteresis";  // which look alike about one polynomial
+    return component.name == "hysteresis";  // two branches look like correlated noise
   });
   if (has_branches || set.has_excluded_readings() || set.robust ||
       set.size() < order + 1 + fewest_left) {
@@ -393,7 +395,8 @@ void add_noise_of_order(const ReadingSet& set,
     const CorrelatedFit fit =
         fit_with_correlated_noise(ordered.designs[static_cast<std::size_t>(k)], responses.col(k),
                                   Eigen::VectorXd::Ones(set.size()) * Eigen::RowVector3d::UnitX());
-    // The estimate stays, and how far it is from that of the models counts.
+    // The estimate is not changed. Its difference from the models' estimate adds to the
+    // uncertainty.
     const Eigen::VectorXd off = fit.estimate - fits[static_cast<std::size_t>(k)].estimate;
     for (std::size_t j = 0; j < places.size(); ++j) {
       const auto at = static_cast<Eigen::Index>(j);
@@ -411,7 +414,7 @@ void add_noise_of_order(const ReadingSet& set,
   }
 }
 
-// Of the biases and their polynomials, by the covariance.
+// Sets the standard errors of the biases and their polynomials from the covariance.
 void put_standard_errors(const std::vector<Eigen::Index>& places, Calibration& calibration) {
   FitStatistics& statistics = *calibration.fit.statistics;
   const Eigen::VectorXd se = statistics.covariance.diagonal().cwiseSqrt();
@@ -423,7 +426,7 @@ void put_standard_errors(const std::vector<Eigen::Index>& places, Calibration& c
   }
 }
 
-// @param left  what the fit leaves of the source's readings.
+// @param left  residuals of the source's readings, n x m.
 void put_residuals(const Observations& observations,
                    const ReadingSource& source,
                    const Eigen::MatrixXd& left,
@@ -489,7 +492,7 @@ void fit_bias(const Experiment& experiment,
   temperature.scale.setZero(m, order);
   temperature.bias_se.resize(m, order);
   temperature.scale_se.setConstant(m, order, not_a_number);
-  // Parameters of an axis: bias, the record's sensitivities where there is one, bias.d, ...
+  // Parameters of an axis: bias, the sensitivities if there is a record, bias.d, ...
   const Eigen::Index given = experiment.from ? 3 : 0;
   const Eigen::Index p = 1 + given + order;
   statistics.covariance.setZero(p * m, p * m);

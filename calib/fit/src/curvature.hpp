@@ -15,20 +15,20 @@ namespace axiscal {
 
 /// The result of a fit with columns f_k^2, one for each axis, or without them.
 struct CurvatureFit {
-  Eigen::VectorXd estimate;         // of the columns
-  double squares = 0.0;             // weighted, those of errors that are shared among them
-  Eigen::VectorXd squares_of_axis;  // not weighted
+  Eigen::VectorXd estimate;         // coefficients of the columns f_k^2
+  double squares = 0.0;             // weighted sum of squares, including those of shared errors
+  Eigen::VectorXd squares_of_axis;  // m sums of squares, not weighted
 };
 
 /// Tests whether the axes' responses bend, by an F test of the columns f_k^2. A bend increases the
-/// scatter of its axis. Therefore the weights of the axes come from the scatter with the columns;
-/// if these do not differ, the weights are equal.
+/// scatter of its axis, so the axes' weights come from the scatter in the fit with the columns. If
+/// the scatter of the axes does not differ significantly, the weights are equal.
 class CurvatureFTest {
  public:
-  /// @param layings      of the readings; must outlive it.
+  /// @param layings      of the readings; must outlive this object.
   /// @param directions   whether the field's directions are fitted.
-  /// @param columns      how many are fitted without those.
-  /// @param variances    the axes' first: as they scatter without the columns.
+  /// @param columns      number of fitted columns without the columns f_k^2.
+  /// @param variances    first those of the m axes, from the fit without the columns f_k^2.
   CurvatureFTest(const Layings& layings,
                  bool directions,
                  Eigen::Index columns,
@@ -40,9 +40,8 @@ class CurvatureFTest {
 
   [[nodiscard]] const Eigen::VectorXd& variances() const { return variances_; }
 
-  /// @param fit  gives a CurvatureFit at the present variances, or nullopt if the readings do not
-  /// determine
-  ///             it. Its argument is true if the columns are in the fit.
+  /// @param fit  function that returns a CurvatureFit at the present variances, or nullopt if the
+  ///             readings do not determine it. Its argument is true to include the columns f_k^2.
   /// @param F    the field's length.
   template <typename Fit>
   [[nodiscard]] std::optional<CurvatureTest> by(const Fit& fit, double F) {
@@ -73,12 +72,12 @@ class CurvatureFTest {
   }
 
  private:
-  // The number of readings of an axis, with the readings of a laying counted singly.
+  // The number of readings of an axis; each reading of a laying counts.
   [[nodiscard]] double readings_of(Eigen::Index axis) const;
 
-  // One variance for all axes, or in the stated ratio, where what a fit leaves of them does not
-  // contradict that; returns whether it is so.
-  // @param left  m sums of squares.
+  // Sets one variance for all axes, or variances in the stated ratio, if the residuals do not
+  // contradict this. Returns true if it did.
+  // @param left  m residual sums of squares.
   bool pool_variances_if_equal(const Eigen::Ref<const Eigen::VectorXd>& left);
 
   const Layings& layings_;
@@ -87,24 +86,24 @@ class CurvatureFTest {
   Eigen::VectorXd variances_;
 };
 
-/// Axes that share nothing but columns, so that each is known by its sums.
+/// Axes that share only columns, so that sums over each axis are sufficient for the fit.
 class IndependentCurvature {
  public:
-  /// An axis's readings less what its own coefficients take up: the shared columns, and last its
-  /// own column f_k^2.
+  /// Sums over an axis after projection off its own columns, for the shared columns and, last, the
+  /// axis's column f_k^2.
   struct Axis {
     Eigen::MatrixXd information;
     Eigen::VectorXd gradient;
     double squares = 0.0;
-    Eigen::VectorXd lengths;  // squared, of the columns as they are
+    Eigen::VectorXd lengths;  // squared lengths of the columns before projection
   };
 
-  /// @param errors  how many of the shared columns are inputs' errors, of variance 1.
+  /// @param errors  number of shared columns that are errors of inputs with variance 1.
   explicit IndependentCurvature(Eigen::Index errors) : errors_(errors) {}
 
   /// @param P, y     the other columns (f_k^2 is the last) and the readings, after projection off
   ///           the axis's own columns.
-  /// @param lengths  squared, of those columns as they are.
+  /// @param lengths  squared lengths of these columns before projection.
   void add(const Eigen::MatrixXd& P, const Eigen::VectorXd& y, const Eigen::VectorXd& lengths) {
     axes_.push_back({.information = P.transpose() * P,
                      .gradient = P.transpose() * y,
@@ -112,7 +111,7 @@ class IndependentCurvature {
                      .lengths = lengths});
   }
 
-  /// @return none if the readings do not determine it.
+  /// @return nullopt if the readings do not determine the fit.
   [[nodiscard]] std::optional<CurvatureFit> fit(const Eigen::VectorXd& variances, bool bent) const;
 
  private:

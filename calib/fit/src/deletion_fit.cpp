@@ -15,7 +15,8 @@
 namespace axiscal {
 namespace {
 
-// If less than this part of a square is left, the others do not determine it.
+// If less than this fraction of a column's square remains, the other readings do not determine its
+// coefficient.
 constexpr double open_below = 1e-11;
 
 // One axis at the d deleted readings.
@@ -30,13 +31,13 @@ struct AxisLeftOut {
 
   Eigen::MatrixXd Q;       // d x p
   Eigen::MatrixXd M;       // p x p
-  Eigen::VectorXd errors;  // d: of the others' prediction without a step of the shared unknowns
-  Eigen::MatrixXd shared;  // d x s: change of these errors with such a step, negated
+  Eigen::VectorXd errors;  // d: prediction errors before a step of the shared unknowns
+  Eigen::MatrixXd shared;  // d x s: change of these errors per unit of this step, negated
 };
 
 // The fit of the other readings.
 struct Others {
-  // Errors of the others' prediction of an axis's readings, weighted; d.
+  // Weighted errors of the prediction of an axis's deleted readings; d.
   [[nodiscard]] Eigen::VectorXd errors(std::size_t k) const {
     return axes[k].errors - axes[k].shared * fit.estimate;
   }
@@ -67,8 +68,10 @@ std::optional<Others> others_of(const Solution& solution,
   Others others;
   std::vector<ResponseSums> sums;
   Eigen::VectorXd start(smallest.size());
-  Eigen::VectorXd all = Eigen::VectorXd::Zero(solution.shared_count());   // squares of the columns
-  Eigen::VectorXd left = Eigen::VectorXd::Zero(solution.shared_count());  // and the remaining part
+  // squared lengths of the columns
+  Eigen::VectorXd all = Eigen::VectorXd::Zero(solution.shared_count());
+  // the part after projection
+  Eigen::VectorXd left = Eigen::VectorXd::Zero(solution.shared_count());
   for (const AxisSolution& axis : solution.axes) {
     const auto k = static_cast<Eigen::Index>(sums.size());
     std::optional<AxisLeftOut> own = left_out_of(axis, rows);
@@ -102,7 +105,7 @@ std::optional<Others> others_of(const Solution& solution,
   return others;
 }
 
-// Contrasts of one axis less their prediction, not weighted, with the covariance of that error.
+// Contrasts of one axis minus their prediction, not weighted, with the covariance of that error.
 struct ContrastError {
   Eigen::VectorXd error;       // q
   Eigen::MatrixXd covariance;  // q x q
@@ -125,7 +128,8 @@ std::optional<ContrastError> contrast_error(const Others& others,
                                      shared * others.fit.covariance * shared.transpose()};
 }
 
-// Adds the residuals of the other readings in the others' fit, each in its standard deviation.
+// Adds the residuals of the other readings in their own fit to `tails`, each divided by its
+// standard deviation.
 void add_others(const AxisSolution& axis,
                 const Others& others,
                 std::size_t k,

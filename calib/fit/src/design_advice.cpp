@@ -45,7 +45,7 @@ std::string points_to_add(const Eigen::MatrixXd& design,
       try {
         rows = rows_for(entry.point, level);
       } catch (const RefusedError&) {
-        continue;  // the cube cannot lie so
+        continue;  // the cube cannot be laid at this point
       }
       Eigen::MatrixXd longer(extended.rows() + rows.rows(), design.cols());
       longer << extended, rows;
@@ -64,9 +64,9 @@ std::string points_to_add(const Eigen::MatrixXd& design,
 OpenParameters open_parameters(const ReadingSet& set, const Eigen::MatrixXd& design) {
   OpenParameters open_ones{.names = {}, .seen = design};
   std::vector<std::string>& names = open_ones.names;
-  std::optional<std::vector<Eigen::Index>> of_all;  // open where every row counts
+  std::optional<std::vector<Eigen::Index>> of_all;  // undetermined columns if all rows count
   for (Eigen::Index k = 0; k < set.axis_count(); ++k) {
-    // Averages of readings are a design of fewer rows, which every axis uses.
+    // If the rows are averages of readings, every axis uses all of them.
     const bool own_rows = design.rows() == set.size() && (set.weights.col(k).array() == 0.0).any();
     if (!own_rows && !of_all) {
       of_all = undetermined_columns(design);

@@ -35,7 +35,7 @@ struct Ellipse {
       "axis square to both, in one place, and take readings all the way round");
 }
 
-// The conic of least algebraic residuals.
+// The conic with the least sum of squared algebraic residuals.
 Ellipse conic_through(const Eigen::MatrixX2d& v) {
   Eigen::MatrixXd D(v.rows(), 6);
   for (Eigen::Index i = 0; i < v.rows(); ++i) {
@@ -73,7 +73,8 @@ class EllipseProblem {
   EllipseProblem(const Eigen::MatrixX2d& v, const Eigen::VectorXd& root_weights)
       : v_(v), root_weights_(root_weights) {}
 
-  // Deviations of the length and their change with b, A11, A12, A22, in noise of sd 1.
+  // Deviations of the length and their derivatives with respect to b, A11, A12, A22, scaled to
+  // noise of sd 1.
   void linearise(const Ellipse& at, Linear& linear) const {
     linear.residuals.resize(v_.rows());
     linear.jacobian.resize(v_.rows(), parameters);
@@ -111,7 +112,7 @@ class EllipseProblem {
         .squaredNorm();
   }
 
-  // The cloud's size is 1.
+  // The readings are scaled to size 1, so the norm of a step is its relative length.
   [[nodiscard]] double length(const Ellipse& /*at*/,
                               const Eigen::VectorXd& step,
                               const Linear& /*linear*/) const {

@@ -96,7 +96,8 @@ Eigen::Matrix3d root_of(const Eigen::Matrix3d& M, MagnitudeShape shape) {
          eigen.vectors.transpose();
 }
 
-// Least squares for a start: by the normal equations where they are well conditioned.
+// Approximate least squares for a starting point: by the normal equations if they are well
+// conditioned.
 Eigen::VectorXd roughly_solved(Eigen::MatrixXd A, const Eigen::VectorXd& b) {
   constexpr double smallest_pivot = 1e-4;
   const Linearised linear{.residuals = -b, .jacobian = std::move(A)};

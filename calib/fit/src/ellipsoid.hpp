@@ -16,7 +16,7 @@ inline constexpr Eigen::Index ellipsoid_parameters = 9;  // b, and six entries o
 
 using EllipsoidParameters = Eigen::Matrix<double, ellipsoid_parameters, 1>;
 
-/// Where the six entries stand: on and above the diagonal.
+/// Row and column of each of the six entries, on and above the diagonal of A.
 inline constexpr std::array<std::array<int, 2>, 6> ellipsoid_entries = {
     {{0, 0}, {0, 1}, {0, 2}, {1, 1}, {1, 2}, {2, 2}}};
 
@@ -26,7 +26,7 @@ struct Ellipsoid {
   Eigen::Matrix3d A = Eigen::Matrix3d::Identity();
 };
 
-/// The readings in units in which the field has length 1, about their middle.
+/// The readings about their middle, scaled so that the field has a length near 1.
 struct EllipsoidCloud {
   Eigen::MatrixXd v;             // n x 3
   Eigen::VectorXd root_weights;  // n
@@ -50,7 +50,7 @@ struct LinearisedEllipsoid : Linearised {
 [[nodiscard]] LinearisedEllipsoid linearise_ellipsoid(const EllipsoidCloud& cloud,
                                                       const Ellipsoid& at);
 
-/// @param scale  the weights of deviations, as a LinearisedEllipsoid has them.
+/// @param scale  the weights of the deviations, as LinearisedEllipsoid::scale.
 /// @return the sum of squares of the weighted deviations |f| - 1.
 [[nodiscard]] double ellipsoid_cost(const EllipsoidCloud& cloud,
                                     const Ellipsoid& at,
@@ -62,7 +62,7 @@ struct LinearisedEllipsoid : Linearised {
 /// The quadric through the readings by linear least squares, if it is an ellipsoid; else a sphere.
 [[nodiscard]] Ellipsoid ellipsoid_start(const EllipsoidCloud& cloud);
 
-/// Gauss-Newton, the weights fixed within a step.
+/// The ellipsoid found by Gauss-Newton, with weights that are fixed within a step.
 /// @param robust  weights that multiply those of the readings; empty: all 1.
 [[nodiscard]] Ellipsoid converged_ellipsoid(const EllipsoidCloud& cloud,
                                             const Ellipsoid& start,

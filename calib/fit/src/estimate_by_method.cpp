@@ -33,7 +33,7 @@ std::vector<TemperatureOrderTrial> try_orders(Method method,
       if (order == 0) {
         throw;
       }
-      break;  // the readings do not determine so many terms
+      break;  // the readings do not determine this many terms
     }
   }
   return trials;

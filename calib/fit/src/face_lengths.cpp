@@ -17,7 +17,8 @@
 namespace axiscal {
 namespace {
 
-// Which component of the field a reading met, and which way; 2 * component, + 1 if negative.
+// The face of each reading: 2 * (main component of the field), + 1 if it is negative. nullopt if a
+// field is not along a component, or if a face is missing.
 std::optional<std::vector<int>> faces_met(const ReadingSet& set,
                                           const TableField& field,
                                           double F) {
@@ -49,7 +50,7 @@ struct Diagonal {
   }
 };
 
-// The axes' components, each its own; none if two axes lie mostly along one.
+// The main component of each axis; nullopt if two axes have the same component.
 std::optional<std::vector<Eigen::Index>> main_components(const SensitivityMatrix& S) {
   std::vector<Eigen::Index> main;
   for (Eigen::Index k = 0; k < S.rows(); ++k) {
@@ -68,7 +69,7 @@ double weight_of(const ReadingSet& set, Eigen::Index i) {
   return set.weights.row(i).mean();
 }
 
-// By each axis's own two faces.
+// Bias and scale of each axis from its own two faces.
 Diagonal six_point_formula(const ReadingSet& set,
                            const std::vector<int>& faces,
                            std::vector<Eigen::Index> main,
@@ -93,7 +94,7 @@ Diagonal six_point_formula(const ReadingSet& set,
   return at;
 }
 
-// A solution with the covariance of b and s, 2m, for noise of sd 1 field unit.
+// A solution with the covariance of b and s, 2m x 2m, for noise of sd 1 [field unit].
 struct LengthSolution {
   Diagonal at;
   Eigen::MatrixXd unscaled_covariance;
@@ -137,7 +138,7 @@ class LengthProblem {
     return squares;
   }
 
-  // In parts of the full response.
+  // Relative to the full response.
   [[nodiscard]] double length(const Diagonal& at,
                               const Eigen::VectorXd& step,
                               const Linearised& /*linear*/) const {
@@ -201,8 +202,8 @@ Scatter scatter_of(const ReadingSet& set,
           .degrees_of_freedom = statistics.degrees_of_freedom.sum()};
 }
 
-// The distance of the readings of the other faces from an axis, mean square in parts of F: leaning
-// sides and cross-axis terms.
+// For each axis, the mean square of its readings on the other faces, relative to F^2. It contains
+// the lean of the faces and the cross-axis terms.
 Eigen::VectorXd transverse_squares(const ReadingSet& set,
                                    const std::vector<int>& faces,
                                    const Diagonal& at,
@@ -246,7 +247,7 @@ bool fit_face_lengths(const ReadingSet& given, double F, Estimate& estimate) {
   const Scatter scatter = scatter_of(set, solution, estimate);
   const Eigen::VectorXd transverse = transverse_squares(set, *faces, at, F);
   const Eigen::MatrixXd C = scatter.sd * scatter.sd * solution.unscaled_covariance;
-  // The second-order effect of the lean on b in parts of s F, and on s in parts of s.
+  // The second-order effect of the lean on b relative to s F, and on s relative to s.
   const double second = 0.5 * transverse.sum();
   statistics.covariance.setZero();
   estimate.response.bias = at.b;
@@ -274,7 +275,7 @@ bool fit_face_lengths(const ReadingSet& given, double F, Estimate& estimate) {
   statistics.interval_dof.resize(0);
   statistics.components.clear();
   statistics.lack_of_fit.clear();
-  // Those are of the fit by components, of other degrees of freedom.
+  // These diagnostics belong to the fit by labels, which has other degrees of freedom.
   statistics.studentized.setConstant(not_a_number);
   statistics.cooks_distance.setConstant(not_a_number);
   estimate.levelness.reset();

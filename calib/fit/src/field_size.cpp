@@ -30,11 +30,11 @@ bool can_be_checked(const Experiment& experiment,
                       [&](const Reading& reading) { return field.is_dark(reading.level); });
 }
 
-// Scatter of a reading of each axis, and by how many numbers it is known.
+// Scatter of a reading of each axis, and its degrees of freedom.
 struct Noise {
   Eigen::VectorXd sd;
   double degrees_of_freedom = 0.0;
-  bool by_repeats = false;  // else by the residuals that the lengths are a part of
+  bool by_repeats = false;  // false: from the residuals, which include the lengths
 };
 
 Noise noise_of(const FitStatistics& statistics) {
@@ -52,8 +52,8 @@ Noise noise_of(const FitStatistics& statistics) {
   return repeats.by_repeats ? repeats : own;
 }
 
-// The probability that the lengths scatter so much by chance. If the lengths are a part of the
-// residuals, they are compared with the rest.
+// The probability that the lengths scatter this much by chance. If the residuals include the
+// lengths, the lengths are compared with the rest of the residuals.
 double p_of(double ratio, double own_dof, const Noise& noise, bool noise_alone) {
   const double rest = noise.degrees_of_freedom - own_dof;
   if (noise.by_repeats || !noise_alone || !(rest >= 1.0)) {
@@ -67,28 +67,29 @@ double p_of(double ratio, double own_dof, const Noise& noise, bool noise_alone) 
 
 // The contributions of the readings' noise and of shared errors to the lengths.
 struct LengthScatter {
-  double squares = 0.0;  // of the lengths less the field's
+  double squares = 0.0;  // sum of squares of the lengths' deviations
   double by_noise = 0.0;
   double by_inputs = 0.0;
-  double of_square = 0.0;  // of the lengths' covariance
+  double of_square = 0.0;  // sum of squares of the lengths' covariance
 
   [[nodiscard]] double expected() const { return by_noise + by_inputs; }
 };
 
-// The field that a run's readings are held against, and the axes' noise.
+// The field with which a run's readings are compared, and the axes' noise.
 struct LengthSetup {
   const ReadingSet& set;
   const TableField& field;
   const Eigen::Matrix3d inverse;  // of the sensitivity
-  const Eigen::Vector3d pure;     // the noise of each axis, in its sigma
-  const Eigen::MatrixXd changes;  // of the readings with the inputs, n m x c, m for each reading
+  const Eigen::Vector3d pure;     // the noise of each axis, in units of its sigma
+  const Eigen::MatrixXd changes;  // derivatives by the inputs' errors, (n m) x c, m rows for each
+                                  // reading
 };
 
 LengthScatter scatter_of_lengths(const Fit& run, const LengthSetup& setup) {
   const ReadingSet& set = setup.set;
   const Eigen::Index n = set.size();
   LengthScatter scatter;
-  // Changes of the lengths with the readings, in units of each one's own scatter.
+  // Derivatives of the lengths with respect to the readings, in units of each reading's scatter.
   Eigen::MatrixX3d A(n, 3);
   for (Eigen::Index i = 0; i < n; ++i) {
     const auto at = static_cast<std::size_t>(i);
@@ -177,7 +178,7 @@ std::optional<FieldSizeCheck> check_field_size(const Experiment& experiment,
   if (!(expected > 0.0)) {
     return std::nullopt;
   }
-  // As chi^2 of the mean and variance of a sum of squares (Satterthwaite).
+  // Satterthwaite's degrees of freedom: chi^2 with the mean and variance of the sum of squares.
   const double own_dof = expected * expected / scatter.of_square;
   const double F = field.magnitude();
   const auto rms = [&](double sum) { return std::sqrt(sum / static_cast<double>(set.size())) / F; };

@@ -22,7 +22,8 @@ Eigen::VectorXd scatter_of(const ReadingSet& set, const Estimate& estimate) {
 }
 
 // Combinations of the axes' columns, reading by reading.
-// @param columns_of  an axis: its own columns, then the shared ones, n x (p + s).
+// @param columns_of  function that returns an axis's own columns, then the shared columns, n x (p +
+//                    s).
 template <typename ColumnsOf>
 Eigen::MatrixXd combined(const Fit& run, const Eigen::MatrixXd& by, const ColumnsOf& columns_of) {
   Eigen::MatrixXd all(run.readings(), run.column_count());
@@ -64,7 +65,7 @@ Fit::Fit(const ReadingSet& set, std::shared_ptr<const Solution> solution, Eigen:
   if (!has_full_rank_ || D == 0) {
     return;
   }
-  // The step of the shared unknowns at these sigma; the coefficients take up their part.
+  // The step of the shared unknowns for these sigma, and the resulting change of the coefficients.
   Eigen::VectorXd gradient = Eigen::VectorXd::Zero(D);
   for (Eigen::Index k = 0; k < m; ++k) {
     const AxisSolution& axis = axis_of(k);
@@ -259,7 +260,7 @@ Eigen::MatrixXd Fit::solution_change(const Eigen::MatrixXd& changes) const {
     x.bottomRows(shared()) = root_of_shared_ * in_shared;
     return x;
   }
-  // Dependent columns: the change of smallest norm.
+  // If columns are dependent, the result is the change of smallest norm.
   const Eigen::MatrixXd J = columns();
   const Eigen::VectorXd per_length =
       J.colwise().norm().cwiseMax(std::numeric_limits<double>::min()).cwiseInverse();
@@ -328,7 +329,8 @@ void WiderIntervals::widen(Eigen::Index parameter, double variance, double degre
     return;
   }
   statistics.interval_95(parameter) = interval;
-  // A variance below that of the readings is chance.
+  // If the cause's variance is smaller than that of the readings, the difference is chance, and
+  // nothing is added.
   const double more = std::max(variance - statistics.covariance(parameter, parameter), 0.0);
   statistics.covariance(parameter, parameter) += more;
   component_.covariance(parameter, parameter) += more;

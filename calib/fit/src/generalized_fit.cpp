@@ -22,8 +22,8 @@
 namespace axiscal {
 namespace {
 
-// Each axis's scatter to begin with: that of the fit, or 1e-9 of its response where nothing
-// scatters.
+// The starting value of each axis's scatter: that of the fit, or 1e-9 of its response if the
+// residuals are 0.
 Eigen::VectorXd first_scatter(const Estimate& estimate) {
   Eigen::VectorXd sigma = estimate.statistics.residual_sd;
   for (Eigen::Index k = 0; k < sigma.size(); ++k) {
@@ -34,7 +34,7 @@ Eigen::VectorXd first_scatter(const Estimate& estimate) {
   return sigma;
 }
 
-// The seats among the components of the scatter; null where there are none.
+// The component "seats" of the scatter; null if there is none.
 const ScatterComponent* seats_of(const FitStatistics& statistics) {
   const auto found =
       std::find_if(statistics.components.begin(), statistics.components.end(),
@@ -44,7 +44,7 @@ const ScatterComponent* seats_of(const FitStatistics& statistics) {
 
 class GeneralizedFit {
  public:
-  // @param run  of the layings; all must outlive it.
+  // @param run  fit of the layings. All references must outlive this object.
   GeneralizedFit(const Layings& layings,
                  const SolvedReadings& run,
                  const std::vector<InputQuantity>& inputs,
@@ -63,7 +63,7 @@ class GeneralizedFit {
     if (found != nullptr && seats) {
       variances_(m) = found->sd(0) * found->sd(0);
     } else if (seats) {
-      // Half of the noise, as a turn that moves the field as much.
+      // A rotation whose effect on the readings has half the variance of the noise.
       const Eigen::ArrayXd turn =
           start.response.sensitivity.rowwise().norm().array() * field_.magnitude();
       variances_(m) = 0.5 * (variances_.head(m).array() / turn.square()).mean();
@@ -74,8 +74,8 @@ class GeneralizedFit {
     }
   }
 
-  // Decides from one fit without seats if seats could be significant. The final threshold is 1.6
-  // standard errors; with seats in the fit these are larger.
+  // Decides from one fit without seats whether seats could be significant. The final threshold is
+  // 1.6 standard errors; with seats in the fit these are larger.
   [[nodiscard]] bool may_see_seats() {
     constexpr double clearly_less = 0.5;
     const Eigen::Index m = set_.axis_count();
@@ -87,12 +87,13 @@ class GeneralizedFit {
 
   // @param seats_at_least  degrees of freedom of the seats' variance. If the first round finds
   //                        fewer, the search ends, because later rounds hardly change them.
-  // @return false where the readings do not determine it, or its seats are less.
+  // @return false if the readings do not determine the fit, or if the seats' variance has fewer
+  //         degrees of freedom.
   bool solve(double seats_at_least = 0.0) {
     const Eigen::Index m = set_.axis_count();
     constexpr int most_rounds = 30;
     constexpr double still = 1e-9;
-    // The first rounds need not find the variances to the last digit: the next one moves them.
+    // The first rounds need only approximate variances, because the next round changes them.
     double still_in_round = 1e-3;
     for (int round = 0; round < most_rounds; ++round) {
       const Fit run = about_field();
@@ -128,7 +129,7 @@ class GeneralizedFit {
     return true;
   }
 
-  // Columns f_k^2 at the fields that it began with.
+  // Tests columns f_k^2 at the initial fields.
   [[nodiscard]] std::optional<CurvatureTest> curvature() {
     const Fit run = about_field();
     CurvatureFTest test(layings_, !run_.known_field(), run.column_count(), variances_);
@@ -145,12 +146,13 @@ class GeneralizedFit {
                    F);
   }
 
-  // The turn of the cube each time it is laid, about each axis [rad]; 0 where none was seen.
+  // Standard deviation of the cube's rotation each time it is laid down, about each axis [rad]; 0:
+  // not fitted or not found.
   [[nodiscard]] double seat_sd() const {
     return seats_ ? std::sqrt(variances_(set_.axis_count())) : 0.0;
   }
 
-  // Whether their variance has so many degrees of freedom, 2 (theta / u)^2.
+  // True if the seats' variance has more degrees of freedom than this; they are 2 (theta / u)^2.
   [[nodiscard]] bool sees_seats(double degrees_of_freedom) const {
     return seat_sd() > 0.0 &&
            fit_->component_degrees_of_freedom(set_.axis_count()) > degrees_of_freedom;
@@ -269,7 +271,7 @@ class GeneralizedFit {
     return set_.weights.col(k).cwiseSqrt().cwiseProduct(met.cwiseAbs2());
   }
 
-  // That of all axes; n m x m.
+  // The squared fields along all axes, a column for each; (n m) x m.
   [[nodiscard]] Eigen::MatrixXd with_squares(const Fit& run) const {
     Eigen::MatrixXd columns = Eigen::MatrixXd::Zero(run.row_count(), run.axes());
     for (Eigen::Index k = 0; k < run.axes(); ++k) {
@@ -284,7 +286,8 @@ class GeneralizedFit {
         [](Eigen::Index sum, const InputQuantity& one) { return sum + one.parts; });
   }
 
-  // A variance that was 0 may come back.
+  // The starting variances of a round. If the seats' variance is 0, it starts above 0, so that it
+  // can increase.
   [[nodiscard]] Eigen::VectorXd start() const {
     Eigen::VectorXd from = variances_;
     const Eigen::Index m = set_.axis_count();
@@ -345,7 +348,7 @@ bool looks_for_seats(const Experiment& experiment,
                      const Layings& layings,
                      const Estimate& estimate) {
   constexpr Eigen::Index fewest = 24;
-  constexpr Eigen::Index most = 2000;  // nobody lays a cube so often
+  constexpr Eigen::Index most = 2000;  // a cube is not laid down more often
   if (experiment.fit.seats == SeatSetup::none || experiment.fit.robust ||
       !estimate.field.has_vectors() || set.axis_count() < 2 || set.field.is_sum()) {
     return false;
@@ -356,8 +359,8 @@ bool looks_for_seats(const Experiment& experiment,
           !is_coarsely_rounded(set, experiment.stated.resolution, estimate.statistics.residual_sd));
 }
 
-// Whether what readings share can be told: all axes met the same field by labels, and the readings
-// determine all their coefficients.
+// True if shared errors can be estimated: the labels give one field for all axes, and the readings
+// determine all coefficients.
 bool can_weigh(const ReadingSet& set, const Estimate& estimate) {
   return estimate.field.has_vectors() && !set.rotation_sensor_from_table.empty() &&
          set.visible.empty() && set.seen.cols() == 0;
@@ -392,7 +395,7 @@ std::optional<CurvatureTest> test_curvature(const Experiment& experiment,
   }
   for (Eigen::Index k = 0; k < set.axis_count(); ++k) {
     if (statistics.residual_sd(k) <= 2.0 * set.rounding(k)) {
-      return std::nullopt;  // rounding bends as it likes
+      return std::nullopt;  // rounding errors can look like curvature
     }
   }
   const Layings layings = average_layings(set, estimate);
@@ -462,8 +465,8 @@ std::vector<UncertaintySource> weigh_shared_errors(const Experiment& experiment,
     }
     GeneralizedFit fit(layings, layings.own ? of_layings : run, inputs, seats, estimate);
     const bool may_be_nothing = seats && experiment.fit.seats != SeatSetup::fit;
-    // Their variance must be more than 1.6 times its standard error: less is as likely chance, and
-    // would take from the noise what is its own.
+    // The seats' variance must be more than 1.6 times its standard error. A smaller variance may be
+    // chance, and would reduce the estimate of the noise.
     constexpr double enough = 5.0;
     constexpr double nearly_enough = 0.9 * enough;
     if ((may_be_nothing && !fit.may_see_seats()) ||
@@ -471,7 +474,7 @@ std::vector<UncertaintySource> weigh_shared_errors(const Experiment& experiment,
       continue;
     }
     fit.put(estimate);
-    // Seats that may be chance count in the intervals, and are not told.
+    // Seats that may be chance are included in the intervals, but there is no note.
     constexpr double clear = 17.0;
     if (seats && (!may_be_nothing || fit.sees_seats(clear))) {
       estimate.notes.push_back(

@@ -12,19 +12,19 @@
 
 namespace axiscal {
 
-/// The members 0 .. n - 1 of a list in groups of one key; groups in the order of their first
-/// members, and members in their own order.
+/// Groups the members 0 .. n - 1 of a list by a key. Groups are in the order of their first
+/// members; the members of a group are in ascending order.
 class Groups {
  public:
   /// The number of a member that is in no group.
   static constexpr int none = -1;
 
-  /// @param key_of  of member i; of a type with == and <.
-  /// @param counts  whether member i is in a group.
+  /// @param key_of  function that returns the key of member i; the key has == and <.
+  /// @param counts  function that returns true if member i is in a group.
   template <typename KeyOf, typename Counts>
   Groups(std::size_t n, const KeyOf& key_of, const Counts& counts) : numbers_(n, none) {
     using Key = std::decay_t<decltype(key_of(std::size_t{0}))>;
-    constexpr std::size_t few = 48;  // of which a look at each is quicker than a tree
+    constexpr std::size_t few = 48;  // up to here a linear search is faster than a map
     if (n <= few) {
       std::vector<Key> keys;
       keys.reserve(n);
@@ -83,7 +83,7 @@ class Groups {
 
   std::vector<int> numbers_;
   std::vector<std::size_t> members_;
-  std::vector<std::size_t> starts_;  // of the groups, in members_; and the end of the last
+  std::vector<std::size_t> starts_;  // index of each group's first member in members_, then the end
 };
 
 }  // namespace axiscal

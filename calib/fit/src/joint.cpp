@@ -47,7 +47,7 @@ RobustRound robust_round(const ReadingSet& set,
   return round;
 }
 
-// A run about a solution.
+// The run linearised about a solution.
 Fit linearised(const ReadingSet& set, const JointSolution& solution) {
   return {set, solution.state, solution.sigma};
 }
@@ -71,7 +71,8 @@ Estimate robust_estimate(const ReadingSet& set, const Model& given, const JointS
         const Model reweighted(given.readings(), false, weights);
         state = reweighted.solved(reweighted.at(state->place), sigma).state;
       });
-  // Covariance by the given weights and the robust scatter; estimate and residuals are the robust.
+  // The covariance uses the given weights and the robust scatter. The estimate and the residuals
+  // are those of the robust fit.
   const auto robust_state = std::make_shared<Solution>(*given.at(state->place));
   for (Eigen::Index k = 0; k < set.axis_count(); ++k) {
     AxisSolution& axis = robust_state->axes[static_cast<std::size_t>(k)];
@@ -89,7 +90,8 @@ Estimate robust_estimate(const ReadingSet& set, const Model& given, const JointS
   return estimate;
 }
 
-// (S, f) and (-S, -f) fit alike: a given direction decides, else the sign expected of S.
+// (S, f) and (-S, -f) fit equally well. A stated direction determines the sign, otherwise the
+// expected sign of S.
 // @return true if the fields are to be reversed; nullopt if neither choice is supported.
 std::optional<bool> is_reversed(const ReadingSet& set,
                                 const Solution& state,
@@ -120,8 +122,9 @@ std::optional<bool> is_reversed(const ReadingSet& set,
 Estimate estimate_joint(const ReadingSet& set) {
   std::vector<TableField> all_starts = start_fields(set);
   if (set.has_excluded_readings() && set.visible.empty() && all_starts.size() == 1) {
-    // A lamp that is given on the cube's very diagonal leaves one-sided axes open only just: where
-    // it really is may be enough, and the condition number will say how much.
+    // A lamp stated exactly on the cube's diagonal leaves coefficients of one-sided axes
+    // undetermined. The search then starts from a direction beside it, if that determines them; the
+    // condition number shows how well.
     constexpr double a_little_rad = 0.01;
     std::vector<Eigen::Vector3d> turned = all_starts.front().vectors();
     for (Eigen::Vector3d& vector : turned) {

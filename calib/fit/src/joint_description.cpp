@@ -11,7 +11,7 @@
 namespace axiscal {
 namespace {
 
-// Covariance of the field's direction; that weights are estimated costs some of it (method.md,
+// The covariance of the field's direction; it is larger if the weights are estimated (method.md,
 // section 4).
 void describe_direction(const ReadingSet& set, const JointSolution& solution, Estimate& estimate) {
   const Eigen::VectorXd& nu = solution.shares.degrees_of_freedom;
@@ -26,7 +26,7 @@ void describe_direction(const ReadingSet& set, const JointSolution& solution, Es
       solution.weights_are_estimated ? 1.0 + 4.0 * (p * (1.0 - p) / nu.array()).sum() : 1.0;
   const Eigen::MatrixXd C = factor * solution.shares.covariance;
   const Solution& state = *solution.state;
-  // The sum of the parts, or the mean of the blocks.
+  // The mean field is the sum of the parts, or the mean over the blocks.
   double largest = 0.0;
   for (const Eigen::Vector3d& vector : state.field().vectors()) {
     largest = std::max(largest, vector.norm());
@@ -38,7 +38,8 @@ void describe_direction(const ReadingSet& set, const JointSolution& solution, Es
         state.field().change_of_mean(s) * (state.field().step_unit(s) * state.tangents[s]);
     const Eigen::Index own = state.tangents[s].cols();
     const Eigen::MatrixXd spread = C.block(first, first, own, own);
-    // A small part, for example the Earth's rotation on a turntable, may have any direction.
+    // The direction of a small part, for example the Earth's rotation on a turntable, counts in
+    // proportion to its size.
     const double weight = set.field.is_sum() ? state.field().step_unit(s) / largest : 1.0;
     estimate.direction.se_rad = std::max(
         estimate.direction.se_rad, weight * std::sqrt(symmetric_eigen(spread).values.maxCoeff()));

@@ -20,7 +20,7 @@
 namespace axiscal {
 namespace {
 
-// The rows that a reading at another point, of the first levelness, would add to the Jacobian.
+// The rows that a reading at another point would add to the Jacobian, with the first levelness.
 Eigen::MatrixXd jacobian_rows(const ReadingSet& set,
                               const JointSolution& solution,
                               const DesignPoint& point,

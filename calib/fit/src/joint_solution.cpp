@@ -11,7 +11,7 @@
 namespace axiscal {
 namespace {
 
-// All axes have one scatter here; it is 1 if the readings cannot determine it.
+// The common scatter of all axes; 1 if the readings do not determine it.
 double pooled_scatter(const ReadingSet& set, const Solution& state, double dof) {
   if (!(dof > 0.5)) {
     return 1.0;
@@ -23,7 +23,7 @@ double pooled_scatter(const ReadingSet& set, const Solution& state, double dof) 
   return std::max(std::sqrt(rss / dof), set.rounding());
 }
 
-// Below which no axis's noise is taken; m.
+// The lower limits of the axes' noise, m: the rounding of the readings.
 Eigen::VectorXd rounding_of_axes(const ReadingSet& set) {
   Eigen::VectorXd smallest(set.axis_count());
   for (Eigen::Index k = 0; k < smallest.size(); ++k) {
@@ -32,7 +32,7 @@ Eigen::VectorXd rounding_of_axes(const ReadingSet& set) {
   return smallest;
 }
 
-// The axes' noise is not known: it is what fits the residuals best, directions and noise in turn.
+// Estimates the directions and the axes' noise in turn, because the noise is not known.
 JointSolution solve_joint(const ReadingSet& set, const Model& model, const TableField& start) {
   Eigen::VectorXd sigma = Eigen::VectorXd::Ones(set.axis_count());
   const std::shared_ptr<const Solution> state =
@@ -41,7 +41,7 @@ JointSolution solve_joint(const ReadingSet& set, const Model& model, const Table
   sigma.setConstant(pooled_scatter(set, *state, shares.degrees_of_freedom.sum()));
   shares.covariance *= sigma(0) * sigma(0);
   const JointSolution equal{.state = state, .sigma = sigma, .shares = shares};
-  // With so little to go by an axis could get all the weight just for fitting by chance.
+  // With fewer degrees of freedom, an axis that fits well by chance could get all the weight.
   constexpr double fewest_degrees_of_freedom = 1.0;
   if (shares.degrees_of_freedom.minCoeff() < fewest_degrees_of_freedom) {
     return equal;
@@ -49,7 +49,7 @@ JointSolution solve_joint(const ReadingSet& set, const Model& model, const Table
   JointSolution solution = equal;
   solution.weights_are_estimated = true;
   const Eigen::VectorXd smallest = rounding_of_axes(set);
-  constexpr int most_rounds = 30;  // it takes three or four
+  constexpr int most_rounds = 30;  // three or four are usual
   for (int round = 0; round < most_rounds; ++round) {
     const std::optional<AxisNoise> next = Model::noise(*solution.state, solution.sigma, smallest);
     if (!next || !(next->degrees_of_freedom.minCoeff() >= fewest_degrees_of_freedom)) {
@@ -57,8 +57,8 @@ JointSolution solve_joint(const ReadingSet& set, const Model& model, const Table
     }
     const double change = (next->sigma.array() / solution.sigma.array()).log().abs().maxCoeff();
     solution.sigma = next->sigma;
-    // The directions go all their way before the noise is asked again: one step only, of readings
-    // that hardly determine them, could go round in circles.
+    // The directions converge before the noise is estimated again. With single steps, the search
+    // could cycle if the readings hardly determine the directions.
     solution.state = model.solved(solution.state, solution.sigma).state;
     constexpr double still = 1e-7;  // the next change would be far smaller
     if (change < still) {
@@ -66,10 +66,10 @@ JointSolution solve_joint(const ReadingSet& set, const Model& model, const Table
       return solution;
     }
   }
-  return equal;  // which is right too, if less sharp
+  return equal;  // this solution is valid too, but less accurate
 }
 
-// -2 ln of the likelihood, but for a constant.
+// -2 ln of the likelihood, up to a constant.
 double misfit(const ReadingSet& set, const Solution& state) {
   double sum = 0.0;
   for (Eigen::Index k = 0; k < set.axis_count(); ++k) {
@@ -81,7 +81,8 @@ double misfit(const ReadingSet& set, const Solution& state) {
   return sum;
 }
 
-// Angle between two solutions' fields, (S, f) and (-S, -f) being one; parts count as their size.
+// The angle between the fields of two solutions. (S, f) and (-S, -f) count as equal; each part of
+// the field is weighted by its size.
 double angle_between(const Solution& a, const Solution& b) {
   double along = 0.0;
   double all = 0.0;
@@ -99,7 +100,7 @@ std::string direction_text(const Eigen::Vector3d& direction) {
                    rounded(direction.z()));
 }
 
-// In words where else the field may point: the part that differs most.
+// Describes the other direction in words, for the part of the field that differs most.
 std::string another_direction(const ReadingSet& set, const Solution& other, const Solution& best) {
   std::size_t part = 0;
   double least = 2.0;
@@ -116,12 +117,12 @@ std::string another_direction(const ReadingSet& set, const Solution& other, cons
                    direction_text(other.field().vector(part).normalized()));
 }
 
-// Where a few rounds from each start lead. Those that have met go on as one.
+// The solutions after a few rounds from each start. Solutions that have met are merged.
 std::vector<std::shared_ptr<const Solution>> few_rounds_from(
     const ReadingSet& set, const Model& model, const std::vector<TableField>& starts) {
   constexpr int meetings = 3;
   constexpr int rounds_between = 4;
-  constexpr double met_rad = 1e-4;  // so near each other all lead to one place
+  constexpr double met_rad = 1e-4;  // closer solutions converge to the same point
   const Eigen::VectorXd equal = Eigen::VectorXd::Ones(set.axis_count());
   std::vector<std::shared_ptr<const Solution>> found;
   for (const TableField& start : starts) {

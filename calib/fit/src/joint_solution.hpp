@@ -30,13 +30,13 @@ struct BestSolution {
                                          const Model& model,
                                          const std::vector<TableField>& starts);
 
-/// Refuses readings that do not determine coefficients and directions together.
-/// @throws RankDeficientError  naming what is open, and points that would close it.
-/// @param run  linear about the solution; of no small condition number.
+/// Throws if the readings do not determine coefficients and directions together.
+/// @throws RankDeficientError  the message names the undetermined coefficients, and points to add.
+/// @param run  the run linearised about the solution; its condition number is large.
 void require_direction(const Fit& run, const JointSolution& solution);
 
-/// Without a spare degree of freedom for each axis the uncertainty and the check are missing, and
-/// noise alone may set the direction.
+/// Throws if an axis has no spare degree of freedom. Its uncertainty would be unknown, the fit
+/// could not be checked, and noise could determine the direction.
 /// @throws RankDeficientError
 void require_degrees_of_freedom(const ReadingSet& set, const JointSolution& solution);
 

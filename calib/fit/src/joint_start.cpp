@@ -24,8 +24,8 @@ std::vector<Eigen::Index> used_rows(const ReadingSet& set,
   return used;
 }
 
-// One of two opposite directions: that which a given one tells, else with its largest component
-// positive.
+// Chooses the sign of a direction: that of the stated direction, else the sign that makes the
+// largest component positive.
 Eigen::Vector3d with_sign(const Eigen::Vector3d& direction, const FieldDescription& part) {
   const double given = direction.dot(part.start.sign_by);
   Eigen::Index largest = 0;
@@ -33,12 +33,12 @@ Eigen::Vector3d with_sign(const Eigen::Vector3d& direction, const FieldDescripti
   return std::copysign(1.0, given != 0.0 ? given : direction(largest)) * direction;
 }
 
-// The field from a linear solution of its directions, up to the sign. A levelness with too few
-// readings starts from the direction of all readings. nullopt if the readings do not determine the
-// directions.
+// The field from a linear solution of its directions, up to the sign. If a levelness has too few
+// readings, it starts from the direction of all readings. nullopt if the readings do not determine
+// the directions.
 std::optional<TableField> linear_start(const ReadingSet& set) {
   if (set.field.turns()) {
-    return {};  // then its parts are not linear in the level
+    return {};  // a rotating table makes the sum nonlinear
   }
   const std::vector<FieldDescription>& parts = set.field.parts();
   std::vector<Eigen::Index> all(static_cast<std::size_t>(set.size()));
@@ -49,7 +49,7 @@ std::optional<TableField> linear_start(const ReadingSet& set) {
   }
   std::vector<Eigen::Vector3d> vectors;
   if (set.field.is_sum()) {
-    // The parts whose magnitude is known say how long the others are.
+    // A part with known magnitude determines the lengths of the other parts.
     double scale = 0.0;
     for (std::size_t p = 0; p < parts.size() && scale == 0.0; ++p) {
       if (!parts[p].free_length) {
@@ -109,14 +109,14 @@ Eigen::MatrixXd design_of_directions(const ReadingSet& set,
 
 Eigen::VectorXd linear_directions(const ReadingSet& set, const std::vector<Eigen::Index>& rows) {
   const auto parts = static_cast<Eigen::Index>(set.field.parts().size());
-  // Rows of M_k of the axes that determine theirs.
+  // The matrices M_k of the axes whose readings determine them, below each other.
   Eigen::MatrixXd M(3 * set.axis_count(), 3 * parts);
   Eigen::Index axes = 0;
   for (Eigen::Index first = 0; first < set.axis_count();) {
     const Eigen::Index end = set.end_of_alike(first, set.weights);
     const std::vector<Eigen::Index> used = used_rows(set, rows, first);
     const Eigen::MatrixXd design = design_of_directions(set, used, first);
-    constexpr double smallest_pivot = 1e-13;  // of the largest: less is rounding
+    constexpr double smallest_pivot = 1e-13;  // relative to the largest; smaller ones are rounding
     std::optional<Factor> qr;
     if (design.rows() >= design.cols()) {
       qr.emplace(design, smallest_pivot);
@@ -149,7 +149,8 @@ std::vector<TableField> start_fields(const ReadingSet& set) {
   for (std::size_t p = 0; p < set.field.parts().size(); ++p) {
     const FieldDescription& part = set.field.parts()[p];
     const Eigen::Vector3d value = stated.vector(p);
-    // A stated vector is a direction to start from; its length counts only if no magnitude does.
+    // The direction of a stated vector is a starting direction. Its length is used only if the
+    // magnitude is not known.
     const double length = part.free_length ? value.norm() : part.magnitude;
     const std::vector<Eigen::Vector3d> directions =
         part.in_table && part.start.has_heading ? std::vector<Eigen::Vector3d>{value.normalized()}

@@ -10,18 +10,19 @@
 
 namespace axiscal {
 
-/// Where [1, vec R_i] has rank 10, M_k = S_k^T f^T follows linearly, and f is the first right
-/// singular vector of all of them below each other.
+/// If [1, vec R_i] has rank 10, linear regression gives M_k = S_k^T f^T for each axis. Then f is
+/// the first right singular vector of the matrices M_k stacked below each other.
 ///
-/// A sum of a local and an induced part has the columns [1, vec R_i, level_i vec R_i], of rank 19.
+/// For the sum of a local and an induced part, the columns are [1, vec R_i, level_i vec R_i], and
+/// the rank is 19.
 ///
 /// @param rows  the readings to use.
-/// @return of all parts together a unit vector, its sign open; empty where the rank is less.
+/// @return a unit vector of all parts together, with either sign; empty if the rank is less.
 [[nodiscard]] Eigen::VectorXd linear_directions(const ReadingSet& set,
                                                 const std::vector<Eigen::Index>& rows);
 
 /// The starting points: the linear solution; otherwise the given direction; otherwise directions
-/// all around.
+/// over the whole sphere.
 /// @return one start or several, each with all the field's vectors.
 [[nodiscard]] std::vector<TableField> start_fields(const ReadingSet& set);
 

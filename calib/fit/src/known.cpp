@@ -18,7 +18,8 @@
 namespace axiscal {
 namespace {
 
-// All axes fitted for the field; refuses what readings leave open in words about the cube.
+// Fits all axes for the field. If readings leave coefficients undetermined, the error message names
+// the design points to add.
 std::shared_ptr<const Solution> determined_state(const ReadingSet& set,
                                                  const TableField& field,
                                                  const Eigen::MatrixXd& design) {
@@ -35,10 +36,12 @@ std::shared_ptr<const Solution> determined_state(const ReadingSet& set,
         model.solved(model.at(model.start(field)), Eigen::VectorXd::Ones(set.axis_count())).state;
   } catch (const RankDeficientError&) {
     throw_rank_deficient();
-    require_response(set);  // a dead axis is a clearer message than its undetermined coefficients
+    require_response(set);  // its message about a dead axis is clearer than one about undetermined
+                            // coefficients
     throw;
   }
-  constexpr double clearly_determined = 1e-4;  // and so without weights and effects of the run
+  constexpr double clearly_determined = 1e-4;  // then also determined without weights and effects
+                                               // of the run
   if (!std::all_of(state->axes.begin(), state->axes.end(), [](const AxisSolution& axis) {
         return axis.design->smallest_pivot() > clearly_determined;
       })) {
@@ -82,7 +85,8 @@ Estimate estimate_known(const ReadingSet& given, const TableField& field) {
   const std::optional<ReadingSet> over_temperature = with_scales_of(given, state->place);
   const ReadingSet& set = over_temperature ? *over_temperature : given;
   const std::vector<AxisRegression> axes = fitted_axes(set, *state);
-  constexpr Eigen::Index long_run = 10000;  // of which memory is dearer than another factorisation
+  constexpr Eigen::Index long_run = 10000;  // above this, factoring again is better than keeping
+                                            // the solution in memory
   if (!set.is_final() || set.size() > long_run) {
     state.reset();
   }
@@ -108,7 +112,7 @@ MethodFit known_method() {
   return {.method = Method::known, .fitted = fitted_known};
 }
 
-// Its labelled fit; fit_face_lengths() follows.
+// The fit by labels. fit_face_lengths() is called after it.
 MethodFit faces_method() {
   return {.method = Method::faces, .fitted = fitted_known};
 }

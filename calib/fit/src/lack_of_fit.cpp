@@ -26,7 +26,7 @@ struct PoseMeans {
   Eigen::MatrixXd errors;
 };
 
-// Divided by the root of each pose's weight at the end: a row sums as weights say.
+// Computes the weighted means of an axis. `tangents` already contains the factors sqrt(w).
 PoseMeans means_of_axis(const ReadingSet& set,
                         const std::vector<int>& group,
                         const AxisSolution& axis,
@@ -82,8 +82,8 @@ void test_axis(const PoseMeans& means, LackOfFit& test) {
   if (!(free > 0.0)) {
     return;
   }
-  // M projects on the directions that the design does not reach; `share` is the part of the scatter
-  // in V there.
+  // M projects on the directions orthogonal to the design; `share` is the fraction of V that is
+  // scatter there.
   const Eigen::MatrixXd M = Eigen::MatrixXd::Identity(X.rows(), X.rows()) - X * inverse;
   const Eigen::MatrixXd back = whitening.transposed_times(M);
   const double share = (back.cwiseAbs2().array().colwise() * of_scatter.array()).sum() / free;

@@ -21,7 +21,7 @@ constexpr double unlevel_below = 0.005;  // probability below which a face disag
 // The pairs of one rest face in one block: their half differences are contrasts of their readings.
 using FacePairs = std::vector<const OppositePair*>;
 
-// By block and face.
+// The pairs of each face, sorted by block and rest face.
 std::vector<FacePairs> sorted_faces(const std::vector<OppositePair>& pairs) {
   const Groups by_face = pairs_by_face(pairs);
   std::vector<FacePairs> faces(by_face.size());
@@ -38,8 +38,8 @@ std::vector<FacePairs> sorted_faces(const std::vector<OppositePair>& pairs) {
   return faces;
 }
 
-// The readings of a face, and its half differences as contrasts of them; a row for each pair. Of
-// all faces in turn, so that they share memory.
+// The readings of a face, and its half differences as contrasts of these readings, a row for each
+// pair. One object serves all faces in turn, so that they share memory.
 struct FaceContrasts {
   void take(const FacePairs& face) {
     readings.clear();
@@ -67,7 +67,8 @@ struct FaceContrasts {
 }  // namespace
 
 void test_levelness(const SolvedReadings& run, Estimate& estimate) {
-  // The test is of all readings alike, and those of no weight would fail it.
+  // The test gives all readings the same weight, so a reading of robust weight 0 would make it
+  // fail.
   if (!estimate.levelness || run.set().robust) {
     return;
   }
@@ -81,7 +82,7 @@ void test_levelness(const SolvedReadings& run, Estimate& estimate) {
   const DeletionFit others = paired ? DeletionFit(*paired, estimate.field, run.known_field())
                                     : DeletionFit(run, estimate.field);
   const auto count = static_cast<double>(faces.size());
-  double smallest = 1.0 / count;  // of which nothing is said
+  double smallest = 1.0 / count;  // start: the p-value of all faces is then 1
   bool tell = false;
   const FacePairs* suspect = nullptr;
   FaceContrasts contrasts;
@@ -89,7 +90,7 @@ void test_levelness(const SolvedReadings& run, Estimate& estimate) {
     contrasts.take(face);
     const std::optional<double> p = others.p_value(contrasts.readings, contrasts.rows);
     if (!p) {
-      return;  // the other faces do not tell
+      return;  // the other readings do not determine the prediction
     }
     tell = tell || !std::isnan(*p);
     if (*p < smallest) {

@@ -10,13 +10,12 @@
 
 namespace axiscal {
 
-/// Whether there are so many readings that tenths of them tell how well the coefficients are
-/// determined.
+/// True if there are enough readings for a jackknife over tenths of the recording.
 [[nodiscard]] bool is_long_recording(Eigen::Index readings);
 
-/// Consecutive readings of a long recording are alike, so the covariance becomes that which leaving
-/// out its tenths says, as a component "correlation" with 9 degrees of freedom; the intervals
-/// follow.
+/// Replaces the covariance of a long recording, because its consecutive readings are correlated.
+/// The new covariance is that of the jackknife over tenths, a component "correlation" with 9
+/// degrees of freedom. The intervals are computed from it.
 ///
 /// @param uncertainties  of the parameters, by jackknife_uncertainty(). If one is NaN, only a note
 ///                       is added.
@@ -26,16 +25,16 @@ void add_long_correlation(const Eigen::VectorXd& uncertainties,
                           FitStatistics& statistics,
                           std::vector<CalibrationNote>& notes);
 
-/// As above, by models of the noise. Intervals become longer if the models ask for it, and a
-/// component "correlation" is added or increased.
-/// @param uncertainties  of the parameters, with so many degrees of freedom.
+/// Like add_long_correlation(), with uncertainties from models of the noise. Intervals become
+/// longer, never shorter; the component "correlation" is added or replaced.
+/// @param uncertainties  of the parameters.
 void add_correlation(const Eigen::VectorXd& uncertainties,
                      double degrees_of_freedom,
                      FitStatistics& statistics);
 
 /// The note about a recording that is short relative to the correlation of its noise.
-/// @param independent  as how many independent readings it counts.
-/// @return none, or one remark.
+/// @param independent  number of independent readings that the recording is equivalent to.
+/// @return one remark, or an empty list.
 [[nodiscard]] std::vector<std::string> remarks_on_length(double independent);
 
 }  // namespace axiscal

@@ -31,14 +31,14 @@
 namespace axiscal {
 namespace {
 
-// Statistics at a solution.
+// A solution and its statistics.
 struct EllipsoidFit {
   Ellipsoid at;
   LinearisedEllipsoid linear;
   Eigen::MatrixXd unscaled_covariance;  // 9 x 9
   Eigen::VectorXd leverage;             // n
   Eigen::VectorXd robust;               // n; empty unless robust
-  Eigen::MatrixXd further;  // n x q: columns that were fitted in addition to the nine; mostly none
+  Eigen::MatrixXd further;  // n x q: further columns besides the nine; usually q = 0
   double condition_number = 1.0;
   double sd = 0.0;  // scatter of a reading of weight 1, in the cloud's units
   double dof = 0.0;
@@ -67,8 +67,8 @@ void require_open_nothing(const ReadingSet& set, const LinearisedEllipsoid& line
   }
 }
 
-// Many readings of few orientations are clouds of noise: the cross terms would be those of their
-// shape.
+// Throws if many readings lie in few orientations. Each orientation is then a cloud of noise, and
+// the shape of the clouds would determine the cross-axis terms.
 void require_enough_places(const EllipsoidCloud& cloud) {
   constexpr double apart_rad = 10.0 * rad_per_deg;
   constexpr double tight_rad = 3.0 * rad_per_deg;
@@ -80,7 +80,7 @@ void require_enough_places(const EllipsoidCloud& cloud) {
           .matrix()
           .rowwise()
           .normalized();
-  std::vector<Eigen::Vector3d> first;  // of each place
+  std::vector<Eigen::Vector3d> first;  // first direction of each place
   std::vector<Eigen::Vector3d> sums;
   std::vector<std::size_t> place_of(static_cast<std::size_t>(cloud.size()));
   for (Eigen::Index i = 0; i < cloud.size(); ++i) {
@@ -153,7 +153,7 @@ EllipsoidFit fit_cloud(const EllipsoidCloud& cloud, bool robust) {
   return fit;
 }
 
-// The readings as the fit says they would be without noise.
+// The readings that the fit predicts without noise.
 Eigen::MatrixXd on_the_ellipsoid(const EllipsoidCloud& cloud, const Ellipsoid& at) {
   const Eigen::Matrix3d S = at.A.inverse();
   Eigen::MatrixXd exact(cloud.size(), 3);
@@ -175,10 +175,10 @@ Eigen::MatrixXd noise_of(const EllipsoidCloud& cloud, RandomStream& random) {
   return noise;
 }
 
-// Mean of refits to readings made from the fit, less the fit: the estimate's bias of order sigma^2.
+// The estimate's bias of order sigma^2: the mean of refits to simulated readings, minus the fit.
 EllipsoidParameters bias_by_bootstrap(const EllipsoidCloud& all, const EllipsoidFit& fit) {
   constexpr int pairs = 40;
-  // The bias does not depend on how often the same directions are taken; so many are enough.
+  // The bias does not depend on repeats of the same directions, so this many rows are enough.
   constexpr Eigen::Index most_rows = 2000;
   const Eigen::Index step = 1 + (all.size() - 1) / most_rows;
   EllipsoidCloud cloud = all;
@@ -205,8 +205,8 @@ EllipsoidParameters bias_by_bootstrap(const EllipsoidCloud& all, const Ellipsoid
   return sum / (2.0 * pairs);
 }
 
-// How alike consecutive residuals are: their correlation, and how many of its standard deviations
-// by chance that is.
+// The correlation of consecutive residuals, and its ratio to its standard deviation for white
+// noise.
 struct LagOneCorrelation {
   double correlation = 0.0;
   double beyond_chance = 0.0;
@@ -221,8 +221,8 @@ LagOneCorrelation likeness_of_neighbours(const Eigen::VectorXd& r) {
           .beyond_chance = std::abs(correlation) * std::sqrt(static_cast<double>(r.size()))};
 }
 
-// Whether residuals may be independent normal noise: neither do neighbours resemble each other, as
-// when an instrument is turned by hand, nor does one stand out.
+// True if the residuals may be independent normal noise: consecutive ones are not correlated, as
+// they are if an instrument is turned by hand, and there is no outlier.
 bool is_plain_noise(const EllipsoidFit& fit) {
   const Eigen::VectorXd& r = fit.linear.residuals;
   const auto n = static_cast<double>(r.size());
@@ -231,7 +231,7 @@ bool is_plain_noise(const EllipsoidFit& fit) {
          n * student_t_two_sided_p(largest, fit.dof) > 1e-3;
 }
 
-// Columns: change of b and of S, row by row, with b and the entries of A; 12 x 9.
+// The derivative of b and S, axis by axis, with respect to b and the entries of A; 12 x 9.
 Eigen::MatrixXd change_of_response(const Ellipsoid& at, MagnitudeShape shape) {
   const Eigen::Matrix3d S = at.A.inverse();
   Eigen::MatrixXd T = Eigen::MatrixXd::Zero(12, ellipsoid_parameters);
@@ -268,7 +268,7 @@ Linearised all_columns(const EllipsoidFit& fit) {
   return all;
 }
 
-// @param T  of the nine.
+// @param T  for the nine parameters.
 // @return T for all columns of the fit. The further columns have zeros, because they do not change
 //         a parameter.
 Eigen::MatrixXd with_further(const Eigen::MatrixXd& T, const EllipsoidFit& fit) {
@@ -278,13 +278,14 @@ Eigen::MatrixXd with_further(const Eigen::MatrixXd& T, const EllipsoidFit& fit) 
 }
 
 // The changes of b and S when tenths of the readings are left out, 12 x 10, in the cloud's units.
-// @param independent  set to as how many readings the recording counts.
+// @param independent  receives the number of independent readings that the recording is equivalent
+//                     to.
 Eigen::MatrixXd changes_by_order(const EllipsoidFit& fit,
                                  const Eigen::MatrixXd& T,
                                  double& independent) {
   const Linearised at_solution = all_columns(fit);
-  // The deviations, and their components along each axis. While the instrument turns, slow noise of
-  // an axis is fast noise of |f|.
+  // The correlation lengths of the deviations, and of their components along each axis. While the
+  // instrument turns, slow noise of an axis becomes fast noise of |f|.
   double longest = correlation_length(at_solution.residuals);
   for (Eigen::Index k = 0; k < 3; ++k) {
     longest = std::max(
@@ -298,7 +299,7 @@ Eigen::MatrixXd changes_by_order(const EllipsoidFit& fit,
 // For each further term of the fit: the change of the readings per unit of the term, n x 3.
 using TermChanges = std::vector<Eigen::MatrixX3d>;
 
-// A squared term of each axis, which is taken off its reading.
+// A squared term of each axis, which is subtracted from its reading.
 TermChanges squared_terms(const EllipsoidCloud& cloud, const Ellipsoid& at) {
   TermChanges terms(3, Eigen::MatrixX3d::Zero(cloud.size(), 3));
   for (Eigen::Index i = 0; i < cloud.size(); ++i) {
@@ -310,9 +311,9 @@ TermChanges squared_terms(const EllipsoidCloud& cloud, const Ellipsoid& at) {
   return terms;
 }
 
-// The lag of a low-pass filter. While the field turns by an angle a from one reading to the next,
-// a filter of time constant tau shortens the reading by the part tau^2 a^2 / 2 (tau in readings).
-// The term, in units of that part, makes it longer again.
+// The lag of a low-pass filter. While the field turns by an angle a from one reading to the next, a
+// filter of time constant tau shortens the reading by the fraction tau^2 a^2 / 2 (tau in readings).
+// The term lengthens it again; its coefficient is tau^2.
 TermChanges lag_term(const EllipsoidCloud& cloud, const Ellipsoid& at) {
   const Eigen::MatrixX3d f = (cloud.v.rowwise() - at.b.transpose()) * at.A.transpose();
   const Eigen::Index n = cloud.size();
@@ -323,21 +324,21 @@ TermChanges lag_term(const EllipsoidCloud& cloud, const Ellipsoid& at) {
   return {0.5 * (along.array().colwise() * share.array()).matrix()};
 }
 
-// The change of |f| with each term, n x terms.
+// The derivative of |f| with respect to each term, n x terms.
 Eigen::MatrixXd changes_with(const TermChanges& terms, const EllipsoidFit& fit) {
   Eigen::MatrixXd columns(fit.linear.jacobian.rows(), static_cast<Eigen::Index>(terms.size()));
   for (std::size_t j = 0; j < terms.size(); ++j) {
-    // |f| changes with a reading as with the bias, with the opposite sign.
+    // The derivative of |f| by a reading is minus its derivative by the bias.
     columns.col(static_cast<Eigen::Index>(j)) =
         -fit.linear.jacobian.leftCols<3>().cwiseProduct(terms[j]).rowwise().sum();
   }
   return columns;
 }
 
-// The fit with further terms, as fit_cloud().
-// @param terms_of  the terms of readings at an ellipsoid.
+// Like fit_cloud(), with further terms.
+// @param terms_of  function that returns the terms for a cloud and an ellipsoid.
 // @param names     of the terms, for errors.
-// @return the terms, in the cloud's units.
+// @return the coefficients of the terms, in the cloud's units.
 template <typename TermsOf>
 Eigen::VectorXd fit_with_terms(const EllipsoidCloud& cloud,
                                const TermsOf& terms_of,
@@ -388,8 +389,8 @@ bool turned_steadily(const EllipsoidCloud& cloud, const Ellipsoid& at) {
          alike * step.squaredNorm();
 }
 
-// A low-pass filter that the readings show, as the largest part by which it shortens a reading;
-// nullopt if there is none.
+// Fits the lag of a low-pass filter. Returns the largest fraction by which the filter shortens a
+// reading; nullopt if the lag is not significant.
 std::optional<double> fit_lag(const EllipsoidCloud& cloud, EllipsoidFit& fit) {
   constexpr double false_lag = 0.001;
   if (!turned_steadily(cloud, fit.at)) {
@@ -403,20 +404,21 @@ std::optional<double> fit_lag(const EllipsoidCloud& cloud, EllipsoidFit& fit) {
     return std::nullopt;
   }
   const auto of_given = [&](const EllipsoidCloud&, const Ellipsoid& at) {
-    return lag_term(cloud, at);  // the angles are those of the readings as they were taken
+    return lag_term(cloud, at);  // the angles are those of the uncorrected readings
   };
   const Eigen::VectorXd size = fit_with_terms(cloud, of_given, {"the lag"}, fit);
   return size(0) *
          (lag_term(cloud, fit.at).front() * fit.at.A.transpose()).rowwise().norm().maxCoeff();
 }
 
-// A bend of the response that nobody asked for, as a warning in the notes' words.
+// Tests for curvature of the response if squared terms were not requested. The result is stored in
+// the estimate.
 void test_squares(const ReadingSet& set,
                   const EllipsoidCloud& cloud,
                   const EllipsoidFit& fit,
                   double size,
                   Estimate& estimate) {
-  // Consecutive deviations that are alike count as fewer.
+  // Correlated deviations count as fewer independent readings.
   const std::optional<FurtherColumns> squares =
       set.robust ? std::nullopt
                  : fit_further_columns(all_columns(fit).jacobian, -fit.linear.residuals,
@@ -428,8 +430,8 @@ void test_squares(const ReadingSet& set,
   }
 }
 
-// Consecutive readings are alike: in the order of a recording that tells the noise.
-// @param to_parameters  of the nine unknowns, 12 x 9.
+// Counts the correlation of consecutive readings in the intervals.
+// @param to_parameters  derivative of the parameters with respect to the nine unknowns, 12 x 9.
 void add_noise_of_order(const EllipsoidFit& fit,
                         const Eigen::MatrixXd& to_parameters,
                         Estimate& estimate) {
@@ -450,7 +452,7 @@ void add_noise_of_order(const EllipsoidFit& fit,
   if (!noise || !(noise->correlation > slight)) {
     return;
   }
-  // The estimate stays, and how far it is from that of the models counts.
+  // The estimate is not changed. Its difference from the models' estimate adds to the uncertainty.
   const Eigen::MatrixXd C = noise->covariance + noise->estimate * noise->estimate.transpose();
   const Eigen::MatrixXd to = with_further(to_parameters, fit);
   add_correlation((to * C * to.transpose()).diagonal().cwiseSqrt(), noise->degrees_of_freedom,
@@ -465,8 +467,8 @@ void add_noise_of_order(const EllipsoidFit& fit,
   }
 }
 
-// The cause that the numbers support: a dead axis, scatter, or too few orientations. They are
-// judged on the sphere through the readings, because scatter stretches an ellipsoid.
+// The likely cause of the failure, for the message: a dead axis, scatter, or too few orientations.
+// It is found from the sphere through the readings, because scatter stretches an ellipsoid.
 std::string cause_of(const ReadingSet& set, const EllipsoidCloud& cloud) {
   const Eigen::RowVector3d range = cloud.v.colwise().maxCoeff() - cloud.v.colwise().minCoeff();
   Eigen::Index least = 0;
@@ -504,14 +506,15 @@ std::string cause_of(const ReadingSet& set, const EllipsoidCloud& cloud) {
       covered);
 }
 
-// A few orientations that are close together, or all in one plane, fit many ellipsoids; and so do
-// readings all around that scatter too much.
+// Throws if many different ellipsoids fit the readings: orientations that are close together or in
+// one plane, or readings that scatter too much.
 void require_determined(const ReadingSet& set,
                         const EllipsoidCloud& cloud,
                         const EllipsoidFit& fit,
                         double bias_in_se) {
   constexpr double largest_relative_se = 0.1;
-  constexpr double largest_bias_in_se = 1.5;  // a larger correction is not a small one
+  constexpr double largest_bias_in_se = 1.5;  // a first-order correction is valid only for a small
+                                              // bias
   const Eigen::VectorXd se = fit.sd * fit.unscaled_covariance.diagonal().cwiseSqrt();
   const double size = fit.at.A.norm() / std::sqrt(3.0);
   const double worst = std::max(se.head<3>().maxCoeff() * size, se.tail<6>().maxCoeff() / size);
@@ -557,7 +560,7 @@ Estimate estimate_magnitude(const ReadingSet& set,
   EllipsoidFit fit = fit_cloud(cloud, set.robust);
   require_open_nothing(set, fit.linear);
   Eigen::VectorXd squared;    // at full field, in the cloud's units; empty: not fitted
-  std::optional<double> lag;  // nullopt: none was found
+  std::optional<double> lag;  // nullopt: not found
   if (squares) {
     squared = fit_with_terms(cloud, squared_terms, {"x.k2", "y.k2", "z.k2"}, fit);
   } else if (!set.robust) {
@@ -670,7 +673,7 @@ MagnitudeFit fit_magnitude(const Eigen::Ref<const Eigen::MatrixX3d>& readings,
   MagnitudeFit fit;
   fit.response = {.bias = middle + size * at.b, .sensitivity = size / F * at.A.inverse()};
   fit.degrees_of_freedom = static_cast<double>(readings.rows() - ellipsoid_parameters);
-  // Of |f|, with the weights of the readings alone.
+  // The scatter of |f|, with only the weights of the readings.
   const double rss = F * F * ellipsoid_cost(cloud, at, cloud.root_weights);
   fit.residual_sd = std::sqrt(rss / fit.degrees_of_freedom);
   return fit;

@@ -121,8 +121,8 @@ void align_by_points(const ReadingSet& set, double F, Estimate& estimate) {
   const Eigen::Vector3d in_table =
       F * (linear.size() == 3 ? Eigen::Vector3d(linear) : Eigen::Vector3d::UnitZ());
   const AlignmentProblem problem(set, fields_of_readings(estimate.response, set.response), F);
-  // The points give the axis of the field. The end with the smaller sum of squares is its
-  // direction.
+  // The points give the direction of the field up to its sign. The sign with the smaller sum of
+  // squares is used.
   PointAlignment best = gauss_newton(problem, problem.start(in_table)).state;
   const PointAlignment other = gauss_newton(problem, problem.start(-in_table)).state;
   if (problem.cost(other, {}) < problem.cost(best, {})) {

@@ -27,7 +27,8 @@ double squares_at(const Solution& solution, const Eigen::VectorXd& sigma) {
   return sum;
 }
 
-// The temperature scales that the columns d^j (S f) of a solution found; m x order.
+// The change of the temperature scales, from a solution's coefficients of the columns d^j (S f); m
+// x order.
 Eigen::MatrixXd change_of_scale(const ReadingSet& set, const Solution& solution) {
   const int order = set.temperature.order;
   Eigen::MatrixXd change = Eigen::MatrixXd::Zero(set.axis_count(), order);
@@ -42,7 +43,7 @@ Eigen::MatrixXd change_of_scale(const ReadingSet& set, const Solution& solution)
   return change;
 }
 
-// Basis of the shared unknowns that are not open, with (basis)^T (information) (basis) = 1.
+// Basis of the shared unknowns that are determined, with (basis)^T (information) (basis) = 1.
 Eigen::MatrixXd open_basis(const Solution& solution, const Eigen::VectorXd& sigma) {
   const Eigen::Index s = solution.shared_count();
   Eigen::MatrixXd information = Eigen::MatrixXd::Zero(s, s);
@@ -66,7 +67,7 @@ Eigen::MatrixXd open_basis(const Solution& solution, const Eigen::VectorXd& sigm
   return root_of_pseudo_inverse(projected, Model::open_below * std::sqrt(whole));
 }
 
-// The callback of gauss_newton() for a model, each axis in units of its sigma.
+// The problem of gauss_newton() for a model, with each axis in units of its sigma.
 class ModelProblem {
  public:
   using State = std::shared_ptr<const Solution>;
@@ -85,7 +86,8 @@ class ModelProblem {
       linear.jacobian.middleRows(n * k, n) = axis.projected / sigma_(k);
       whole += axis.shared_squares.sum() / (sigma_(k) * sigma_(k));
     }
-    // Added columns are in units of their own; the hypothesis is not fitted if they are open.
+    // Added columns have other units, so the limit is 0. If they are undetermined, the hypothesis
+    // is not fitted.
     linear.open_below = at->place.added.size() > 0 ? 0.0 : Model::open_below * std::sqrt(whole);
   }
 
@@ -97,8 +99,8 @@ class ModelProblem {
     return squares_at(*at, sigma_);
   }
 
-  // Turns in rad; a change of a temperature scale as a part of the response; and the part of the
-  // readings that a step of the added coefficients changes.
+  // The largest of three lengths: the rotations [rad], the change of a temperature scale relative
+  // to the response, and the relative change of the readings by the added coefficients.
   [[nodiscard]] double length(const State& at,
                               const Eigen::VectorXd& step,
                               const Linear& linear) const {
@@ -197,7 +199,8 @@ Place Model::start(TableField field) const {
   return place;
 }
 
-// The readings with the temperature scales and the mounts' turns of a place, if it has any.
+// The readings with the temperature scales and the mounts' rotations of a place; nullopt if the
+// place has neither.
 std::optional<ReadingSet> Model::readings_at(const Place& place) const {
   if (place.scale.size() == 0 && place.mounts.empty()) {
     return std::nullopt;
@@ -210,7 +213,7 @@ std::optional<ReadingSet> Model::readings_at(const Place& place) const {
   return set;
 }
 
-// A turn d of the instrument changes the field f that it meets by d x f = -[f]x d.
+// A rotation d of the instrument changes the field f in its frame by d x f = -[f]x d.
 Eigen::MatrixXd Model::changes_with_mounts(const ReadingSet& set, const Place& place) const {
   const Eigen::MatrixXd C = contrasts(free_mounts_.size());
   Eigen::MatrixXd changes(3 * set.size(), 3 * C.cols());
@@ -386,7 +389,7 @@ SharedCost Model::cost_of_shared(const Solution& solution, const Eigen::VectorXd
     const ResponseSums& own = solution.axes[static_cast<std::size_t>(k)].sums;
     const double left = own.degrees_of_freedom -
                         own.information.cwiseProduct(cost.covariance).sum() / (sigma(k) * sigma(k));
-    // Rounding must not make a degree of freedom of 0.
+    // Rounding errors must not make 0 degrees of freedom positive.
     const double whole = std::round(left);
     cost.degrees_of_freedom(k) = std::abs(left - whole) < 1e-9 ? whole : left;
   }

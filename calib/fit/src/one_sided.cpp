@@ -14,14 +14,14 @@
 namespace axiscal {
 namespace {
 
-// Light that grazes an axis's front by less than this part of its full response is not counted: the
-// edge of a housing shades it, and noise must not decide.
+// If the light gives less than this fraction of an axis's full response, the reading is not used.
+// The edge of a housing may shade the axis, and noise must not decide whether the reading counts.
 constexpr double grazing = 0.05;
 
-// The lights that the axes see.
+// The readings and the lights that the axes see.
 struct Sight {
   AxisMask counted;               // n x m: the readings that count for each axis
-  std::vector<AxisMask> visible;  // of each part, where a light stays on; else empty
+  std::vector<AxisMask> visible;  // n x m for each part if a light stays on; else empty
 
   friend bool operator==(const Sight& a, const Sight& b) {
     const auto same = [](const AxisMask& x, const AxisMask& y) { return (x == y).all(); };
@@ -36,7 +36,7 @@ bool stays_on(const ReadingSet& set, std::size_t part) {
          !set.field.parts()[part].set_by_level;
 }
 
-// Whether nothing that can be set is on.
+// True if all lights that can be switched are off.
 bool is_as_dark_as_can_be(const ReadingSet& set, std::size_t reading) {
   for (std::size_t p = 0; p < set.field.parts().size(); ++p) {
     if (!stays_on(set, p) && set.field.factor_of(p, set.readings[reading].level) != 0.0) {
@@ -57,7 +57,8 @@ Sight everything(const ReadingSet& set) {
   return sight;
 }
 
-// The reading of an axis in each pose with all settable lights off, from the readings that it uses.
+// The reading of an axis in each pose with all lights off that can be switched, from the readings
+// that it uses.
 std::map<DesignPoint, double> readings_in_the_dark(const ReadingSet& set, Eigen::Index axis) {
   std::map<DesignPoint, double> dark;
   for (Eigen::Index i = 0; i < set.size(); ++i) {
@@ -75,8 +76,8 @@ std::map<DesignPoint, double> readings_in_the_dark(const ReadingSet& set, Eigen:
   return dark;
 }
 
-// A first guess by the readings alone. A light that is set is seen where an axis reads clearly more
-// than in the dark, a light that stays on where the dark itself is brighter than in other poses.
+// A first guess from the readings only. An axis sees a switched light if it reads clearly more than
+// in the dark. It sees a light that stays on if its dark reading is larger than in other poses.
 Sight sight_by_readings(const ReadingSet& set) {
   Sight sight = everything(set);
   const bool never_dark = !sight.visible.empty();
@@ -118,8 +119,8 @@ Sight sight_by_readings(const ReadingSet& set) {
   return sight;
 }
 
-// Directions in the sensor of the lights that are set at a reading, by their lamps where they were
-// given.
+// The directions of the lights that are on at a reading, in the sensor's frame, except lights that
+// always stay on. The directions of stated lamps are included.
 std::vector<Eigen::Vector3d> lights_of(const ReadingSet& set,
                                        std::size_t reading,
                                        const TableField& field) {
@@ -136,16 +137,16 @@ std::vector<Eigen::Vector3d> lights_of(const ReadingSet& set,
         set.field_then.empty() ? vector : Eigen::Vector3d(set.field_then[reading] * vector);
     lights.emplace_back(R * (factor * met).normalized());
     for (const Eigen::Vector3d& lamp : field.parts()[p].start.lamps) {
-      // The lamps as they were given, turned with their sum.
+      // The stated lamps, rotated in the same way as their sum.
       lights.emplace_back(R * (smallest_rotation(*field.parts()[p].in_table, vector) * lamp));
     }
   }
   return lights;
 }
 
-// The view of the fitted model. A reading counts for an axis if every settable light is in front of
-// the axis, and if a constant light is clearly in front or behind. If the reading of a constant
-// light cannot be separated from noise, its side is ignored.
+// The lights that the axes see by the fitted model. A reading counts for an axis if every switched
+// light is in front of the axis, and if a light that stays on is clearly in front or behind. A
+// light that stays on is ignored if its reading cannot be separated from noise.
 Sight sight_by_model(const ReadingSet& set, const Estimate& estimate) {
   Sight sight = everything(set);
   for (Eigen::Index i = 0; i < set.size(); ++i) {

@@ -14,14 +14,15 @@
 namespace axiscal {
 namespace {
 
-// A component that is seen only through cross-axis terms does not estimate a face.
+// Below this pivot, a component of the slope appears only through cross-axis terms, and the face
+// has no estimate of its own.
 constexpr double smallest_pivot_of_a_face = 0.2;
 
-// For the readings of an axis. An axis that leaves all of them out has weight 0 and an undefined
-// mean.
+// The weighted mean of some readings of an axis. If the axis uses none of these readings, the
+// weight is 0 and the value is meaningless.
 struct WeightedMean {
   double value = 0.0;
-  double weight = 0.0;  // their sum
+  double weight = 0.0;  // sum of the weights
 };
 
 WeightedMean mean_of(const ReadingSet& set, std::span<const std::size_t> rows, Eigen::Index axis) {
@@ -61,7 +62,7 @@ struct PlaneFit {
 
 // The differences of one rest face in one block: a subset of the rows.
 struct FaceDifferences {
-  const OppositePair* pair = nullptr;  // its first
+  const OppositePair* pair = nullptr;  // the first pair
   Eigen::Index first = 0;
   Eigen::Index rows = 0;
   PlaneFit alone;
@@ -180,7 +181,7 @@ double sample_sd(const std::vector<LevelnessEstimate>& estimates, double Levelne
 // The faces of each levelness, which have one slope.
 using FacesByLevel = std::vector<Faces>;
 
-// A slope for each levelness.
+// The fitted slopes, one for each levelness.
 struct PlaneFits {
   bool determined = true;
   std::vector<PlaneFit> fits;
@@ -200,7 +201,8 @@ PlaneFits fit_planes(const Differences& differences, const FacesByLevel& levels)
   return all;
 }
 
-// One slope for all blocks against one for each, by the F test of nested models.
+// The p-value of an F test of nested models: one slope for all blocks against one slope for each
+// block.
 double block_p_value(const ReadingSet& set, const Differences& differences, const PlaneFit& all) {
   const Groups by_block(differences.faces.size(),
                         [&](std::size_t f) { return differences.faces[f].pair->block; });
@@ -226,8 +228,8 @@ double block_p_value(const ReadingSet& set, const Differences& differences, cons
              : 0.0;
 }
 
-// The slope of some faces: the mean of their own estimates where each has one; with fewer than
-// three axes a face is seen through cross-axis terms, if at all, and all differences are fitted
+// The slope from some faces: the mean of their own estimates if each face has one. With fewer than
+// three axes, a face shows the slope only through cross-axis terms, so all differences are fitted
 // together.
 struct MeanSlope {
   Eigen::Vector2d f = Eigen::Vector2d::Zero();
@@ -253,12 +255,13 @@ MeanSlope mean_slope(const Faces& faces, const PlaneFit& together, bool three_ax
 Groups pairs_by_face(const std::vector<OppositePair>& pairs) {
   return Groups(
       pairs.size(), [&](std::size_t q) { return std::pair(pairs[q].block, pairs[q].point.rest()); },
-      [&](std::size_t q) { return pairs[q].level.of_all() != 0.0; });  // no field, no slope in it
+      // pairs at level 0 do not contain the slope
+      [&](std::size_t q) { return pairs[q].level.of_all() != 0.0; });
 }
 
 OppositePairs opposite_positions(const ReadingSet& set) {
   // Both points of a pair have the same block, level, temperature, rest face and axis of the fence
-  // face; levels last, which take the longest to compare.
+  // face; the level is last because it takes the longest to compare.
   const Groups candidates(set.readings.size(), [&](std::size_t i) {
     const Reading& reading = set.readings[i];
     return std::tuple(reading.block, set.soak_of(i), reading.point->rest(),
@@ -311,7 +314,7 @@ OppositePairs find_opposite_pairs(const ReadingSet& set) {
       own[m + k] = 0.5 * (a.value - b.value);
       own[2 * m + k] = 4.0 / (1.0 / a.weight + 1.0 / b.weight);
     }
-    // Eigen's way to point a map elsewhere.
+    // Placement new is Eigen's method to change the array of a Map.
     new (&pair.mean) Eigen::Map<const Eigen::VectorXd>(own, m);
     new (&pair.half_difference) Eigen::Map<const Eigen::VectorXd>(own + m, m);
     new (&pair.weights) Eigen::Map<const Eigen::VectorXd>(own + 2 * m, m);
@@ -422,10 +425,10 @@ std::optional<Levelness> estimate_levelness(const ReadingSet& set,
   };
   levelness.standard_error_x = standard_errors(mean).x();
   levelness.standard_error_y = standard_errors(mean).y();
-  if (three_axes) {  // each face tells both slopes alike
+  if (three_axes) {  // each face determines both slopes equally well
     count_scatter_of_faces(levelness);
   }
-  levelness.p_value = not_a_number;  // by test_levelness()
+  levelness.p_value = not_a_number;  // set by test_levelness()
   for (std::size_t i = 0; i < levels.size() && levels.size() > 1; ++i) {
     const MeanSlope own = mean_slope(levels[i], planes.fits[i], three_axes);
     levelness.blocks.push_back({.block = set.field.blocks()[i],

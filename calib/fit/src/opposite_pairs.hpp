@@ -18,16 +18,17 @@ struct OppositePair {
   int block = 1;
   FieldLevel level;
   int soak = 0;                         // which soak level the readings were taken at
-  std::size_t levelness = 0;            // which one it is of, as ReadingSet::tilt_of()
+  std::size_t levelness = 0;            // index of the levelness, from ReadingSet::tilt_of()
   std::span<const std::size_t> first;   // readings at `point`
-  std::span<const std::size_t> second;  // readings turned round
-  // m entries each, or none where averages were not asked for.
+  std::span<const std::size_t> second;  // readings with the opposite fence face
+  // m entries each; empty if averages were not computed.
   Eigen::Map<const Eigen::VectorXd> mean{nullptr, 0};             // (v_a + v_b) / 2
   Eigen::Map<const Eigen::VectorXd> half_difference{nullptr, 0};  // (v_a - v_b) / 2
-  // Each axis's, relative to one reading: 4 / (1/w_a + 1/w_b).
+  // The weight of each axis relative to one reading: 4 / (1/w_a + 1/w_b).
   Eigen::Map<const Eigen::VectorXd> weights{nullptr, 0};
   Eigen::Matrix3d mean_rotation =
-      Eigen::Matrix3d::Zero();  // (R_a + R_b) / 2, as ReadingSet::met_of_field(), means of repeats
+      Eigen::Matrix3d::Zero();  // (R_a + R_b) / 2, of means of ReadingSet::met_of_field() over
+                                // repeats
   Eigen::Matrix3d half_rotation = Eigen::Matrix3d::Zero();  // (R_a - R_b) / 2
 };
 
@@ -49,17 +50,17 @@ struct OppositePairs {
 
 [[nodiscard]] OppositePairs find_opposite_pairs(const ReadingSet& set);
 
-/// @return the pairs that it finds, which readings they are of and no more.
+/// @return the pairs of find_opposite_pairs() with their readings, without averages and rotations.
 [[nodiscard]] OppositePairs opposite_positions(const ReadingSet& set);
 
-/// @return the pairs by block and rest face, those that met a field: their half differences tell
-///         the slope.
+/// @return the pairs grouped by block and rest face, without pairs at level 0. Their half
+///         differences determine the slope.
 [[nodiscard]] Groups pairs_by_face(const std::vector<OppositePair>& pairs);
 
 /// The field's components in the table's plane from the half differences (method.md, section 5).
 ///
-/// @param fields  as fitted, one for each levelness. The component along the normal cancels in the
-///                differences only if the field is constant.
+/// @param field  as fitted, with one vector for each levelness. The component along the normal
+///                cancels in the differences only if the field is constant.
 /// @param F  magnitude of the field at level 1.
 /// @return nullopt if the differences do not determine both components of each levelness.
 [[nodiscard]] std::optional<Levelness> estimate_levelness(const ReadingSet& set,
@@ -68,14 +69,15 @@ struct OppositePairs {
                                                           const TableField& field,
                                                           double F);
 
-/// As above, for the values of a fit, with the readings reduced to the reference temperature.
+/// Like estimate_levelness(), with the values of a fit, and with readings corrected to the
+/// reference temperature.
 /// @param pairs  of the set.
 [[nodiscard]] std::optional<Levelness> levelness_of(const ReadingSet& set,
                                                     const std::vector<OppositePair>& pairs,
                                                     const Estimate& estimate,
                                                     double F);
 
-/// Finds the pairs and puts their levelness into the estimate.
+/// Finds the pairs, and stores their levelness in the estimate.
 /// @param F  magnitude of the field.
 void put_levelness(const ReadingSet& set, double F, Estimate& estimate);
 

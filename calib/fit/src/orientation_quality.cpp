@@ -24,7 +24,7 @@ Eigen::MatrixXd unit_rows(const Eigen::MatrixXd& rows) {
   return rows.rowwise().normalized();
 }
 
-// Cosines of the angle between the fields, as a linear function of a small turn and of their mean.
+// The rotation between the instruments, and the cosine of the angle between their fields.
 struct AngleFit {
   Eigen::Matrix3d R = Eigen::Matrix3d::Identity();
   double cosine = 0.0;

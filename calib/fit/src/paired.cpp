@@ -19,14 +19,15 @@
 namespace axiscal {
 namespace {
 
-// Averages of opposite positions hold only the field's part along the table's normal; their errors
-// grow as F over that part.
+// Averages of opposite positions contain only the field's component along the table's normal. Their
+// relative errors grow as F over this component.
 constexpr double smallest_normal_part = 0.05;
 constexpr const char* in_plane_message =
     "method paired: the field lies almost in the table's plane, and averages of opposite positions "
     "have none of it left; use method joint";
 
-// The pseudo-observations: the pairs of one rest face, block, soak level and level of the field.
+// The pseudo-observations. Each one pools the pairs with the same rest face, block, soak level and
+// field level.
 class Pooled {
  public:
   explicit Pooled(const std::vector<OppositePair>& pairs)
@@ -37,7 +38,7 @@ class Pooled {
 
   [[nodiscard]] std::size_t size() const { return groups_.size(); }
 
-  // The first of its pairs.
+  // The first pair of a pseudo-observation.
   [[nodiscard]] const OppositePair& front(std::size_t pseudo) const {
     return pairs_[groups_[pseudo].front()];
   }
@@ -81,18 +82,18 @@ RegressionRows rows_of(const Pooled& pooled, const ReadingSet& set) {
   return rows;
 }
 
-// Design, responses and weights of axes alike for a field in the table. The weights of an axis
-// decide how the pairs of a face are pooled.
+// Design, responses and weights of axes that have the same columns and weights. The weights
+// determine how the pairs of a face are pooled.
 struct AxesData {
-  Eigen::Index first = 0;  // of the axes
+  Eigen::Index first = 0;  // index of the first axis
   Eigen::MatrixXd design;
-  Eigen::MatrixXd responses;  // a column for each
+  Eigen::MatrixXd responses;  // a column for each axis
   Eigen::VectorXd weights;
   std::shared_ptr<const FactoredDesign> factored;
 };
 
-// The row of a pair: of each of its readings where they differ by more than their rotations, else
-// of the mean rotation.
+// The row of a pair: the mean of its readings' rows if these have columns besides [1, f, second
+// fields], else the row of the mean rotation.
 Eigen::RowVectorXd row_of_pair(const ReadingSet& set,
                                const OppositePair& pair,
                                Eigen::Index axis,
@@ -115,7 +116,7 @@ Eigen::RowVectorXd row_of_pair(const ReadingSet& set,
   return row;
 }
 
-// Of axes alike, the first of which is given.
+// The data of the axes from `first` on that have the same columns and weights.
 AxesData axes_data(const ReadingSet& set,
                    const Pooled& pooled,
                    Eigen::Index first,
@@ -144,7 +145,7 @@ AxesData axes_data(const ReadingSet& set,
   return data;
 }
 
-// Of all axes, factored.
+// The data of all axes, with their factorisations.
 std::vector<AxesData> all_axes_data(const ReadingSet& set,
                                     const Pooled& pooled,
                                     const TableField& field) {
@@ -167,7 +168,7 @@ std::vector<AxisRegression> regressions_of(const ReadingSet& set, const AxesData
                   .names = [&](Eigen::Index k) { return set.names_of_axis(k); }});
 }
 
-// p x r.
+// The estimates of the axes, p x r.
 Eigen::MatrixXd estimates_of(const ReadingSet& set, const AxesData& data) {
   if (!set.robust) {
     return data.factored->estimates(data.responses);
@@ -180,7 +181,7 @@ Eigen::MatrixXd estimates_of(const ReadingSet& set, const AxesData& data) {
   return estimates;
 }
 
-// The field with its length and its part along the normal, turned by the measured slope.
+// The field turned by the measured slope; its length stays F.
 TableField turned_by(const Levelness& levelness, double F, const TableField& field) {
   std::vector<Eigen::Vector3d> turned;
   for (std::size_t s = 0; s < field.size(); ++s) {
@@ -191,7 +192,7 @@ TableField turned_by(const Levelness& levelness, double F, const TableField& fie
   return field.with(std::move(turned));
 }
 
-// The largest change of a scale over the temperatures of the run, as a part of the response.
+// The largest change of a scale over the temperatures of the run, relative to the response.
 double change_of_scale(const ReadingSet& set, const Estimate& estimate) {
   double change = 0.0;
   for (int j = 0; j < set.temperature.order; ++j) {
@@ -259,7 +260,7 @@ Estimate estimate_paired(const ReadingSet& given, const Eigen::Vector3d& nominal
   std::vector<AxesData> data;  // of the last round
   TableField fitted_for;
   std::optional<Levelness> levelness;
-  // Each round gains 6 digits or more (method.md, section 4), with temperature terms 3.
+  // Each round gains 6 digits or more, with temperature terms 3 digits (method.md, section 4).
   const int most_rounds = set.temperature.order > 0 ? 30 : 8;
   for (int round = 0; round < most_rounds; ++round) {
     Estimate so_far;

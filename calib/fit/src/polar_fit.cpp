@@ -19,7 +19,7 @@ Eigen::Vector3d row_of(const PolarParameters& p, int axis, AxisConvention conven
       {.sensitivity = p(1), .coning_angle_rad = p(2), .azimuth_rad = p(3)}, axis, convention);
 }
 
-// Readings v = b + F s, of the row s in its polar form.
+// Readings v = b + F s, with the row s in polar form.
 class PolarProblem {
  public:
   using State = PolarParameters;
@@ -39,7 +39,8 @@ class PolarProblem {
     linear.residuals = residuals(at);
     linear.jacobian.resize(response_.size(), 4);
     linear.jacobian.col(0).setOnes();
-    // The row is linear in s, and its changes with the angles are rows of other angles.
+    // The row is linear in the sensitivity. Its derivatives with respect to the angles are rows
+    // with other angles.
     PolarParameters unit = at;
     unit(1) = 1.0;
     linear.jacobian.col(1) = along(unit);
@@ -58,7 +59,7 @@ class PolarProblem {
   [[nodiscard]] double cost(const PolarParameters& at, const Linear& /*before*/) const {
     return residuals(at).squaredNorm();
   }
-  // In parts of the readings: an angle of no cone changes nothing.
+  // Relative to the readings, because the azimuth has no effect if the coning angle is 0.
   [[nodiscard]] double length(const PolarParameters& /*at*/,
                               const PolarParameters& step,
                               const Linear& there) const {
@@ -87,15 +88,15 @@ PolarFit fit_polar_form(const Eigen::Matrix<double, Eigen::Dynamic, 3>& field_in
   if (field_in_sensor.rows() != n || n < 4) {
     throw DomainError("fit_polar_form: four readings or more, each with its field");
   }
-  // A rough start: the mean, the spread along the nominal axis, a small cone to leave the singular
-  // point.
+  // An approximate start: the mean, the slope along the nominal axis, and a small coning angle,
+  // because the fit is singular at 0.
   const Eigen::VectorXd along = field_in_sensor.col(nominal_axis);
   const double spread = (along.array() - along.mean()).matrix().squaredNorm();
   const double slope = (along.array() - along.mean()).matrix().dot(response) / spread;
   const Eigen::Vector3d straight =
       sensitivity_from_polar({.sensitivity = 1.0}, nominal_axis, convention);
   PolarParameters p(response.mean(), slope / straight(nominal_axis), 1e-3, 0.5);
-  constexpr double first_damping = 1e-3;  // near the singular point the azimuth may be anything
+  constexpr double first_damping = 1e-3;  // near the singular point the azimuth is undetermined
   const PolarProblem problem(field_in_sensor, response, nominal_axis, convention);
   const auto found = gauss_newton(problem, p, {.first_damping = first_damping});
   p = found.state;

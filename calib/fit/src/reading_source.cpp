@@ -15,8 +15,8 @@
 namespace axiscal {
 namespace {
 
-// Standard deviations to weigh by. A few samples that are all alike have 0, which says no more than
-// that they are few: the axis's middle one stands for it.
+// The standard deviations for weights. A few equal samples have the standard deviation 0, which is
+// not credible; the median of the axis's positive standard deviations replaces it.
 Eigen::MatrixXd positive_sd(Eigen::MatrixXd sd) {
   if (!(sd.array() >= 0.0).all()) {
     throw RefusedError("weights sd: a standard deviation in a column AXIS_sd is negative");
@@ -109,7 +109,7 @@ std::optional<double> mean_time_of(const Experiment& experiment,
   for (const std::size_t row : rows) {
     const Reading& reading = observations.readings[row];
     if (!reading.time_s) {
-      return std::nullopt;  // the date of the experiment, if it has a time, counts for all
+      return std::nullopt;  // without times, the experiment's date applies to all readings
     }
     if (experiment.field.moving_part()->of->needs_utc() && !is_utc(*reading.time_s)) {
       throw RefusedError(
@@ -119,7 +119,8 @@ std::optional<double> mean_time_of(const Experiment& experiment,
     }
     sum += *reading.time_s / static_cast<double>(rows.size());
   }
-  static_cast<void>(change_of_field(experiment, sum, sum));  // throws if it cannot be told
+  static_cast<void>(change_of_field(experiment, sum, sum));  // throws if the change cannot be
+                                                             // computed
   return sum;
 }
 
@@ -240,8 +241,7 @@ double ReadingSource::weight(Eigen::Index row, Eigen::Index axis) const {
                                    1.0 / (plain * selection_->mean_variance(axis)));
 }
 
-// Readings, responses and how the instrument lay in them; the weights are those of the
-// observations.
+// Stores readings, responses, weights and orientations in the set; the weights are not normalised.
 void ReadingSource::put_readings(const std::vector<std::size_t>& rows, ReadingSet& set) const {
   const auto n = static_cast<Eigen::Index>(rows.size());
   set.response.resize(n, observations_->response.cols());
@@ -253,7 +253,7 @@ void ReadingSource::put_readings(const std::vector<std::size_t>& rows, ReadingSe
     const auto from = static_cast<Eigen::Index>(row);
     const Reading& reading = observations_->readings[row];
     set.readings.push_back(reading);
-    if (!set.field.is_sum()) {  // the level of its only part is the level of the sum
+    if (!set.field.is_sum()) {  // the level of the only part is the level of the field
       set.readings.back().level = reading.level.of(set.field.parts().front().level_name());
     }
     set.response.row(i) = observations_->response.row(from);
@@ -372,9 +372,9 @@ Eigen::Vector3d ReadingSource::field_in_sensor(const Reading& reading,
     return *reading.field_in_sensor;
   }
   if (field.is_sum()) {
-    return rotation(reading) * field.at(reading.level);  // none moves
+    return rotation(reading) * field.at(reading.level);  // the parts of a sum do not move
   }
-  // The mean field, if a block without readings does not have a levelness.
+  // If a block has no readings in the fit, it has no levelness, and the mean field is used.
   const std::vector<int>& blocks = field.blocks();
   const bool has_own = std::binary_search(blocks.begin(), blocks.end(), reading.block);
   const Eigen::Vector3d in_table =

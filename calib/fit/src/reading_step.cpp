@@ -12,10 +12,11 @@
 namespace axiscal {
 namespace {
 
-constexpr double by_chance = 0.001;  // above this probability a step is none
+constexpr double by_chance = 0.001;  // a step that is more probable by chance is rejected
 constexpr double steps_tried = 20.0;
 
-// The nearest whole number; std::round is a call where the processor may lack the instruction.
+// The nearest integer. It is faster than std::round, which is a function call unless the processor
+// is known to have a rounding instruction.
 double nearest(double value) {
   constexpr double all_are_whole = 4503599627370496.0;  // 2^52
   if (!(std::abs(value) < all_are_whole)) {
@@ -52,8 +53,8 @@ std::optional<int> decimals_of(const std::vector<double>& values) {
   return std::nullopt;
 }
 
-// The largest whole number of last digits that all distinct values differ by multiples of; 1 where
-// a larger one may be chance.
+// The step in units of the last digit: the greatest common divisor of the differences of all
+// distinct values; 1 if a larger one may be chance.
 double digits_of_step(const std::vector<double>& distinct, double per_unit) {
   std::int64_t common = 0;
   const auto first = static_cast<std::int64_t>(std::llround(distinct.front() * per_unit));
@@ -65,15 +66,16 @@ double digits_of_step(const std::vector<double>& distinct, double per_unit) {
   return g > 1.0 && steps_tried * std::pow(g, -others) < by_chance ? g : 1.0;
 }
 
-// A step that the digits do not show, for example of counts multiplied by a factor: the least gap
-// or an integer fraction of it.
+// A step that the digits do not show, for example of counts multiplied by a factor: the smallest
+// gap between values, or an integer fraction of this gap.
 // @param tolerance  half of the last digit.
 std::optional<double> scaled_step(const std::vector<double>& distinct, double tolerance) {
   double gap = std::numeric_limits<double>::infinity();
   for (std::size_t i = 1; i < distinct.size(); ++i) {
     gap = std::min(gap, distinct[i] - distinct[i - 1]);
   }
-  // The first difference that clearly exceeds the gap, in gaps; this excludes most fractions.
+  // The first difference that clearly exceeds the gap, in units of the gap. It excludes most
+  // fractions quickly.
   double in_gaps = 1.0;
   for (std::size_t i = 1; i < distinct.size() && in_gaps < 1.5; ++i) {
     in_gaps = (distinct[i] - distinct.front()) / gap;
@@ -86,12 +88,12 @@ std::optional<double> scaled_step(const std::vector<double>& distinct, double to
     if (off > safely * (4.0 * tolerance + 8.0 * count_of_first * tolerance / part)) {
       continue;
     }
-    double unsure = 4.0 * tolerance / part;  // of the step
+    double unsure = 4.0 * tolerance / part;  // uncertainty of the step
     double products = 0.0;
     double squares = 0.0;
     bool fits = true;
-    // From near to far, so the step becomes accurate enough to count more steps. The loop ends if a
-    // difference is off by more than the sum of all tolerances.
+    // From small to large differences, so that the step becomes accurate enough to count more
+    // steps. The loop ends if a difference is off by more than the sum of all tolerances.
     for (std::size_t i = 1; i < distinct.size() && fits; ++i) {
       const double difference = distinct[i] - distinct.front();
       const double count = nearest(difference / step);
@@ -115,10 +117,10 @@ std::optional<double> scaled_step(const std::vector<double>& distinct, double to
   return std::nullopt;
 }
 
-// A wide step that the first of some readings share.
+// A wider step that the first readings of a list have in common.
 struct WideStep {
-  std::ptrdiff_t readings = 0;  // that have it; 0: there is none
-  double steps = 1.0;           // its size in steps of all readings
+  std::ptrdiff_t readings = 0;  // number of readings with this step; 0: not found
+  double steps = 1.0;           // its size, in units of the step of all readings
 };
 
 // @param readings  in the order of the search.
@@ -133,8 +135,8 @@ WideStep wide_step_of_first(const std::vector<double>& readings, double least) {
     distinct.insert(count);
     const auto g = static_cast<double>(common);
     const auto differences = static_cast<double>(distinct.size()) - 1.0;
-    // Of whole numbers by chance, the share that have a common factor of g or more is the sum of
-    // h^-differences over h from g.
+    // The probability that random integers have a common factor of g or more is the sum of
+    // h^-differences over h >= g.
     constexpr double ends_tried = 10.0;
     const double share = std::pow(g, 1.0 - differences) / (differences - 1.0);
     if (g > 1.0 && differences >= 3.0 && g >= widest.steps && ends_tried * share < by_chance) {

@@ -14,10 +14,10 @@ namespace axiscal {
 /// (one-sided, 10 %). If so, it gives the change of the unknowns and their covariance, as means
 /// over models of such noise.
 ///
-/// @param at_solution  deviations, as functions of the unknowns.
+/// @param at_solution  deviations, and their Jacobian with respect to the unknowns.
 /// @param along        n x 3: the derivative of each deviation with respect to the three axes'
 ///                     readings.
-/// @return nullopt if they are not correlated.
+/// @return nullopt if the deviations are not correlated.
 [[nodiscard]] std::optional<CorrelatedFit> noise_of_recording(const Linearised& at_solution,
                                                               const Eigen::MatrixX3d& along);
 

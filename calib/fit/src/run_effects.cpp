@@ -12,8 +12,8 @@
 namespace axiscal {
 namespace {
 
-// Changes of B values that sum to 0, orthonormal; optionally without a trend over `at`. B x (B - 1)
-// or B x (B - 2).
+// An orthonormal basis of changes of B values that sum to 0, B x (B - 1); if requested without a
+// trend over `at`, B x (B - 2).
 Eigen::MatrixXd contrasts(const Eigen::VectorXd& at, bool without_trend) {
   const Eigen::Index B = at.size();
   Eigen::MatrixXd fixed(B, without_trend ? 2 : 1);
@@ -52,10 +52,11 @@ Eigen::VectorXd progress_of_run(const std::vector<Reading>& readings) {
 
 namespace {
 
-// Many blocks of a few readings are not repeated readings, but another way to number them.
+// If there are more small blocks, they are not repeated readings, but another numbering of the
+// readings.
 constexpr std::size_t most_small_blocks = 12;
 
-// A column for each block of a few readings, in addition to those of the others.
+// Adds a column for each block with few readings, after the columns of the other blocks.
 void put_small_blocks(const std::vector<Reading>& readings,
                       const std::map<int, Eigen::Index>& small,
                       RunEffects& effects) {
@@ -76,7 +77,7 @@ void put_small_blocks(const std::vector<Reading>& readings,
   }
 }
 
-// A column that changes within blocks.
+// Adds a column that changes within blocks.
 void add_column(const Eigen::VectorXd& column, std::string name, RunEffects& effects) {
   const Eigen::Index count = effects.columns.cols() + 1;
   effects.columns.conservativeResize(column.size(), count);
@@ -165,7 +166,7 @@ RunEffects run_effects(const std::vector<Reading>& readings,
   RunEffects effects;
   effects.has_drift = setup.drift;
   struct Block {
-    Eigen::ArrayXd readings;  // that each axis uses
+    Eigen::ArrayXd readings;  // number of readings that each axis uses
     double count = 0.0;
     double progress = 0.0;
   };
@@ -180,8 +181,9 @@ RunEffects run_effects(const std::vector<Reading>& readings,
     block.count += 1.0;
     block.progress += progress(row);
   }
-  // A few repeated readings have their own bias. It does not show the scatter of biases.
-  std::map<int, Eigen::Index> small;  // and the column of each
+  // A block of a few repeated readings gets its own bias, which does not count in the scatter of
+  // the biases.
+  std::map<int, Eigen::Index> small;  // number of each small block, and its column
   std::erase_if(seen, [&](const auto& one) {
     const bool is_small = one.second.readings.minCoeff() < fewest_readings_of_block;
     if (is_small) {
@@ -200,7 +202,7 @@ RunEffects run_effects(const std::vector<Reading>& readings,
     if (seen.size() == 1) {
       effects.shift_of_block.resize(1, 0);
     } else if (seen.size() <= most_block_columns) {
-      // With two blocks a trend between them is all that they can differ by.
+      // Two blocks can differ only by a trend, so it is not removed.
       effects.shift_of_block = contrasts(at, effects.has_drift && at.size() > 2);
     } else {
       effects.shift_of_block.resize(at.size(), 0);
@@ -231,7 +233,7 @@ RunEffects run_effects(const std::vector<Reading>& readings,
 
 namespace {
 
-// Where a number would stand among sorted ones, 0 at the first; beyond them it goes on by ones.
+// The interpolated index of a number in a sorted list; outside the list it continues with slope 1.
 double place_among(const std::vector<double>& numbers, double number) {
   const auto above = std::upper_bound(numbers.begin(), numbers.end(), number);
   if (above == numbers.begin()) {
@@ -253,8 +255,8 @@ Eigen::MatrixXd extrapolate_run_effects(const RunEffects& effects,
   if (columns.cols() == 0) {
     return columns;
   }
-  // When, from -1/2 to 1/2 over the run itself: by time, or by the places of the numbers among
-  // those of the run.
+  // The position in the run, from -1/2 to 1/2 over the readings of the run: by time, or by the
+  // index of the run number among those of the run.
   const bool timed =
       std::all_of(run.begin(), run.end(), [](const Reading& r) { return r.time_s; }) &&
       std::all_of(others.begin(), others.end(), [](const Reading& r) { return r.time_s; });

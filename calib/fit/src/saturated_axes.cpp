@@ -18,19 +18,18 @@ namespace {
 constexpr std::size_t fewest_there = 2;
 constexpr std::size_t fewest_others = 6;
 
-// The readings of an axis by whether they lie at its end.
+// The readings of an axis, divided into those at its extreme value and the others.
 struct EndOfAxis {
   Eigen::Index axis = 0;
   double sign = 1.0;  // +1: the upper end
   double value = 0.0;
-  double step = 0.0;  // 0: none is known
+  double step = 0.0;  // 0: not known
   std::vector<Eigen::Index> there;
   std::vector<Eigen::Index> others;
 };
 
 // True if an extreme value is read more than once. The comparison ignores the last bits, because
-// means may differ in them. Readings that differ by more differ by a step, perhaps one that was not
-// stated.
+// means may differ in them. Readings that differ by more than that differ by a rounding step.
 bool are_met(const std::vector<double>& values, double end) {
   constexpr double last_bits = 16.0 * std::numeric_limits<double>::epsilon();
   return std::count_if(values.begin(), values.end(), [&](double value) {
@@ -39,7 +38,7 @@ bool are_met(const std::vector<double>& values, double end) {
 }
 
 // @param values  of the axis, as readings_of_axis().
-// @return nullopt if too few readings lie there, or elsewhere.
+// @return nullopt if there are too few readings at the extreme value, or too few others.
 std::optional<EndOfAxis> end_of_axis(const ReadingSet& set,
                                      Eigen::Index k,
                                      const std::vector<double>& values,
@@ -71,14 +70,14 @@ double probability_of(double excess, double sd, double degrees_of_freedom) {
   return sd > 0.0 ? upper_tail(excess / sd, degrees_of_freedom) : 1.0;
 }
 
-// The probability that the readings at the extreme lie so far short of the other readings' fit by
-// chance; nullopt if the others do not determine the fit.
+// The probability that the readings at the extreme value are this far below the prediction of the
+// other readings by chance; nullopt if the others do not determine the fit.
 std::optional<double> p_by_others(const ReadingSet& set,
                                   const Eigen::MatrixXd& design,
                                   const EndOfAxis& end) {
   const Eigen::VectorXd root = set.weights.col(end.axis)(end.others).cwiseSqrt();
   const Eigen::MatrixXd X = root.asDiagonal() * design(end.others, Eigen::all);
-  // From the end, so that large readings lose no digits.
+  // Readings relative to the extreme value, so that large readings lose no digits.
   const Eigen::VectorXd y =
       root.asDiagonal() * (set.response.col(end.axis)(end.others).array() - end.value).matrix();
   const Eigen::Index nu = X.rows() - X.cols();
@@ -101,7 +100,8 @@ std::optional<double> p_by_others(const ReadingSet& set,
       static_cast<double>(nu));
 }
 
-// The same test by the field's magnitude, if the readings are the only source of the directions.
+// The probability for method magnitude, for which only the readings give the directions of the
+// field.
 double p_by_magnitude(const ReadingSet& set,
                       const Estimate& estimate,
                       double magnitude,
@@ -125,11 +125,11 @@ double p_by_magnitude(const ReadingSet& set,
 std::vector<SaturatedAxis> saturated_axes(const ReadingSet& set,
                                           const Estimate& estimate,
                                           const SaturationSearch& search) {
-  constexpr double false_alarm = 0.02;  // by simulation at most 0.2 % of good runs are called so
+  constexpr double false_alarm = 0.02;  // in simulations at most 0.2 % of good runs are reported
   const bool by_magnitude = !estimate.field.has_vectors() && !set.readings.front().field_in_sensor;
   const double ends = static_cast<double>(set.axis_count()) * (search.one_sided ? 1.0 : 2.0);
-  std::optional<AxisDesigns> designs;  // if requested
-  Eigen::MatrixXd steps;               // if requested
+  std::optional<AxisDesigns> designs;  // computed when needed
+  Eigen::MatrixXd steps;               // computed when needed
   std::vector<SaturatedAxis> found;
   for (Eigen::Index k = 0; k < set.axis_count(); ++k) {
     const std::vector<double> values = set.readings_of_axis(k);

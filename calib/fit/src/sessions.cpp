@@ -16,7 +16,7 @@
 namespace axiscal {
 namespace {
 
-// The readings of some rows alone.
+// The set with only the given rows.
 ReadingSet part_of(const ReadingSet& set, const std::vector<Eigen::Index>& rows) {
   ReadingSet part = set;
   part.readings.clear();
@@ -98,7 +98,7 @@ Estimate estimate_sessions(const ReadingSet& set,
     for (Eigen::Index s = 0; s < B; ++s) {
       const Estimate& session = sessions[static_cast<std::size_t>(s)];
       x(s) = j == 0 ? session.response.bias(k) : session.response.sensitivity(k, j - 1);
-      // As a standard deviation that the interval, by few degrees of freedom too, stands for.
+      // The standard deviation of the normal distribution that has the same 95 % interval.
       own(s) = std::max(session.statistics.interval_95(at) / normal_quantile(0.975), 1e-300);
     }
     const CommonMean mean = common_mean(x, own);

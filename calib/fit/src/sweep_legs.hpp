@@ -5,8 +5,8 @@
 
 namespace axiscal {
 
-/// Which way the temperature goes at each reading of a sweep: 1 on the way up, -1 on the way down.
-/// It turns where it has come back from its extreme by a fifth of the range.
+/// The direction of the temperature at each reading of a sweep: 1 for up, -1 for down. The
+/// direction changes at an extreme from which the temperature then returns by a fifth of the range.
 /// @param temperatures  in the order of the readings.
 [[nodiscard]] Eigen::VectorXd sweep_directions(const Eigen::VectorXd& temperatures);
 

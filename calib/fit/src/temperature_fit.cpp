@@ -41,7 +41,7 @@ void require_temperatures(const ReadingSet& set) {
 // Each temperature needs readings with both signs of the axis's field.
 void require_terms(const ReadingSet& set, const Estimate& estimate) {
   if (!estimate.field.has_vectors()) {
-    return;  // the regression itself refuses what is open
+    return;  // the regression itself throws if coefficients are undetermined
   }
   const Eigen::MatrixXd base = field_design(set, estimate.field);
   std::vector<std::string> names;

@@ -16,7 +16,7 @@
 namespace axiscal {
 namespace {
 
-// Orthonormal columns of the same span; the sensor's axes where they span it too.
+// Orthonormal columns of the same span; the sensor's axes if they have this span.
 Eigen::Matrix3Xd along_axes(const Eigen::Matrix3Xd& directions) {
   const Eigen::Matrix3d onto = directions * directions.transpose();
   constexpr double same = 1e-9;
@@ -51,7 +51,7 @@ std::optional<CurvatureTest> curvature_along(const ReadingSet& set,
     return CurvatureTest{.p_value = student_t_two_sided_p(t, fit.degrees_of_freedom),
                          .bends = fit.estimate.tail<1>()};
   } catch (const RankDeficientError&) {
-    return std::nullopt;  // two levels lie on any line
+    return std::nullopt;  // two levels do not determine a squared term
   }
 }
 
@@ -64,8 +64,8 @@ Eigen::Matrix3Xd seen_directions(const ReadingSet& set,
   if (!set.also_in_table.empty()) {
     return all;
   }
-  // Differences from their mean. A constant component belongs to the biases, for example on a cone
-  // about an axis.
+  // The fields minus their mean. A constant component of the fields, for example on a cone about an
+  // axis, belongs to the biases.
   const Eigen::ArrayXd used = (set.weights.array() > 0.0).rowwise().any().cast<double>();
   Eigen::MatrixXd fields = design.middleCols<3>(1);
   const double size = fields.norm();
@@ -82,7 +82,7 @@ Eigen::Matrix3Xd seen_directions(const ReadingSet& set,
   }
   const Eigen::Matrix3Xd seen = along_axes(svd.V.leftCols(count));
   if (field.has_vectors() && set.axis_count() > 1) {
-    // A cube that lay on too few faces can lie on others: the refusal says on which.
+    // If the cube was laid on too few faces, the error message names the faces to add.
     for (const std::optional<int>& nominal : set.nominal) {
       if (nominal && seen.row(*nominal).norm() < 1.0 - 1e-9) {
         return all;

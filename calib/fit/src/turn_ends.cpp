@@ -22,13 +22,15 @@
 namespace axiscal {
 namespace {
 
-// A direction by an accelerometer, and how it changes with the errors of its calibration.
+// A direction from an accelerometer, and its derivative with respect to the errors of the
+// calibration.
 struct Direction {
   Eigen::Vector3d up = Eigen::Vector3d::Zero();
   Eigen::Matrix3Xd errors;
 };
 
-// f = S^-1 (v - b) makes df = -S^-1 (db + dS f); parameters are b_k and row k of S, axis by axis.
+// f = S^-1 (v - b) gives df = -S^-1 (db + dS f). The parameters are b_k and row k of S, axis by
+// axis.
 Direction direction_of(const Calibration& accelerometer,
                        const Eigen::MatrixXd& root,
                        const Eigen::Vector3d& mean) {
@@ -64,7 +66,7 @@ Eigen::Matrix3Xd attitude_errors(const Positioner& positioner,
     const Eigen::Matrix3Xd moved =
         rotation_sensor_from_positioner *
         change_with_normals(table_from_positioner, point, Eigen::Vector3d::Unit(axis)) * root;
-    // Of three orthonormal e that turn by w, the sum of e cross (w cross e) is 2 w.
+    // For three orthonormal vectors e that rotate by w, the sum of e cross (w cross e) is 2 w.
     for (Eigen::Index j = 0; j < root.cols(); ++j) {
       errors.col(j) += 0.5 * along.cross(Eigen::Vector3d(moved.col(j)));
     }
@@ -122,8 +124,8 @@ void take_out_earth(const std::optional<Site>& site,
 
 namespace {
 
-// Rests that drift from one to the next, or are alike: the biases are those of the middle of the
-// log then, and known as well as that leaves them.
+// If the rests drift, or if consecutive rests are correlated, the biases become those of the middle
+// of the log, and their covariance includes the drift or the correlation.
 void look_at_order(const Eigen::MatrixX3d& means, RestFit& fit) {
   const Eigen::Index n = means.rows();
   if (!(fit.sd.minCoeff() > 0.0)) {
@@ -132,7 +134,8 @@ void look_at_order(const Eigen::MatrixX3d& means, RestFit& fit) {
   const Eigen::VectorXd progress = Eigen::VectorXd::LinSpaced(n, -0.5, 0.5);
   const double length = progress.squaredNorm();
   const auto left = static_cast<double>(n - 2);
-  double drop = 0.0;  // each axis in units of its scatter about its line
+  double drop = 0.0;  // squares explained by drift, each axis in units of its scatter about its
+                      // line
   Eigen::Vector3d sd;
   Eigen::Vector3d drift;
   for (int k = 0; k < 3; ++k) {
@@ -175,8 +178,8 @@ void look_at_order(const Eigen::MatrixX3d& means, RestFit& fit) {
   }
 }
 
-// The change of the bias from rest to rest: a drift, warming up, or the attitude. It is not more
-// than the whole scatter of the rests.
+// Estimates the change of the bias from rest to rest, by drift, warm-up or attitude. It is at most
+// the whole scatter of the rests.
 void compare_rests(const Eigen::MatrixX3d& means, const Eigen::MatrixX3d& mean_u, RestFit& fit) {
   constexpr double coverage = 0.95;
   const auto left = static_cast<double>(means.rows() - 1);

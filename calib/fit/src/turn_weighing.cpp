@@ -23,8 +23,8 @@ namespace {
 constexpr Eigen::Index parameters = 12;
 constexpr double as_good_as_infinite = 1e6;  // degrees of freedom
 
-// Which of a turn's residual say something: all three where its seats are known, else the two
-// across the vertical.
+// Selects the components of a turn's residual that contain information: all three if its seats are
+// known, else the two perpendicular to the vertical.
 Eigen::Matrix3d informative_rows(const GyroscopeTurn& turn) {
   if (turn.rotation_before_from_after) {
     return Eigen::Matrix3d::Identity();
@@ -40,7 +40,7 @@ Eigen::Matrix3d change_with_rotation(const GyroscopeTurn& turn, const Eigen::Mat
                                          : cross_matrix(R * turn.up_after.normalized());
 }
 
-// Errors that the turns share, of variance 1 each: columns of the problem.
+// Errors of variance 1 that the turns share. They are columns of the problem.
 struct SharedErrors {
   std::string name;
   double input_u = not_a_number;
@@ -49,7 +49,7 @@ struct SharedErrors {
 };
 
 // The effect of an error of the Earth's rotation on the residuals. The attitude continues from turn
-// to turn; if the chain is broken, the heading starts again.
+// to turn. If a turn does not follow the one before it, a new unknown heading begins.
 SharedErrors rotation_of_earth(const TurnSystem& system, const TurnFitOptions& options) {
   const auto n = static_cast<Eigen::Index>(system.turns.size());
   const Eigen::Index chains =
@@ -98,8 +98,8 @@ SharedErrors errors_at_rests(const TurnSystem& system) {
   return shared;
 }
 
-// Turns one after the other, up to two designs: their errors have nothing in common with those of
-// other such units, but for the one rest between.
+// Units of up to 24 consecutive turns. The errors of different units are treated as independent,
+// although two units may share one rest.
 std::vector<std::pair<Eigen::Index, Eigen::Index>> units_of(std::span<const GyroscopeTurn> turns) {
   constexpr Eigen::Index most = 24;
   std::vector<std::pair<Eigen::Index, Eigen::Index>>
@@ -155,7 +155,7 @@ class TurnWeighing {
     return rows_ * static_cast<Eigen::Index>(unit);
   }
 
-  // The rows of all turns that say something, unit below unit.
+  // The rows of all turns that contain information, unit below unit.
   [[nodiscard]] Eigen::MatrixXd by_units(const Eigen::MatrixXd& by_turns) const {
     Eigen::MatrixXd rows =
         Eigen::MatrixXd::Zero(rows_ * static_cast<Eigen::Index>(units_.size()), by_turns.cols());
@@ -199,7 +199,7 @@ class TurnWeighing {
     problem_.y = -by_units(system_.residuals);
   }
 
-  // As above, for rows with independent errors.
+  // Transforms the rows of each unit so that their errors are independent.
   [[nodiscard]] Eigen::MatrixXd apart(Eigen::MatrixXd by_units) const {
     for (std::size_t u = 0; u < units_.size(); ++u) {
       by_units.middleRows(first_row(u), rows_) =
@@ -208,7 +208,7 @@ class TurnWeighing {
     return by_units;
   }
 
-  // K of a unit: the effect of the rests' errors, three each, on its rows.
+  // K of a unit: the effect of the rests' errors on its rows, three errors for each rest.
   [[nodiscard]] Eigen::MatrixXd errors_at_rests_of(
       const std::pair<Eigen::Index, Eigen::Index>& unit) const {
     const auto& [first, count] = unit;
@@ -222,17 +222,18 @@ class TurnWeighing {
     return at_rests;
   }
 
-  // Errors of the turns, D, and of the rests, K, which are before one turn and after another. In
-  // the eigenvectors of D^-1 K K^T D^-1 both covariances of a unit are diagonal, whatever their
-  // size: its rows are units of their own. Where the rests have none D^-1 is all that is needed.
+  // The turns of a unit have errors of their own, with root D, and errors of the rests between
+  // them, with root K. In the eigenvectors of D^-1 K K^T D^-1 both covariances are diagonal for any
+  // variances, so each row becomes a unit of its own. If the rests have no errors, D^-1 is
+  // sufficient.
   void put_scatter(bool by_rests) {
     const Eigen::Index informative = (problem_.W.rowwise().squaredNorm().array() > 0.0).count();
-    constexpr Eigen::Index fewest = 18;  // degrees of freedom that tell two variances
+    constexpr Eigen::Index fewest = 18;  // degrees of freedom that separate two variances
     by_rests = by_rests && informative - (to_parameters_.cols() - problem_.prior) >= fewest;
     problem_.rows = 1;
     problem_.roots.assign(by_rests ? 2 : 1, Eigen::MatrixXd::Zero(problem_.y.size(), 1));
     for (std::size_t u = 0; u < units_.size(); ++u) {
-      std::vector<Eigen::Index> said;                          // rows that say something
+      std::vector<Eigen::Index> said;                          // rows that contain information
       Eigen::VectorXd per_own = Eigen::VectorXd::Zero(rows_);  // D^-1
       for (Eigen::Index t = 0; t < units_[u].second; ++t) {
         const auto i = static_cast<std::size_t>(units_[u].first + t);
@@ -264,14 +265,14 @@ class TurnWeighing {
     problem_.W = apart(std::move(problem_.W));
     const Eigen::VectorXd y = problem_.y;
     problem_.y = apart(y);
-    // A little is the turns' own in any case: V has an inverse.
+    // The variance of the turns' own errors stays above 0, so that V has an inverse.
     const double mean_square =
         y.squaredNorm() / static_cast<double>(std::max<Eigen::Index>(informative, 1));
     problem_.smallest = Eigen::VectorXd::Zero(by_rests ? 2 : 1);
     problem_.smallest(0) = 1e-6 * mean_square;
   }
 
-  // The part of the covariance that columns with a prior have.
+  // The contribution of columns with a prior to the covariance.
   [[nodiscard]] Eigen::MatrixXd share_of_prior(const VarianceFit& fit,
                                                Eigen::Index at,
                                                Eigen::Index columns) const {
@@ -303,7 +304,7 @@ class TurnWeighing {
            .covariance = by_bias,
            .degrees_of_freedom = std::min(rests_.degrees_of_freedom, as_good_as_infinite)});
     }
-    // The bias at a rest of the log, which is not that of another rest.
+    // The bias differs from rest to rest.
     Eigen::MatrixXd by_rest = Eigen::MatrixXd::Zero(parameters, parameters);
     if (bias_columns_ > 0 && rests_.between_rests.maxCoeff() > 0.0) {
       for (Eigen::Index k = 0; k < 3; ++k) {

@@ -54,7 +54,7 @@ class TurnSet {
   struct State {
     Eigen::VectorXd residuals;               // 3 for each turn
     Eigen::MatrixXd jacobian;                // 3 n x 12: B row by row, then the bias
-    std::vector<Eigen::Matrix3d> rotations;  // R(T) of each, the Earth's rotation taken out
+    std::vector<Eigen::Matrix3d> rotations;  // R(T) of each, without the Earth's rotation
     [[nodiscard]] double cost() const { return residuals.squaredNorm(); }
   };
 
@@ -68,7 +68,7 @@ class TurnSet {
       const auto t = static_cast<std::size_t>(i);
       const GyroscopeTurn& turn = turns_[t];
       const Eigen::Matrix3d& R = state.rotations.emplace_back(earth_[t] * rotation_of(turns[t]));
-      Eigen::Matrix<double, 3, 12> turned;  // the turn of R for a change of each unknown
+      Eigen::Matrix<double, 3, 12> turned;  // derivative of R's rotation vector by each unknown
       for (Eigen::Index row = 0; row < 3; ++row) {
         for (Eigen::Index pq = 0; pq < 9; ++pq) {
           turned(row, pq) =
@@ -125,7 +125,7 @@ class TurnSet {
 struct Candidate {
   Eigen::Matrix3d B = Eigen::Matrix3d::Identity();
   Eigen::Vector3d bias = Eigen::Vector3d::Zero();
-  std::shared_ptr<const TurnSet> set;  // of that bias
+  std::shared_ptr<const TurnSet> set;  // readings minus this bias
   TurnSet::State state;
 };
 
@@ -170,7 +170,7 @@ class TurnProblem {
   bool fit_bias_;
 };
 
-// The usual scales of gyroscopes, rad/s per unit; then any.
+// The usual scales of gyroscopes [rad/s per unit].
 std::vector<double> usual_scales() {
   std::vector<double> scales = {1.0, rad_per_deg, 1e-3, 1e-3 * rad_per_deg};
   for (const double counts_per_deg_s :
@@ -188,7 +188,7 @@ std::vector<double> all_scales() {
   return scales;
 }
 
-constexpr double good_rms_rad = 0.15;  // an attitude error below it is one of calibration only
+constexpr double good_rms_rad = 0.15;  // calibration errors explain smaller attitude errors
 
 double rms_of(double cost, std::size_t turns) {
   return std::sqrt(cost / static_cast<double>(turns));
@@ -221,8 +221,8 @@ Eigen::Matrix3d find_start(std::span<const GyroscopeTurn> turns,
   return scale * Eigen::Matrix3d::Identity();
 }
 
-// How B and the bias change with the record's parameters, bias and row k of S, axis by axis:
-// dB = -B dS B.
+// The derivative of B and the bias with respect to the record's parameters (bias and row k of S,
+// axis by axis): dB = -B dS B.
 Eigen::Matrix<double, 12, 12> unknowns_by_parameters(const Eigen::Matrix3d& B) {
   Eigen::Matrix<double, 12, 12> change = Eigen::Matrix<double, 12, 12>::Zero();
   for (int k = 0; k < 3; ++k) {
@@ -260,7 +260,7 @@ class HalvedTurns {
         }
         samples[t][3].push_back(time_s);
       };
-      // At both ends it rests: the sample beyond would be as the first, or the last.
+      // The gyroscope rests at both ends, so the first or last sample is repeated beyond its end.
       const std::span<const double> time_s = turns_[t].time_s;
       if (parity == 1) {
         put(0, 2.0 * time_s[0] - time_s[1]);
@@ -291,14 +291,15 @@ std::vector<std::string> names_of_unknowns(Eigen::Index unknowns) {
   return names;
 }
 
-// Noise seems to determine directions that exact turns leave undetermined, a hundred times worse
-// than the rest.
+// Because of noise, directions that exact turns leave undetermined have small singular values
+// instead of 0, a hundred times below the others.
 std::vector<Eigen::Index> open_unknowns(const Eigen::MatrixXd& J) {
   constexpr double open_below = 5e-3;
   return confounded_columns(J, open_below, 0.1);
 }
 
-// Whether some unknown is open, or has so little to do with the turns that noise makes it.
+// True if an unknown is undetermined, or if it affects the turns so little that noise determines
+// it.
 bool leaves_room(const Eigen::MatrixXd& J) {
   constexpr double little = 0.1;
   const Eigen::VectorXd lengths = J.colwise().norm();
@@ -321,7 +322,7 @@ void require_determined(const Eigen::MatrixXd& J, const TurnFit& fit, std::size_
   }
 }
 
-// The angle that the instrument is turned by from rest to rest, there and back counted both.
+// The revolutions of the instrument from rest to rest; motion in both directions adds up.
 double revolutions_of(const GyroscopeTurn& turn, const TurnFit& fit) {
   double angle_rad = 0.0;
   for (std::size_t i = 1; i < turn.time_s.size(); ++i) {
@@ -332,7 +333,8 @@ double revolutions_of(const GyroscopeTurn& turn, const TurnFit& fit) {
   return angle_rad / (2.0 * std::numbers::pi);
 }
 
-// Whole revolutions look alike from rest to rest: a scale, or times, that are off by far fit too.
+// Whole revolutions do not change the attitude at a rest, so a scale or times that are far off may
+// fit too.
 void check_revolutions(std::span<const GyroscopeTurn> turns,
                        const TurnFitOptions& options,
                        TurnFit& fit) {
@@ -398,7 +400,7 @@ TurnFit fit_turns(std::span<const GyroscopeTurn> turns,
     found = start;  // one scale for all axes, because an undetermined value may be arbitrary
   }
   fit.residual_sd_rad = std::sqrt(found.state.cost() / fit.degrees_of_freedom);
-  // The last step, in which every error counts as it is made.
+  // The last step weighs all errors by their estimated variances.
   const Eigen::Matrix<double, 12, 12> by_parameters = unknowns_by_parameters(found.B);
   if (fit.residual_sd_rad > 0.0 && !options.rotations_only) {
     WeighedTurns weighed = weigh_turns(

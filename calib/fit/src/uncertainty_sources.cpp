@@ -74,7 +74,7 @@ class BudgetMaker {
 
   [[nodiscard]] Eigen::Index parameters() const { return statistics_.covariance.rows(); }
 
-  // A change of the sensitivities as one of the parameters.
+  // A change of the sensitivities as a vector of all parameters.
   [[nodiscard]] Eigen::VectorXd parameters_of(const SensitivityMatrix& change) const {
     Eigen::VectorXd all = Eigen::VectorXd::Zero(parameters());
     for (Eigen::Index k = 0; k < change.rows(); ++k) {
@@ -120,7 +120,8 @@ class BudgetMaker {
     add(reference_source, "normal", u, "1", change * change.transpose());
   }
 
-  // A part that is longer than it was taken to be. One whose length is fitted has none to doubt.
+  // Adds the effect of the uncertain magnitude of a part. If the length of a part is fitted, it has
+  // no such uncertainty.
   void add_part_magnitude(std::size_t which) {
     const FieldDescription& part = calibration_.sensor.field.parts[which];
     if (!(part.magnitude_u > 0.0) || part.free_length || field_.size() <= which) {
@@ -142,7 +143,7 @@ class BudgetMaker {
         change * change.transpose());
   }
 
-  // The readings about the fit. Where nothing scatters no direction takes anything up.
+  // The run linearised about the fit. If the residuals are 0, the directions are treated as known.
   [[nodiscard]] const Fit& run() {
     if (!run_) {
       const bool known = method_kind(calibration_.fit.method).directions_known ||
@@ -155,8 +156,8 @@ class BudgetMaker {
     return *run_;
   }
 
-  // The change of the coefficients with the readings. If the directions are fitted, they absorb
-  // their part first.
+  // The change of the coefficients for changes of the readings. If the directions are fitted, they
+  // absorb their part first.
   [[nodiscard]] Eigen::MatrixXd solution_change(const Eigen::MatrixXd& changes) {
     return run().solution_change(changes)(set_.coefficient_column_indices(), Eigen::all);
   }
@@ -171,7 +172,7 @@ class BudgetMaker {
     }
   }
 
-  // Refitted, the instrument sits a little turned in the cube.
+  // If the instrument is mounted again, its orientation in the cube changes slightly.
   void add_mount() {
     const std::optional<Mount> mount = experiment_.positioner.mount(experiment_.slot);
     if (!mount || !(mount->repeatability_rad > 0.0)) {
@@ -200,7 +201,8 @@ class BudgetMaker {
                        });
   }
 
-  // Steps wider than the scatter do not show in it: the missing part is added.
+  // The scatter does not show all of a rounding step that is wider than the scatter; the missing
+  // part is added.
   void add_resolution() {
     const double q = experiment_.stated.resolution;
     if (!(q > 0.0)) {

@@ -20,8 +20,9 @@
 namespace axiscal {
 namespace {
 
-// With next to no degrees of freedom quantiles overflow: infinity is then the answer, no exception.
-// Doubles stay doubles: long doubles give no digit that is shown and take three times as long.
+// With almost 0 degrees of freedom quantiles overflow; the result is then infinity, not an
+// exception. Doubles are not promoted to long doubles, which take three times as long and change no
+// digit that is shown.
 using Quiet = boost::math::policies::policy<
     boost::math::policies::promote_double<false>,
     boost::math::policies::overflow_error<boost::math::policies::ignore_error>,
@@ -32,7 +33,8 @@ using FisherF = boost::math::fisher_f_distribution<double, Quiet>;
 using ChiSquared = boost::math::chi_squared_distribution<double, Quiet>;
 using Normal = boost::math::normal_distribution<double, Quiet>;
 
-// The last answers of a function of two numbers: all parameters of an axis ask the same.
+// A cache of the last results of a function of two numbers. All parameters of an axis have the same
+// arguments.
 class LastAnswers {
  public:
   template <typename Function>
@@ -68,8 +70,8 @@ double student_t_factor(double coverage, double degrees_of_freedom) {
     const StudentT distribution(degrees_of_freedom);
     const double factor =
         boost::math::quantile(boost::math::complement(distribution, 0.5 * (1.0 - coverage)));
-    // Its square overflows beyond: Boost 1.83 then ends at the root of the largest number, 1.74 at
-    // infinity.
+    // The square of a larger factor overflows. Boost 1.83 then returns the root of the largest
+    // number, Boost 1.74 infinity.
     constexpr double largest = 1e150;
     return factor < largest ? factor : std::numeric_limits<double>::infinity();
   });
@@ -77,7 +79,8 @@ double student_t_factor(double coverage, double degrees_of_freedom) {
 
 namespace {
 
-// 1 / nu of which a factor is, by the first terms of t's series about the normal distribution's z.
+// An approximation of 1 / nu for a coverage factor, from the first terms of the series of Student's
+// t about the quantile z of the normal distribution.
 double guessed_inverse(double factor, double coverage) {
   const double z = boost::math::quantile(boost::math::complement(Normal(), 0.5 * (1.0 - coverage)));
   const double z2 = z * z;
@@ -129,7 +132,7 @@ std::optional<double> root_by_secants(const Function& function,
 }
 
 double found_freedom_of_factor(double factor, double coverage) {
-  // In 1 / nu, in which t is nearly linear.
+  // The search is in 1 / nu, because t is nearly linear in it.
   constexpr double as_good_as_infinite = 1e6;
   constexpr double fewest = 0.05;
   constexpr double rounding = 1e-6;  // relative error of 1 / nu by rounding, for a factor with
@@ -143,11 +146,11 @@ double found_freedom_of_factor(double factor, double coverage) {
   const double guess = guessed_inverse(factor, coverage);
   if (const std::optional<double> root = root_by_secants(beyond, guess, low, high)) {
     const double nu = 1.0 / *root;
-    const double whole = std::round(nu);  // as those of one axis are
+    const double whole = std::round(nu);  // the degrees of freedom of a single axis are whole
     constexpr double last_digits = 1e-13;
     return std::abs(nu - whole) <= last_digits * nu ? whole : nu;
   }
-  // Between the two values around the guess, if they enclose the root.
+  // Narrows the interval to the two values around the guess, if they enclose the root.
   const auto narrowed = [&](double& end, double to, double sign) {
     const double value = to > low && to < high ? beyond(to) : 0.0;
     end = sign * value > 0.0 ? to : end;
@@ -190,15 +193,15 @@ double student_t_two_sided_p(double t, double degrees_of_freedom) {
 
 namespace {
 
-// Of a whole number that is not large.
+// True if a whole number, which must fit in an int, is odd.
 bool is_odd(double whole) {
   return (static_cast<int>(whole) & 1) == 1;
 }
 
-// I_x(a, b) for a and b that are multiples of 1/2, as a finite sum. The sum goes from I_x(a_0, b_0)
-// of the smallest ones up in b, which adds terms, then up in a, which subtracts them; subtraction
-// loses as many digits as the result is below 1. A small result is a series of positive terms
-// instead. Source: Abramowitz & Stegun, Handbook of Mathematical Functions (1964), 26.5.4, 26.5.16,
+// I_x(a, b) for a and b that are multiples of 1/2, as a finite sum. The sum starts at I_x(a_0, b_0)
+// for the smallest a and b. It goes up in b, which adds terms, then up in a, which subtracts terms.
+// The subtraction loses digits if the result is small; a series of positive terms replaces a small
+// result. Source: Abramowitz & Stegun, Handbook of Mathematical Functions (1964), 26.5.4, 26.5.16,
 // 26.6.4-26.6.8.
 double incomplete_beta(double x, double twice_a, double twice_b) {
   const double y = 1.0 - x;
@@ -207,12 +210,12 @@ double incomplete_beta(double x, double twice_a, double twice_b) {
   double a = half_a ? 0.5 : 1.0;
   double b = half_b ? 0.5 : 1.0;
   constexpr double two_over_pi = 2.0 * std::numbers::inv_pi;
-  // Both are 1/2; b is 1; a is 1.
+  // The cases: a and b are 1/2; only b is 1/2; only a is 1/2; both are 1.
   double value = half_a && half_b ? two_over_pi * std::atan2(std::sqrt(x), std::sqrt(y))
                  : half_b         ? 1.0 - std::sqrt(y)
                  : half_a         ? std::sqrt(x)
                                   : x;
-  // x^a y^b / B(a, b), which becomes the next by a factor.
+  // x^a y^b / B(a, b); a factor turns it into the next one.
   double power = (half_a ? std::sqrt(x) : x) * (half_b ? std::sqrt(y) : y) *
                  (half_a && half_b   ? std::numbers::inv_pi
                   : half_a || half_b ? 0.5
@@ -274,7 +277,7 @@ double chi_squared_upper_p(double x, double degrees_of_freedom) {
   constexpr double few_terms = 40.0;
   if (degrees_of_freedom <= few_terms && std::floor(degrees_of_freedom) == degrees_of_freedom &&
       !is_odd(degrees_of_freedom)) {
-    double term = std::exp(-0.5 * x);  // those of Poisson's distribution
+    double term = std::exp(-0.5 * x);  // terms of the Poisson distribution
     double sum = term;
     for (double j = 1.0; j < 0.5 * degrees_of_freedom; j += 1.0) {
       term *= 0.5 * x / j;

@@ -20,8 +20,8 @@ namespace {
 
 constexpr double epsilon = std::numeric_limits<double>::epsilon();
 
-// Pivots below this, relative to the largest, count as zero; Filip's polynomial, the hardest that
-// must still pass, has 1e-10.
+// Pivots below this, relative to the largest, count as zero. Filip's polynomial (NIST), the hardest
+// design that must be accepted, has 1e-10.
 constexpr double rank_tolerance = 1e-13;
 
 // The power of two that is nearest to 1 / length, so that scaling loses no digits.
@@ -37,7 +37,7 @@ double scale_of(double length) {
 Eigen::VectorXd column_scales(const Eigen::Ref<const Eigen::MatrixXd>& A) {
   Eigen::VectorXd scale(A.cols());
   for (Eigen::Index j = 0; j < A.cols(); ++j) {
-    constexpr double far_from_limits = 1e-200;  // squares in this .. its inverse lose no digits
+    constexpr double far_from_limits = 1e-200;  // squares from this to its inverse lose no digits
     const double squares = A.col(j).squaredNorm();
     const double length = squares > far_from_limits && squares < 1.0 / far_from_limits
                               ? std::sqrt(squares)
@@ -47,8 +47,9 @@ Eigen::VectorXd column_scales(const Eigen::Ref<const Eigen::MatrixXd>& A) {
   return scale;
 }
 
-// Of columns of length 1 the Frobenius norms of A and of its pseudo-inverse bound the condition
-// number, up to p times above it: most designs need not ask for more.
+// An upper bound of the condition number for columns of length 1: the product of the Frobenius
+// norms of A and its pseudo-inverse, at most p times too large. For most designs this bound is
+// sufficient.
 double bound_of_condition(const Eigen::MatrixXd& A, const Eigen::MatrixXd& root) {
   const double squares = A.colwise().squaredNorm() * root.rowwise().squaredNorm();
   return std::sqrt(static_cast<double>(A.cols()) * squares);
@@ -139,7 +140,8 @@ std::vector<Eigen::Index> FactoredDesign::factor(const Eigen::Ref<const Eigen::M
   root_ = qr.colsPermutation() * inverse;
   refines_ = !(bound_of_condition(scaled_, root_) <= refinement_above) &&
              condition_number() > refinement_above;
-  // The short way loses as many digits of being square as the condition number has.
+  // scaled_ root_ is faster to compute, but its columns lose as many digits of orthogonality as the
+  // condition number has.
   basis_ = refines_ ? Eigen::MatrixXd(qr.householderQ() * Eigen::MatrixXd::Identity(n, p))
                     : Eigen::MatrixXd(scaled_ * root_);
   if (!refines_) {

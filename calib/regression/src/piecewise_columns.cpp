@@ -26,7 +26,7 @@ std::vector<Eigen::Index> places_in(const Which& which) {
   return places;
 }
 
-// One row of each unit, as far as it says anything.
+// Row k of each unit, without rows of zeros.
 struct RowsOfUnits {
   std::vector<Eigen::Index> places;
   Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor> W;
@@ -48,7 +48,7 @@ RowsOfUnits telling_rows(const Eigen::MatrixXd& W,
   return own;
 }
 
-// Columns of row k of the units alone.
+// The columns that are nonzero only in row k of the units, without the last `kept` columns.
 std::vector<Eigen::Index> columns_of_row(const Eigen::MatrixXd& W,
                                          Eigen::Index rows,
                                          Eigen::Index k,
@@ -64,7 +64,7 @@ std::vector<Eigen::Index> columns_of_row(const Eigen::MatrixXd& W,
   return places_in(own);
 }
 
-// Those that rarely change from unit to unit.
+// The columns that rarely change from unit to unit.
 std::vector<Eigen::Index> slow_columns(const RowsOfUnits& own) {
   const Eigen::Index changes = own.W.rows() - 1;
   return places_in(((own.W.bottomRows(changes).array() != own.W.topRows(changes).array())
@@ -74,8 +74,8 @@ std::vector<Eigen::Index> slow_columns(const RowsOfUnits& own) {
                     fewest_units) <= own.W.rows());
 }
 
-// The values of the slow columns in each block, a row for each, and the block of each row; more
-// rows than columns if the columns do not separate the blocks singly.
+// The values of the slow columns in each block, a row for each block, and the block of each row.
+// The search stops when there are more blocks than columns.
 struct Blocks {
   std::vector<Eigen::RowVectorXd> values;
   std::vector<std::size_t> of_row;
@@ -98,7 +98,8 @@ Blocks blocks_of(const Eigen::MatrixXd& slow) {
   return blocks;
 }
 
-// Gives each block a column of its own where the slow columns of row k of the units say no more.
+// Replaces the slow columns of row k of the units by one column for each block, if there are as
+// many blocks as columns.
 std::optional<ReplacedColumns> part_blocks(Eigen::Index rows,
                                            Eigen::Index k,
                                            Eigen::Index kept,
@@ -134,7 +135,8 @@ std::optional<ReplacedColumns> part_blocks(Eigen::Index rows,
   return replaced;
 }
 
-// A piece goes on where it needs no more columns.
+// Divides the rows into pieces. A piece of enough units ends before a unit that needs further
+// columns.
 std::vector<ColumnPiece> pieces_of(const Eigen::MatrixXd& W, Eigen::Index rows) {
   std::vector<ColumnPiece> pieces;
   Which used = Which::Constant(W.cols(), false);

@@ -16,11 +16,12 @@
 namespace axiscal {
 namespace {
 
-// A reading's numbers lie side by side.
+// Row-major, so that the numbers of a reading are contiguous.
 using Rows = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
 
-// The mean of each row's neighbours: A x, with half of their weights on the off-diagonals.
-// @param weights  n - 1, of each pair of neighbours.
+// A x, with half of the weights on the off-diagonals of A: half the weighted sum of each row's
+// neighbours.
+// @param weights  n - 1, one for each pair of consecutive rows.
 Eigen::MatrixXd beside(const Eigen::MatrixXd& x, const Eigen::VectorXd& weights) {
   const Eigen::Index n = x.rows();
   Eigen::MatrixXd all = Eigen::MatrixXd::Zero(n, x.cols());
@@ -41,13 +42,14 @@ struct Model {
 constexpr std::array correlations = {0.0, 0.2, 0.4, 0.6, 0.75, 0.85, 0.92, 0.96, 0.985, 0.995};
 constexpr std::array white_parts = {0.0, 0.1, 0.3, 1.0, 3.0, 10.0};
 
-// The sum of correlated noise and white noise.
-// @param largest  of the correlations.
+// Models of the sum of correlated noise and white noise.
+// @param largest  largest correlation of the models.
 std::vector<Model> correlated_models(double largest) {
   std::vector<Model> all;
   for (const double rho : correlations) {
     for (const double white : white_parts) {
-      // Without correlation any white noise is the same model, unless what it is seen along turns.
+      // Without correlation, all white parts give the same model if the direction is constant; only
+      // one is used.
       if (rho <= largest && (rho > 0.0 || white == 0.0)) {
         all.push_back({.rho = rho,
                        .white = white,
@@ -70,7 +72,7 @@ std::vector<Model> models_of_run(bool with_blocks) {
   return all;
 }
 
-// The sum of white noise and a common cause that changes more or less slowly.
+// Models of the sum of white noise and a common cause that changes at different speeds.
 std::vector<Model> wandering_models() {
   constexpr std::array slow = {0.0, 0.5, 0.8, 0.92, 0.98};
   constexpr std::array sizes = {0.3, 1.0, 3.0, 10.0, 30.0};
@@ -110,8 +112,8 @@ Whitened whiten_blocks(double gamma, const std::vector<int>& blocks, const Rows&
   return result;
 }
 
-// By the Kalman filter of y_i = h_i . x_i + white noise, for all columns at once; d the components
-// of the state. The root of V^-1 times x is summed by so many rows that a cache holds them.
+// Whitens all columns at once by the Kalman filter of y_i = h_i . x_i + white noise, with d
+// components of the state. The whitened rows are summed in groups that fit in the cache.
 template <int d>
 Whitened whiten(const Model& model,
                 const Eigen::VectorXd& places,
@@ -120,7 +122,7 @@ Whitened whiten(const Model& model,
   constexpr Eigen::Index most_rows = 256;
   const Eigen::Index n = x.rows();
   Rows white(std::min(n, most_rows), x.cols());
-  Eigen::Index waiting = 0;  // of its rows, for the sum
+  Eigen::Index waiting = 0;  // number of rows of `white` that are not summed yet
   Eigen::MatrixXd products = Eigen::MatrixXd::Zero(x.cols(), x.cols());
   double log_determinant = 0.0;
   using State = Eigen::Matrix<double, d, Eigen::Dynamic>;
@@ -188,8 +190,8 @@ InverseRoot inverse_root_of(const Eigen::MatrixXd& N) {
           .log_determinant = 2.0 * whitening.root().diagonal().array().log().sum()};
 }
 
-// By its sums the fit of residuals y by p columns X: N = X^T V^-1 X, c = X^T V^-1 y, y^T V^-1 y.
-// @param N                of which the lower triangle counts.
+// Fits residuals y by p columns X, from the sums N = X^T V^-1 X, c = X^T V^-1 y and y^T V^-1 y.
+// @param N                only the lower triangle is used.
 // @param log_determinant  of V.
 ModelFit fit_by_sums(const Eigen::MatrixXd& N,
                      double log_determinant,
@@ -208,7 +210,7 @@ ModelFit fit_by_sums(const Eigen::MatrixXd& N,
 }
 
 // A regression in an orthonormal basis of its columns, and its residuals. A model of the noise
-// changes its solution by a small amount; sums give this amount without loss of digits.
+// changes its solution by a small amount, which the sums give without loss of digits.
 class PlainFit {
  public:
   // @param Y  n x r.
@@ -223,17 +225,17 @@ class PlainFit {
   // The basis and then the residuals, n x (p + r).
   [[nodiscard]] const Rows& basis_and_residuals() const { return both_; }
 
-  // The result of a model for the only response, in the basis.
+  // The result of a model for a single response, in the basis.
   [[nodiscard]] ModelFit under(const Whitened& sums) const {
     return fit_by_sums(sums.products.topLeftCorner(p_, p_), sums.log_determinant,
                        static_cast<double>(both_.rows() - p_),
                        sums.products.row(p_).head(p_).transpose(), sums.products(p_, p_));
   }
 
-  // Its result for each response's first coefficient only.
+  // The result of a model for only the first coefficient of each response.
   // @param first  receives r results.
   void first_under(const Whitened& sums, std::span<FirstCoefficient> first) const {
-    // With N = L L^T the product of two N^-1 x is that of two L^-1 x.
+    // With N = L L^T, a^T N^-1 b is the scalar product of L^-1 a and L^-1 b.
     Eigen::MatrixXd forward(p_, 1 + r_);
     forward.col(0) = root_.row(0).transpose();
     forward.rightCols(r_) = sums.products.bottomLeftCorner(r_, p_).transpose();
@@ -257,8 +259,7 @@ class PlainFit {
     return root_.row(0).dot(in_basis_.col(response));
   }
 
-  // The results of models for the only response's coefficients, transformed from the basis to the
-  // design.
+  // Transforms the results of models for a single response from the basis to the design.
   [[nodiscard]] CorrelatedFit in_design(const CorrelatedFit& mean) const {
     CorrelatedFit result = mean;
     result.estimate = root_ * (in_basis_.col(0) + mean.estimate);
@@ -323,9 +324,9 @@ CorrelatedFit mean_over(const std::vector<Model>& models,
 }
 
 // The excess of sum c_i z_i z_(i+1) over its expectation for white noise, in standard deviations.
-// @param Q        n x p: the covariance of z is I - Q Q^T, in its variance.
+// @param Q        n x p: the covariance of z is I - Q Q^T times the noise variance.
 // @param QQ       Q^T Q.
-// @param weights  c, n - 1, of neighbours.
+// @param weights  c, n - 1, one for each pair of consecutive values.
 double likeness_score(const Eigen::VectorXd& z,
                       const Eigen::MatrixXd& Q,
                       const Eigen::MatrixXd& QQ,
@@ -471,7 +472,8 @@ CorrelatedFit fit_with_common_ar1(const CommonAr1Problem& problem) {
   const Eigen::MatrixXd others = problem.information - A.transpose() * A;
   Rows both(A.rows(), q + 1);
   both << A, problem.deviations;
-  // Outside of the common cause the residuals are square to the columns already.
+  // The residuals are orthogonal to J, so the sum over the other directions is minus the sum along
+  // the cause.
   const Eigen::VectorXd gradient_across = -A.transpose() * problem.deviations;
   const double squares_across = problem.squares - problem.deviations.squaredNorm();
   const std::vector<Model> models = wandering_models();

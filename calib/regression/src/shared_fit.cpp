@@ -12,8 +12,8 @@
 namespace axiscal {
 namespace {
 
-// For some variances the sum of the P_k^T P_k does not have a root. Then the misfit is NaN, and so
-// never smaller than another.
+// The fit at given variances. If the weighted sum of P_k^T P_k is singular, the misfit is NaN, and
+// therefore never smaller than another.
 struct AtVariances {
   AtVariances(const std::vector<ResponseSums>& responses, const Eigen::VectorXd& at)
       : log_variance(at), weight((-at.array()).exp()) {
@@ -49,14 +49,14 @@ struct AtVariances {
     }
   }
 
-  // Towards the least misfit among variances that are not below the lowest.
-  // @param is_newton  on return whether it is one of Newton's.
+  // A step towards the least misfit, for variances that are not below `lowest`.
+  // @param is_newton  receives true if the step is Newton's.
   [[nodiscard]] Eigen::VectorXd newton_step(const std::vector<ResponseSums>& responses,
                                             const Eigen::VectorXd& lowest,
                                             bool& is_newton) const {
     const auto m = log_variance.size();
     const Eigen::VectorXd gradient = degrees_of_freedom - squares;
-    // Variances at their lower limit do not have a step, and do not enter that of the others.
+    // Variances at their lower limit get no step, and do not affect the steps of the others.
     const auto is_open = [&](Eigen::Index k) {
       return log_variance(k) > lowest(k) || gradient(k) < 0.0;
     };
@@ -88,8 +88,7 @@ struct AtVariances {
     }
     const PositiveFactor cholesky(H);
     is_newton = cholesky.is_determined();
-    // If the likelihood is not convex: the step towards sigma_k^2 = RSS_k / nu_k, at least with its
-    // sign.
+    // If the likelihood is not convex, the step goes towards sigma_k^2 = RSS_k / nu_k.
     const Eigen::VectorXd step = is_newton
                                      ? Eigen::VectorXd(-cholesky.solve(g))
                                      : Eigen::VectorXd(-g.cwiseQuotient(squares.cwiseMax(1.0)));
@@ -100,14 +99,14 @@ struct AtVariances {
   bool determined = true;
   Eigen::VectorXd log_variance;        // u, m
   Eigen::VectorXd weight;              // 1 / sigma^2, m
-  double misfit = 0.0;                 // -2 ln of the likelihood, but for a constant
+  double misfit = 0.0;                 // -2 ln of the likelihood, up to a constant
   Eigen::VectorXd degrees_of_freedom;  // nu, m
   Eigen::VectorXd squares;             // RSS_k / sigma_k^2, m
   Eigen::VectorXd estimate;            // z, D
   Eigen::MatrixXd covariance;          // of z, D x D
 };
 
-// Without shared coefficients each response has its mean square.
+// Without shared coefficients, the variance of each response is its mean square.
 SharedFit apart(const std::vector<ResponseSums>& responses, const Eigen::VectorXd& smallest) {
   const auto m = static_cast<Eigen::Index>(responses.size());
   SharedFit fit{.variance = Eigen::VectorXd(m),

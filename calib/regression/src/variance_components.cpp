@@ -13,7 +13,8 @@
 namespace axiscal {
 namespace {
 
-// Generalised least squares at given variances, b and its covariance in the basis of the pieces.
+// Generalised least squares at given variances. b and its covariance are in the basis of the
+// pieces.
 struct Solved {
   bool determined = false;
   double squares = 0.0;  // y^T P y
@@ -24,7 +25,7 @@ struct Solved {
   Eigen::VectorXd left;            // n m: V^-1 (y - W b)
 };
 
-// All other quantities of one round.
+// All quantities of one round of Fisher's scoring.
 struct Round : Solved {
   Eigen::MatrixXd A;
   Eigen::VectorXd g;
@@ -197,7 +198,7 @@ class Likelihood {
   const VarianceProblem& problem_;
   PiecewiseColumns columns_;
   Eigen::MatrixXd roots_;                 // of all components side by side, n m x r
-  std::vector<Eigen::Index> first_root_;  // of each component, and behind the last
+  std::vector<Eigen::Index> first_root_;  // first column of each component in roots_, then the end
 };
 
 // Solves A theta = g over the free components. A component below its lower limit is set to the
@@ -290,8 +291,8 @@ std::optional<VarianceFit> fit_variance_components(const VarianceProblem& proble
       return std::nullopt;
     }
     const Eigen::VectorXd scale = theta.cwiseMax(1e-8 * start);
-    // A variance falls by at most a factor of ten in one step, because a necessary variance of 0
-    // would leave other rows without weight. A variance that is almost 0 may become 0.
+    // A variance decreases by at most a factor of ten in one step, because rows of variance 0 would
+    // get all the weight. A variance that is almost 0 may become 0.
     constexpr double gone = 1e-9;
     Eigen::VectorXd lowest = smallest;
     for (Eigen::Index q = 0; q < theta.size(); ++q) {
@@ -303,7 +304,7 @@ std::optional<VarianceFit> fit_variance_components(const VarianceProblem& proble
     if (!next.allFinite()) {
       return std::nullopt;
     }
-    // Whole steps may go to and fro; half of them do not.
+    // Whole steps may oscillate; half steps do not.
     constexpr int whole_steps = 20;
     if (number >= whole_steps) {
       next = 0.5 * (theta + next);

@@ -22,11 +22,13 @@ namespace {
 // The sensitivities of each block, from its readings only; each block has its own bias.
 struct BlockFits {
   std::vector<Eigen::Matrix3Xd> S;             // of each block, 3 x m
-  std::vector<Eigen::MatrixXd> unit_variance;  // of each block, 3 x m, of noise 1
+  std::vector<Eigen::MatrixXd> unit_variance;  // 3 x m for each block: variances of S if the noise
+                                               // is 1
   Eigen::VectorXd squares;                     // m: of the residuals
   Eigen::VectorXd free;                        // m: their degrees of freedom
 
-  // A block that lacks a pair of faces determines some entries by the slope of the table alone.
+  // The blocks that determine an entry well. A block without a pair of opposite faces determines
+  // some entries only through the slope of the table.
   [[nodiscard]] std::vector<std::size_t> blocks_that_determine(Eigen::Index component,
                                                                Eigen::Index axis) const {
     constexpr double worse = 9.0;  // in variance: three standard errors of the best block
@@ -45,14 +47,14 @@ struct BlockFits {
 };
 
 // The mean of an entry of S over the blocks that determine it, weighted by information: random
-// effects by DerSimonian and Laird (1986), their variance by Hartung and Knapp (2001). Blocks with
-// equal information give the plain mean and its usual variance.
+// effects by DerSimonian and Laird (1986), and the variance of the mean by Hartung and Knapp
+// (2001). Blocks with equal information give the plain mean and its usual variance.
 struct EntryMean {
   double mean = 0.0;
-  double variance = 0.0;    // of the mean, by how the blocks scatter
-  double within = 0.0;      // of the mean, by the readings' noise alone
-  double chi_square = 0.0;  // of the blocks about their mean, by the readings' noise
-  double blocks = 0.0;      // how many
+  double variance = 0.0;    // variance of the mean, from the scatter of the blocks
+  double within = 0.0;      // variance of the mean, from the readings' noise
+  double chi_square = 0.0;  // of the blocks about their mean, in units of the readings' noise
+  double blocks = 0.0;      // number of blocks
   [[nodiscard]] double mean_square() const { return blocks * variance; }
 };
 
@@ -150,16 +152,16 @@ BlockFits fit_blocks(const Fit& run, const Estimate& estimate) {
   return fits;
 }
 
-// Entries of S that are looked at together.
+// Entries of S that are tested together.
 struct Entries {
   std::vector<std::pair<Eigen::Index, Eigen::Index>> all;  // component and axis
-  double p_value = 1.0;  // that they differ between blocks so much by chance
+  double p_value = 1.0;  // probability of such differences between blocks by chance
 
   void add(Eigen::Index component, Eigen::Index axis) { all.emplace_back(component, axis); }
 };
 
-// The scatter of the turns of S between blocks, for example of an instrument that is mounted again
-// for each block.
+// The p-value of a test whether S is rotated between blocks, for example if the instrument is
+// mounted again for each block.
 double p_of_turns(const BlockFits& fits, const Eigen::MatrixXd& mean, const Eigen::VectorXd& s2) {
   std::vector<std::size_t> blocks(fits.S.size());  // that determine all nine entries
   std::iota(blocks.begin(), blocks.end(), std::size_t{0});
@@ -180,7 +182,7 @@ double p_of_turns(const BlockFits& fits, const Eigen::MatrixXd& mean, const Eige
                            0.5 * (W(1, 0) - W(0, 1)));
   };
   double squares = 0.0;
-  double expected = 0.0;  // by the readings' noise, summed over the three
+  double expected = 0.0;  // mean square from the readings' noise, summed over three components
   for (const std::size_t b : blocks) {
     squares += turn_of(inverse * (Eigen::Matrix3d(fits.S[b].transpose()) - S)).squaredNorm();
     for (Eigen::Index k = 0; k < 3; ++k) {
@@ -205,7 +207,8 @@ bool add_block_sensitivities(const Fit& run, bool mounts_known, Estimate& estima
   if (fits.S.size() < 2) {
     return false;
   }
-  // All blocks share the fit of the field's directions.
+  // Each axis gives an equal share of the degrees of freedom of the field's directions, which all
+  // blocks share.
   fits.free.array() -=
       static_cast<double>(run.column_count() - set.column_count() * m) / static_cast<double>(m);
   Eigen::VectorXd s2 = fits.squares.cwiseQuotient(fits.free);
@@ -214,7 +217,7 @@ bool add_block_sensitivities(const Fit& run, bool mounts_known, Estimate& estima
   }
   Eigen::MatrixXd mean = Eigen::MatrixXd::Zero(3, m);
   Eigen::MatrixXd mean_square = Eigen::MatrixXd::Zero(3, m);
-  std::vector<EntryMean> entries;  // component by component, axis by axis
+  std::vector<EntryMean> entries;  // axis by axis, three components each
   double fewest_blocks = static_cast<double>(fits.S.size());
   for (Eigen::Index k = 0; k < m; ++k) {
     for (Eigen::Index l = 0; l < 3; ++l) {
@@ -233,7 +236,7 @@ bool add_block_sensitivities(const Fit& run, bool mounts_known, Estimate& estima
   }
   estimate.blocks.sensitivity_mean_square = mean_square.transpose();
   estimate.blocks.sensitivity_degrees_of_freedom = fewest_blocks - 1.0;
-  // All main entries, all cross entries; and both of each axis alone.
+  // The groups: all main entries; all cross-axis entries; then both for each axis separately.
   std::vector<Entries> groups(2 + 2 * static_cast<std::size_t>(m));
   for (Eigen::Index k = 0; k < m; ++k) {
     Eigen::Index main = 0;

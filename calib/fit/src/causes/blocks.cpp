@@ -32,7 +32,7 @@ Eigen::MatrixXd shifts_of_blocks(const ReadingSet& set, const Estimate& estimate
   for (Eigen::Index i = 0; i < set.size(); ++i) {
     const auto found = place.find(set.readings[static_cast<std::size_t>(i)].block);
     if (found == place.end()) {
-      continue;  // a few readings taken again
+      continue;  // a small block of repeated readings
     }
     const Eigen::Index block = found->second;
     for (Eigen::Index k = 0; k < set.axis_count(); ++k) {
@@ -62,7 +62,8 @@ struct BlockSquare {
   double degrees_of_freedom = 0.0;
 };
 
-// This run's, with that of earlier ones unless they contradict it.
+// Pools the mean square of this run with that of earlier calibrations, unless this run's is
+// significantly larger.
 BlockSquare pooled(const BlockSquare& own, const BlockSquare& earlier) {
   constexpr double too_large = 0.95;
   if (!(own.degrees_of_freedom > 0.0)) {
@@ -80,8 +81,8 @@ BlockSquare pooled(const BlockSquare& own, const BlockSquare& earlier) {
           .degrees_of_freedom = freedom};
 }
 
-// The mean square of the blocks' biases about their mean says how well that is known; it holds the
-// readings' scatter too.
+// Adds the scatter of the blocks to the uncertainty of the biases. The mean square of the blocks'
+// biases about their mean includes the scatter of the readings.
 void add_block_scatter(const ReadingSet& set, const ProcessScatter* process, Estimate& estimate) {
   const RunEffects& effects = set.effects;
   const double nu = effects.degrees_of_freedom_of_blocks();

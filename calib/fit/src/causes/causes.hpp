@@ -14,7 +14,7 @@ namespace axiscal {
 /// Soaks that do not lie on the polynomials over temperature.
 [[nodiscard]] Cause soaks_cause();
 
-/// Steps of the readings that are wider than their noise.
+/// Rounding steps of the readings that are wider than their noise.
 [[nodiscard]] Cause rounding_cause();
 
 /// Errors that the readings of a laying or of a pose share.
@@ -26,7 +26,7 @@ namespace axiscal {
 /// Sensitivities that differ from block to block.
 [[nodiscard]] Cause block_sensitivities_cause();
 
-/// Noise that differs along the field and across it, and a field whose size wanders.
+/// Noise that differs along the field and across it, and a field whose magnitude varies slowly.
 [[nodiscard]] Cause field_scatter_cause();
 
 /// Consecutive readings that are correlated.

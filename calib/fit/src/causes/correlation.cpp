@@ -13,7 +13,7 @@ namespace axiscal {
 namespace {
 
 // The readings in order, without the columns of the blocks, because a shift between blocks is
-// correlation too. nullopt if readings have weights, or if the field of no reading is known.
+// correlation too. nullopt if weights differ, or if there are too few readings.
 std::optional<OrderedReadings> ordered_readings(const ReadingSet& set, const Estimate& estimate) {
   std::vector<Eigen::Index> rows;
   for (Eigen::Index i = 0; i < set.size(); ++i) {
@@ -57,7 +57,7 @@ std::optional<OrderedReadings> ordered_readings(const ReadingSet& set, const Est
     design.leftCols(set.coefficient_count()) = all(rows, Eigen::seqN(0, set.coefficient_count()));
     design.rightCols(within) = all(rows, Eigen::lastN(within));
     if (k == 0 && set.end_of_alike(0, set.weights) == set.axis_count()) {
-      break;  // one for all
+      break;  // one design for all axes
     }
   }
   return ordered;
@@ -69,7 +69,7 @@ void add_serial_correlation(const SolvedReadings& run, Estimate& estimate) {
       std::any_of(estimate.statistics.components.begin(), estimate.statistics.components.end(),
                   [](const ScatterComponent& one) { return one.name == "soaks"; });
   if (has_soaks || set.robust || set.seen.cols() > 0) {
-    return;  // readings of a soak that lies off its curve are alike, and that counts already
+    return;  // the cause 'soaks' already counts readings that share the deviation of their soak
   }
   const std::optional<OrderedReadings> ordered = ordered_readings(set, estimate);
   const double score = ordered ? lag_one_score(*ordered) : 0.0;
@@ -78,7 +78,8 @@ void add_serial_correlation(const SolvedReadings& run, Estimate& estimate) {
   }
   const CorrelatedMean mean = estimate_correlated_mean(*ordered);
   WiderIntervals wider("correlation", estimate);
-  constexpr double slight = 0.1;  // blocks that differ are alike within too, and count as such
+  constexpr double slight = 0.1;  // shifts of blocks explain a smaller one; the cause 'blocks'
+                                  // counts them
   if (!(mean.correlation > slight)) {
     return;
   }

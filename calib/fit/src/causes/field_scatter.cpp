@@ -17,13 +17,13 @@
 namespace axiscal {
 namespace {
 
-// Mean squares of the residuals in two parts that add up to all of them, r' D r and r' (1 - D) r.
-// For white noise their ratio is approximately F, with degrees of freedom from the traces of P D P
-// and of its square. P = 1 - K K^T is the projection onto the residual space.
+// The ratio of the mean squares of the residuals' two parts, r' D r and r' (1 - D) r. For white
+// noise this ratio is approximately F, with degrees of freedom from the traces of P D P and of (P D
+// P)^2. P = 1 - K K^T is the projection onto the residual space.
 struct NoiseRatio {
   double ratio = 1.0;
   double above = 1.0;  // probability of a larger ratio by chance
-  double below = 1.0;  // of a smaller one
+  double below = 1.0;  // probability of a smaller ratio by chance
 };
 
 NoiseRatio ratio_of(const PartOfNoise& one, const PartOfNoise& other) {
@@ -37,8 +37,8 @@ NoiseRatio ratio_of(const PartOfNoise& one, const PartOfNoise& other) {
   return result;
 }
 
-// The hat matrix of an axis's residuals in a fit is K K^T, K = [Q, P]: its own columns' basis and
-// its rows of the shared one.
+// The hat matrix of an axis in a fit is K K^T with K = [Q, P]. Q is the basis of its own columns,
+// and P contains its rows of the basis of the shared columns.
 struct AxisHat {
   AxisHat(const Fit& run, Eigen::Index k)
       : Q(run.basis_of_axis(k)),
@@ -50,12 +50,12 @@ struct AxisHat {
   Eigen::ArrayXd leverage;
 };
 
-// Of the residuals of an axis.
+// The squared residuals of an axis.
 auto squares_of_axis(const Fit& run, Eigen::Index k) {
   return run.residuals()(run.rows_of_axis(k)).array().square();
 }
 
-// K^T W K of an axis by its blocks, W the weights of its rows.
+// The blocks of K^T W K of an axis; W contains the weights of its rows.
 struct WeightedHat {
   WeightedHat(const AxisHat& axis, const Eigen::ArrayXd& weights)
       : own(Eigen::MatrixXd::Zero(axis.Q.cols(), axis.Q.cols())),
@@ -76,7 +76,7 @@ struct WeightedHat {
     }
   }
 
-  // Of its own rows and columns, and those that cross to the shared.
+  // The sum of squares of the own block and of both cross blocks.
   [[nodiscard]] double squares_of_own() const {
     return own.squaredNorm() + 2.0 * across.squaredNorm();
   }
@@ -86,7 +86,8 @@ struct WeightedHat {
   Eigen::MatrixXd shared;
 };
 
-// Of an axis's residuals, each with a weight in 0 .. 1 for the one part.
+// The ratio for an axis. A residual belongs to the part along the field with the weight cos^2, and
+// to the other part with 1 - cos^2.
 NoiseRatio ratio_of_axis(const Fit& run, Eigen::Index k, const Eigen::VectorXd& cosines) {
   const AxisHat axis(run, k);
   const auto part_of = [&](const Eigen::ArrayXd& weights, double squares_of_hat) {
@@ -99,7 +100,8 @@ NoiseRatio ratio_of_axis(const Fit& run, Eigen::Index k, const Eigen::VectorXd& 
   const Eigen::ArrayXd along = cosines.array().square() * used;
   WeightedHat of_hat(axis, along);
   const double squares_along = of_hat.squares_of_own() + of_hat.shared.squaredNorm();
-  // Across: K^T K, of which Q^T Q is 1 and Q^T P is 0, less that.
+  // For the part across the field, subtract K^T K, in which Q^T Q is 1 and Q^T P is 0. The sign
+  // does not matter.
   of_hat.own.diagonal().array() -= 1.0;
   of_hat.shared -= axis.P.transpose() * axis.P;
   const double squares_across = of_hat.squares_of_own() + of_hat.shared.squaredNorm();
@@ -118,9 +120,9 @@ Eigen::MatrixXd cosines_of(const Fit& run, const Estimate& estimate) {
   return cosines;
 }
 
-// The variance of a coefficient from the residuals, for noise that may depend on anything, with its
-// degrees of freedom. Each squared residual is divided by its share left by the fit and weighted by
-// its influence on the coefficient.
+// The sandwich estimate of a coefficient's variance, valid for noise that differs between readings,
+// and its degrees of freedom. A squared residual has the weight (influence / (1 - leverage))^2, and
+// the sum is scaled to be unbiased for white noise.
 struct Sandwich {
   double variance = 0.0;
   double degrees_of_freedom = 0.0;
@@ -155,7 +157,8 @@ class Sandwiches {
       if (a == k) {
         g += axis.hat.Q.lazyProduct(own);
       }
-      // The fit passes through this reading, so its residual holds zero information.
+      // If less remains, the fit passes through the reading, and its residual contains no
+      // information.
       constexpr double least_left = 1e-6;
       const auto left = 1.0 - axis.hat.leverage;
       const Eigen::ArrayXd w = (left > least_left).select((g.array() / left).square(), 0.0);
@@ -180,12 +183,13 @@ class Sandwiches {
   std::vector<AxisRows> axes_;
 };
 
-// A run's readings along the direction of their residuals that the field's size changes.
+// The residuals of each reading, projected on the direction in which a change of the field's
+// magnitude moves them.
 struct AlongField {
-  Eigen::VectorXd size;        // n: by how much it does
-  Eigen::MatrixXd directions;  // n x m: the unit vector of each reading along that direction
-  Eigen::VectorXd deviations;  // n: of the residuals
-  Eigen::MatrixXd hat_root;  // n x q: K; K K^T is the part of the deviations that the fit takes up
+  Eigen::VectorXd size;        // n: length of the response to the field, in sigma
+  Eigen::MatrixXd directions;  // n x m: the unit vector of this direction for each reading
+  Eigen::VectorXd deviations;  // n: residuals projected on the directions
+  Eigen::MatrixXd hat_root;  // n x q: K; K K^T is the hat matrix of the deviations
   Eigen::MatrixXd hat_squares;  // q x q: K^T K
 };
 
@@ -206,7 +210,7 @@ AlongField along_field(const Fit& run) {
 }
 
 PartOfNoise part_along(const Fit& run, const AlongField& along) {
-  const double taken = along.hat_squares.trace();  // by the fit
+  const double taken = along.hat_squares.trace();  // degrees of freedom taken by the fit
   const auto n = static_cast<double>(run.readings());
   return {.squares = along.deviations.squaredNorm(),
           .trace = n - taken,
@@ -219,8 +223,8 @@ bool can_be_looked_at(const Fit& run) {
          set.visible.empty() && !set.robust;
 }
 
-// Noise that is not the same along the field and across it.
-// @param one  of the noise: that along the field.
+// Lengthens intervals if the noise along the field differs from the noise across it.
+// @param one  the noise along the field.
 void add_field_noise(const Fit& run, const PartOfNoise& one, Estimate& estimate) {
   const std::vector<ScatterComponent>& known = estimate.statistics.components;
   const bool seats_fitted = std::any_of(
@@ -276,7 +280,8 @@ void add_field_noise(const Fit& run, const PartOfNoise& one, Estimate& estimate)
   }
 }
 
-// A field whose size wanders slowly over the run, or all gains together.
+// Lengthens intervals if the magnitude of the field, or the gain of all axes together, varies
+// slowly over the run.
 void add_field_wander(const Fit& run, AlongField along, bool gains_differ, Estimate& estimate) {
   const double score = lag_one_score_along(along.deviations, along.hat_root, along.hat_squares);
   if (!(score > one_sided_5_percent)) {
@@ -302,7 +307,8 @@ void add_field_wander(const Fit& run, AlongField along, bool gains_differ, Estim
   for (Eigen::Index k = 0; k < run.axes(); ++k) {
     for (Eigen::Index l = 1; l <= 3; ++l) {
       const Eigen::Index c = run.column_of(k, l);
-      // The estimate stays, and how far it is from that of the models counts.
+      // The estimate is not changed. Its difference from the models' estimate adds to the
+      // uncertainty.
       wider.widen(p * k + l, fit.covariance(c, c) + fit.estimate(c) * fit.estimate(c),
                   fit.degrees_of_freedom);
     }
@@ -326,10 +332,11 @@ void add_field_scatter(const Fit& run, bool gains_differ, Estimate& estimate) {
   if (!can_be_looked_at(run)) {
     return;
   }
-  if (!gains_differ) {  // which look like noise along the field
+  if (!gains_differ) {  // gains that differ between blocks look like noise along the field
     add_field_noise(run, part_along(run, along_field(run)), estimate);
   }
-  // Made once more: both together would need the most memory of a calibration.
+  // along_field() is called again to save memory: both results together would be the peak of a
+  // calibration.
   add_field_wander(run, along_field(run), gains_differ, estimate);
 }
 

@@ -14,9 +14,9 @@
 namespace axiscal {
 namespace {
 
-// The scatter of the mounts leaves the turn of S uncertain: a component "mounts" of the covariance
-// with 3 (B - 1) degrees of freedom. Fitting the turns cost degrees of freedom; they are shared
-// over the axes (method.md, section 4).
+// Adds a component "mounts" to the covariance, because the scatter of the B mounts leaves the
+// rotation of S uncertain. It has 3 (B - 1) degrees of freedom. The fit of the rotations took the
+// same number of degrees of freedom, equally from all axes (method.md, section 4).
 // @return false, and no change, if the turns leave zero degrees of freedom.
 bool add_mount_scatter(const std::map<int, Eigen::Matrix3d>& turns,
                        double expected,
@@ -26,7 +26,7 @@ bool add_mount_scatter(const std::map<int, Eigen::Matrix3d>& turns,
   const double nu = 3.0 * (count - 1.0);
   const Eigen::Index m = estimate.response.bias.size();
   const Eigen::Index p = statistics.covariance.rows() / m;
-  // The turns took degrees of freedom, of each axis its part.
+  // The degrees of freedom of each axis without its share of the rotations.
   const Eigen::VectorXd left = statistics.degrees_of_freedom.array() - nu / static_cast<double>(m);
   if (!(left.minCoeff() > 0.5)) {
     return false;
@@ -63,7 +63,7 @@ bool add_mount_scatter(const std::map<int, Eigen::Matrix3d>& turns,
     component.covariance += more / count * by_parameters * by_parameters.transpose();
   }
   if (statistics.interval_dof.size() > 0) {
-    put_intervals(statistics);  // of seats each parameter has its own degrees of freedom
+    put_intervals(statistics);  // with seats each parameter has its own degrees of freedom
   }
   if (more > 0.0) {
     estimate.notes.push_back(

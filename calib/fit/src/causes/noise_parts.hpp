@@ -5,18 +5,18 @@
 
 namespace axiscal {
 
-/// A part of a run's noise: residuals r with weights D, and P the projection onto what the fit
-/// leaves.
+/// A part of a run's noise, for residuals r with weights D. P is the projection onto the residual
+/// space.
 struct PartOfNoise {
   double squares = 0.0;          // r' D r
   double trace = 0.0;            // of P D P
-  double trace_of_square = 0.0;  // of its square
+  double trace_of_square = 0.0;  // of (P D P)^2
 
   [[nodiscard]] double freedom() const { return trace * trace / trace_of_square; }
 };
 
-/// The levels at which add_field_noise() looks closer: few readings see little, so that the gate
-/// opens at less.
+/// The p-values below which add_field_noise() widens intervals. They are larger for few readings,
+/// because the tests then detect less.
 struct Gate {
   explicit Gate(Eigen::Index readings) : has_few(readings < few) {}
 
@@ -27,10 +27,10 @@ struct Gate {
   double above_of_axis = has_few ? 0.10 : 0.03;
 };
 
-/// The score above which add_field_wander() does.
+/// The score above which add_field_wander() fits models of the noise.
 inline constexpr double one_sided_5_percent = 1.645;
 
-/// So many readings are looked at at all.
+/// The least number of readings for which these causes are examined.
 inline constexpr Eigen::Index fewest_looked_at = 8;
 
 }  // namespace axiscal

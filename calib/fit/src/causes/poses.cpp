@@ -13,11 +13,11 @@
 namespace axiscal {
 namespace {
 
-// A mean square of the residuals of means, and that of the readings about these means.
+// The mean square of means about the fit, and its test against the readings about these means.
 struct MeanSquares {
   double between = 0.0;
   double degrees_of_freedom = 0.0;
-  double p_value = 1.0;  // of between over within
+  double p_value = 1.0;  // of the ratio of `between` to the mean square within
 };
 
 // Means over layings, for each axis; empty if no laying has several readings.
@@ -56,7 +56,7 @@ std::vector<MeanSquares> of_poses(const FitStatistics& statistics) {
   return axes;
 }
 
-// The probability that the means of all axes scatter so much by chance. Noise that the axes share
+// The probability that the means of all axes scatter this much by chance. Noise that the axes share
 // makes their tests dependent.
 double p_of_axes(const std::vector<MeanSquares>& axes,
                  const SolvedReadings& fitted,
@@ -72,7 +72,7 @@ double p_of_axes(const std::vector<MeanSquares>& axes,
       dof_reduction_factor(residuals, estimate.statistics.degrees_of_freedom.mean()));
 }
 
-// Takes the mean square of the means for that of the readings if it is clearly larger.
+// Replaces the mean square of the readings by that of the means if the latter is clearly larger.
 // @return true if an interval became longer.
 bool widen_by(const std::vector<MeanSquares>& axes,
               const std::string& name,
@@ -102,7 +102,7 @@ bool widen_by(const std::vector<MeanSquares>& axes,
 
 // All readings of one laying have the same laying error. All readings of one pose have the same
 // pose error, for example from dirt under a foot, from a cable or from the cube. With such errors
-// the means scatter more than the readings about them do, and the means decide the uncertainty.
+// the means scatter more than the readings about them do, and the means determine the uncertainty.
 CountedEstimate counted_poses(const ScatterAnalysisInput& run, CountedEstimate so_far) {
   Estimate& estimate = so_far.estimate;
   const FitStatistics& statistics = estimate.statistics;

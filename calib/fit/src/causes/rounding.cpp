@@ -18,8 +18,8 @@
 namespace axiscal {
 namespace {
 
-// The steps that count as known. If the noise is far below a step that nobody stated, the step may
-// be the field's own differences.
+// The rounding steps, without detected steps that are wide relative to the range of the readings:
+// such a step may be a difference between values of the field.
 Eigen::MatrixXd counted_steps(const ReadingSet& set,
                               double stated_step,
                               const Eigen::VectorXd& noise_sd) {
@@ -39,11 +39,11 @@ Eigen::MatrixXd counted_steps(const ReadingSet& set,
 constexpr double wide =
     0.4;  // below this fraction of a step the noise does not average the rounding error
 
-// The poses of one axis: means of its readings there.
+// The poses of one axis, with the mean of its readings in each pose.
 struct Poses {
-  std::vector<Eigen::Index> first;  // a reading of each
+  std::vector<Eigen::Index> first;  // first reading of each pose
   Eigen::VectorXd mean;
-  double scatter = 0.0;  // of one reading within a pose; of the fit where none was taken twice
+  double scatter = 0.0;  // sd of a reading within a pose, or of the fit if there are no repeats
 };
 
 Poses poses_of(const ReadingSet& set, const std::vector<int>& group, Eigen::Index axis, double s) {
@@ -56,7 +56,7 @@ Poses poses_of(const ReadingSet& set, const std::vector<int>& group, Eigen::Inde
     if (set.weights(i, axis) > 0.0) {
       const auto g = static_cast<std::size_t>(group[static_cast<std::size_t>(i)]);
       first[g] = first[g] < 0 ? i : first[g];
-      // Differences from the first one, so large readings keep their digits.
+      // Differences from the first reading lose fewer digits than the readings themselves.
       const double v = set.response(i, axis) - set.response(first[g], axis);
       sum[g] += v;
       squares[g] += v * v;
@@ -81,7 +81,7 @@ Poses poses_of(const ReadingSet& set, const std::vector<int>& group, Eigen::Inde
   return poses;
 }
 
-// The variances of an axis's coefficients if readings of one digit share an error.
+// The variances of an axis's coefficients if readings that round to the same digit share an error.
 struct RoundedFit {
   Eigen::VectorXd variance;
   double degrees_of_freedom = 0.0;
@@ -192,7 +192,7 @@ void add_rounding_scatter(const SolvedReadings& of, double stated_step, Estimate
   if (set.temperature.order > 0 || set.robust) {
     return;
   }
-  // Noise decides which step counts, not whether readings have one.
+  // The noise affects which step counts, but not whether the readings have a step.
   bool has_steps = false;
   for (Eigen::Index k = 0; k < set.axis_count() && !has_steps; ++k) {
     has_steps = detect_rounding_step(set.readings_of_axis(k), stated_step).has_value();
@@ -222,8 +222,8 @@ void add_rounding_scatter(const SolvedReadings& of, double stated_step, Estimate
     if (!(poses.scatter < wide * step) || step <= 4.0 * set.rounding(k)) {
       continue;
     }
-    // The direction of the field takes part of the information from the coefficients. For a
-    // transfer the direction is known.
+    // The columns include the field's direction, which takes part of the information from the
+    // coefficients. For a transfer the direction is known.
     const bool is_transfer = set.seen.cols() > 0;
     if (!is_transfer && !run) {
       run.emplace(of, estimate);

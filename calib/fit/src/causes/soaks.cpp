@@ -14,12 +14,13 @@
 namespace axiscal {
 namespace {
 
-constexpr double same_above = 0.25;  // probability above which soaks and readings scatter alike
+constexpr double same_above = 0.25;  // p-value above which soaks scatter no more than their
+                                     // readings explain
 constexpr double told_below =
-    0.01;  // probability, for all axes together, below which a note says so
+    0.01;  // p-value for all axes together below which a note is added
 
-// The soaks' places on the curves: powers of their mean temperatures, and the directions
-// perpendicular to them.
+// The powers of the soaks' mean temperatures, and an orthonormal basis of the directions
+// perpendicular to these powers.
 struct Soaks {
   Eigen::MatrixXd powers;   // L x (order + 1)
   Eigen::MatrixXd across;   // L x q, orthonormal
@@ -49,9 +50,9 @@ Soaks soaks_of(const ReadingSet& set) {
 
 // The distances of the soaks' biases or scales from their curve.
 struct OffCurve {
-  double mean_square = 0.0;  // of a soak
+  double mean_square = 0.0;  // mean square of a soak's deviation
   double variance = 0.0;     // beyond the readings' noise
-  double p_value = 1.0;      // that it is by chance
+  double p_value = 1.0;      // probability of such deviations by chance
 };
 
 OffCurve off_curve(const Eigen::VectorXd& off, const Eigen::MatrixXd& covariance, double nu) {
@@ -144,7 +145,7 @@ void add_soak_scatter(const ReadingSet& set, Estimate& estimate) {
     found.push_back({.axis = k,
                      .bias = bias.p_value <= same_above ? bias : OffCurve{},
                      .scale = scale.p_value <= same_above ? scale : OffCurve{}});
-    // The readings' own scatter is that about each soak.
+    // The scatter of the readings is now that of the fit with a bias and a scale for each soak.
     const double factor = s2 / std::pow(statistics.residual_sd(k), 2);
     statistics.residual_sd(k) = all.residual_sd;
     statistics.degrees_of_freedom(k) = nu;
@@ -157,8 +158,8 @@ void add_soak_scatter(const ReadingSet& set, Estimate& estimate) {
   statistics.covariance = of_readings + of_components;
   fill_intervals(statistics);
   put_intervals(statistics);
-  // Each power's variance from the soaks' scatter about the polynomials, if that is larger than the
-  // one from the readings.
+  // The variance of each coefficient from the scatter of the soaks about the polynomials. It counts
+  // if it is larger than that from the readings.
   ScatterComponent component{.name = "soaks",
                              .sd = Eigen::VectorXd::Zero(m),
                              .unit = {},

@@ -10,21 +10,22 @@
 
 namespace axiscal {
 
-/// What fit_magnitude() finds.
+/// The result of fit_magnitude().
 struct MagnitudeFit {
   LinearResponse response;          ///< bias [unit], sensitivity [unit per field unit]
-  double degrees_of_freedom = 0.0;  ///< readings less nine
+  double degrees_of_freedom = 0.0;  ///< number of readings minus nine
   double residual_sd = 0.0;         ///< scatter of |f|, for a reading of weight 1 [field unit]
 };
 
-/// The bare fit of readings to a field of constant magnitude: minimises sum w_i (|f_i| - F)^2 over
-/// the variance of |f_i| for equal noise of the axes. No covariance, no correction, no check of the
-/// orientations: for choosing among many fits. Method `magnitude` of calibrate() has all that.
+/// Fits readings to a field of constant magnitude: minimises sum w_i (|f_i| - F)^2 / var(|f_i|),
+/// for equal noise of the axes. It computes no covariance and no correction of bias, and does not
+/// check the orientations. Use it to choose among many fits; method `magnitude` of calibrate() does
+/// all of this.
 ///
-/// @param readings  of three axes, n x 3, n of ten or more [unit].
+/// @param readings  of three axes, n x 3 with n >= 10 [unit].
 /// @param F         magnitude of the field.
 /// @param weights   n; empty: all 1.
-/// @throws RefusedError  for fewer than ten readings, or one that is not finite.
+/// @throws RefusedError  for fewer than ten readings, or if a reading is not finite.
 /// @par Source
 /// method.md, section 4, magnitude.
 [[nodiscard]] AXISCAL_EXPORT MagnitudeFit

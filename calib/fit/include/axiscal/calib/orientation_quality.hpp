@@ -12,7 +12,7 @@
 
 namespace axiscal {
 
-/// A larger gap between orientations leaves that side to be guessed, and is warned of.
+/// The largest gap between orientations without a warning. In a larger gap the fit extrapolates.
 inline constexpr double largest_good_gap_rad = 60.0 * rad_per_deg;
 
 /// @param fields     calibrated readings, n x 3 [any unit], frame sensor; n at least 1.
@@ -21,18 +21,19 @@ inline constexpr double largest_good_gap_rad = 60.0 * rad_per_deg;
 [[nodiscard]] AXISCAL_EXPORT OrientationQuality orientation_quality(const Eigen::MatrixXd& fields,
                                                                     double magnitude);
 
-/// @return a direction in words: "+x", "-x +z"; the axes that it points along by more than 0.38.
+/// @return a direction in words: "+x", "-x +z"; the axes along which its unit vector has a
+///         component above 0.38.
 [[nodiscard]] AXISCAL_EXPORT std::string direction_in_words(const Eigen::Vector3d& direction);
 
 /// Aligns two three-axis instruments by the constancy of the angle between their fields.
 ///
 /// In every orientation the angle between gravity and the geomagnetic field is the dip plus 90
 /// degrees. This fixes the rotation between the two instruments, but not their rotation in the
-/// vehicle. The dip does not change the quality of the rotation. It does change the heading: its
-/// error is proportional to 1 / cos(dip).
+/// vehicle. The dip does not affect the accuracy of the rotation. The heading error is proportional
+/// to 1 / cos(dip).
 ///
-/// @param fields     calibrated readings of the one, n x 3, n at least 5.
-/// @param companion  calibrated readings of the other at the same times, n x 3.
+/// @param fields     calibrated readings of the first instrument, n x 3, n at least 5.
+/// @param companion  calibrated readings of the second instrument at the same times, n x 3.
 /// @throws DomainError   if the sizes differ or are too small.
 /// @throws RefusedError  if the orientations do not determine the rotation.
 /// @par Source

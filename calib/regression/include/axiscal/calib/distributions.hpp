@@ -14,32 +14,31 @@ namespace axiscal {
 /// Boost.Math.
 [[nodiscard]] AXISCAL_EXPORT double student_t_factor(double coverage, double degrees_of_freedom);
 
-/// The degrees of freedom of which a coverage factor is Student's t: student_t_factor() turned
-/// round.
+/// The degrees of freedom for which student_t_factor() returns a given coverage factor.
 ///
-/// @param factor    k, of expanded uncertainties.
+/// @param factor    k, the coverage factor of an expanded uncertainty.
 /// @param coverage  in (0, 1).
-/// @return infinity if k is at most the normal distribution's; NaN if k is NaN.
+/// @return infinity if k is at most that of the normal distribution; NaN if k is NaN.
 [[nodiscard]] AXISCAL_EXPORT double freedom_of_factor(double factor, double coverage);
 
 /// @return P(|T| > |t|) for Student's t; NaN if an argument is NaN or the degrees of freedom are
 ///         zero.
 [[nodiscard]] AXISCAL_EXPORT double student_t_two_sided_p(double t, double degrees_of_freedom);
 
-/// @return P(F > f) for Fisher's F with (numerator, denominator) degrees of freedom; NaN where an
-///         argument is NaN or not positive.
+/// @return P(F > f) for Fisher's F with (numerator, denominator) degrees of freedom; NaN if an
+///         argument is NaN or out of range.
 [[nodiscard]] AXISCAL_EXPORT double f_upper_p(double f, double numerator, double denominator);
 
-/// @return the F below which a share of `probability` lies; NaN outside 0 < probability < 1.
+/// @return f with P(F <= f) = probability for Fisher's F; NaN outside 0 < probability < 1.
 [[nodiscard]] AXISCAL_EXPORT double f_quantile(double probability,
                                                double numerator,
                                                double denominator);
 
-/// @return P(X > x) for chi-squared; NaN where an argument is NaN or not positive.
+/// @return P(X > x) for chi-squared; NaN if an argument is NaN or out of range.
 [[nodiscard]] AXISCAL_EXPORT double chi_squared_upper_p(double x, double degrees_of_freedom);
 
-/// Independent probabilities put together by Fisher's method: -2 sum ln p is of chi-squared with
-/// two degrees of freedom for each.
+/// Combines independent probabilities by Fisher's method: -2 sum ln p is chi-squared with two
+/// degrees of freedom for each probability.
 ///
 /// @par Source
 /// Fisher, Statistical Methods for Research Workers, 4th ed. (1932), sec. 21.1.
@@ -53,8 +52,8 @@ class AXISCAL_EXPORT FisherSum {
   /// @return the number of probabilities.
   [[nodiscard]] double count() const { return count_; }
 
-  /// @param loss  of degrees of freedom, if the tests are not independent (Brown, Biometrics 31
-  ///              (1975) 987-992).
+  /// @param loss  factor that reduces the degrees of freedom if the tests are not independent
+  ///              (Brown, Biometrics 31 (1975) 987-992).
   /// @return the combined probability; NaN if the list is empty or contains NaN.
   [[nodiscard]] double p_value(double loss = 1.0) const;
 
@@ -63,7 +62,7 @@ class AXISCAL_EXPORT FisherSum {
   double count_ = 0.0;
 };
 
-/// @return x with P(X <= x) = probability for chi-squared; NaN where an argument is out of range.
+/// @return x with P(X <= x) = probability for chi-squared; NaN if an argument is out of range.
 [[nodiscard]] AXISCAL_EXPORT double chi_squared_quantile(double probability,
                                                          double degrees_of_freedom);
 

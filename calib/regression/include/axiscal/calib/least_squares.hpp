@@ -61,11 +61,11 @@ using DesignNames = std::function<std::vector<std::string>()>;
 /// gives estimates; LeastSquaresDesign adds the statistics of a fit.
 ///
 /// W^1/2 X P = Q R by Householder QR with column pivoting, with columns scaled by powers of two.
-/// The normal equations are not used. Estimates take one more step with the same factor, for their
-/// last digits. If the condition number (with columns scaled to equal length) exceeds
-/// refinement_above, the solution, its residuals and the covariance are refined by Bjorck's
-/// augmented system with residuals in double-double. Then nearly all digits that the data determine
-/// are right.
+/// The normal equations are not used. Estimates are corrected by one more step with the same
+/// factor, which restores their last digits. If the condition number (with columns scaled to equal
+/// length) exceeds refinement_above, the solution, its residuals and the covariance are refined by
+/// Bjorck's augmented system with residuals in double-double. Nearly all digits that the data
+/// determine are then correct.
 ///
 /// @par Source
 /// Golub & Van Loan, Matrix Computations, 4th ed. (2013), secs. 5.3, 5.4; A. Bjorck, "Iterative
@@ -127,8 +127,9 @@ class AXISCAL_EXPORT FactoredDesign {
 
   Eigen::VectorXd root_weights_;
   Eigen::MatrixXd scaled_;  // W^1/2 X with columns scaled by powers of two
-  Eigen::VectorXd scale_;   // those powers
-  std::optional<Eigen::ColPivHouseholderQR<Eigen::MatrixXd>> qr_;  // where it refines
+  Eigen::VectorXd scale_;   // the powers of two
+  // kept only if solutions are refined
+  std::optional<Eigen::ColPivHouseholderQR<Eigen::MatrixXd>> qr_;
   Eigen::MatrixXd R_;      // p x p, of the scaled columns in the order of the pivots
   Eigen::MatrixXd root_;   // P R^-1 of the scaled columns
   Eigen::MatrixXd basis_;  // Q
@@ -141,7 +142,7 @@ class AXISCAL_EXPORT FactoredDesign {
                                                  const Eigen::Ref<const Eigen::VectorXd>& weights);
 };
 
-/// A factored design that gives the statistics of each response's fit too.
+/// A factored design that also gives the statistics of each response's fit.
 ///
 /// @code
 /// const axiscal::LeastSquaresDesign design(X, weights, {"x.bias", "x.sensitivity.x"});
@@ -179,7 +180,7 @@ class AXISCAL_EXPORT LeastSquaresDesign : public FactoredDesign {
  private:
   void find_unscaled_covariance();
 
-  Eigen::MatrixXd design_;  // X; empty where every row has a weight
+  Eigen::MatrixXd design_;  // X; empty if all weights are above 0
   Eigen::MatrixXd unscaled_covariance_;
   Eigen::VectorXd leverage_;
   bool spans_constant_ = false;
@@ -222,14 +223,14 @@ struct ResidualDiagnostics {
 /// @param leverage            h_i.
 /// @param degrees_of_freedom  nu, not necessarily whole.
 /// @param parameters          p.
-/// @return NaN where h_i is 1 or degrees of freedom lack.
+/// @return NaN if h_i is 1, or if there are too few degrees of freedom.
 [[nodiscard]] AXISCAL_EXPORT ResidualDiagnostics
 diagnose_residuals(const Eigen::Ref<const Eigen::VectorXd>& weighted_residuals,
                    const Eigen::Ref<const Eigen::VectorXd>& leverage,
                    double degrees_of_freedom,
                    double parameters);
 
-/// As above, for a known scatter: t_i = r_i / (s sqrt(1 - h_i)).
+/// Like diagnose_residuals(), for a known scatter: t_i = r_i / (s sqrt(1 - h_i)).
 ///
 /// @param scatter  s, standard deviation of a residual of weight 1.
 [[nodiscard]] AXISCAL_EXPORT ResidualDiagnostics

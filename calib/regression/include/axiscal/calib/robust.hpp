@@ -11,7 +11,7 @@ namespace axiscal {
 
 /// Tukey's bisquare weights for the residuals of a fit.
 struct BisquareWeights {
-  Eigen::VectorXd weights;       ///< 1 in the middle, 0 from 4.685 scaled residuals on
+  Eigen::VectorXd weights;       ///< 1 for a residual of 0, 0 from 4.685 scaled residuals on
   double scale = 0.0;            ///< robust standard deviation of one residual of weight 1
   double variance_factor = 1.0;  ///< s^2 of the final fit: scale^2 variance_factor
 };
@@ -20,8 +20,9 @@ struct BisquareWeights {
 ///
 ///     u_i = r_i / (4.685 s sqrt(1 - h_i)),   w_i = (1 - u_i^2)^2 for |u_i| < 1, else 0
 ///
-/// s is the median absolute deviation / 0.6745, without the p smallest residuals (the fit may have
-/// made them zero). variance_factor is Huber's: K^2 n / (n - p) * sum psi^2 / (sum psi')^2 * n.
+/// s is the median absolute deviation / 0.6745, without the p - 1 smallest residuals, because the
+/// fit may have made them zero. variance_factor is Huber's: K^2 n / (n - p) * sum psi^2 / (sum
+/// psi')^2 * n.
 ///
 /// @param weighted_residuals  residuals times the square root of their given weights.
 /// @param leverage            of the fit without robust weights.
