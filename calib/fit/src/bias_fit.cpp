@@ -97,7 +97,8 @@ void put_sensitivity(const Experiment& experiment, Calibration& calibration) {
   }
   calibration.findings.notes.push_back(
       {NoteCode::pose,
-       formatted("the sensitivity was not fitted and is nominal ({}); give the record that has it",
+       formatted("the sensitivity was not fitted and is nominal ({}); give a calibration record "
+                 "that contains it",
                  number_text(nominal, 6))});
 }
 
@@ -115,23 +116,24 @@ Constant what_constant_is(const Experiment& experiment,
   }
   if (field_kind(calibration.sensor.field.kind).rotation) {
     calibration.findings.notes.push_back(
-        {NoteCode::pose, "at rest: the Earth's rotation (up to 15 deg/h) is part of these biases"});
+        {NoteCode::pose, "the readings are at rest, so these biases include the Earth's rotation "
+                         "(up to 15 deg/h)"});
     return Constant::bias;
   }
   if (experiment.from) {
     calibration.findings.notes.push_back(
         {NoteCode::pose,
-         "nothing says how the instrument lay in the field, so the biases at the reference "
-         "temperature are those of the record that was given; only their change with "
-         "temperature is new"});
+         "the pose of the instrument in the field is unknown, so the biases at the reference "
+         "temperature are those of the given record; only their change with temperature is new"});
     return Constant::from_record;
   }
   add_warning(calibration,
               {.code = WarningCode::field_in_bias,
                .runs = {},
-               .message = "the biases include the field (gravity for an accelerometer) in the pose "
-                          "of the run. To remove it, give a record with the sensitivity, and the "
-                          "columns rest and fence, or pitch_deg and roll_deg"});
+               .message = "the biases include the response to the field (gravity for an "
+                          "accelerometer) in the pose of the run. To remove this response, give a "
+                          "record with the sensitivity, and the columns rest and fence, or "
+                          "pitch_deg and roll_deg"});
   return Constant::as_read;
 }
 
@@ -353,7 +355,8 @@ void add_sweep_scatter(const ReadingSet& set,
   } else if (ways.size() == 0 && places.size() > 1) {
     calibration.findings.notes.push_back(
         {NoteCode::hysteresis,
-         "the temperature was swept one way only, so nothing says whether the biases come back"});
+         "the temperature was swept in one direction only, so the hysteresis of the biases is "
+         "unknown"});
   }
 }
 
@@ -409,7 +412,8 @@ void add_noise_of_order(const ReadingSet& set,
   if (score > told_alike_above) {
     calibration.findings.notes.push_back(
         {NoteCode::correlation,
-         formatted("Consecutive readings are correlated (about {}). The intervals allow for it",
+         formatted("Consecutive readings are correlated (coefficient about {}). The intervals "
+                   "include this",
                    number_text(correlation, 1))});
   }
 }
@@ -456,7 +460,7 @@ void fit_bias(const Experiment& experiment,
   if (experiment.from &&
       experiment.from->sensor.response.bias.size() != experiment.instrument.axis_count()) {
     throw SetupError(
-        formatted("the record that the sensitivity is from has {} axes, and the readings {}",
+        formatted("the record that gives the sensitivity has {} axes, but the readings have {}",
                   experiment.from->sensor.response.bias.size(), experiment.instrument.axis_count()),
         {settings::from_record});
   }

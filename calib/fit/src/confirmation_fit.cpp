@@ -191,7 +191,7 @@ ConfirmedReadings confirmed(const ReadingSet& fitted,
   const auto predictions = fit.predictions(places);
   if (!p || !predictions) {
     throw RefusedError(
-        "the fit has too few readings to check the readings to be confirmed (confirm) against; "
+        "the fit has too few readings to be compared with the confirmation readings (confirm); "
         "take more readings");
   }
   constexpr double unlikely = 0.05;
@@ -199,20 +199,20 @@ ConfirmedReadings confirmed(const ReadingSet& fitted,
   if (is_new_block) {
     result.notes.push_back(
         {NoteCode::conditions,
-         "The readings to be confirmed are of a block that the fit does not know. The shift of the "
-         "biases that they share is not compared"});
+         "The confirmation readings are from a block that the fit does not contain. The common "
+         "shift of their biases is not compared"});
   } else if (within.rows() < each.rows()) {
     result.notes.push_back(
         {NoteCode::conditions,
-         "The readings to be confirmed are of a block that the fit does not know. How biases "
-         "change from block to block is not in their intervals"});
+         "The confirmation readings are from a block that the fit does not contain. Their "
+         "intervals do not include the change of the biases from block to block"});
   } else if (*p < unlikely) {
     const Eigen::MatrixXd without_shift = contrasts_of(kept_out.readings, [](int) { return true; });
     if (without_shift.rows() > 0 && p_with(without_shift).value_or(0.0) >= unlikely) {
       result.notes.push_back(
           {NoteCode::conditions,
-           "A shift of the biases that the readings to be confirmed share explains their errors. "
-           "If they were taken after a new set-up, give them a block of their own"});
+           "A common shift of the biases explains the errors of the confirmation readings. If "
+           "these readings were taken after a new set-up, give them their own block number"});
     }
   }
   Confirmation& confirmation = result.confirmation;

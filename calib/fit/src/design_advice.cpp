@@ -106,10 +106,9 @@ void require_determined(const ReadingSet& set,
   std::string advice = "add readings with the field in other directions";
   if (open.left_out) {
     advice =
-        "these axes see too little of the field's directions: take readings with the lamp dark "
-        "(level 0) too, take all 24 points, let the light "
-        "come from a direction away from the table's normal and the cube's diagonal, or make one "
-        "axis of two opposite ones (d=p-n)";
+        "these axes see the field from too few directions: also take readings with the lamp off "
+        "(level 0), take all 24 points, place the lamp away from the table's normal and the cube's "
+        "diagonal, or combine two opposite axes into one (d=p-n)";
   } else if (rows_for) {
     const std::string points = points_to_add(open.seen, rows_for, set.field.level_can_be_set());
     if (!points.empty()) {

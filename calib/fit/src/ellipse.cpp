@@ -31,8 +31,9 @@ struct Ellipse {
 
 [[noreturn]] void refuse_shape() {
   throw RefusedError(
-      "the readings of the two axes do not lie on an ellipse: turn the instrument once about the "
-      "axis square to both, in one place, and take readings all the way round");
+      "the readings of the two axes do not lie on an ellipse: turn the instrument by one "
+      "revolution about the axis perpendicular to both, in one place, and take readings during the "
+      "whole revolution");
 }
 
 // The conic with the least sum of squared algebraic residuals.
@@ -129,7 +130,8 @@ class EllipseProblem {
 Estimate estimate_ellipse(const ReadingSet& set, double F) {
   constexpr Eigen::Index fewest = parameters + 3;
   if (set.size() < fewest) {
-    throw RefusedError(formatted("method magnitude needs {} readings or more of two axes, not {}",
+    throw RefusedError(formatted("method magnitude needs at least {} readings of two axes, but "
+                                 "there are {}",
                                  fewest, set.size()));
   }
   require_response(set);
@@ -154,8 +156,9 @@ Estimate estimate_ellipse(const ReadingSet& set, double F) {
   const double worst = sd * std::sqrt(C.diagonal().maxCoeff());
   if (!(worst < largest_relative_se)) {
     throw RefusedError(
-        formatted("method magnitude: bias and sensitivity are not told apart (standard errors of "
-                  "{} % of the field): turn the instrument all the way round, and keep it level",
+        formatted("method magnitude: the readings do not separate bias and sensitivity (standard "
+                  "errors of {} % of the field): turn the instrument by a whole revolution, and "
+                  "keep it level",
                   number_text(std::round(100.0 * worst))));
   }
 
@@ -194,8 +197,9 @@ Estimate estimate_ellipse(const ReadingSet& set, double F) {
   estimate.notes.push_back(
       {NoteCode::method,
        formatted(
-           "the two axes were turned in a plane: the length of the field in it is taken as {}; if "
-           "the field is steeper, state its length in the plane",
+           "the two axes were turned in a plane; the field's component in this plane is assumed to "
+           "have the length {}. If the field is inclined to the plane, state the length of this "
+           "component",
            number_text(F, 6))});
   return estimate;
 }

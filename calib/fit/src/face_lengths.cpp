@@ -282,10 +282,11 @@ bool fit_face_lengths(const ReadingSet& given, double F, Estimate& estimate) {
   estimate.curvature.reset();
   estimate.notes.push_back(
       {NoteCode::method,
-       formatted("six faces without fence faces: bias and scale are fitted by the length of the "
-                 "field, so that faces that lean do not count; cross-axis terms are not determined "
-                 "by six faces and are 0 here (with the lean they come to about {} degrees); for a "
-                 "square cube on a level table the method known fits them",
+       formatted("the readings are on six faces without fence faces. Bias and scale are fitted by "
+                 "the length of the field, so that a lean of the faces has almost no effect. Six "
+                 "faces do not determine cross-axis terms, which are 0 here (cross-axis terms and "
+                 "lean together are about {} degrees). For a square cube on a level table, method "
+                 "known fits them",
                  number_text(std::sqrt(transverse.mean()) * deg_per_rad, 2))});
   return true;
 }

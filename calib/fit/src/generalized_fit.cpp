@@ -450,9 +450,8 @@ std::vector<UncertaintySource> weigh_shared_errors(const Experiment& experiment,
   if (experiment.fit.robust) {
     if (has_normals) {
       estimate.notes.push_back({NoteCode::face_normals,
-                                "robust regression does not weigh the uncertainty of the cube's "
-                                "face normals; the stated "
-                                "uncertainties lack it"});
+                                "robust regression ignores the uncertainty of the cube's face "
+                                "normals, so the stated uncertainties do not include it"});
     }
     return {};
   }
@@ -488,8 +487,8 @@ std::vector<UncertaintySource> weigh_shared_errors(const Experiment& experiment,
   if (has_normals) {
     estimate.notes.push_back(
         {NoteCode::face_normals,
-         "the readings do not tell the errors of the cube's faces from noise; the stated "
-         "uncertainties lack that of its face normals"});
+         "the readings do not separate the errors of the cube's face normals from noise, so the "
+         "stated uncertainties do not include the uncertainty of the face normals"});
   }
   return {};
 }

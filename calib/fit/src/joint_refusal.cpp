@@ -78,7 +78,8 @@ void require_direction(const Fit& run, const JointSolution& solution) {
       formatted("add readings at {}, or use method known if the table is level", points);
   if (points.empty()) {
     advice = set.also_in_table.empty()
-                 ? "take each face turned round as well, or use method known if the table is level"
+                 ? "take each face also with the opposite fence face, or use method known if the "
+                   "table is level"
                  : "use method known with the field's direction: the site and the fence's azimuth, "
                    "or its vector in the table";
   }

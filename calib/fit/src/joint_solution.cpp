@@ -112,7 +112,7 @@ std::string another_direction(const ReadingSet& set, const Solution& other, cons
       part = s;
     }
   }
-  return formatted("another direction of {}, {} in the table, fits the readings as well",
+  return formatted("another direction of {}, {} in the table, fits the readings equally well",
                    set.field.name_of(part),
                    direction_text(other.field().vector(part).normalized()));
 }

@@ -22,8 +22,8 @@ void add_long_correlation(const Eigen::VectorXd& uncertainties,
                           std::vector<CalibrationNote>& notes) {
   if (!uncertainties.allFinite()) {
     notes.push_back({NoteCode::correlation,
-                     "some coefficients are determined by a tenth of the recording alone, so their "
-                     "intervals do not include the correlation of consecutive readings"});
+                     "some coefficients are determined by only one tenth of the recording, so "
+                     "their intervals do not include the correlation of consecutive readings"});
     return;
   }
   constexpr auto degrees_of_freedom = static_cast<double>(jackknife_parts - 1);
@@ -77,11 +77,12 @@ std::vector<std::string> remarks_on_length(double independent) {
     return {};
   }
   return {formatted(
-      "the recording is short for its own noise: it counts as about {} independent readings, and "
-      "{}",
+      "the recording is short relative to the correlation of its noise: it is equivalent to about "
+      "{} independent readings, and {}",
       number_text(std::round(independent)),
-      independent < fewest ? "the uncertainties stated are lower bounds; record for longer"
-                           : "intervals hold 83 to 92 % rather than 95; record for longer")};
+      independent < fewest ? "the stated uncertainties are lower bounds; record for longer"
+                           : "the 95 % intervals contain the true value in only 83 to 92 % of "
+                             "cases; record for longer")};
 }
 
 }  // namespace axiscal

@@ -59,9 +59,9 @@ void require_open_nothing(const ReadingSet& set, const LinearisedEllipsoid& line
   if (!open.empty()) {
     const std::string list = joined(open);
     throw RankDeficientError(
-        formatted("the orientations do not determine {}; method magnitude needs nine directions or "
-                  "more that lie on no other quadric: a level cube gives six, so add oblique "
-                  "orientations, or give the design points",
+        formatted("the orientations do not determine {}; method magnitude needs at least nine "
+                  "directions that do not lie on another quadric. A level cube gives six: add "
+                  "oblique orientations, or give the design points",
                   list),
         std::move(open));
   }
@@ -110,9 +110,8 @@ void require_enough_places(const EllipsoidCloud& cloud) {
   }
   if (20 * loose < cloud.size()) {
     throw RankDeficientError(
-        formatted("the readings lie in {} orientations, which are too few for method magnitude; it "
-                  "needs nine or more: add oblique ones, or say which face each reading rests on "
-                  "(column rest)",
+        formatted("the readings lie in {} orientations, but method magnitude needs nine or more: "
+                  "add oblique orientations, or state the rest face of each reading (column rest)",
                   first.size()),
         {});
   }
@@ -461,7 +460,8 @@ void add_noise_of_order(const EllipsoidFit& fit,
     estimate.notes.push_back(
         {NoteCode::correlation,
          formatted(
-             "Consecutive readings are correlated (about {}). The intervals allow for it{}",
+             "Consecutive readings are correlated (coefficient about {}). The intervals include "
+             "this{}",
              number_text(noise->correlation, 1),
              fit.linear.residuals.size() < 60 ? ", roughly, because the recording is short" : "")});
   }
@@ -474,7 +474,7 @@ std::string cause_of(const ReadingSet& set, const EllipsoidCloud& cloud) {
   Eigen::Index least = 0;
   constexpr double dead = 0.02;
   if (range.minCoeff(&least) < dead * range.maxCoeff()) {
-    return formatted("axis {} hardly changes: is it dead?",
+    return formatted("axis {} hardly changes: check whether it works",
                      set.axes[static_cast<std::size_t>(least)]);
   }
   const Ellipsoid sphere = sphere_through(cloud);
@@ -486,7 +486,8 @@ std::string cause_of(const ReadingSet& set, const EllipsoidCloud& cloud) {
   constexpr double about_one_point = 0.25;
   constexpr double much_scatter = 0.02;
   if (quality.coverage >= well_covered && quality.fit_error > about_one_point) {
-    return "the readings lie about one point, not on a sphere: was the instrument turned?";
+    return "the readings lie about one point, not on a sphere: turn the instrument between "
+           "readings";
   }
   if (quality.coverage >= well_covered && quality.fit_error > much_scatter) {
     const LagOneCorrelation alike = likeness_of_neighbours(fields.rowwise().norm().array() - 1.0);
@@ -495,14 +496,15 @@ std::string cause_of(const ReadingSet& set, const EllipsoidCloud& cloud) {
         "{} %{}; take the readings at rest, in one place, away from iron and currents",
         covered, number_text(100.0 * quality.fit_error, 2),
         alike.beyond_chance > alike_by_more_than_chance
-            ? formatted(", and consecutive ones are alike (correlation {}): the instrument was "
-                        "moving, or the field is not the same in all places (indoors?)",
+            ? formatted(", and consecutive magnitudes are correlated (correlation {}): the "
+                        "instrument was moving, or the field differs from place to place, as it "
+                        "does indoors",
                         number_text(alike.correlation, 2))
             : "");
   }
   return formatted(
       "the orientations cover too little of the sphere ({} % of it has a reading within 30 "
-      "degrees); turn the instrument so that each side meets the field",
+      "degrees); turn the instrument so that each of its sides faces the field once",
       covered);
 }
 
@@ -520,10 +522,10 @@ void require_determined(const ReadingSet& set,
   const double worst = std::max(se.head<3>().maxCoeff() * size, se.tail<6>().maxCoeff() / size);
   if (worst > largest_relative_se || bias_in_se > largest_bias_in_se) {
     throw RefusedError(formatted(
-        "method magnitude: bias and sensitivity are not told apart ({}): {}",
+        "method magnitude: the readings do not separate bias and sensitivity ({}): {}",
         worst > largest_relative_se ? formatted("standard errors of {} % of the field",
                                                 number_text(std::round(100.0 * worst)))
-                                    : formatted("a bias of {} standard errors by the noise alone",
+                                    : formatted("the noise causes a bias of {} standard errors",
                                                 number_text(std::round(10.0 * bias_in_se) / 10.0)),
         cause_of(set, cloud)));
   }
@@ -542,7 +544,8 @@ Estimate estimate_magnitude(const ReadingSet& set,
   }
   if (set.size() < ellipsoid_parameters + 1) {
     throw RefusedError(
-        formatted("method magnitude needs ten readings or more in different orientations, not {}",
+        formatted("method magnitude needs at least ten readings in different orientations, but "
+                  "there are {}",
                   set.size()));
   }
   require_response(set);
@@ -585,12 +588,13 @@ Estimate estimate_magnitude(const ReadingSet& set,
     estimate.notes.push_back(
         {NoteCode::estimate_bias,
          correct
-             ? formatted("corrected for the estimate's bias of order sigma^2, up to {} standard "
-                         "errors (parametric bootstrap)",
+             ? formatted("the estimate was corrected for its bias of order sigma^2, by up to {} "
+                         "standard errors (parametric bootstrap)",
                          size_in_se)
              : formatted(
-                   "not corrected for the estimate's bias of order sigma^2, which would be up "
-                   "to {} standard errors if the residuals were independent noise; they are not",
+                   "the estimate was not corrected for its bias of order sigma^2, because the "
+                   "residuals are not independent noise. For independent noise this bias would be "
+                   "up to {} standard errors",
                    size_in_se)});
   }
   RegressionRows rows = rows_of_readings(set);
@@ -631,9 +635,9 @@ Estimate estimate_magnitude(const ReadingSet& set,
   if (lag) {
     estimate.notes.push_back(
         {NoteCode::method,
-         formatted("The readings lag behind the field, as behind a low-pass filter: while the "
-                   "instrument turns they are up to {} % too short. The fit includes this. Turn "
-                   "more slowly, or filter less",
+         formatted("The readings lag behind the field, as after a low-pass filter: while the "
+                   "instrument turns, their magnitude is up to {} % too small. The fit corrects "
+                   "for this. Turn more slowly, or filter less",
                    number_text(100.0 * *lag, 2))});
   }
   if (squared.size() > 0) {

@@ -23,8 +23,8 @@ namespace {
 // relative errors grow as F over this component.
 constexpr double smallest_normal_part = 0.05;
 constexpr const char* in_plane_message =
-    "method paired: the field lies almost in the table's plane, and averages of opposite positions "
-    "have none of it left; use method joint";
+    "method paired: the field lies almost in the table's plane, so it cancels in averages of "
+    "opposite positions; use method joint";
 
 // The pseudo-observations. Each one pools the pairs with the same rest face, block, soak level and
 // field level.
@@ -278,8 +278,8 @@ Estimate estimate_paired(const ReadingSet& given, const Eigen::Vector3d& nominal
     }
     if (!levelness && field.size() > 1) {
       throw RefusedError(
-          "level by block: some block lacks opposite readings, so its levelness is not determined; "
-          "take them, or use one levelness for the run");
+          "level by block: a block has too few opposite readings to determine its levelness; add "
+          "opposite readings, or use one levelness for the run");
     }
     const TableField next = levelness ? turned_by(*levelness, F, field) : field;
     double turn = 0.0;

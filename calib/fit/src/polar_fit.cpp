@@ -86,7 +86,7 @@ PolarFit fit_polar_form(const Eigen::Matrix<double, Eigen::Dynamic, 3>& field_in
                         AxisConvention convention) {
   const Eigen::Index n = response.size();
   if (field_in_sensor.rows() != n || n < 4) {
-    throw DomainError("fit_polar_form: four readings or more, each with its field");
+    throw DomainError("fit_polar_form: needs four readings or more, each with its field");
   }
   // An approximate start: the mean, the slope along the nominal axis, and a small coning angle,
   // because the fit is singular at 0.

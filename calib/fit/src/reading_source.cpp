@@ -61,7 +61,7 @@ std::vector<FieldDescription> second_fields(const Experiment& experiment) {
         resolve_part(also, experiment.table, {.reading_unit = experiment.instrument.unit}));
     if (!fields.back().in_table) {
       throw SetupError(
-          formatted("also {}: where it points in the table must be known; give the site and the "
+          formatted("also {}: its direction in the table must be known; give the site and the "
                     "fence's azimuth, or its in_table",
                     also.kind()));
     }
@@ -149,7 +149,8 @@ ReadingSource::Selection ReadingSource::selected(Weighting weighting) const {
   if (selection.rows.empty()) {
     throw RefusedError(selection.rows_kept_out.empty()
                            ? "no readings are left to calibrate with"
-                           : "all readings are kept out of the fit (confirm): none is left for it");
+                           : "all readings are confirmation readings (confirm), so no readings are "
+                             "left for the fit");
   }
   selection.mean_variance =
       selection.weights(selection.rows, Eigen::all).cwiseInverse().colwise().mean();
@@ -182,7 +183,7 @@ ReadingSource ReadingSource::with_complete_rows() const {
     return !complete.in_range.row(static_cast<Eigen::Index>(row)).all();
   });
   if (complete.rows.empty()) {
-    throw RefusedError("every reading is out of the instrument's range on some axis");
+    throw RefusedError("every reading is out of the instrument's range on at least one axis");
   }
   ReadingSource source = *this;
   source.selection_ = std::make_shared<const Selection>(std::move(complete));
@@ -324,7 +325,8 @@ ReadingSet ReadingSource::set(const std::vector<FieldDescription>& parts,
   for (Eigen::Index k = 0; k < set.weights.cols(); ++k) {
     const auto used = static_cast<double>((set.weights.col(k).array() > 0.0).count());
     if (!(used > 0.0)) {
-      throw RefusedError(formatted("axis {}: no reading is within its range and sees the field",
+      throw RefusedError(formatted("axis {}: no reading is both within the range of the axis and "
+                                   "exposed to the field",
                                    set.axes[static_cast<std::size_t>(k)]));
     }
     set.weights.col(k) /= set.weights.col(k).sum() / used;

@@ -66,8 +66,8 @@ Estimate estimate_sessions(const ReadingSet& set,
   } catch (const RefusedError& error) {
     all.notes.push_back(
         {NoteCode::conditions,
-         formatted("the sessions were fitted together, because one session alone is not enough "
-                   "({}). The intervals do not include differences between sessions",
+         formatted("the sessions were fitted together, because one of them does not determine the "
+                   "coefficients ({}). The intervals do not include differences between sessions",
                    error.what())});
     return all;
   }

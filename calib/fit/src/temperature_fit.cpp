@@ -32,7 +32,8 @@ void require_temperatures(const ReadingSet& set) {
   }
   const std::string list = joined(names);
   throw RankDeficientError(formatted("readings at {}{} do not determine {}; order {} needs {} "
-                                     "temperatures: add readings at another, or use order {}",
+                                     "temperatures: add readings at another temperature, or use "
+                                     "order {}",
                                      count, count == 1 ? " temperature" : " temperatures", list,
                                      order, order + 1, count - 1),
                            std::move(names), {settings::temperature_order});
@@ -53,8 +54,8 @@ void require_terms(const ReadingSet& set, const Estimate& estimate) {
   }
   if (!names.empty()) {
     const std::string list = joined(names);
-    throw RankDeficientError(formatted("the readings do not determine {}; take at each temperature "
-                                       "readings with each axis up and down",
+    throw RankDeficientError(formatted("the readings do not determine {}; at each temperature, "
+                                       "take readings with each axis up and down",
                                        list),
                              std::move(names));
   }

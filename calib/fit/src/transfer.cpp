@@ -185,13 +185,12 @@ void drop_unobserved_parameters(const Eigen::Matrix3Xd& seen, Calibration& calib
   calibration.findings.notes.push_back(
       {NoteCode::unseen,
        lost.empty()
-           ? formatted("the fields of the readings lie in one {}: the answer of {} {} to fields "
-                       "across it is "
-                       "not seen, and taken as 0",
+           ? formatted("the fields of the readings lie in one {}: the response of {} {} to fields "
+                       "perpendicular to it is not known, and is taken as 0",
                        seen.cols() == 1 ? "line" : "plane", axes.size() == 1 ? "axis" : "axes",
                        joined(axes))
-           : formatted("the fields of the readings lack a part along the directions of {}: these "
-                       "sensitivities are taken as 0",
+           : formatted("the fields of the readings have no component along the directions of {}: "
+                       "these sensitivities are not known, and are taken as 0",
                        joined(lost))});
 }
 

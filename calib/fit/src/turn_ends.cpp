@@ -169,12 +169,13 @@ void look_at_order(const Eigen::MatrixX3d& means, RestFit& fit) {
   }
   if (drifts) {
     fit.remark = formatted(
-        "the rests' biases drift over the log, by {}, {}, {} (drift or slow noise): they are those "
-        "of its middle",
+        "the biases at the rests change over the log by {}, {}, {} (drift or slow noise); the "
+        "result is the biases in the middle of the log",
         number_text(drift(0), 2), number_text(drift(1), 2), number_text(drift(2), 2));
   } else if (alike) {
     fit.remark =
-        "the biases of consecutive rests are alike (drift or slow noise), and count as fewer";
+        "the biases of consecutive rests are correlated (drift or slow noise), and count as fewer "
+        "rests";
   }
 }
 

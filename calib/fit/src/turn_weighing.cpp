@@ -145,7 +145,8 @@ class TurnWeighing {
     }
     if (!fit) {
       throw RefusedError(
-          "the turns do not determine the gyroscope together with its uncertain bias");
+          "the turns do not determine the sensitivity of the gyroscope together with its uncertain "
+          "bias");
     }
     return result_of(*fit);
   }

@@ -316,8 +316,8 @@ void require_determined(const Eigen::MatrixXd& J, const TurnFit& fit, std::size_
                   "at least a quarter turn from rest to rest{}",
                   turns, list,
                   fit.has_rotations ? ""
-                                    : "; turns about the vertical alone do not help, because the "
-                                      "accelerometer does not see them"),
+                                    : "; turns about only the vertical do not help, because the "
+                                      "accelerometer does not measure them"),
         std::move(open));
   }
 }
@@ -349,9 +349,10 @@ void check_revolutions(std::span<const GyroscopeTurn> turns,
   if (fit.most_revolutions > most_revolutions_by_hand && !options.rate_per_unit) {
     const std::span<const double> time_s = turns[worst].time_s;
     throw RefusedError(
-        formatted("turn {} of the gyroscope would be {} revolutions in {} s, and no hand turns so: "
-                  "are the times in another unit (name the column t_ms, t_us, ...), or are rests "
-                  "missing? If it was a motor, state the gyroscope's scale",
+        formatted("turn {} of the gyroscope would have {} revolutions in {} s, which is too fast "
+                  "for turning by hand. Check whether the times are in another unit (name the "
+                  "column t_ms, t_us, ...), or whether rests are missing. If a motor turned the "
+                  "instrument, state the gyroscope's scale",
                   worst + 1, number_text(fit.most_revolutions, 3),
                   number_text(time_s.back() - time_s.front(), 3)),
         {settings::gyroscope_scale});
@@ -477,18 +478,18 @@ Calibration turn_calibration(const TurnFit& fit,
            fit.has_rotations ? " between known seats" : " between rests, by the accelerometer",
            number_text(fit.residual_sd_rad * deg_per_rad, 3),
            fit.rest_sd_rad > 0.0
-               ? formatted("; of it each rest, which two turns share, scatters by {} degrees",
+               ? formatted("; the part of each rest, which two turns share, is {} degrees",
                            number_text(fit.rest_sd_rad * deg_per_rad, 3))
                : std::string())});
   if (!fit.converged) {
     add_warning(record, {.code = WarningCode::not_converged,
-                         .message = "the fit of the turns had not come to rest after 50 rounds; is "
-                                    "the gyroscope saturated in the turns?"});
+                         .message = "the fit of the turns did not converge in 50 rounds; check "
+                                    "whether the gyroscope saturates during the turns"});
   }
   if (fit.most_revolutions > most_revolutions_by_hand) {
     add_warning(record, {.code = WarningCode::many_revolutions,
-                         .message = formatted("a turn between two rests has {} revolutions by the "
-                                              "stated scale; are scale and times right?",
+                         .message = formatted("by the stated scale, a turn between two rests has "
+                                              "{} revolutions; check the scale and the times",
                                               number_text(fit.most_revolutions, 3))});
   }
   return record;

@@ -121,8 +121,8 @@ std::vector<Eigen::Index> FactoredDesign::factor(const Eigen::Ref<const Eigen::M
   }
   if (p == 0 || !design.allFinite() || !weights.allFinite() || !(weights.array() >= 0.0).all()) {
     throw DomainError(
-        "LeastSquaresDesign: entries must be finite and weights not negative, in at least one "
-        "column");
+        "LeastSquaresDesign: the design needs at least one column, finite entries, and weights "
+        "that are not negative");
   }
   root_weights_ = weights.size() == 0 ? Eigen::VectorXd::Ones(n) : weights.cwiseSqrt().eval();
   observations_ = (root_weights_.array() > 0.0).count();

@@ -303,20 +303,21 @@ bool add_block_sensitivities(const Fit& run, bool mounts_known, Estimate& estima
   if (least < beyond_chance) {
     estimate.notes.push_back(
         {NoteCode::conditions,
-         formatted("the sensitivities differ between blocks, by {} % of themselves (standard "
-                   "deviation); their intervals include it",
+         formatted("the sensitivities differ between blocks by {} % (standard deviation); their "
+                   "intervals include this",
                    number_text(100.0 * largest, 2))});
   }
   if (m == 3 && !mounts_known && p_of_turns(fits, mean, s2) < beyond_chance) {
     estimate.notes.push_back(
         {NoteCode::seats,
-         "the axes point in other directions in each block, as if the instrument was mounted again "
-         "each time. The intervals of the cross-axis terms include this; a column 'mount' that "
-         "numbers the mounts makes them shorter"});
+         "the directions of the axes differ between blocks, as if the instrument was mounted again "
+         "for each block. The intervals of the cross-axis terms include this; a column 'mount' "
+         "with the number of the mount makes them shorter"});
   }
   if (fits.S.size() == 2) {
     estimate.notes.push_back(
-        {NoteCode::conditions, "two blocks do not tell whether the sensitivities repeat: four do"});
+        {NoteCode::conditions, "two blocks are too few to show whether the sensitivities repeat; "
+                               "take four"});
   }
   constexpr double differ = 0.05;
   return least < differ;

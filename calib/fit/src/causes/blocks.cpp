@@ -118,21 +118,20 @@ void add_block_scatter(const ReadingSet& set, const ProcessScatter* process, Est
   wider.put();
   if (process != nullptr && estimate.blocks.earlier == 0) {
     estimate.notes.push_back({NoteCode::conditions,
-                              "the blocks differ by far more than in earlier calibrations, which "
-                              "therefore do not count"});
+                              "the blocks differ much more than in earlier calibrations, so the "
+                              "earlier calibrations are not used"});
   } else if (process != nullptr) {
     estimate.notes.push_back(
         {NoteCode::conditions,
-         formatted("the biases' intervals include how they changed between blocks in {} earlier "
-                   "calibrations ({} "
-                   "degrees of freedom)",
+         formatted("the intervals of the biases include their changes between blocks in {} earlier "
+                   "calibrations ({} degrees of freedom)",
                    process->records, number_text(process->degrees_of_freedom, 3))});
   } else if (effects.blocks.size() == 2) {
     estimate.notes.push_back(
         {NoteCode::conditions,
-         "the biases' intervals include how blocks differ, and two blocks tell that only roughly: "
-         "with "
-         "three blocks they are some 2.5 times shorter, with four 3 times"});
+         "the intervals of the biases include the differences between blocks, which two blocks "
+         "show only roughly. With three blocks the intervals are about 2.5 times shorter, with "
+         "four blocks 3 times"});
   }
 }
 

@@ -67,8 +67,8 @@ bool add_mount_scatter(const std::map<int, Eigen::Matrix3d>& turns,
   }
   if (more > 0.0) {
     estimate.notes.push_back(
-        {NoteCode::seats, formatted("the instrument was mounted again for each of {} mounts and "
-                                    "turned by {} rad about each axis (standard deviation); the "
+        {NoteCode::seats, formatted("the orientation of the instrument differs between its {} "
+                                    "mounts by {} rad about each axis (standard deviation); the "
                                     "cross-axis terms and their uncertainty include this",
                                     turns.size(), number_text(component.sd(0), 2))});
     add_component(std::move(component), statistics);

@@ -117,14 +117,14 @@ CountedEstimate counted_poses(const ScatterAnalysisInput& run, CountedEstimate s
       widen_by(of_layings(run.fitted.set(), estimate), "layings", run.fitted, estimate)) {
     estimate.notes.push_back(
         {NoteCode::correlation,
-         "consecutive readings of a pose share an error. The intervals include each laying of the "
-         "cube once"});
+         "consecutive readings of a pose share an error. The intervals therefore count each laying "
+         "of the cube as one reading"});
   }
   if (widen_by(of_poses(statistics), "poses", run.fitted, estimate)) {
     estimate.notes.push_back({NoteCode::seats,
-                              "each pose has an error of its own, which repeats in all blocks. The "
-                              "intervals include it. "
-                              "Clean the feet and the table, and look at the cable"});
+                              "each pose has its own error, which repeats in all blocks. The "
+                              "intervals include this error. Clean the feet and the table, and "
+                              "check the cable"});
   }
   return so_far;
 }

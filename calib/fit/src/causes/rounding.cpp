@@ -253,9 +253,9 @@ void add_rounding_scatter(const SolvedReadings& of, double stated_step, Estimate
   estimate.notes.push_back(
       {NoteCode::rounding,
        formatted(
-           "axis {}: the readings' step ({}) is wider than their noise, so that repeats do not "
-           "average it out; the uncertainty includes it: take more digits, or a dither of half a "
-           "step before rounding",
+           "axis {}: the rounding step of the readings ({}) is wider than their noise, so repeats "
+           "do not average out the rounding error. The uncertainty includes this error. Record "
+           "more digits, or add a dither of half a step before rounding",
            joined(axes), number_text(widest, 3))});
 }
 

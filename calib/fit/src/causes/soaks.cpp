@@ -82,8 +82,8 @@ void add_soak_scatter(const ReadingSet& set, Estimate& estimate) {
   if (temperature_count(set) < terms.order + 2) {
     estimate.notes.push_back(
         {NoteCode::temperature,
-         formatted("The polynomial passes through all {} temperature levels. The intervals do not "
-                   "include how levels scatter. Take one more level",
+         formatted("The polynomial passes through all {} temperature levels, so the intervals do "
+                   "not include the scatter of the levels. Take one more level",
                    temperature_count(set))});
     return;
   }
@@ -199,8 +199,8 @@ void add_soak_scatter(const ReadingSet& set, Estimate& estimate) {
   if (least_p * 2.0 * static_cast<double>(m) < told_below) {
     estimate.notes.push_back(
         {NoteCode::temperature,
-         "The temperature levels do not lie on the polynomial as closely as their readings do. "
-         "The intervals include their scatter"});
+         "The temperature levels deviate from the polynomial by more than the noise of their "
+         "readings explains. The intervals include this scatter of the levels"});
   }
 }
 
