@@ -1,12 +1,12 @@
 #!/bin/sh
 # SPDX-License-Identifier: Apache-2.0
-# docs_test.sh SOURCE_DIR: what comments cite is there: sections of docs/method.md by number, of docs/formats.md by
-# name, documents by file. And docs/messages.md tells of every warning of calib.
+# docs_test.sh SOURCE_DIR: what comments cite exists: sections of docs/method.md by number, sections of
+# docs/formats.md by name, and documents by file name. docs/messages.md also names every warning of calib.
 set -eu
 cd "$1"
 text=$(mktemp)
 trap 'rm -f "$text"' EXIT
-# All comments, each file's as one line: a citation may be broken between two.
+# Joins the comments of each file to one line, since a citation may be broken between two lines.
 find . \( -name 'build*' -o -name node_modules -o -name .git \) -prune -o \( -name '*.hpp' -o -name '*.cpp' \) -print |
   while read -r file; do
     sed -n 's#^.*//[/<]* ##p' "$file" | tr '\n' ' '
@@ -29,12 +29,12 @@ for name in $(cat "$text.names"); do
 done
 rm -f "$text.names"
 for document in $(grep -oE 'docs/[a-z_]+\.md' "$text" | sort -u); do
-  [ -e "$document" ] || complain "$document, which a comment cites, is not there"
+  [ -e "$document" ] || complain "$document, which a comment cites, does not exist"
 done
 for code in $(grep -oE '\.name = "[a-z_]+"' calib/record/src/warning_code.cpp | grep -oE '"[a-z_]+"' | tr -d '"'); do
-  grep -q "\`$code\`" docs/messages.md || complain "docs/messages.md does not tell of the warning $code"
+  grep -q "\`$code\`" docs/messages.md || complain "docs/messages.md does not name the warning $code"
 done
-# The library speaks of its own settings; what they are called at the command line, cli alone knows.
+# The library names its settings in its own words; only cli knows their names on the command line.
 if grep -rnE '"([^"]*[ (])?--[a-z][a-z-]+' --include='*.cpp' --include='*.hpp' \
   core field positioner instruments kernels calib logs exchange report acquisition; then
   complain "a message of the library names an option: let the error carry a Setting (axiscal/core/setting.hpp)"

@@ -25,7 +25,7 @@ struct Decoded {
   int defects = 0;
 };
 
-// Bytes as they may come: in pieces of so many.
+// Feeds the bytes to the decoder in pieces of `piece` bytes.
 Decoded decode(Decoder& decoder, const std::string& bytes, std::size_t piece = 7) {
   Decoded decoded;
   const DecoderSink sink{
@@ -59,7 +59,7 @@ TEST(Decoder, WithoutAHeaderItWantsTwoLinesThatAgree) {
 TEST(Decoder, DropsAHalfLineWhereItJoinsMidway) {
   const auto decoder = make_decoder(address_of("names=x,y,z"));
   decoder->restart(true);
-  // The first line could be the rest of -12.5,2,3.
+  // The decoder drops the first line, because it can be the end of "-12.5,2,3".
   EXPECT_EQ(decode(*decoder, "2.5,2,3\n1,2,3\n").samples,
             (std::vector<std::vector<double>>{{1, 2, 3}}));
 }
@@ -149,11 +149,11 @@ TEST(Decoder, SaysWhereAFramesDescriptionIsWrong) {
             std::string::npos);
 }
 
-// CRC catalogue: check values of the text "123456789".
+// Check values of the text "123456789" from the CRC catalogue.
 TEST(Decoder, ChecksumsAgreeWithTheirPublishedCheckValues) {
   struct Case {
     const char* type;
-    std::string bytes;  // little end first
+    std::string bytes;  // little-endian
   };
   const std::vector<Case> cases = {{"crc16_ccitt", "\xB1\x29"},
                                    {"crc16_xmodem", "\xC3\x31"},
@@ -189,10 +189,10 @@ TEST(SampleClock, LeavesOutJumpsAndWhatComesTwice) {
   add(100.1, 2, 5.1);
   add(100.1, 2, 5.1);
   EXPECT_EQ(report.duplicates, 1U);
-  add(7300.2, 3, 5.2);  // somebody set the clock
+  add(7300.2, 3, 5.2);  // the device clock was set forward
   EXPECT_TRUE(report.clock_stepped);
   add(7300.3, 4, 5.3);
-  add(50.0, 5, 5.4);  // and back
+  add(50.0, 5, 5.4);  // the device clock was set back
   add(50.1, 6, 5.5);
   ASSERT_EQ(batch.size(), 6U);
   for (std::size_t i = 0; i < batch.size(); ++i) {
@@ -200,7 +200,8 @@ TEST(SampleClock, LeavesOutJumpsAndWhatComesTwice) {
   }
 }
 
-// 100 samples a second are stated, 101 come, ten at a time, now and then late; a cable is out.
+// The stated rate is 100 Hz and the real rate is 101 Hz. Samples arrive in groups of ten, and one
+// group in 50 arrives 0.09 s late. There is one interruption of 30 s.
 TEST(SampleClock, CountsByTheStatedRateAndStaysWithTheArrivals) {
   SampleClock clock(address_of("rate=100"));
   SampleBatch batch;
@@ -222,7 +223,7 @@ TEST(SampleClock, CountsByTheStatedRateAndStaysWithTheArrivals) {
   run(600.0, 101.0);
   EXPECT_NEAR(batch.time_s.back(), arrival, 0.5);
   const std::size_t before = batch.size();
-  arrival += 30.0;  // a cable was out
+  arrival += 30.0;  // an interruption of 30 s
   run(10.0, 101.0);
   EXPECT_NEAR(batch.time_s[before], batch.time_s[before - 1] + 30.0, 0.5);
   for (std::size_t i = before + 1; i < batch.size(); ++i) {

@@ -21,7 +21,7 @@
 namespace axiscal::test {
 namespace {
 
-// Passes a simulation on and keeps what it said.
+// Forwards the samples of a simulated source and stores a copy of each.
 class Tee final : public Source {
  public:
   explicit Tee(std::vector<std::vector<double>>& rows) : source_("sim:", setup()), rows_(rows) {}
@@ -118,7 +118,7 @@ void Descriptor::close() {
 bool Descriptor::write(const std::string& text) const {
   std::size_t written = 0;
   while (written < text.size()) {
-    // MSG_NOSIGNAL for sockets; a pseudo-terminal takes write().
+    // MSG_NOSIGNAL works for sockets only. A pseudo-terminal needs write().
     ssize_t count = ::send(number_, text.data() + written, text.size() - written, MSG_NOSIGNAL);
     if (count < 0 && errno == ENOTSOCK) {
       count = ::write(number_, text.data() + written, text.size() - written);
@@ -232,7 +232,7 @@ std::function<void(Descriptor&, int)> fake_multimeter(const std::vector<std::str
 }
 
 std::function<void(Descriptor&, int)> fake_iiod(const Recording& recording, double scale) {
-  // The document type as libiio 0.24 states it: its reader validates.
+  // libiio 0.24 validates the XML, so the document type is the one that libiio writes.
   std::string xml =
       "<?xml version=\"1.0\" encoding=\"utf-8\"?><!DOCTYPE context [<!ELEMENT context (device | "
       "context-attribute)*><!ELEMENT context-attribute EMPTY><!ELEMENT device (channel | attribute "
@@ -270,7 +270,8 @@ std::function<void(Descriptor&, int)> fake_iiod(const Recording& recording, doub
         const std::size_t bytes =
             static_cast<std::size_t>(std::stoul(line.substr(line.rfind(' ') + 1)));
         std::string data;
-        // A buffer is always full: after the end it lies as it did.
+        // An IIO buffer is always full. After the last row of the recording the last row is
+        // repeated.
         constexpr std::size_t most_after = 2000;
         const std::size_t last = recording.rows.size() - 1;
         while (data.size() + 12 <= bytes && next < last + most_after) {

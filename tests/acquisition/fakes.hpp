@@ -9,18 +9,18 @@
 
 namespace axiscal::test {
 
-/// A recording of a whole session of twelve points, as a simulated person took it.
+/// The recording of a simulated session at the 12 standard design points.
 struct Recording {
   std::vector<std::vector<double>> rows;  ///< time, x, y, z
 
-  [[nodiscard]] std::string csv() const;  ///< with its header
+  [[nodiscard]] std::string csv() const;  ///< CSV text with a header line
   [[nodiscard]] std::string csv_without_time() const;
 };
 
-/// @param seed  of the run sheet too, as `--seed` of the command.
+/// @param seed  seed of the simulation and of the run sheet (`--seed` of the command).
 [[nodiscard]] Recording record_session(unsigned seed);
 
-/// A descriptor that is closed at the end.
+/// A file descriptor that is closed in the destructor.
 class Descriptor {
  public:
   explicit Descriptor(int number) : number_(number) {}
@@ -29,9 +29,9 @@ class Descriptor {
   Descriptor& operator=(Descriptor&&) = delete;
 
   [[nodiscard]] int number() const { return number_; }
-  /// Writes all of it. @return false where the other side has gone.
+  /// Writes the whole text. @return false if the peer has closed the connection.
   bool write(const std::string& text) const;
-  /// Reads up to the next line feed, which is left out; empty at the end.
+  /// Reads one line without its line feed. @return an empty string at the end of the input.
   [[nodiscard]] std::string line();
   void close();
 
@@ -40,11 +40,11 @@ class Descriptor {
   std::string held_;
 };
 
-/// A server on loopback that talks to each client in a thread of its own.
+/// A server on loopback that handles each client in a separate thread.
 class FakeServer {
  public:
-  /// @param talk  called with each connection, and its number from 0.
-  /// @param port  0: any.
+  /// @param talk  called with each connection and its number, which counts from 0.
+  /// @param port  port number; 0 takes any free port.
   explicit FakeServer(std::function<void(Descriptor&, int)> talk, int port = 0);
   ~FakeServer();
   FakeServer(const FakeServer&) = delete;
@@ -61,7 +61,8 @@ class FakeServer {
   std::thread thread_;
 };
 
-/// A pair of a pseudo-terminal: what is written to one side comes out of the port.
+/// A pseudo-terminal that stands for a serial port. Bytes written to `master` can be read at
+/// `path`.
 struct PseudoPort {
   PseudoPort();
   Descriptor master;
@@ -69,17 +70,17 @@ struct PseudoPort {
   std::string path;
 };
 
-/// Connects to a port on loopback, trying until somebody listens.
+/// Connects to a port on loopback. Tries again until a server listens.
 [[nodiscard]] Descriptor connect_to(int port);
 
-/// @return a port on loopback that nobody listens at.
+/// @return a port on loopback at which no server listens.
 [[nodiscard]] int free_port();
 
-/// A multimeter that answers each READ? with the next of these lines.
+/// A multimeter that answers each READ? with the next element of `readings`.
 [[nodiscard]] std::function<void(Descriptor&, int)> fake_multimeter(
     const std::vector<std::string>& readings, std::vector<std::string>& commands);
 
-/// An IIO daemon with one accelerometer of three channels, 32 bits each, that streams these rows.
+/// An IIO daemon with one accelerometer of three 32-bit channels. It sends the rows of `recording`.
 [[nodiscard]] std::function<void(Descriptor&, int)> fake_iiod(const Recording& recording,
                                                               double scale);
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What goes wrong on a bench: cables, lines, clocks, disks, power.
+// Faults during a session: lost connections, bad lines, wrong clocks, full disks, kills.
 #include <algorithm>
 #include <array>
 #include <atomic>
@@ -57,14 +57,14 @@ class FaultTest : public testing::Test {
         {.stdin_text = stdin_text});
   }
 
-  // Leaves a journal.
+  // Starts a session and quits it at once. The session leaves a journal.
   ProgramResult quit_session() const {
     return run_axiscal(
         {"acquire", "--connect", "sim:?speed=400&rate=50", "--plain", "--name", name_},
         {.stdin_text = "quit\n"});
   }
 
-  // The three axes of the twelve readings, one after another.
+  // The values of x, y and z of the 12 readings, reading by reading: 36 values.
   std::vector<double> readings() const {
     std::vector<double> result;
     const std::vector<std::vector<std::string>> cells = csv_cells(read_file(name_ + ".csv"));
@@ -101,7 +101,8 @@ class FaultTest : public testing::Test {
 };
 
 TEST_F(FaultTest, TheConnectionIsLostAtEveryStage) {
-  // Each connection ends in the middle of a line, and the next one begins in the middle of it.
+  // Each connection except the last ends in the middle of a line, and the next one sends the rest
+  // of that line.
   const std::string all = recording().csv();
   constexpr std::size_t parts = 7;
   const FakeServer server([&](Descriptor& connection, int number) {
@@ -115,7 +116,7 @@ TEST_F(FaultTest, TheConnectionIsLostAtEveryStage) {
   const ProgramResult result = session("tcp://127.0.0.1:" + server.port());
   ASSERT_EQ(result.status, 0) << result.err << result.out;
   EXPECT_NE(result.out.find("closed"), std::string::npos);
-  // A sample or two is missing from some readings: within the noise of a mean of 50.
+  // Some readings lack one or two samples. The change is within the noise of a mean of 50 samples.
   expect_near(readings(), good_readings(), 1e-4);
 }
 
@@ -131,10 +132,10 @@ TEST_F(FaultTest, TheSerialPortIsPulledAndComesBack) {
     }
     std::this_thread::sleep_for(std::chrono::milliseconds(300));
     std::filesystem::remove(link);
-    port = std::make_unique<PseudoPort>();  // the old one is gone
+    port = std::make_unique<PseudoPort>();  // closes the old pseudo-terminal
     std::this_thread::sleep_for(std::chrono::milliseconds(300));
     std::filesystem::create_symlink(port->path, link);
-    port->master.write("3.25,");  // the rest of a line
+    port->master.write("3.25,");  // the end of a line whose start was lost
     port->master.write("0.5\n");
     for (std::size_t i = middle; i < all.size(); ++i) {
       port->master.write(all[i]);
@@ -188,7 +189,8 @@ TEST_F(FaultTest, DuplicatesAndSetClocksChangeNothing) {
   expect_near(readings(), good_readings(), 1e-12);
 }
 
-// 10 kHz of six channels for a minute, as fast as they go: none is lost, and the memory stays.
+// 600,000 samples of six channels arrive as fast as possible. No sample is lost, and the memory
+// does not grow.
 TEST(Feed, LosesNoSampleOfSixHundredThousand) {
   constexpr int samples = 600000;
   const FakeServer server([](Descriptor& connection, int number) {
@@ -227,7 +229,7 @@ TEST(Feed, LosesNoSampleOfSixHundredThousand) {
   }
   rusage after{};
   ::getrusage(RUSAGE_SELF, &after);
-  constexpr long most_growth_kib = 64 * 1024;  // the queue's limit, several times
+  constexpr long most_growth_kib = 64 * 1024;  // several times the limit of the queue
   if (!under_address_sanitizer) {
     EXPECT_LT(after.ru_maxrss - before, most_growth_kib);
   }
@@ -235,7 +237,7 @@ TEST(Feed, LosesNoSampleOfSixHundredThousand) {
   EXPECT_EQ(feed.counts().defects, 0U);
 }
 
-// A program whose output is read until it ends or is killed.
+// A program whose output is read until it ends or until kill().
 class Victim {
  public:
   explicit Victim(const std::vector<std::string>& arguments, rlim_t file_limit = RLIM_INFINITY) {
@@ -269,7 +271,8 @@ class Victim {
     ::close(output_);
   }
 
-  // Reads until a text comes, the time is over, or the program ends. @return whether it came.
+  // Reads until the output contains `until`, `patience` has passed, or the program has ended.
+  // @return true if the output contains `until`.
   bool read(std::chrono::microseconds patience, const std::string& until = "\x01") {
     const auto end = std::chrono::steady_clock::now() + patience;
     while (text.find(until) == std::string::npos) {
@@ -288,7 +291,7 @@ class Victim {
     return true;
   }
 
-  // As kill -9; what had been shown until then is in `text`.
+  // Sends SIGKILL. Output that was written before is then in `text`.
   void kill() {
     if (process_ > 0) {
       ::kill(process_, SIGKILL);
@@ -314,7 +317,7 @@ class Victim {
   int output_ = -1;
 };
 
-// Runs that a session's JSON output shows as captured.
+// Numbers of the runs that the session's JSON output reports as captured.
 std::vector<int> shown_runs(const std::string& text) {
   std::vector<int> runs;
   for (std::size_t at = 0; at < text.size();) {
@@ -345,7 +348,7 @@ std::vector<int> stored_runs(const std::string& journal) {
   return runs;
 }
 
-// AXISCAL_KILLS=1000 for the long form.
+// The environment variable AXISCAL_KILLS sets the number of kills (default 20).
 TEST_F(FaultTest, KilledAtAnyMomentEveryReadingThatWasShownIsThere) {
   const char* const asked = std::getenv("AXISCAL_KILLS");
   const int kills = asked != nullptr ? std::atoi(asked) : 20;
@@ -387,7 +390,7 @@ TEST_F(FaultTest, KilledAtAnyMomentEveryReadingThatWasShownIsThere) {
       std::filesystem::remove(journal);
     }
   }
-  // And the last one is brought to its end.
+  // The last session is resumed and finished.
   if (std::filesystem::exists(journal)) {
     const ProgramResult result =
         run_axiscal({"acquire", "--resume", journal, "--unattended", "--json"});
@@ -398,8 +401,8 @@ TEST_F(FaultTest, KilledAtAnyMomentEveryReadingThatWasShownIsThere) {
   }
 }
 
-// Two instruments on the web of an H, each at a port and by a clock of its own, in the hands of a
-// person who does what the session asks.
+// Two instruments in an H-shaped frame. Each has its own port and its own clock. A simulated person
+// lays the cube as the session instructs.
 class TwoPorts {
  public:
   TwoPorts() {
@@ -425,7 +428,7 @@ class TwoPorts {
             "serial:" + ports_[1].path + "?names=t,R.x,R.y,R.z&time=t"};
   }
 
-  // What the session's output asks for last.
+  // Takes the pose of the last "ask" event in the output as the next pose of the cube.
   void follow(const std::string& output) {
     const std::size_t at = output.rfind("{\"event\":\"ask\"");
     const std::size_t end = output.find('\n', std::min(at, output.size()));
@@ -443,7 +446,7 @@ class TwoPorts {
  private:
   void play() {
     constexpr double rate_hz = 50.0;
-    constexpr double speed = 15.0;  // times real time
+    constexpr double speed = 15.0;  // factor over real time
     const Eigen::Vector3d up = Eigen::Vector3d(0.003, -0.002, 1.0).normalized();
     std::optional<DesignPoint> lies;
     int shaking = 0;
@@ -460,7 +463,7 @@ class TwoPorts {
           Positioner().rotation_table_from_positioner(point).transpose() * up +
           (shaking-- > 0 ? 0.2 : 0.0) * random_.normals<3>();
       for (std::size_t s = 0; s < 2; ++s) {
-        // Clocks that began at other times and run 30 ppm fast, 40 ppm slow.
+        // The clocks start at different times. One runs 30 ppm fast, the other 40 ppm slow.
         const double clock_s = (s == 0 ? 1000.0 : 5.0) + i / rate_hz * (s == 0 ? 1.00003 : 0.99996);
         std::string line = number_text(clock_s, 12);
         const Eigen::VectorXd v = truths[s].at(mounts_[s] * in_cube);
@@ -502,7 +505,7 @@ TEST_F(FaultTest, TwoInstrumentsOfAnAssemblyAreKilledAndResumed) {
   std::array<LinearResponse, 2> truths;
   std::vector<int> shown;
   for (const bool first : {true, false}) {
-    TwoPorts ports;  // of the same instruments each time
+    TwoPorts ports;  // the same seed gives the same instruments
     truths = ports.truths;
     std::vector<std::string> all =
         first ? arguments : std::vector<std::string>{"acquire",
@@ -542,7 +545,7 @@ TEST_F(FaultTest, TwoInstrumentsOfAnAssemblyAreKilledAndResumed) {
 }
 
 TEST_F(FaultTest, AFullDiskIsSaidAndTheSessionGoesOnLater) {
-  constexpr rlim_t room = 3000;  // bytes: the head of the journal and two readings or three
+  constexpr rlim_t room = 3000;  // bytes: room for the journal's header and two or three readings
   Victim victim(
       {"acquire", "--connect", "sim:?speed=400&rate=50", "--unattended", "--json", "--name", name_},
       room);
@@ -573,7 +576,7 @@ TEST_F(FaultTest, AQuitSessionIsResumedByItsJournalAlone) {
   EXPECT_EQ(record["inputs"][0]["sha256"].get<std::string>().size(), 64U);
 }
 
-// A frame that nobody meant would be stored without a word.
+// Without this error the record would silently have a frame that the user did not choose.
 TEST_F(FaultTest, ASlotThatThePositionerLacksIsRefused) {
   const std::string cube = folder_.write("cube.json", run_axiscal({"template", "positioner"}).out);
   const ProgramResult wrong = run_axiscal({"acquire", "--connect", "sim:", "--positioner", cube,
@@ -584,7 +587,7 @@ TEST_F(FaultTest, ASlotThatThePositionerLacksIsRefused) {
   EXPECT_FALSE(std::filesystem::exists(name_ + ".journal"));
 }
 
-// A journal may be somebody else's: it does not say where files are written.
+// A journal may come from another person, so its output paths are ignored.
 TEST_F(FaultTest, AJournalWritesNoFilesElsewhere) {
   const std::string victim = folder_.write("victim.txt", "precious");
   const ProgramResult first =
@@ -600,7 +603,8 @@ TEST_F(FaultTest, AJournalWritesNoFilesElsewhere) {
   EXPECT_EQ(readings().size(), 36U) << "they are beside the journal";
 }
 
-// An address may drive an instrument: it is opened if its user names it.
+// Opening an address can control an instrument, so an address from a journal is opened only if the
+// user names it.
 TEST_F(FaultTest, AStrangersJournalDrivesNoInstrument) {
   ASSERT_EQ(quit_session().status, 1);
   std::string journal = read_file(name_ + ".journal");
@@ -638,7 +642,7 @@ TEST_F(FaultTest, AJournalIsItsOwnersAlone) {
             std::filesystem::perms(0600));
 }
 
-// What the session prints is read by nobody: it goes on.
+// The reader of the session's output exits. The session continues to its end.
 TEST_F(FaultTest, ASessionWhoseReaderHasGoneEndsWithItsReadings) {
   const std::string command = "set -o pipefail; '" + command_path() +
                               "' acquire --connect 'sim:?speed=max&rate=50' --instrument "
@@ -649,7 +653,8 @@ TEST_F(FaultTest, ASessionWhoseReaderHasGoneEndsWithItsReadings) {
   EXPECT_EQ(readings().size(), 36U);
 }
 
-// Nobody can answer, as standard input is closed: a session ends by itself, and can be resumed.
+// Standard input is closed, so a question cannot be answered. The session ends, and it can be
+// resumed.
 TEST_F(FaultTest, AQuestionToNobodyEndsTheSession) {
   const std::string command =
       "'" + command_path() + "' acquire --connect 'sim:?speed=100&rate=50' ";
@@ -662,7 +667,7 @@ TEST_F(FaultTest, AQuestionToNobodyEndsTheSession) {
             1);
 }
 
-// What is read is not written to.
+// An output may not have the path of an input.
 TEST_F(FaultTest, ASessionOverwritesNoRecording) {
   const std::string log = folder_.write("log.csv", recording().csv());
   const std::vector<std::string> start = {
@@ -681,7 +686,7 @@ TEST_F(FaultTest, ASessionOverwritesNoRecording) {
 
 TEST_F(FaultTest, AnInstalledInstrumentIsCheckedWhereItIs) {
   EXPECT_EQ(session("file:" + folder_.write("log.csv", recording().csv())).status, 0);
-  // A log of one pose, and the same with an instrument whose bias has moved by 5 mg.
+  // A log of one pose without and with a shift of the bias by 5 mg.
   const std::vector<double> means = readings();
   for (const double shift : {0.0, 5e-3}) {
     RandomStream random(5);

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// axiscal_feed_endurance [SECONDS]: 10 kHz x 6 channels of binary frames by TCP, as fast as they
-// go; counts what is lost and how the memory grows. Default: an hour's samples.
+// axiscal_feed_endurance [SECONDS]: sends binary frames of 6 channels by TCP as fast as possible,
+// 10,000 frames for each second of SECONDS (default 3600). Prints the number of lost samples and
+// the growth of the memory.
 #include <cstdio>
 #include <cstdlib>
 #include <cstring>

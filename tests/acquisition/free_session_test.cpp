@@ -18,7 +18,8 @@ namespace {
 
 using testing::HasSubstr;
 
-// A magnetometer in uT, or the accelerometer of guided_setup(), in the hands of a person.
+// A simulated instrument that is turned by hand: a magnetometer in uT, or the accelerometer of
+// guided_setup().
 struct InTheHand {
   FreeSetup setup;
   SimulatedSource source;
@@ -38,7 +39,7 @@ struct InTheHand {
     source.roam(setup.by_rests);
   }
 
-  // Samples of so many seconds.
+  // Adds the samples of the next `seconds` seconds to the session.
   void go_on(FreeSession& session, double seconds) {
     SampleBatch batch;
     while (batch.size() < static_cast<std::size_t>(50.0 * seconds)) {
@@ -57,7 +58,8 @@ struct InTheHand {
   bool begun_ = false;
 };
 
-// Of a symmetric matrix it is the truth's, up to a rotation of the frame.
+// Largest difference of S S^T from the true one, where S is the sensitivity. S S^T does not depend
+// on the frame, which is unknown.
 double largest_error_of_shape(const Calibration& calibration, const LinearResponse& truth) {
   const Eigen::Matrix3d found = calibration.sensor.response.sensitivity;
   const Eigen::Matrix3d real = truth.sensitivity;
@@ -86,14 +88,15 @@ TEST(FreeSession, FillsTheSphereAndCalibrates) {
   EXPECT_NE(calibration.findings.status, CalibrationStatus::refused);
   EXPECT_LT(largest_error_of_shape(calibration, hand.source.truth()), 0.01);
   EXPECT_LT((calibration.sensor.response.bias - hand.source.truth().bias).norm(), 0.3);
-  // The readings are read again as they were.
+  // The readings are the same after they are written to CSV and read again.
   const Observations readings = session.observations();
   const std::string path =
       folder.write("a.csv", observations_csv(readings, calibration.sensor.instrument.axes));
   EXPECT_EQ(read_run(path, {.axes = {"x", "y", "z"}}).observations.response, readings.response);
 }
 
-// Hands shake an accelerometer: what counts are the rests, each direction once.
+// A hand shakes the accelerometer. The session takes only the rests as readings, one for each
+// direction.
 TEST(FreeSession, TakesRestsOfAnAccelerometer) {
   const ScratchFolder folder;
   Journal journal = Journal::create(folder.path("a.journal"));
@@ -102,7 +105,7 @@ TEST(FreeSession, TakesRestsOfAnAccelerometer) {
   hand.go_on(session, 160.0);
   const std::size_t rests = session.view().free->points.size();
   EXPECT_GE(rests, 25U);
-  EXPECT_LE(rests, 40U);  // one every four seconds
+  EXPECT_LE(rests, 40U);  // at most one rest in four seconds
   for (const Eigen::Vector3d& one : session.view().free->points) {
     EXPECT_NEAR(one.norm(), 1.0, 0.06);
   }
@@ -112,14 +115,15 @@ TEST(FreeSession, TakesRestsOfAnAccelerometer) {
   session.command({.action = SessionAction::finish, .run = {}});
   ASSERT_EQ(session.calibrations().size(), 1U);
   EXPECT_LT(largest_error_of_shape(session.calibrations().front(), hand.source.truth()), 1e-3);
-  // What is calibrated is what is stored: at the review nothing is dropped any more.
+  // The calibration uses the stored readings, so a reading cannot be dropped after the calibration.
   session.command({.action = SessionAction::undo, .run = {}});
   EXPECT_EQ(session.observations().size(), static_cast<Eigen::Index>(rests) - 1);
   EXPECT_EQ(session.calibrations().front().fit.statistics->observations,
             static_cast<int>(rests) - 1);
 }
 
-// What was seen is in the journal within a second of it, and goes on from there.
+// Each point is in the journal at most one second after it was taken, and a session resumes from
+// the journal.
 TEST(FreeSession, IsResumed) {
   const ScratchFolder folder;
   const std::string path = folder.path("a.journal");
@@ -132,21 +136,22 @@ TEST(FreeSession, IsResumed) {
     FreeSession session(hand.setup, journal);
     hand.go_on(session, 30.0);
     before = session.view().free->points.size();
-  }  // killed
+  }  // the session ends without `finish`
   std::vector<std::string> lines;
   Journal journal = Journal::open(path, lines);
   FreeSession again(hand.setup, journal);
   again.restore(lines, path);
   const std::size_t there = again.view().free->points.size();
   EXPECT_LE(there, before);
-  EXPECT_GE(there + 50, before);  // of the last second
+  EXPECT_GE(there + 50, before);  // at most the 50 samples of the last second are lost
   lines.emplace_back(R"({"entry":"free_points","rows":[[1,2]]})");
   FreeSession wrong(hand.setup, journal);
   EXPECT_THAT([&] { wrong.restore(lines, path); },
               testing::ThrowsMessage<DataError>(HasSubstr("a time and three values")));
 }
 
-// In one plane there is no sphere: it says so, and is never enough.
+// Readings in one plane do not determine a sphere. The session asks for more directions and never
+// says that the data are enough.
 TEST(FreeSession, IsNotFooledByACircle) {
   const ScratchFolder folder;
   Journal journal = Journal::create(folder.path("a.journal"));
@@ -172,7 +177,8 @@ TEST(FreeSession, IsNotFooledByACircle) {
   EXPECT_EQ(session.view().phase, SessionPhase::laying);
 }
 
-// Nobody answers, and the uncertainty that is wanted is never reached: it ends with what there is.
+// An unattended session ends if no new readings come, although the wanted uncertainty is not
+// reached.
 TEST(FreeSession, EndsUnattendedWhereNothingNewComes) {
   const ScratchFolder folder;
   Journal journal = Journal::create(folder.path("a.journal"));

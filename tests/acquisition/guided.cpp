@@ -26,7 +26,7 @@ void RecordingFace::show(const SessionView& view, const std::vector<SessionEvent
 }
 
 std::vector<SessionCommand> RecordingFace::commands() {
-  constexpr std::size_t far_too_many = 2000;  // events: the session goes round in circles
+  constexpr std::size_t far_too_many = 2000;  // more events than this mean an endless loop
   if (events.size() > far_too_many) {
     next = {{.action = SessionAction::quit, .run = {}}};
   }

@@ -15,7 +15,7 @@ namespace axiscal::test {
 /// A session of an accelerometer in g with the standard twelve points.
 [[nodiscard]] SessionSetup guided_setup(std::uint64_t seed = 1, int replicates = 1);
 
-/// Remembers all events; says what it is told to.
+/// Stores all events, and returns the commands of `next`.
 class RecordingFace final : public SessionFace {
  public:
   void show(const SessionView& view, const std::vector<SessionEvent>& events) override;
@@ -28,7 +28,7 @@ class RecordingFace final : public SessionFace {
   std::vector<std::string> alarms;  ///< codes that were shown
 };
 
-/// What came of a session in the hands of a simulated person.
+/// The results of a session with a simulated person.
 struct GuidedResult {
   LinearResponse truth;
   std::vector<SimulatedMistake> mistakes;

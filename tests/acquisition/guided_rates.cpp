@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// How often a session tells wrong poses before they are accepted, and how often it warns of right
-// ones: axiscal_guided_rates [SESSIONS]. The table is in docs/acquire.md.
+// axiscal_guided_rates [SESSIONS]: prints how often a session reports wrong poses before it accepts
+// them, and how often it doubts right poses. The table is in docs/acquire.md.
 #include <cstdio>
 #include <cstdlib>
 #include <filesystem>

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// hostile.mjs AXISCAL: what a hostile or careless network does to the page of a session. All on loopback,
-// bounded in number and in time. The session's journal must hold each reading that was shown.
+// hostile.mjs AXISCAL: attacks the web page of a session from loopback, with a limited number of connections and a
+// limited time. The journal must contain each reading that was shown.
 import assert from "node:assert/strict";
 import { spawn } from "node:child_process";
 import { existsSync, mkdtempSync, readFileSync, rmSync } from "node:fs";
@@ -56,7 +56,7 @@ async function start(name, source, ...more) {
 const memoryMiB = (session) =>
   Number(readFileSync(`/proc/${session.program.pid}/status`, "utf8").match(/VmRSS:\s+(\d+)/)[1]) / 1024;
 
-// How long the user at 127.0.0.1 waits for the page's style, in ms.
+// @return the time [ms] that a client at 127.0.0.1 waits for the page's style sheet.
 async function userWaits(session) {
   const begun = Date.now();
   const answer = await get(session, "/acquire.css");
@@ -91,8 +91,8 @@ function connection(session, from = "127.0.0.1") {
   return socket;
 }
 
-// A page that serves others first answers when their deadline of 5 s has closed them. Half of it leaves a busy
-// machine, and a packet that the system sends again after a second, their time.
+// If the server served the other connections first, the user would wait for their deadline of 5 s. The limit is half
+// of that, for busy machines and for packets that the system sends again after a second.
 const keptWaiting = 2500; // ms
 
 const say = (text) => console.log(text);
@@ -135,7 +135,7 @@ async function bodyDripped(session) {
   say(`a body of a byte each half second: closed after ${seconds.toFixed(1)} s`);
 }
 
-// 1000 idle and 100 slow connections from eight other addresses, the user at 127.0.0.1.
+// 1000 idle and 100 slow connections come from eight other addresses. The user is at 127.0.0.1.
 async function heldByOthers(session) {
   const sockets = [];
   for (let i = 0; i < 1000; ++i) {
@@ -159,7 +159,7 @@ async function heldByOthers(session) {
   say(`1000 idle and 100 slow connections of 127.0.0.2 to .9: the user at 127.0.0.1 waits at most ${longest} ms`);
 }
 
-// The same from the user's own address.
+// 200 slow connections come from the user's own address.
 async function heldFromHere(session) {
   const sockets = Array.from({ length: 200 }, () => {
     const socket = connection(session);
@@ -196,7 +196,7 @@ async function noise(session) {
   say("2000 pieces of noise, paths of other files, another host's name: turned away");
 }
 
-// At another address than loopback's name: TLS, with the certificate that the terminal shows.
+// With --listen the server uses TLS and the certificate whose fingerprint the terminal shows.
 async function encrypted() {
   const session = await start("encrypted", "sim:?speed=2&seed=3", "--listen", "127.0.0.1");
   assert.equal(session.url.protocol, "https:");
@@ -204,7 +204,7 @@ async function encrypted() {
   const answer = await get(session, "/");
   assert.equal(answer.status, 200, answer.text);
   assert.equal(answer.certificate.fingerprint256, session.fingerprint);
-  // Plain HTTP gets nothing; half a greeting does not shut others out.
+  // A request by plain HTTP gets no answer. Unfinished TLS handshakes do not block other clients.
   const plain = await new Promise((done) => {
     http.get({ host: "127.0.0.1", port: session.port, agent: false }, (response) => done(response.statusCode)).on("error", () => done(0));
   });

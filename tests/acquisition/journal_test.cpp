@@ -64,7 +64,7 @@ TEST(SessionHeader, ComesBackFromItsLine) {
   }
 }
 
-// What is no journal loses nothing by being taken for one.
+// Journal::open() rejects a file that is not a journal, and does not change it.
 TEST(Journal, LeavesOtherFilesAsTheyAre) {
   const test::ScratchFolder folder;
   for (const std::string text : {"notes\nwithout an end", "", "{\"format\":\"axiscal-journal\"",

@@ -24,20 +24,22 @@ TEST(FewestTurns, LeadToThePointInThreeTurnsAtMost) {
   }
 }
 
-// Seen with hands: towards the person the front face goes down and the back face comes up.
+// Turns as a person at the table sees them: to tip the cube towards oneself moves its front face
+// down and its back face up.
 TEST(FewestTurns, MoveTheFacesAsHandsDo) {
   const DesignPoint start(Face::minus_z, Face::plus_y);  // x to the right, y to the fence, z up
   EXPECT_EQ(after_turn(start, CubeTurn::tip_towards), DesignPoint(Face::minus_y, Face::minus_z));
   EXPECT_EQ(after_turn(start, CubeTurn::tip_away), DesignPoint(Face::plus_y, Face::plus_z));
   EXPECT_EQ(after_turn(start, CubeTurn::tip_right), DesignPoint(Face::plus_x, Face::plus_y));
   EXPECT_EQ(after_turn(start, CubeTurn::tip_left), DesignPoint(Face::minus_x, Face::plus_y));
-  // Turned to the left, counter-clockwise from above, the right face comes to the fence.
+  // A turn to the left is counter-clockwise from above and brings the right face to the fence.
   EXPECT_EQ(after_turn(start, CubeTurn::turn_left), DesignPoint(Face::minus_z, Face::plus_x));
   EXPECT_EQ(after_turn(start, CubeTurn::turn_right), DesignPoint(Face::minus_z, Face::minus_x));
   EXPECT_EQ(after_turn(start, CubeTurn::turn_round), DesignPoint(Face::minus_z, Face::minus_y));
 }
 
-// An accelerometer in volts with biases far above what gravity does, on a table 5 mrad off.
+// An accelerometer in volts whose biases are far larger than the response to gravity. The table
+// slopes by 5 mrad.
 struct Bench {
   LinearResponse truth{.bias = Eigen::Vector3d(1.65, 1.60, 1.70), .sensitivity = {}};
   Eigen::Vector3d field{4e-3, -3e-3, 1.0};
@@ -83,7 +85,7 @@ TEST(PoseModel, FromTheSecondFaceOnTellsAWrongFace) {
     }
     for (const DesignEntry& lies : standard_design(24)) {
       if (lies.point.rest() == entry.point.rest() || lies.point.rest() == sheet[0].point.rest()) {
-        continue;  // the same as before is seen by the session itself
+        continue;  // the session detects an unchanged face
       }
       const auto judgement = model.judge(known, bench.reading(entry.point, lies.point));
       ASSERT_TRUE(judgement);
@@ -109,12 +111,12 @@ TEST(PoseModel, WithTheSlopeKnownTellsATurnOnTheSameFace) {
   const auto turned = model.judge(known, bench.reading(last, last.turned_round()));
   EXPECT_TRUE(turned->looks_like_another);
   EXPECT_EQ(turned->best, last.turned_round());
-  // The slope, as the readings have it.
+  // The fitted slope of the table agrees with the true one.
   const auto fit = model.fit(known);
   EXPECT_NEAR(fit->field_in_table.x(), 4e-3, 1e-4);
   EXPECT_NEAR(fit->field_in_table.y(), -3e-3, 1e-4);
   EXPECT_LT(fit->slope_u.maxCoeff(), 1e-4);
-  // A cube on grit, 20 mrad off, fits nowhere.
+  // A cube that is tilted by 20 mrad fits no pose.
   PlacedReading tilted = bench.reading(last, last);
   tilted.mean(0) += 0.33 * 0.02;
   tilted.mean(1) -= 0.33 * 0.02;

@@ -37,7 +37,8 @@ SimulationSetup simulation_of(std::uint64_t seed) {
   return simulation;
 }
 
-// Largest error of the sensitivity in its own standard uncertainty, type A and the seat's.
+// Largest error of the sensitivity in units of its standard uncertainty, which includes the scatter
+// of the readings and of the seat.
 double largest_error(const GuidedResult& result) {
   const Eigen::MatrixXd off =
       result.calibrations.front().sensor.response.sensitivity - result.truth.sensitivity;
@@ -48,7 +49,8 @@ double largest_error(const GuidedResult& result) {
   return (off.array().abs() / u.array()).maxCoeff();
 }
 
-// Allocations tell what a reading costs, whatever the machine does beside.
+// The number of allocations measures the cost of a reading independently of the load of the
+// machine.
 TEST(SessionGrowth, ACaptureCostsTheSameHoweverManyThereAre) {
   if (under_address_sanitizer) {
     GTEST_SKIP() << "the sanitizer counts allocations of its own";
@@ -81,7 +83,8 @@ TEST(Session, TakesTwelvePointsAndCalibrates) {
   EXPECT_EQ(result.observations.samples->size(), 12);
 }
 
-// What cannot be told apart is not asked about: of a person who errs never every question is false.
+// The session asks no question if the poses cannot be told apart. The simulated person makes no
+// mistake, so every question would be false.
 TEST(Session, AsksNothingWhereNothingCanBeTold) {
   const ScratchFolder folder;
   struct Case {
@@ -129,15 +132,15 @@ TEST(Session, AsksNothingWhereNothingCanBeTold) {
       std::filesystem::remove(path);
       EXPECT_EQ(count(result, "question"), 0U) << one.name << ", seed " << s;
       EXPECT_EQ(count(result, "as_before"), 0U) << one.name << ", seed " << s;
-      // A reading that the calibration itself doubts at the end is taken again.
+      // A reading that the final calibration doubts is taken again.
       EXPECT_EQ(count(result, "captured"), setup.sheet.size() + count(result, "retake"))
           << one.name << ", seed " << s;
     }
   }
 }
 
-// A part of the table of docs/acquire.md (axiscal_guided_rates): seeds are fixed, so are the
-// numbers.
+// Checks a part of the table in docs/acquire.md (axiscal_guided_rates). The seeds are fixed, so the
+// numbers are reproducible.
 TEST(Session, TellsAnErringPersonBeforeTheReadingIsAccepted) {
   const ScratchFolder folder;
   struct Case {
@@ -159,7 +162,8 @@ TEST(Session, TellsAnErringPersonBeforeTheReadingIsAccepted) {
       for (const SimulatedMistake& mistake : result.mistakes) {
         told += mistake.was_warned ? 1U : 0U;
       }
-      // What was not told at once was found at the end: the record is right.
+      // The final calibration found all mistakes that were not reported at once, so the record is
+      // correct.
       ASSERT_FALSE(result.calibrations.empty()) << s;
       if (one.slope > 1e-3) {
         EXPECT_LT(largest_error(result), 5.0) << "session " << s;
@@ -193,7 +197,7 @@ TEST(Session, AKnockBeginsTheReadingAnew) {
   EXPECT_LT(largest_error(result), 5.0);
 }
 
-// A session that is fed by hand: 100 samples a second of an accelerometer in g.
+// A session with an accelerometer in g whose samples the test supplies at 100 Hz.
 class Hand {
  public:
   explicit Hand(SessionSetup setup = guided_setup(), std::optional<double> time_at_zero = {})
@@ -215,7 +219,7 @@ class Hand {
     }
   }
 
-  // Lays the cube as asked and leaves it for a while.
+  // Lays the cube in the pose that the session asks for, and leaves it there for `seconds`.
   void lay(double seconds = 6.0) {
     const std::optional<RunSheetRow> wanted = session_.view().wanted;
     ASSERT_TRUE(wanted);
@@ -329,7 +333,7 @@ TEST(Session, AWrongPoseIsQuestionedAndMayBeTakenForWhatItIs) {
   hand.lay();
   hand.lay();
   const RunSheetRow wanted = *hand.session().view().wanted;
-  // Some other point that still waits.
+  // Another design point that has no reading yet.
   const auto& steps = hand.session().view().steps;
   const auto other = std::find_if(steps.begin() + 3, steps.end(), [&](const SessionStep& step) {
     return !step.run && step.row.entry.point.rest() != wanted.entry.point.rest() &&
@@ -372,7 +376,7 @@ SessionSetup sun_setup(std::optional<double> fence_azimuth_rad) {
   return setup;
 }
 
-// Two hours of sun, 30 degrees: a wrong pose is still told from a sun that moved.
+// The sun moves by 30 degrees in two hours. The session still recognises a wrong pose.
 TEST(Session, KnowsWhereTheSunHasGone) {
   constexpr double time_at_zero = 1782028800.0;  // 2026-06-21 08:00 UTC
   Hand hand(sun_setup(40.0 * rad_per_deg), time_at_zero);
@@ -400,7 +404,8 @@ TEST(Session, KnowsWhereTheSunHasGone) {
     lay(wanted);
     ASSERT_EQ(hand.session().readings().size(), i + 1);
     if (i == 3) {
-      // Left alone for five minutes it is not taken for another pose, though the sun moves on.
+      // The cube rests for five minutes while the sun moves. The session does not take this for
+      // another pose.
       for (int second = 0; second < 300; ++second) {
         hand.feed(1.0, reading_at(wanted));
       }
@@ -423,7 +428,8 @@ TEST(Session, TheSunWantsTimesOfTheDay) {
   EXPECT_THROW(at_night.feed(0.1, Eigen::Vector3d::Zero()), RefusedError);
 }
 
-// What the command begins a journal with, as far as it is looked at here; Hand's has none.
+// The header line of a journal, with the members that these tests need. The journal of Hand has no
+// header.
 const std::string journal_head = R"({"entry":"session","format":"axiscal-journal","version":1})";
 
 TEST(Session, ASunSessionIsFinishedAtNight) {
@@ -448,7 +454,7 @@ TEST(Session, ASunSessionIsFinishedAtNight) {
   EXPECT_EQ(resumed.view().phase, SessionPhase::review);
 }
 
-// A logger that was off while the chamber warmed up: what was steady before says nothing.
+// Temperatures before a gap in the record are not used to decide whether the temperature is steady.
 TEST(SoakWatch, ForgetsWhatWasBeforeAGap) {
   SoakWatch soak(30.0, 0.1);
   RandomStream random(1);

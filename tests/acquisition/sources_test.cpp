@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Each source gets through a whole session of twelve points to the same readings as the same data
-// from a file.
+// A session of 12 points gives the same readings by each kind of source as by a file with the same
+// samples.
 #include <arpa/inet.h>
 #include <atomic>
 #include <cmath>
@@ -45,7 +45,7 @@ std::string lines_of(const std::string& format) {
 
 class SourceTest : public testing::Test {
  protected:
-  // Runs a session; the readings as numbers: run, samples, x, y, z.
+  // Runs a session. @return the readings; each row is run, samples, x, y, z.
   std::vector<std::vector<double>> readings_from(const std::string& address,
                                                  const std::vector<std::string>& more = {},
                                                  const std::string& stdin_text = "") {
@@ -111,7 +111,7 @@ class SourceTest : public testing::Test {
   int count_ = 0;
 };
 
-constexpr double rounding = 1e-12;  // [g]: the same numbers by another way
+constexpr double rounding = 1e-12;  // [g], between the two sources
 
 TEST_F(SourceTest, SerialPort) {
   const PseudoPort port;
@@ -133,7 +133,8 @@ TEST_F(SourceTest, TcpServer) {
   feeder.join();
 }
 
-// The bytes that wait to be read at a UDP port of this machine; nothing where nobody listens there.
+// Number of bytes that wait to be read at a UDP port of this machine; nullopt if no program listens
+// at the port.
 std::optional<long> waiting_at(int port) {
   std::ostringstream ending;
   ending << ':' << std::uppercase << std::hex << std::setw(4) << std::setfill('0') << port;
@@ -141,7 +142,7 @@ std::optional<long> waiting_at(int port) {
     std::ifstream table(file);
     for (std::string line; std::getline(table, line);) {
       std::istringstream cells(line);
-      std::string number, local, remote, state, queues;  // of what is sent : received
+      std::string number, local, remote, state, queues;  // `queues` is SENT:RECEIVED, in bytes
       cells >> number >> local >> remote >> state >> queues;
       if (local.ends_with(ending.str())) {
         return std::stol(queues.substr(queues.find(':') + 1), nullptr, 16);
@@ -151,7 +152,8 @@ std::optional<long> waiting_at(int port) {
   return std::nullopt;
 }
 
-// A datagram to nobody, or to a full queue, is lost: each is sent when it will be read.
+// A datagram is lost if no program listens or the queue is full. So the test waits before it sends
+// each one.
 TEST_F(SourceTest, UdpInJsonLines) {
   if (!std::filesystem::exists("/proc/net/udp")) {
     GTEST_SKIP() << "no /proc/net/udp: whether somebody listens cannot be seen";
@@ -201,7 +203,8 @@ TEST_F(SourceTest, NamedFieldsByAPattern) {
 TEST_F(SourceTest, ScpiScannerWithAResistorForEachChannel) {
   std::vector<std::string> readings;
   for (const std::vector<double>& row : sources_recording().rows) {
-    // Through 50 and 100 ohms, and none: what is read is the voltage.
+    // Channels 101 and 102 have resistors of 50 and 100 ohms and channel 103 has none. The meter
+    // reads voltages.
     readings.push_back(number_text(50.0 * row[1]) + "," + number_text(100.0 * row[2]) + "," +
                        number_text(row[3]));
   }
@@ -218,7 +221,7 @@ TEST_F(SourceTest, ScpiScannerWithAResistorForEachChannel) {
                                           "VOLT:DC:NPLC 0.2,(@101,102,103)",
                                           "ROUT:SCAN (@101,102,103)"};
   ASSERT_GE(commands.size(), setup.size());
-  // When the readings have come to their end it may connect once more before the session ends.
+  // The source may connect again after the last reading, before the session ends.
   for (std::size_t i = 0; i < commands.size(); ++i) {
     EXPECT_EQ(commands[i], setup[i % setup.size()]) << i;
   }
@@ -263,7 +266,8 @@ TEST_F(SourceTest, MqttBroker) {
   }
   const std::string lines = folder_.write("lines.txt", lines_of("json"));
   std::thread feeder([&] {
-    // Kept for who comes later: the first message; the others when the session is there.
+    // Waits until the session has subscribed, because the broker does not store messages for later
+    // subscribers.
     const std::string publish = "mosquitto_pub -h 127.0.0.1 -p " + port + " -t lab/acc -q 1 ";
     std::this_thread::sleep_for(std::chrono::milliseconds(2500));
     static_cast<void>(std::system((publish + "-l < " + lines + " 2> /dev/null").c_str()));
@@ -276,7 +280,7 @@ TEST_F(SourceTest, MqttBroker) {
   ::waitpid(broker, nullptr, 0);
 }
 
-// Two recordings: readings from `begin` on, temperatures from another time on.
+// Two recordings: readings that start at `begin`, and temperatures that start at another time.
 class TwoRecordings : public SourceTest {
  protected:
   ProgramResult acquire(double begin,
@@ -302,7 +306,7 @@ class TwoRecordings : public SourceTest {
                         "accelerometer", "--field", "gravity", "--unit", "g"});
   }
 
-  // Whether each reading has the temperature of its own time.
+  // Expects in each reading the temperature at the time of the reading.
   void expect_temperatures(double begin) {
     const std::vector<std::vector<std::string>> cells = csv_cells(read_file(name_ + ".csv"));
     const auto column = [&](const std::string& header) {

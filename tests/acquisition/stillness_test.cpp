@@ -11,7 +11,7 @@
 namespace axiscal {
 namespace {
 
-// Samples of two axes for some seconds at a rate.
+// Feeds simulated samples of two axes to `stillness`.
 void feed(Stillness& stillness,
           RandomStream& random,
           double& time_s,

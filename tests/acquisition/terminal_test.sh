@@ -1,13 +1,14 @@
 #!/usr/bin/env bash
 # SPDX-License-Identifier: Apache-2.0
-# terminal_test.sh AXISCAL: a whole session by keys on a terminal of 80 x 24, by tmux. Exit status 77
-# where there is no tmux.
+# terminal_test.sh AXISCAL: runs a whole session by key presses in a terminal of 80 x 24 characters
+# (tmux). The exit status is 77 if tmux is not installed.
 set -euo pipefail
 axiscal=$1
 command -v tmux >/dev/null || { echo "skipped: no tmux"; exit 77; }
 work=$(mktemp -d)
 socket="axiscal-$$"
-# Named whole: a bare "s" may be the beginning of a window's name, and those change by themselves.
+# The window is named with its session: tmux matches a bare "s" also with the beginning of a
+# window's name, and window names change by themselves.
 window=s:0
 screen() { tmux -L "$socket" capture-pane -p -t "$window"; }
 press() { tmux -L "$socket" send-keys -t "$window" "$1"; }
@@ -21,7 +22,8 @@ fail() {
   screen || true
   exit 1
 }
-# A pipe into grep -q might fail for what it leaves unread.
+# No pipe into grep: grep -q exits at the first match, and the writer of the pipe could then fail
+# (SIGPIPE).
 shows() { grep -qE "$1" <<<"$(screen)"; }
 # Waits for a text on the screen.
 await() {
@@ -32,7 +34,8 @@ await() {
   fail "never shown: $1"
 }
 
-# Takes a reading: a key that comes in a knock is none.
+# Takes a reading. A key that is pressed while the instrument moves takes none, so the key is
+# pressed again.
 take() {
   for _ in $(seq 10); do
     await "Ready: take the reading|All points are done"
@@ -63,10 +66,11 @@ await "0 done, 11 to go"
 for done in $(seq 11); do
   take "$done"
 done
-# By chance a reading may look a little off: that is for the tests of the search.
+# A simulated reading can look wrong by chance. That is no fault here; the search for wrong readings
+# has its own tests.
 await "All points are done|Some points look wrong"
 press f
-# The result stays until it was seen.
+# The result stays on the screen until a key is pressed.
 await "q leave"
 shows "Calibrated" || fail "no verdict"
 shows "^ x  +-?[0-9.]+" || fail "no coefficients"
@@ -75,7 +79,7 @@ press q
 await "status 0"
 [ -s keys.json ] && [ -s keys.csv ] && [ -s keys.html ] || fail "no files"
 
-# ^C asks before it stops.
+# ^C asks for a confirmation before the session stops.
 window=s:1
 tmux -L "$socket" -f /dev/null new-window -t "$window" \
   "'$axiscal' acquire --connect 'sim:?speed=5' --name small; echo status \$?; sleep 60"
@@ -85,7 +89,7 @@ await "press q once more"
 press q
 await "status 1"
 
-# A window that is too small says so.
+# If the window is too small, the session shows its size instead of the screen.
 window=s:2
 tmux -L "$socket" -f /dev/null new-window -t "$window" \
   "'$axiscal' acquire --connect 'sim:?speed=5' --manual --name tiny; echo status \$?; sleep 60"

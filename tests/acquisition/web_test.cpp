@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The page's server, apart from the network and on it.
+// The server of the session's page, without and with a network.
 #include <arpa/inet.h>
 #include <chrono>
 #include <netinet/in.h>
@@ -72,7 +72,7 @@ TEST(RequestReader, HasLimits) {
   EXPECT_EQ(state_of(std::string("\0\1\2 nonsense\r\n\r\n", 17)), RequestReader::State::malformed);
   EXPECT_EQ(state_of("GET / HTTP/1.1\r\nContent-Length: -1\r\n\r\n"),
             RequestReader::State::malformed);
-  // In small pieces as well: bytes without an end are not kept.
+  // An endless header that arrives in small pieces is also rejected.
   RequestReader reader;
   RequestReader::State state = RequestReader::State::needs_more;
   std::size_t given = 0;
@@ -199,7 +199,7 @@ TEST(WebPage, LendsControlWhileItsOwnerIsNotHeard) {
 
 class Client {
  public:
-  // @param own  the address that it comes from.
+  // @param own  the IP address of the client.
   Client(int port, const std::string& own = "127.0.0.1")
       : socket_(::socket(AF_INET, SOCK_STREAM, 0)) {
     sockaddr_in from{};
@@ -224,7 +224,8 @@ class Client {
            static_cast<ssize_t>(text.size());
   }
 
-  // What comes until `wanted` does, the connection ends, or the time is over.
+  // @return the bytes that arrive until they contain `wanted`, the connection ends, or `patience`
+  // has passed.
   [[nodiscard]] std::string receive(const std::string& wanted,
                                     std::chrono::milliseconds patience) const {
     const auto end = std::chrono::steady_clock::now() + patience;
@@ -318,7 +319,7 @@ TEST_F(ServerTest, StreamsEventsAndEndsThem) {
   EXPECT_THAT(stranger.receive("nothing", std::chrono::seconds(10)), HasSubstr("403"));
 }
 
-// Nobody is shut out by those who hold on, whether they come from elsewhere or from here.
+// A new client is answered while 400 idle connections from other addresses and its own are open.
 TEST_F(ServerTest, AnswersWhoComesAnewWhateverOthersHold) {
   const std::string cookie = login();
   const Client watcher(server_.port());

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Whatever file they have: the command on logs and tables of others, as their owners type it.
+// The command with logs and tables of other programs, called as their users would call it.
 #include <cmath>
 #include <filesystem>
 #include <fstream>
@@ -26,7 +26,7 @@ nlohmann::json json_of(const std::string& path) {
   return nlohmann::json::parse(file);
 }
 
-// The message on one line, however it was wrapped.
+// Joins the lines of a wrapped message.
 std::string unwrapped(std::string text) {
   for (std::size_t at = text.find("\n    "); at != std::string::npos; at = text.find("\n    ")) {
     text.replace(at, 5, " ");
@@ -36,7 +36,8 @@ std::string unwrapped(std::string text) {
 
 class AnyFile : public testing::Test {
  protected:
-  // A phone laid on its six faces, 3 s each, 100 Hz, with 0.5 s of motion between.
+  // A recording of a phone that lies on its six faces, 3 s on each at 100 Hz, with 0.5 s of motion
+  // between.
   std::string six_faces() {
     std::mt19937 random(1);
     std::normal_distribution<double> normal;
@@ -78,7 +79,8 @@ TEST_F(AnyFile, IsDescribedWithTheNextCommand) {
   EXPECT_NEAR(json["series"][0]["rate_hz"].get<double>(), 100.0, 1e-6);
 }
 
-// A log is read twice, once to see what it holds; a pipe cannot be.
+// A log is read twice, first for its content. A pipe can be read only once, and gives the same
+// result.
 TEST_F(AnyFile, OfAnAutopilotIsReadFromAPipeAsFromTheFile) {
   std::string text =
       "FMT, 128, 89, FMT, BBnNZ, Type,Length,Name,Format,Columns\n"
@@ -148,8 +150,8 @@ TEST_F(AnyFile, OfFerrarisGivesImucalsResult) {
       }
       EXPECT_NEAR(accelerometer["coefficients"]["sensitivity"][i][j].get<double>(), acc * 9.81,
                   1e-8);
-      // imucal takes the turns as of -360 degrees; an unstated sense is taken so that S is
-      // positive.
+      // imucal takes the turns as -360 degrees. If the sense is not stated, it is chosen so that S
+      // is positive.
       EXPECT_NEAR(
           gyroscope["coefficients"]["sensitivity"][i][j].get<double>() * std::numbers::pi / 180.0,
           -gyr, 0.02);
@@ -211,7 +213,7 @@ TEST_F(AnyFile, RecordsOfAVehicleAreOneFileOfParameters) {
 TEST_F(AnyFile, NamesItsInstrumentAndUnit) {
   const std::string plan = folder_.path("sheet.csv");
   ASSERT_EQ(run_axiscal({"plan", "--design", "12", "-o", plan}).status, 0);
-  // The sheet's faces with an accelerometer's readings, in a spreadsheet's look.
+  // The faces of the run sheet with an accelerometer's readings, in the form of a spreadsheet.
   std::ifstream sheet(plan);
   std::string line;
   std::getline(sheet, line);
@@ -238,7 +240,7 @@ TEST_F(AnyFile, NamesItsInstrumentAndUnit) {
   EXPECT_EQ(record["instrument"]["axes"][0], "acc_x");
   EXPECT_EQ(record["instrument"]["unit"], "m/s^2");
   EXPECT_EQ(record["field"]["unit"], "m/s^2");
-  // The record meets other names of the same axes.
+  // The log has other column names for the axes of the record.
   const std::string other = folder_.write("other.csv", "ax,ay,az\n0.1,0.2,9.8\n");
   const ProgramResult applied = run_axiscal({"apply", folder_.path("a.json"), other});
   EXPECT_EQ(applied.status, 0) << applied.err;
@@ -284,7 +286,8 @@ TEST_F(AnyFile, TakesNoSensorThatIsDeadOrMadeByAFilter) {
                                           "-o", folder_.path("dead-{slot}.json")});
   EXPECT_EQ(dead.status, 0) << dead.err;
   EXPECT_THAT(unwrapped(dead.err), HasSubstr("gyroscope (gx, gy, gz) does not vary"));
-  // Sensor Logger's gravity is a filter's; it has no noise, and would look best of all.
+  // The series `gravity` of Sensor Logger is filtered and has no noise, so a choice by noise would
+  // prefer it.
   std::filesystem::create_directory(folder_.path("phone"));
   std::string gravity = "time,seconds_elapsed,z,y,x\n";
   for (int i = 0; i < 100; ++i) {

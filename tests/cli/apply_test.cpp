@@ -62,7 +62,7 @@ TEST_F(ApplyCommand, GivesComponentsAndAngles) {
   EXPECT_NEAR(std::stod(rows[1][8]), 20.0, 1e-12);
   EXPECT_NEAR(std::stod(rows[1][9]), -130.0, 1e-12);
   EXPECT_EQ(rows[1][10], "");
-  // Nose straight down: yaw instead of roll.
+  // If the nose points straight down, there is a yaw instead of a roll.
   EXPECT_NEAR(std::stod(rows[2][8]), -90.0, 1e-5);
   EXPECT_EQ(rows[2][9], "");
   EXPECT_NEAR(std::abs(std::stod(rows[2][10])), 180.0, 1e-9);
@@ -81,7 +81,7 @@ TEST_F(ApplyCommand, GivesRowsAsJson) {
     }
     return all;
   }();
-  ASSERT_EQ(lines.size(), 3U);  // the last one is empty
+  ASSERT_EQ(lines.size(), 3U);  // the last element is empty
   const nlohmann::json row = nlohmann::json::parse(lines[0]);
   EXPECT_EQ(row.at("t"), 7);
   EXPECT_EQ(row.at("a \"b\", c"), "up");
@@ -96,7 +96,7 @@ TEST_F(ApplyCommand, GivesRowsAsJson) {
 }
 
 TEST_F(ApplyCommand, ObeysItsOptions) {
-  const Eigen::Vector3d f(std::sin(1.4), 0.0, std::cos(1.4));  // 80.2 degrees
+  const Eigen::Vector3d f(std::sin(1.4), 0.0, std::cos(1.4));  // a pitch of 80.2 degrees
   const std::string input = folder_.write("in.csv", "x,y,z\n" + readings_of(f));
   const auto cell = [&](const std::vector<std::string>& more, std::size_t column) {
     std::vector<std::string> arguments = {"apply", record_, input};
@@ -110,7 +110,7 @@ TEST_F(ApplyCommand, ObeysItsOptions) {
   EXPECT_NEAR(std::stod(cell({"--field-magnitude", "1.01"}, 6)), -0.01, 1e-14);
   EXPECT_NEAR(std::stod(cell({"--field-magnitude", "1.01", "--field-unit", "g"}, 7)),
               std::asin(f.x() / 1.01) * deg_per_rad, 1e-11);
-  // atan2 needs no magnitude.
+  // atan2 does not need the magnitude.
   EXPECT_NEAR(std::stod(cell({"--pitch", "atan2", "--field-magnitude", "1.01"}, 7)),
               1.4 * deg_per_rad, 1e-12);
   for (const std::vector<std::string>& wrong :
@@ -170,7 +170,7 @@ TEST_F(ApplyCommand, NeedsItsColumns) {
 }
 
 TEST_F(ApplyCommand, FollowsAPipeLineByLine) {
-  // A row goes in; its result must come out before the next one is sent.
+  // The result of a row must be written before the next row is sent.
   std::array<int, 2> in{};
   std::array<int, 2> out{};
   ASSERT_EQ(::pipe2(in.data(), O_CLOEXEC), 0);
@@ -219,7 +219,7 @@ TEST_F(ApplyCommand, NeedsLittleMemoryWhateverTheSize) {
     table += "0.1,0.2,2.5\n0.3,-0.2,-2.5\n";
   }
   const std::string input = folder_.write("in.csv", table);
-  // How much the libraries take depends on how they are linked: a table of one row tells.
+  // The memory of the libraries depends on the linking. A table with one row measures it.
   const std::string one_row = folder_.write("one.csv", "x,y,z\n0.1,0.2,2.5\n");
   EXPECT_EQ(run_axiscal({"apply", record_, one_row, "-o", folder_.path("one_out.csv")}).status, 0);
   rusage before{};

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Every file that cannot be used ends with status 3, a message that starts with the place, and the
-// earlier output untouched.
+// For every file that cannot be used the command exits with 3, the message begins with the place,
+// and an earlier output is not changed.
 #include <filesystem>
 
 #include "matchers.hpp"
@@ -16,8 +16,8 @@ using testing::StartsWith;
 struct BadFile {
   const char* name;
   std::string content;
-  std::string line;     // as in PATH:LINE:
-  std::string message;  // somewhere behind it
+  std::string line;     // LINE of PATH:LINE:
+  std::string message;  // part of the message after it
 };
 
 class BadObservations : public testing::TestWithParam<BadFile> {};
@@ -35,7 +35,7 @@ TEST_P(BadObservations, AreRefusedWithTheirPlace) {
   EXPECT_THAT(result.err, HasSubstr(bad.message));
   EXPECT_EQ(read_file(output), "earlier");
   EXPECT_EQ(folder.file_count(), 2U);
-  // The same through a pipe.
+  // Standard input gives the same error.
   const ProgramResult piped =
       run_axiscal({"calibrate", "-", "--instrument", "accelerometer", "--field", "gravity"},
                   {.stdin_text = bad.content});

@@ -35,7 +35,7 @@ Eigen::MatrixXd sensitivity_of(const json& record) {
   return S;
 }
 
-// Words of the first line that starts with the label.
+// @return the words of the first line that begins with `label`.
 std::vector<std::string> row_of(const std::string& text, const std::string& label) {
   std::istringstream lines(text);
   for (std::string line; std::getline(lines, line);) {
@@ -52,7 +52,7 @@ std::vector<std::string> row_of(const std::string& text, const std::string& labe
   return {};
 }
 
-// With its readings added, what a record says of the experiment is one.
+// The record's member `experiment` with the readings added is an experiment.
 TEST(CalibrateCommand, StoresAnExperimentThatCanBeDoneAgain) {
   const ScratchFolder folder;
   const std::string run = folder.write(
@@ -89,7 +89,7 @@ TEST(CalibrateCommand, WritesTheRecordAndPrintsTheTables) {
   EXPECT_EQ(record["instrument"]["serial"], "QA-113");
   EXPECT_EQ(record["inputs"][0]["path"], run);
   EXPECT_MATRIX_NEAR(sensitivity_of(record), truth.response.sensitivity, 5e-4);
-  // What is printed is the record, rounded to two digits of the uncertainty.
+  // The printed values are those of the record, rounded to two digits of the uncertainty.
   const std::vector<std::string> y = row_of(result.out, "y");
   const std::vector<std::string> interval = row_of(result.out, "+-");
   ASSERT_EQ(y.size(), 5U) << result.out;
@@ -115,7 +115,7 @@ TEST(CalibrateCommand, WritesTheRecordAndPrintsTheTables) {
   }
 }
 
-// Known digest of the text "abc": FIPS 180-2, appendix B.1.
+// The digest of the text "abc" is in FIPS 180-2, appendix B.1.
 TEST(CalibrateCommand, StatesTheDigestOfItsInput) {
   const ScratchFolder folder;
   const std::string text = observations_text(accelerometer_truth(), {});
@@ -142,7 +142,8 @@ TEST(CalibrateCommand, ReadsPipesAndPrintsJson) {
   EXPECT_EQ(json::parse(to_stdout.out)["status"], "ok");
 }
 
-// Noise-free readings through files: the truth comes back to 1e-12 for slopes up to 2 degrees.
+// Readings without noise that go through files give the true coefficients to 1e-12, for slopes up
+// to 2 degrees.
 TEST(CalibrateCommand, ReturnsTheTruthThroughFiles) {
   const ScratchFolder folder;
   const std::string truth = folder.write("truth.json", R"({"format": "axiscal-calibration",
@@ -173,7 +174,7 @@ TEST(CalibrateCommand, TakesWhatOperatorsWrite) {
       messy += "operator," + cells[0] + "," + cells[1] + ",\"rest\",fence,x,y,z,remark\r\n";
       continue;
     }
-    const std::string rest{cells[2][1], cells[2][0]};  // X+
+    const std::string rest{cells[2][1], cells[2][0]};  // the form X+
     const std::string fence{cells[3][0], static_cast<char>(cells[3][1] + 32)};
     messy += "A," + cells[0] + "," + cells[1] + "," + rest + ",\"" + fence + "\"," + cells[4] +
              ",\"" + cells[5] + "\", " + cells[6] + " ,\"fine, \"\"really\"\"\"\r\n\r\n# next\r\n";

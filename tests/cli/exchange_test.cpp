@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// export and import as users run them.
+// The commands export and import.
 #include <filesystem>
 
 #include <nlohmann/json.hpp>
@@ -74,7 +74,7 @@ TEST_F(ExchangeCommands, AnImportedCalibrationIsChecked) {
   const std::string run = folder_.path("run.csv");
   EXPECT_EQ(run_axiscal({"simulate", "--truth", record(), "--noise", "1e-3", "-o", run}).status, 0);
   const ProgramResult checked = run_axiscal({"check", old, run, "--json"});
-  // The cross-axis term that PX4 does not hold stands out.
+  // PX4's parameters lack the cross-axis term, so check reports it as a change.
   EXPECT_EQ(checked.status, 1) << checked.err;
   const nlohmann::json verdict = nlohmann::json::parse(checked.out);
   EXPECT_TRUE(verdict["drifted"]);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Experiments with the command: kinds by formulas, fields of several parts.
+// Experiments by the command: kinds of instruments by formulas, fields with several parts.
 #include <algorithm>
 #include <filesystem>
 #include <map>
@@ -14,8 +14,8 @@
 namespace axiscal {
 namespace {
 
-// A kind of instrument that is stated by formulas: its quantities in the record, its column in
-// apply.
+// A kind of instrument that is stated by formulas. The record has its quantities, and apply adds
+// its column.
 TEST(InstrumentFile, GoesWithEveryCommand) {
   const test::ScratchFolder scratch;
   const std::string kind = scratch.write("mill.json", R"js({"format": "axiscal-instrument-kind",
@@ -23,7 +23,8 @@ TEST(InstrumentFile, GoesWithEveryCommand) {
     "derived": [{"name": "zenith_angle_deg", "formula": "atan2(hypot(x, y), z) * 180 / pi"}],
     "quantities": [{"name": "gain", "formula": "sqrt(sx^2 + sy^2 + sz^2)", "unit": "mV/(V/m)"}]})js");
   std::string rows = "run,rest,fence,x,y,z\n";
-  // What each axis reads of 100 V/m along the table's normal, with a gain of 2 and no bias.
+  // Readings of each axis in a field of 100 V/m along the table's normal, for a gain of 2 and a
+  // bias of 0.
   const std::vector<std::pair<std::string, std::string>> poses = {
       {"-Z,-X", "0,0,200"},     {"-Z,+X", "0,0.02,200"},  {"+Z,-X", "0,0,-200"},
       {"+Z,+X", "0,0,-200.02"}, {"-X,-Y", "200,0,0"},     {"-X,+Y", "200,0.01,0"},
@@ -50,7 +51,7 @@ TEST(InstrumentFile, GoesWithEveryCommand) {
   const auto cells = test::csv_cells(applied.out);
   const auto column = std::find(cells[0].begin(), cells[0].end(), "zenith_angle_deg");
   ASSERT_NE(column, cells[0].end()) << applied.out;
-  // atan(120 / 160), by what the calibration says of bias and cross-axis terms to 1e-4.
+  // The angle is atan(120 / 160). Bias and cross-axis terms of the record change it by about 1e-4.
   EXPECT_NEAR(std::stod(cells[1][static_cast<std::size_t>(column - cells[0].begin())]), 36.8699,
               0.01);
   const test::ProgramResult without = test::run_axiscal({"apply", record, readings});
@@ -58,7 +59,7 @@ TEST(InstrumentFile, GoesWithEveryCommand) {
   EXPECT_NE(without.err.find("--instrument"), std::string::npos) << without.err;
 }
 
-// Readings under a lamp that is switched, in a room whose light nobody knows.
+// Readings under a lamp that is switched on and off, in room light that is not stated.
 std::string under_a_lamp_in(const Eigen::Vector3d& room, std::uint64_t seed) {
   const auto light = [](const Eigen::Vector3d& in_table, bool induced) {
     FieldDescription part{.kind = "light", .unit = "1", .magnitude = in_table.norm()};

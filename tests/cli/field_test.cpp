@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The fields and the instruments by the command.
+// Fields and instruments by the command.
 #include <cmath>
 
 #include "axiscal/calib/calibration_json.hpp"
@@ -40,7 +40,7 @@ TEST(FieldCommand, PrintsAllFieldsOfASite) {
   EXPECT_NEAR(printed["geomagnetic"]["inclination_deg"].get<double>(), 64.4, 0.1);
   EXPECT_NEAR(printed["earth_rotation"]["enu"][2].get<double>(),
               7.292115e-5 * std::sin(48.14 * rad_per_deg), 1e-12);
-  EXPECT_NEAR(printed["sun"]["elevation_deg"].get<double>(), 65.3, 0.3);  // near noon at midsummer
+  EXPECT_NEAR(printed["sun"]["elevation_deg"].get<double>(), 65.3, 0.3);  // midsummer, about noon
   as_json.insert(as_json.end(), {"--only", "gravity,sun"});
   const auto some = nlohmann::json::parse(run_axiscal(as_json).out);
   EXPECT_EQ(some.size(), 2U);
@@ -81,7 +81,8 @@ TEST(FieldCommand, RefusesWhatNoModelHoldsFor) {
   EXPECT_THAT(missing.err, HasSubstr("looked in"));
 }
 
-// A magnetometer and an accelerometer in one housing, turned by hand; columns mx..mz, ax..az.
+// A log of a magnetometer (mx, my, mz) and an accelerometer (ax, ay, az) in one housing that is
+// turned by hand.
 struct HandTurned {
   Eigen::Matrix3d soft_iron;
   Eigen::Vector3d hard_iron{30.0, -12.0, 8.0};
@@ -127,7 +128,7 @@ TEST(MagnitudeMethod, GivesATiltCompensatedCompass) {
                    "uT", "--field", "geomagnetic", "--field-unit", "uT", "--field-magnitude", "48",
                    "--align", acc, "-o", mag});
   ASSERT_EQ(result.status, 0) << result.err;
-  // From a pipe as well, which is read once.
+  // A pipe, which can be read only once, gives the same result.
   const ProgramResult piped = run_axiscal(
       {"calibrate", "-", "--instrument", "magnetometer", "--axes", "mx,my,mz", "--unit", "uT",
        "--field", "geomagnetic", "--field-unit", "uT", "--field-magnitude", "48", "--align", acc},
@@ -154,7 +155,7 @@ TEST(MagnitudeMethod, GivesATiltCompensatedCompass) {
   EXPECT_EQ(rows[0][11], "dip_deg");
   int compared = 0;
   for (std::size_t i = 0; i < made.attitudes.size(); ++i) {
-    // Where the x axis points, in enu; not where it is nearly vertical.
+    // The direction of the x axis in enu. Nearly vertical directions are skipped.
     const Eigen::Vector3d forward = made.attitudes[i].transpose() * Eigen::Vector3d::UnitX();
     if (std::abs(forward.z()) > 0.9) {
       continue;
@@ -166,7 +167,7 @@ TEST(MagnitudeMethod, GivesATiltCompensatedCompass) {
     ++compared;
   }
   EXPECT_GT(compared, 40);
-  // Without the accelerometer no heading.
+  // Without an accelerometer there is no heading.
   const std::string header = read_file(log).substr(0, 10);
   EXPECT_THAT(run_axiscal({"apply", mag, log}).out, testing::Not(HasSubstr("heading")));
   EXPECT_EQ(run_axiscal({"apply", mag, log, "--declination", "3"}).status, 2);
@@ -209,7 +210,7 @@ TEST(ApplyField, TakesARecordFromOneSitesGravityToAnothers) {
   };
   const double in_g = std::stod(first_z({})[5]);
   EXPECT_NEAR(std::stod(first_z({"--field-unit", "m/s^2"})[5]), in_g * 9.8321849379, 1e-9);
-  // At the equator 1 g is less, so the same reading is more of it, and F is 1 again.
+  // At the equator gravity is smaller, so the reading is more g. F is 1 again.
   EXPECT_NEAR(std::stod(first_z({"--latitude", "0"})[5]), in_g * 9.8321849379 / 9.7803253359, 1e-9);
   const auto there = first_z({"--field-unit", "m/s^2", "--field-magnitude", "9.7803253359"});
   EXPECT_NEAR(std::stod(there[5]), in_g * 9.8321849379, 1e-9);
@@ -223,7 +224,7 @@ TEST(ApplyField, TakesARecordFromOneSitesGravityToAnothers) {
   EXPECT_THAT(refused.err, HasSubstr("what its g was"));
 }
 
-// A gyroscope on a turntable that answers to gravity too, and one file of an experiment.
+// A gyroscope with a sensitivity to gravity on a turntable. An experiment's file states all.
 TEST(CalibrateCommand, FitsAGyroscopesGSensitivityAndTakesItOut) {
   const ScratchFolder folder;
   const std::string truth_text = R"({"format":"axiscal-calibration","version":1,
@@ -261,7 +262,8 @@ TEST(CalibrateCommand, FitsAGyroscopesGSensitivityAndTakesItOut) {
   EXPECT_EQ(stored["statistics"]["parameter_names"][4], "gx.gravity.x");
   EXPECT_EQ(calibration_json(read_calibration(record)), read_file(record));
 
-  // At rest, face +x up: the rate is zero once gravity is taken out.
+  // The instrument is at rest with face +x up. The rate is 0 after the effect of gravity is
+  // subtracted.
   const std::string log = folder.write("log.csv", "gx,gy,gz,ax,ay,az\n0.103,0.2,-0.1,1,0,0\n");
   const std::string acc = folder.write("acc.json", R"({"format":"axiscal-calibration","version":1,
     "instrument":{"kind":"accelerometer","axes":["ax","ay","az"],"unit":"g"},
@@ -320,7 +322,7 @@ TEST(ApplyField, FlagsSaturatedRows) {
   EXPECT_EQ(run_axiscal({"apply", record, log, "--strict"}).status, 3);
 }
 
-// The twelve points of the standard design, each at all of these levels.
+// Readings at the 12 standard points, each at all levels.
 ProgramResult simulated_at(const ScratchFolder& folder,
                            const std::string& truth,
                            const std::vector<std::string>& levels,
@@ -336,7 +338,7 @@ ProgramResult simulated_at(const ScratchFolder& folder,
                       "--noise", "1e-6", "-o", run});
 }
 
-// The library says what is missing in its own words, and the command by what options it is stated.
+// The library's error states what is missing, and the command adds the options that state it.
 TEST(CalibrateCommand, NamesTheOptionsThatWouldMendAnError) {
   const ScratchFolder folder;
   const std::string run = folder.write("run.csv",
@@ -376,8 +378,8 @@ TEST(CalibrateCommand, AddsFieldsUpOnTheCommandLine) {
   EXPECT_THAT(result.err, HasSubstr("uncertain by 138 nT"));
 }
 
-// A lamp that is switched, beside light in the room that is not: each part has its role, magnitude
-// and rough direction.
+// A lamp that is switched, and room light that is not. Each part has its role, magnitude and rough
+// direction.
 TEST(CalibrateCommand, TakesAPartsRoleAndAValueForEachPart) {
   const ScratchFolder folder;
   const std::string truth = folder.write("truth.json", R"({"format":"axiscal-calibration",

@@ -1,8 +1,8 @@
 #!/usr/bin/env bash
 # SPDX-License-Identifier: Apache-2.0
-# hardening_test.sh AXISCAL OBJECTS: the command is built as distributions build theirs, read from the ELF
-# file: position independent, all relocations read-only before it starts, stack protector, fortified calls;
-# and our own object files have control-flow protection (x86-64).
+# hardening_test.sh AXISCAL OBJECTS: reads from ELF files whether the command is hardened as in a
+# Linux distribution. The command is position independent, has full RELRO, a stack protector and
+# fortified calls. On x86-64 the project's own object files have control-flow protection.
 set -euo pipefail
 program=$1
 objects=$2
@@ -30,7 +30,8 @@ if grep -q 'X86-64' <<<"$header"; then
       grep -q 'IBT' <<<"$notes" && grep -q 'SHSTK' <<<"$notes" || fail "$object has no control-flow protection"
       found=$((found + 1))
     done < <(find "$objects/$module" -path '*axiscal*.dir*' -name '*.o')
-    # One compiled source may hold several of ours (CMAKE_UNITY_BUILD), but there is one at least.
+    # One object file may combine several sources (CMAKE_UNITY_BUILD), but each module has at least
+    # one.
     [ "$found" -gt 0 ] || fail "no object file of $module was found"
     count=$((count + found))
   done

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Answers that must not mislead: what is nonsense, ignored or proves nothing is said.
+// Answers that could mislead: the command reports nonsense, ignored inputs and comparisons that
+// prove nothing.
 #include <cmath>
 #include <sstream>
 
@@ -18,12 +19,12 @@ using testing::Not;
 
 class HonestAnswers : public testing::Test {
  protected:
-  // Twelve readings or more, made of the truth in volts.
+  // At least 12 simulated readings in volts.
   std::string run_of(const std::string& name, const axiscal::test::Run& run) {
     return folder_.write(name, observations_text(accelerometer_truth(), run));
   }
 
-  // What the readings are calibrated to.
+  // Calibrates the readings. @return the path of the record.
   std::string record_of(const std::string& run) {
     const std::string record = folder_.path("cal.json");
     EXPECT_EQ(run_axiscal(
@@ -33,7 +34,7 @@ class HonestAnswers : public testing::Test {
     return record;
   }
 
-  // The message on one line, however it was wrapped.
+  // Joins the lines of a wrapped message.
   static std::string unwrapped(std::string text) {
     for (std::size_t at = text.find("\n    "); at != std::string::npos; at = text.find("\n    ")) {
       text.replace(at, 5, " ");
@@ -58,7 +59,7 @@ TEST_F(HonestAnswers, AUnitOfTheFieldMeansASensitivityOfOne) {
   const std::string run = run_of("run.csv", {.noise_sd = 1e-4});
   const std::vector<std::string> in_g = {"calibrate",     run,      "--instrument",
                                          "accelerometer", "--unit", "g"};
-  const ProgramResult refused = run_axiscal(in_g);  // it reads 2.5 V/g
+  const ProgramResult refused = run_axiscal(in_g);  // the readings are 2.5 V/g
   EXPECT_EQ(refused.status, 1);
   EXPECT_THAT(unwrapped(refused.err), HasSubstr("times the expected sensitivity of readings in g"));
   std::vector<std::string> stated = in_g;
@@ -76,7 +77,8 @@ TEST_F(HonestAnswers, TheRecordsOwnReadingsProveNothing) {
 }
 
 TEST_F(HonestAnswers, BiasesThatHoldTheFieldAreComparedAsSuch) {
-  // At rest over temperature: every other reading for the record, the others to check it.
+  // Recordings at rest over temperature. The even samples are calibrated, the odd ones check the
+  // record.
   const auto sweep = [&](const std::string& name, int first, double shift) {
     std::string text = "temperature,x,y,z\n";
     for (int i = first; i < 240; i += 2) {
@@ -95,7 +97,7 @@ TEST_F(HonestAnswers, BiasesThatHoldTheFieldAreComparedAsSuch) {
                 .status,
             0);
   const ProgramResult same = run_axiscal({"check", record, own});
-  EXPECT_EQ(same.status, 0) << same.out;  // it was drifted, p = 0
+  EXPECT_EQ(same.status, 0) << same.out;  // an earlier version said drifted
   EXPECT_THAT(same.out, HasSubstr("proves nothing"));
   EXPECT_THAT(same.out, Not(HasSubstr("degrees")));
   const ProgramResult fresh = run_axiscal({"check", record, sweep("fresh.csv", 1, 0.0)});
@@ -217,7 +219,7 @@ TEST_F(HonestAnswers, OneNumberForOneThing) {
   const std::string text = run_axiscal({"budget", record}).out;
   for (const json& parameter : parameters) {
     const std::string name = parameter["parameter"];
-    if (name.ends_with(".bias")) {  // in both tables
+    if (name.ends_with(".bias")) {  // biases are in both tables
       std::vector<std::string> lines;
       std::istringstream all(text);
       for (std::string line; std::getline(all, line);) {
@@ -228,7 +230,7 @@ TEST_F(HonestAnswers, OneNumberForOneThing) {
       ASSERT_EQ(lines.size(), 2U) << text;
       EXPECT_EQ(lines[0], lines[1]);
     }
-    // k is Student's t of the degrees of freedom that are stated.
+    // k is Student's t for the stated degrees of freedom.
     EXPECT_NEAR(parameter["expanded_95"].get<double>(),
                 parameter["coverage_factor_95"].get<double>() * parameter["u"].get<double>(),
                 1e-12);

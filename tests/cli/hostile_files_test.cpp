@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Files that are damaged or made to harm: what is lost is said, what is costly is refused, and
-// nothing is left behind.
+// Damaged and malicious files: losses are reported, excessive costs are refused, and no temporary
+// files remain.
 #include <cstdio>
 #include <cstdlib>
 #include <filesystem>
@@ -30,7 +30,7 @@ using testing::Not;
 
 class HostileFiles : public testing::Test {
  protected:
-  // Runs a line of the shell; `axiscal` in it is the command.
+  // Runs a line of shell. In this line `axiscal` is the command under test.
   [[nodiscard]] int shell(const std::string& line) const {
     const std::string script =
         "axiscal() { '" + command_path() + "' \"$@\"; }; cd '" + folder_.path("") + "'; " + line;
@@ -54,7 +54,7 @@ class HostileFiles : public testing::Test {
     return all;
   }
 
-  // Makes cal_ from the instrument's twelve readings.
+  // Writes the record `cal_` of 12 readings of the instrument.
   [[nodiscard]] int calibrate() {
     const std::string run = folder_.write("run.csv", twelve_readings(instrument_));
     return run_axiscal({"calibrate", run, "--instrument", "accelerometer", "--field-unit", "m/s^2",
@@ -67,7 +67,7 @@ class HostileFiles : public testing::Test {
   std::string cal_ = folder_.path("cal.json");
 };
 
-// The rows of a table of twelve readings, of which `cut` lose their last cell.
+// @return the table; the rows from `first` on, `count` in number, lack their last cell.
 std::string with_cut_rows(const std::string& table, std::size_t first, std::size_t count) {
   std::string text;
   std::size_t row = 0;
@@ -146,8 +146,8 @@ TEST_F(HostileFiles, ManyColumnsCostInProportion) {
   }
   const std::string wide =
       folder_.write("wide.csv", header + "\n" + row + "\n" + row + "\n" + row + "\n");
-  // In seconds of the processor, as a machine may be busy; 30 s and more if it grows with the
-  // square.
+  // The limit is processor time, because the machine may be busy. A quadratic algorithm would need
+  // 30 s or more.
   EXPECT_EQ(shell("ulimit -t 12; axiscal log '" + wide + "' >/dev/null"), 0);
 }
 
@@ -167,7 +167,7 @@ TEST_F(HostileFiles, NoFolderForCopiesIsAnOutputThatCannotBeWritten) {
 
 TEST_F(HostileFiles, ACopyIsGoneAfterASignal) {
   std::filesystem::create_directory(folder_.path("copies"));
-  // A pipe that stays open while the command waits for more of it.
+  // The pipe stays open, and the command waits for more input.
   EXPECT_EQ(shell("( for i in 1 2 3; do printf \"t,ax\\n0,1\\n\"; done; sleep 5 ) | "
                   "( TMPDIR=copies timeout -s TERM 1 '" +
                   command_path() + "' noise - >/dev/null 2>&1; ls copies >left )"),
@@ -272,7 +272,7 @@ TEST_F(HostileFiles, ASpreadsheetIsGivenNoFormulas) {
 }
 
 #ifdef AXISCAL_ZLIB
-// A compressed log, whole or cut anywhere, goes through the commands that hold it in memory.
+// Each command that holds a log in memory reads a compressed log, whole and cut at any byte.
 TEST_F(HostileFiles, CutFilesAreRefusedByEachCommand) {
   std::string text = "t,ax,ay,az,gx,gy,gz\n";
   for (int i = 0; i < 2000; ++i) {

@@ -2,9 +2,9 @@
 # SPDX-License-Identifier: Apache-2.0
 """hostile_test.py AXISCAL ARCHIVE: files that were made to exhaust a reader are refused soon.
 
-Each file goes through `log` and `noise`, by its name and as standard input. A run takes at most 5 s, 256 MiB of
-memory and 64 MiB a temporary file; it leaves nothing behind and prints no control character. The status is 1 or 3;
-of the files that can be read, whose rows or names are the trouble, it may be 0.
+`log` and `noise` read each file by its name; `log` also reads it from standard input. A run takes at most 5 s and
+256 MiB of memory, and writes at most 64 MiB to a file. It leaves no file and prints no control character. Its status
+is 1 or 3. For the files of READABLE it may also be 0: they can be read, and only rows or names in them are bad.
 """
 import os
 import resource
@@ -18,7 +18,7 @@ MIB = 1 << 20
 
 
 def limits_of(seconds):
-    """Sets the limits of a run, in its process."""
+    """Returns a function that sets the limits of CPU time and file size in the process of a run."""
     def limited():
         resource.setrlimit(resource.RLIMIT_FSIZE, (64 * MIB, 64 * MIB))
         resource.setrlimit(resource.RLIMIT_CPU, (seconds, seconds + 1))
@@ -26,7 +26,7 @@ def limits_of(seconds):
 
 
 def run(command, stdin, folder, copies, seconds):
-    """Runs a command; returns its status, its output, and the most memory of it and its children [MiB]."""
+    """Runs a command. Returns its status, its output, and the largest memory of its processes [MiB]."""
     script = ('import os, resource, subprocess, sys\n'
               'status = subprocess.call(sys.argv[1:])\n'
               'memory = resource.getrusage(resource.RUSAGE_CHILDREN).ru_maxrss\n'

@@ -1,10 +1,11 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: Apache-2.0
-"""kills_test.py AXISCAL RUN.csv [COUNT]: kills the command at random times and looks at what is left.
+"""kills_test.py AXISCAL RUN.csv [COUNT]: kills the command at random times and checks the files that are left.
 
-A third of the runs each: one output, a batch of units, a guided session with a simulated instrument. An output is
-the earlier one or the new one, whole. A record of a batch is whole or not there. A journal holds whole lines, and a
-session goes on from it. After the next run no temporary file is left.
+A third of the kills are of a single calibration, a third of a batch of units, and a third of a guided session with a
+simulated instrument. The output of a calibration is complete: the earlier one or the new one. A record of a batch is
+complete or does not exist. A journal contains complete lines, and a session can resume from it. The next run leaves
+no temporary file.
 """
 import json
 import os
@@ -86,7 +87,7 @@ class Kills:
         with open(journal, 'rb') as file:
             lines = file.read().split(b'\n')
         if len(lines) < 2:
-            return  # killed before its first line was whole
+            return  # killed before its first line was complete
         for line in lines[:-1]:
             json.loads(line)
         done = run([self.axiscal, 'acquire', '--resume', 'session.journal', '--connect', 'sim:?speed=max&rate=50',

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// segment, noise and calibrate --imu as users run them.
+// The commands segment, noise and calibrate --imu.
 #include <cmath>
 #include <filesystem>
 #include <fstream>
@@ -58,7 +58,7 @@ class LogCommands : public testing::Test {
   std::string log_path_;
 };
 
-// A record of the accelerometer that is there already serves the gyroscope, and stays as it is.
+// The gyroscope is calibrated with an existing record of the accelerometer, which is not changed.
 TEST_F(LogCommands, TakeARecordOfTheAccelerometer) {
   ASSERT_EQ(run_axiscal(
                 {"calibrate", "--imu", log_path_, "--cube", "-o", folder_.path("both-{slot}.json")})
@@ -73,7 +73,7 @@ TEST_F(LogCommands, TakeARecordOfTheAccelerometer) {
             read_json(folder_.path("both-gyroscope.json"))["coefficients"]);
 }
 
-// From a log to a record in two commands.
+// segment and calibrate make a record from a log.
 TEST_F(LogCommands, SegmentGivesWhatCalibrateTakes) {
   const std::string run = folder_.path("run.csv");
   const ProgramResult segmented = run_axiscal(
@@ -121,8 +121,8 @@ TEST_F(LogCommands, ReadPipesAndRates) {
   EXPECT_EQ(csv_cells(result.out).size(), 13U);
 }
 
-// Times in microseconds under a name that does not say so: the unit is seen and the record says it,
-// or the log is refused.
+// The times are microseconds, and the column's name does not state this. Either the unit is
+// recognised and reported, or the log is refused.
 TEST_F(LogCommands, TimesInAnotherUnitGiveNoWrongScale) {
   RecordedLog log = simulate_imu_log(some_imu(), attitudes_of(sheet_));
   for (double& t : log.samples[0]) {
@@ -141,7 +141,7 @@ TEST_F(LogCommands, TimesInAnotherUnitGiveNoWrongScale) {
   EXPECT_THAT(gyroscope["warnings"][0]["message"].get<std::string>(),
               HasSubstr("the times are taken as microseconds, 100 Hz"));
   for (double& t : log.samples[0]) {
-    t *= 0.1;  // 1000 Hz in microseconds, or 1 Hz in milliseconds
+    t *= 0.1;  // 1000 Hz if in us, 1 Hz if in ms
   }
   const ProgramResult unclear = calibrated("unclear.csv");
   EXPECT_EQ(unclear.status, 3);
@@ -162,7 +162,7 @@ TEST_F(LogCommands, ImuGivesARecordForEachInstrument) {
   EXPECT_EQ(gyroscope["instrument"]["unit"], "deg/s");
   EXPECT_NEAR(gyroscope["coefficients"]["sensitivity"][1][1].get<double>(), 57.3, 0.1);
   EXPECT_EQ(gyroscope["inputs"][0]["sha256"].get<std::string>().size(), 64U);
-  // The gyroscope's record is one that apply takes.
+  // apply reads the gyroscope's record.
   const ProgramResult applied =
       run_axiscal({"apply", folder_.path("imu-gyroscope.json"), log_path_});
   EXPECT_EQ(applied.status, 0) << applied.err;
@@ -198,7 +198,7 @@ TEST_F(LogCommands, NoiseAndThePlanThatUsesIt) {
   EXPECT_EQ(run_axiscal({"plan", "--noise-log", rest}).status, 3);
 }
 
-// A curve that somebody else made, a range of tau, further deviations.
+// An existing curve, a range of tau and more deviations.
 TEST_F(LogCommands, NoiseOfACurve) {
   std::string text = "tau,adev,n\n";
   for (int i = 0; i < 12; ++i) {
@@ -231,7 +231,7 @@ TEST_F(LogCommands, NoiseOfACurve) {
             3);
 }
 
-// A table first, in the units of data sheets; curves on wish; a page of its own.
+// The output is a table in the units of data sheets. Curves are optional, and -o writes a page.
 TEST_F(LogCommands, NoiseIsToldInATable) {
   RandomStream random(3);
   std::string text = "time,gx (deg/s),gy (deg/s),gz (deg/s)\n";
@@ -246,7 +246,7 @@ TEST_F(LogCommands, NoiseIsToldInATable) {
   const ProgramResult shown = run_axiscal({"noise", rest});
   ASSERT_EQ(shown.status, 0) << shown.err;
   EXPECT_THAT(shown.out, HasSubstr("[deg/sqrt(h)]"));
-  // 0.1 deg/s at 100 Hz: 0.01 deg/s/sqrt(Hz), 0.6 deg/sqrt(h).
+  // 0.1 deg/s at 100 Hz is 0.01 deg/s/sqrt(Hz) or 0.6 deg/sqrt(h).
   const std::size_t row = shown.out.find("\n  gx");
   ASSERT_NE(row, std::string::npos) << shown.out;
   EXPECT_NEAR(std::stod(shown.out.substr(row + 16)), 0.6, 0.03) << shown.out;
@@ -276,7 +276,7 @@ TEST_F(LogCommands, NoiseWithMoreDeviations) {
   EXPECT_EQ(run_axiscal({"noise", rest, "--rate", "1", "--deviations", "tdev"}).status, 2);
 }
 
-// Broken logs: an answer or a clear error, with the status of the contract.
+// A broken log gives an answer or a clear error with the documented exit status.
 TEST_F(LogCommands, BrokenLogsGiveAnAnswerOrAClearError) {
   const std::string good = read_file(log_path_);
   const auto segment = [&](const std::string& text, const std::vector<std::string>& more = {}) {
@@ -288,7 +288,7 @@ TEST_F(LogCommands, BrokenLogsGiveAnAnswerOrAClearError) {
   EXPECT_EQ(segment("").status, 3);
   EXPECT_EQ(segment("t,ax,ay,az\n").status, 3);
   EXPECT_EQ(segment("t,ax,ay\n1,2,3\n").status, 3);
-  EXPECT_EQ(segment(good.substr(0, good.size() / 2 + 7)).status, 0);  // still growing
+  EXPECT_EQ(segment(good.substr(0, good.size() / 2 + 7)).status, 0);  // a log that is still growing
   EXPECT_EQ(segment(good.substr(0, 500)).status, 1);                  // too short for a rest
   EXPECT_THAT(segment(good.substr(0, 500)).err, HasSubstr("rests of 1 s were not found"));
   EXPECT_EQ(run_axiscal({"segment", folder_.path("none.csv")}).status, 3);
@@ -299,7 +299,7 @@ TEST_F(LogCommands, BrokenLogsGiveAnAnswerOrAClearError) {
   EXPECT_EQ(segment(good, {"--rate", "100", "--time", "t"}).status, 2);
   EXPECT_EQ(segment(good, {"--plan", log_path_}).status, 3);
   EXPECT_EQ(segment(good, {"--recognise", "--plan", sheet_path_}).status, 2);
-  // One orientation only: rests, but nothing to calibrate.
+  // All rests have one orientation, so a calibration is not possible.
   const std::string still = folder_.write(
       "still.csv", csv_of(simulate_imu_log(
                        some_imu(), std::vector<Eigen::Matrix3d>(12, Eigen::Matrix3d::Identity()))));
@@ -314,7 +314,6 @@ TEST_F(LogCommands, BrokenLogsGiveAnAnswerOrAClearError) {
   EXPECT_EQ(run_axiscal({"noise", still, "--columns", "wx"}).status, 3);
 }
 
-// What a new user stumbled over.
 TEST_F(LogCommands, ColumnsThatAreNoneAreRefused) {
   EXPECT_THAT(run_axiscal({"segment", log_path_, "--columns", "t,ay,az"}).err,
               HasSubstr("column 't' is the times, and no quantity"));
@@ -346,12 +345,12 @@ TEST_F(LogCommands, TheFirstFenceMakesTheSlopeKnown) {
   const json records = json::parse(result.out);
   EXPECT_NEAR(records[0]["levelness"]["mean"]["x"].get<double>(), 0.003, 4e-4);
   EXPECT_NEAR(records[0]["levelness"]["mean"]["y"].get<double>(), -0.002, 4e-4);
-  // The gyroscope's columns were found by their usual names.
+  // The columns of the gyroscope are recognised by their names.
   EXPECT_EQ(records[1]["method"], "turns");
 }
 
-// A million rows through a pipe: memory stays where it was (RLIMIT in the bench; here that it
-// works).
+// A million rows through a pipe. The benchmark tests the memory (RLIMIT); here only the result is
+// tested.
 TEST_F(LogCommands, AMillionRowsGoThrough) {
   std::string text = "ax,ay,az\n";
   RandomStream random(1);

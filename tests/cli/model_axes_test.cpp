@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The model's own axes, slots of several kinds, readings kept out of a fit: by the command.
+// The command with axes of a model, slots of several kinds, and readings that are kept out of a
+// fit.
 #include <cmath>
 
 #include <gtest/gtest.h>
@@ -28,7 +29,8 @@ class ModelAxesTest : public testing::Test {
               0);
   }
 
-  // Readings of a sensor that is turned in its model, at attitudes of the model [degrees].
+  // Readings of a sensor that is mounted in a model with a rotation, at attitudes of the model
+  // [deg].
   [[nodiscard]] std::string readings(const std::vector<std::array<double, 2>>& attitudes,
                                      bool with_labels,
                                      const Eigen::Matrix3d& model_from_sensor) const {
@@ -84,7 +86,7 @@ TEST_F(ModelAxesTest, AJointThatMovesIsFlagged) {
                          "--direction-u", "5e-5", "-o", body})
                 .status,
             0);
-  // The same instrument twice, as A and B; in the second row B has moved by half a degree.
+  // Records A and B are of the same instrument. In the second row B has moved by 0.5 degrees.
   nlohmann::json one = read_json(record_);
   one["slot"] = "A";
   const std::string first = folder_.write("a.json", one.dump());

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Inputs of other people's tools, and commands that they type first.
+// Inputs from other tools, and commands that new users type first.
 #include <cmath>
 #include <cstdio>
 #include <filesystem>
@@ -17,7 +17,7 @@ using testing::Not;
 
 class OpenDoors : public testing::Test {
  protected:
-  // A log in m/s^2, deg/s and uT: rests in many orientations, turns between them.
+  // A log in m/s^2, deg/s and uT with rests in many orientations and turns between them.
   std::string imu_log(const std::string& header, bool gyroscope_is_dead = false) {
     StrangeInstrument magnetometer;
     magnetometer.random.seed(21);
@@ -131,7 +131,7 @@ TEST_F(OpenDoors, OneSensorThatFailsLosesNoOther) {
 }
 
 TEST_F(OpenDoors, AnAccelerometerThatFailsLosesNoMagnetometer) {
-  instrument_.sensitivity.row(0).setZero();  // dead
+  instrument_.sensitivity.row(0).setZero();  // axis x is dead
   const std::string log = folder_.write("log.csv", imu_log(plain_header));
   const ProgramResult result = run_axiscal(
       {"calibrate", "--imu", log, "--unit", "m/s^2", "-o", folder_.path("{slot}.json")});
@@ -165,7 +165,7 @@ TEST_F(OpenDoors, SeveralLogsAreOneRecording) {
 
 TEST_F(OpenDoors, ARestThatRepeatsOneValueIsLeftOut) {
   std::string text = imu_log(plain_header);
-  // The sensor sleeps: one value for a minute.
+  // The sensor sleeps and repeats one value for a minute.
   const std::string frozen = ",3.0,4.0,8.0,0.31,-0.22,0.14,10.0,20.0,-40.0\n";
   for (int i = 0; i < 3000; ++i) {
     text += std::to_string(80.0 + 0.02 * i) + frozen;
@@ -275,7 +275,7 @@ TEST_F(OpenDoors, ReportReadsNamesAndMaps) {
   EXPECT_EQ(result.status, 0) << result.err;
 }
 
-// Three axes turned about one of them: what the turn shows, and no more.
+// Three axes are turned about one of them. Only the determined coefficients are fitted.
 TEST_F(OpenDoors, ATurnAboutOneAxisGivesWhatItDetermines) {
   std::string text = "fx,fy,fz,x,y,z\n";
   for (int i = 0; i < 12; ++i) {
@@ -291,7 +291,7 @@ TEST_F(OpenDoors, ATurnAboutOneAxisGivesWhatItDetermines) {
   EXPECT_THAT(result.err + result.out, HasSubstr("not seen"));
 }
 
-// A vehicle's compass, turned on the ground: an ellipse.
+// The compass of a vehicle with two axes, turned on the ground. The readings lie on an ellipse.
 TEST_F(OpenDoors, ACompassOfTwoAxesIsTurnedInAPlane) {
   std::string text = "x,y\n";
   std::normal_distribution<double> noise(0.0, 0.05);

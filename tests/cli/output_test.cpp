@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// An output is replaced whole or left as it was, whatever happens.
+// An output file is replaced completely or not changed.
 #include <filesystem>
 
 #include <sys/stat.h>
@@ -13,7 +13,7 @@ namespace {
 
 using testing::HasSubstr;
 
-// Observations with a column that says of which unit they are.
+// Adds a column `serial` to the readings.
 std::string with_serial(const std::string& observations, const std::string& serial) {
   std::string text;
   for (std::size_t from = 0; from < observations.size();) {
@@ -37,7 +37,7 @@ class Output : public testing::Test {
 
 TEST_F(Output, OnAFullDiskTheEarlierFileStays) {
   const std::string output = folder_.write("cal.json", "earlier");
-  // A limit on file size stands in for a full disk.
+  // The limit of the file size simulates a full disk.
   const ProgramResult result = run_axiscal(calibrate_to(output), {.file_size_limit = 1000});
   EXPECT_EQ(result.status, 4);
   EXPECT_THAT(result.err, HasSubstr(output));
@@ -85,7 +85,7 @@ TEST_F(Output, ALinkIsFollowed) {
   EXPECT_EQ(read_json(target)["status"], "ok");
 }
 
-// Each input of each command named as an output, by its name and by a link to it.
+// Each input of each command is named as an output, by its path and by a symbolic link.
 TEST_F(Output, NoInputIsOverwritten) {
   const std::string record = folder_.path("cal.json");
   ASSERT_EQ(run_axiscal(calibrate_to(record)).status, 0);
@@ -131,14 +131,14 @@ TEST_F(Output, NoInputIsOverwritten) {
     const std::size_t files = folder_.file_count();
     const ProgramResult result = run_axiscal(words);
     const std::string call = testing::PrintToString(words);
-    if (words.front() != "noise") {  // which finds too few samples first
+    if (words.front() != "noise") {  // noise fails earlier: too few samples
       EXPECT_EQ(result.status, 2) << call << result.err;
       EXPECT_THAT(result.err, HasSubstr("is an input and would be overwritten")) << call;
     }
     EXPECT_EQ(read_file(input), before) << call;
     EXPECT_EQ(folder_.file_count(), files) << call;
   }
-  // Standard output that is the input, which would be read for ever.
+  // Standard output is appended to the input, which would never end.
   const std::string appended = "'" + command_path() + "' apply '" + record + "' '" + readings +
                                "' >> '" + readings + "' 2>&1";
   EXPECT_EQ(WEXITSTATUS(std::system(appended.c_str())), 2);
@@ -181,7 +181,7 @@ TEST_F(Output, AClosedStandardOutputIsNotMixedIntoTheRecord) {
   const std::string command = "'" + command_path() + "' calibrate '" + run_ +
                               "' --instrument accelerometer --field gravity -o '" + record +
                               "' >&- 2>&-";
-  EXPECT_EQ(WEXITSTATUS(std::system(command.c_str())), 4);  // the summary could not be written
+  EXPECT_EQ(WEXITSTATUS(std::system(command.c_str())), 4);  // cannot write the summary
   EXPECT_EQ(read_json(record)["status"], "ok");
 }
 

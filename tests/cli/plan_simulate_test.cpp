@@ -65,7 +65,7 @@ TEST(SimulateCommand, RepeatsItsBytesForASeed) {
   const std::vector<std::vector<std::string>> rows = csv_cells(simulate("9"));
   EXPECT_EQ(rows.size(), 25U);
   EXPECT_THAT(rows[0], testing::ElementsAre("run", "block", "rest", "fence", "x", "y", "z"));
-  // A sheet as by plan.
+  // The run has the same sheet as the command plan.
   const std::vector<std::vector<std::string>> sheet =
       csv_cells(run_axiscal({"plan", "--seed", "9", "--replicates", "2"}).out);
   for (std::size_t i = 0; i < sheet.size(); ++i) {
@@ -85,7 +85,8 @@ TEST(SimulateCommand, TakesWhatCalibrateMade) {
                          "-o", again})
                 .status,
             0);
-  // Its in_table is tilted already: simulating it without a slope gives the same run.
+  // in_table of the record includes the slope, so a simulation without --slope gives the same
+  // readings.
   ASSERT_EQ(run_axiscal({"simulate", "--truth", again, "-o", folder.path("2.csv")}).status, 0);
   const auto a = csv_cells(read_file(run));
   const auto b = csv_cells(read_file(folder.path("2.csv")));

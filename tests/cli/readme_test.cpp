@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What the README shows is what is there.
+// Examples in the README agree with the command.
 #include <filesystem>
 
 #include "matchers.hpp"
@@ -24,7 +24,7 @@ TEST(Readme, ShowsTheExampleAndTheConsumer) {
               HasSubstr(consumer.substr(consumer.find("cmake_minimum"))));
 }
 
-// `axiscal --generate markdown > docs/options.md` where an option has changed.
+// If an option has changed, run `axiscal --generate markdown > docs/options.md`.
 TEST(Readme, OptionsAreThoseOfTheCommand) {
   EXPECT_EQ(source_file("docs/options.md"), run_axiscal({"--generate", "markdown"}).out);
 }

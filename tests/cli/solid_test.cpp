@@ -23,7 +23,7 @@ std::vector<std::string> with(std::vector<std::string> arguments,
   return arguments;
 }
 
-// A step that prepares what is tested.
+// Runs a command that prepares a test, and expects success.
 void prepare(const std::vector<std::string>& arguments) {
   const ProgramResult result = run_axiscal(arguments);
   EXPECT_EQ(result.status, 0) << result.err;
@@ -147,7 +147,7 @@ TEST(LevelCommand, LevelsATableInOneGo) {
   EXPECT_NEAR(level["slope"]["y"].get<double>(), -0.003, 1e-5);
   EXPECT_FALSE(level["level"].get<bool>());
   double least = 1.0;
-  // The plane through the raised heads must have the slope the other way.
+  // The raised points must form a plane with the opposite slope.
   std::vector<double> raise;
   for (const json& adjuster : level["adjusters"]) {
     raise.push_back(adjuster["raise_m"].get<double>());
@@ -157,7 +157,7 @@ TEST(LevelCommand, LevelsATableInOneGo) {
   EXPECT_EQ(least, 0.0);
   EXPECT_NEAR((raise[1] + raise[2]) / 2.0 - raise[0], 0.2 * 0.004, 5e-6);
   EXPECT_NEAR(raise[2] - raise[1], -0.16 * 0.003, 5e-6);
-  // Again on the level table: nothing is left to do.
+  // On the level table nothing is left to adjust.
   prepare({"simulate", "--truth", truth, "--noise", "1e-4", "--seed", "8", "-o", run});
   const ProgramResult again =
       run_axiscal(with({"level", run, "--adjusters", three_screws}, accelerometer));
@@ -201,7 +201,7 @@ TEST(LevelCommand, SaysWhatIsMissing) {
   EXPECT_THAT(status({"--adjusters", "0,0;1,1;2,2"}).err, HasSubstr("in a line"));
   EXPECT_EQ(status({"--adjusters", "0,0;1"}).status, 2);
   EXPECT_EQ(status({"--adjusters", three_screws, "--thread-pitch", "0"}).status, 2);
-  // Six points show no slope.
+  // Six points do not determine the slope.
   const std::string six =
       folder.write("six.csv", observations_text(accelerometer_truth(), {.points = 6}));
   const ProgramResult refused = run_axiscal(
@@ -270,11 +270,11 @@ TEST(CalibrateCommand, WritesARecordForEachSlot) {
     EXPECT_NEAR(record["levelness"]["combined"]["y"].get<double>(), 0.002, 1e-5);
   }
   EXPECT_EQ(json::parse(run_axiscal(with(call, {"--json"})).out).size(), 2U);
-  // The log of the whole assembly by one instrument's record.
+  // The log of the whole assembly is reduced with one instrument's record.
   const ProgramResult applied = run_axiscal({"apply", folder.path("cal-R.json"), run});
   EXPECT_EQ(applied.status, 0) << applied.err;
   EXPECT_THAT(applied.out, HasSubstr("field_x"));
-  // Two records need two names.
+  // Two records need two file names.
   const ProgramResult one_name = run_axiscal(with(call, {"-o", folder.path("cal.json")}));
   EXPECT_EQ(one_name.status, 2);
   EXPECT_THAT(one_name.err, HasSubstr("{slot}"));
@@ -319,7 +319,8 @@ struct Laboratory {
   std::string truth = folder.write("truth.json", solid_truth_text());
   std::string cube = folder.write("new.json", positioner_json(Positioner(rough_cube().normals())));
 
-  // An instrument's record and its readings in the new cube, as --reference wants them.
+  // Makes an instrument's record and its readings in the new cube. @return the argument of
+  // --reference.
   [[nodiscard]] std::string reference(const std::string& name, const std::string& seed) const {
     const std::string run = folder.path("run.csv");
     prepare({"simulate", "--truth", truth, "--noise", "1e-5", "--replicates", "3", "--seed", seed,
@@ -355,7 +356,7 @@ TEST(CharacterizeCommand, MeasuresACube) {
   EXPECT_EQ(file["mounts"].size(), 3U);
   EXPECT_EQ(file["from"]["references"][1]["record"], lab.folder.path("B.json"));
   EXPECT_EQ(file["from"]["references"][1]["observations"], lab.folder.path("B.csv"));
-  // What it measured calibrates: by the mount of the instrument that was read the truth comes back.
+  // The written cube with the mount of its reference instrument gives the true coefficients.
   const ProgramResult fresh = run_axiscal(
       with({"calibrate", lab.folder.path("A.csv"), "--positioner", out, "--slot", "A", "--json"},
            accelerometer));
@@ -366,8 +367,8 @@ TEST(CharacterizeCommand, MeasuresACube) {
   const json printed = json::parse(run_axiscal(with(call, {"-o", out, "--json"})).out);
   EXPECT_TRUE(printed["consistent"].get<bool>());
   EXPECT_EQ(printed["references"].size(), 3U);
-  // The same record twice is the same instrument, fitted anew; the same readings twice are a
-  // mistake.
+  // If a record is named twice, the instrument was mounted twice. If readings are named twice, that
+  // is an error.
   const std::string again = lab.folder.path("A.json") + "=" + lab.folder.path("A.csv");
   const std::string refit = lab.folder.path("A.json") + "=" + lab.folder.path("B.csv");
   EXPECT_EQ(run_axiscal({"characterize", "--reference", again, "--reference", again, "--id", "x",
@@ -383,7 +384,7 @@ TEST(CharacterizeCommand, MeasuresACube) {
 TEST(CharacterizeCommand, TakesSeveralInstrumentsFromOneFile) {
   const Laboratory lab;
   const auto path = [&](const std::string& name) { return lab.folder.path(name); };
-  // Calibrated together in the old cube, and read together in the new one.
+  // Two instruments are calibrated together in the old cube and read together in the new cube.
   const auto simulate = [&](const std::string& out, const std::vector<std::string>& more) {
     prepare(with({"simulate", "--truth", "L=" + lab.truth, "--truth", "R=" + lab.truth, "--noise",
                   "1e-5", "--replicates", "2", "-o", path(out)},
@@ -405,7 +406,7 @@ TEST(CharacterizeCommand, TakesSeveralInstrumentsFromOneFile) {
                                               path("x.json")};
   EXPECT_EQ(run_axiscal(by_record).status, 0);
   EXPECT_TRUE(read_json(path("x.json"))["mounts"].contains("R"));
-  // Records that state no slot need to be told which columns are theirs.
+  // If a record has no slot, --reference must state the slot of its columns.
   const std::string plain = lab.reference("A", "2");
   EXPECT_EQ(run_axiscal({"characterize", "--reference", path("A.json") + "=" + path("new.csv"),
                          "--id", "x", "-o", path("y.json")})
@@ -484,7 +485,7 @@ TEST(PlanCommand, ForecastsAndFindsTheReplicates) {
               3e-4 / std::sqrt(48.0), 1e-12);
   EXPECT_NEAR(plan["design"]["d_efficiency"].get<double>(), 1.0, 1e-12);
   EXPECT_THAT(run_axiscal(call).out, HasSubstr("4 replicates of 1 sample a point"));
-  // The cube alone is worse than what is wanted.
+  // The uncertainty of the cube is larger than the wanted uncertainty.
   const ProgramResult never = run_axiscal(with(call, {"--positioner-u", "1e-3"}));
   EXPECT_EQ(never.status, 1);
   EXPECT_THAT(never.err, HasSubstr("no number of replicates"));

@@ -1,16 +1,16 @@
 #!/usr/bin/env bash
 # SPDX-License-Identifier: Apache-2.0
-# start_test.sh AXISCAL: each program loads the libraries that it calls, and no others. Every library
-# costs each start its loading, so the command itself has few.
+# start_test.sh AXISCAL: each program loads only the libraries that it calls. Loading a library
+# takes time at each start, so the command itself loads few.
 set -euo pipefail
 program=$1
 folder=$(dirname "$program")
 command -v ldd >/dev/null || { echo "skipped: no ldd"; exit 77; }
 fail() { echo "start: $1"; exit 1; }
 
-# loads PROGRAM: the libraries that it names itself.
+# loads PROGRAM: prints the libraries that the program itself names (NEEDED), without theirs.
 loads() { objdump -p "$1" | sed -n 's/^ *NEEDED *//p'; }
-# refuses PROGRAM LIBRARY...: it names none of these.
+# refuses PROGRAM LIBRARY...: fails if the program names one of these libraries.
 refuses() {
   local name=$1 library
   shift
@@ -29,16 +29,16 @@ refuses axiscal-exchange "${network[@]}" "${pages[@]}" "${science[@]}" ncurses
 refuses axiscal-report "${network[@]}" "${science[@]}" ncurses
 refuses axiscal-read "${network[@]}" "${pages[@]}" ncurses xlsxwriter
 refuses axiscal-acquire "${science[@]}"
-# The C library, SHA-256 (libmd), and what unpacks logs.
+# The command may load the C library, libmd (SHA-256) and the libraries that decompress logs.
 [ "$(ldd "$program" | grep -c '=>')" -le 10 ] || fail "axiscal loads more than it calls: $(ldd "$program")"
 
-# 2,400 of them; with libstdc++ as a library of its own, 1,900 more.
+# The command needs 2,400 relocations. It would need 1,900 more if libstdc++ were a shared library.
 LD_DEBUG=statistics "$program" --version 2>&1 >/dev/null | sed -n 's/.*number of relocations: *\([0-9]*\)$/\1/p' | head -n 1 |
   { read -r relocations && [ "$relocations" -le 3000 ] || fail "$relocations relocations"; }
 
-# A program that is not installed is named with its package.
+# If a program is not installed, the message names the package that contains it.
 copy=$(mktemp -d)
 trap 'rm -rf "$copy"' EXIT
 cp "$program" "$copy/"
-"$copy/axiscal" report record.json -o report.html 2>"$copy/said" && fail "no axiscal-report, and no error"
+"$copy/axiscal" report record.json -o report.html 2>"$copy/said" && fail "the command does not fail without axiscal-report"
 grep -q "axiscal-report is not installed; install the package axiscal-report" "$copy/said" || fail "$(cat "$copy/said")"

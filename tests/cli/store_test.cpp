@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Calibrations in a file of SQLite: what is stored, found again, refused and repaired.
+// Stores of calibrations in an SQLite file: add, find, verify and migrate records.
 #ifdef AXISCAL_SQLITE
 #include <algorithm>
 #include <cstdlib>
@@ -40,7 +40,7 @@ class StoreTest : public testing::Test {
     return run_axiscal(arguments);
   }
 
-  // Calibrates a run of a unit, measured on a day, into the store.
+  // Calibrates the run as one unit measured on `day`, and stores the record.
   ProgramResult calibrate(const std::string& serial,
                           const std::string& day,
                           std::vector<std::string> more = {}) const {
@@ -51,7 +51,7 @@ class StoreTest : public testing::Test {
     return run_axiscal(arguments);
   }
 
-  // The readings of units with a column serial; the x of unit 2 is shifted.
+  // CSV text with the same readings for each unit, and the columns serial and batch.
   static std::string units(int count) {
     std::istringstream run(observations_text(accelerometer_truth(), {.noise_sd = 1e-4}));
     std::string header;
@@ -106,10 +106,10 @@ TEST_F(StoreTest, TheRecordThatHeldThen) {
   EXPECT_EQ(store({"show", "--serial", "A", "--at", "soon"}).status, 2);
   EXPECT_EQ(store({"show"}).status, 2);
   EXPECT_THAT(store({"show", "--serial", "C"}).err, HasSubstr("no calibration of unit 'C'"));
-  // The stored record is the one in the file.
+  // The stored record equals the file.
   EXPECT_EQ(nlohmann::json::parse(store({"show", "--serial", "A", "--at", "2025-01-01"}).out),
             read_json(folder_.path("2024.json")));
-  // `apply` takes it from there.
+  // `apply` gives the same result with the stored record as with the file.
   const ProgramResult by_store =
       axiscal({"apply", run_, "--store", store_, "--serial", "A", "--at", "2025-01-01"});
   EXPECT_EQ(by_store.status, 0) << by_store.err;
@@ -123,7 +123,7 @@ TEST_F(StoreTest, NothingIsStoredTwice) {
   const ProgramResult again = store({"add", folder_.path("a.json")});
   EXPECT_EQ(again.status, 0);
   EXPECT_THAT(again.err, HasSubstr("0 added, 1 stored already"));
-  // Computed at another time from the same readings, it is the same calibration.
+  // A second calibration of the same readings with the same settings is not stored again.
   ASSERT_EQ(calibrate("A", "2024-03-01").status, 0);
   EXPECT_EQ(count(), 1U);
   ASSERT_EQ(calibrate("A", "2024-03-01", {"--method", "paired"}).status, 0);
@@ -152,7 +152,7 @@ TEST_F(StoreTest, StreamsAndSeveralWritersAtOnce) {
   const ProgramResult verified = store({"verify"});
   EXPECT_EQ(verified.status, 0) << verified.out;
   EXPECT_THAT(verified.out, HasSubstr("40 calibrations, 0 defects"));
-  // Another store from the lines of this one is equal.
+  // A store that is filled from the exported lines lists as many calibrations.
   ASSERT_EQ(store({"export", "-o", folder_.path("all.jsonl.zst")}).status, 0);
   const std::string list = store({"list"}).out;
   store_ = folder_.path("copy.db");
@@ -193,7 +193,7 @@ TEST_F(StoreTest, BadInputIsRefusedAndWhatWasStoredStays) {
   EXPECT_EQ(half.status, 3);
   EXPECT_THAT(half.err, HasSubstr("bad.json"));
   EXPECT_EQ(count(), 1U);
-  // A file of something else is not touched.
+  // A file that is no store is refused and does not change.
   const std::string text = folder_.write("notes.db", "these are my notes, and no database");
   EXPECT_EQ(axiscal({"store", "add", folder_.path("a.json"), "--store", text}).status, 3);
   EXPECT_EQ(read_file(text), "these are my notes, and no database");

@@ -32,7 +32,7 @@ class Server:
         self.programs = os.path.dirname(programs[-1]) if programs else None
         if self.programs is None:
             return
-        if os.getuid() == 0:  # it does not run as root
+        if os.getuid() == 0:  # PostgreSQL refuses to run as root
             try:
                 self.user = pwd.getpwnam('postgres')
             except KeyError:
@@ -69,7 +69,7 @@ class Server:
 
 
 def units(run):
-    """The run of examples/, once for each unit, with another offset and another scatter."""
+    """Returns CSV text with the example run for each unit, with a random offset and random scatter."""
     with open(run, encoding='utf-8') as file:
         rows = list(csv.DictReader(line for line in file if not line.startswith('#')))
     random.seed(SEED)
@@ -111,19 +111,19 @@ def stream(axiscal, folder, store, shard):
 
 
 def written(axiscal, folder, store, server):
-    """Writes all units in spite of failures. Returns the serial numbers in the store."""
+    """Writes all units; kills writers and stops the server meanwhile. Returns the stored serial numbers."""
 
     def ask(*arguments):
         done = subprocess.run([axiscal, 'store', *arguments, '--store', store], cwd=folder, capture_output=True,
                               text=True, check=False)
         return done.returncode, done.stdout, done.stderr
 
-    for _ in range(10):  # killed writers
+    for _ in range(10):  # kills a writer at a random time
         writer = stream(axiscal, folder, store, '1/2')
         time.sleep(random.uniform(0.005, 0.15))
         writer.kill()
         writer.communicate()
-    if store.startswith('postgresql'):  # the database goes away in the middle
+    if store.startswith('postgresql'):  # stops the server while a writer works
         writer = stream(axiscal, folder, store, '2/2')
         time.sleep(0.03)
         server.stop()

@@ -12,7 +12,7 @@
 
 namespace axiscal::test {
 
-/// An instrument of three axes as its files would have it: v = b + S f + noise.
+/// A simulated instrument of three axes: v = b + S f + noise.
 struct StrangeInstrument {
   Eigen::Vector3d bias = {0.12, -0.2, 0.31};
   Eigen::Matrix3d sensitivity = (Eigen::Matrix3d() << 1.002,
@@ -34,7 +34,7 @@ struct StrangeInstrument {
     return bias + sensitivity * field + e;
   }
 
-  /// A unit vector in any direction.
+  /// @return a unit vector in a random direction.
   Eigen::Vector3d direction() {
     std::normal_distribution<double> normal;
     return Eigen::Vector3d(normal(random), normal(random), normal(random)).normalized();
@@ -43,14 +43,14 @@ struct StrangeInstrument {
 
 inline constexpr double standard_gravity = 9.80665;
 
-/// A seat of the standard design, and up in the cube's frame.
+/// A seat of the standard design, and the direction of up in the cube's frame.
 struct StrangeSeat {
   const char* rest;
   const char* fence;
   Eigen::Vector3d up;
 };
 
-/// The twelve seats: six faces, each turned by 180 degrees.
+/// The 12 seats: six faces, each in two headings that differ by 180 degrees.
 [[nodiscard]] inline std::vector<StrangeSeat> twelve_seats() {
   const Eigen::Vector3d x = Eigen::Vector3d::UnitX();
   const Eigen::Vector3d y = Eigen::Vector3d::UnitY();
@@ -66,7 +66,7 @@ struct StrangeSeat {
   return text.data();
 }
 
-/// A run of twelve in m/s^2: rest,fence,x,y,z.
+/// CSV text of 12 readings in m/s^2 with the columns rest, fence, x, y, z.
 [[nodiscard]] inline std::string twelve_readings(StrangeInstrument& instrument,
                                                  const std::string& more_names = "",
                                                  const std::string& more_cells = "") {

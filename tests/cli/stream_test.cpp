@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Many units in one stream: the same lines from a file, a pipe, parts, and after a kill.
+// Many units in one stream: a file, a pipe, shards and a resumed run give the same lines.
 #include <cstdlib>
 #include <filesystem>
 #include <sstream>
@@ -15,7 +15,8 @@ namespace {
 
 using testing::HasSubstr;
 
-// `units` runs of 12 readings with a column `serial`; that of unit 3 has a cell that is no number.
+// `units` units of 12 readings each, with a column `serial`. Unit 3 has a cell that is not a
+// number.
 std::string stream_of(int units) {
   std::istringstream run(observations_text(accelerometer_truth(), {}));
   std::string header;
@@ -55,7 +56,7 @@ class StreamTest : public testing::Test {
 TEST_F(StreamTest, LinesAreThoseOfEachUnit) {
   const std::string output = folder_.path("r.jsonl");
   const ProgramResult result = run({"-o", output, "--table", folder_.path("t.csv")}, path_);
-  EXPECT_EQ(result.status, 1);  // unit 3
+  EXPECT_EQ(result.status, 1);  // because of unit 3
   EXPECT_THAT(result.err, HasSubstr("yield: 24 of 25 units"));
   std::istringstream lines(read_file(output));
   std::string line;
@@ -100,7 +101,7 @@ TEST_F(StreamTest, PipePartsAndKillsGiveTheSameBytes) {
   merge_records.pop_back();
   EXPECT_THAT(run_axiscal(merge_records).err, HasSubstr("is missing"));
 
-  // Cut anywhere, as a kill may, and resumed.
+  // The outputs are cut at any byte, as after a kill, and the run is resumed.
   for (const std::size_t cut : {0U, 1U, 5000U, 40000U, 100000U}) {
     folder_.write("k.jsonl", records.substr(0, cut));
     folder_.write("k.csv", table.substr(0, 2000));

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// check, budget, study, limits, batches and suggestions as users run them.
+// The commands check, budget and study; limits, batches and suggestions.
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
@@ -81,7 +81,7 @@ TEST_F(TrustCommands, CheckSaysWhetherARecordStillHolds) {
 }
 
 TEST_F(TrustCommands, HistorySaysWhenALimitWillBeMet) {
-  // A bias that grows by 1 mV a year, from 10 mV: 15 mV after five years.
+  // A bias of 10 mV grows by 1 mV each year and is 15 mV after five years.
   const std::string folder = folder_.path("records");
   std::filesystem::create_directory(folder);
   for (int year = 0; year < 4; ++year) {
@@ -128,7 +128,7 @@ TEST_F(TrustCommands, HistoryPassesOverWhatIsStrange) {
   wide["statistics"]["parameter_names"] = std::vector<std::string>(60000, "p");
   wide["statistics"]["covariance"] = {{1.0}};
   folder_.write("records/wide.json", wide.dump());
-  json other = one;  // an instrument of one axis whose name lists those of the first
+  json other = one;  // one axis with the name "x, y, z"
   other["instrument"]["axes"] = {"x, y, z"};
   other["coefficients"] = {{"bias", {0.1}}, {"sensitivity", {{1.0, 0.0, 0.0}}}};
   folder_.write("records/other.json", other.dump());
@@ -141,7 +141,7 @@ TEST_F(TrustCommands, HistoryPassesOverWhatIsStrange) {
   EXPECT_EQ(units[0]["trends"].size() + units[1]["trends"].size(), 16U);
 }
 
-// Values that scatter: the date has an interval, and a slope that may be none has no end.
+// The values scatter, so the date has an interval. If the slope may be 0, the interval has no end.
 TEST_F(TrustCommands, TheDateOfALimitHasAnInterval) {
   const std::string folder = folder_.path("records");
   std::filesystem::create_directory(folder);
@@ -171,7 +171,7 @@ TEST_F(TrustCommands, TheDateOfALimitHasAnInterval) {
   EXPECT_TRUE(unsure["meets_limit_until"].is_null());
 }
 
-// --history: what earlier records say of the biases between blocks, as a prior.
+// --history: earlier records give the scatter of biases between blocks, as a prior.
 TEST_F(TrustCommands, EarlierRecordsSayHowBiasesChangeBetweenBlocks) {
   const std::string folder = folder_.path("earlier");
   std::filesystem::create_directory(folder);
@@ -253,7 +253,7 @@ TEST_F(TrustCommands, LimitsGiveAVerdictForEachUnitAndABatch) {
   EXPECT_THAT(run_axiscal({"calibrate", experiment}).err, HasSubstr("unit: fail: x.bias"));
 }
 
-// A batch without a column of serials is one unit; a check's verdict is the record's.
+// A batch without a column of serials is one unit. The verdict of check is that of the record.
 TEST_F(TrustCommands, ATableOfOneUnitAndOneVerdict) {
   const std::string run =
       folder_.write("one.csv", observations_text(accelerometer_truth(), {.noise_sd = 1e-4}));
@@ -303,7 +303,8 @@ TEST_F(TrustCommands, SuggestionsAreMadeAndFollowedOnlyOnRequest) {
 }
 
 TEST_F(TrustCommands, BudgetAndApplyStateUncertainties) {
-  // Of one block: how later ones differ is not known, and no long tail of the Monte Carlo's.
+  // A record of one block has no scatter between blocks, which would give the Monte Carlo long
+  // tails.
   const std::string stored = record("cal.json", "1", "1");
   const ProgramResult budget = run_axiscal(
       {"budget", stored, "--pitch", "30", "--roll", "45", "--monte-carlo", "2000", "--json"});
@@ -321,7 +322,7 @@ TEST_F(TrustCommands, BudgetAndApplyStateUncertainties) {
   EXPECT_EQ(run_axiscal({"apply", truth_, stored + ".csv", "--uncertainty"}).status, 3);
 }
 
-// U = k u; of a component it is long where two degrees of freedom tell the scatter.
+// U = k u. U of a component is large if its scatter has two degrees of freedom.
 TEST_F(TrustCommands, ApplyStatesExpandedUncertainties) {
   const std::string stored = record("cal.json", "1");
   const auto cells = [&](std::vector<std::string> more) {
@@ -356,7 +357,7 @@ TEST_F(TrustCommands, ApplyStatesExpandedUncertainties) {
   }
 }
 
-// asin(f / F): an error of 0.1 % of F is one of 0.001 tan(pitch) of the angle.
+// pitch = asin(f / F), so an error of 0.1 % of F changes the angle by 0.001 tan(pitch).
 TEST_F(TrustCommands, AnglesElsewhereCountTheFieldsUncertainty) {
   const std::string stored = record("cal.json", "1");
   const std::string log = folder_.write("log.csv", "x,y,z\n0.5,0.0,0.87\n");

@@ -40,7 +40,7 @@ void expect_to_fit(const std::string& text, std::size_t rows) {
   }
 }
 
-// Help begins with examples and fits a terminal of 80 x 24; the whole help is as wide.
+// Help begins with examples and fits a terminal of 80 x 24. The whole help has the same width.
 TEST(Usage, HelpFitsATerminal) {
   const std::string overview = run_axiscal({"help"}).out;
   EXPECT_EQ(run_axiscal({"--help"}).out, overview);
@@ -170,7 +170,7 @@ TEST(Generated, TheManualPageHasEverySubcommandAndOption) {
     EXPECT_THAT(page, HasSubstr("\n.SS " + std::string(name) + "\n"));
   }
   EXPECT_THAT(page, HasSubstr("\\fB\\-\\-accept\\-suggestion\\fR"));
-  EXPECT_EQ(page.find("\n\'"), std::string::npos);  // no line starts as a request by chance
+  EXPECT_EQ(page.find("\n\'"), std::string::npos);  // no line begins as a roff request
 }
 
 TEST(Generated, ZshAndFishHaveThemToo) {
@@ -188,7 +188,7 @@ TEST(Generated, ValuesAreCompleted) {
   EXPECT_THAT(bash,
               HasSubstr("'calibrate --method') COMPREPLY=($(compgen -W \"paired joint known "));
   EXPECT_THAT(bash, HasSubstr("'calibrate --field') COMPREPLY=($(compgen -W \""));
-  // Every format that the program knows.
+  // The completion offers every export format.
   const std::string list = run_axiscal({"export", "--list"}).out;
   std::string names;
   for (std::size_t at = 0; at < list.size(); at = list.find('\n', at) + 1) {
@@ -262,7 +262,7 @@ TEST(Template, IsReadByWhatReadsItsFile) {
   };
   EXPECT_EQ(read_experiment(written("experiment")).experiment.instrument.serial, "QA-113");
   EXPECT_EQ(read_limits(written("limits")).limits.size(), 7U);
-  EXPECT_EQ(read_certificate_details(written("laboratory")).number, "");  // still to be filled in
+  EXPECT_EQ(read_certificate_details(written("laboratory")).number, "");  // a placeholder
   EXPECT_EQ(read_log_format(written("map")).columns.front().factor, 1e-6);
   EXPECT_EQ(read_positioner(written("positioner")).id(), "cube-07");
   EXPECT_EQ(world_text(read_world(written("world"))), "block_sd=1e-04,ar=0.5,k2=3e-04:0:0");

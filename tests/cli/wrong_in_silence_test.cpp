@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Inputs by which a wrong result would be stored without a word.
+// Inputs for which a wrong result could be stored silently.
 #include <cmath>
 #include <cstdio>
 #include <fstream>
@@ -130,7 +130,7 @@ TEST_F(WrongInSilence, ATemplateAsItStandsMakesADraft) {
   EXPECT_THAT(report.err, HasSubstr("asks for more"));
 }
 
-// Sides that lean by a degree, told apart by `rest` alone: bias as (max + min) / 2 gives it.
+// The cube's sides lean by one degree, and only `rest` is stated. The bias is like (max + min) / 2.
 TEST_F(WrongInSilence, SixFacesWithoutAFenceKeepTheLeanOutOfTheBias) {
   double squares = 0.0;
   constexpr int trials = 12;
@@ -159,7 +159,7 @@ TEST_F(WrongInSilence, SixFacesWithoutAFenceKeepTheLeanOutOfTheBias) {
       squares += off * off / (3.0 * trials);
     }
   }
-  EXPECT_LT(std::sqrt(squares), 0.004);  // m/s^2; six points taken as level: 0.04
+  EXPECT_LT(std::sqrt(squares), 0.004);  // m/s^2; 0.04 if the sides are taken as level
 }
 
 std::string cloud_of(StrangeInstrument& instrument, const Eigen::Vector3d& up, int samples) {
@@ -208,7 +208,7 @@ TEST_F(WrongInSilence, AFileNamedAfterAnotherFaceIsRefused) {
   for (std::size_t i = 0; i < 12; i += 2) {
     const StrangeSeat seat = twelve_seats()[i];
     const Eigen::Index axis = i < 4 ? 2 : i < 8 ? 0 : 1;
-    // x and y exchanged, of one sign
+    // The names of x_up and y_up are exchanged.
     const char letter = axis == 0 && seat.up.sum() > 0.0   ? 'y'
                         : axis == 1 && seat.up.sum() > 0.0 ? 'x'
                                                            : "xyz"[axis];
@@ -407,7 +407,7 @@ TEST_F(WrongInSilence, LinesOfASketchAreOneSample) {
   EXPECT_THAT(result.out, HasSubstr(" 40 "));
 }
 
-// As Adafruit's examples print: the word before the first axis is that of all.
+// Adafruit's examples print the name of the sensor only before the first axis.
 TEST_F(WrongInSilence, AWordBeforeTheFirstAxisNamesAll) {
   std::string text;
   for (int i = 0; i < 40; ++i) {
@@ -459,7 +459,7 @@ TEST_F(WrongInSilence, TwoLettersBehindThePointSayWhichSensor) {
   EXPECT_THAT(result.out, Not(HasSubstr("accelerometer 1")));
 }
 
-// What Betaflight takes a compass's readings in is counts.
+// Betaflight reads a compass in counts.
 TEST_F(WrongInSilence, ACompassInMicroteslaAsksBetaflightsFactor) {
   std::string text = "x,y,z\n";
   for (int i = 0; i < 40; ++i) {
@@ -601,7 +601,7 @@ TEST_F(WrongInSilence, AUnitShortOfReadingsIsMarked) {
   EXPECT_THAT(result.out, HasSubstr("9 readings, and most units have 12"));
 }
 
-// A rate table: fx, fy, fz of different lengths, and no magnitude.
+// A rate table: the stated fields fx, fy, fz have different lengths, and no magnitude is stated.
 TEST_F(WrongInSilence, KnownFieldsOfVaryingSizeNeedNoMagnitude) {
   std::string text = "fx,fy,fz,x,y,z\n";
   for (int axis = 0; axis < 3; ++axis) {

@@ -13,7 +13,7 @@ namespace {
 using testing::ElementsAre;
 using testing::HasSubstr;
 
-// Hands the text over in pieces of a given size, as a slow pipe would.
+// A source that delivers the text in pieces of `piece` bytes, like a slow pipe.
 CsvReader::Source source_of(const std::string& text, std::size_t piece = 1U << 20U) {
   return [text, piece, at = std::size_t{0}](char* buffer, std::size_t size) mutable {
     const std::size_t count = std::min({size, piece, text.size() - at});
@@ -151,7 +151,7 @@ TEST(CsvReader, RefusesEndlessLines) {
   CsvReader csv(source_of("a,b\n1,2\n" + std::string(3U << 20U, 'x')), "t.csv");
   ASSERT_EQ(csv.next(), CsvReader::Row::good);
   EXPECT_THROW(static_cast<void>(csv.next()), DataError);
-  // Also where a buffer that has grown holds all of one.
+  // The limit also holds if the buffer has grown to the size of the row.
   CsvReader grown(source_of("a,b\n1," + std::string(900U << 10U, '2') + "\n3," +
                             std::string(1200U << 10U, '4') + "\n5,6\n"),
                   "t.csv");

@@ -75,7 +75,7 @@ TEST(JsonValue, SaysWhereItIs) {
             "f.json: /t/n/1: must be a number");
 }
 
-// Values are copied by calls: what is nested for its own sake must not use up the stack.
+// Values are copied recursively, so deep nesting must not exhaust the stack.
 TEST(JsonValue, IsNotNestedWithoutEnd) {
   const auto nested = [](std::size_t depth) {
     return R"({"a": )" + std::string(depth, '[') + std::string(depth, ']') + R"(, "b": 1})";

@@ -61,7 +61,7 @@ TEST(JsonPieces, AreReadAsWhatTheyAre) {
   EXPECT_EQ(vector_of_piece("[ 1 ,2]", 2), Eigen::Vector2d(1.0, 2.0));
   EXPECT_EQ(vector_of_piece("[]", 0), Eigen::VectorXd(0));
   EXPECT_EQ(vector_of_piece("[0.5e2, 0]", 2), Eigen::Vector2d(50.0, 0.0));
-  EXPECT_FALSE(std::signbit((*vector_of_piece("[-0]", 1))(0)));  // as the parser has it
+  EXPECT_FALSE(std::signbit((*vector_of_piece("[-0]", 1))(0)));  // an integer, as by the parser
   EXPECT_TRUE(std::signbit((*vector_of_piece("[-0.0]", 1))(0)));
   EXPECT_THAT(texts_of_piece(R"(["x", "a b"])"), Optional(ElementsAre("x", "a b")));
   EXPECT_THAT(list_of_piece(R"([{"a": [1]}, 2 ])"), Optional(ElementsAre(R"({"a": [1]})", "2")));
@@ -76,7 +76,7 @@ TEST(JsonPieces, AreLeftToTheParserElse) {
         "[[1, 2], [3, 4e]]", "[1, 2]", "[[1, 2], [3, 4]", "[[1, 2], [3, 4]] 5", "null", ""}) {
     EXPECT_FALSE(matrix_of_piece(piece, 2, 2)) << piece;
   }
-  constexpr Eigen::Index huge = 1'000'000'000;  // too many to have room for
+  constexpr Eigen::Index huge = 1'000'000'000;  // too large to allocate
   EXPECT_FALSE(matrix_of_piece("[[1, 2], [3, 4]]", huge, huge));
   EXPECT_FALSE(vector_of_piece("[1, 2]", huge));
   EXPECT_FALSE(vector_of_piece("[1, 2]", 1));

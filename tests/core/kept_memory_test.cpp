@@ -19,7 +19,7 @@ long page_faults() {
   return usage.ru_minflt;
 }
 
-// Six pieces, 6 MB in all, as the matrices of a fit come and go.
+// Allocates and frees six blocks of 1 MiB, like the matrices of a fit.
 void take_and_free() {
   constexpr std::size_t bytes = std::size_t{1} << 20U;
   std::vector<std::vector<std::byte>> pieces;
@@ -41,7 +41,7 @@ TEST(KeptMemory, IsNotAskedForAnew) {
   for (int i = 0; i < 20; ++i) {
     take_and_free();
   }
-  EXPECT_LT(page_faults() - before, 1000);  // asked for anew they are 1500 each time
+  EXPECT_LT(page_faults() - before, 1000);  // 1500 for each call otherwise
 }
 
 }  // namespace

@@ -58,7 +58,8 @@ TEST(NumberText, SaysWhatIsNoNumber) {
   EXPECT_EQ(number_text(std::numeric_limits<double>::quiet_NaN()), "nan");
 }
 
-// Against the standard library: of every size, with few digits and many, and near powers of ten.
+// Compares with std::to_chars: numbers of all sizes, with few and many digits, and near powers of
+// ten.
 TEST(NumberText, IsWhatTheStandardLibraryWrites) {
   const auto expected = [](double value) {
     std::array<char, 64> text{};
@@ -80,7 +81,6 @@ TEST(NumberText, IsWhatTheStandardLibraryWrites) {
   }
 }
 
-// What stands in where a standard library has no from_chars for double says what it would.
 std::string decimals_of(double value, int decimals) {
   std::array<char, number_text_size> text{};
   return {text.data(), write_decimals(text.data(), value, decimals)};
@@ -99,7 +99,7 @@ TEST(WriteDecimals, WritesSoMany) {
             number_text(-std::numeric_limits<double>::max()));
 }
 
-// Against the C library, which rounds exactly.
+// Compares with the C library, which rounds exactly.
 TEST(WriteDecimals, RoundsAsThePrinterDoes) {
   RandomStream random(4);
   for (int i = 0; i < 20000; ++i) {
@@ -146,7 +146,7 @@ TEST(ReadDouble, ByTheCLibraryIsWhatFromCharsGives) {
   for (int i = 0; i < 2000; ++i) {
     const Eigen::Vector2d number = random.normals<2>();
     std::string text = number_text(number(0) * std::pow(10.0, 90.0 * number(1)));
-    // Digits beyond what a double holds, too.
+    // Also more digits than a double can represent.
     const std::size_t point = text.find('.');
     texts.push_back(text);
     if (point != std::string::npos) {

@@ -69,7 +69,7 @@ TEST(OutputFile, RefusesWhereNothingCanBeWritten) {
   EXPECT_THROW(write_whole_file("/dev/full", "x"), OutputError);
 }
 
-// Who protects a file wants to keep it, though its folder would let it be replaced.
+// A file without write permission is not replaced, although its folder would allow it.
 TEST(OutputFile, KeepsWhatIsProtected) {
   const ScratchFolder folder;
   const std::string path = folder.write("kept.csv", "old");
@@ -118,7 +118,7 @@ TEST(OutputFile, LeavesNothingWhenItsProcessIsKilled) {
 }
 
 TEST(OutputFile, RemovesWhatKilledRunsLeft) {
-  // A process that was: its number is free as long as no other took it.
+  // The process has ended, so its number is free until another process gets it.
   const pid_t gone = ::fork();
   if (gone == 0) {
     ::_exit(0);
@@ -156,7 +156,7 @@ TEST(InputProtection, KeepsWhatWasReadAndWhatWasWritten) {
     write_whole_file(folder.path("out.txt"), "one");
     EXPECT_THROW(write_whole_file(folder.path("out.txt"), "two"), InputOverwriteError);
     EXPECT_EQ(read_file(folder.path("out.txt")), "one");
-    // Read while it is being written: commit() looks again.
+    // The file is read while it is being written. commit() checks this again.
     folder.write("late.txt", "late");
     OutputFile late(folder.path("late.txt"));
     late.write("x");

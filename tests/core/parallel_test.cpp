@@ -55,7 +55,7 @@ TEST(ForEachInParallel, ThrowsTheErrorOfTheLowestNumber) {
   }
 }
 
-// What threads are for is to be quicker: where the machine gives none all is done without.
+// If the system cannot start threads, the calling thread does all the work.
 TEST(ForEachInParallel, NeedsNoThreads) {
 #if defined(__SANITIZE_THREAD__) || AXISCAL_HAS_FEATURE(thread_sanitizer)
   GTEST_SKIP() << "the thread sanitizer needs more memory than is left";
@@ -68,7 +68,7 @@ TEST(ForEachInParallel, NeedsNoThreads) {
     std::ifstream("/proc/self/statm") >> pages;
     const rlim_t little = pages * static_cast<std::size_t>(getpagesize()) + (1U << 20U);
     const rlimit limit{.rlim_cur = little, .rlim_max = little};
-    setrlimit(RLIMIT_AS, &limit);  // no stack for another
+    setrlimit(RLIMIT_AS, &limit);  // too little for another thread's stack
     bool refused = false;
     try {
       std::thread([] {}).join();
@@ -81,7 +81,7 @@ TEST(ForEachInParallel, NeedsNoThreads) {
     sum += begin_work([] { return 10; }).get();
     std::_Exit(refused && sum == 16 ? 0 : 1);
   };
-  GTEST_FLAG_SET(death_test_style, "threadsafe");  // no stacks of threads that ended
+  GTEST_FLAG_SET(death_test_style, "threadsafe");  // in a new process without other threads
   EXPECT_EXIT(without_threads(), testing::ExitedWithCode(0), "");
 }
 

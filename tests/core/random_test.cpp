@@ -23,7 +23,7 @@ TEST(RandomStream, IsFixedByItsSeed) {
   EXPECT_NE(first, other_stream.normal());
 }
 
-// Its engine is seeded by what std::seed_seq makes of the seed's halves and the stream's number.
+// The engine is seeded by std::seed_seq of the two halves of the seed and the number of the stream.
 TEST(RandomStream, IsSeededAsTheStandardSays) {
   for (const std::uint64_t seed :
        {std::uint64_t{0}, std::uint64_t{7}, ~std::uint64_t{0}, std::uint64_t{0x123456789abcdef0}}) {
@@ -47,7 +47,7 @@ TEST(RandomStream, IsTheSameWhereSeveralAreSeededTogether) {
   RandomStream a_alone(5);
   RandomStream b_alone(5, 1);
   RandomStream c_alone(6, 7);
-  for (int i = 0; i < 1000; ++i) {  // more than once round the engine's state
+  for (int i = 0; i < 1000; ++i) {  // more than one state of the engine
     EXPECT_EQ(a.uniform(), a_alone.uniform());
     EXPECT_EQ(b.uniform(), b_alone.uniform());
     EXPECT_EQ(c.uniform(), c_alone.uniform());
@@ -68,7 +68,7 @@ TEST(RandomStream, NormalsHaveTheirMoments) {
     fourths += x * x * x * x;
     beyond_three += std::abs(x) > 3.0 ? 1 : 0;
   }
-  // Five standard deviations of each statistic.
+  // The tolerances are five standard deviations of each statistic.
   EXPECT_NEAR(sum / count, 0.0, 5.0 / std::sqrt(count));
   EXPECT_NEAR(squares / count, 1.0, 5.0 * std::sqrt(2.0 / count));
   EXPECT_NEAR(fourths / count, 3.0, 5.0 * std::sqrt(96.0 / count));

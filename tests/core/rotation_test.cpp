@@ -19,7 +19,7 @@ TEST(SmallestRotation, TakesOneDirectionToTheOther) {
   const Eigen::Matrix3d R = smallest_rotation(from, to);
   EXPECT_TRUE(is_rotation(R, 1e-14));
   EXPECT_MATRIX_NEAR(R * from.normalized(), to.normalized(), 1e-15);
-  // Independently: Eigen's quaternion.
+  // Eigen's quaternion is an independent computation.
   EXPECT_MATRIX_NEAR(R, Eigen::Quaterniond::FromTwoVectors(from, to).toRotationMatrix(), 1e-14);
   EXPECT_MATRIX_NEAR(smallest_rotation(from, from), Eigen::Matrix3d::Identity(), 0.0);
 }
@@ -33,7 +33,7 @@ TEST(SmallestRotation, RefusesWhatHasNone) {
 
 TEST(RotationTableFromEnu, PutsTheFenceAtItsAzimuth) {
   EXPECT_MATRIX_NEAR(rotation_table_from_enu(0.0), Eigen::Matrix3d::Identity(), 0.0);
-  // With the fence to the east, table y is east and table x is south.
+  // With the fence in the east, y of the table is east and x of the table is south.
   const Eigen::Matrix3d R = rotation_table_from_enu(90.0 * rad_per_deg);
   EXPECT_MATRIX_NEAR(R * Eigen::Vector3d::UnitX(), Eigen::Vector3d::UnitY(), 1e-15);
   EXPECT_MATRIX_NEAR(R * Eigen::Vector3d::UnitY(), -Eigen::Vector3d::UnitX(), 1e-15);

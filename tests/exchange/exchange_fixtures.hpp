@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Calibrations to export, and readings to try the exports with.
+// Calibrations for exports, and readings that test the exports.
 #pragma once
 
 #include "axiscal/calib/calibration.hpp"
@@ -38,7 +38,7 @@ inline Calibration gyroscope() {
   return calibration;
 }
 
-/// Readings in uT; the sensitivities' inverse is symmetric.
+/// A magnetometer in uT. The inverse of its sensitivity is symmetric.
 inline Calibration magnetometer() {
   Calibration calibration = accelerometer_in("uT", "m/s^2");
   calibration.sensor.instrument.kind = "magnetometer";
@@ -60,7 +60,7 @@ inline Calibration over_temperature(Calibration calibration) {
   return calibration;
 }
 
-/// Fields all round and what the instrument reads there.
+/// A field in some direction, and the reading of the instrument in this field.
 struct Trial {
   Eigen::Vector3d field;
   Eigen::Vector3d reading;
@@ -80,7 +80,7 @@ inline std::vector<Trial> trials(const Calibration& calibration) {
   return all;
 }
 
-/// What apply makes of a reading.
+/// @return the field that apply computes from a reading.
 inline Eigen::Vector3d applied(const Calibration& calibration, const Trial& trial) {
   const Reducer reducer(calibration);
   const std::array<double, 3> v = {trial.reading(0), trial.reading(1), trial.reading(2)};

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Each export is replayed through its reader's own formula and compared with apply.
+// Each export is evaluated by its reader's formula and compared with apply.
 #include "axiscal/exchange/export.hpp"
 
 #include <cstdlib>
@@ -34,7 +34,8 @@ using testing::HasSubstr;
 
 using Formula = std::function<Eigen::Vector3d(const Eigen::Vector3d& reading)>;
 
-// The reader's field [its unit] against apply's, in the record's unit.
+// Expects that the reader's field [its unit] is the field of apply [unit of the record] times
+// `field_factor`.
 void expect_replayed(const Calibration& calibration,
                      const Formula& formula,
                      double field_factor,
@@ -45,7 +46,7 @@ void expect_replayed(const Calibration& calibration,
   }
 }
 
-// "NAME<separator>...VALUE": the numbers of a parameter file.
+// @return the numbers of a parameter file whose lines are "NAME<separator>...VALUE".
 std::map<std::string, double> parameters_of(const std::string& text,
                                             char separator,
                                             std::size_t name_at,
@@ -193,7 +194,7 @@ TEST(ExportXIo, IsTheSameByFusionsFormula) {
       1.0, 1e-12);
 }
 
-// Three rows of three numbers under a key of an IMU's sensor.
+// @return the 3 x 3 matrix of a key in Kalibr's YAML.
 Eigen::Matrix3d yaml_matrix(const std::string& text, const std::string& key) {
   std::size_t at = text.find("    " + key + ":\n");
   Eigen::Matrix3d M;
@@ -233,14 +234,14 @@ TEST(ExportKalibr, HoldsAGyroscopesAnswerToGravity) {
       9.80665e-3 * Eigen::Matrix3d({{1.0, 2.0, 3.0}, {4.0, 5.0, 6.0}, {7.0, 8.0, 9.0}});
   calibration.sensor.also.push_back(gravity);
   EXPECT_THAT(export_calibration(calibration, "kalibr").content, HasSubstr("A C a"));
-  // A C is what the record says.
+  // A C is the record's sensitivity to gravity.
   const std::string text = export_calibration(calibration, "kalibr").content;
   const Eigen::Matrix3d expected({{1e-3, 2e-3, 3e-3}, {4e-3, 5e-3, 6e-3}, {7e-3, 8e-3, 9e-3}});
   EXPECT_LT((yaml_matrix(text, "A") * yaml_matrix(text, "C_gyro_i") - expected).norm(), 1e-15);
   EXPECT_THROW(static_cast<void>(export_calibration(calibration, "x-io")), RefusedError);
 }
 
-// Kalibr's formula in the frame of the accelerometer: what each record makes of one turn and push.
+// With two records Kalibr's frame is that of the accelerometer.
 TEST(ExportKalibr, PutsTwoRecordsIntoOneFrame) {
   const Calibration accelerometer = accelerometer_in("m/s^2", "m/s^2");
   const Calibration gyro = gyroscope();
@@ -259,7 +260,8 @@ TEST(ExportKalibr, PutsTwoRecordsIntoOneFrame) {
     }
     return M;
   };
-  // A rate in the IMU's frame is C_i w of that in the sensor's; alone that frame is the sensor's.
+  // The rate in the IMU's frame is turned by C to the sensor's frame. If the gyroscope is alone,
+  // its frame is that of the IMU.
   const Eigen::Matrix3d in_sensor =
       matrix_of(export_calibration(gyro, "kalibr").content, "C_gyro_i");
   const Eigen::Matrix3d in_imu = matrix_of(text, "C_gyro_i");
@@ -276,7 +278,7 @@ TEST(ExportBetaflight, IsAnOffsetInCounts) {
   EXPECT_FALSE(exported.loss.has_value());
   EXPECT_THAT(exported.content, HasSubstr("\nset acc_calibration = 31,-12,250,1\n"));
   EXPECT_THAT(exported.content, HasSubstr("acc_1G of this sensor is 2048"));
-  // 1 % of scale is lost, 0.01 g in every direction.
+  // An error of 1 % in the scale is lost, which is 0.01 g in every direction.
   calibration.sensor.response.sensitivity *= 1.01;
   EXPECT_THROW(static_cast<void>(export_calibration(calibration, "betaflight")), RefusedError);
   const auto loss = export_calibration(calibration, "betaflight", {.lossy = true}).loss;
@@ -287,7 +289,8 @@ TEST(ExportBetaflight, IsAnOffsetInCounts) {
   EXPECT_NEAR(loss->worst_deg, 0.0, 1e-6);
 }
 
-// x reads 0.01 of y too: without it f_x is 0.01 f_y off, and the direction by up to 0.01 rad.
+// Without the cross-axis term of 0.01, f_x is wrong by 0.01 f_y and the direction by up to 0.01
+// rad.
 TEST(ExportLoss, IsThatOfTheMissingTerm) {
   Calibration calibration = accelerometer_in("m/s^2", "m/s^2");
   calibration.sensor.response.sensitivity = Eigen::Matrix3d::Identity();
@@ -313,13 +316,13 @@ TEST(ExportLoss, OfTemperatureIsOverTheCalibratedRange) {
   calibration.sensor.temperature->scale.setZero();
   calibration.sensor.temperature->bias.setZero();
   calibration.sensor.temperature->bias(2, 0) = 1e-3;                      // at -10: 0.035 m/s^2
-  EXPECT_FALSE(export_calibration(calibration, "px4").loss.has_value());  // TC_A0_.. hold it
+  EXPECT_FALSE(export_calibration(calibration, "px4").loss.has_value());  // TC_A0_.. have it
   const auto loss = export_calibration(calibration, "betaflight",
                                        {.lossy = true, .reading_factor = 2048.0 / 9.80665})
                         .loss;
   ASSERT_TRUE(loss.has_value());
   EXPECT_THAT(loss->what, testing::Contains("temperature"));
-  // At -10 degrees more is lost than at the reference alone.
+  // At -10 degrees more is lost than at the reference temperature.
   calibration.sensor.temperature->bias(2, 0) = 0.0;
   const auto without = export_calibration(calibration, "betaflight",
                                           {.lossy = true, .reading_factor = 2048.0 / 9.80665})
@@ -381,7 +384,7 @@ TEST(Export, ReadingFactorAndGravityStandIn) {
 
 // ---- headers: compiled and run ----
 
-// Runs a header's function by a program of its own; readings in, fields out.
+// Compiles a program with a header and runs it: readings in, fields out.
 class Header : public testing::TestWithParam<const char*> {
  protected:
   [[nodiscard]] static bool is_cpp() { return std::string(GetParam()) == "cpp-header"; }
@@ -472,7 +475,7 @@ TEST_P(Header, FloatAppliesToItsPrecision) {
   }
 }
 
-// Counts of 16 bits in, the field with 16 binary places out.
+// The input is 16-bit counts, and the output is the field with 16 binary places.
 TEST_P(Header, FixedPointAppliesToOneBit) {
   Calibration calibration = accelerometer_in("LSB", "g");
   calibration.sensor.response.bias *= 1000.3;
@@ -553,7 +556,7 @@ TEST(ExportMatlab, IsReadByMatio) {
   matvar_t* const S = Mat_VarRead(file, "sensitivity");
   ASSERT_NE(S, nullptr);
   EXPECT_EQ(S->dims[0] * S->dims[1], 9U);
-  EXPECT_EQ(static_cast<const double*>(S->data)[3], 0.02);  // column by column
+  EXPECT_EQ(static_cast<const double*>(S->data)[3], 0.02);  // column-major order
   matvar_t* const unit = Mat_VarRead(file, "unit");
   ASSERT_NE(unit, nullptr);
   EXPECT_EQ(static_cast<const char*>(unit->data)[0], 'V');
@@ -580,7 +583,7 @@ assert c['unit'][()] == b'V' and c['serial'][()] == b'A-17'
 )");
   EXPECT_EQ(std::system(("cd '" + folder.path("") + "' && /usr/bin/python3 check.py").c_str()), 0);
   EXPECT_EQ(export_calibration(calibration, "numpy").content,
-            read_file(folder.path("cal.npz")));  // the same bytes each time
+            read_file(folder.path("cal.npz")));  // reproducible
 }
 
 // ---- certificates ----
@@ -633,7 +636,7 @@ TEST(ExportDcc, HoldsEveryCoefficientWithItsUncertainty) {
     EXPECT_EQ(real.first_element_by_path("si:expandedUnc/si:uncertainty").text().as_double(),
               expected[i].uncertainty.expanded);
     const std::string unit = real.child("si:unit").text().get();
-    // Readings in V, the field in g: the D-SI has no g.
+    // The readings are in V and the field in g. D-SI has no unit g.
     EXPECT_EQ(unit, expected[i].name.find(".bias") != std::string::npos ? "\\volt" : "\\one");
     ++i;
   }
@@ -649,7 +652,8 @@ TEST(ExportDcc, HoldsEveryCoefficientWithItsUncertainty) {
   }
 }
 
-// What the schema would refuse is refused with words, or mended where its meaning stays.
+// Text that the schema would refuse is refused with a message, or corrected if its meaning does not
+// change.
 TEST(ExportDcc, IsValidWhateverWasTyped) {
   CertificateDetails typed = laboratory();
   typed.number = " 2026-7 ";
@@ -687,7 +691,7 @@ TEST(ExportDcc, NeedsALaboratory) {
 #endif
 
 #ifdef AXISCAL_XLSXWRITER
-// The sheet as gnumeric computes it anew, against what apply makes of the readings in it.
+// Expects that the sheet, recomputed by gnumeric, agrees with apply.
 void expect_sheet_agrees(const Calibration& calibration) {
   if (std::system("command -v ssconvert >/dev/null 2>&1") != 0) {
     GTEST_SKIP() << "gnumeric's ssconvert is not here";

@@ -12,7 +12,7 @@ namespace {
 
 using testing::HasSubstr;
 
-// What was exported comes back: it reduces the same readings to the same field.
+// A record that is exported and imported reduces the same readings to the same field.
 void expect_returned(const Calibration& calibration,
                      const std::string& format,
                      double reading_factor,
@@ -41,7 +41,7 @@ TEST(Import, ReturnsWhatWasExported) {
   expect_returned(gyroscope(), "kalibr", 1.0, 1.0);
 }
 
-// imucal: f = R^-1 K^-1 (v - b).
+// imucal's formula is f = R^-1 K^-1 (v - b).
 TEST(Import, ReadsImucal) {
   const char* const text = R"({"cal_type": "Ferraris", "acc_unit": "m/s^2", "gyr_unit": "deg/s",
 "from_acc_unit": "a.u.", "from_gyr_unit": "a.u.", "comment": null,
@@ -78,7 +78,7 @@ TEST(Import, SaysWhatIsWrongAndWhere) {
   expect_bad("# empty\n", "px4", "it has no CAL_ACC0_XOFF");
   expect_bad("1\t1\tCAL_ACC0_XOFF\tabc\t9\n", "px4", "their.file:1: no parameter with a number");
   expect_bad("1\t1\tCAL_ACC0_XOFF\t1\t9\n", "px4", "CAL_ACC0_YOFF");
-  // Its value missing, its end missing, twice.
+  // A missing value, a cut file, and a parameter that appears twice.
   expect_bad("1\t1\tCAL_ACC0_XOFF\t9\n", "px4", "their.file:1: no parameter with a number");
   expect_bad("1\t1\tCAL_ACC0_XOFF\t1.\t9\n1\t1\tCAL_ACC0_YOFF\t1.", "px4", "their.file:2:");
   expect_bad("1\t1\tCAL_ACC0_XOFF\t1\t9\n1\t1\tCAL_ACC0_XOFF\t2\t9\n", "px4", "is there twice");
@@ -98,7 +98,7 @@ TEST(Import, SaysWhatIsWrongAndWhere) {
                DomainError);
 }
 
-// What is no number is not stored as one.
+// Values that are not finite numbers are refused.
 TEST(Import, TakesFiniteNumbersOnly) {
   const std::string kalibr = "imu0:\n  accelerometers:\n    M: [[1, 0, 0], [0, 1, 0], [0, 0, 1]]\n";
   for (const char* const bias : {".nan", ".inf", "-.inf", "1e999"}) {
@@ -119,14 +119,14 @@ TEST(Import, TakesFiniteNumbersOnly) {
     expect_bad(offsets + scales(scale), "px4", "cannot be inverted");
   }
   expect_bad(offsets + scales("1e999"), "px4", "no parameter with a number");
-  // What a record's reader refuses is not imported: gravity is in g or m/s^2.
+  // A record that could not be read is not imported. Gravity must be in g or m/s^2.
   expect_bad(R"({"acc_unit": "foot", "K_a": [[1,0,0],[0,1,0],[0,0,1]],
                  "R_a": [[1,0,0],[0,1,0],[0,0,1]], "b_a": [0,0,0]})",
              "imucal", "cannot be read back: /field/unit: gravity is in g or m/s^2",
              {.magnitude = 32.0});
 }
 
-// ArduPilot takes a diagonal of 0 as 1, and multiplies by COMPASS_SCALE where it is not 0.
+// ArduPilot reads a diagonal of 0 as 1, and multiplies by COMPASS_SCALE if it is not 0.
 TEST(Import, ArduPilotsCompassWithoutADiagonal) {
   const Calibration back = import_calibration(
       "COMPASS_OFS_X,10\nCOMPASS_OFS_Y,-20\nCOMPASS_OFS_Z,30\n"

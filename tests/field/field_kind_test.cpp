@@ -32,7 +32,7 @@ TEST(FieldKind, OfAUsersOwnKnowsNothing) {
 TEST(FieldKind, HasUnitsOfOneQuantity) {
   for (const FieldKind& kind : field_kinds()) {
     for (const std::string_view unit : kind.units) {
-      // `g` and `1` convert to nothing but themselves.
+      // The units `g` and `1` cannot be converted to other units.
       if (unit != "g" && unit != "1" && kind.units.front() != "g" && kind.units.front() != "1") {
         EXPECT_GT(factor_between(kind.units.front(), unit), 0.0) << kind.name;
       }

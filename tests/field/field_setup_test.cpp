@@ -32,7 +32,7 @@ TEST(FieldSetup, TakesAFieldAsItIs) {
   EXPECT_EQ(found.unit, "uT");
   EXPECT_EQ(found.model, "wmm2025");
   EXPECT_MATRIX_NEAR(*found.in_table, GeomagneticField(munich, 2026.5, "uT").value_in_enu(), 1e-12);
-  setup.magnitude = 48.0;  // measured
+  setup.magnitude = 48.0;  // a measured value
   EXPECT_NEAR(resolve_field(setup, elsewhere, {}).front().in_table->norm(), 48.0, 1e-12);
 }
 
@@ -59,10 +59,10 @@ TEST(FieldSetup, AddsItsParts) {
   EXPECT_FALSE(parts[0].set_by_level);
   EXPECT_TRUE(parts[1].set_by_level);
   EXPECT_TRUE(parts[1].free_length);
-  EXPECT_EQ(parts[1].unit, "uT");  // the first part's
+  EXPECT_EQ(parts[1].unit, "uT");  // the unit of the first part
 }
 
-// Nothing is stated of the light in the room: it is fitted beside a lamp that is known.
+// If nothing is stated about the room light, it is fitted beside the lamp, whose size is known.
 TEST(FieldSetup, LeavesALocalPartOpenOfWhichNothingIsStated) {
   FieldSetup setup = LightField();
   setup.role = FieldRole::local;
@@ -90,7 +90,7 @@ TEST(FieldSetup, RefusesTwoPartsOfOneName) {
       HasSubstr("two parts have the name 'north'"));
 }
 
-// A kind of the user's own: a class, its entry, and the line that adds it.
+// A user's kind of field: the class, its entry, and the call that adds it.
 class StormField final : public ReferenceField {
  public:
   Eigen::Vector3d value_in_enu() const override { return Eigen::Vector3d::Zero(); }

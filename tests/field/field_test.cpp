@@ -45,7 +45,7 @@ TEST(GravityField, AgreesWithSomiglianaOnTheEllipsoid) {
     const double s2 = std::pow(std::sin(latitude_deg * rad_per_deg), 2);
     const double expected = gamma_e * (1.0 + k * s2) / std::sqrt(1.0 - e2 * s2);
     const GravityField field(Site{.latitude_deg = latitude_deg, .longitude_deg = 8.0});
-    // The published constants have 11 digits.
+    // The published constants have 11 digits, hence the tolerance.
     EXPECT_NEAR(field.magnitude(), expected, 1e-9) << latitude_deg;
     EXPECT_EQ(field.unit(), "m/s^2");
   }
@@ -78,7 +78,7 @@ TEST(CustomField, IsWhatItWasGiven) {
 
 // ---- geomagnetic ----
 
-// Lines of numbers between spaces or commas; others are passed over.
+// Reads lines of numbers, separated by spaces or commas. Skips other lines.
 std::vector<std::vector<double>> read_numbers(const std::string& path) {
   std::ifstream file(path);
   std::vector<std::vector<double>> rows;
@@ -103,7 +103,7 @@ TEST(GeomagneticModel, AgreesWithNoaasTestValues) {
   const std::vector<std::vector<double>> rows = read_numbers(path);
   ASSERT_GE(rows.size(), 50U);
   for (const std::vector<double>& row : rows) {
-    // Year, height [km], latitude, longitude, D, I, H, X (north), Y (east), Z (down), F.
+    // Columns: year, height [km], latitude, longitude, D, I, H, X (north), Y (east), Z (down), F.
     const Eigen::Vector3d value = model.value_in_enu_nT(
         {.latitude_deg = row[2], .longitude_deg = row[3], .height_m = 1e3 * row[1]}, row[0]);
     const Eigen::Vector3d expected(row[8], row[7], -row[9]);
@@ -128,7 +128,7 @@ TEST(GeomagneticModel, AgreesWithTheReportsTable) {
     if (row.size() < 9 || row[0] < 2025.0 || row[0] > 2030.0) {
       continue;
     }
-    // Year, height [km], latitude, longitude, X, Y, Z, ... to 0.1 nT.
+    // Columns: year, height [km], latitude, longitude, X, Y, Z, ..., rounded to 0.1 nT.
     const Eigen::Vector3d value = model.value_in_enu_nT(
         {.latitude_deg = row[2], .longitude_deg = row[3], .height_m = 1e3 * row[1]}, row[0]);
     EXPECT_MATRIX_NEAR(value, Eigen::Vector3d(row[5], row[4], -row[6]), 0.051);
@@ -137,7 +137,7 @@ TEST(GeomagneticModel, AgreesWithTheReportsTable) {
   EXPECT_GE(rows, 6);
 }
 
-// The way GeographicLib itself reads the files that the same script makes.
+// GeographicLib reads the model's files, which the same script made, and gives the same field.
 TEST(GeomagneticModel, BuiltInIsWhatGeographicLibReads) {
   const test::ScratchFolder folder;
   std::filesystem::create_directory(folder.path("magnetic"));
@@ -247,7 +247,8 @@ TEST(GravityInEnu, IsOffFromMeasuredGravityByWhatTheLibraryStates) {
     count += 1.0;
   }
   ASSERT_GT(count, 1000.0);
-  // Heights above the sea taken for heights above the ellipsoid: a geoid of 30 m makes 1e-4.
+  // The heights are above the sea and are taken as heights above the ellipsoid. A geoid of 30 m
+  // causes 1e-4 m/s^2.
   const double rms = std::sqrt(squares / count);
   RecordProperty("mean_m_s2", std::to_string(sum / count));
   RecordProperty("rms_m_s2", std::to_string(rms));
@@ -258,12 +259,12 @@ TEST(GravityInEnu, IsOffFromMeasuredGravityByWhatTheLibraryStates) {
 
 TEST(EarthRotationField, PointsToThePole) {
   const EarthRotationField field({.latitude_deg = 30.0}, "deg/h");
-  EXPECT_NEAR(field.magnitude(), 15.041067, 1e-6);  // a sidereal day
+  EXPECT_NEAR(field.magnitude(), 15.041067, 1e-6);  // 360 degrees in a sidereal day
   EXPECT_NEAR(field.value_in_enu().z(), 0.5 * field.magnitude(), 1e-12);
   EXPECT_EQ(field.value_in_enu().x(), 0.0);
 }
 
-// Field of a closed loop of straight wires at a point, by Biot and Savart, in small steps.
+// Field of a closed loop of straight wires at a point [T], by Biot and Savart's law in small steps.
 Eigen::Vector3d loop_field_T(const std::vector<Eigen::Vector3d>& corners,
                              double ampere_turns,
                              const Eigen::Vector3d& at) {
@@ -313,7 +314,7 @@ TEST(CoilField, AgreesWithBiotAndSavart) {
     return field;
   };
   EXPECT_NEAR(coil_field_in_table_T(merritt).z() / merritt_at(centre).z(), 1.0, 1e-5);
-  // What the four coils are for: the field stays the same a quarter of the side away.
+  // With four coils the field is uniform up to a quarter of the side from the centre.
   EXPECT_NEAR(merritt_at({0.0, 0.0, 0.12}).z() / merritt_at(centre).z(), 1.0, 2e-3);
   EXPECT_THROW(static_cast<void>(coil_field_in_table_T({.turns = 0.0})), DomainError);
 }
@@ -372,7 +373,7 @@ TEST(SunPosition, StandsAtTheEquinoxesAndSolsticesWhereTheAlmanacSays) {
 
 TEST(DecimalYear, GoesThereAndBack) {
   EXPECT_DOUBLE_EQ(decimal_year_of(*parse_date("2026-01-01")), 2026.0);
-  EXPECT_NEAR(decimal_year_of(*parse_date("2024-07-02")), 2024.5, 1e-9);  // a leap year's middle
+  EXPECT_NEAR(decimal_year_of(*parse_date("2024-07-02")), 2024.5, 1e-9);  // in a leap year
   EXPECT_NEAR(decimal_year_of(*parse_date("2026.25")), 2026.25, 1e-9);
   EXPECT_FALSE(parse_date("soon").has_value());
 }

@@ -10,7 +10,8 @@
 namespace axiscal {
 namespace {
 
-// The Earth's rotation under a turntable, and a local field beside one that a coil makes.
+// on_turntable(): the Earth's rotation and a turntable. beside_coil(): a local field and that of a
+// coil.
 TableField on_turntable() {
   return TableField({{.kind = "induced_rotation", .turning = true},
                      {.kind = "earth_rotation", .set_by_level = false}});
@@ -21,7 +22,7 @@ TableField beside_coil() {
                      {.kind = "induced_magnetic", .free_length = true}});
 }
 
-// What `at` changes with one vector, by central differences.
+// @return the derivative of at() by one vector, by central differences.
 Eigen::Matrix3d differences(const TableField& field,
                             double level,
                             std::size_t tilt,
@@ -65,7 +66,7 @@ TEST(TableField, LeavesOfTheEarthsRotationWhatLiesAlongTheTurntable) {
   EXPECT_TRUE(field.turns());
   EXPECT_EQ(field.at(2.0), Eigen::Vector3d(0.0, 0.0, 24.0));
   EXPECT_EQ(field.at(-1.0), Eigen::Vector3d(0.0, 0.0, -6.0));
-  EXPECT_EQ(field.at(0.0), field.vector(1));  // the table stands, and averages nothing
+  EXPECT_EQ(field.at(0.0), field.vector(1));  // at level 0 the table does not turn
 }
 
 TEST(TableField, AddsWhatIsLocalAndWhatIsMade) {
@@ -96,7 +97,7 @@ TEST(TableField, MovesAlongItsTangents) {
   const std::vector<TableField::Tangents> tangents = field.tangents();
   ASSERT_EQ(tangents[0].cols(), 2);
   ASSERT_EQ(tangents[1].cols(), 3);
-  EXPECT_EQ(field.step_unit(1), field.vector(0).norm());  // the one whose length is known
+  EXPECT_EQ(field.step_unit(1), field.vector(0).norm());  // the part with the known length
   Eigen::VectorXd step(5);
   step << 0.3, -0.2, 1e-3, -2e-3, 3e-3;
   const TableField moved = field.moved(tangents, step);
@@ -105,7 +106,7 @@ TEST(TableField, MovesAlongItsTangents) {
             1e-14);
 }
 
-// A lamp's own room may be dark: a part of unknown size passes through zero.
+// A part of unknown size may be 0 and may change its sign in a step.
 TEST(TableField, LetsAPartOfUnknownSizeVanish) {
   const TableField field = beside_coil().with({{0.0, 0.0, 2.0}, {0.0, 0.0, 0.0}});
   Eigen::VectorXd step = Eigen::VectorXd::Zero(5);

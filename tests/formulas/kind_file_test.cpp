@@ -44,7 +44,8 @@ TEST(KindFile, DerivesAndDescribesByItsFormulas) {
     experiment.fit.method = Method::joint;
     return calibrate(experiment, test::observe(truth, {.noise_sd = 1e-3}));
   }();
-  // By hand: the angle from z, and the length of a row of S with its first-order uncertainty.
+  // Expected values: the angle from z, and the length of a row of S with its first-order
+  // uncertainty.
   const Eigen::Vector3d field(0.3, 0.4, 0.5);
   const Eigen::Vector3d v = result.sensor.response.at(field);
   const ReducedReading reduced = Reducer(result)(std::array{v(0), v(1), v(2)});
@@ -139,7 +140,7 @@ TEST(FormulaField, IsStatedByFilesAndMoves) {
               HasSubstr("/field/x"));
 }
 
-// A calibration under a field that turns by a formula, a reading a minute.
+// Calibrates in a field that turns by a formula, with one reading each minute.
 TEST(FormulaField, CalibratesUnderIt) {
   add_formula_field();
   const Experiment experiment = parse_experiment(turning_field, "e.json").experiment;

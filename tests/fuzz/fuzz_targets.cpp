@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Every reader of what comes from outside, for libFuzzer: whatever the bytes are, a reader answers
-// or throws an error of ours. One program; the target is the end of the name that it is called by
-// (fuzz_record), and `axiscal_fuzz --list` names them. Run by scripts/fuzz.sh.
+// A libFuzzer target for each reader of outside data. For any bytes a reader returns or throws an
+// Axiscal error. There is one program, and its name selects the target (fuzz_record); `axiscal_fuzz
+// --list` lists the targets. scripts/fuzz.sh runs them.
 #include <algorithm>
 #include <array>
 #include <cstdint>
@@ -48,7 +48,7 @@ namespace {
 
 using namespace axiscal;  // NOLINT(google-build-using-namespace): one file of calls
 
-// The bytes as a file that readers open by its path.
+// A temporary file with these bytes, for readers that need a path.
 class File {
  public:
   explicit File(std::string_view bytes) : descriptor_(::memfd_create("fuzz", MFD_CLOEXEC)) {
@@ -95,11 +95,11 @@ void calibrated(std::string_view bytes) {
     return;
   }
   Experiment experiment;
-  experiment.fit.search_for_mistakes = false;  // seconds, where a sanitizer looks at each step
+  experiment.fit.search_for_mistakes = false;  // takes seconds with a sanitizer
   experiment.instrument.kind = "accelerometer";
   experiment.field.of = make_field("gravity");
   const Calibration calibration = calibrate(experiment, readings);
-  // What the fit cannot state is refused by its writer, with an error of ours.
+  // calibration_json() throws an Axiscal error for values that it cannot write.
   const std::string text = calibration_json(calibration);
   static_cast<void>(parse_calibration(text, "record"));
 }
@@ -114,7 +114,7 @@ void record(std::string_view bytes) {
 }
 
 void experiment(std::string_view bytes) {
-  // Other files that it names are no part of this.
+  // Experiments that name other files are skipped.
   for (const std::string_view key : {"\"positioner\"", "\"from\""}) {
     if (bytes.find(key) != std::string_view::npos) {
       return;
@@ -145,7 +145,7 @@ void mapping(std::string_view bytes) {
   static_cast<void>(read_log_format(File(bytes).path()));
 }
 
-// All formats: which one it is, is seen from its first bytes.
+// A log of any format. Its first bytes select the format.
 void log_of(std::string_view bytes) {
   const File file(bytes);
   LogFile log(file.path());
@@ -154,7 +154,7 @@ void log_of(std::string_view bytes) {
   }
 }
 
-// A real file begins so already.
+// Adds the format's first bytes, unless the input already begins with them.
 std::string with_start(std::string_view start, std::string_view bytes) {
   return bytes.starts_with(start) ? std::string(bytes) : std::string(start) + std::string(bytes);
 }
@@ -167,7 +167,7 @@ void npy(std::string_view bytes) {
   log_with_start("\x93NUMPY", bytes);
 }
 
-// Every series of a recording, and a table of text of it.
+// Reads every series of a recording or a text table.
 void recording(std::string_view bytes) {
   const File file(bytes);
   static_cast<void>(recording_json(summarise(file.path(), 100000)));
@@ -264,7 +264,7 @@ void pattern_stream(std::string_view bytes) {
   decode_as("pattern=x=(?<x>[^;]*);y=(?<y>[^;]*)", bytes);
 }
 
-// The description of frames, and then frames.
+// The first line is the description of the frames; the rest is frames.
 void frames(std::string_view bytes) {
   const std::size_t parting = bytes.find('\n');
   const File description(bytes.substr(0, parting));
@@ -309,7 +309,7 @@ void http(std::string_view bytes) {
     if (state == RequestReader::State::complete) {
       const WebAnswer answer = page.answer(reader.take());
       if (answer.is_stream) {
-        std::abort();  // nobody has the key
+        std::abort();  // impossible without the key
       }
       return;
     }
@@ -346,8 +346,8 @@ void study(std::string_view bytes) {
   static_cast<void>(parse_study(bytes, "study.json"));
 }
 
-// The whole command: the first line has its arguments, separated by blanks; what follows is the
-// file that INPUT names. Sessions and studies, which last, are left to their own tests.
+// The whole command. The first line is its arguments, separated by blanks, and the rest is the file
+// that INPUT names. Sessions and studies are excluded, because they take long.
 void command(std::string_view bytes) {
   const std::size_t parting = bytes.find('\n');
   if (parting == std::string_view::npos) {
@@ -381,7 +381,7 @@ void command(std::string_view bytes) {
   }();
   const int status = cli::run_command(arguments, subcommands);
   if (!is_quiet || status < 0 || status > 4) {
-    std::abort();  // no status that is documented
+    std::abort();  // an undocumented exit status
   }
 }
 
@@ -465,7 +465,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   try {
     chosen->run({reinterpret_cast<const char*>(data), size});
   } catch (const axiscal::Error&) {
-    // What an error of ours says is all that is asked; any other ends the program.
+    // Only Axiscal errors are caught. Any other exception ends the program.
   }
   return 0;
 }

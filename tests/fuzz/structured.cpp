@@ -30,7 +30,7 @@ void put_number(std::string& bytes, Number value) {
   bytes.append(reinterpret_cast<const char*>(&value), sizeof value);
 }
 
-// Records of a head and a payload whose length stands beside the head.
+// Parses records of a head and a payload. The length of the payload is stored next to the head.
 template <typename Length>
 void parse_records(std::string_view bytes,
                    std::size_t at,
@@ -86,7 +86,7 @@ std::string join_mcap(const RecordFile& file) {
 
 constexpr std::string_view bag_magic = "#ROSBAG V2.0\n"sv;
 
-// A bag's record is a header and data, each with its length: they come in turn.
+// A record of a bag is a header and data, each with its length, in this order.
 RecordFile parse_bag(std::string_view bytes) {
   RecordFile file{.start = std::string(bag_magic), .payloads = {}, .heads = {}};
   parse_records<std::uint32_t>(bytes, std::min(bag_magic.size(), bytes.size()), 0, 0, 0, file);
@@ -116,7 +116,7 @@ std::string inflated(std::string_view packed) {
   return out;
 }
 
-// The members of an archive, unpacked: by its local headers.
+// The unpacked members of an archive, found by their local headers.
 RecordFile parse_zip(std::string_view bytes) {
   RecordFile file;
   constexpr std::size_t header = 30;
@@ -128,7 +128,7 @@ RecordFile parse_zip(std::string_view bytes) {
     const std::size_t name = number_at<std::uint16_t>(bytes, at + 26);
     const std::size_t extra = number_at<std::uint16_t>(bytes, at + 28);
     const std::size_t data = std::min(bytes.size(), at + header + name + extra);
-    if (packed == 0) {  // it stands behind the data
+    if (packed == 0) {  // the size is stored after the data
       packed = std::min(bytes.find("PK"sv, data), bytes.size()) - data;
     }
     const std::string_view content = bytes.substr(data, packed);
@@ -144,7 +144,7 @@ std::string join_zip(const RecordFile& file) {
     const std::string& payload = file.payloads[i];
     std::string common;
     put_number<std::uint16_t>(common, 20);
-    put_number<std::uint32_t>(common, 0);  // no flags, stored
+    put_number<std::uint32_t>(common, 0);  // flags 0, method stored
     put_number<std::uint32_t>(common, 0);  // time
     put_number(common,
                static_cast<std::uint32_t>(crc32(0, reinterpret_cast<const Bytef*>(payload.data()),

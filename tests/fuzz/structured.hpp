@@ -8,25 +8,27 @@
 
 namespace axiscal::fuzz {
 
-/// A file of records, taken apart so that one of them can be changed and the file stays whole.
+/// A file that is parsed into records, so that one record can be changed and the file remains
+/// valid.
 struct RecordFile {
-  std::string start;                  ///< what stands before the records
-  std::vector<std::string> payloads;  ///< of the records
-  std::vector<std::string> heads;     ///< what tells a record's kind, beside its length
+  std::string start;                  ///< bytes before the records
+  std::vector<std::string> payloads;  ///< payloads of the records
+  std::vector<std::string> heads;     ///< heads without lengths: kind of each record
 };
 
-/// A format of which lengths and checksums are mended after a change.
+/// A format whose lengths and checksums are corrected after a change.
 struct RecordFormat {
-  std::string_view target;  ///< whose inputs are of it
+  std::string_view target;  ///< the fuzz target with this format
   RecordFile (*parse)(std::string_view bytes);
   std::string (*join)(const RecordFile& file);
 };
 
-/// @return the format of a target; null if it has none.
+/// @return the format of a target; nullptr if it has no format.
 [[nodiscard]] const RecordFormat* format_of_target(std::string_view target);
 
-/// Changes a file: a record's payload (by libFuzzer's own mutations), or the order of records.
-/// @return the bytes of the new file in `data`.
+/// Changes the payload of a record (by libFuzzer's mutations) or the order of the records. Writes
+/// the new file to `data`.
+/// @return the size of the new file [bytes].
 std::size_t mutate_records(const RecordFormat& format,
                            unsigned char* data,
                            std::size_t size,

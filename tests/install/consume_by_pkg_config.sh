@@ -1,7 +1,8 @@
 #!/usr/bin/env bash
 # SPDX-License-Identifier: Apache-2.0
 # usage: consume_by_pkg_config.sh SCRATCH MAIN.CPP VERSION
-# The program linked with the whole library, and with the module that it needs.
+# Links the program once with the whole library and once with only the module that it needs, and
+# runs it.
 set -euo pipefail
 pc=$(find "$1/prefix" -name axiscal.pc)
 export PKG_CONFIG_PATH="${pc%/*}"

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A program of C++17 is told what is needed, before anything else.
+// A C++17 program must get the error that C++20 is needed as its first error.
 #include <axiscal/axiscal.hpp>
 
 int main() {}

@@ -1,8 +1,8 @@
 #!/usr/bin/env bash
 # SPDX-License-Identifier: Apache-2.0
-# deb_test.sh BUILD_DIR: makes the Debian packages, has lintian look at them, and runs their content: in a clean
-# root if debootstrap works (as root, with the distribution's mirror), else unpacked beside the system's own
-# libraries. The exit status is 77 if there is no cpack, dpkg-shlibdeps or file.
+# deb_test.sh BUILD_DIR: makes the Debian packages, checks them by lintian and runs their content. They are installed
+# in a clean root if debootstrap works (as root, with the distribution's mirror). Otherwise they are unpacked and run
+# with the system's own libraries. The exit status is 77 if cpack, dpkg-deb, dpkg-shlibdeps or file is not installed.
 set -euo pipefail
 build=$(realpath "$1")
 for tool in cpack dpkg-deb dpkg-shlibdeps file; do
@@ -23,7 +23,7 @@ for package in axiscal axiscal-report libaxiscal-dev; do
   dpkg-deb --info "$deb" | grep -E "Package|Version|Depends|Recommends"
   dpkg-deb --contents "$deb" >"$scratch/contents.$package"
 done
-# holds PACKAGE FILE...
+# holds PACKAGE FILE...: fails if the package does not contain each file.
 holds() {
   local package=$1 file
   shift
@@ -36,8 +36,8 @@ holds axiscal usr/bin/axiscal usr/libexec/axiscal/axiscal-exchange usr/share/man
   usr/share/doc/axiscal/THIRD-PARTY-NOTICES.gz
 holds axiscal-report usr/libexec/axiscal/axiscal-report
 holds libaxiscal-dev "usr/lib/[^ ]*/pkgconfig/axiscal.pc" usr/include/axiscal/axiscal.hpp
-! grep -qE "\.(a|hpp)$" "$scratch/contents.axiscal" || { echo "the package axiscal holds the library"; exit 1; }
-# The command needs the C library, and the programs of its package little more.
+! grep -qE "\.(a|hpp)$" "$scratch/contents.axiscal" || { echo "the package axiscal contains the library"; exit 1; }
+# The package of the command depends on none of these large libraries.
 depends=$(dpkg-deb --field "$(ls "$scratch"/packed/axiscal_*.deb)" Depends)
 for heavy in pango cairo qpdf hdf5 matio mosquitto iio ncurses; do
   ! grep -q "lib$heavy" <<<"$depends" || { echo "the package axiscal depends on $heavy"; exit 1; }
@@ -45,10 +45,10 @@ done
 if command -v lintian >/dev/null; then
   lintian --fail-on error --suppress-tags dir-or-file-in-opt "$scratch"/packed/*.deb
 else
-  echo "no lintian: the packages are not looked at"
+  echo "no lintian: the packages are not checked by it"
 fi
 
-# A whole calibration, report and certificate from readings that the command makes itself.
+# Makes a calibration, a report and a certificate from readings that the command simulates.
 cat >"$scratch/try.sh" <<'TRY'
 set -e
 cd /tmp

@@ -1,7 +1,8 @@
 #!/usr/bin/env bash
 # SPDX-License-Identifier: Apache-2.0
-# shared_test.sh SOURCE SCRATCH VERSION: the library proper as one shared library, within another project
-# (add_subdirectory), then installed and used by find_package and by pkg-config. It needs no tool's library.
+# shared_test.sh SOURCE SCRATCH VERSION: builds the library as one shared library within another project
+# (add_subdirectory). It is then installed and used by find_package and by pkg-config. It loads no library
+# that only the tools need.
 set -euo pipefail
 source=$(realpath "$1")
 scratch=$2
@@ -27,16 +28,17 @@ cmake --install "$scratch/build" >/dev/null
 
 library=$(find "$scratch/prefix" -name 'libaxiscal.so')
 [ -n "$library" ] || fail "no libaxiscal.so is installed"
-find "$scratch/prefix" -name 'libaxiscal*.a' | grep -q . && fail "archives are installed beside it"
+find "$scratch/prefix" -name 'libaxiscal*.a' | grep -q . && fail "static libraries are installed too"
 exported=$(nm -DC --defined-only "$library" | sed 's/^[0-9a-f]* *//')
 grep -q '^T axiscal::calibrate(' <<<"$exported" || fail "it does not export calibrate()"
-# Names of Eigen, JSON and fmt stay inside. (V, W, u: what every shared library shares of the standard one.)
+# The names of Eigen, JSON and fmt are not exported. (nm's V, W and u are not looked at: every C++ library
+# exports such names of the standard library.)
 foreign=$(grep -E '^[TBDR] ' <<<"$exported" | grep -vE 'axiscal::|axiscal_' || true)
 [ -z "$foreign" ] || fail "it exports $(head -n 5 <<<"$foreign")"
 for tool in archive z sqlite3 matio ssl pango; do
   ! ldd "$library" | grep -q "lib$tool\\.so" || fail "it loads lib$tool"
 done
-readelf -d "$library" | grep -q 'RUNPATH.*\$ORIGIN/../lib' || fail "it is not found from its own place"
+readelf -d "$library" | grep -q 'RUNPATH.*\$ORIGIN/../lib' || fail "its RUNPATH does not contain \$ORIGIN/../lib"
 
 cmake -S "$source/tests/install/consumer" -B "$scratch/by_package" "-DCMAKE_PREFIX_PATH=$scratch/prefix" >/dev/null
 cmake --build "$scratch/by_package" >/dev/null

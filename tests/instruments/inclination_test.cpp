@@ -13,8 +13,8 @@
 namespace axiscal {
 namespace {
 
-// Specific force in forward-left-up at pitch a (nose up) and roll r (right side down): [P]'s
-// (sin a, -sin r cos a, -cos r cos a) is forward-right-down.
+// Specific force in forward-left-up at pitch a (nose up) and roll r (right side down). [P] states
+// (sin a, -sin r cos a, -cos r cos a) in forward-right-down.
 Eigen::Vector3d field_flu(double pitch, double roll) {
   return {std::sin(pitch), std::sin(roll) * std::cos(pitch), std::cos(roll) * std::cos(pitch)};
 }
@@ -31,7 +31,7 @@ TEST(Inclination, ComesBackFromTheField) {
         const Inclination a = inclination_from_field(flu, 9.81, options);
         options.convention = AxisConvention::forward_right_down;
         const Inclination b = inclination_from_field(frd, 9.81, options);
-        // asin loses digits as 1 / cos(84 degrees) = 10.
+        // The error of asin grows as 1 / cos(pitch), here to 10 times.
         EXPECT_NEAR(a.pitch_rad * deg_per_rad, pitch_deg, 1e-12);
         EXPECT_NEAR(std::remainder(a.roll_rad * deg_per_rad - roll_deg, 360.0), 0.0, 1e-11);
         EXPECT_EQ(a.pitch_rad, b.pitch_rad);
@@ -45,7 +45,8 @@ TEST(Inclination, ComesBackFromTheField) {
 }
 
 TEST(Inclination, NoseUpAndRightSideDownArePositive) {
-  // Nose up: the forward axis sees part of the upward force. Right side down: the left axis does.
+  // With the nose up the forward axis has a part of the upward force, and with the right side down
+  // the left axis has one.
   EXPECT_GT(inclination_from_field({0.1, 0.0, 0.99}, 1.0).pitch_rad, 0.0);
   EXPECT_GT(inclination_from_field({0.0, 0.1, 0.99}, 1.0).roll_rad, 0.0);
 }
@@ -59,7 +60,7 @@ TEST(Inclination, SwitchesToYawAtTheStatedPitch) {
   EXPECT_TRUE(up.gives_yaw);
   EXPECT_DOUBLE_EQ(up.yaw_rad, std::atan2(0.05, std::sin(1.45)));
   EXPECT_EQ(up.roll_rad, 0.0);
-  // Near -90 degrees yaw is near +-180.
+  // At a pitch of -90 degrees the yaw is near 180 or -180 degrees.
   const Inclination down = inclination_from_field({-1.0, 0.0, 0.0}, 1.0, options);
   EXPECT_DOUBLE_EQ(down.yaw_rad, std::numbers::pi);
   const Inclination just_below = inclination_from_field({-1.0, -0.0, 0.0}, 1.0, options);

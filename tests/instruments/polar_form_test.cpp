@@ -10,8 +10,7 @@
 namespace axiscal {
 namespace {
 
-// The source's three equations, method.md, section 3.1, written out: response less bias at pitch a,
-// roll R.
+// The three published equations (method.md, section 3.1): response less bias at pitch a and roll R.
 double published_response(int axis, const PolarForm& p, double a, double R) {
   const double Om = p.coning_angle_rad;
   const double A = p.azimuth_rad;
@@ -66,7 +65,8 @@ TEST(PolarForm, GoesToAndFro) {
 }
 
 TEST(PolarForm, HasTheSignOfTheConvention) {
-  // method.md, section 3.1: in forward-left-up s_y and s_z have the sign opposite to S_yy, S_zz.
+  // In forward-left-up the signs of s_y and s_z are opposite to those of S_yy and S_zz (method.md,
+  // section 3.1).
   const auto s = [](const Eigen::Vector3d& row, int axis, AxisConvention convention) {
     return polar_from_sensitivity(row, axis, convention).sensitivity;
   };

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Each vector kernel beside its plain twin, on every instruction set of this machine.
+// Each vector kernel is compared with its scalar version, for every instruction set of this
+// machine.
 #include <cmath>
 #include <limits>
 #include <numbers>
@@ -65,7 +66,7 @@ RegressionTrials twelve_points() {
   trials.unscaled_variance = {1.0 / 12.0, 0.25, 0.25, 0.25};
   trials.truth = {0.1, 1.0, 0.02, 0.0, 0.2, 0.0, 1.0, 0.01, 0.3, 0.0, 0.0, -1.0};
   trials.noise_sd = {1e-3, 2e-3, 3e-3};
-  trials.coverage_factor = 2.306004135033371;  // t of 8 degrees of freedom
+  trials.coverage_factor = 2.306004135033371;  // t with 8 degrees of freedom
   return trials;
 }
 
@@ -134,8 +135,8 @@ TEST_P(Kernels, NormalsAreNormalAndThoseOfThePlainTwin) {
   EXPECT_NEAR(beyond_4, 6.334e-5, 5.0 * std::sqrt(6.334e-5 / n));
 }
 
-// Numbers of the reference implementation (Blackman and Vigna, xoshiro256plusplus.c) would need its
-// state; ours is seeded by splitmix64, so what is tested is that blocks and seeds are apart.
+// The reference numbers of xoshiro256plusplus.c (Blackman and Vigna) need its state, and ours is
+// seeded by splitmix64. So the test checks that blocks and seeds differ.
 TEST_P(Kernels, BlocksAndSeedsHaveNothingInCommon) {
   constexpr std::size_t n = 4096;
   std::vector<std::vector<double>> all(4, std::vector<double>(n));
@@ -230,7 +231,7 @@ TEST_P(Kernels, ReduceAsThePlainTwin) {
       EXPECT_NEAR(lanes.z[i], plain.z[i], 1e-15);
       EXPECT_EQ(in_place.y[i], lanes.y[i]);
       EXPECT_NEAR(by_rows[3 * i + 2], plain.z[i], 1e-15);
-      // asin is steep near its ends: what a last digit of f_x makes there is allowed.
+      // Near its ends asin is steep. The tolerance allows for an error in the last digit of f_x.
       const double steep = 1.0 / std::sqrt(std::max(1e-9, 1.0 - plain.x[i] * plain.x[i]));
       EXPECT_NEAR(pitch[i], plain_pitch[i], 2e-15 * steep);
       EXPECT_NEAR(roll[i], plain_roll[i], 3e-15 / std::hypot(plain.y[i], plain.z[i]));
@@ -242,7 +243,7 @@ TEST_P(Kernels, ReduceAlsoWhereTheCachesAreTooSmall) {
   constexpr std::size_t rows = (1U << 20U) + 3;
   const Columns v = some_readings(rows);
   Columns plain(rows);
-  // Aligned outputs are written past the caches; one that is not takes the other way.
+  // Aligned outputs are written past the caches. Others are written in the usual way.
   for (const std::size_t shift : {0U, 1U}) {
     std::vector<double> room(3 * (rows + 16));
     std::array<std::span<double>, 3> out;
@@ -298,7 +299,7 @@ TEST_P(Kernels, SlidingVarianceIsThatOfEachWindow) {
       if (window > n) {
         continue;
       }
-      // An offset a thousand times the noise, as raw counts have; a jump in the middle.
+      // An offset of 1000 times the noise, as of raw counts, and a jump in the middle.
       std::array<std::vector<double>, 3> columns = {normals(n, 4, 32768.0), normals(n, 5, -2000.0),
                                                     normals(n, 6)};
       for (std::size_t i = n / 2; i < n; ++i) {
@@ -310,7 +311,7 @@ TEST_P(Kernels, SlidingVarianceIsThatOfEachWindow) {
       joined_sliding_variance(spans, window, lanes);
       joined_sliding_variance_plain(spans, window, plain);
       for (std::size_t i = 0; i < plain.size(); ++i) {
-        // The squares of the jump, 2.5e7, leave 1e-7 in a variance.
+        // The squares of the jump are 2.5e7, so the rounding error of a variance is about 1e-7.
         EXPECT_NEAR(std::sqrt(lanes[i]), std::sqrt(plain[i]), 1e-6)
             << n << " " << window << " " << i;
       }
@@ -446,7 +447,7 @@ TEST_P(Kernels, TurnsAreThoseOfThePlainTwin) {
   }
 }
 
-// About one axis the angle is the integral of the rate: for a rate that is linear in time exactly.
+// A turn about one axis has the angle of the integral of the rate. For a linear rate it is exact.
 TEST_P(Kernels, ATurnAboutOneAxisIsItsIntegral) {
   Turn turn;
   for (std::size_t i = 0; i <= 200; ++i) {
@@ -464,7 +465,7 @@ TEST_P(Kernels, ATurnAboutOneAxisIsItsIntegral) {
   EXPECT_NEAR(whole.rotation_integral[2][2], 2.0, 1e-13);
 }
 
-// The stated derivative is that of differences.
+// The derivative agrees with finite differences.
 TEST_P(Kernels, SensitivityOfATurnIsThatOfDifferences) {
   const Turn turn = some_turn(150, 3);
   const TurnSamples samples = turn.samples();
@@ -475,7 +476,7 @@ TEST_P(Kernels, SensitivityOfATurnIsThatOfDifferences) {
     std::array<double, 9> B = some_B;
     B[pq] += step;
     const IntegratedTurn other = packed.integrate(B).front();
-    // Twice the vector part of other * at^-1: the small rotation in the frame at the start.
+    // The small rotation in the frame at the start is twice the vector part of other * at^-1.
     const auto& a = other.attitude;
     const auto& b = at.attitude;
     const std::array<double, 3> turned = {
@@ -483,7 +484,7 @@ TEST_P(Kernels, SensitivityOfATurnIsThatOfDifferences) {
         2.0 * (-a[0] * b[2] + a[1] * b[3] + a[2] * b[0] - a[3] * b[1]) / step,
         2.0 * (-a[0] * b[3] - a[1] * b[2] + a[2] * b[1] + a[3] * b[0]) / step};
     for (std::size_t row = 0; row < 3; ++row) {
-      EXPECT_NEAR(at.sensitivity[row][pq], turned[row], 0.05) << pq;  // of up to 70
+      EXPECT_NEAR(at.sensitivity[row][pq], turned[row], 0.05) << pq;  // values up to 70
     }
   }
 }

@@ -23,19 +23,19 @@
 namespace axiscal {
 namespace {
 
-// NIST SP 1065, p. 107: the ten-point set, tau 1 s.
+// The set of ten points with tau = 1 s (NIST SP 1065, p. 107).
 TEST(AllanDeviation, OfTheNbsSetOfTen) {
   const std::vector<double> y = {892, 809, 823, 798, 671, 644, 883, 903, 677};
   const std::vector<std::size_t> lengths = {1, 2};
   const std::vector<AllanPoint> curve = allan_deviation(y, 1.0, lengths);
   EXPECT_NEAR(curve[0].deviation, 91.22945, 5e-6);
   EXPECT_NEAR(curve[1].deviation, 85.95287, 5e-6);
-  // So they do in their own memory, which holds their phase then.
+  // The in-place version gives the same deviation. Its memory then contains the phase.
   std::vector<double> own = y;
   EXPECT_NEAR(allan_deviation_in_place(own, 1.0, lengths)[1].deviation, 85.95287, 5e-6);
   EXPECT_NEAR(own[1], y[0] + y[1] - 2.0 * std::accumulate(y.begin(), y.end(), 0.0) / 9.0, 1e-9);
   EXPECT_NEAR(own.back(), 0.0, 1e-9);
-  // Its phase gives the same.
+  // The phase gives the same deviation.
   std::vector<double> phase = {0.0};
   for (const double value : y) {
     phase.push_back(phase.back() + value);
@@ -43,7 +43,7 @@ TEST(AllanDeviation, OfTheNbsSetOfTen) {
   EXPECT_NEAR(allan_deviation_of_phase(phase, 1.0, lengths)[1].deviation, 85.95287, 5e-6);
 }
 
-// NIST SP 1065, p. 108: a thousand points by the rule n' = 16807 n mod (2^31 - 1).
+// The set of 1000 points by n' = 16807 n mod (2^31 - 1) (NIST SP 1065, p. 108).
 TEST(AllanDeviation, OfTheNbsSetOfAThousand) {
   std::vector<double> y;
   std::uint64_t n = 1234567890;
@@ -73,11 +73,11 @@ TEST(AllanDeviation, OfStable32sPhaseFile) {
   const std::vector<AllanPoint> curve = allan_deviation_of_phase(phase[0], 1.0, lengths);
   for (std::size_t i = 0; i < curve.size(); ++i) {
     EXPECT_EQ(static_cast<double>(curve[i].terms), table[2][i]);
-    EXPECT_NEAR(curve[i].deviation / table[5][i], 1.0, 5.1e-5) << lengths[i];  // five digits
+    EXPECT_NEAR(curve[i].deviation / table[5][i], 1.0, 5.1e-5) << lengths[i];  // 5 digits stated
   }
 }
 
-// The rest of ten minutes: SOURCE.md's values, by the mean rate.
+// A recording of ten minutes at rest. The expected values are in SOURCE.md, by the mean rate.
 TEST(AllanDeviation, OfARecordingAtRest) {
   AXISCAL_NEED_DATA(path, "static_mpu6050_hmc5883l_10min/mpu6050.csv");
   LogFile log(path);
@@ -99,7 +99,7 @@ TEST(AllanDeviation, RefusesWhatHasNone) {
                     allan_deviation(std::vector<double>{1.0}, 1.0, std::vector<std::size_t>{1}));
               }),
               testing::HasSubstr("three samples"));
-  // What is refused in its place stays what it is.
+  // If the in-place version throws, the samples are not changed.
   for (const std::vector<double>& samples :
        {std::vector<double>{1.0}, std::vector<double>{1.0, std::nan(""), 2.0}}) {
     std::vector<double> own = samples;
@@ -113,7 +113,8 @@ TEST(AllanDeviation, RefusesWhatHasNone) {
                DomainError);
 }
 
-// Of white noise sigma / sqrt(m); the stated 68 % intervals hold it in about 68 %.
+// The deviation of white noise is sigma / sqrt(m). The stated 68 % intervals cover it in about 68 %
+// of cases.
 TEST(AllanDeviation, StatesIntervalsThatHold) {
   int held = 0;
   int all = 0;
@@ -155,7 +156,7 @@ std::vector<double> simulated(const Noises& noises, std::size_t n, std::uint64_t
   return y;
 }
 
-// White noise N and rate random walk K of known size come out within their intervals.
+// White noise N and random walk K of known size are found within their intervals.
 TEST(FitNoise, FindsWhatWasPutIn) {
   constexpr double rate = 100.0;
   const double N = 0.02;
@@ -174,7 +175,7 @@ TEST(FitNoise, FindsWhatWasPutIn) {
     }
     EXPECT_NEAR(model.deviation_at(1.0), std::sqrt(N * N + K * K / 3.0), 0.001);
   }
-  EXPECT_GE(held, 34);  // of 40
+  EXPECT_GE(held, 34);  // out of 40
 }
 
 TEST(FitNoise, SaysNothingOfWhatDoesNotShow) {
@@ -188,7 +189,7 @@ TEST(FitNoise, SaysNothingOfWhatDoesNotShow) {
   }
 }
 
-// The curve of white noise N and random walk K, without scatter.
+// The exact curve of white noise N and random walk K.
 std::vector<AllanPoint> exact_curve(double N, double K, double longest_s, double freedom) {
   std::vector<AllanPoint> curve;
   for (double tau = 0.1; tau <= longest_s; tau *= 2.0) {
@@ -200,7 +201,7 @@ std::vector<AllanPoint> exact_curve(double N, double K, double longest_s, double
 }
 
 TEST(BestDwell, IsWhereTheCurveIsLeast) {
-  // N^2 / t + K^2 t / 3 is least at t = sqrt(3) N / K = 17 s.
+  // N^2 / t + K^2 t / 3 has its minimum at t = sqrt(3) N / K = 17 s.
   const std::vector<AllanPoint> curve = exact_curve(0.1, 0.01, 1000.0, 100.0);
   const Dwell dwell = best_dwell(curve);
   EXPECT_GE(dwell.best_s, 12.0);
@@ -212,7 +213,7 @@ TEST(BestDwell, IsWhereTheCurveIsLeast) {
   EXPECT_TRUE(best_dwell(exact_curve(0.1, 0.01, 5.0, 100.0)).beyond_record);
 }
 
-// A point of few degrees of freedom that happens to be low is not taken for the best dwell.
+// A point with few degrees of freedom that is low by chance is not the best dwell.
 TEST(BestDwell, IsNotLedByAPointThatIsHardlyKnown) {
   std::vector<AllanPoint> curve = exact_curve(0.1, 0.01, 1000.0, 100.0);
   curve.back().degrees_of_freedom = 1.0;
@@ -229,8 +230,9 @@ TEST(DeviationAt, IsStraightInLogarithms) {
   EXPECT_THROW(static_cast<void>(deviation_at({}, 1.0)), DomainError);
 }
 
-// A low-pass filter takes the noise of the shortest octaves away: the first points, which are known
-// best, must not decide. With plain weights the white noise was lost (bias instability instead).
+// A low-pass filter reduces the noise at the shortest octaves. These points are the most precise,
+// and must not dominate the fit. With plain weights the fit had bias instability instead of white
+// noise.
 TEST(FitNoise, IsNotLedByAFilter) {
   const double N = 0.02;
   for (std::uint64_t seed = 1; seed <= 5; ++seed) {
@@ -247,8 +249,8 @@ TEST(FitNoise, IsNotLedByAFilter) {
   }
 }
 
-// A correlated process of the sensor (Gauss and Markov) rises above its white noise: the kinds may
-// then describe the curve without any, although it falls as white noise over a decade and more.
+// A correlated process of the sensor (Gauss-Markov) exceeds the white noise. Then the kinds can
+// describe the curve without white noise, although it falls like white noise over a decade or more.
 TEST(FitNoise, NeverDeniesWhiteNoiseThatTheCurveShows) {
   const double N = 0.0019;
   for (const double strength : {0.5, 1.0, 2.0, 4.0}) {
@@ -271,8 +273,7 @@ TEST(FitNoise, NeverDeniesWhiteNoiseThatTheCurveShows) {
 }
 
 TEST(FitNoise, TakesNFromTheStretchThatFallsAsWhiteNoise) {
-  // Quantisation, white and flicker noise in such a curve can be had by other kinds; made so that
-  // the stretch decides: a curve that is white over six octaves and has steps at both ends.
+  // A curve for which the stretch decides: white noise over six octaves, and steps at both ends.
   std::vector<AllanPoint> curve;
   int i = 0;
   for (double tau = 0.01; tau < 300.0; tau *= 2.0, ++i) {
@@ -293,7 +294,7 @@ TEST(FitNoise, SaysWhenTheKindsDoNotDescribeTheCurve) {
   EXPECT_EQ(fit_noise(good).model_error, 0.0);
   std::vector<AllanPoint> bad = good;
   for (std::size_t i = 0; i < bad.size(); ++i) {
-    bad[i].deviation *= i % 2 == 0 ? 1.3 : 1.0 / 1.3;  // a wave that no kind of noise has
+    bad[i].deviation *= i % 2 == 0 ? 1.3 : 1.0 / 1.3;  // no kind of noise has such a wave
   }
   const NoiseModel model = fit_noise(bad);
   EXPECT_LT(model.p_value, 0.05);
@@ -304,7 +305,7 @@ TEST(FitNoise, SaysWhenTheKindsDoNotDescribeTheCurve) {
   EXPECT_GE(white.high, 1.1 * white.value);
 }
 
-// NIST SP 1065, pp. 107, 108: tables of the sets of ten and a thousand points.
+// Tables of the sets of 10 and 1000 points (NIST SP 1065, pp. 107, 108).
 TEST(OtherDeviations, OfTheNbsSets) {
   const std::vector<double> ten = {892, 809, 823, 798, 671, 644, 883, 903, 677};
   const std::vector<std::size_t> two = {1, 2};
@@ -368,7 +369,8 @@ TEST(OtherDeviations, OfTooFewSamplesAreNone) {
       DomainError);
 }
 
-// A curve without points, or whose times do not ascend, is no curve; a plan by one crashed.
+// A curve without points or with times that do not ascend is refused. Earlier a plan with such a
+// curve crashed.
 TEST(NoiseJson, RefusesWhatIsNoCurve) {
   const auto text = [](const std::string& points) {
     return R"({"format": "axiscal-noise", "version": 1, "rate_hz": 1, "samples": 9, "columns": {"x": {"coefficients": {)"
@@ -384,7 +386,7 @@ TEST(NoiseJson, RefusesWhatIsNoCurve) {
   EXPECT_THROW(static_cast<void>(parse_noise(text(one + "," + one), "n.json")), DataError);
 }
 
-// Axes of one unit: what a plan compares.
+// A plan uses the axes with one unit.
 TEST(ColumnsOfInstrument, AreThoseOfOneUnit) {
   const auto names_for = [](const std::vector<std::string>& columns, const char* kind) {
     LogNoise noise;
@@ -406,7 +408,7 @@ TEST(ColumnsOfInstrument, AreThoseOfOneUnit) {
   EXPECT_THAT(names_for({"x", "y", "z"}, "gyroscope"), ElementsAre("x", "y", "z"));
 }
 
-// The published navchip result (avar package): by the named scales of all three axes together.
+// The published result for navchip (package avar), by the stated ranges of all three axes together.
 TEST(CoefficientBySlope, AgreesWithThePublishedNavchip) {
   AXISCAL_NEED_DATA(path, "allan_avar_curves/navchip_av.csv");
   std::map<std::string, std::vector<AllanPoint>> curves;
@@ -439,7 +441,7 @@ TEST(CoefficientBySlope, AgreesWithThePublishedNavchip) {
   EXPECT_NEAR(over("Accel", NoiseKind::random_walk, 14, 16), 6.422082e-05, 5e-12);
 }
 
-// The published five-term fits (imu_utils): the fitted curve at 1 s, and near its minimum.
+// The published five-term fits of imu_utils: the fitted curve at 1 s and near its minimum.
 TEST(FitNoise, AgreesWithTheFittedCurvesOfImuUtils) {
   constexpr double deg_h_per_rad_s = 206264.80625;
   for (const auto& [imu, gyr_n, gyr_w] :
@@ -453,10 +455,10 @@ TEST(FitNoise, AgreesWithTheFittedCurvesOfImuUtils) {
     LogFile value_log(values, {.names = {"sigma"}});
     const LogBlock tau = read_log(time_log);
     const LogBlock sigma = read_log(value_log);
-    const double length_s = 7200.0;  // two hours: how sure a point is
+    const double length_s = 7200.0;  // 2 h, for the degrees of freedom
     std::vector<AllanPoint> curve;
     for (std::size_t i = 0; i < tau[0].size(); ++i) {
-      if (tau[0][i] > 0.1) {  // below it the recordings show vibration
+      if (tau[0][i] > 0.1) {  // shorter times show vibration
         curve.push_back({.tau_s = tau[0][i],
                          .deviation = sigma[0][i] / deg_h_per_rad_s,
                          .degrees_of_freedom = std::max(1.0, length_s / tau[0][i])});
@@ -468,7 +470,8 @@ TEST(FitNoise, AgreesWithTheFittedCurvesOfImuUtils) {
   }
 }
 
-// Six hours of noise were published, seven minutes are here: white noise by m = 32 (SOURCE.md).
+// The published noise is from six hours. The log here has seven minutes, so only the white noise at
+// m = 32 is compared (SOURCE.md).
 TEST(AllanDeviation, OfTheUncuyoLogGivesItsWhiteNoise) {
   AXISCAL_NEED_DATA(path, "imu_mpu6050_uncuyo/static_log.csv");
   AXISCAL_NEED_DATA(parameters, "imu_mpu6050_uncuyo/params_acc.csv");
@@ -476,7 +479,7 @@ TEST(AllanDeviation, OfTheUncuyoLogGivesItsWhiteNoise) {
   const LogBlock all = read_log(log);
   LogFile fit(parameters, {.names = {"p"}});
   const std::vector<double> p = read_log(fit)[0];
-  const std::vector<double> published = {1.026e-3, 8.75e-4, 1.93e-3};  // (m/s^2)^2 a sample
+  const std::vector<double> published = {1.026e-3, 8.75e-4, 1.93e-3};  // variance [(m/s^2)^2]
   for (std::size_t axis = 0; axis < 3; ++axis) {
     const std::vector<AllanPoint> curve = allan_deviation(
         all[log.need(std::string("a") + "xyz"[axis])], 100.0, std::vector<std::size_t>{32});

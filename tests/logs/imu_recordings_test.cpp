@@ -61,8 +61,8 @@ GyroscopeTurn turn_of(const RecordedLog& log,
 
 // ---- imu_tk's own recording ----
 
-// The rests as imu_tk takes them: window 101, below six times the variance of the first 50 s, a
-// hundred samples or more.
+// The rests by imu_tk's rule: a window of 101 samples, a variance below six times that of the first
+// 50 s, and at least 100 samples.
 class Xsens : public testing::Test {
  protected:
   static constexpr double g = 9.81744;
@@ -81,7 +81,7 @@ class Xsens : public testing::Test {
     std::vector<double> first(1);
     joined_sliding_variance(start, 5001, first);
     threshold_ = 6.0 * std::sqrt(first[0]);
-    EXPECT_NEAR(std::sqrt(first[0]), 18.9330074, 1e-6);  // by numpy
+    EXPECT_NEAR(std::sqrt(first[0]), 18.9330074, 1e-6);  // computed by numpy
     std::size_t begin = n;
     for (std::size_t i = half; i + half < n; ++i) {
       const bool still = std::sqrt(joined[i - half]) < threshold_;
@@ -101,7 +101,7 @@ class Xsens : public testing::Test {
   std::vector<std::pair<std::size_t, std::size_t>> rests_;
 };
 
-// imu_tk's parameters as published and standard errors by numpy, on the same 3800 samples.
+// imu_tk's published parameters, and standard errors by numpy for the same 3800 samples.
 TEST_F(Xsens, AccelerometerAgreesWithImuTk) {
   ASSERT_EQ(rests_.size(), 38U);
   Eigen::MatrixX3d samples(3800, 3);
@@ -118,18 +118,19 @@ TEST_F(Xsens, AccelerometerAgreesWithImuTk) {
   const Eigen::Vector3d biases(33124.1826, 33275.1794, 32364.41565);
   const Eigen::Vector3d bias_se(0.17414, 0.097598, 0.10653);
   for (int k = 0; k < 3; ++k) {
-    // A = T K: row k, column k is the scale of column k.
+    // A = T K. Column k of A has the scale k as a factor.
     EXPECT_NEAR(A(k, k), scales(k), 0.1 * scale_se(k)) << k;
     EXPECT_NEAR(fit.response.bias(k), biases(k), 0.1 * bias_se(k)) << k;
   }
-  // a_yz, a_zy, a_zx of T = [1 -a_yz a_zy; 0 1 -a_zx; 0 0 1].
+  // T = [1 -a_yz a_zy; 0 1 -a_zx; 0 0 1] gives a_yz, a_zy and a_zx.
   EXPECT_NEAR(-A(0, 1) / A(1, 1), 3.359296037e-3, 0.1 * 9.4853e-5);
   EXPECT_NEAR(A(0, 2) / A(2, 2), -8.906423672e-3, 0.1 * 3.3798e-4);
   EXPECT_NEAR(-A(1, 2) / A(2, 2), 2.133413259e-2, 0.1 * 8.5061e-5);
   EXPECT_NEAR(fit.residual_sd, 7.9610e-3, 2e-6);
 }
 
-// The mean of each second that is still, whole record: imu_tk's parameters leave 1.88 mm/s^2.
+// Means of each still second of the whole recording. The residual of imu_tk's parameters is 1.88
+// mm/s^2.
 TEST_F(Xsens, OneSecondMeansFitNoWorseThanImuTks) {
   ASSERT_EQ(rests_.size(), 38U);
   ImuOptions options;
@@ -158,12 +159,12 @@ TEST_F(Xsens, OneSecondMeansFitNoWorseThanImuTks) {
   }
   EXPECT_EQ(seconds, 326);
   EXPECT_LE(std::sqrt(squares / seconds), 1.88e-3);
-  EXPECT_LT(imu.turns->residual_sd_rad * deg_per_rad, 0.4);  // imu_tk: 0.52 a turn
+  EXPECT_LT(imu.turns->residual_sd_rad * deg_per_rad, 0.4);  // degrees a turn; imu_tk: 0.52
 }
 
 TEST_F(Xsens, GyroscopeAgreesWithImuTk) {
   ASSERT_EQ(rests_.size(), 38U);
-  // imu_tk's accelerometer, and the bias of the first 50 s.
+  // The parameters of imu_tk's accelerometer, and the gyroscope's bias in the first 50 s.
   Eigen::Matrix3d A;
   const Eigen::Vector3d s(2.412784625e-3, 2.427122767e-3, 2.411680239e-3);
   A << s(0), -3.359296037e-3 * s(1), -8.906423672e-3 * s(2), 0.0, s(1), -2.133413259e-2 * s(2), 0.0,
@@ -180,8 +181,8 @@ TEST_F(Xsens, GyroscopeAgreesWithImuTk) {
     turns.push_back(turn);
   }
   const TurnFit fit = fit_turns(turns, {.bias = bias}, {.rate_per_unit = 1.0 / 6258});
-  // By numpy and by Ceres on the same turns, with standard errors; the published scales are within
-  // 1e-8 of them.
+  // Results of numpy and Ceres for the same turns, with standard errors. The published scales
+  // differ by less than 1e-8.
   Eigen::Matrix3d B;
   B << 2.0929502144e-04, 1.2495812681e-06, 2.3243916307e-07, 1.6931451426e-06, 2.0990052362e-04,
       -1.1214707013e-05, 5.3019455451e-06, -5.3771067750e-07, 2.0948647862e-04;
@@ -205,8 +206,8 @@ TEST_F(Xsens, GyroscopeAgreesWithImuTk) {
 
 // ---- MPU-9150, ICINS 2020 ----
 
-// Rests by the rule of their code: |w| below 0.13 rad/s, sixty samples left out on both sides of a
-// motion.
+// Rests by the rule in the authors' code: |w| below 0.13 rad/s, without 60 samples on both sides of
+// a motion.
 std::vector<std::pair<std::size_t, std::size_t>> still_by_rate(const RecordedLog& log) {
   const std::size_t n = log.samples[0].size();
   std::vector<char> still(n, 0);
@@ -270,7 +271,7 @@ TEST_P(Icins, AgreesWithThePublishedTable) {
     EXPECT_NEAR(acc[p], published.at("acc")[p], 0.03) << "accelerometer " << p;
   }
 
-  // Motions are widened by five samples; the directions are those of all samples in between.
+  // Motions are extended by five samples. The directions are means of all samples between motions.
   std::vector<double> time_s(log.samples[0].size());
   for (std::size_t i = 0; i < time_s.size(); ++i) {
     time_s[i] = 0.01 * static_cast<double>(i);
@@ -293,11 +294,11 @@ TEST_P(Icins, AgreesWithThePublishedTable) {
   for (const auto& [first, end] : rests) {
     bias += mean_of(log, 3, first, end) / static_cast<double>(rests.size());
   }
-  // The bias wanders between their rests by 0.03 to 0.05 deg/s, so they fit it too; and they weigh
-  // all turns alike.
+  // The bias changes between their rests by 0.03 to 0.05 deg/s, so the authors fit it too. They use
+  // equal weights for all turns.
   const TurnFit gyro = fit_turns(turns, {.bias = bias},
                                  {.rate_per_unit = 1.0, .fit_bias = true, .whole_budget = false});
-  // S = (1 + [e]x) M with M upper triangular.
+  // S = (1 + [e x]) M with an upper triangular M.
   Eigen::Vector3d e = Eigen::Vector3d::Zero();
   Eigen::Matrix3d M = gyro.response.sensitivity;
   Eigen::Matrix3d turned = Eigen::Matrix3d::Identity();
@@ -327,7 +328,7 @@ TEST(Uncuyo, IntervalMeansAndFit) {
   AXISCAL_NEED_DATA(means_path, "imu_mpu6050_uncuyo/calibrated_accel_avg_data.csv");
   AXISCAL_NEED_DATA(parameters_path, "imu_mpu6050_uncuyo/params_acc.csv");
   const RecordedLog log = recorded(path);
-  EXPECT_EQ(log.columns.front(), "ax");  // four lines before the header were skipped
+  EXPECT_EQ(log.columns.front(), "ax");  // the reader skips 4 lines before the header
   ASSERT_EQ(log.samples[0].size(), 10245U);
   LogFile intervals_file(intervals_path);
   const LogBlock intervals = read_log(intervals_file);

@@ -63,7 +63,7 @@ void expect_near_truth(const Calibration& calibration,
   }
 }
 
-// A bare board, turned by hand: the three instruments in the accelerometer's frame.
+// A bare board that is turned by hand. All three instruments are in the accelerometer's frame.
 TEST(CalibrateImu, OfABareBoard) {
   const ImuSimulation simulation = some_imu();
   const RecordedLog log = simulate_imu_log(simulation, random_attitudes(30, 7));
@@ -76,9 +76,11 @@ TEST(CalibrateImu, OfABareBoard) {
   expect_near_truth(imu.accelerometer, simulation.accelerometer, 4.5);
   ASSERT_TRUE(imu.gyroscope && imu.magnetometer);
   EXPECT_EQ(imu.gyroscope->fit.method, Method::turns);
-  // Its uncertainty lacks what the accelerometer's leaves of the directions; both are small here.
+  // The uncertainty of the gyroscope does not include that of the accelerometer's directions, which
+  // is small here.
   expect_near_truth(*imu.gyroscope, *simulation.gyroscope, 6.0);
-  // Aligned: in the accelerometer's frame, but for the size of the field, which was not told.
+  // The magnetometer is aligned with the accelerometer. The size of the field is unknown, so its
+  // unit is the field.
   ASSERT_TRUE(imu.magnetometer->fit.alignment.has_value());
   const double F = simulation.magnetic_in_table.norm();
   LinearResponse relative = *simulation.magnetometer;
@@ -94,8 +96,8 @@ TEST(CalibrateImu, OfABareBoard) {
   }
 }
 
-// The record's axes lie otherwise than the log's: what the rests were chosen by is no start for the
-// gyroscope then, of which nothing is stated.
+// The axes of the record differ from those of the log. Then the accelerometer gives no start for
+// the gyroscope, and nothing else is stated.
 TEST(CalibrateImu, TakesARecordOfAxesThatLieOtherwise) {
   Eigen::Matrix3d cyclic;
   cyclic << 0.0, 0.0, 1.0, 1.0, 0.0, 0.0, 0.0, 1.0, 0.0;
@@ -133,7 +135,8 @@ TEST(CalibrateImu, TakesARecordOfAxesThatLieOtherwise) {
   }
 }
 
-// In a cube, by the run sheet or by itself: labels, hence angles against the cube, too.
+// In a cube, with a run sheet or with recognised seats. The seats also give the angles against the
+// cube.
 TEST(CalibrateImu, OfACube) {
   const std::vector<RunSheetRow> sheet = make_run_sheet(standard_design(12), 2, 4);
   ImuSimulation simulation = some_imu(3);
@@ -154,7 +157,8 @@ TEST(CalibrateImu, OfACube) {
     EXPECT_TRUE(imu.turns->has_rotations);
     expect_near_truth(*imu.gyroscope, *simulation.gyroscope, 4.5);
     if (seats == Seats::sheet) {
-      // The first seat's fence is not known to a log: turned, the slope is too.
+      // A log does not show the fence of the first seat, so frame and slope may be turned about the
+      // vertical.
       EXPECT_NEAR(imu.accelerometer.fit.levelness->mean_x, 0.004, 3e-4);
       EXPECT_NEAR(imu.accelerometer.fit.levelness->mean_y, -0.003, 3e-4);
     } else {
@@ -166,8 +170,8 @@ TEST(CalibrateImu, OfACube) {
   }
 }
 
-// Four quarter turns about each axis, the last four flat on the table: gravity does not see those,
-// the seats do.
+// Four quarter turns about each axis. The last four are about the vertical, so gravity does not
+// show them and the seats do.
 TEST(CalibrateImu, TakesTurnsAboutTheVerticalInACube) {
   std::vector<Eigen::Matrix3d> attitudes = {Eigen::Matrix3d::Identity()};
   for (int axis = 0; axis < 3; ++axis) {
@@ -195,7 +199,7 @@ TEST(CalibrateImu, RecognisesFencesByTheMagnetometer) {
   const ImuCalibration imu = calibrate_imu(log, options);
   EXPECT_THAT(imu.notes, Contains(HasSubstr("recognised by the magnetometer")));
   EXPECT_THAT(imu.seats->messages, IsEmpty());
-  // As in the sheet but for one turn of the whole table.
+  // The attitudes are those of the sheet, up to one rotation of the table.
   const auto turn = [&](std::size_t i) {
     return Eigen::Matrix3d(
         attitudes_of(sheet)[i] *
@@ -207,7 +211,7 @@ TEST(CalibrateImu, RecognisesFencesByTheMagnetometer) {
   expect_near_truth(imu.accelerometer, some_imu(5).accelerometer, 6.0);
 }
 
-// g-sensitivity shows in the rests and is reported; it is not mistaken for a bias.
+// A sensitivity to gravity is found at the rests and reported. It does not change the bias.
 TEST(CalibrateImu, ReportsGSensitivity) {
   ImuSimulation simulation = some_imu(9);
   RecordedLog log = simulate_imu_log(simulation, random_attitudes(30, 8));
@@ -248,10 +252,10 @@ TEST(CalibrateImu, SaysWhatIsWrong) {
   EXPECT_THROW(static_cast<void>(calibrate_imu(log, options)), DomainError);
 }
 
-// A turn in which samples are missing is left out; the others do.
+// A turn with missing samples is left out. The other turns are used.
 TEST(CalibrateImu, LeavesOutBrokenTurns) {
   RecordedLog log = simulate_imu_log(some_imu(2), random_attitudes(30, 7));
-  // One missing sample is bridged by a line; thirty are not.
+  // One missing sample is interpolated, thirty are not.
   log.samples[5][449 * 7 - 60] = std::numeric_limits<double>::quiet_NaN();
   for (std::size_t i = 0; i < 30; ++i) {
     log.samples[5][449 * 3 - 80 + i] = std::numeric_limits<double>::quiet_NaN();

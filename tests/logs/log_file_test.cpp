@@ -125,8 +125,7 @@ TEST_F(LogFiles, GiveTheChosenColumnsBlockByBlock) {
   EXPECT_EQ(rows, 5000U);
 }
 
-// A fuzzer's find: 28,764 cells in a line took 4,096 rows of them, 942 MB, for a file of a few
-// lines.
+// Found by a fuzzer: a line of 28,764 cells made the reader allocate 4,096 such rows, 942 MB.
 TEST_F(LogFiles, OfVeryWideLinesTakeNoMoreMemoryThanTheirBlock) {
   std::string text;
   for (int row = 0; row < 150; ++row) {
@@ -155,7 +154,7 @@ TEST_F(LogFiles, CountWhatIsBroken) {
   EXPECT_EQ(defects_.first_missing_line, 3U);
 }
 
-// Numbers of every look, to the last bit.
+// Numbers in all notations are read exactly.
 TEST_F(LogFiles, ReadNumbersExactly) {
   const std::vector<std::pair<const char*, double>> numbers = {
       {"0", 0.0},
@@ -285,7 +284,7 @@ TEST_F(LogFiles, OfNumPySayWhatIsWrong) {
   EXPECT_THAT(complaint("\x93NUMPY\1"), HasSubstr("cut short"));
 }
 
-// Dimensions are believed only as far as there are bytes.
+// The stated dimensions may not exceed the bytes of the file.
 TEST_F(LogFiles, OfNumPyClaimNoMoreThanTheyHave) {
   const std::string data = bytes_of<double>({1, 2, 3});
   for (const char* const order : {"False", "True"}) {
@@ -347,14 +346,14 @@ TEST_F(LogFiles, AreUnpacked) {
     EXPECT_THAT(notes_, testing::Contains(HasSubstr("unpacked")));
     EXPECT_THAT(complaint(bytes.substr(0, bytes.size() / 2)), HasSubstr("damaged or cut short"));
   }
-  // Streams of any packing that stand one after another are one file.
+  // Concatenated compressed streams are one file, for each kind of compression.
   for (const auto filter : {archive_write_add_filter_bzip2, archive_write_add_filter_xz,
                             archive_write_add_filter_zstd, archive_write_add_filter_lz4}) {
     EXPECT_EQ(read(packed(text, filter) + packed("1,2\n", filter))[0].size(), 20001U);
   }
   EXPECT_THAT(complaint(packed(text, archive_write_add_filter_compress)),
               HasSubstr("is compressed (compress), and this axiscal cannot unpack that"));
-  // A wrong checksum is found.
+  // A wrong checksum is reported.
   const std::string gzip = packed(text, archive_write_add_filter_gzip);
   EXPECT_EQ(read(gzip + packed("1,2\n", archive_write_add_filter_gzip))[0].size(), 20001U);
   std::string wrong = gzip;
@@ -406,7 +405,7 @@ TEST_F(LogFiles, OfMatlabAreRead) {
     mat_t* const file = Mat_CreateVer(path.c_str(), nullptr, version);
     ASSERT_NE(file, nullptr);
     std::vector<double> t = {0, 1, 2, 3};
-    std::vector<double> acc = {1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12};  // by columns
+    std::vector<double> acc = {1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12};  // column-major order
     std::vector<float> gain = {9};
     const auto write = [&](const char* name, matio_classes c, matio_types type, void* data,
                            std::size_t rows, std::size_t columns) {
@@ -428,7 +427,7 @@ TEST_F(LogFiles, OfMatlabAreRead) {
 }
 #endif
 
-// A file of one 3 x 2 array of doubles, put together by the format's description.
+// A MAT file with one 3 x 2 array of doubles, made by the description of the format.
 std::string mat5(std::uint32_t rows, std::uint32_t columns, std::uint32_t data_bytes) {
   const auto u32 = [](std::uint32_t value) { return bytes_of<std::uint32_t>({value}); };
   const std::string array = u32(6) + u32(8) + u32(6) + u32(0) +                  // flags: double
@@ -456,7 +455,7 @@ TEST_F(LogFiles, OfMatlabClaimNoMoreThanTheyHave) {
   EXPECT_THAT(complaint(mat5(0xFFFFFFFFU, 2, 48)), HasSubstr("no column of numbers"));
 }
 
-// Values decoded by scipy: shared/data, SOURCE.md of the folders.
+// The expected values are by scipy (shared/data, SOURCE.md of the folders).
 TEST_F(LogFiles, OfMatlabAreThoseThatWerePublished) {
   struct Published {
     const char* file;
@@ -486,7 +485,8 @@ TEST_F(LogFiles, OfMatlabAreThoseThatWerePublished) {
 }
 
 #ifdef AXISCAL_MATIO
-// Damaged in many places: an answer or an error, and this process goes on.
+// Files that are damaged in many places give an answer or an error. The process of the test does
+// not end.
 TEST_F(LogFiles, OfMatlab73ThatAreDamagedDoNoHarm) {
   const std::optional<std::string> path =
       test::data_file("log_matlab73/x_forward_mpu6050_temperature.mat");

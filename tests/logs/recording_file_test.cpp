@@ -20,8 +20,8 @@ namespace {
 
 using testing::HasSubstr;
 
-// What a public recording holds, decoded by other programs (numpy, pyulog, pymavlink,
-// blackbox_decode, @foxglove/rosbag, @mcap/core; each folder's SOURCE.md).
+// The content of a public recording, decoded by other programs (numpy, pyulog, pymavlink,
+// blackbox_decode, @foxglove/rosbag, @mcap/core; see SOURCE.md in each folder).
 struct Fact {
   const char* file;
   const char* format;
@@ -30,9 +30,9 @@ struct Fact {
   const char* unit;
   std::array<const char*, 3> columns;
   std::size_t samples;
-  double start_s, end_s;  // not a number: not compared
+  double start_s, end_s;  // NaN: not compared
   std::array<double, 3> mean, sd;
-  double scale;  // what the file states to divide by
+  double scale;  // divisor that the file states
 };
 
 void PrintTo(const Fact& fact, std::ostream* os) {
@@ -431,7 +431,7 @@ TEST(RecordingFile, PutsSeriesOfOtherTimesIntoOneTable) {
   for (int i = 0; i < 200; ++i) {
     accelerometer += std::to_string(0.01 * i) + ",0,0," + (i % 2 == 0 ? "9.8" : "9.81") + "\n";
   }
-  for (int i = 0; i < 40; ++i) {  // a line over time, so that interpolation is exact
+  for (int i = 0; i < 40; ++i) {  // linear in time, for exact interpolation
     magnetometer += std::to_string(0.05 * i + 0.003) + "," + std::to_string(20.0 + i) + ",0,30\n";
   }
   folder.write("phone/Accelerometer.csv", accelerometer);
@@ -467,7 +467,7 @@ TEST(RecordingFile, KnowsColumnsByTheirNames) {
   EXPECT_EQ(kind_of("X (uT),Y (uT),Z (uT)\n", rows, "a.csv"), SeriesKind::magnetometer);
   EXPECT_EQ(kind_of("x,y,z\n", rows, "Gyroscope.csv"), SeriesKind::gyroscope);
   EXPECT_EQ(kind_of("x,y,z\n", rows, "a.csv"), SeriesKind::other);
-  // Without gravity it is of no use.
+  // Acceleration without gravity is not used.
   EXPECT_EQ(kind_of("FreeAcc_X,FreeAcc_Y,FreeAcc_Z\n", rows, "a.csv"), SeriesKind::other);
 }
 
@@ -475,7 +475,7 @@ TEST(RecordingFile, KnowsGravityAndTurnsByTheirNumbers) {
   std::string text;
   double angle = 0.0;
   for (int i = 0; i < 400; ++i) {
-    const double rate = i % 100 < 50 ? 0.0 : 1.5;  // about x
+    const double rate = i % 100 < 50 ? 0.0 : 1.5;  // rate about x
     angle += 0.01 * rate;
     text += std::to_string(0.1) + " " + std::to_string(9.8 * std::sin(angle)) + " " +
             std::to_string(9.8 * std::cos(angle)) + " " + std::to_string(rate) + " 0.001 0.002\n";
@@ -489,7 +489,7 @@ TEST(RecordingFile, KnowsGravityAndTurnsByTheirNumbers) {
   EXPECT_EQ(sensors[0].columns[0], "c1");
   EXPECT_EQ(sensors[1].kind, SeriesKind::gyroscope);
   EXPECT_EQ(sensors[1].columns[2], "c6");
-  EXPECT_EQ(read_log(log)[0].size(), 400U);  // what was looked at is read all the same
+  EXPECT_EQ(read_log(log)[0].size(), 400U);  // recognition consumes no samples
 }
 
 TEST(RecordingFile, TakesNoQuaternionForGravity) {

@@ -24,7 +24,7 @@ Eigen::Matrix3d table_from_cube(const RunSheetRow& row) {
   return Positioner().rotation_table_from_positioner(row.entry.point);
 }
 
-// What an accelerometer with bias and gain errors reads in the seats of a sheet.
+// Readings of an accelerometer with bias and gain errors in the seats of a sheet.
 Eigen::MatrixX3d readings_of(const std::vector<RunSheetRow>& sheet) {
   Eigen::MatrixX3d means(static_cast<Eigen::Index>(sheet.size()), 3);
   for (std::size_t i = 0; i < sheet.size(); ++i) {
@@ -45,7 +45,7 @@ TEST(RestingFaces, AreSeenInSpiteOfBiasAndGain) {
   }
 }
 
-// What any instrument reads in a field of the table, at the sheet's levels.
+// Readings of any instrument in a field that is fixed in the table, at the levels of the sheet.
 Eigen::MatrixXd readings_in(const std::vector<RunSheetRow>& sheet,
                             const Eigen::Vector3d& field,
                             const Eigen::MatrixXd& sensitivity,
@@ -142,8 +142,8 @@ TEST(LabelBySheet, FollowsTheSheet) {
   }
 }
 
-// One seat left out, one taken twice, one on the wrong face: each is named, the others keep their
-// rows.
+// One seat is left out, one is taken twice, and one is on the wrong face. Each is reported, and the
+// other rests get their rows.
 TEST(LabelBySheet, SaysWhichSeatsDoNotFit) {
   const std::vector<RunSheetRow> sheet = some_sheet();
   std::vector<RunSheetRow> skipped = sheet;
@@ -186,7 +186,7 @@ TEST(LabelByTurns, FindsTheFenceFaces) {
   RandomStream random(2);
   std::vector<Eigen::Matrix3d> turns;
   for (std::size_t i = 0; i + 1 < sheet.size(); ++i) {
-    // An integrated gyroscope is off by some degrees.
+    // An integrated gyroscope has errors of some degrees.
     const Eigen::Vector3d error = random.normals<3>();
     turns.emplace_back(table_from_cube(sheet[i]).transpose() * table_from_cube(sheet[i + 1]) *
                        Eigen::AngleAxisd(0.05 * error.norm(), error.normalized()));

@@ -40,7 +40,7 @@ Segmentation segmented(const RecordedLog& log, const SegmentOptions& options = b
   return segment(file, options);
 }
 
-// Means, scatter, correlation and drift of one stretch, by themselves.
+// Mean, sd, effective number of samples and drift of a stretch, by their definitions.
 struct Direct {
   double mean, sd, effective, drift;
 };
@@ -83,7 +83,8 @@ TEST(Segment, FindsTheRestsOfACube) {
   EXPECT_THAT(rests.warnings, IsEmpty());
   for (std::size_t i = 0; i < 12; ++i) {
     const StaticInterval& rest = rests.intervals[i];
-    // Rests of 300 samples every 449; half a window and the trim are left out at both ends.
+    // The rests have 300 samples every 449 samples. Half a window and the trim are removed at both
+    // ends.
     EXPECT_GE(rest.first, 449 * i + (i == 0 ? 0U : 10U));
     EXPECT_LE(rest.end, 449 * i + 300);
     EXPECT_GE(rest.samples(), 170U);
@@ -101,7 +102,7 @@ TEST(Segment, FindsTheRestsOfACube) {
   }
 }
 
-// Fed sample by sample or all at once: the same sums.
+// The sums do not depend on the size of the blocks.
 TEST(StaticDetector, DoesNotDependOnTheBlocks) {
   const RecordedLog log = cube_log();
   const std::size_t n = log.samples[0].size();
@@ -120,7 +121,8 @@ TEST(StaticDetector, DoesNotDependOnTheBlocks) {
     all.push_back(detector.finish());
   }
   for (std::size_t variant = 1; variant < all.size(); ++variant) {
-    // Levels that are met later begin later: those of rests and motion are all there.
+    // Levels that first occur later begin later. The levels of the rests and of the motion are
+    // always there.
     const std::size_t chosen = most_persistent(all[0]);
     const std::size_t other = most_persistent(all[variant]);
     ASSERT_EQ(all[0][chosen].threshold, all[variant][other].threshold);
@@ -137,7 +139,7 @@ TEST(StaticDetector, DoesNotDependOnTheBlocks) {
   }
 }
 
-// The threshold does not need to be told: noises and motions of any size, counts or g.
+// The threshold follows from the data, for any size of noise and motion and any unit.
 TEST(Segment, ChoosesItsThresholdFromTheData) {
   for (const double scale : {1e-6, 1.0, 16384.0}) {
     for (const double sd : {1e-4, 5e-3}) {
@@ -176,10 +178,10 @@ TEST(Segment, TakesARateOrAColumnOfTimesInAnyUnit) {
 
 TEST(Segment, MarksDriftAndJoinsWhatAKnockSplit) {
   RecordedLog log = cube_log();
-  for (std::size_t i = 0; i < 300; ++i) {  // the third rest drifts by ten sigma
+  for (std::size_t i = 0; i < 300; ++i) {  // rest 3 drifts by 10 sigma
     log.samples[1][2 * 449 + i] += 1e-2 * static_cast<double>(i) / 300.0;
   }
-  log.samples[2][5 * 449 + 150] += 0.3;  // a knock in the middle of the sixth
+  log.samples[2][5 * 449 + 150] += 0.3;  // a knock in the middle of rest 6
   SegmentOptions options = by_accelerometer();
   options.window_s = 0.3;
   options.shortest_s = 0.5;
@@ -194,12 +196,12 @@ TEST(Segment, MarksDriftAndJoinsWhatAKnockSplit) {
 
 TEST(Segment, BreaksAtMissingNumbersGapsAndSaturation) {
   RecordedLog log = cube_log();
-  log.samples[3][150] = not_a_number;  // in the first rest
+  log.samples[3][150] = not_a_number;  // in rest 1
   for (std::size_t i = 449 + 150; i < log.samples[0].size(); ++i) {
-    log.samples[0][i] += 2.0;  // a gap in the second
+    log.samples[0][i] += 2.0;  // a gap in rest 2
   }
-  log.samples[0][2 * 449 + 150] = log.samples[0][2 * 449 + 140];  // back in time, in the third
-  log.samples[1][3 * 449 + 150] = 16.0;                           // saturated, in the fourth
+  log.samples[0][2 * 449 + 150] = log.samples[0][2 * 449 + 140];  // back in time, in rest 3
+  log.samples[1][3 * 449 + 150] = 16.0;                           // saturated, in rest 4
   SegmentOptions options = by_accelerometer();
   options.range = ReadingRange{.low = -16.0, .high = 16.0};
   options.window_s = 0.3;
@@ -217,7 +219,7 @@ TEST(Segment, BreaksAtMissingNumbersGapsAndSaturation) {
   }
 }
 
-// A slower sensor leaves cells empty, a column holds words, samples come in bursts: no matter.
+// Empty cells of a slower sensor, columns of words and bursts of samples do not matter.
 TEST(Segment, TakesLogsAsTheyCome) {
   RecordedLog log = cube_log();
   log.columns.insert(log.columns.end(), {"m", "words"});
@@ -269,7 +271,7 @@ TEST(Segment, RefusesALogWithoutRest) {
               HasSubstr("rests of 1 s were not found in 500 samples (5 s)"));
 }
 
-// Far behind its start a log is read on a thread of its own.
+// From a certain length on a log is read in a separate thread.
 TEST(Segment, SaysWhatIsWrongFarBehindTheStart) {
   const test::ScratchFolder folder;
   std::string text = "ax,ay,az\n";
@@ -301,8 +303,7 @@ TEST(Segment, OfOneRestIsOneRest) {
   EXPECT_GT(rests.intervals[0].samples(), 1900U);
 }
 
-// Numbers that never change, as an unplugged converter gives them, are a rest and are said to be
-// odd.
+// A channel that never changes, as of an unplugged converter, is a rest. Its mark reports this.
 TEST(Segment, MarksWhatIsStuck) {
   RecordedLog log = cube_log();
   for (std::size_t i = 0; i < 300; ++i) {
@@ -313,8 +314,8 @@ TEST(Segment, MarksWhatIsStuck) {
   EXPECT_THAT(rests.marks[4], ElementsAre("stuck"));
 }
 
-// Samples that resemble their neighbours are worth fewer: of a first-order low pass with
-// coefficient r, (1 - r) / (1 + r).
+// Correlated samples count less. After a first-order low-pass filter with the coefficient r the
+// factor is (1 - r) / (1 + r).
 TEST(Segment, CountsEffectiveSamples) {
   RandomStream random(5);
   RecordedLog log{.name = "slow", .columns = {"t", "x"}, .samples = LogBlock(2)};

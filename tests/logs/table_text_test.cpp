@@ -14,7 +14,7 @@ namespace {
 
 using testing::HasSubstr;
 
-// The same twelve readings as strangers would have them.
+// The same 12 readings in different text formats.
 struct Look {
   const char* name;
   std::string text;

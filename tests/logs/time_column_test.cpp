@@ -13,7 +13,7 @@ namespace {
 
 using testing::HasSubstr;
 
-// Times at a rate, in a unit, from a start.
+// @return 500 times at a rate, from `start_s` on, in units of `seconds_per_unit`.
 std::vector<double> times(double rate_hz, double seconds_per_unit, double start_s = 0.0) {
   std::vector<double> all;
   for (int i = 0; i < 500; ++i) {
@@ -59,7 +59,8 @@ TEST(TimeUnit, OfInertialLogsIsSeenFromTheRate) {
 }
 
 TEST(TimeUnit, ThatIsNotClearIsRefused) {
-  // As milliseconds 1 Hz, as microseconds 1 kHz; and what no unit explains.
+  // Times that are plausible as milliseconds (1 Hz) and as microseconds (1 kHz), and times for
+  // which no unit is plausible.
   for (const std::vector<double>& all : {times(1000.0, 1e-6), times(1e9, 1.0)}) {
     const std::string why =
         test::complaint_of<DataError>([&] { static_cast<void>(settled("time", all)); });

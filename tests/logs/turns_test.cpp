@@ -25,7 +25,7 @@ LinearResponse some_gyroscope() {
   return {.bias = Eigen::Vector3d(12.0, -7.0, 30.0), .sensitivity = 3754.0 * S};
 }
 
-// Samples of turns between random attitudes, and those attitudes.
+// Simulated samples of turns between random attitudes, and the attitudes.
 struct Turning {
   RecordedLog log;
   std::vector<Eigen::Matrix3d> attitudes;
@@ -60,8 +60,7 @@ Turning turn_by_hand(std::size_t rests, double noise, bool with_rotations, std::
   return turning;
 }
 
-// Without noise, by 100 samples a second. With and without seats, the scale found among all, the
-// bias too.
+// Turns without noise at 100 Hz, with and without seats, with known and with fitted bias.
 TEST(FitTurns, IsExactWithoutNoise) {
   const LinearResponse truth = some_gyroscope();
   for (const bool with_rotations : {false, true}) {
@@ -84,7 +83,7 @@ TEST(FitTurns, IsExactWithoutNoise) {
   }
 }
 
-// The stated covariance is that of the errors; intervals hold the truth in 95 %.
+// The stated covariance agrees with the errors, and 95 % intervals cover the truth.
 TEST(FitTurns, StatesItsUncertainty) {
   const LinearResponse truth = some_gyroscope();
   for (const bool with_rotations : {false, true}) {
@@ -106,21 +105,23 @@ TEST(FitTurns, StatesItsUncertainty) {
         }
       }
     }
-    // The mean of 150 x 9 squared normalised errors; less its dof correction, 1 +- 0.06.
+    // The mean of 150 x 9 squared normalised errors. After the correction for the degrees of
+    // freedom it is 1 +- 0.06.
     EXPECT_NEAR(squares, 1.05, 0.18) << with_rotations;
   }
 }
 
-// The Earth turns 0.04 degrees in ten seconds; told, it does not end up in the scale factors.
+// The Earth turns by 0.04 degrees in ten seconds. If its rotation is stated, it does not change the
+// scale factors.
 TEST(FitTurns, TakesOutTheRotationOfTheEarth) {
   Turning turning = turn_by_hand(14, 0.0, true, 5);
   const LinearResponse truth = some_gyroscope();
-  const Eigen::Vector3d earth_in_table(0.0, 2e-3, 1e-3);  // thirty times the real one
+  const Eigen::Vector3d earth_in_table(0.0, 2e-3, 1e-3);  // 30 times the real rate
   std::vector<std::array<std::vector<double>, 3>> readings(turning.turns.size());
   for (std::size_t i = 0; i < turning.turns.size(); ++i) {
     GyroscopeTurn& turn = turning.turns[i];
     turn.earth_rate_in_sensor = turning.attitudes[i].transpose() * earth_in_table;
-    // The table turns under it, so that seats are known against the table alone.
+    // The table turns with the Earth, and the seats are relative to the table.
     const TurnFit exact{.response = truth, .inverse = Eigen::Matrix3d(truth.sensitivity).inverse()};
     Eigen::Matrix3d R = Eigen::Matrix3d::Identity();
     for (std::size_t axis = 0; axis < 3; ++axis) {
@@ -153,12 +154,12 @@ TEST(FitTurns, TakesOutTheRotationOfTheEarth) {
   EXPECT_GT(without.residual_sd_rad, 5e-4);
 }
 
-// Times in another unit: a scale fits by whole revolutions that nobody turned.
+// If the times are in another unit, a scale fits that has whole revolutions in excess.
 TEST(FitTurns, RefusesRevolutionsThatNoHandMakes) {
   Turning turning = turn_by_hand(14, 0.5, false, 3);
   const LinearResponse truth = some_gyroscope();
   EXPECT_LT(fit_turns(turning.turns, {.bias = truth.bias}).most_revolutions, 2.0);
-  // Turns of the same ends with 40 revolutions more in each, at a stated scale and without.
+  // Turns with the same ends and 40 more revolutions each, with and without a stated scale.
   std::vector<std::vector<double>> owned;
   owned.reserve(3 * turning.turns.size());
   for (GyroscopeTurn& turn : turning.turns) {
@@ -201,7 +202,7 @@ TEST(FitTurns, SaysWhatIsMissing) {
               HasSubstr("Check the order and signs"));
 }
 
-// Turned about one axis only: the scale factor of that axis can be had, the others cannot.
+// The sensor is turned about one axis only, so only its scale factor is determined.
 TEST(FitTurns, NamesTheAxesThatWereNotTurned) {
   std::vector<Eigen::Matrix3d> attitudes;
   for (int i = 0; i < 14; ++i) {

@@ -44,8 +44,8 @@ TEST(StandardDesign, HasEachPointOnceAndEachOpposite) {
   EXPECT_THROW(static_cast<void>(standard_design(13)), DomainError);
 }
 
-// method.md, section 2: [1, vec R_i] of the 12 points has X^T X = diag(12, 4, ..., 4); of 24, twice
-// that.
+// For the 12 points [1, vec R_i] has X^T X = diag(12, 4, ..., 4), and for 24 points twice that
+// (method.md, section 2).
 TEST(StandardDesign, HasOrthogonalColumnsForEveryFieldDirection) {
   const Positioner cube;
   for (const int points : {12, 24}) {

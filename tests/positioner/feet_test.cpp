@@ -33,7 +33,7 @@ TEST(ContactPlane, TouchesBallsOfUnequalRadii) {
 }
 
 TEST(ContactPlane, ThirtyFiveMicrometresOverSeventyMillimetresAreHalfAMilliradian) {
-  // method.md, section 9.
+  // A foot that is 35 um too high at a distance of 70 mm tilts the plane by 0.5 mrad.
   const Feet feet = {Ball{.centre_m = {0.035, 0.02, 0.035}, .radius_m = 0.003},
                      Ball{.centre_m = {-0.035, 0.02, 0.035035}, .radius_m = 0.003},
                      Ball{.centre_m = {0.035, -0.02, 0.035}, .radius_m = 0.003}};
@@ -67,7 +67,7 @@ TEST(ContactPlane, SaysWhatFeetCannotBe) {
   }
   EXPECT_THAT(complaint(feet), HasSubstr("on the other side of the cube's centre"));
   feet = three_feet();
-  feet[0].radius_m = 0.022;  // its neighbours lie 0.025 and 0.0277 away
+  feet[0].radius_m = 0.022;  // its neighbours are 0.025 and 0.0277 m away
   feet[1].radius_m = 0.0;
   feet[1].centre_m = feet[0].centre_m - Eigen::Vector3d(0.0, 0.0221, 0.0);
   feet[2].radius_m = 0.0;

@@ -18,7 +18,8 @@ TEST(HShapedMounts, TurnTheSecondAboutAnAxisInTheWeb) {
   EXPECT_EQ(x[0].rotation_sensor_from_positioner, Eigen::Matrix3d::Identity());
   const Eigen::Matrix3d& turned = x[1].rotation_sensor_from_positioner;
   EXPECT_TRUE(is_rotation(turned));
-  // An axis in the web stays, the web's normal is reversed: the other side of the same plane.
+  // The half turn keeps the axis in the web and reverses the web's normal, so it leads to the other
+  // side of the web.
   EXPECT_EQ(turned * Eigen::Vector3d::UnitX(), Eigen::Vector3d::UnitX());
   EXPECT_EQ(turned * Eigen::Vector3d::UnitZ(), -Eigen::Vector3d::UnitZ());
   const Eigen::Matrix3d other =

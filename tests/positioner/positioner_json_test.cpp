@@ -94,7 +94,7 @@ TEST(ParsePositioner, ReadsFeetMountsAndTable) {
   EXPECT_EQ(cube.surface().kind, SurfaceKind::separate);
   EXPECT_EQ(cube.surface().adjusters_m.front(), Eigen::Vector2d(0.1, 0.0));
 
-  // Written and read again it is the same.
+  // The cube is the same after it is written and read again.
   const std::string text = positioner_json(cube);
   EXPECT_EQ(positioner_json(parse_positioner(text, "again.json")), text);
 }

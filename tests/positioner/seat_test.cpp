@@ -19,7 +19,7 @@ namespace {
 
 using testing::HasSubstr;
 
-// ---- An independent solution by minimising alone: no contact, pair or angle is solved for. ----
+// ---- an independent solution by minimisation, without contacts, pairs or angles ----
 
 double golden_minimum(const std::function<double(double)>& f, double low, double high) {
   const double ratio = 0.5 * (std::sqrt(5.0) - 1.0);
@@ -53,7 +53,7 @@ double farthest(const Feet& feet, const Eigen::Vector3d& direction) {
   return most;
 }
 
-// The direction, down in the cube, in which its centre stands lowest.
+// @return the direction in the cube that points down when its centre is lowest.
 Eigen::Vector3d lowest_direction(Face face, const Feet& feet) {
   const int axis = axis_of(face);
   const Eigen::Vector3d first = Eigen::Vector3d::Unit((axis + 1) % 3);
@@ -74,7 +74,8 @@ struct NumericalSeat {
   int minima = 0;
 };
 
-// The cube as low as it gets, then as near to the fence as it gets.
+// @return the seat in which the cube is as low as possible, and then as near to the fence as
+// possible.
 NumericalSeat numerical_seat(const CubeFeet& cube, const DesignPoint& point, double lean_rad) {
   const Eigen::Vector3d z =
       -lowest_direction(point.rest(), cube[static_cast<std::size_t>(point.rest())]);
@@ -109,7 +110,7 @@ NumericalSeat numerical_seat(const CubeFeet& cube, const DesignPoint& point, dou
   return seat;
 }
 
-// A frame whose feet stand anywhere about their place, of any height and radius.
+// A cube whose feet have random positions, heights and radii.
 CubeFeet random_cube(RandomStream& random, bool middle_foot) {
   CubeFeet cube;
   const auto about = [&](double value, double range) {
@@ -157,7 +158,7 @@ TEST(Seat, AgreesWithMinimisingForAThousandRandomCubes) {
   std::printf("1000 cubes: largest difference of a rotation's entries %.1e, %d seats rock\n", worst,
               rocking);
   EXPECT_LT(worst, 1e-10);
-  EXPECT_GT(rocking, 20);  // the claim on rocking seats is not empty
+  EXPECT_GT(rocking, 20);  // rocking seats do occur
 }
 
 TEST(Seat, OfAPerfectFrameIsTheNominalOne) {
@@ -182,8 +183,8 @@ TEST(Seat, TakesTheNearerOfTwoAndSaysThatItRocks) {
   middle.centre_m.y() += 1e-4;
   const Seat seat = Positioner(feet).seat(point);
   EXPECT_TRUE(seat.rocks);
-  // The middle foot stands just beside the centre, at z = 0.05 mm: turning towards the foot on the
-  // other side, at -25 mm, takes it back, so that seat is the nearer.
+  // The middle foot is beside the centre, at z = 0.05 mm. If it and the foot at -25 mm touch the
+  // fence, the centre is nearer to the fence than with the other pair.
   EXPECT_THAT(seat.contacts, testing::UnorderedElementsAre(1, 2));
   EXPECT_NEAR(std::abs(seat.turn_rad), 1e-4 / 0.02505, 2e-5);
 }
@@ -191,7 +192,7 @@ TEST(Seat, TakesTheNearerOfTwoAndSaysThatItRocks) {
 TEST(Seat, FollowsALeaningFence) {
   CubeFeet feet = feet_of_frame({});
   const DesignPoint point(Face::minus_z, Face::plus_y);
-  // Foot 0 stands 18 mm higher than foot 1 (x up in +Y's positions (z, x) is along the fence).
+  // Foot 0 is 18 mm higher than foot 1. Positions on +Y are (z, x), and x is along the fence.
   const double lean = 0.01;
   const Positioner cube(feet, {.fence_lean_rad = lean});
   const Seat& seat = cube.seat(point);
@@ -212,7 +213,7 @@ TEST(Seat, RefusesWhatCannotBe) {
   const auto defect = [](const CubeFeet& cube, Face rest, Face fence) {
     return Positioner(cube).seat({rest, fence}).defect;
   };
-  // All feet of the rest face on one side of its middle: the cube tips.
+  // All feet of the rest face are on one side of its middle, so the cube tips over.
   Feet& bottom = feet[static_cast<std::size_t>(Face::minus_z)];
   bottom[0].centre_m.head<2>() = Eigen::Vector2d(0.03, 0.01);
   bottom[1].centre_m.head<2>() = Eigen::Vector2d(0.005, 0.03);
@@ -225,14 +226,14 @@ TEST(Seat, RefusesWhatCannotBe) {
               }),
               HasSubstr("rest -Z, fence +Y: the cube cannot lie so: the cube would tip"));
 
-  // Feet of the fence face all to one side: the push turns the cube away.
+  // All feet of the fence face are on one side, so the push turns the cube away.
   feet = feet_of_frame({});
   for (Ball& ball : feet[static_cast<std::size_t>(Face::plus_y)]) {
     ball.centre_m.x() += 0.028;
   }
   EXPECT_THAT(defect(feet, Face::minus_z, Face::plus_y), HasSubstr("must lie between two feet"));
 
-  // A foot of a side face below the table, one of another face through the fence.
+  // A foot of a side face is below the table, and a foot of another face is behind the fence.
   feet = feet_of_frame({});
   feet[static_cast<std::size_t>(Face::plus_x)][0].centre_m.z() = -0.04;
   EXPECT_THAT(defect(feet, Face::minus_z, Face::plus_y), HasSubstr("face +X reaches below"));
@@ -253,7 +254,7 @@ TEST(Positioner, TakesFeetAndMeasuredNormalsTogether) {
   EXPECT_MATRIX_NEAR(cube.normal(Face::plus_y), normal, 1e-15);
   const Seat& seat = cube.seat({Face::minus_z, Face::plus_y});
   EXPECT_NE(seat.contacts.front(), -1);
-  // The line of the two feet lies along the fence, whatever the normal's part along z.
+  // The line through the two feet is along the fence, whatever the z component of the normal.
   const Feet& turned = *cube.feet(Face::plus_y);
   const Eigen::Vector3d line = seat.rotation_table_from_positioner *
                                (turned[static_cast<std::size_t>(seat.contacts[0])].centre_m -
@@ -262,7 +263,7 @@ TEST(Positioner, TakesFeetAndMeasuredNormalsTogether) {
 }
 
 TEST(Positioner, RefusesBallsOfTwoFacesInEachOther) {
-  // Balls at the edges: a foot of +X and one of +Y are at the same place.
+  // The balls are at the edges, so a foot of +X and one of +Y overlap.
   BallFrame frame{.ball_radius_m = 0.006};
   frame.foot_positions_m = {Eigen::Vector2d(0.033, 0.02), Eigen::Vector2d(0.02, 0.033),
                             Eigen::Vector2d(-0.02, -0.02)};

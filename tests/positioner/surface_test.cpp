@@ -23,8 +23,8 @@ TEST(LevelTable, RaisesOnlyAndMakesTheTableLevel) {
       level_table(slope, 1e-12 * Eigen::Matrix2d::Identity(), three_screws);
   ASSERT_EQ(moves.size(), 3U);
   double least = 1.0;
-  // The heads of the screws before: the table's plane z = 0 in its own frame. In a level frame they
-  // stand at R position, R taking the field's direction to the vertical; raised, they are level.
+  // Positions of the screws' heads. In the table's frame they are in the plane z = 0; the rotation
+  // R takes them to a level frame. After raising they must be level.
   const Eigen::Matrix3d to_level = rotation_sloping_from_level(slope).transpose();
   std::vector<Eigen::Vector3d> heads;
   for (std::size_t i = 0; i < 3; ++i) {
@@ -38,7 +38,8 @@ TEST(LevelTable, RaisesOnlyAndMakesTheTableLevel) {
   }
   EXPECT_EQ(least, 0.0);
   const Eigen::Vector3d normal = (heads[1] - heads[0]).cross(heads[2] - heads[0]).normalized();
-  // What is left is of third order in the slope (screws are square to the table, not vertical).
+  // The remaining slope is of third order, because the screws are square to the table and not
+  // vertical.
   EXPECT_NEAR(std::abs(normal.z()), 1.0, 1e-14);
   EXPECT_LT(std::hypot(normal.x(), normal.y()), 1e-7);
   EXPECT_NEAR(moves[1].uncertainty_m, moves[1].raise_m > 0.0 ? 1e-6 * 0.16 : 0.0, 1.2e-7);
@@ -72,7 +73,7 @@ TEST(FenceLean, StaysOnOnePieceAndChangesUnderASeparateFence) {
   EXPECT_EQ(fence_lean_when_level({.fence_lean_rad = 0.002}, {0.0, 0.005}), 0.002);
   const Surface separate{.kind = SurfaceKind::separate, .fence_lean_rad = 0.002};
   const Eigen::Vector2d slope(0.0, 0.005);
-  // The fence's normal in the room does not move: its part along the vertical stays.
+  // The fence's normal in the room does not change, so its vertical component does not.
   const Eigen::Vector3d up(0.0, slope.y(), std::sqrt(1.0 - slope.squaredNorm()));
   const double before = up.dot(Eigen::Vector3d(0.0, std::cos(0.002), std::sin(0.002)));
   EXPECT_NEAR(std::sin(fence_lean_when_level(separate, slope)), before, 1e-15);

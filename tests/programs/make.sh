@@ -1,6 +1,6 @@
 #!/bin/sh
 # SPDX-License-Identifier: Apache-2.0
-# make.sh OUTPUT.cpp HEADER ...: the programs in the comments of the modules' headers, as one that runs them all.
+# make.sh OUTPUT.cpp HEADER ...: writes one program that runs each example (@code) in the headers' comments.
 set -eu
 output=$1
 shift

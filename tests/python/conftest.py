@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Fixtures: the example run, and the command beside the module."""
+"""Fixtures: the example run, its calibration, and the command that the Python package calls."""
 
 import json
 import os
@@ -50,7 +50,7 @@ def record(command, example, tmp_path_factory):
 
 
 def numbers_of(value):
-    """All numbers of a JSON value, in its order."""
+    """Returns all numbers of a JSON value, in the order of the document."""
     if isinstance(value, dict):
         return [one for key in value for one in numbers_of(value[key])]
     if isinstance(value, list):

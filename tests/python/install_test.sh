@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
 # SPDX-License-Identifier: Apache-2.0
-# install_test.sh BUILD PYTHON FOLDER: installs the Python package into a prefix of its own, and into a virtual
-# environment that sees numpy alone of the system's packages, and runs the README's lines there.
+# install_test.sh BUILD PYTHON FOLDER: installs the Python package into its own prefix, copies it into a virtual
+# environment with the system's packages, and runs the README's lines there.
 set -euo pipefail
 build=$1 python=$2 folder=$3
 scratch=$(mktemp -d)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Reducing readings: shapes, types, memory."""
+"""Tests the conversion of readings: shapes and types of arrays, and memory."""
 
 import csv
 import io

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Calibrations by arrays, frames, runs and files: the numbers are the command's."""
+"""Calibrations by arrays, data frames, runs and files give the numbers of the command."""
 
 import copy
 import logging

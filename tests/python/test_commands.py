@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""What else the command does with data."""
+"""Tests the functions for the other commands: plan, simulate, check, export, read_log and others."""
 
 import json
 import os
@@ -78,7 +78,7 @@ def test_recordings_of_each_format():
         try:
             series = ax.read_log(path)
         except ax.RefusedError as error:
-            assert "axiscal-hdf5" in str(error)  # a build without HDF5
+            assert "axiscal-hdf5" in str(error)  # the build has no HDF5
             continue
         assert series and all(len(one.time) == len(one.values) for one in series)
         shapes[folder] = len(series)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""The runs of the corpus by arrays: each number is that of the command."""
+"""Calibrates the runs of the corpus from arrays: each number equals that of the command's record."""
 
 import os
 import tarfile

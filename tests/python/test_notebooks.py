@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Each notebook of docs/notebooks runs from its first cell to its last."""
+"""Runs every cell of each notebook in docs/notebooks."""
 
 import glob
 import json

@@ -53,13 +53,13 @@ TEST(CalibrationReport, ShowsWhatThereIs) {
   }
   EXPECT_EQ(count_of(page, "class=\"seats\""), 1U);
   EXPECT_EQ(count_of(page, "<li><svg viewBox=\"0 0 200 190\""), 12U);
-  // Every drawing is told in words, and has its table.
+  // Each drawing has a text alternative and a data table.
   EXPECT_EQ(count_of(page, "<svg class=\"drawn\""), count_of(page, "<details><summary>Data"));
   EXPECT_EQ(count_of(page, "<svg class=\"drawn\""),
             count_of(page.substr(0, page.find("<script")), "role=\"img\" aria-label") - 12U);
 }
 
-// Of a mirrored instrument what is beside its half turn.
+// For a mirrored instrument the rotation is stated relative to the half turn.
 TEST(CalibrationReport, AlignmentsHaveTheirTable) {
   Calibration calibration = calibrated();
   EXPECT_THAT(calibration_report(calibration), Not(HasSubstr("instruments against these")));
@@ -90,13 +90,13 @@ TEST(Cloud, IsThinnedEvenly) {
   }
   const double mean = static_cast<double>(thin.series.front().y.size()) / 10.0;
   EXPECT_GT(mean, 40.0);
-  for (const int band : bands) {  // z of a sphere's points is spread evenly
+  for (const int band : bands) {  // z is uniform on a sphere
     EXPECT_NEAR(band, mean, 0.3 * mean);
   }
   EXPECT_EQ(thin.note, "one point of 34 is drawn");
 }
 
-// What people come for stands first: verdict, matrix, picture; the rest is folded.
+// The page begins with verdict, matrix and picture. The rest is folded.
 TEST(CalibrationReport, ShowsTheCoefficientsAsAMatrix) {
   const Calibration calibration = calibrated();
   const std::string page = calibration_report(calibration);
@@ -139,10 +139,10 @@ TEST(CalibrationReport, LeavesALeverageWithoutMeaningOut) {
   EXPECT_THAT(calibration_report(few), Not(HasSubstr("leverage")));
 }
 
-// Thousands of readings: a page that opens, with nothing left out in silence.
+// A page of thousands of readings stays small, and states what it leaves out.
 TEST(CalibrationReport, OfManyReadingsStaysSmall) {
-  // A record of 24 readings, and its readings 800 times over: calibrate() is not what is tried
-  // here.
+  // A record of 24 readings whose readings are repeated 800 times, because calibrate() is not
+  // tested here.
   const SensorModel truth = accelerometer_truth();
   const Observations few =
       observe(truth, {.replicates = 2, .slope = {0.003, -0.002}, .noise_sd = 1e-4});
@@ -193,8 +193,8 @@ TEST(CalibrationReport, CooksContoursCountTheFitsParameters) {
   };
   Calibration calibration = calibrated();
   const double parameters = calibration.fit.statistics->leverage.sum() / 3.0;
-  EXPECT_NEAR(parameters, 5.67, 0.1);  // a shift between two blocks, and two thirds of a direction
-  // A contour's distance by its definition, from the studentised residual and the leverage.
+  EXPECT_NEAR(parameters, 5.67, 0.1);  // 4 + block shift + 2/3 (direction)
+  // The contour's distance by its definition, from studentised residual and leverage.
   for (const double more : {1.0, 2.0}) {
     calibration.fit.statistics->leverage *= more;
     const PlotSeries curve = contour(calibration);
@@ -228,7 +228,7 @@ TEST(CalibrationReport, TextIsShownAsTyped) {
   EXPECT_THAT(page, Not(HasSubstr("<b>")));
   EXPECT_THAT(page,
               HasSubstr("&lt;/script&gt;&lt;img src=x onerror=&#39;alert(1)&#39;&gt;&quot;&amp;"));
-  // What goes to the script cannot end its element.
+  // Text in the script's data cannot end the script element.
   const std::size_t data = page.find("id=\"report-data\">");
   if (data != std::string::npos) {
     EXPECT_THAT(page.substr(data, page.find("</script>", data) - data),
@@ -246,7 +246,7 @@ TEST(CalibrationReport, RefusedIsSaidAtTheTopWithTheLikeliestReason) {
                  .message = "run 7 was taken on +Y",
                  .runs = {7},
                  .points = {{7, DesignPoint(Face::plus_y, Face::plus_x)}}};
-  // A report is made of a file.
+  // The report is made of a record that was written and read.
   const std::string page =
       calibration_report(parse_calibration(calibration_json(calibration), "record"));
   const DesignPoint labelled = *calibration.fit.residuals[6].point;
@@ -263,7 +263,7 @@ TEST(CalibrationReport, RefusedIsSaidAtTheTopWithTheLikeliestReason) {
   EXPECT_THAT(page, HasSubstr("class=\"suspect\">look at it"));
 }
 
-// Readings that were kept out of the fit and contradict it are no good run.
+// If a confirmation fails, that is the verdict.
 TEST(CalibrationReport, AConfirmationThatFailsIsTheVerdict) {
   Calibration calibration = calibrated();
   calibration.findings.confirmation = Confirmation{.p_value = 1e-9, .passed = false};
@@ -273,7 +273,7 @@ TEST(CalibrationReport, AConfirmationThatFailsIsTheVerdict) {
   EXPECT_THAT(page, Not(HasSubstr("No problems found")));
 }
 
-// Without the readings themselves nothing is called measured that is not.
+// Without the readings the page calls nothing measured.
 TEST(CalibrationReport, InventsNoReadings) {
   Calibration calibration = calibrated();
   EXPECT_THAT(calibration_report(calibration), HasSubstr("id=\"measured-plot\""));
@@ -321,7 +321,7 @@ TEST(CalibrationReport, TemperatureAndHistoryHaveTheirPlots) {
   EXPECT_THAT(page, HasSubstr(">2026-01-01<"));
 }
 
-// A slope of 3 mrad along x: 0.2 m apart, 600 um; a pitch of 0.5 mm makes that 1.2 turns.
+// A slope of 3 mrad along x over 0.2 m is 600 um, which is 1.2 turns at a pitch of 0.5 mm.
 TEST(CalibrationReport, TurnsOfTheAdjusters) {
   Calibration calibration = calibrated();
   calibration.fit.levelness->mean_x = 3e-3;
@@ -365,7 +365,7 @@ TEST(CalibrationReport, NoiseHasItsAllanPlot) {
   EXPECT_THAT(page, HasSubstr("N [unit/sqrt(Hz)]"));
   EXPECT_THAT(noise_report(noise, "folder/rest.csv"),
               HasSubstr("<title>Noise of rest.csv</title>"));
-  // On both axes the powers of ten, evenly spaced.
+  // The ticks of both axes are powers of ten at equal distances.
   const std::size_t figure = page.find("id=\"allan-1\"");
   const auto tick = [&](const std::string& text) {
     const std::size_t at = page.find(">" + text + "</text>", figure);
@@ -376,8 +376,8 @@ TEST(CalibrationReport, NoiseHasItsAllanPlot) {
   EXPECT_NEAR(tick("1") - tick("0.1"), tick("10") - tick("1"), 0.2);
 }
 
-// With exact coefficients and noise s of each reading, pitch is off by s / (F cos(pitch)), and roll
-// as much: at 80 degrees 5.76 s.
+// With exact coefficients and noise s the uncertainty of the pitch is s / (F cos(pitch)), and so is
+// that of the roll. At 80 degrees it is 5.76 s.
 TEST(WorstAngleUncertainty, IsThatOfTheNoiseWhereTheCoefficientsAreExact) {
   Calibration calibration = calibrated();
   calibration.sensor.response.bias.setZero();
@@ -390,7 +390,7 @@ TEST(WorstAngleUncertainty, IsThatOfTheNoiseWhereTheCoefficientsAreExact) {
   const double k = calibration.fit.statistics->coverage_factor.maxCoeff();
   const WorstAngleUncertainty worst = worst_angle_uncertainty(calibration);
   const double expected = k * 1e-4 / std::cos(80.0 * rad_per_deg) * deg_per_rad;
-  // Roll mixes two axes, with more degrees of freedom and a smaller factor.
+  // Roll depends on two axes, so it has more degrees of freedom and a smaller factor.
   EXPECT_GT(worst.expanded_deg, 0.85 * expected);
   EXPECT_LT(worst.expanded_deg, 1.02 * expected);
 }

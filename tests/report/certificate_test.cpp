@@ -39,7 +39,7 @@ CertificateDetails details() {
 }
 
 #ifdef AXISCAL_CAIRO
-// The text of a PDF, page by page separated by form feeds.
+// @return the text of a PDF; the pages are separated by form feeds.
 std::string text_of(const std::string& pdf) {
   const ScratchFolder folder;
   folder.write("c.pdf", pdf);
@@ -72,7 +72,7 @@ TEST_F(Certificate, SaysWhatTheStandardAsks) {
         "relate only to the item", "A. Müller, head", "end of the certificate"}) {
     EXPECT_THAT(text, HasSubstr(needed));
   }
-  // The number on every page, each of how many.
+  // Each page has the certificate's number, and its page number of the total.
   const auto pages = static_cast<std::size_t>(std::count(text.begin(), text.end(), '\f'));
   ASSERT_GE(pages, 2U);
   std::size_t at = 0;
@@ -86,13 +86,13 @@ TEST_F(Certificate, SaysWhatTheStandardAsks) {
   EXPECT_THAT(text.substr(0, text.find('\f')), Not(HasSubstr("end of the certificate")));
 }
 
-// U to two digits, the value to the same place.
+// U is rounded to two digits, and the value to the same place.
 TEST_F(Certificate, RoundsTheValueToItsUncertainty) {
   Calibration calibration = certified();
   calibration.sensor.response.bias(0) = 0.0120001;
   calibration.fit.uncertainty.reset();
   calibration.fit.statistics->covariance.setIdentity();
-  calibration.fit.statistics->covariance *= 1e-8;  // u 1e-4
+  calibration.fit.statistics->covariance *= 1e-8;  // u = 1e-4
   calibration.fit.statistics->components.clear();
   calibration.fit.statistics->interval_95.resize(0);
   const double k = calibration.fit.statistics->coverage_factor(0);
@@ -103,7 +103,7 @@ TEST_F(Certificate, RoundsTheValueToItsUncertainty) {
   EXPECT_THAT(text.substr(row, 60), HasSubstr(" 0.01200 "));
 }
 
-// What is not stated yet makes it a draft; what is stated does not.
+// The certificate is a draft until all details are stated.
 TEST_F(Certificate, IsADraftUntilAllIsStated) {
   EXPECT_THAT(text_of(certificate_pdf(certified(), {})), HasSubstr("DRAFT"));
   EXPECT_THAT(text_of(certificate_pdf(certified(), details())), Not(HasSubstr("DRAFT")));
@@ -113,7 +113,7 @@ TEST_F(Certificate, HasTheLaboratorysPictures) {
   const ScratchFolder folder;
   const std::string plain = certificate_pdf(certified(), details());
   CertificateDetails with = details();
-  // A picture of one point: PNG, 1 x 1, black.
+  // A picture: PNG, 1 x 1 pixel, black.
   with.laboratory.logo = folder.write(
       "logo.png",
       std::string("\x89PNG\r\n\x1a\n\0\0\0\rIHDR\0\0\0\1\0\0\0\1\b\0\0\0\0:~\x9bU\0\0\0\nIDATx\x9c"
@@ -127,11 +127,12 @@ TEST_F(Certificate, HasTheLaboratorysPictures) {
 }
 
 #ifdef AXISCAL_QPDF
-// Written to PDF/A-3: metadata, output intent, fonts within, and the DCC as an associated file.
+// The file has the parts of PDF/A-3: metadata, output intent, embedded fonts, and the DCC as an
+// associated file.
 TEST_F(Certificate, CarriesItsDccAsAnArchiveDoes) {
   CertificateDetails whole = details();
   whole.country = "DE";
-  const Calibration calibration = certified();  // once: a second one is of another second
+  const Calibration calibration = certified();  // one, since records have their time
   const std::string pdf = certificate_pdf(calibration, whole);
   for (const char* const needed :
        {"<pdfaid:part>3</pdfaid:part>", "/GTS_PDFA1", "/AFRelationship /Data", "/EmbeddedFiles",
@@ -151,7 +152,7 @@ TEST_F(Certificate, CarriesItsDccAsAnArchiveDoes) {
   EXPECT_THAT(fonts, Not(HasSubstr(" no  no ")));
 }
 
-// What qpdf refuses comes out of its module as an error of ours.
+// An error of qpdf becomes an Axiscal error.
 TEST_F(Certificate, SaysWhyThereIsNoArchive) {
   EXPECT_THAT([] { static_cast<void>(archived_pdf("no document", "title", {})); },
               testing::ThrowsMessage<OutputError>(HasSubstr("PDF: ")));
@@ -169,7 +170,7 @@ TEST_F(Certificate, AnyTextIsPrinted) {
   EXPECT_EQ(std::count(text.begin(), text.end(), 'a') > 5000, true);
 }
 
-// What nobody stated is said on the front, not passed over.
+// The first page states which inputs are not included in the uncertainties.
 TEST_F(Certificate, SaysWhatItDoesNotCount) {
   const std::string with_magnitude = text_of(certificate_pdf(certified(), details()));
   EXPECT_THAT(with_magnitude, HasSubstr("do not include that of: the cube's face normals"));
@@ -189,7 +190,7 @@ TEST_F(Certificate, ThereIsNoneOfWhatWasRefused) {
   Calibration bare;
   bare.sensor = accelerometer_truth();
   EXPECT_THROW(static_cast<void>(certificate_pdf(bare, details())), RefusedError);
-  // Four readings for four coefficients: no degrees of freedom, no uncertainty.
+  // Four readings for four coefficients leave no degrees of freedom, so there is no uncertainty.
   Calibration exact = certified();
   exact.fit.statistics->degrees_of_freedom.setZero();
   exact.fit.statistics->interval_95.resize(0);
@@ -211,7 +212,7 @@ TEST(CertificateDetailsFile, IsReadAndChecked) {
   EXPECT_THAT(missing, testing::Contains("customer (name)"));
   EXPECT_THAT(missing, Not(testing::Contains("number")));
   EXPECT_TRUE(missing_details(certified(), details()).empty());
-  // Without the magnitude's uncertainty nothing is claimed in SI units.
+  // Without the uncertainty of the magnitude the certificate makes no claim in SI units.
   const Calibration local =
       calibrate(experiment_for(accelerometer_truth()),
                 observe(accelerometer_truth(), {.replicates = 2, .noise_sd = 1e-4}));

@@ -18,8 +18,8 @@ int count_of(const std::string& text, const std::string& part) {
 }
 
 TEST(SeatSvg, NamesTheFacesAsTheyAreSeen) {
-  // Rest -X and fence +Y: +X is on top, -Y looks to the viewer, and x = y cross z = -Z to the
-  // right.
+  // With rest -X and fence +Y the top is +X, the front is -Y, and the right side is x = y cross z =
+  // -Z.
   const std::string svg = seat_svg({Face::minus_x, Face::plus_y});
   EXPECT_THAT(svg, HasSubstr("aria-label=\"Face -X on the table, face +Y at the fence\""));
   EXPECT_THAT(svg, HasSubstr(">\u2212X on the table</text>"));

@@ -11,18 +11,18 @@
 
 namespace axiscal::test {
 
-/// The address sanitizer takes memory of its own.
+/// True if the address sanitizer, which allocates memory too, is active.
 #if defined(__SANITIZE_ADDRESS__) || AXISCAL_HAS_FEATURE(address_sanitizer)
 inline constexpr bool under_address_sanitizer = true;
 #else
 inline constexpr bool under_address_sanitizer = false;
 #endif
 
-/// @return how often `operator new` has been called in this program; a program that asks for it has
-///         its `operator new` replaced by a counting one.
+/// @return the number of calls of `operator new` in this program. Programs that link this file have
+/// a counting `operator new`.
 [[nodiscard]] std::size_t allocation_count();
 
-/// @return the largest single piece of memory [bytes] since forget_largest_allocation().
+/// @return the size of the largest allocation [bytes] since forget_largest_allocation().
 [[nodiscard]] std::size_t largest_allocation();
 void forget_largest_allocation();
 

@@ -6,12 +6,12 @@
 
 namespace axiscal::test {
 
-/// @return path of a file in AXISCAL_DATA_DIR, or nothing where it is not there.
+/// @return the path of a file in AXISCAL_DATA_DIR; nullopt if there is no such file.
 [[nodiscard]] std::optional<std::string> data_file(const std::string& name);
 
 }  // namespace axiscal::test
 
-/// Skips the test, saying why, where a file of AXISCAL_DATA_DIR is missing.
+/// Skips the test with a message if a file is missing in AXISCAL_DATA_DIR.
 #define AXISCAL_NEED_DATA(variable, name)                                            \
   const std::optional<std::string> variable##_file = axiscal::test::data_file(name); \
   if (!variable##_file) {                                                            \

@@ -6,12 +6,13 @@
 
 namespace axiscal::test {
 
-/// @return whether two matrices have one shape and no entries further apart than `tolerance`.
+/// @return success if both matrices have the same shape and all entries differ by at most
+/// `tolerance`.
 [[nodiscard]] testing::AssertionResult matrices_near(const Eigen::MatrixXd& actual,
                                                      const Eigen::MatrixXd& expected,
                                                      double tolerance);
 
-/// Calls a function and returns what its exception says, or "accepted" where there is none.
+/// Calls a function. @return the message of its exception, or "accepted" if it throws none.
 template <typename Exception, typename Function>
 [[nodiscard]] std::string complaint_of(const Function& call) {
   try {
@@ -22,7 +23,7 @@ template <typename Exception, typename Function>
   return "accepted";
 }
 
-/// Notes of a record, one of which says what `message` matches: `HasNote(HasSubstr("drift"))`.
+/// Matches a list of notes if the text of one matches `message`: `HasNote(HasSubstr("drift"))`.
 MATCHER_P(HasNote, message, "") {
   for (const auto& note : arg) {
     if (testing::Value(note.message, message)) {
@@ -34,7 +35,7 @@ MATCHER_P(HasNote, message, "") {
 
 }  // namespace axiscal::test
 
-/// Holds a matrix or vector (copied, so that no expression dangles) against another, entry by
-/// entry.
+/// Compares a matrix or vector with another one, entry by entry. Arguments are copied, so that no
+/// expression dangles.
 #define EXPECT_MATRIX_NEAR(actual, expected, tolerance) \
   EXPECT_TRUE(axiscal::test::matrices_near(actual, expected, tolerance))

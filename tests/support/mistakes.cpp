@@ -20,13 +20,13 @@ Eigen::Vector3d field_of(const SensorModel& truth, const DesignPoint& point) {
   return Positioner().rotation_table_from_positioner(point).transpose() * *truth.field.in_table;
 }
 
-// What a reading says less what it should at its point: its noise.
+// @return the noise of reading i: the response less the true response at its point.
 Eigen::VectorXd noise_in(const SensorModel& truth, const Observations& good, std::size_t i) {
   return Eigen::VectorXd(good.response.row(static_cast<Eigen::Index>(i))) -
          truth.response.at(field_of(truth, *good.readings[i].point));
 }
 
-// The reading as it is at another point than its label says.
+// Replaces reading i by the reading at another point, with the same noise and label.
 void take_at(const SensorModel& truth,
              const DesignPoint& point,
              std::size_t i,
@@ -198,7 +198,7 @@ SeededMistake seed_mistake(Mistake mistake,
     }
     case Mistake::saturation: {
       const auto axis = static_cast<Eigen::Index>(random.index(3));
-      // Both readings at the upper end, each at least so deep.
+      // Clips the axis so that the two largest readings are lower by at least `size`.
       Eigen::VectorXd sorted = good.response.col(axis);
       std::sort(sorted.begin(), sorted.end());
       const double most = sorted(sorted.size() - 2) - size;

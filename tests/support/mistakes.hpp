@@ -10,7 +10,7 @@
 
 namespace axiscal::test {
 
-/// A mistake of the operator, put into good readings on purpose.
+/// A mistake that is put into good readings.
 enum class Mistake {
   none,
   wrong_face,
@@ -29,41 +29,41 @@ enum class Mistake {
 
 [[nodiscard]] const char* name_of(Mistake mistake);
 
-/// What a search should say of it.
+/// Readings with a mistake, and the expected result of the search.
 struct SeededMistake {
   Observations observations;
-  std::vector<WarningCode> codes;  ///< any of these names it
-  std::vector<int> runs;           ///< the readings concerned; empty: not to be checked
+  std::vector<WarningCode> codes;  ///< the warning must have one of these codes
+  std::vector<int> runs;           ///< the wrong readings; empty: any
 };
 
-/// @param size  of tilt, table_moved, drift and saturation: how far a reading moves, in its unit.
+/// @param size  change of a reading [its unit], for tilt, table_moved, drift and saturation.
 [[nodiscard]] SeededMistake seed_mistake(Mistake mistake,
                                          double size,
                                          const SensorModel& truth,
                                          const Observations& good,
                                          RandomStream& random);
 
-/// A run for the culprit search: a random instrument, a slope of 5 mrad in a random direction.
+/// A run of a random instrument on a table that slopes by 5 mrad in a random direction.
 struct RandomRun {
   SensorModel truth;
   Observations good;
 };
-/// @param noise       of each axis, in its unit (full scale 1).
-/// @param replicates  of the design of 12.
+/// @param noise       sd of each axis [its unit; full scale is 1].
+/// @param replicates  number of repetitions of the 12 points.
 [[nodiscard]] RandomRun random_run(const Eigen::Vector3d& noise,
                                    RandomStream& random,
                                    int replicates = 1);
 
-/// Moves one reading in a random direction.
-/// @param size  by how much [unit], one for each axis: the length of the direction is 1.
+/// Moves one reading in a random direction of length 1.
+/// @param size  factor for each axis [unit of the readings].
 [[nodiscard]] SeededMistake move_reading(const Eigen::Vector3d& size,
                                          const Observations& good,
                                          RandomStream& random);
 
-/// Whether a calibration's first warnings name a mistake.
+/// Result of a comparison of a calibration's first warnings with a mistake.
 struct Verdict {
-  bool caught = false;  ///< there is a warning
-  bool named = false;   ///< the first one, or one as likely, has the code and the readings
+  bool caught = false;  ///< the calibration has a warning
+  bool named = false;   ///< the first or an equally likely one is right
 };
 [[nodiscard]] Verdict judge(const Calibration& calibration, const SeededMistake& mistake);
 

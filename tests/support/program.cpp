@@ -21,7 +21,7 @@
 namespace axiscal::test {
 namespace {
 
-// A test finds axiscal-read in the build's folder.
+// Tests run the programs in the build folder, for example axiscal-read.
 const bool knows_programs = ::setenv("AXISCAL_LIBEXEC", AXISCAL_PROGRAMS, 0) == 0;
 
 struct Pipe {

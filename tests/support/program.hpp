@@ -10,7 +10,7 @@
 
 namespace axiscal::test {
 
-/// What a program left behind.
+/// Exit status and output of a program.
 struct ProgramResult {
   int status = 0;   ///< exit status; 128 + signal if a signal ended it
   std::string out;  ///< standard output
@@ -19,8 +19,8 @@ struct ProgramResult {
 
 struct ProgramInput {
   std::string stdin_text;
-  std::optional<std::size_t> file_size_limit;  ///< bytes that a file may have (RLIMIT_FSIZE)
-  std::string stdout_path;                     ///< instead of reading standard output
+  std::optional<std::size_t> file_size_limit;  ///< largest file [bytes] (RLIMIT_FSIZE)
+  std::string stdout_path;                     ///< if set, the file for standard output
 };
 
 /// @return path of the command `axiscal`.
@@ -30,7 +30,7 @@ struct ProgramInput {
 [[nodiscard]] ProgramResult run_axiscal(const std::vector<std::string>& arguments,
                                         const ProgramInput& input = {});
 
-/// A folder of its own, removed at the end of the test.
+/// A temporary folder that is removed at the end of the test.
 class ScratchFolder {
  public:
   ScratchFolder();
@@ -43,7 +43,7 @@ class ScratchFolder {
   /// Writes a file and returns its path.
   std::string write(const std::string& name, const std::string& content) const;
 
-  /// @return how many files there are.
+  /// @return the number of files in the folder.
   [[nodiscard]] std::size_t file_count() const;
 
  private:
@@ -54,7 +54,7 @@ class ScratchFolder {
 
 [[nodiscard]] nlohmann::json read_json(const std::string& path);
 
-/// The cells of a CSV text without quotes: the header and the rows.
+/// @return the cells of a CSV text without quotes. The first row is the header.
 [[nodiscard]] std::vector<std::vector<std::string>> csv_cells(const std::string& text);
 
 }  // namespace axiscal::test

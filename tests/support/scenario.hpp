@@ -10,20 +10,20 @@
 
 namespace axiscal::test {
 
-/// An accelerometer in volts with known coefficients, gravity in g.
+/// An accelerometer in volts with known coefficients. The field is gravity in g.
 [[nodiscard]] SensorModel accelerometer_truth();
 
-/// Any response with axes "x", "y", "z", "a3", ...
+/// A sensor with any response. Its axes are "x", "y", "z", "a3", ...
 [[nodiscard]] SensorModel truth_of(const LinearResponse& response,
                                    const std::string& kind = "generic");
 
-/// The experiment that calibrates a truth: its instrument and field.
+/// @return an experiment with the instrument and the field of a truth.
 [[nodiscard]] Experiment experiment_for(const SensorModel& truth);
 
-/// The nominal cube, each of whose normals is known by so much [rad] any way.
+/// The nominal cube. Each normal has the standard uncertainty `u` [rad] in both directions.
 [[nodiscard]] Positioner uncertain_cube(double u);
 
-/// What is simulated: a design, its replicates, the table's slope and the noise.
+/// Parameters of a simulated run: design, replicates, slope of the table, noise.
 struct Run {
   int points = 12;
   int replicates = 1;
@@ -34,7 +34,7 @@ struct Run {
 
 [[nodiscard]] Observations observe(const SensorModel& truth, const Run& run);
 
-/// The observations as an observations file.
+/// @return simulated readings as the text of a readings file.
 [[nodiscard]] std::string observations_text(const SensorModel& truth, const Run& run);
 
 }  // namespace axiscal::test

@@ -23,9 +23,9 @@ using testing::ElementsAre;
 using testing::HasSubstr;
 
 constexpr double noise_of_run = 1e-4;
-constexpr double t_of_5_degrees = 2.570582;  // Student's t for 95 %
+constexpr double t_of_5_degrees = 2.570582;  // Student's t for 95 % and 5 degrees of freedom
 
-// A run of several replicates with stated uncertainties, without the scatter between its blocks.
+// A record with stated uncertainties and without the scatter between its blocks.
 Calibration record_with_budget(int replicates = 4) {
   const SensorModel truth = test::accelerometer_truth();
   Experiment experiment = test::experiment_for(truth);
@@ -101,7 +101,7 @@ TEST(BudgetOfAnAttitude, HasTheAnglesAsItsValues) {
   }
 }
 
-// Near the vertical the yaw is given, and not the roll.
+// Near the vertical the budget has the yaw and not the roll.
 TEST(BudgetOfAnAttitude, HasAYawIfTheNoseIsUp) {
   const Calibration& record = the_budgeted_record();
   const std::map<std::string, AttitudeQuantity> all =
@@ -146,7 +146,7 @@ TEST(PartsOfAnAttitudeBudget, AreTheFitAloneWithoutABudget) {
   EXPECT_THAT(budget.sources, ElementsAre("fit", "reading"));
 }
 
-// The angle of x with the horizontal changes by 1 / (F cos(pitch)) with the field along x.
+// d pitch / d f_x = 1 / (F cos(pitch)).
 TEST(PartsOfAnAttitudeBudget, HaveTheReadingsScatterByTheInverse) {
   const Calibration& record = the_budgeted_record();
   const Eigen::Matrix3d inverse = Eigen::Matrix3d(record.sensor.response.sensitivity).inverse();
@@ -161,7 +161,8 @@ TEST(PartsOfAnAttitudeBudget, HaveTheReadingsScatterByTheInverse) {
   }
 }
 
-// Each stated source by its own covariance, through derivatives of the closed formulas.
+// The part of each source is computed from its covariance by the derivatives of the closed
+// formulas.
 TEST(PartsOfAnAttitudeBudget, HaveEachSourceByItsCovariance) {
   const Calibration& record = the_budgeted_record();
   const Eigen::Matrix3d inverse = Eigen::Matrix3d(record.sensor.response.sensitivity).inverse();
@@ -209,7 +210,7 @@ TEST(PartsOfAnAttitudeBudget, HaveTheMagnitudeInComponentsOnly) {
   }
 }
 
-// A reading that is taken later is of another block.
+// A reading that is taken later belongs to another block, so the scatter between blocks is added.
 TEST(PartsOfAnAttitudeBudget, HaveALaterBlockIfBlocksScatter) {
   Calibration record = the_budgeted_record();
   const Eigen::Vector3d f = field_at_deg(record.sensor, 25.0, -50.0);
@@ -272,7 +273,8 @@ TEST(BudgetOfAnAttitude, ScalesComponentsWithTheUnit) {
   }
 }
 
-// The arctangent knows a steep pitch as well as any other; the arcsine does not.
+// By atan2 the uncertainty of the pitch is the same at every pitch. By asin it grows near the
+// vertical.
 TEST(BudgetOfAnAttitude, IsAsGoodEverywhereByTheArctangent) {
   Calibration record = the_budgeted_record();
   record.fit.uncertainty.reset();
@@ -295,7 +297,8 @@ TEST(BudgetOfAnAttitude, IsAsGoodEverywhereByTheArctangent) {
   }
 }
 
-// y and z turned over are the other convention. No angle and no uncertainty changes.
+// A change of the signs of y and z gives the other axis convention. Angles and their uncertainties
+// stay the same.
 TEST(BudgetOfAnAttitude, IsTheSameInEitherConvention) {
   const Calibration& record = the_budgeted_record();
   Calibration down = record;
@@ -327,11 +330,12 @@ TEST(BudgetOfAnAttitude, GrowsWithTheNoiseThatIsStated) {
   EXPECT_NEAR(part_of(loud, "pitch_deg", "reading") / part_of(quiet, "pitch_deg", "reading"), 100.0,
               0.1);
   EXPECT_NEAR(part_of(loud, "pitch_deg", "fit") / part_of(quiet, "pitch_deg", "fit"), 1.0, 1e-3);
-  // Stated noise is known well: a result that is mostly noise has a normal's factor.
+  // A stated noise has infinite degrees of freedom, so if it dominates the coverage factor is 1.96.
   EXPECT_NEAR(by_name(loud).at("pitch_deg").uncertainty.coverage_factor, 1.96, 0.001);
 }
 
-// A steeper scale needs more care with the temperature; the reference counts if none is stated.
+// If no temperature is given, the reference temperature is used. An uncertain temperature makes u
+// larger.
 TEST(BudgetOfAnAttitude, TakesTheReferenceTemperatureIfNoneIsStated) {
   Calibration record = the_budgeted_record();
   record.sensor.temperature = TemperatureResponse{.spans = {{.reference = 20.0}},
@@ -351,7 +355,7 @@ TEST(BudgetOfAnAttitude, TakesTheReferenceTemperatureIfNoneIsStated) {
 
 // ---- Monte Carlo ----
 
-// With many degrees of freedom the propagation is linear, and both agree.
+// With many degrees of freedom Monte Carlo and linear propagation agree.
 TEST(MonteCarloOfAnAttitude, AgreesWithTheLinearPropagation) {
   Calibration record = the_budgeted_record();
   record.fit.statistics->degrees_of_freedom.setConstant(1000.0);
@@ -387,7 +391,7 @@ TEST(MonteCarloOfAnAttitude, IsTheSameForTheSameSeed) {
   EXPECT_NEAR(sd(3) / sd(4), 1.0, 0.2);
 }
 
-// Few degrees of freedom widen the drawn interval as Student's t says.
+// With five degrees of freedom the simulated interval has the width of Student's t.
 TEST(MonteCarloOfAnAttitude, HasTheTailsOfStudentsT) {
   Calibration record = the_budgeted_record();
   record.fit.uncertainty.reset();
@@ -442,7 +446,7 @@ TEST(BudgetOfAnAttitude, NeedsThreeAxesAndAField) {
   EXPECT_EQ(complaint(the_budgeted_record()), "accepted");
 }
 
-// A refused record can still be looked at: a budget is no result to rest on.
+// A budget may be computed for a refused record. Only Reducer rejects it.
 TEST(BudgetOfAnAttitude, IsThereForARefusedRecord) {
   Calibration refused = the_budgeted_record();
   refused.findings.status = CalibrationStatus::refused;

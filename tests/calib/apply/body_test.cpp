@@ -29,7 +29,8 @@ const Calibration& the_record() {
   return one;
 }
 
-// A sensor that is turned in its model, and what it reads there.
+// A sensor that is mounted in a model with a rotation, and its readings at an attitude of the
+// model.
 struct Model {
   Eigen::Matrix3d model_from_sensor = rotation_by(Eigen::Vector3d(0.2, -0.3, 0.5));
   double noise = 0.0;
@@ -76,7 +77,7 @@ TEST(BodyRotation, IsFoundByAttitudes) {
   EXPECT_NEAR(reading["roll_deg"], -7.0, 1e-9);
 }
 
-// A table that slopes by 5 mrad is turned out by headings half a turn apart.
+// The table slopes by 5 mrad. The mean over headings that are half a turn apart removes the slope.
 TEST(BodyRotation, IsFoundByFlatFaces) {
   const Model model;
   std::vector<ReferenceReading> all;
@@ -119,8 +120,7 @@ TEST(BodyRotation, RefusesReferencesThatContradictWhatIsStated) {
   }
 }
 
-// What is not known of the calibration cancels at the references themselves (method.md, section
-// 11).
+// The error of the calibration cancels at the attitudes of the references (method.md, section 11).
 TEST(BodyRotation, SharesTheCalibrationsErrorWithItsUse) {
   const Model model;
   const BodyRotation body = find_body_rotation(
@@ -130,7 +130,8 @@ TEST(BodyRotation, SharesTheCalibrationsErrorWithItsUse) {
     return in_model.fit.statistics->covariance.diagonal().sum();
   };
   EXPECT_LT(variance(true), variance(false));
-  // Of another record it counts as independent: more than the calibration alone.
+  // With another record the errors are independent, so the variance is larger than that of the
+  // calibration.
   EXPECT_GT(variance(false), the_record().fit.statistics->covariance.diagonal().sum());
 }
 
@@ -149,11 +150,12 @@ TEST(BodyRotation, ATareSetsTwoAnglesAndItsRange) {
   ReferenceReading far = slipped.at(30, 0);
   far.attitude.reset();
   EXPECT_THROW(static_cast<void>(tared(the_record(), body, {far})), RefusedError);
-  far.flat = Face::minus_z;  // one heading of a table that may slope
+  far.flat = Face::minus_z;  // one heading does not remove the slope of the table
   EXPECT_THROW(static_cast<void>(tared(the_record(), body, {far})), RefusedError);
 }
 
-// A mounting by eye is known to a degree; with another record nothing cancels.
+// Without references the turn about the vertical has an uncertainty of 1 degree. If the record is
+// another one, no error cancels.
 TEST(BodyRotation, ATareAloneLeavesTheTurnAboutTheVertical) {
   const Model model{.model_from_sensor = rotation_by(Eigen::Vector3d(0.01, -0.02, 0.0))};
   const BodyRotation body = tared(the_record(), {}, {model.at(0, 0)});
@@ -212,7 +214,7 @@ TEST(CompareRotations, TellsASlip) {
       compare_rotations(before, find_body_rotation(the_record(), slipped.at_all(attitudes)));
   EXPECT_LT(change.p_value, 1e-6);
   EXPECT_NEAR(change.turn_rad.y(), 0.005, 5.0 * change.u_rad.y());
-  // Of the same record its error is in both alike.
+  // If both rotations have the same record, its error is common and cancels.
   BodyRotation once = before;
   once.record_sha256 = "a";
   BodyRotation more = once;

@@ -93,7 +93,7 @@ TEST(ConversionOfGravity, GoesByTheGravityOfThePlace) {
   EXPECT_EQ(to_g.magnitude, 1.0);
 }
 
-// A reading of 1 g of the calibration's place is less than 1 g in a place of stronger gravity.
+// 1 g at the place of the calibration is less than 1 g at a place of stronger gravity.
 TEST(ConversionOfGravity, GoesFromOnePlaceToAnother) {
   const FieldThere there{.gravity_m_s2 = gravity_there};
   const FieldConversion g_to_g = field_conversion(gravity_in_g(), "g", there);
@@ -125,13 +125,13 @@ TEST(UncertaintyOfConversion, IsThatOfTheFieldInItsUnit) {
   const double here_u = 1e-3 / gravity_here;
   FieldDescription in_g = gravity_in_g();
   in_g.local_gravity_u = 1e-3;
-  // In g of the place it is exact; in SI units it has the uncertainty of gravity.
+  // In g the local field is exact; in m/s^2 it has the uncertainty of local gravity.
   EXPECT_EQ(field_conversion(in_g, "g").component_u, 0.0);
   EXPECT_NEAR(field_conversion(in_g, "m/s^2").component_u, here_u, 1e-15);
   EXPECT_NEAR(field_conversion(gravity_in_si(1e-3), "").component_u, here_u, 1e-15);
   EXPECT_EQ(field_conversion(gravity_in_si(1e-3), "g").component_u, 0.0);
   EXPECT_NEAR(field_conversion(field_in_nanotesla(96.0), "uT").component_u, 2e-3, 1e-15);
-  // In the field of the calibration the ratio to F is exact.
+  // At the place of the calibration the ratio of a component to F has no uncertainty.
   for (const FieldConversion& here :
        {field_conversion(in_g, "m/s^2"), field_conversion(gravity_in_si(1e-3), "g"),
         field_conversion(field_in_nanotesla(96.0), "uT")}) {
@@ -149,7 +149,7 @@ TEST(UncertaintyOfConversion, ElsewhereIsThatOfBothPlaces) {
   const FieldConversion to_si = field_conversion(gravity_in_si(1e-3), "m/s^2", there);
   EXPECT_NEAR(to_si.component_u, here_u, 1e-15);
   EXPECT_NEAR(to_si.ratio_u, std::hypot(here_u, there_u), 1e-15);
-  // The same place, stated again, adds no uncertainty.
+  // If the place of the readings is the place of the calibration, no uncertainty is added.
   const FieldConversion again = field_conversion(
       gravity_in_si(1e-3), "g", {.gravity_m_s2 = gravity_here, .gravity_u_m_s2 = 5.0});
   EXPECT_EQ(again.component_u, 0.0);
@@ -198,7 +198,7 @@ TEST(ConvertedRecord, ReadsTheSameInItsNewUnit) {
   }
 }
 
-// Standard uncertainties go with the unit: a sensitivity's by 1 / factor, a bias's not at all.
+// Standard uncertainties of sensitivities are divided by the factor; those of biases do not change.
 TEST(ConvertedRecord, HasItsCovariancesInTheNewUnit) {
   const Calibration record = record_in_si();
   const FieldConversion conversion = field_conversion(record.sensor.field, "m/s^2");
@@ -244,7 +244,7 @@ TEST(ConvertedRecord, ComesBack) {
 TEST(FrameOfTheAssembly, TurnsFieldsAndTheirCovariances) {
   Calibration record = record_in_si(4);
   record.fit.conditions = {};  // one block
-  // Sensitivities along x are known less well than the others.
+  // The variances of the sensitivities along x are made larger.
   for (const Eigen::Index i : {1, 5, 9}) {
     record.fit.statistics->covariance(i, i) *= 25.0;
   }
@@ -280,7 +280,7 @@ TEST(FrameOfTheAssembly, TakesMirroredMountsAndSecondFields) {
   EXPECT_EQ(turned.sensor.response.sensitivity.col(2), -record.sensor.response.sensitivity.col(2));
   EXPECT_MATRIX_NEAR(turned.sensor.also[0].sensitivity, 1e-3 * mirror, 1e-18);
   EXPECT_EQ(turned.sensor.response.bias, record.sensor.response.bias);
-  // The sign of a covariance of x with y changes; variances stay.
+  // A covariance of x with y changes its sign; variances do not change.
   const Eigen::MatrixXd& C = record.fit.statistics->covariance;
   const Eigen::MatrixXd& D = turned.fit.statistics->covariance;
   EXPECT_MATRIX_NEAR(D.diagonal(), C.diagonal(), 1e-22);
@@ -353,7 +353,8 @@ TEST(ReducedSingleAxis, HasNoAngleForKindsWithoutOne) {
   EXPECT_FALSE(reduced.clamped);
 }
 
-// A bias of method bias holds the field: there is a difference, and no angle.
+// Biases of method bias include the effect of the field, so an axis has a difference of components
+// and no angle.
 TEST(ReducedSingleAxis, HasNoAngleIfTheBiasHoldsTheField) {
   SensitivityMatrix S(1, 3);
   S << 0.0, 0.0, 2.0;
@@ -383,7 +384,7 @@ TEST(ReducedSingleAxis, FollowsItsTemperature) {
   EXPECT_NEAR(reducer.reduce_axis(1, second, t).component, -0.25, 1e-14);
   EXPECT_FALSE(reducer.reduce_axis(0, first, t).extrapolated);
   EXPECT_TRUE(reducer.reduce_axis(0, first, SensorTemperature({10.0, 41.0})).extrapolated);
-  // Without a temperature the reference counts.
+  // Without a temperature the reference temperature is used.
   EXPECT_NEAR(reducer.reduce_axis(0, sensor.response.bias(0) + 1.0).component, 0.5, 1e-14);
 }
 
@@ -419,12 +420,12 @@ TEST(ClosedBySunsLength, SeesTheSideThatTheOrderOfAxesTells) {
   ASSERT_GT(f.dot(across), 0.0);
   const Eigen::VectorXd v = sensor.response.at(f);
   EXPECT_MATRIX_NEAR(Reducer(sensor).closed_field(v(0), v(1)).in_sensor, f, 1e-12);
-  // With the axes exchanged it is the mirror image across their plane.
+  // Exchanged axes give the field's mirror image across the plane of the axes.
   const Eigen::Vector3d mirrored = f - 2.0 * f.dot(across) * across;
   EXPECT_MATRIX_NEAR(Reducer(exchanged).closed_field(v(1), v(0)).in_sensor, mirrored, 1e-12);
 }
 
-// The closed field has the length F and gives the readings back.
+// The closed field has the length F and reproduces the readings.
 TEST(ClosedBySunsLength, HasTheLengthOfTheFieldAndItsReadings) {
   const SensorModel sensor = sensor_of_axes(two_photodiodes(), "optical");
   RandomStream random(8);
@@ -437,7 +438,7 @@ TEST(ClosedBySunsLength, HasTheLengthOfTheFieldAndItsReadings) {
       EXPECT_NEAR(closed.in_sensor.norm(), magnitude, 1e-12);
       EXPECT_FALSE(closed.clamped);
     }
-    // Axes that see more than F leave no third component.
+    // If the two components already exceed F, the third component is 0 and the result is clamped.
     const Reducer::ClosedField bright = reducer.closed_field(5.0, 5.0);
     EXPECT_TRUE(bright.clamped);
     EXPECT_GT(bright.in_sensor.norm(), magnitude);
@@ -471,7 +472,7 @@ TEST(ClosedBySunsLength, NeedsTwoAxesThatAreNotParallelOfASunSensor) {
   EXPECT_THAT(
       test::complaint_of<DomainError>([&] { static_cast<void>(one.closed_field(0.1, 0.2)); }),
       HasSubstr("needs two axes"));
-  // If its biases hold the light, the field does not close.
+  // If the biases include the effect of the light, the third component cannot be computed.
   Calibration record;
   record.sensor = sensor_of_axes(two_photodiodes(), "optical");
   EXPECT_TRUE(Reducer(record).completes_third_component());
@@ -526,7 +527,8 @@ TEST(ReducedFields, OfRowsFollowEachAxissTemperature) {
                DomainError);
 }
 
-// Six photodiodes, one behind each face: three see the light, and the others read their bias.
+// Six photodiodes, one on each face: three are lit, and the readings of the others are their
+// biases.
 TEST(ReducedFields, OfOneSidedAxesComeFromThoseThatSeeTheLight) {
   SensitivityMatrix S(6, 3);
   for (Eigen::Index k = 0; k < 6; ++k) {

@@ -25,7 +25,8 @@ constexpr double reading_sd = 3e-4;
 constexpr double parameter_sd = 1e-4;
 constexpr double many_degrees = 1e6;
 
-// A record of a sensor whose parameters scatter by about `parameter_sd`, all together.
+// A record of a sensor. Its parameters have random, correlated errors with standard deviations of
+// about `size`.
 Calibration record_with_scatter(const SensorModel& sensor,
                                 std::uint64_t seed,
                                 double size = parameter_sd) {
@@ -52,7 +53,7 @@ Calibration record_with_scatter(const SensorModel& sensor,
   return record;
 }
 
-// The same with parameters that are as good as exact.
+// A record with negligible uncertainties of the parameters.
 Calibration exact_record(const SensorModel& sensor) {
   return record_with_scatter(sensor, 1, 1e-12);
 }
@@ -64,7 +65,7 @@ std::vector<double> reading_in(const SensorModel& sensor,
   return {v.begin(), v.end()};
 }
 
-// How the readings of m axes change with 4 m parameters: 1, f_x, f_y, f_z.
+// @return the derivatives of the m readings by the 4 m parameters, m x 4m.
 Eigen::MatrixXd change_by_bias_and_sensitivity(Eigen::Index m, const Eigen::Vector3d& f) {
   Eigen::MatrixXd B = Eigen::MatrixXd::Zero(m, 4 * m);
   for (Eigen::Index k = 0; k < m; ++k) {
@@ -73,7 +74,7 @@ Eigen::MatrixXd change_by_bias_and_sensitivity(Eigen::Index m, const Eigen::Vect
   return B;
 }
 
-// The covariance of the readings' errors: that of the parameters, and of the noise.
+// @return the covariance of the readings' errors: the parameters' part and the noise.
 Eigen::MatrixXd covariance_of_errors(const Calibration& record, const Eigen::Vector3d& f) {
   const FitStatistics& statistics = *record.fit.statistics;
   const Eigen::MatrixXd B =
@@ -103,7 +104,7 @@ SensorModel four_axes() {
   return test::truth_of(response, "generic");
 }
 
-// A sensor that also answers to gravity, with temperature terms of order 2.
+// A sensor with a sensitivity to gravity and with temperature terms of order 2.
 SensorModel sensor_with_all_terms() {
   SensorModel sensor = test::accelerometer_truth();
   sensor.instrument.kind = "gyroscope";
@@ -120,7 +121,7 @@ SensorModel sensor_with_all_terms() {
   return sensor;
 }
 
-// The numbers of a sensor in the order of its parameters' names.
+// Pointers to the sensor's numbers, in the order of its parameter names.
 std::vector<double*> places_of_parameters(SensorModel& sensor) {
   std::vector<double*> places;
   for (Eigen::Index k = 0; k < sensor.response.bias.size(); ++k) {
@@ -173,7 +174,8 @@ TEST(ChangeWithParameters, IsTheDerivativeOfTheReading) {
   }
 }
 
-// Without a temperature and without up the reading is that at the reference, of the field alone.
+// If neither a temperature nor the direction of gravity is given, the reading depends on biases and
+// sensitivities only.
 TEST(ChangeWithParameters, LeavesOutWhatIsNotTold) {
   const Calibration record = record_with_scatter(sensor_with_all_terms(), 3);
   const Eigen::Vector3d f(0.4, -0.6, 0.7);
@@ -250,7 +252,8 @@ TEST(UncertaintyOfAngles, FollowsFromTheComponents) {
   }
 }
 
-// Readings with drawn errors, by sensors with drawn parameters, reduced with the record.
+// Readings with random errors, of sensors with random parameters, are reduced with the record. The
+// stated uncertainty is the spread of the results.
 TEST(UncertaintyOfReadings, IsTheSpreadOfDrawnSensors) {
   const Calibration record = record_with_scatter(test::accelerometer_truth(), 7, 3e-4);
   const FitStatistics& statistics = *record.fit.statistics;
@@ -344,13 +347,13 @@ TEST(NoiseOfReadings, IsTheResolutionIfThatIsCoarser) {
     return ReadingPropagation(record, reducer, noise).field_covariance(v);
   };
   const Eigen::Matrix3d inverse = Eigen::Matrix3d(record.sensor.response.sensitivity).inverse();
-  constexpr double step = 0.01;  // 2.9e-3: more than any axis scatters
+  constexpr double step = 0.01;  // step / sqrt(12) = 2.9e-3, more than the noise of any axis
   EXPECT_MATRIX_NEAR(covariance({.resolution = step}),
                      step * step / 12.0 * inverse * inverse.transpose(), 1e-11);
   EXPECT_MATRIX_NEAR(covariance({.resolution = reading_sd}), covariance({}), 1e-16);
 }
 
-// u_t moves a reading by (b' + s' S f) u_t.
+// The error u_t of the temperature changes a reading by (b' + s' S f) u_t.
 TEST(NoiseOfReadings, GrowsWithThatOfTheTemperature) {
   SensorModel sensor = test::accelerometer_truth();
   sensor.temperature = TemperatureResponse{.spans = {{.reference = 20.0}},
@@ -377,7 +380,8 @@ TEST(NoiseOfReadings, GrowsWithThatOfTheTemperature) {
                      1e-6 * expected.norm());
 }
 
-// Scatter of few readings has Student's factor; a stated one a normal's.
+// If the noise is the scatter of few readings, the factor is Student's t. If the noise is stated,
+// the factor is that of a normal distribution.
 TEST(NoiseOfReadings, HasTheDegreesOfFreedomOfItsSource) {
   Calibration record = exact_record(test::accelerometer_truth());
   record.fit.statistics->degrees_of_freedom = Eigen::Vector3d::Constant(4.0);
@@ -457,7 +461,8 @@ TEST(MagnitudeOfTheField, CountsInComponentsAndNotInAngles) {
   EXPECT_NEAR(with.residual, without.residual, 1e-6 * without.residual);
 }
 
-// Elsewhere F is less well known: pitch changes by tan(pitch) dF / F, roll does not.
+// At another place F is less certain. The pitch changes by tan(pitch) dF / F, and the roll does not
+// change.
 TEST(MagnitudeOfTheField, ElsewhereCountsInResidualAndPitch) {
   const Calibration record = record_with_scatter(test::accelerometer_truth(), 12);
   const Reducer reducer(record);
@@ -482,7 +487,7 @@ TEST(MagnitudeOfTheField, ElsewhereCountsInResidualAndPitch) {
                      covariance_here + component_u * component_u * f * f.transpose(), 1e-12);
 }
 
-// Results in another unit have uncertainties in that unit; angles stay.
+// Uncertainties are in the unit of the results. Those of angles do not change.
 TEST(MagnitudeOfTheField, ScalesUncertaintiesWithTheUnit) {
   const Calibration record = record_with_scatter(test::accelerometer_truth(), 13);
   constexpr double factor = 9.81;
@@ -501,7 +506,8 @@ TEST(MagnitudeOfTheField, ScalesUncertaintiesWithTheUnit) {
 
 // ---- later blocks ----
 
-// A reading in use is of another block: max(M - s^2 c, 0) of each bias and f_l^2 of sensitivities.
+// A later reading is of another block. This adds max(M - s^2 c, 0) for each bias and f_l^2 times
+// that for each sensitivity.
 TEST(LaterBlocks, AddTheScatterBetweenBlocks) {
   Calibration record = record_with_scatter(test::accelerometer_truth(), 14);
   const Eigen::VectorXd variances = record.fit.statistics->covariance.diagonal();
@@ -527,13 +533,14 @@ TEST(LaterBlocks, AddTheScatterBetweenBlocks) {
   EXPECT_MATRIX_NEAR(propagation.field_covariance(v), expected, 1e-6 * expected.norm());
   const ReducedUncertainty u = propagation.at(v);
   EXPECT_MATRIX_NEAR(u.field_in_sensor, expected.diagonal().cwiseSqrt(), 1e-8);
-  // Two degrees of freedom make the interval wide.
+  // With two degrees of freedom the coverage factor is above 3.
   EXPECT_GT(u.expanded.field_in_sensor.y() / u.field_in_sensor.y(), 3.0);
 }
 
 // ---- headings ----
 
-// The direction of up scatters too: the spread of headings by drawn directions.
+// The direction of up is uncertain too. The stated uncertainty is the spread of headings for random
+// directions of up.
 TEST(UncertaintyOfHeadings, HasTheScatterOfUp) {
   SensorModel sensor = test::accelerometer_truth();
   sensor.instrument.kind = "magnetometer";
@@ -572,7 +579,7 @@ TEST(UncertaintyOfHeadings, HasTheScatterOfUp) {
 
 // ---- fewer than three axes ----
 
-// One inclinometer axis whose parameters have independent errors of one size.
+// An inclinometer with one axis. The errors of its parameters are independent and equally large.
 Calibration record_of_one_axis() {
   LinearResponse response{.bias = Eigen::VectorXd::Constant(1, 0.1),
                           .sensitivity = SensitivityMatrix(1, 3)};
@@ -582,7 +589,8 @@ Calibration record_of_one_axis() {
   return record;
 }
 
-// The length of the field is F, so independent errors of S count alike in every attitude.
+// The field has the length F, so equal and independent errors of S have the same effect in every
+// attitude.
 TEST(UncertaintyOfOneAxis, IsThatOfBiasNoiseAndAFieldOfLengthF) {
   const Calibration record = record_of_one_axis();
   const Reducer reducer(record);
@@ -598,7 +606,8 @@ TEST(UncertaintyOfOneAxis, IsThatOfBiasNoiseAndAFieldOfLengthF) {
   }
 }
 
-// cos(angle) = 1 - u / F: near the vertical an angle is known to sqrt(2 u / F).
+// Near the vertical the cosine of the angle's error is 1 - u / F, so the uncertainty of the angle
+// is sqrt(2 u / F).
 TEST(UncertaintyOfOneAxis, OfAVerticalAxisIsAnAngleAtThePole) {
   const Calibration record = record_of_one_axis();
   const Reducer reducer(record);
@@ -626,7 +635,8 @@ TEST(UncertaintyOfOneAxis, GrowsWithTheFieldsThere) {
 
 // ---- directions ----
 
-// Of equal axes it is k sigma / (S F) in every direction.
+// If the axes have equal noise, the uncertainty of the direction is k sigma / (S F) for every
+// direction.
 TEST(UncertaintyOfDirections, IsTheSameAllRoundForEqualAxes) {
   SensorModel sensor = test::accelerometer_truth();
   sensor.response.sensitivity = 2.0 * Eigen::Matrix3d::Identity();
@@ -642,7 +652,7 @@ TEST(UncertaintyOfDirections, IsTheSameAllRoundForEqualAxes) {
   }
 }
 
-// A noisy axis counts unless the field points along it.
+// A noisy axis affects the direction unless the field is parallel to it.
 TEST(UncertaintyOfDirections, IsThatOfTheWorstAxisAcrossTheField) {
   SensorModel sensor = test::accelerometer_truth();
   sensor.response.sensitivity = 2.0 * Eigen::Matrix3d::Identity();

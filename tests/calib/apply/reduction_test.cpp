@@ -30,7 +30,7 @@ SensorModel truth_with_axes(int m, const std::string& kind) {
   return test::truth_of(response, kind);
 }
 
-// A matrix gives the fields of single readings, for each kind of record.
+// A matrix of readings gives the same fields as the readings one by one.
 TEST(Reducer, ReducesMatricesAsSingleReadings) {
   SensorModel warm = truth_with_axes(4, "generic");
   warm.temperature = TemperatureResponse{.spans = {{.reference = 20.0, .low = -10.0, .high = 50.0}},
@@ -93,11 +93,11 @@ TEST(Reducer, WeighsSpareAxesByTheirScatter) {
   SensorModel& truth = record.sensor;
   truth.response.sensitivity.setZero();
   truth.response.sensitivity.topRows<3>().setIdentity();
-  truth.response.sensitivity(3, 0) = 1.0;  // a second x, three times as noisy
+  truth.response.sensitivity(3, 0) = 1.0;  // a second axis along x, with three times the noise
   truth.response.bias.setZero();
   record.fit.statistics = FitStatistics{.residual_sd = Eigen::Vector4d(1.0, 1.0, 1.0, 3.0)};
   const ReducedReading reduced = Reducer(record).reduce(std::array{1.0, 0.0, 0.0, 2.0});
-  // Weights 1 and 1/9: (1 + 2/9) / (1 + 1/9).
+  // The weights are 1 and 1/9, so the mean is (1 + 2/9) / (1 + 1/9).
   EXPECT_NEAR(reduced.field_in_sensor.x(), 1.1, 1e-15);
 }
 
@@ -109,7 +109,7 @@ TEST(Reducer, GivesAnglesForEachKind) {
   EXPECT_NEAR(reduced.derived.values[0], 30.0, 1e-12);
   EXPECT_NEAR(reduced.derived.values[1], 0.0, 1e-12);
   EXPECT_TRUE(std::isnan(reduced.derived.values[2]));
-  // Elsewhere gravity is stronger, and the same reading means less pitch.
+  // If gravity is stronger at the place of the reading, the same reading gives a smaller pitch.
   const ReducedReading elsewhere = Reducer(truth, {.magnitude = 1.002}).reduce({v.data(), 3});
   EXPECT_NEAR(elsewhere.residual, -0.002, 1e-14);
   EXPECT_NEAR(elsewhere.derived.values[0], std::asin(0.5 / 1.002) * deg_per_rad, 1e-12);
@@ -133,7 +133,8 @@ TEST(Reducer, GivesEachAxisWithFewerThanThree) {
   }
 }
 
-// A sun sensor of two axes: where the sun is follows from what they see and that it is in front.
+// A sun sensor with two axes. The third component follows from the length of the field, because the
+// sun is in front of the sensor.
 TEST(Reducer, ClosesTwoAxesOfASunSensorByTheMagnitude) {
   SensorModel truth = truth_with_axes(2, "optical");
   const Reducer reducer(truth);
@@ -223,7 +224,7 @@ TEST(ReduceCsv, CopiesCellsAndAppendsResults) {
   EXPECT_TRUE(reduced.text.find("\" q,1\" , ") != std::string::npos) << "cells stay as they are";
   EXPECT_EQ(reduced.text.back(), '\n');
   EXPECT_EQ(reduced.text.find('\r'), std::string::npos);
-  const std::vector<std::string>& cells = rows[1];  // the quoted comma makes one cell more
+  const std::vector<std::string>& cells = rows[1];  // one cell more by the quoted comma
   EXPECT_NEAR(std::stod(cells[7]), 1.0, 1e-15);
   EXPECT_EQ(cells[11], "") << "no yaw";
   EXPECT_EQ(cells[12], "") << "no flag";
@@ -323,11 +324,11 @@ TEST(ReduceCsv, AllocatesNothingPerRow) {
   };
   const Reduced few = reduce(truth, text(1000));
   const Reduced many = reduce(truth, text(20000));
-  constexpr double per_row = 0.2;  // of the blocks that rows are taken in
+  constexpr double per_row = 0.2;  // allocations of a block, divided by its rows
   EXPECT_LT(static_cast<double>(many.allocations - few.allocations), per_row * 19000.0);
 }
 
-// Rows are reduced many at once: what each says is what it says alone.
+// Rows are reduced in groups. Each row gives the same numbers as Reducer::reduce() for its reading.
 TEST(ReduceCsv, SaysWhatSingleReadingsSay) {
   RandomStream random(47);
   for (const std::string kind : {"accelerometer", "magnetometer", "generic"}) {
@@ -366,7 +367,7 @@ TEST(ReduceCsv, SaysWhatSingleReadingsSay) {
   }
 }
 
-// Blocks of lines are reduced on all cores, rows with quotes where they are read.
+// The output by parallel blocks is identical to the output row by row.
 TEST(ReduceCsv, GivesTheSameAsRowByRow) {
   const SensorModel truth = accelerometer_truth();
   std::string text = "t,x,y,z\r\n";
@@ -390,7 +391,8 @@ TEST(ReduceCsv, GivesTheSameAsRowByRow) {
   EXPECT_EQ(by_rows.summary.first_unreadable_line, by_blocks.summary.first_unreadable_line);
   EXPECT_EQ(by_rows.summary.clamped, by_blocks.summary.clamped);
   EXPECT_EQ(by_rows.summary.far_from_field, by_blocks.summary.far_from_field);
-  // Of the first row that cannot be reduced its number is told, wherever it is.
+  // The error names the line of the first row that cannot be reduced, even if it is far from the
+  // start.
   const std::string late = "x,y,z\n" + [] {
     std::string rows;
     for (int i = 0; i < 100000; ++i) {

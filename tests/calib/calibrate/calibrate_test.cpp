@@ -133,7 +133,8 @@ TEST(Calibrate, SixPointsOnATiltedTableAreDeterminedButWarnedOf) {
       calibrate(experiment_for(truth), observe(truth, {.points = 6, .slope = {0.05, 0.03}}));
   EXPECT_EQ(result.fit.method, Method::joint);
   EXPECT_MATRIX_NEAR(result.sensor.response.sensitivity, truth.response.sensitivity, 1e-9);
-  // The condition goes as 1 / slope (method.md, section 4), in fact 2.9 / slope along y.
+  // The condition number is proportional to 1 / slope (method.md, section 4). Here it is 2.9 /
+  // slope along y.
   EXPECT_NEAR(result.fit.statistics->condition_number * 0.03, 2.9, 0.2);
   EXPECT_THAT(codes(result), Contains("ill_conditioned"));
 }
@@ -151,7 +152,8 @@ TEST(Calibrate, SevenPointsAreDeterminedOnALevelTable) {
   EXPECT_EQ(result.fit.statistics->observations, 7);
   EXPECT_EQ(result.fit.method, Method::joint);
   EXPECT_MATRIX_NEAR(result.sensor.response.sensitivity, truth.response.sensitivity, 1e-11);
-  // method.md, section 4: turning one of the six round brings the condition to 4.5.
+  // The condition number is 4.5 if one of six points is repeated with the cube turned round
+  // (method.md, section 4).
   EXPECT_LT(result.fit.statistics->condition_number, 6.0);
 }
 
@@ -181,7 +183,7 @@ TEST(Calibrate, PairedLeavesOutWhatHasNoOppositeAndSaysSo) {
     used += residual.used ? 1 : 0;
   }
   EXPECT_EQ(used, 22);
-  // 11 averages, 4 coefficients, a shift between two blocks.
+  // 11 averages less 4 coefficients and one shift between two blocks.
   EXPECT_EQ(result.fit.statistics->degrees_of_freedom(0), 6.0);
 }
 
@@ -226,7 +228,7 @@ TEST_P(AnyAxes, ReturnTheTruth) {
     EXPECT_NEAR(result.fit.levelness->mean_y, -0.007, 1e-12);
     EXPECT_EQ(result.fit.residuals[0].magnitude == result.fit.residuals[0].magnitude, m >= 3)
         << "NaN for fewer than three axes";
-    // Two axes see both components only where the third axis is along the normal.
+    // For two axes both slopes can be estimated only if the third axis is along the table's normal.
     const std::size_t estimates = m >= 3 ? 12U : m == 2 ? 4U : 0U;
     EXPECT_EQ(result.fit.levelness->estimates.size(), estimates);
   }
@@ -236,7 +238,7 @@ INSTANTIATE_TEST_SUITE_P(Counts, AnyAxes, testing::Values(1, 2, 3, 4, 6));
 
 // ---- degrees of freedom and standard errors ----
 
-// A shift of each block but one is a column more.
+// Each block except one adds a column, the shift of its biases.
 TEST(Calibrate, HasTheStatedDegreesOfFreedom) {
   const SensorModel truth = accelerometer_truth();
   Experiment experiment = experiment_for(truth);
@@ -253,8 +255,8 @@ TEST(Calibrate, HasTheStatedDegreesOfFreedom) {
   EXPECT_NEAR(dof(Method::joint, 3).sum(), 3 * 36 - 14.0 - 6.0, 1e-9);
 }
 
-// method.md, section 4: for r whole designs var b = sigma^2 / 12r, var S = sigma^2 / 4rF^2.
-// In two blocks the bias's holds how they differ, and is no less.
+// For r whole designs var b = sigma^2 / 12r and var S = sigma^2 / 4rF^2 (method.md, section 4). The
+// variance of b also includes the scatter between the two blocks.
 TEST(Calibrate, HasTheStatedStandardErrors) {
   const SensorModel truth = accelerometer_truth();
   Experiment experiment = experiment_for(truth);
@@ -266,7 +268,7 @@ TEST(Calibrate, HasTheStatedStandardErrors) {
     for (Eigen::Index k = 0; k < 3; ++k) {
       const double s = statistics.residual_sd(k);
       EXPECT_GE(statistics.bias_se(k), (1.0 - 1e-4) * s / std::sqrt(24.0));
-      // The tilt that noise makes of a level table moves these by its square.
+      // The table is level, and the fitted slope is noise. Its square changes these values.
       for (Eigen::Index j = 0; j < 3; ++j) {
         EXPECT_NEAR(statistics.sensitivity_se(k, j), s / std::sqrt(8.0), 1e-4 * s);
         EXPECT_NEAR(statistics.variance_inflation(k, j), 1.0, 1e-6);
@@ -280,8 +282,8 @@ TEST(Calibrate, HasTheStatedStandardErrors) {
   }
 }
 
-// method.md, section 4: each tangent (radian) has variance 1 / (4r sum |S_k|^2 / sigma_k^2), times
-// the factor for weights that were estimated.
+// Each tangent [rad] has the variance 1 / (4r sum |S_k|^2 / sigma_k^2), multiplied by the factor
+// for estimated weights (method.md, section 4).
 TEST(Calibrate, JointStatesTheUncertaintyOfTheDirection) {
   const SensorModel truth = accelerometer_truth();
   Experiment experiment = experiment_for(truth);
@@ -302,7 +304,7 @@ TEST(Calibrate, JointStatesTheUncertaintyOfTheDirection) {
 }
 
 TEST(Calibrate, WeighsRepeatsAsTheirMean) {
-  // Three readings of one point count as one of weight 3.
+  // Three readings of one point have the effect of one reading with weight 3.
   const SensorModel truth = accelerometer_truth();
   Observations single = observe(truth, {.noise_sd = 1e-3, .seed = 8});
   Observations repeated = single;
@@ -313,7 +315,7 @@ TEST(Calibrate, WeighsRepeatsAsTheirMean) {
     reading.run = 13 + copy;
     repeated.readings.push_back(reading);
     repeated.response.conservativeResize(13 + copy, Eigen::NoChange);
-    constexpr double apart = 1e-7;  // equal rows are copies, and do not count
+    constexpr double apart = 1e-7;  // equal rows would be left out as copies
     repeated.response.row(12 + copy) =
         repeated.response.row(3).array() + (copy == 0 ? apart : -apart);
   }
@@ -333,7 +335,7 @@ TEST(Calibrate, WeighsEachAxisByItsOwnSd) {
   const SensorModel truth = accelerometer_truth();
   Observations observations = observe(truth, {.replicates = 2, .noise_sd = 1e-3, .seed = 9});
   observations.response_sd = Eigen::MatrixXd::Constant(24, 3, 0.01);
-  observations.response_sd->row(7) << 1e3, 0.01, 0.01;  // axis x of one reading counts nothing
+  observations.response_sd->row(7) << 1e3, 0.01, 0.01;  // weight of axis x in one reading: nearly 0
   Experiment experiment = experiment_for(truth);
   experiment.fit.method = Method::known;
   experiment.fit.weighting = Weighting::sd;
@@ -344,7 +346,7 @@ TEST(Calibrate, WeighsEachAxisByItsOwnSd) {
   const Calibration without = calibrate(experiment, observations);
   EXPECT_MATRIX_NEAR(weighted.sensor.response.sensitivity.row(0),
                      without.sensor.response.sensitivity.row(0),
-                     5e-6);  // of 1e-3: it counts as one
+                     5e-6);  // the noise is 1e-3
   EXPECT_MATRIX_NEAR(weighted.sensor.response.sensitivity.row(1),
                      plain.sensor.response.sensitivity.row(1), 1e-13);
   EXPECT_GT((weighted.sensor.response.sensitivity.row(0) - plain.sensor.response.sensitivity.row(0))
@@ -361,14 +363,14 @@ TEST(Calibrate, PairedAgreesWithJoint) {
   const Calibration paired = calibrate(experiment, observations);
   experiment.fit.method = Method::joint;
   const Calibration joint = calibrate(experiment, observations);
-  // method.md, section 4: up to noise x tilt.
+  // They differ by at most noise times tilt (method.md, section 4).
   EXPECT_MATRIX_NEAR(paired.sensor.response.sensitivity, joint.sensor.response.sensitivity, 5e-6);
   EXPECT_MATRIX_NEAR(paired.sensor.response.bias, joint.sensor.response.bias, 1e-6);
   EXPECT_MATRIX_NEAR(*paired.sensor.field.in_table, *joint.sensor.field.in_table, 1e-5);
 }
 
-// Readings of coarse steps repeat each other to the last digit: what rounding leaves of sums of
-// squares is no error of theirs.
+// Readings with coarse steps are equal in all digits. Rounding errors in sums of squares must not
+// become a pure error.
 TEST(Calibrate, FindsNoPureErrorInReadingsThatAreAllTheSame) {
   const SensorModel truth = accelerometer_truth();
   Experiment experiment = experiment_for(truth);
@@ -389,7 +391,7 @@ TEST(Calibrate, FindsNoPureErrorInReadingsThatAreAllTheSame) {
   }
 }
 
-// Three shifts between four blocks are taken from the pure error.
+// The three shifts between four blocks reduce the degrees of freedom of the pure error.
 TEST(Calibrate, SplitsPureErrorFromLackOfFit) {
   const SensorModel truth = accelerometer_truth();
   Experiment experiment = experiment_for(truth);
@@ -405,7 +407,7 @@ TEST(Calibrate, SplitsPureErrorFromLackOfFit) {
                 good.fit.statistics->degrees_of_freedom(0), 1e-12);
     EXPECT_NEAR(test.pure_error_sd, 1e-4, 5e-5);
     EXPECT_GT(test.p_value, 0.01);
-    // An even nonlinearity is the same in all repeats: no noise, and no linear model either.
+    // A squared term is equal in all repeats, so it is lack of fit and not pure error.
     for (double& v : observations.response.reshaped()) {
       v += 2e-3 * v * v;
     }
@@ -417,7 +419,8 @@ TEST(Calibrate, SplitsPureErrorFromLackOfFit) {
 
 // ---- fields ----
 
-// Six points say as much as the direction and the coefficients of one axis take up.
+// Six points determine the direction of the field and the coefficients of one axis, and leave no
+// degree of freedom for lack of fit.
 TEST(Calibrate, TestsNoLackOfFitByRounding) {
   LinearResponse response;
   response.bias = Eigen::VectorXd::Constant(1, 0.02);
@@ -428,7 +431,8 @@ TEST(Calibrate, TestsNoLackOfFitByRounding) {
   for (std::uint64_t seed = 1; seed <= 40; ++seed) {
     const Calibration found = calibrate(
         experiment, observe(truth, {.points = 6, .replicates = 2, .noise_sd = 2e-4, .seed = seed}));
-    // Of 12: four coefficients, two of the direction and how the blocks differ.
+    // 12 readings less four coefficients, two tangents of the direction and one shift between the
+    // blocks.
     ASSERT_EQ(found.fit.statistics->degrees_of_freedom(0), 5.0) << seed;
     const LackOfFit& test = found.fit.statistics->lack_of_fit.at(0);
     EXPECT_EQ(test.lack_of_fit_dof, 0.0) << seed;
@@ -436,7 +440,7 @@ TEST(Calibrate, TestsNoLackOfFitByRounding) {
   }
 }
 
-// What is beyond the instrument's range does not count, whatever stands there.
+// A reading outside the instrument's range is ignored, so its value does not change the result.
 TEST(Calibrate, IsTheSameWhateverStandsBeyondTheRange) {
   const SensorModel truth = accelerometer_truth();
   Experiment experiment = experiment_for(truth);
@@ -462,7 +466,7 @@ TEST(Calibrate, IsTheSameWhateverStandsBeyondTheRange) {
 
 TEST(Calibrate, TakesGravityInSiUnitsAtASite) {
   SensorModel truth = accelerometer_truth();
-  // Somigliana's formula with the WGS 84 constants at 45 degrees.
+  // Normal gravity by Somigliana's formula with the WGS 84 constants at 45 degrees.
   truth.field = {.kind = "gravity", .unit = "m/s^2", .magnitude = 9.806197769377};
   const Observations observations = observe(truth, {});
   Experiment experiment;
@@ -487,7 +491,7 @@ TEST(Calibrate, TakesACustomFieldAtAnyAngle) {
     const Observations observations = observe(truth, {});
     Experiment experiment = experiment_for(truth);
     experiment.field.magnitude.reset();
-    // A start that is rough by 40 degrees; its length is the magnitude.
+    // The start is off by 40 degrees. Its length is the magnitude of the field.
     const Eigen::Vector3d off = tangents_of(direction).col(0);
     experiment.field.in_table =
         direction.norm() *
@@ -528,7 +532,7 @@ TEST(Calibrate, TakesAFieldThatIsSetByItsLevel) {
   EXPECT_THROW(static_cast<void>(calibrate(gravity, observations)), RefusedError);
 }
 
-// What a user writes who has a field that we do not know.
+// A field class that a user of the library writes.
 class Centrifuge final : public ReferenceField {
  public:
   [[nodiscard]] Eigen::Vector3d value_in_enu() const override { return {0.0, 20.0, 9.8}; }
@@ -577,12 +581,12 @@ TEST(Calibrate, SaysWhatItTookForTheMagnitude) {
       [](const CalibrationWarning& warning) { return warning.code == WarningCode::field_length; });
   ASSERT_NE(of_length, doubtful.findings.warnings.end());
   EXPECT_THAT(of_length->message, testing::HasSubstr("state a magnitude of 1"));
-  EXPECT_EQ(doubtful.status(), CalibrationStatus::refused);  // no gravity of the Earth
+  EXPECT_EQ(doubtful.status(), CalibrationStatus::refused);  // 0.935 g is not the Earth's
   experiment.field.magnitude = 1.0;
   EXPECT_TRUE(calibrate(experiment, observations).findings.warnings.empty());
 }
 
-// Whether all opposites are there or one is lost.
+// The default method is joint, with and without a missing opposite reading.
 TEST(Calibrate, IsJointByDefault) {
   const SensorModel truth = accelerometer_truth();
   Observations observations = observe(truth, {.noise_sd = 1e-4});
@@ -768,7 +772,7 @@ TEST(Calibrate, RefusesPairsOfAFieldInTheTablesPlane) {
   EXPECT_EQ(calibrate(experiment, observations).findings.status, CalibrationStatus::ok) << "joint";
   experiment.fit.method = Method::paired;
   EXPECT_THROW(static_cast<void>(calibrate(experiment, observations)), RefusedError);
-  // Nor where it is stated to lie along the normal and does not.
+  // Method paired also fails if the field is stated along the normal and is not there.
   experiment.field.in_table = Eigen::Vector3d(0.0, 0.0, 1.0);
   EXPECT_THROW(static_cast<void>(calibrate(experiment, observations)), Error);
 }
@@ -785,8 +789,8 @@ TEST(Calibrate, RefusesAMagnitudeThatContradictsTheVector) {
   EXPECT_THROW(static_cast<void>(calibrate(experiment, observe(truth, {}))), SetupError);
 }
 
-// method.md, section 5: with m < 3 all d are fitted together, though faces are seen through
-// cross-axis terms.
+// With fewer than three axes all half differences are fitted together (method.md, section 5). The
+// cross-axis terms of the axis contribute to the slope too.
 TEST(Calibrate, FitsTheSlopeOfOneAxisFromAllDifferences) {
   LinearResponse response{.bias = Eigen::VectorXd::Constant(1, 0.1),
                           .sensitivity = SensitivityMatrix::Zero(1, 3)};
@@ -803,7 +807,7 @@ TEST(Calibrate, FitsTheSlopeOfOneAxisFromAllDifferences) {
     squares += std::pow(
         (result.fit.levelness->mean_x - 0.004) / result.fit.levelness->standard_error_x, 2);
   }
-  // The mean square of t with 10 degrees of freedom is 1.25.
+  // The mean of t^2 with 10 degrees of freedom is 10 / 8 = 1.25.
   EXPECT_NEAR(squares / runs, 1.25, 0.7);
 }
 
@@ -826,7 +830,8 @@ TEST(Calibrate, StatesTheStandardErrorOfTheMeanSlopeWithUnequalRepeats) {
     squares += std::pow(levelness.mean_x / levelness.standard_error_x, 2) +
                std::pow(levelness.mean_y / levelness.standard_error_y, 2);
   }
-  // t with 16 degrees of freedom: 1.14; 600 squares are known to 6 %.
+  // The mean of t^2 with 16 degrees of freedom is 16 / 14 = 1.14. The standard deviation of a mean
+  // of 600 squares is 6 %.
   EXPECT_NEAR(squares / (2 * runs), 1.14, 0.3);
 }
 
@@ -849,7 +854,7 @@ TEST(Calibrate, NamesTheFaceThatDisagreesAboutTheSlope) {
   const SensorModel truth = accelerometer_truth();
   Observations observations =
       observe(truth, {.slope = {0.003, 0.001}, .noise_sd = 1e-4, .seed = 6});
-  // Grit under a foot: one seat on -Y tilted by 8 mrad.
+  // Dirt under a foot tilts the cube by 8 mrad at one seat on face -Y.
   const int run = run_at(observations, {Face::minus_y, Face::plus_z});
   observations.response.row(run - 1) += Eigen::RowVector3d(0.02, 0.0, 0.0);
   for (const Method method : {Method::paired, Method::joint, Method::known}) {
@@ -863,7 +868,7 @@ TEST(Calibrate, NamesTheFaceThatDisagreesAboutTheSlope) {
     EXPECT_EQ(result.fit.levelness->suspect->point.rest(), Face::minus_y);
     EXPECT_FALSE(result.fit.levelness->consistent);
     EXPECT_LT(result.fit.levelness->p_value, 0.005);
-    // The culprit search says which of the two it is.
+    // The search for mistakes names the reading of the two that is wrong.
     EXPECT_THAT(codes(result), Contains(testing::AnyOf("tilted_seat", "outlier")));
     EXPECT_EQ(result.findings.warnings[0].runs, std::vector<int>{run});
     EXPECT_EQ(result.findings.status, CalibrationStatus::warning);
@@ -968,7 +973,7 @@ TEST(Calibrate, WarnsOfExchangedLabels) {
   }
 }
 
-// method.md, section 5: a false alarm of the levelness test in 0.5 % of good runs.
+// The levelness test gives a false alarm in 0.5 % of good runs (method.md, section 5).
 TEST(Calibrate, GoodRunsHaveNoWarning) {
   const SensorModel truth = accelerometer_truth();
   Experiment experiment = experiment_for(truth);
@@ -983,7 +988,8 @@ TEST(Calibrate, GoodRunsHaveNoWarning) {
                                               .seed = static_cast<std::uint64_t>(1000 + i)}));
     warned += result.findings.status == CalibrationStatus::ok ? 0 : 1;
   }
-  // 0.5 % by levelness and 0.1 % each by two other tests: 4.2 expected, 5 standard deviations up.
+  // Expected: 0.5 % by the levelness test and 0.1 % by each of two other tests, 4.2 runs. The limit
+  // is 5 standard deviations above.
   EXPECT_LE(warned, 14);
 }
 

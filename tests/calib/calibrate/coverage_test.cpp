@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Are the stated uncertainties true? Seeded simulations of whole calibrations.
+// Coverage of the stated uncertainties in seeded simulations of whole calibrations.
 #include <cmath>
 
 #include "axiscal/calib/calibrate.hpp"
@@ -17,7 +17,7 @@ using test::observe;
 struct Tally {
   int covered = 0;
   int all = 0;
-  double squares = 0.0;  // of errors in units of the Cramer-Rao bound
+  double squares = 0.0;  // sum of (error / Cramer-Rao bound)^2
 
   void add(double error, double half_width, double bound) {
     covered += std::abs(error) <= half_width ? 1 : 0;
@@ -47,7 +47,8 @@ TEST_P(Coverage, IsAsStatedAndTheBoundIsReached) {
   }
   constexpr double noise = 2e-4;
   constexpr int runs = 1000;
-  // method.md, section 4: sigma^2 / 12r and sigma^2 / 4r for r whole designs of 12 points.
+  // The Cramer-Rao bounds are sigma^2 / 12r and sigma^2 / 4r for r whole designs of 12 points
+  // (method.md, section 4).
   const double designs = replicates * points / 12.0;
   const double bias_bound = noise / std::sqrt(12.0 * designs);
   const double sensitivity_bound = noise / std::sqrt(4.0 * designs);
@@ -82,18 +83,19 @@ TEST_P(Coverage, IsAsStatedAndTheBoundIsReached) {
               bias.coverage(), sensitivity.coverage(),
               levelness.all > 0 ? levelness.coverage() : std::nan(""), bias.efficiency(),
               sensitivity.efficiency());
-  // 3000 and 9000 intervals, not all independent: standard deviations of 0.40 and 0.31 %.
-  // Blocks that do not differ, and readings that look correlated by chance, make biases' intervals
-  // longer than they need be.
+  // There are 3000 and 9000 intervals, which are not all independent. The standard deviations of
+  // the coverages are 0.40 and 0.31 %. The intervals of biases are too long if blocks do not differ
+  // or readings look correlated by chance.
   EXPECT_GT(bias.coverage(), 0.937);
   EXPECT_LT(bias.coverage(), 0.99);
-  // Of good runs some look as if noise depended on the field, or blocks differed, and count it.
+  // In some good runs the noise seems to depend on the field or blocks seem to differ. Their
+  // intervals are longer.
   EXPECT_GT(sensitivity.coverage(), 0.940);
   EXPECT_LT(sensitivity.coverage(), 0.975);
   if (levelness.all > 0) {
     EXPECT_NEAR(levelness.coverage(), 0.95, 0.016);
   }
-  // A variance of 3000 normals is known to 2.6 %.
+  // The standard deviation of a variance of 3000 normal numbers is 2.6 %.
   EXPECT_NEAR(bias.efficiency(), 1.0, 0.08);
   EXPECT_NEAR(sensitivity.efficiency(), 1.0, 0.05);
 }
@@ -114,7 +116,8 @@ INSTANTIATE_TEST_SUITE_P(Designs,
                                   std::to_string(test_case.param.replicates);
                          });
 
-// method.md, section 4: with the factor for estimated weights 93 % at r = 1, 95 % from r = 2.
+// With the factor for estimated weights the coverage is 93 % at r = 1 and 95 % from r = 2
+// (method.md, section 4).
 TEST(Coverage, OfTheJointDirectionIsAsTheMethodSays) {
   const SensorModel truth = accelerometer_truth();
   Experiment experiment = experiment_for(truth);

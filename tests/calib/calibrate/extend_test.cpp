@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A mistake, a cause of scatter, a method and a rule of a program's own: docs/extend.md.
+// A program adds its own mistake, cause of scatter, method and rule (docs/extend.md).
 #include <algorithm>
 #include <string>
 
@@ -15,14 +15,14 @@
 namespace axiscal {
 namespace {
 
-// How often each of the four was asked since the last reset.
+// Number of calls of each of the four since the last reset.
 struct Asked {
   int mistake = 0;
   int cause = 0;
   int method = 0;
   int rule = 0;
 };
-Asked asked;         // NOLINT: plain functions count in it
+Asked asked;         // NOLINT: plain functions change it
 bool warns = false;  // NOLINT: whether the rule warns
 
 double quick_p_of_dummy(const SuspectRun& /*run*/, const HypothesisFit& /*fit*/) {
@@ -60,7 +60,7 @@ class Extend : public testing::TestWithParam<int> {
     dummy_ = add_method({.name = "dummy", .by_pose = true, .directions_known = true}, fitted_dummy);
   }
 
-  // A good run of so many readings.
+  // A good run of `count` readings.
   [[nodiscard]] static Observations readings(int count) {
     return test::observe(test::accelerometer_truth(),
                          {.points = 12, .replicates = count / 12, .noise_sd = 2e-4, .seed = 4});
@@ -90,7 +90,7 @@ TEST_P(Extend, AsksEachOfAProgramsOwn) {
       [](const CalibrationNote& note) { return note.message == "the dummy cause was counted"; }));
 }
 
-// They change nothing in a run that does not ask for them.
+// The added method, cause and rule do not change a run of another method.
 TEST_P(Extend, LeavesOtherRunsAlone) {
   const Experiment experiment = test::experiment_for(test::accelerometer_truth());
   asked = {};

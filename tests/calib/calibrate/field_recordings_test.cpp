@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Recordings of magnetometers, accelerometers, light sensors and gyroscopes that others published,
-// with their results.
+// Published recordings of magnetometers, accelerometers, light sensors and gyroscopes, with their
+// published results.
 #include <algorithm>
 #include <cmath>
 #include <fstream>
@@ -26,7 +26,7 @@
 namespace axiscal {
 namespace {
 
-// Rows of numbers, between commas, tabs or spaces; lines with a letter in front are passed over.
+// Reads rows of numbers, separated by commas, tabs or spaces. Skips lines that begin with a letter.
 Eigen::MatrixXd read_rows(const std::string& path, Eigen::Index columns) {
   std::ifstream file(path);
   std::vector<double> numbers;
@@ -64,7 +64,7 @@ Experiment experiment_of(const std::string& instrument, const std::string& field
   return experiment;
 }
 
-// rms of |A (v - b)| / F - 1.
+// @return the root mean square of |A (v - b)| / F - 1.
 double relative_rms(const Eigen::MatrixXd& v,
                     const Eigen::Matrix3d& A,
                     const Eigen::Vector3d& b,
@@ -73,7 +73,8 @@ double relative_rms(const Eigen::MatrixXd& v,
   return std::sqrt((lengths / F - 1.0).square().mean());
 }
 
-// The same by a reading's noise, which is what method magnitude makes least: sum w (|f| - F)^2.
+// @return the root mean square of (|f| - F) / noise. Method magnitude minimises this sum, sum w
+// (|f| - F)^2.
 double weighted_rms(const Eigen::MatrixXd& v,
                     const Eigen::Matrix3d& A,
                     const Eigen::Vector3d& b,
@@ -95,7 +96,7 @@ struct Published {
   Eigen::Vector3d b;
 };
 
-// Method magnitude is no worse than what was published, and close to it.
+// Expects that the fit of method magnitude is at least as good as the published one, and near it.
 Calibration expect_as_good(const Eigen::MatrixXd& v,
                            const Experiment& experiment,
                            const Published& published,
@@ -134,7 +135,8 @@ TEST(Lsm9ds1, MagnetometerIsAsMagnetoSays) {
 TEST(Lsm9ds1, AccelerometerTurnedByHandIsAsMagnetoSaysByRobustRegression) {
   AXISCAL_NEED_DATA(path, "mag_acc_lsm9ds1_magneto/cal_a.csv");
   const Eigen::MatrixXd v = read_rows(path, 3);
-  // Magneto's author left readings with motion out by hand; bisquare does it by itself.
+  // Magneto's author removed readings during motion by hand. The bisquare regression gives them
+  // small weights.
   Experiment experiment = experiment_of("accelerometer", "gravity", 1.0);
   experiment.fit.robust = true;
   const Calibration result = calibrate(experiment, observations_of(v));
@@ -171,7 +173,8 @@ TEST(Px4, OffsetAndScaleAreThoseOfTheirUnitTest) {
     EXPECT_NEAR(result.sensor.response.bias(i), offset(i), 0.01);
     EXPECT_NEAR(A(i, i), scale(i), 0.011);
   }
-  // SOURCE.md: the diagonal ellipsoid leaves 0.011958 G, all nine parameters 0.011260.
+  // SOURCE.md: the residual of the diagonal ellipsoid is 0.011958 G, that of nine parameters
+  // 0.011260 G.
   EXPECT_LT(result.fit.orientations->fit_error * 0.36243056, 0.011270);
 }
 
@@ -223,7 +226,7 @@ struct Survey {
 Survey read_survey(const std::string& path) {
   std::string text = test::read_file(path);
   for (std::size_t at = text.find("NaN"); at != std::string::npos; at = text.find("NaN", at)) {
-    text.replace(at, 3, "0.0");  // unused places at the end
+    text.replace(at, 3, "0.0");  // values at the end that are not used
   }
   const nlohmann::json json = nlohmann::json::parse(text);
   Survey survey;
@@ -254,7 +257,8 @@ Survey read_survey(const std::string& path) {
   return survey;
 }
 
-// The axis about which the instrument was only rolled: the field's part along it stays the same.
+// @return the axis about which the instrument was rolled. The field's component along it is
+// constant.
 Eigen::Vector3d roll_axis(const Eigen::MatrixXd& fields) {
   Eigen::Matrix3d scatter = Eigen::Matrix3d::Zero();
   for (const int first : {8, 16}) {
@@ -267,7 +271,8 @@ Eigen::Vector3d roll_axis(const Eigen::MatrixXd& fields) {
   return axis.y() < 0.0 ? Eigen::Vector3d(-axis) : axis;
 }
 
-// Where an axis points, by gravity and the geomagnetic field; spread over a ring of one target.
+// @return the largest scatter [deg] of the direction of `axis` within the two rings, by gravity and
+// the geomagnetic field. In each ring the axis points to one target.
 double pointing_spread_deg(const Eigen::MatrixXd& mag,
                            const Eigen::MatrixXd& grav,
                            const Eigen::Vector3d& axis) {
@@ -301,7 +306,7 @@ TEST_P(SurveyDevice, IsUniformAndAlignsOnItsTwoRings) {
   Calibration mag = calibrate(experiment, observations_of(survey.mag));
   const Calibration grav =
       calibrate(experiment_of("accelerometer", "gravity", 1.0), observations_of(survey.grav));
-  // Their limits: rms(|f| - 1) below 0.01 and 0.001.
+  // The limits of the publication: rms(|f| - 1) below 0.01 and 0.001.
   EXPECT_LT(mag.fit.orientations->fit_error, 0.01);
   EXPECT_LT(grav.fit.orientations->fit_error, survey.good_accelerometer ? 0.001 : 0.005);
 
@@ -312,16 +317,17 @@ TEST_P(SurveyDevice, IsUniformAndAlignsOnItsTwoRings) {
   };
   const Eigen::MatrixXd up = fields(grav, survey.grav);
   const double before = pointing_spread_deg(fields(mag, survey.mag), up, Eigen::Vector3d::UnitY());
-  // The axis of both rings, as each instrument sees it, is one axis of the housing.
+  // The rolling axis of both instruments is the same axis of the housing.
   const Eigen::MatrixXd unaligned = fields(mag, survey.mag);
   const Eigen::Matrix3d by_rings = smallest_rotation(roll_axis(unaligned), roll_axis(up));
   const double after = pointing_spread_deg(unaligned * by_rings.transpose(), up, roll_axis(up));
-  // Their limit is 0.5 degrees and half of what it was. Here the spread of the pointed direction is
-  // of all three components in either ring; that of five devices is 0.6 to 2 degrees, whatever the
-  // alignment, as their rolling itself was not better or their accelerometer is not linear.
+  // The publication's limit is 0.5 degrees and half of the spread before. Here the spread is that
+  // of all three components in the worse ring. For five devices it is 0.6 to 2 degrees by any
+  // alignment, because they were not rolled precisely or their accelerometer is not linear.
   EXPECT_LT(after, survey.points_well ? 0.5 : 2.0);
   EXPECT_LT(after, survey.points_well ? 0.5 * before : before);
-  // The constant angle finds the same axis without knowing of rings, within what it states.
+  // The alignment by the constant angle does not use the rings. It finds the same axis within its
+  // uncertainty.
   align_with_companion(mag, observations_of(survey.mag), grav, observations_of(survey.grav),
                        "grav.json");
   const Alignment& alignment = mag.fit.alignment->alignment;
@@ -386,7 +392,7 @@ TEST(SunSensor, PlaneIsTheirsAndThreeComponentsFitNoWorse) {
   EXPECT_LE(rms(1), y.residuals.norm());
 }
 
-// The monitor's voltage is the light; the diode saturates at about 2 ADU.
+// The voltage of the monitor diode is the light. The photodiode saturates at about 2 ADU.
 class Photodiode : public testing::TestWithParam<std::pair<const char*, std::array<double, 3>>> {};
 
 TEST_P(Photodiode, IsALineBelowSaturation) {
@@ -413,7 +419,7 @@ TEST_P(Photodiode, IsALineBelowSaturation) {
   experiment.instrument.axes = {"adu"};
   const double largest = *std::max_element(reading.begin(), reading.end());
   experiment.instrument.range = ReadingRange{.low = -1.0, .high = 0.9 * largest};
-  // One direction of light: a slope and a bias, by the regression core with the saturated left out.
+  // A regression of the readings on the light, without saturated readings, gives slope and bias.
   std::vector<double> x;
   std::vector<double> y;
   for (std::size_t i = 0; i < voltage.size(); ++i) {
@@ -430,8 +436,8 @@ TEST_P(Photodiode, IsALineBelowSaturation) {
   EXPECT_NEAR(line_fit.estimate(1), expected[0], 6e-6 * expected[0]);
   EXPECT_NEAR(line_fit.estimate(0), expected[1], 6e-6);
 
-  // The same by an experiment with --range: light of known strength from three directions, of which
-  // two give nothing, so that the row of sensitivities is determined.
+  // Method known with --range gives the same slope. Two added readings across the light make all
+  // three sensitivities determined.
   Observations observations = observations_of(Eigen::MatrixXd(voltage.size() + 2, 1));
   for (std::size_t i = 0; i < voltage.size() + 2; ++i) {
     const bool real = i < voltage.size();
@@ -490,7 +496,7 @@ TEST(Ferraris, AccelerometerAndGyroscopeAreAsImucalSays) {
     part.count += 1.0;
   }
   ASSERT_EQ(parts.size(), 9U);
-  // Accelerometer: six rests, the field known.
+  // Accelerometer: method known by six rests.
   constexpr double g = 9.81;
   Eigen::MatrixXd response(6, 3);
   std::vector<Eigen::Vector3d> fields;
@@ -513,7 +519,8 @@ TEST(Ferraris, AccelerometerAndGyroscopeAreAsImucalSays) {
   Experiment experiment = experiment_of("accelerometer", "gravity", g);
   experiment.field.unit = "m/s^2";
   const Calibration acc = calibrate(experiment, observations);
-  // Ferraris' K R is our S; his biases take each axis's own two rests, ours all six.
+  // Ferraris' K R is S here. Each of his biases is from the two rests along the axis, ours is from
+  // all six rests.
   const Eigen::Matrix3d KR = matrix("K_a") * matrix("R_a");
   EXPECT_MATRIX_NEAR(acc.sensor.response.sensitivity, KR, 1e-10 * KR.norm());
   for (Eigen::Index k = 0; k < 3; ++k) {
@@ -521,7 +528,8 @@ TEST(Ferraris, AccelerometerAndGyroscopeAreAsImucalSays) {
     EXPECT_NEAR(acc.sensor.response.bias(k), b, 0.02 * g * KR(k, k));
   }
 
-  // Gyroscope: bias, scale and g-sensitivity as one regression; a turn of -360 degrees at 204.8 Hz.
+  // Gyroscope: bias, scale and g-sensitivity by one regression. Each turn is -360 degrees; the rate
+  // of samples is 204.8 Hz.
   const Eigen::Matrix3d inverse = Eigen::Matrix3d(acc.sensor.response.sensitivity).inverse();
   for (int i = 0; i < 9; ++i) {
     const Part& part = parts.at(names[i]);
@@ -537,7 +545,7 @@ TEST(Ferraris, AccelerometerAndGyroscopeAreAsImucalSays) {
   const Eigen::Matrix3d g_sensitivity = matrix("K_ga");
   for (Eigen::Index k = 0; k < 3; ++k) {
     const LeastSquaresFit fit = design.fit(gyro.col(k));
-    // Within what the two ways of taking the bias differ by.
+    // The tolerance is the difference between the two definitions of the bias.
     EXPECT_MATRIX_NEAR(fit.estimate.segment<3>(1), scale.row(k).transpose(), 0.02);
     EXPECT_MATRIX_NEAR(fit.estimate.tail<3>(), g_sensitivity.row(k).transpose(), 1e-9);
     EXPECT_NEAR(fit.estimate(0), published.at("b_g")[static_cast<std::size_t>(k)], 0.2);

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Every field and every instrument on the same 12 points: simulated runs on a tilted table.
+// Simulated runs of each field and each kind of instrument with the standard design on a tilted
+// table.
 #include <algorithm>
 #include <cmath>
 #include <memory>
@@ -34,13 +35,14 @@ namespace {
 using testing::Contains;
 using testing::HasSubstr;
 
-// A table that is tilted by 0.7 degrees, its fence at an azimuth that nobody knows.
+// A table that slopes by 0.7 degrees. The azimuth of the fence is 200 degrees, which the fit does
+// not know.
 Eigen::Matrix3d tilted_table() {
   const Eigen::Vector2d slope = std::sin(0.7 * rad_per_deg) * Eigen::Vector2d(0.8, -0.6);
   return rotation_sloping_from_level(slope) * rotation_table_from_enu(200.0 * rad_per_deg);
 }
 
-// Three axes of about the given sensitivity, with cross-axis terms.
+// The response of three axes with cross-axis terms. The sensitivities are about `sensitivity`.
 LinearResponse response_of(double sensitivity, double bias) {
   LinearResponse response;
   response.bias = bias * Eigen::Vector3d(1.0, -0.7, 0.4);
@@ -68,7 +70,7 @@ struct Trial {
   double noise = 0.0;
 };
 
-// Runs one trial many times: every estimate within 5 standard errors, and intervals that cover.
+// Repeats one trial. Expects errors below 5 standard errors and 95 % coverage of the intervals.
 void expect_truth_and_coverage(const Trial& trial, int runs = 120) {
   int covered = 0;
   int all = 0;
@@ -134,8 +136,7 @@ TEST(Magnetometer, StandardErrorsAreTheSameAtAnyDip) {
                                                {.noise_sd = trial.noise, .seed = 7});
     const Calibration result = calibrate(trial.experiment, observations);
     EXPECT_EQ(result.fit.method, Method::joint);
-    // method.md, section 4: sigma / sqrt(4 F^2) for one whole design, in units of the estimated
-    // sigma.
+    // The standard error for one whole design is sigma / sqrt(4 F^2) (method.md, section 4).
     errors.push_back(result.fit.statistics->sensitivity_se(0, 0) * 2.0 * 48000.0 /
                      result.fit.statistics->residual_sd(0));
   }
@@ -155,7 +156,7 @@ TEST(Magnetometer, KnowsItsFieldsDirectionInTheTable) {
   for (const KindQuantity& quantity : quantities_of(result)) {
     if (quantity.name == "fence_azimuth_from_magnetic_north_deg") {
       has_azimuth = true;
-      EXPECT_NEAR(quantity.values[0], 200.0 - 360.0, 2.0);  // but for the table's tilt
+      EXPECT_NEAR(quantity.values[0], 200.0 - 360.0, 2.0);  // up to the effect of the tilt
       EXPECT_GT(quantity.u[0], 0.0);
       EXPECT_LT(quantity.u[0], 0.1);
     }
@@ -166,11 +167,11 @@ TEST(Magnetometer, KnowsItsFieldsDirectionInTheTable) {
 // ---- signs and starts ----
 
 TEST(Joint, FindsTheSignByWhatTheAxesAreMeantToSense) {
-  Trial trial = magnetometer_trial(0.0);  // no vertical part that would tell
+  Trial trial = magnetometer_trial(0.0);  // no vertical part that gives the sign
   const Observations observations =
       simulate(trial.truth, make_run_sheet(trial.design, 1, 1), {.noise_sd = trial.noise});
   EXPECT_GT(calibrate(trial.experiment, observations).sensor.response.sensitivity(0, 0), 0.0);
-  trial.experiment.field.in_table = -*trial.truth.field.in_table;  // given, and decides
+  trial.experiment.field.in_table = -*trial.truth.field.in_table;  // the stated sign is used
   EXPECT_LT(calibrate(trial.experiment, observations).sensor.response.sensitivity(0, 0), 0.0);
 }
 
@@ -188,7 +189,7 @@ TEST(Joint, SaysWhenNothingTellsTheSign) {
 }
 
 TEST(Joint, StartsAllAroundWhereTheDesignIsTooSmallForALinearStart) {
-  // Nine points: [1, vec R_i] has no rank 10.
+  // With nine points the rank of [1, vec R_i] is below 10.
   Trial trial = magnetometer_trial(40.0);
   trial.design.erase(trial.design.begin() + 9, trial.design.end());
   trial.noise = 1e-4;
@@ -239,7 +240,7 @@ TEST(Gyroscope, FindsNorthWithItsUncertainty) {
   constexpr int runs = 100;
   for (std::uint64_t seed = 1; seed <= runs; ++seed) {
     Trial trial = gyroscope_trial(48.0);
-    // On a level table, so that the azimuth in the table is that of the fence.
+    // On a level table the azimuth in the table is that of the fence.
     trial.truth.field.in_table = rotation_table_from_enu(30.0 * rad_per_deg) *
                                  EarthRotationField(Site{.latitude_deg = 48.0}).value_in_enu();
     const Calibration result =
@@ -319,8 +320,8 @@ TEST(Turntable, AddsTheEarthsRotationAveragedWhereItTurns) {
                      5e-6);
 }
 
-// Half a percent of the turntable's rate is half a percent of every scale, and the Earth's rate is
-// known for itself.
+// The uncertainty of each part of the field is a separate source. Here 0.5 % of the turntable's
+// rate gives 0.5 % of each sensitivity.
 TEST(Turntable, CountsTheUncertaintyOfEachPart) {
   Trial trial = turntable_on_the_earth();
   trial.experiment.field.others.front().magnitude_u = 0.005 * 0.02;
@@ -338,7 +339,7 @@ TEST(Turntable, CountsTheUncertaintyOfEachPart) {
   EXPECT_GT(u / result.sensor.response.sensitivity(0, 0), 0.0045);
 }
 
-// What the field is at a level, by an average over a whole turn of a table that turns.
+// at_level() agrees with the average of the field over a whole turn of the table.
 TEST(FieldAtLevel, AveragesWhatDoesNotTurn) {
   const Trial trial = turntable_on_the_earth();
   const std::vector<FieldDescription>& parts = trial.truth.field.parts;
@@ -415,7 +416,7 @@ Trial coil_trial() {
 }
 
 TEST(CoilField, ReversedAndAddedToTheEarthsIsFittedThoughItsSizeIsUnknown) {
-  const Trial trial = coil_trial();  // only the Earth's magnitude is given
+  const Trial trial = coil_trial();  // the coil's magnitude is unknown
   expect_truth_and_coverage(trial, 60);
   const Calibration result =
       calibrate(trial.experiment, simulate(trial.truth, make_run_sheet(trial.design, 1, 2),
@@ -445,7 +446,7 @@ FieldDescription part_of(std::string kind, const Eigen::Vector3d& in_table, bool
   return part;
 }
 
-// The trial's lamp, of a stated magnitude, in a room of whose light nothing is stated.
+// Adds room light of unknown size and direction to the trial's lamp, whose magnitude is known.
 Trial in_room(Trial trial, const Eigen::Vector3d& room) {
   const Eigen::Vector3d lamp = *trial.truth.field.in_table;
   trial.truth.field = {.kind = "light+light", .unit = "1"};
@@ -458,7 +459,7 @@ Trial in_room(Trial trial, const Eigen::Vector3d& room) {
   return trial;
 }
 
-// A lamp of 1, switched on and off in a room with light of 0.164 from elsewhere.
+// A lamp of magnitude 1 is switched on and off. The room light has the magnitude 0.164.
 TEST(RoomLight, OfUnknownSizeIsFittedBesideALamp) {
   Trial trial;
   trial.truth = test::truth_of(response_of(1.0, 0.02), "optical");
@@ -468,14 +469,14 @@ TEST(RoomLight, OfUnknownSizeIsFittedBesideALamp) {
   trial.design = design_with_levels(12, {0.0, 1.0});
   trial.noise = 3e-4;
   expect_truth_and_coverage(trial, 60);
-  // And where the room is dark after all, which nobody stated.
+  // The room light is 0, and this is not stated.
   trial.truth.field.parts[0].in_table = Eigen::Vector3d::Zero();
   expect_truth_and_coverage(trial, 60);
 }
 
 // ---- the transfer of one axis ----
 
-// Readings of one axis at these fields along its own z, by a line and noise of a stated seed.
+// Readings of one axis by a line with random noise. The fields are along z of the sensor.
 Observations transfer_readings(const std::vector<double>& fields, double noise_sd) {
   RandomStream random(5);
   Observations observations;
@@ -499,7 +500,7 @@ Experiment transfer_experiment() {
 
 const std::vector<double> irradiances = {0.0, 0.2, 0.4, 0.6, 0.8, 1.0, 1.2, 1.4, 1.6, 1.8, 2.0};
 
-// The straight line of a textbook: slope, offset and their variances by sums.
+// Slope, offset and their variances agree with the textbook's formulas for a straight line.
 TEST(Transfer, IsTheStraightLineAndSaysWhatItDoesNotSee) {
   const Observations observations = transfer_readings(irradiances, 1e-3);
   const Calibration result = calibrate(transfer_experiment(), observations);
@@ -527,12 +528,12 @@ TEST(Transfer, IsTheStraightLineAndSaysWhatItDoesNotSee) {
   EXPECT_TRUE(std::isnan(statistics.sensitivity_se(0, 0)));
   const std::string text = calibration_json(result);
   EXPECT_EQ(calibration_json(parse_calibration(text, "again.json")), text);
-  // And back: 1.3 of the field along the axis.
+  // The reducer inverts the line at 1.3 of the field.
   EXPECT_NEAR(Reducer(result).reduce_axis(0, offset + 1.3 * slope).component, 1.3, 1e-12);
 }
 
-// An instrument that is known in full, looked at again by its transfer: what that does not see is
-// no change.
+// A record with all sensitivities is compared with a later transfer. Sensitivities that the
+// transfer does not determine are not compared.
 TEST(Transfer, IsHeldAgainstWhatItSees) {
   Calibration full;
   full.sensor.instrument = transfer_experiment().instrument;
@@ -570,7 +571,8 @@ TEST(Transfer, NamesALimitedEndAndABend) {
               testing::Contains(WarningCode::nonlinearity));
 }
 
-// Turned by known angles in one plane before one lamp: two directions, and nothing across them.
+// The sensor is turned by known angles in one plane before one lamp. The sensitivity across the
+// plane is not determined.
 TEST(Transfer, ByAnglesSeesAPlane) {
   Observations observations;
   const Eigen::RowVector3d S(0.1, 0.0, 0.9);
@@ -590,7 +592,7 @@ TEST(Transfer, ByAnglesSeesAPlane) {
               test::HasNote(HasSubstr("v.sensitivity.y: these sensitivities are taken as 0")));
 }
 
-// Labels and levels in one pose say the same; three axes are still refused.
+// A transfer may also be stated by labels and levels in one pose. With three axes it is refused.
 TEST(Transfer, IsOfOneAxisOnly) {
   Experiment experiment = transfer_experiment();
   experiment.field.in_table = Eigen::Vector3d(0.0, 0.0, 1.0);
@@ -605,7 +607,8 @@ TEST(Transfer, IsOfOneAxisOnly) {
   const Calibration result = calibrate(experiment, observations);
   EXPECT_EQ(result.fit.statistics->parameter_names.size(), 2U);
   EXPECT_NEAR(result.sensor.response.sensitivity(0, 2), 0.8, 2e-3);
-  // Nor do faces that are off matter in one pose, where nothing tells their errors.
+  // An uncertainty of the face normals does not change the result, because one pose does not show
+  // their errors.
   PositionerDescription cube = experiment.positioner.description();
   cube.normal_covariance = 1e-7 * NormalCovariance::Identity();
   experiment.positioner = Positioner(std::move(cube));
@@ -617,7 +620,7 @@ TEST(Transfer, IsOfOneAxisOnly) {
   EXPECT_THROW(static_cast<void>(calibrate(experiment, observations)), RankDeficientError);
 }
 
-// Two coils driven in turn: each has its own level.
+// Two coils are driven one after the other. Each has its own level.
 TEST(Coils, InTurnAreOneExperiment) {
   Trial trial = magnetometer_trial(60.0);
   const FieldDescription earth = part_of("geomagnetic", *trial.truth.field.in_table, false);
@@ -660,7 +663,7 @@ TEST(Coils, OfAnotherNameThanTheReadingsStateAreNamed) {
                         "there are north"));
 }
 
-// One lamp alone may have its level under its name.
+// With a single lamp the level may be stated under the lamp's name.
 TEST(Lamp, MayStateItsLevelUnderItsName) {
   Trial trial;
   trial.truth = test::truth_of(response_of(1.0, 0.02), "optical");
@@ -681,7 +684,7 @@ TEST(Lamp, MayStateItsLevelUnderItsName) {
 
 // ---- a field of the user's own that moves ----
 
-// A source that goes round a mast, 30 degrees above the horizon, once in an hour.
+// A source that circles a mast once an hour, at an elevation of 0.5 rad.
 class GoingRound final : public ReferenceField {
  public:
   Eigen::Vector3d value_in_enu() const override { return value_in_enu_at(0.0); }
@@ -695,7 +698,8 @@ class GoingRound final : public ReferenceField {
   std::string_view kind() const override { return "mast"; }
 };
 
-// The same made on the table: it knows neither the fence's heading nor the table's slope.
+// An induced field that turns in the table's frame. It does not depend on the fence's azimuth or
+// the table's slope.
 class TurningLamp final : public ReferenceField {
  public:
   Eigen::Vector3d value_in_enu() const override { return value_in_enu_at(0.0); }
@@ -715,7 +719,7 @@ TEST(OwnField, ThatMovesOnTheTableTurnsInTheTablesFrame) {
   const Eigen::Matrix3d turn = change_of_field(experiment, 0.0, 300.0);
   const TurningLamp lamp;
   EXPECT_MATRIX_NEAR(turn * lamp.value_in_enu_at(0.0), lamp.value_in_enu_at(300.0), 1e-15);
-  // Times decide how a reading met it, and so do not let opposite positions be averaged.
+  // The field depends on the time of a reading, so opposite readings may not be averaged.
   EXPECT_EQ(experiment.field.moving_part()->of->moving_name(), "the field lamp arm");
 }
 
@@ -789,7 +793,7 @@ TEST(OwnField, ThatMovesIsAskedForAtEachReadingsTime) {
               HasSubstr("the field mast needs the time"));
 }
 
-// A source that goes round slowly, and may grow while it does.
+// A source that circles slowly. Its strength may grow with time.
 class SlowMast final : public ReferenceField {
  public:
   static constexpr double start_s = 1.8e9;
@@ -809,7 +813,7 @@ class SlowMast final : public ReferenceField {
   double growth_;
 };
 
-// Two blocks under it, a reading a minute.
+// Readings in two blocks under the field of `mast`, one reading a minute.
 Observations readings_under(const SlowMast& mast,
                             const LinearResponse& truth,
                             double azimuth_rad,
@@ -842,7 +846,7 @@ TEST(OwnField, ThatMovesMovesNoTable) {
   experiment.field = mast;
   experiment.table.fence_azimuth_rad = 0.4;
   int moved = 0;
-  for (std::uint64_t seed = 1; seed <= 20; ++seed) {  // 20 of 20 good runs were called so
+  for (std::uint64_t seed = 1; seed <= 20; ++seed) {  // an earlier version warned in all 20 runs
     const Calibration result = calibrate(experiment, readings_under(*mast, truth, 0.4, 1e-3, seed));
     for (const CalibrationWarning& warning : result.findings.warnings) {
       moved += warning.code == WarningCode::table_moved ? 1 : 0;
@@ -859,7 +863,7 @@ TEST(OwnField, IsMetInItsLengthAtEachReading) {
   experiment.field = mast;
   experiment.table.fence_azimuth_rad = 0.4;
   const Observations observations = readings_under(*mast, truth, 0.4, 0.0, 1);
-  for (const Method method : {Method::joint, Method::known}) {  // S was off by 1.5 %
+  for (const Method method : {Method::joint, Method::known}) {  // the error in S was 1.5 % before
     experiment.fit.method = method;
     const Calibration result = calibrate(experiment, observations);
     EXPECT_MATRIX_NEAR(result.sensor.response.sensitivity, truth.sensitivity, 1e-8);
@@ -873,7 +877,7 @@ TEST(OwnField, IsMetInItsLengthAtEachReading) {
 
 // ---- light ----
 
-// Six photodiodes on the cube's faces, each a little off its normal.
+// Six photodiodes, one on each face of the cube. Their directions differ a little from the normals.
 Trial photodiode_trial(double lamp_angle_deg, int points) {
   Trial trial;
   trial.truth.instrument.kind = "optical";
@@ -976,7 +980,8 @@ Observations differences_of(const Observations& diodes) {
 
 TEST(Photodiodes, PairedAsDifferentialAxesAreDeterminedWithTheLampOnTheNormal) {
   Trial trial = differential_trial();
-  // Opposite diodes that are alike: the difference answers to light from both sides alike.
+  // Opposite diodes have equal sensitivities, so the difference responds equally to light from both
+  // sides.
   for (Eigen::Index k = 0; k < 3; ++k) {
     trial.truth.response.sensitivity.row(2 * k + 1) = -trial.truth.response.sensitivity.row(2 * k);
   }
@@ -987,7 +992,7 @@ TEST(Photodiodes, PairedAsDifferentialAxesAreDeterminedWithTheLampOnTheNormal) {
         differences_of(simulate(trial.truth, make_run_sheet(trial.design, 2, seed),
                                 {.noise_sd = trial.noise, .seed = seed}));
     Experiment experiment = trial.experiment;
-    experiment.instrument.range = ReadingRange{.low = 0.0, .high = 4.0};  // of the columns
+    experiment.instrument.range = ReadingRange{.low = 0.0, .high = 4.0};  // range of a diode
     const Calibration result = calibrate(experiment, observations);
     ASSERT_TRUE(result.fit.statistics->observations_per_axis.empty());
     for (Eigen::Index k = 0; k < 3; ++k) {
@@ -1009,7 +1014,7 @@ TEST(Photodiodes, InTheDarkAreNotCalledSaturated) {
   trial.truth.response.bias.setZero();
   Observations observations =
       simulate(trial.truth, make_run_sheet(trial.design, 1, 1), {.noise_sd = 5e-4, .seed = 1});
-  observations.response = observations.response.cwiseMax(0.0);  // the converter's floor
+  observations.response = observations.response.cwiseMax(0.0);  // the ADC's least value
   for (const CalibrationWarning& warning :
        calibrate(trial.experiment, observations).findings.warnings) {
     EXPECT_NE(warning.code, WarningCode::saturated);
@@ -1033,7 +1038,7 @@ TEST(Photodiodes, LeaveOutWhatIsSaturated) {
   }
 }
 
-// Six photodiodes that see one side each, in a room that is not dark.
+// Six one-sided photodiodes in room light of different sizes, also 0.
 TEST(RoomLight, IsToldFromALampByOneSidedAxes) {
   for (const Eigen::Vector3d& room :
        {Eigen::Vector3d(-0.06, 0.13, 0.08), Eigen::Vector3d(0.3, -0.1, 0.35),
@@ -1044,7 +1049,7 @@ TEST(RoomLight, IsToldFromALampByOneSidedAxes) {
   }
 }
 
-// What stays on cannot be told from the lamp where the lamp never is off.
+// Without readings with the lamp off, the lamp and the room light cannot be separated.
 TEST(RoomLight, NeedsReadingsWithTheLampOff) {
   Trial trial = in_room(photodiode_trial(50.0, 24), {0.1, 0.0, 0.1});
   trial.design = standard_design(24);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What must not depend on how the readings are written down.
+// Properties of the readings' form on which the result must not depend.
 #include <algorithm>
 #include <numeric>
 
@@ -49,7 +49,7 @@ TEST_P(Invariance, OfTheOrderOfRows) {
 }
 
 TEST_P(Invariance, OfTheNamesOfTheAxes) {
-  // Columns (x, y, z) written as (z, x, y): rows of S go along.
+  // The columns are written in the order z, x, y. The rows of S have the same order.
   const std::vector<Eigen::Index> from = {2, 0, 1};
   Experiment experiment = experiment_;
   Observations observations = observations_;
@@ -95,7 +95,7 @@ TEST_P(Invariance, OfTheUnitOfTheField) {
   EXPECT_MATRIX_NEAR(*b.sensor.field.in_table / 9.80665, *a.sensor.field.in_table, 1e-13);
 }
 
-// The instrument turned by G in the cube: faces are relabelled by G, and S becomes S G^T.
+// The instrument is turned by G in the cube and the faces are relabelled by G. S becomes S G^T.
 TEST_P(Invariance, OfHowTheInstrumentSitsInTheCube) {
   const Positioner cube;
   const Eigen::Matrix3d G = cube.rotation_table_from_positioner({Face::plus_x, Face::minus_z});
@@ -114,7 +114,7 @@ TEST_P(Invariance, OfHowTheInstrumentSitsInTheCube) {
   EXPECT_MATRIX_NEAR(b.sensor.response.bias, a.sensor.response.bias, 1e-12);
   EXPECT_NEAR(b.fit.levelness->mean_x, a.fit.levelness->mean_x, 1e-12);
   EXPECT_NEAR(b.fit.levelness->mean_y, a.fit.levelness->mean_y, 1e-12);
-  // The same said by the mount: rotation_sensor_from_positioner = G^T leaves S as it was.
+  // If the mount states the turn (rotation_sensor_from_positioner = G^T), S does not change.
   Experiment mounted = experiment_;
   mounted.rotation_sensor_from_positioner = G.transpose();
   const Calibration c = calibrate(mounted, observations);

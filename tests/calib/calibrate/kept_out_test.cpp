@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What readings outside a fit say of it: confirmation, the field's size, three readings later.
+// Tests by readings that are not in the fit: confirmation, size of the field, later labelled
+// readings.
 #include <algorithm>
 #include <cmath>
 
@@ -20,7 +21,7 @@ namespace {
 
 constexpr double run_noise = 1e-4;
 
-// 24 points, of which every third is kept out.
+// A run of 24 points; every third reading has `confirm`.
 Observations with_confirmation(const SensorModel& truth, std::uint64_t seed) {
   Observations all =
       observe(truth, {.points = 24, .slope = {0.003, -0.002}, .noise_sd = run_noise, .seed = seed});
@@ -53,7 +54,8 @@ TEST(Confirmation, KeepsItsReadingsOutOfTheFit) {
   EXPECT_FALSE(after.findings.confirmation->readings.front().within);
 }
 
-// By hand, where the field is known: each axis's regression predicts (Draper & Smith, sec. 3.1).
+// If the field is known, the intervals are those of a linear regression's prediction (Draper &
+// Smith, sec. 3.1).
 TEST(Confirmation, HasTheIntervalsOfATextbook) {
   const SensorModel truth = accelerometer_truth();
   Observations all = observe(truth, {.points = 24, .noise_sd = run_noise, .seed = 4});
@@ -103,7 +105,7 @@ TEST(Confirmation, NeedsReadingsForTheFit) {
   EXPECT_THROW(static_cast<void>(calibrate(experiment_by_joint(truth), all)), RefusedError);
 }
 
-// Over many runs the scatter of |f| is what noise makes of it, and seldom said to be more.
+// Over many runs the scatter of |f| equals the part that noise explains, and alarms are rare.
 TEST(FieldSize, IsExplainedByTheNoise) {
   const SensorModel truth = accelerometer_truth();
   double ratio = 0.0;
@@ -125,8 +127,8 @@ TEST(FieldSize, IsExplainedByTheNoise) {
   EXPECT_LE(alarms, 8);
 }
 
-// A cube that is worse than stated shows, where repeats tell the noise apart; one as stated does
-// not.
+// If repeats determine the noise, the test reports a cube that is worse than stated, and accepts
+// one that is as stated.
 TEST(FieldSize, ShowsACubeThatIsWorseThanStated) {
   const SensorModel truth = accelerometer_truth();
   const auto check_with = [&](double error_rad, double stated_rad) {
@@ -159,7 +161,7 @@ TEST(CheckLabelled, TakesThreeReadings) {
   Calibration record;
   int alarms = 0;
   constexpr int runs = 100;
-  for (std::uint64_t seed = 1; seed <= runs; ++seed) {  // a record has few degrees of freedom
+  for (std::uint64_t seed = 1; seed <= runs; ++seed) {  // few degrees of freedom: many runs
     experiment.fit.method = seed % 2 == 0 ? Method::paired : Method::joint;
     record = calibrate(experiment, observe(truth, {.points = 24,
                                                    .slope = {0.003, -0.002},
@@ -171,7 +173,7 @@ TEST(CheckLabelled, TakesThreeReadings) {
     const DriftCheck check = check_labelled(record, experiment, three, 0.05);
     alarms += check.drifted ? 1 : 0;
   }
-  EXPECT_LE(alarms, 12);  // 5 are expected
+  EXPECT_LE(alarms, 12);  // expected: 5
   Observations shifted =
       select_rows(observe(truth, {.points = 12, .noise_sd = run_noise, .seed = 300}), {0, 1, 4, 8});
   shifted.response.col(1).array() += 20.0 * run_noise;
@@ -182,7 +184,8 @@ TEST(CheckLabelled, TakesThreeReadings) {
               4.0 * drifted.changes[1].u);
   EXPECT_THROW(static_cast<void>(check_labelled(record, experiment, select_rows(shifted, {0}))),
                RefusedError);
-  // The same point three times leaves the direction open; other faces alone lie nobody knows how.
+  // Three readings of one point do not determine the direction. Faces without a fence do not
+  // determine the pose.
   EXPECT_THROW(
       static_cast<void>(check_labelled(record, experiment, select_rows(shifted, {0, 0, 0}))),
       RefusedError);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Calibrations that others have published, from their own readings.
+// Published calibrations, recomputed from their published readings.
 #include <fstream>
 #include <map>
 #include <sstream>
@@ -59,13 +59,13 @@ TEST_P(SixPositions, AgreeWithTheThesis) {
   }
   const Calibration calibration = calibrate(known_experiment(), observations);
   const std::vector<double> p = read_numbers(published, 2).at(2);
-  // An optimiser's biases: no nearer than 1e-10 to the least-squares solution.
+  // The published biases are an optimiser's. They agree with the least-squares solution to 1e-10.
   EXPECT_MATRIX_NEAR(calibration.sensor.response.bias, Eigen::Vector3d(p[0], p[1], p[2]), 1e-10);
   EXPECT_MATRIX_NEAR(calibration.sensor.response.sensitivity,
                      Eigen::Matrix3d(Eigen::Map<const Eigen::Matrix3d>(&p[3]).transpose()), 1e-12);
   EXPECT_EQ(calibration.findings.status, CalibrationStatus::ok)
       << "honest residuals are no mistakes";
-  // The same by labels, which the culprit search looks at.
+  // The same readings with labels. The search for mistakes examines only labelled readings.
   for (Reading& reading : observations.readings) {
     Eigen::Index axis = 0;
     reading.field_in_sensor->cwiseAbs().maxCoeff(&axis);
@@ -77,7 +77,7 @@ TEST_P(SixPositions, AgreeWithTheThesis) {
   EXPECT_EQ(calibrate(known_experiment(), observations).findings.status, CalibrationStatus::ok);
 }
 
-// Thesis table A-3, trial 1: the fit weighted by 1 / sd^2 with its relative standard errors.
+// Thesis table A-3, trial 1: relative standard errors of the fit with weights 1 / sd^2.
 TEST(SixPositionsWeighted, AgreeWithTheThesis) {
   AXISCAL_NEED_DATA(readings, "accel_six_position_uca/six_position_data_1.csv");
   Observations observations;
@@ -126,7 +126,7 @@ TEST(Ferraris, MatrixIsTheRegressions) {
                            std::strtod(cells[4].c_str(), nullptr));
     count += 1.0;
   }
-  constexpr double g = 9.81;  // as imucal takes it
+  constexpr double g = 9.81;  // [m/s^2], the value in imucal
   Observations observations;
   observations.response.resize(6, 3);
   for (Eigen::Index i = 0; i < 6; ++i) {
@@ -156,7 +156,7 @@ TEST(Ferraris, MatrixIsTheRegressions) {
   const Eigen::Matrix3d S = K * R;
   EXPECT_MATRIX_NEAR(calibration.sensor.response.sensitivity, S, 1e-12 * S.norm());
 
-  // His bias: each axis from its own two positions. Ours: from all six.
+  // Ferraris' bias of an axis is from the two positions along it. Ours is from all six positions.
   Eigen::Vector3d his;
   for (Eigen::Index k = 0; k < 3; ++k) {
     his(k) = 0.5 * (observations.response(2 * k, k) + observations.response(2 * k + 1, k));

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Rows that were pasted twice are named and left out; equal readings by rounding are not.
+// Rows that were pasted twice are named and left out. Readings that are equal by rounding are kept.
 #include <cmath>
 
 #include <gmock/gmock.h>
@@ -20,7 +20,7 @@ Observations noisy_run(int replicates, std::uint64_t seed = 7) {
                        {.points = 12, .replicates = replicates, .noise_sd = 2e-4, .seed = seed});
 }
 
-// Rows of the run, then some of them again; runs are numbered on.
+// @return the rows of `run`, followed by copies of the rows `copied`. The run numbers continue.
 Observations with_copies(const Observations& run, const std::vector<std::size_t>& copied) {
   std::vector<std::size_t> rows(run.readings.size());
   for (std::size_t i = 0; i < rows.size(); ++i) {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Each rule that judges a finished fit, on a record that is changed to what it looks for.
+// Each warning rule, tested with a record that is changed so that the rule applies.
 #include <algorithm>
 #include <string>
 
@@ -96,7 +96,7 @@ TEST_F(Rule, NamesAnUncertainSensitivity) {
   record_.fit.statistics->sensitivity_se.row(1).setConstant(
       0.2 * record_.sensor.response.sensitivity.row(1).norm());
   expect_one(uncertain_sensitivity_rule(), WarningCode::uncertain_sensitivity, "axis y");
-  mistakes_.culprit.emplace();  // which says more
+  mistakes_.culprit.emplace();  // it replaces this warning
   EXPECT_TRUE(found_by(uncertain_sensitivity_rule()).empty());
 }
 
@@ -142,7 +142,8 @@ TEST_F(Rule, NamesALackOfFitButForACulprit) {
 TEST_F(Rule, NamesAResponseThatBends) {
   tests_.curvature = CurvatureTest{.p_value = 1e-4, .bends = Eigen::Vector3d(0.0, 1e-3, 0.0)};
   expect_one(nonlinearity_rule(), WarningCode::nonlinearity, "axis y");
-  // Where noise grows with the field, its ends scatter more.
+  // With the component field_noise the noise grows towards the ends of an axis, so no curvature is
+  // reported.
   record_.fit.statistics->components.push_back({.name = "field_noise"});
   EXPECT_TRUE(found_by(nonlinearity_rule()).empty());
 }

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Slots of several kinds, labels as people have them, a temperature sensor for each axis.
+// Instruments of several kinds in one cube, face names of the user, a temperature sensor for each
+// axis.
 #include <numbers>
 
 #include <gtest/gtest.h>
@@ -90,7 +91,7 @@ TEST(SlotsOfSeveralKinds, AreCalibratedTogether) {
                      1e-11);
   EXPECT_MATRIX_NEAR(found[1].sensor.response.sensitivity, two.magnetometer.response.sensitivity,
                      1e-9);
-  // The magnetometer's axes are turned by so much against the accelerometer's.
+  // The alignment is the rotation from the accelerometer's axes to the magnetometer's axes.
   ASSERT_EQ(found[0].fit.slot_alignments.size(), 1U);
   const SlotAlignment& alignment = found[0].fit.slot_alignments.front();
   EXPECT_EQ(alignment.slot, "M");
@@ -124,7 +125,7 @@ TEST(SlotsOfSeveralKinds, MissAColumnByItsName) {
   }
 }
 
-// Mounted upside down, it answers as the assembly lies.
+// An instrument that is mounted upside down gives the pitch and roll of the assembly.
 TEST(InAssemblyFrame, AMirroredInstrumentAnswersAlike) {
   const SensorModel truth = accelerometer_truth();
   Calibration mirrored;
@@ -141,7 +142,7 @@ TEST(InAssemblyFrame, AMirroredInstrumentAnswersAlike) {
   EXPECT_NEAR(reading["roll_deg"], 11.6, 1e-9);
 }
 
-// The attitudes are those of what carries the instrument, however it sits in it.
+// Stated attitudes are those of the positioner. The mount of the instrument does not change them.
 TEST(StatedAttitudes, AreLabels) {
   const SensorModel truth = accelerometer_truth();
   Experiment experiment = experiment_for(truth);
@@ -182,7 +183,7 @@ TEST(StatedAttitudes, OfAFieldThatLiesNeedAHeading) {
   EXPECT_THROW(static_cast<void>(
                    run_of("rest,fence,pitch_deg,roll_deg,x,y,z\n+X,+Y,1,2,3,4,5\n", experiment)),
                DataError);
-  // Pitch alone is an attitude without roll, and still says nothing of the heading.
+  // If only the pitch is stated, the roll is 0. The heading is still missing.
   const axiscal::Run one_column = run_of("pitch_deg,x,y,z\n1,3,4,5\n2,3,4,6\n", experiment);
   EXPECT_EQ(one_column.observations.readings.front().attitude->roll_rad, 0.0);
   EXPECT_THROW(static_cast<void>(calibrate(experiment, one_column.observations)), RefusedError);
@@ -216,7 +217,7 @@ TEST(SixFaces, WithoutFenceGiveBiasAndScaleByLength) {
   for (Eigen::Index k = 0; k < 3; ++k) {
     EXPECT_NEAR(found.sensor.response.sensitivity(k, k), truth.response.sensitivity(k, k), 2e-3);
   }
-  experiment.fit.method = Method::known;  // the sides taken as upright
+  experiment.fit.method = Method::known;  // the sides are taken as vertical
   EXPECT_MATRIX_NEAR(calibrate(experiment, run_of(six_faces(truth), experiment).observations)
                          .sensor.response.sensitivity,
                      truth.response.sensitivity, 1e-5);
@@ -257,7 +258,8 @@ TEST(FaceNames, AreTheUsersWords) {
   }
 }
 
-// Gradients of half a degree between the axes: each follows its own sensor.
+// The axes have temperature sensors that differ by 0.5 degrees (sd). Each axis is fitted with its
+// own sensor.
 TEST(OwnTemperatures, AreThoseOfEachAxis) {
   SensorModel truth = accelerometer_truth();
   TemperatureResponse& terms = truth.temperature.emplace();
@@ -292,7 +294,7 @@ TEST(OwnTemperatures, AreThoseOfEachAxis) {
     experiment.fit.temperature.order = 1;
     const Calibration found = calibrate(experiment, run_of(text, experiment).observations);
     ASSERT_TRUE(found.sensor.temperature && found.sensor.temperature->has_own_sensors());
-    // Stated at other references than the truth's.
+    // The fit has other reference temperatures than the truth, so the responses are compared.
     const SensorTemperature at(std::vector<double>{10.0, 12.0, 9.0});
     const Eigen::Vector3d f(0.3, -0.5, 0.8);
     EXPECT_MATRIX_NEAR(response_at(found.sensor, f, at), response_at(truth, f, at), 1e-11);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Notes on inputs that nobody stated, or that the readings contradict; the lag of a filter.
+// Notes on inputs that are not stated or contradict the readings; the lag of a filter.
 #include <cmath>
 #include <memory>
 #include <string>
@@ -41,8 +41,8 @@ TEST(StatedInputs, ThoseWithoutAnUncertaintyAreNamed) {
   ASSERT_EQ(count_of(record, NoteCode::not_counted), 1);
 }
 
-// 300 readings of a field of length 1 that turns by 0.01 to 0.2 rad from one to the next, each the
-// mean of its own and the last one.
+// 300 readings of a field of length 1, which turns by 0.01 to 0.2 rad between readings. If
+// `filtered`, each reading is the mean of the present and the previous one.
 Observations filtered_turns(bool filtered) {
   constexpr int count = 300;
   Observations run;

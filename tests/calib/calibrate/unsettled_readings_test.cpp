@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// First readings of a pose that had not settled are left out; drifts and correlated noise are not.
+// The first readings of poses are left out if they have not settled. They are kept if there is a
+// drift or correlated noise only.
 #include "calib/calibrate/src/unsettled_readings.hpp"
 
 #include <cmath>
@@ -16,7 +17,7 @@ namespace {
 constexpr double reading_noise = 2e-4;
 constexpr int rows_each = 5;
 
-// Each reading of a run of 12 becomes five; the noise is added anew.
+// A run of 12 poses with five readings each. Each reading has its own noise.
 Observations rows_of_poses(std::uint64_t seed) {
   const Observations run = test::observe(test::accelerometer_truth(), {.noise_sd = 0.0});
   std::vector<std::size_t> rows;
@@ -33,7 +34,7 @@ Observations rows_of_poses(std::uint64_t seed) {
   return all;
 }
 
-// An error of either sign, which decays within each pose.
+// Adds an error that decays within each pose. Its sign differs between poses.
 void unsettle(double size, Observations& run) {
   for (Eigen::Index i = 0; i < run.size(); ++i) {
     const Eigen::Index laying = i / rows_each;
@@ -80,7 +81,7 @@ TEST(Unsettled, AreNotReadingsThatDriftOrAreCorrelated) {
   EXPECT_LE(found, 2);
 }
 
-// A run that the experiment leaves out already is not left out once more.
+// A run that the experiment already leaves out is not reported as left out.
 TEST(Unsettled, MayBeLeftOutByTheExperimentToo) {
   Observations run = rows_of_poses(1);
   unsettle(10.0 * reading_noise, run);

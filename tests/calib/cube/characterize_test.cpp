@@ -30,7 +30,8 @@ Eigen::Matrix3d small_rotation(RandomStream& random, double size) {
   return Eigen::AngleAxisd(size * v.norm(), v.normalized()).toRotationMatrix();
 }
 
-// Normals off by so much, described in the frame that fits the nominal cube best.
+// Nominal normals with random errors `sd` [rad], turned into the frame that fits the nominal cube
+// best.
 FaceNormals random_normals(RandomStream& random, double sd) {
   FaceNormals normals = Positioner().normals();
   Eigen::Matrix3d sum = Eigen::Matrix3d::Zero();
@@ -55,17 +56,17 @@ CubeFeet feet_with(const FaceNormals& normals) {
   return feet;
 }
 
-// What is simulated: how the instruments were calibrated and how they are read in the new cube.
+// Parameters of the simulation: calibration of the instruments, and their readings in the new cube.
 struct Scene {
   int instruments = 3;
-  double calibration_sd = 12 * urad;  // of each coefficient, in field units
-  double noise = urad;                // of a reading, in field units
+  double calibration_sd = 12 * urad;  // of each coefficient [field]
+  double noise = urad;                // of a reading [field]
   int replicates = 3;
   Eigen::Vector2d slope = {0.004, -0.003};
   std::uint64_t seed = 1;
 };
 
-// An instrument as it is, and as its record says, with the record's covariance.
+// The true response of an instrument, and its record with errors and their covariance.
 struct Pair {
   SensorModel truth;
   Calibration record;
@@ -74,7 +75,7 @@ struct Pair {
 Pair instrument(RandomStream& random, double sd) {
   Pair pair{.truth = test::accelerometer_truth(),
             .record = {.sensor = test::accelerometer_truth()}};
-  pair.truth.response.sensitivity *= 0.4;  // near 1 a unit of the field
+  pair.truth.response.sensitivity *= 0.4;  // about 1 per unit of the field
   pair.record.sensor.response = pair.truth.response;
   for (Eigen::Index k = 0; k < 3; ++k) {
     pair.record.sensor.response.bias(k) += sd * random.normal();
@@ -124,7 +125,7 @@ double rms_error(const Positioner& found, const FaceNormals& truth) {
   for (const Face face : all_faces) {
     squares += (found.normal(face) - truth[static_cast<std::size_t>(face)]).squaredNorm();
   }
-  return std::sqrt(squares / 12.0);  // two components a face
+  return std::sqrt(squares / 12.0);  // each face has two components
 }
 
 TEST(Characterize, ReturnsTheCubeExactlyWithoutNoise) {
@@ -152,7 +153,8 @@ TEST(Characterize, IsExactForFeetWhereTheDrawingIsKnown) {
       characterize(references, {.drawing = Positioner(feet_of_frame({}))});
   EXPECT_LT(rms_error(result.positioner, truth), 1e-12);
   EXPECT_TRUE(result.positioner.feet(Face::plus_x));
-  // By the normals alone the headings are off by some of 2 mrad, times the slope.
+  // Without the drawing the headings are off by about 2 mrad. The error of the normals is that
+  // times the slope.
   const double without = rms_error(characterize(references).positioner, truth);
   EXPECT_GT(without, urad);
   EXPECT_LT(without, 12 * urad);
@@ -194,7 +196,7 @@ TEST(Characterize, TakesAFieldThatPointsIntoTheTable) {
   EXPECT_LT(rms_error(characterize(references).positioner, truth), 1e-13);
 }
 
-// The plain averages of opposite positions, without taking the in-plane part out.
+// Averages of opposite readings, without the correction for the in-plane field, are worse.
 TEST(Characterize, IsBetterThanPlainAverages) {
   RandomStream random(6);
   double by_fit = 0.0;
@@ -245,7 +247,7 @@ struct CoverageCase {
 
 class CharacterizeCoverage : public testing::TestWithParam<CoverageCase> {};
 
-// The covariance is what it says, by chi^2 and by intervals, and five microradians are reached.
+// The stated covariance agrees with the errors (chi^2 and intervals). The errors are below 5 urad.
 TEST_P(CharacterizeCoverage, HoldsAndReachesFiveMicroradians) {
   const auto& [free, calibration_sd, instruments] = GetParam();
   RandomStream random(8);
@@ -296,13 +298,13 @@ TEST_P(CharacterizeCoverage, HoldsAndReachesFiveMicroradians) {
   EXPECT_NEAR(static_cast<double>(within) / intervals, 0.95, 0.012);
   EXPECT_NEAR(rms, std::sqrt(stated / trials) / urad, 0.06 * rms);
   EXPECT_NEAR(chi / trials, 1.0, 0.09);
-  EXPECT_LE(false_alarms, 6);  // 0.005 of 200 each
+  EXPECT_LE(false_alarms, 6);  // probability 0.005 for each of 150
   if (instruments == 3) {
     EXPECT_LT(rms, 5.1);
-    // method.md, section 9: 0.71 u / sqrt(K) with bias and scale free. Held by their prior they are
-    // no worse, as the readings tell them better than the records (1.23 u / sqrt(K) for records
-    // taken as exact); a slope of milliradians lets the readings tell something of the axes' angles
-    // too.
+    // With free bias and scale the error is 0.71 u / sqrt(K) (method.md, section 9). With held bias
+    // and scale it is not larger, because their prior is improved by the readings; 1.23 u / sqrt(K)
+    // is for exact records. The slope of the table also gives some information about the angles of
+    // the axes.
     EXPECT_NEAR(rms, 0.71 * calibration_sd / urad / std::sqrt(3.0), 0.08 * rms);
   }
 }
@@ -322,7 +324,7 @@ TEST(Characterize, NamesABadInstrumentAndLeavesItOutOnRequest) {
   const FaceNormals truth = random_normals(random, 2e-3);
   std::vector<Reference> references =
       references_in(Positioner(truth), {.instruments = 4, .seed = 5});
-  // An axis of B is bent by ten times what its record says.
+  // A cross-axis term of B is off by 150 urad, ten times its standard deviation.
   references[1].calibration.sensor.response.sensitivity(0, 1) += 150 * urad;
   const Characterization bad = characterize(references);
   EXPECT_FALSE(bad.consistent);
@@ -363,7 +365,8 @@ TEST(Characterize, APoorlyCalibratedInstrumentDoesNoHarm) {
   for (std::uint64_t seed = 1; seed <= 20; ++seed) {
     const FaceNormals truth = random_normals(random, 2e-3);
     std::vector<Reference> references = references_in(Positioner(truth), {.seed = seed});
-    // C's record: a thousand times worse, and it says so, by as few degrees of freedom as all.
+    // The record of C is 1000 times less accurate and states this. All records have two degrees of
+    // freedom.
     for (Reference& reference : references) {
       reference.calibration.fit.statistics->degrees_of_freedom.setConstant(2.0);
     }
@@ -379,7 +382,7 @@ TEST(Characterize, APoorlyCalibratedInstrumentDoesNoHarm) {
   EXPECT_LT(std::sqrt(with / 20.0), 1.2 * std::sqrt(without / 20.0));
 }
 
-// Records of one run each, whose covariances are known by 2 degrees of freedom an axis.
+// Each record is from one run, so its covariance has two degrees of freedom for each axis.
 TEST(Characterize, HoldsWithRecordsOfFewDegreesOfFreedom) {
   RandomStream random(18);
   int within = 0;
@@ -449,7 +452,7 @@ TEST(Characterize, RefitsShowTheRepeatabilityOfTheMount) {
     squares += repeatability.sd_rad * repeatability.sd_rad * repeatability.degrees_of_freedom;
     dof += repeatability.degrees_of_freedom;
   }
-  // 210 degrees of freedom: known to 5 %.
+  // With 210 degrees of freedom the standard deviation is known to 5 %.
   EXPECT_NEAR(std::sqrt(squares / dof), 50 * urad, 7 * urad);
 }
 
@@ -473,7 +476,7 @@ TEST(Characterize, ARefitTurnedBy90DegreesDeterminesTheAnglesBetweenTheAxes) {
     ++stream;
   }
   const Characterization result = characterize(references);
-  // Calibrated to no better than 100 urad, it measures the cube to the noise of its readings.
+  // The record has an uncertainty of 100 urad. The cube is measured to the noise of the readings.
   EXPECT_LT(rms_error(result.positioner, truth), 1.5 * urad);
   EXPECT_LT(result.normal_u_rad, urad);
   EXPECT_GT(characterize({references[0]}).normal_u_rad, 10 * urad);

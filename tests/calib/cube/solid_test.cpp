@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Calibrations in a positioner that is a solid: feet, leaning fence, slots, a levelness each block.
+// Calibrations with exact geometry of the cube: feet, leaning fence, slots, a slope for each block.
 #include <cmath>
 
 #include <Eigen/Geometry>
@@ -19,7 +19,7 @@ namespace {
 
 using testing::HasSubstr;
 
-// A cube of an amateur's making: normals off by milliradians, fence leaning.
+// A roughly made cube: the normals are off by 3 mrad, and the fence leans.
 Positioner rough_cube(std::uint64_t seed) {
   RandomStream random(seed);
   return random_positioner(
@@ -71,7 +71,7 @@ TEST_P(SolidRun, ComesBackExactlyWhereThePositionerIsKnown) {
     EXPECT_NEAR(found.fit.levelness->mean_x, slope.x(), 1e-12);
     EXPECT_NEAR(found.fit.levelness->mean_y, slope.y(), 1e-12);
     EXPECT_EQ(found.findings.status, CalibrationStatus::ok);
-    // By the face normals alone the headings, and with them the results, are off a little.
+    // If only the face normals are known, the headings are slightly wrong, and so are the results.
     experiment.positioner = Positioner(experiment.positioner.normals());
     const double by_normals = worst_error(calibrate(experiment, run), truth);
     EXPECT_GT(by_normals, 1e-9);
@@ -109,7 +109,7 @@ TEST(SolidRunNotes, SayWhichSeatsRock) {
   EXPECT_EQ(found.findings.status, CalibrationStatus::ok);
 }
 
-// A cube that tips on -Z, and whose face -Z does not hold at the fence.
+// A cube that tips over on -Z and does not stay at the fence with face -Z.
 Positioner tipping_cube() {
   CubeFeet feet = feet_of_frame({});
   Feet& bottom = feet[static_cast<std::size_t>(Face::minus_z)];
@@ -226,9 +226,9 @@ TEST_P(LevelByBlock, StatesItsUncertainty) {
     }
   }
   EXPECT_NEAR(static_cast<double>(covered) / levels, 0.95, 0.015);
-  // Two blocks tell how biases differ only roughly: their intervals are honest, and wide.
+  // Two blocks give a rough estimate of the scatter between blocks, so the intervals are wide.
   EXPECT_GT(static_cast<double>(within) / intervals, 0.932);
-  EXPECT_LE(warned, 12);  // at most 2 % of good runs
+  EXPECT_LE(warned, 12);  // 2 % of the runs
 }
 
 INSTANTIATE_TEST_SUITE_P(Methods,
@@ -246,11 +246,12 @@ TEST(LevelByBlockSetup, HasTheStatedDegreesOfFreedom) {
   const Observations run =
       concatenated_blocks(truth, {{0.001, 0.0}, {0.0, 0.001}}, {.noise_sd = 1e-4});
   experiment.fit.method = Method::paired;
-  // 12 averages, 4 coefficients, a shift between two blocks.
+  // 12 averages less 4 coefficients and one shift between the blocks.
   EXPECT_MATRIX_NEAR(calibrate(experiment, run).fit.statistics->degrees_of_freedom,
                      Eigen::Vector3d::Constant(7.0), 1e-9);
   experiment.fit.method = Method::joint;
-  // 72 readings in all, 12 coefficients, 3 shifts, 2 directions of 2 unknowns each.
+  // 72 readings less 12 coefficients, 3 shifts between the blocks and two directions with 2
+  // unknowns each.
   EXPECT_NEAR(calibrate(experiment, run).fit.statistics->degrees_of_freedom.sum(),
               72.0 - 12.0 - 3.0 - 4.0, 1e-9);
   experiment.fit.method = Method::known;
@@ -291,7 +292,7 @@ TEST(LevelByBlockSetup, RefusesABlockWithoutOpposites) {
 
 // ---- assemblies ----
 
-// Readings of several instruments at once, each in its mount.
+// Simultaneous readings of several instruments, each in its mount.
 std::vector<SlotObservations> read_together(const std::vector<SensorModel>& truths,
                                             const std::vector<Mount>& mounts,
                                             const SimulationOptions& common) {
@@ -368,7 +369,7 @@ TEST(CalibrateAssembly, NamesTheSlotThatDisagreesAboutTheSlope) {
   const std::vector<Mount> mounts = parallel_mounts({"A", "B", "C"});
   Experiment experiment = test::experiment_for(truths[0]);
   const SimulationOptions options{.noise_sd = 2e-4, .slope = {0.01, -0.02}, .seed = 3};
-  // Under B the table gives way.
+  // The table yields under B: its slope differs by 0.3 mrad.
   std::vector<SlotObservations> slots = read_together(truths, mounts, options);
   SimulationOptions tilted = options;
   tilted.slope = {0.0103, -0.02};
@@ -412,7 +413,7 @@ TEST(MountRotation, IsThatOfTheSlotOrOfTheOnlyMount) {
   EXPECT_EQ(mount_rotation(Positioner().with_mounts({h[1]}), ""),
             h[1].rotation_sensor_from_positioner);
   EXPECT_EQ(mount_rotation(Positioner(), "any"), Eigen::Matrix3d::Identity());
-  // A mount that characterize() wrote is its reference's alone.
+  // A mount that characterize() wrote is used only if its slot is stated.
   PositionerDescription measured = Positioner().with_mounts({h[1]}).description();
   measured.from = {{.slot = "R", .record = "r.json", .observations = "r.csv"}};
   EXPECT_EQ(mount_rotation(Positioner(measured), ""), Eigen::Matrix3d::Identity());

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The regression of each axis and its statistics, against textbooks and plain normal equations.
+// The regression of each axis and its statistics, compared with textbooks and the normal equations.
 #include "calib/fit/src/axis_regression.hpp"
 
 #include <cmath>
@@ -20,7 +20,7 @@ RegressionRows rows_in(std::vector<int> group) {
   return {.rows = {}, .group = std::move(group), .laying = {}};
 }
 
-// Readings of one laying count as their mean: the same F as from the means with their weights.
+// Readings of one laying have the weight of their mean, so F is that of the weighted means.
 TEST(LackOfFitOfLayings, IsThatOfTheirMeans) {
   const RegressionRows rows{.rows = {},
                             .group = {0, 0, 0, 0, 1, 1, 1, 1, 2, 2, 2, 2},
@@ -50,7 +50,7 @@ ReadingSet set_to_regress(std::uint64_t seed, int points = 24) {
                             standard_design(points), regressed_noise, seed);
 }
 
-// All axes of a set have the weights of the first one.
+// Regression of all axes. The weights are those of the first axis.
 std::vector<AxisRegression> regressions_of_set(const ReadingSet& set, const Eigen::MatrixXd& X) {
   const Eigen::VectorXd w = set.weights.col(0);
   const FactoredDesign factored(X, w);
@@ -79,7 +79,7 @@ TEST(RSquaredAboutMean, IsOneLessTheShareOfTheResiduals) {
   const Eigen::VectorXd about_mean = w.cwiseSqrt().cwiseProduct((y.array() - mean).matrix());
   EXPECT_NEAR(r_squared_about_mean(y, w, about_mean), 0.0, 1e-14);
   EXPECT_NEAR(r_squared_about_mean(y, w, 0.5 * about_mean), 0.75, 1e-14);
-  // Neither the unit nor the zero point of the readings matters.
+  // R^2 does not depend on the unit or the zero point of the readings.
   EXPECT_NEAR(r_squared_about_mean((3.0 * y.array() + 5.0).matrix(), w, 1.5 * about_mean), 0.75,
               1e-12);
 }
@@ -105,7 +105,8 @@ TEST(Regress, AgreesWithTheNormalEquations) {
   }
 }
 
-// Belsley, Kuh & Welsch: 1 / (1 - R_j^2) of the regression of a column on all others.
+// Belsley, Kuh & Welsch: the inflation is 1 / (1 - R_j^2), with R_j^2 of the regression of column j
+// on all other columns.
 TEST(Regress, InflatesVariancesAsTheOtherColumnsExplainAColumn) {
   ReadingSet set = set_to_regress(2);
   const Eigen::VectorXd w = unequal_weights(set.size());
@@ -145,7 +146,7 @@ TEST(Regress, GivesAWrongReadingNoRobustWeight) {
                                       .solve(X.transpose() * w.cwiseProduct(set.response.col(1)));
   EXPECT_MATRIX_NEAR(axes[1].fit.estimate, without, 0.5 * regressed_noise);
   EXPECT_NEAR(axes[1].fit.residual_sd / regressed_noise, 1.0, 0.5);
-  // The wrong reading shows among the residuals although it has no weight.
+  // The wrong reading has weight 0 and a large studentised residual.
   EXPECT_GT(std::abs(axes[1].fit.studentized(5)), 100.0);
 }
 
@@ -156,7 +157,7 @@ TEST(RequireRobustFreedom, NamesTheDegreesOfFreedomThatLack) {
                   testing::AllOf(HasSubstr("with 2 degrees of freedom"), HasSubstr("joint"))));
 }
 
-// Three fertilisers on six plots each, the example of many textbooks: F(2, 15) = 9.26, p = 0.0024.
+// A textbook example: three fertilisers on six plots each, F(2, 15) = 9.26, p = 0.0024.
 TEST(PureErrorTest, AgreesWithTheOneWayAnova) {
   Eigen::VectorXd y(18);
   y << 6, 8, 4, 5, 3, 4, 8, 12, 9, 11, 6, 8, 13, 9, 11, 8, 7, 12;
@@ -173,7 +174,8 @@ TEST(PureErrorTest, AgreesWithTheOneWayAnova) {
   EXPECT_NEAR(test.p_value, 0.0024, 5e-5);
 }
 
-// A line through weighted readings, repeated at each of five places.
+// Weighted readings with three repeats at each of five places, and the residuals of a straight
+// line.
 class LineWithRepeats : public testing::Test {
  protected:
   LineWithRepeats() {
@@ -197,7 +199,8 @@ class LineWithRepeats : public testing::Test {
   Eigen::VectorXd w_ = unequal_weights(15) + 0.01 * Eigen::VectorXd::LinSpaced(15, 0.0, 14.0);
 };
 
-// The readings' scatter about a free value of each place, by a regression on indicators.
+// The pure error is the scatter about a separate value at each place, here by a regression on
+// indicators.
 TEST_F(LineWithRepeats, ComparesTheLineWithAFreeValueOfEachPlace) {
   Eigen::MatrixXd free = Eigen::MatrixXd::Zero(15, 5);
   for (Eigen::Index i = 0; i < 15; ++i) {
@@ -222,7 +225,8 @@ TEST_F(LineWithRepeats, DoesNotKnowTheUnit) {
   EXPECT_NEAR(other.p_value, one.p_value, 1e-12);
 }
 
-// Effects of the run differ between repeats: they cost pure error, not lack of fit.
+// Effects of the run differ between repeats, so they reduce the degrees of freedom of the pure
+// error.
 TEST_F(LineWithRepeats, TakesEffectsOfTheRunFromThePureError) {
   const LackOfFit plain = test_lack_of_fit(rows_in(group_), w_, residuals(), 13.0, 0.0, 0);
   const LackOfFit with = test_lack_of_fit(rows_in(group_), w_, residuals(), 11.0, 0.0, 2);
@@ -266,7 +270,7 @@ TEST(PureErrorTest, TakesRoundingForNoLackOfFit) {
   const LackOfFit fine = test_lack_of_fit(rows_in({0, 0, 1, 1}), ones, residuals, 3.0, 1e-6, 0);
   EXPECT_EQ(fine.pure_error_sd, 0.0);
   EXPECT_EQ(fine.p_value, 1.0);
-  // Repeats agree exactly and their means differ by more than rounding.
+  // The repeats agree exactly. If the means differ by more than rounding, that is lack of fit.
   const LackOfFit coarse = test_lack_of_fit(rows_in({0, 0, 1, 1}), ones, residuals, 3.0, 1e-12, 0);
   EXPECT_LT(coarse.p_value, 1e-6);
 }
@@ -278,7 +282,7 @@ TEST(RequireResponse, NamesTheDeadAxis) {
   EXPECT_THAT([&] { require_response(set); },
               testing::ThrowsMessage<RefusedError>(
                   testing::AllOf(HasSubstr("axis y does not respond"), HasSubstr("0.25"))));
-  // A single reading that differs counts only if the axis uses it.
+  // One different reading is enough, but only if the axis uses it.
   set.response(3, 1) = 1.0;
   EXPECT_NO_THROW(require_response(set));
   set.weights(3, 1) = 0.0;
@@ -291,7 +295,7 @@ TEST(GroupsOfReadings, AreOfOnePointAndLevel) {
   set.readings[4].point = set.readings[0].point;
   set.readings[4].level = -1.0;
   set.readings[5].point = set.readings[0].point;
-  set.readings[5].block = 2;  // a repeat in another block is a repeat
+  set.readings[5].block = 2;  // repeats may be in different blocks
   EXPECT_THAT(groups_of_readings(set), ElementsAre(0, 1, 2, 0, 3, 0));
 }
 
@@ -302,7 +306,7 @@ TEST(GroupsOfReadings, DependOnTheTemperature) {
   }
   set.temperature.order = 1;
   set.temperature.d = Eigen::MatrixXd::Zero(6, 3);
-  // No two readings of a continuous temperature repeat each other.
+  // If the temperature is continuous, no two readings are repeats.
   EXPECT_THAT(groups_of_readings(set), ElementsAre(0, 1, 2, 3, 4, 5));
   set.temperature.soak = {0, 0, 1, 1, 0, 2};
   EXPECT_THAT(groups_of_readings(set), ElementsAre(0, 0, 1, 1, 0, 2));
@@ -352,7 +356,7 @@ TEST(Summarize, PutsTheAxesOneAfterAnother) {
   const std::vector<AxisRegression> axes = regressions_of_set(set, X);
   const Estimate estimate = summarize(set, axes, rows_of_readings(set));
   const FitStatistics& statistics = estimate.statistics;
-  ASSERT_EQ(statistics.covariance.rows(), 12);  // the drift is none of the instrument's
+  ASSERT_EQ(statistics.covariance.rows(), 12);  // without the drift's parameters
   for (Eigen::Index k = 0; k < 3; ++k) {
     const LeastSquaresFit& fit = axes[static_cast<std::size_t>(k)].fit;
     EXPECT_EQ(estimate.response.bias(k), fit.estimate(0));

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Biases over temperature against polynomials that are fitted here by QR.
+// Biases over temperature, compared with polynomials that are fitted by QR.
 #include "calib/fit/bias_fit.hpp"
 
 #include <algorithm>
@@ -22,14 +22,14 @@ using testing::HasSubstr;
 
 constexpr double sweep_noise = 1e-3;
 
-// b + b1 d + b2 d^2 of three axes at reference 20.
+// Rows (b, b1, b2) of three axes, for b + b1 d + b2 d^2 with d = t - 20.
 Eigen::Matrix3d sweep_terms() {
   Eigen::Matrix3d terms;
   terms << 0.1, 2e-3, 3e-5, -0.2, -1e-3, 2e-5, 0.3, 4e-3, -1e-5;
   return terms;
 }
 
-// A recording at rest over temperature.
+// A recording of an instrument at rest at different temperatures.
 struct RestingSweep {
   Experiment experiment;
   Observations observations;
@@ -70,7 +70,7 @@ struct RestingSweep {
     return record;
   }
 
-  // All readings in one pose, and its field in them.
+  // Puts all readings into one pose, and adds the effect of the field in that pose.
   void lay_at(const DesignPoint& point, const SensitivityMatrix& S) {
     const Eigen::Vector3d met = met_at(point);
     for (Reading& reading : observations.readings) {
@@ -83,7 +83,7 @@ struct RestingSweep {
   }
 };
 
-// Temperatures from -20 to 50 in mixed order, so that no reading is like the one before.
+// Temperatures from -20 to 50 in mixed order, so that consecutive readings differ.
 std::vector<double> mixed_temperatures(int n) {
   std::vector<double> all;
   for (int i = 0; i < n; ++i) {
@@ -139,7 +139,7 @@ TEST(BiasFit, IsThePolynomialOfLeastSquares) {
   EXPECT_EQ(record.sensor.temperature->scale.norm(), 0.0);
 }
 
-// The polynomial is the same one, whichever reference it is stated at.
+// The fitted polynomial does not depend on the reference temperature.
 TEST(BiasFit, MovesWithItsReference) {
   RestingSweep sweep("gyroscope", "deg/s", mixed_temperatures(40));
   sweep.experiment.fit.temperature.reference = 20.0;
@@ -289,7 +289,8 @@ std::shared_ptr<const Calibration> record_with_sensitivity() {
   return from;
 }
 
-// b = v - S f: its variance grows by f^T C f, and its covariance with S is -C f.
+// b = v - S f: the variance of b has the additional term f^T C f, and its covariance with S is -C
+// f.
 TEST(BiasFit, CountsTheUncertaintyOfTheRecordsSensitivity) {
   const DesignPoint point(Face::plus_y, Face::plus_z);
   RestingSweep sweep("accelerometer", "V", mixed_temperatures(40));
@@ -339,7 +340,7 @@ TEST(BiasFit, RefusesARecordOfOtherAxes) {
 
 // ---- long sweeps ----
 
-// From -20 to 50 and, if asked, back.
+// Temperatures from -20 to 50 and, if `back`, back to -20.
 std::vector<double> slow_sweep(int n, bool back) {
   std::vector<double> all;
   for (int i = 0; i < n; ++i) {
@@ -369,7 +370,8 @@ TEST(BiasFit, FindsHysteresisBetweenTheWays) {
   ASSERT_NE(found, nullptr);
   EXPECT_NEAR(found->sd(1), half, 0.2 * half);
   EXPECT_LT(found->sd(0), 0.2 * half);
-  // A bias anywhere between the branches: half / sqrt(3).
+  // The bias lies anywhere between the branches (uniform distribution), so its sd is half /
+  // sqrt(3).
   EXPECT_NEAR(std::sqrt(found->covariance(3, 3)), half / std::sqrt(3.0), 0.2 * half);
   EXPECT_THAT(record.findings.notes, test::HasNote(HasSubstr("on the way up and on the way")));
 }
@@ -390,7 +392,7 @@ TEST(BiasFit, SaysThatOneWayShowsNoHysteresis) {
   EXPECT_EQ(component_in(record, "hysteresis"), nullptr);
 }
 
-// Noise that wanders: the intervals of the bias become wider than white noise says.
+// If the noise is a slow process, the intervals of the bias are wider than those of white noise.
 TEST(BiasFit, CountsNoiseThatWanders) {
   RestingSweep sweep("gyroscope", "deg/s", slow_sweep(100, false));
   RandomStream random(12);

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Each cause of scatter alone: it makes the right intervals longer if it is there, and no others.
+// Each cause of scatter, tested separately: it makes the affected intervals longer and no other
+// interval.
 #include "calib/fit/src/causes/causes.hpp"
 
 #include <algorithm>
@@ -21,7 +22,7 @@ namespace {
 
 constexpr double run_noise = 2e-4;
 
-// A run of the accelerometer that is fitted by method joint, ready for one cause.
+// An accelerometer's run that is fitted by method joint. counted() applies one cause.
 class OneCause {
  public:
   OneCause(Experiment experiment, Observations observations)
@@ -68,7 +69,8 @@ Observations good_run(int replicates, std::uint64_t seed) {
   return observations;
 }
 
-// Parameters of the accelerometer: b, S_x, S_y, S_z of each axis.
+// @return the indices of the parameters whose intervals became longer. The order is b, S_x, S_y,
+// S_z for each axis.
 std::vector<Eigen::Index> longer(const Estimate& before, const Estimate& after) {
   std::vector<Eigen::Index> all;
   for (Eigen::Index p = 0; p < before.statistics.interval_95.size(); ++p) {
@@ -97,7 +99,8 @@ TEST(BlocksCause, CountsBiasesThatDifferBetweenBlocks) {
   EXPECT_EQ(longer(run.estimate(), counted.estimate), (std::vector<Eigen::Index>{0, 4, 8}));
   EXPECT_TRUE(is_component(counted.estimate, "blocks"));
   EXPECT_EQ(counted.estimate.blocks.degrees_of_freedom, 2.0);
-  // Their mean square: shifts of -20, 0 and 20 sigma.
+  // The shifts are -20, 0 and 20 sigma, so the root of their mean square (2 degrees of freedom) is
+  // 20 sigma.
   EXPECT_NEAR(std::sqrt(counted.estimate.blocks.mean_square(0)), 20.0 * run_noise, 2.0 * run_noise);
 }
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Readings that were kept out of a fit against the prediction intervals of a textbook.
+// Readings that are kept out of a fit, compared with the prediction intervals of a textbook.
 #include "calib/fit/confirmation_fit.hpp"
 
 #include <algorithm>
@@ -42,7 +42,7 @@ ReadingSet set_with_rows(const ReadingSet& set, const std::vector<std::size_t>& 
   return some;
 }
 
-// A run of 24 readings, some of which are kept out.
+// A run that is divided into fitted readings and readings that are kept out.
 struct KeptOutRun {
   KeptOutRun(const ReadingSet& all, const std::vector<std::size_t>& gone)
       : kept_out(set_with_rows(all, gone)) {
@@ -78,7 +78,8 @@ ReadingSet weighed_run(std::uint64_t seed) {
   return all;
 }
 
-// The readings if the variance of the noise across the field is `ratio` times that along it.
+// The readings with weights for noise whose variance across the field is `ratio` times that along
+// the field.
 ReadingSet with_ratio(ReadingSet set, double ratio) {
   const Eigen::MatrixXd f =
       test::rows_of(set, test::sloping_gravity).rightCols<3>().rowwise().normalized();
@@ -97,8 +98,8 @@ struct Judged {
   double misfit = 0.0;  // -2 ln of the restricted likelihood
 };
 
-// Draper & Smith, Applied Regression Analysis, sec. 3.1: q readings together by F(q, nu), the axes
-// by Fisher's method.
+// Draper & Smith, Applied Regression Analysis, sec. 3.1: the q readings of an axis are tested by
+// F(q, nu). The axes are combined by Fisher's method.
 Judged judged(const ReadingSet& fitted, const ReadingSet& kept_out) {
   const Eigen::MatrixXd A = test::rows_of(fitted, test::sloping_gravity);
   const Eigen::MatrixXd X = test::rows_of(kept_out, test::sloping_gravity);
@@ -126,7 +127,7 @@ Judged judged(const ReadingSet& fitted, const ReadingSet& kept_out) {
   return result;
 }
 
-// The largest p over the ratios of noise that the fit does not reject.
+// The largest p over all ratios that the likelihood does not reject.
 double largest_p(const ReadingSet& fitted, const ReadingSet& kept_out) {
   std::vector<Judged> all;
   double least = std::numeric_limits<double>::infinity();
@@ -141,7 +142,7 @@ double largest_p(const ReadingSet& fitted, const ReadingSet& kept_out) {
   return largest;
 }
 
-// The intervals are those of noise that is the same in all directions.
+// Expects the textbook's intervals, which hold for noise that is equal in all directions.
 void expect_textbook(const KeptOutRun& run) {
   const Confirmation confirmation = run.confirmed_by_known();
   const Eigen::MatrixXd A = test::rows_of(run.fitted, test::sloping_gravity);
@@ -179,7 +180,6 @@ TEST(Confirmed, CountsTheWeightsOfBoth) {
   expect_textbook(KeptOutRun(weighed_run(3), {2, 7, 16}));
 }
 
-// More readings than coefficients.
 TEST(Confirmed, TakesMoreReadingsThanColumns) {
   expect_textbook(KeptOutRun(weighed_run(4), {1, 3, 5, 7, 9, 11, 13}));
 }
@@ -195,7 +195,7 @@ TEST(Confirmed, KnowsTheReadingThatIsOff) {
   EXPECT_FALSE(confirmation.readings[1].within);
   EXPECT_NEAR(confirmation.readings[1].error(1), 20.0 * kept_noise, 5.0 * kept_noise);
   EXPECT_LT(std::abs(confirmation.readings[1].error(0)), confirmation.readings[1].half_width(0));
-  // One that was kept out does not bear on another.
+  // A reading that is kept out does not change the prediction of another one.
   const Confirmation alone = KeptOutRun(all, {4, 21, 16}).confirmed_by_known();
   EXPECT_MATRIX_NEAR(alone.readings[0].error, confirmation.readings[0].error, 1e-14);
   EXPECT_MATRIX_NEAR(alone.readings[2].error, confirmation.readings[1].error, 1e-14);
@@ -222,15 +222,14 @@ TEST(Confirmed, HasNoErrorForAnAxisThatDoesNotUseTheReading) {
   EXPECT_FALSE(std::isnan(confirmation.readings[0].error(1)));
   all.weights(5, 0) = 1.0;
   EXPECT_FALSE(KeptOutRun(all, {5}).confirmed_by_known().passed);
-  // Without the other axes' errors: those of axes 1 and 2 alone decide.
+  // p is then computed from the other two axes.
   const double p = confirmation.p_value;
   all.response(5, 0) -= 1e3;
   all.weights(5, 0) = 0.0;
   EXPECT_NEAR(KeptOutRun(all, {5}).confirmed_by_known().p_value, p, 1e-12);
 }
 
-// All axes share the direction: an independent fit of all columns at once, with the sigmas of the
-// axes equal by construction of the noise.
+// The axes share the fitted direction. The reference is an independent fit of all columns.
 TEST(Confirmed, CountsTheDirectionThatWasFitted) {
   const ReadingSet all = run_of_24(8);
   const KeptOutRun run(all, {6, 19});
@@ -252,7 +251,7 @@ TEST(Confirmed, CountsTheDirectionThatWasFitted) {
     }
     return J;
   };
-  // Each axis in units of its noise, as the fit has found it.
+  // The rows of each axis are divided by its estimated noise.
   const Eigen::MatrixXd J = jacobian(run.fitted);
   const Eigen::MatrixXd K = jacobian(run.kept_out);
   Eigen::VectorXd sigma(3);
@@ -286,7 +285,7 @@ TEST(Confirmed, FollowsTheDriftOfTheRun) {
   for (const ConfirmationReading& one : confirmation.readings) {
     EXPECT_LT(one.error.cwiseAbs().maxCoeff(), 6.0 * kept_noise);
   }
-  // The ends of the run are known less well than its middle.
+  // Predictions are less certain at the ends of the run than in its middle.
   EXPECT_GT(confirmation.readings[0].half_width(0), confirmation.readings[1].half_width(0));
   all.effects = {};
   EXPECT_LT(KeptOutRun(all, {0, 12, 23}).confirmed_by_known().readings[1].half_width(0), 1.0);
@@ -333,7 +332,7 @@ TEST(Confirmed, RefusesAFitThatPredictsNone) {
               testing::ThrowsMessage<RefusedError>(testing::HasSubstr("take more readings")));
 }
 
-// Of good runs 5 % fail, and 5 % of the errors are outside their interval.
+// 5 % of good runs fail, and 5 % of the errors are outside their intervals.
 TEST(Confirmed, IsRightAboutGoodRuns) {
   constexpr int trials = 300;
   int failed = 0;
@@ -353,7 +352,7 @@ TEST(Confirmed, IsRightAboutGoodRuns) {
   EXPECT_NEAR(static_cast<double>(outside) / (9.0 * trials), 0.05, 0.02);
 }
 
-// A block of its own may have other biases.
+// The biases of a separate block may differ, so their common shift is not tested.
 TEST(Confirmed, DoesNotCompareTheShiftOfANewBlock) {
   ReadingSet all = run_of_24(11);
   const std::vector<std::size_t> gone = {2, 6, 13, 19};

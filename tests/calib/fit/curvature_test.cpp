@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The F test of columns f_k^2, against least squares of all rows at once.
+// The F test of the columns f_k^2, compared with least squares of all rows together.
 #include "calib/fit/src/curvature.hpp"
 
 #include <cmath>
@@ -16,9 +16,9 @@ namespace {
 
 constexpr double bend_noise = 1e-3;
 
-// Columns and readings of an axis after projection off its own columns.
+// Columns and readings of an axis, projected off the axis's own columns.
 struct ProjectedAxis {
-  Eigen::MatrixXd columns;  // the shared ones, and last that of the bend
+  Eigen::MatrixXd columns;  // shared columns, then f_k^2
   Eigen::VectorXd y;
 };
 
@@ -46,7 +46,8 @@ IndependentCurvature bent_axes_of(const std::vector<ProjectedAxis>& axes, Eigen:
   return bent;
 }
 
-// All rows below each other, each in units of its sigma; an error of an input is a row of 1.
+// Least squares of the rows of all axes, divided by their sigma. Each error of an input adds a row
+// with a 1.
 CurvatureFit bend_by_all_rows(const std::vector<ProjectedAxis>& axes,
                               Eigen::Index errors,
                               const Eigen::VectorXd& variances,
@@ -80,7 +81,7 @@ CurvatureFit bend_by_all_rows(const std::vector<ProjectedAxis>& axes,
   return bend;
 }
 
-// With and without columns that axes share, of which some are errors of inputs.
+// Without shared columns and with them. Some of them are errors of inputs.
 TEST(IndependentCurvature, AgreeWithLeastSquaresOfAllRows) {
   const Eigen::Vector3d variances(1.0, 4.0, 0.25);
   for (const Eigen::Index shared : {0, 2, 5}) {
@@ -107,7 +108,8 @@ TEST(IndependentCurvature, HaveNoFitForAColumnOfZeros) {
   EXPECT_TRUE(bent.fit(Eigen::Vector3d::Ones(), false).has_value());
 }
 
-// Rounding alone is left of a column that the axis's own coefficients take up.
+// If the axis's own coefficients explain a column, only rounding errors remain of it, and there is
+// no fit.
 TEST(IndependentCurvature, HaveNoFitForAColumnThatIsTakenUp) {
   const std::vector<ProjectedAxis> axes = projected_axes(1, 3);
   IndependentCurvature bent(0);
@@ -119,7 +121,8 @@ TEST(IndependentCurvature, HaveNoFitForAColumnThatIsTakenUp) {
   EXPECT_FALSE(bent.fit(Eigen::Vector3d::Ones(), true).has_value());
 }
 
-// A labelled run whose field is given: each axis has b, S and its bend.
+// A labelled run with a known field. The unknowns of each axis are b, S and the coefficient of
+// f_k^2.
 class BendOfRun {
  public:
   explicit BendOfRun(ReadingSet set)
@@ -149,7 +152,8 @@ class BendOfRun {
     return test.by([&](bool bent) { return bent_.fit(test.variances(), bent); }, F);
   }
 
-  // Sums of squares of the axes, and the coefficients of f^2, by QR of each axis.
+  // By QR of each axis: sums of squares without f_k^2, sums of squares with it, and its
+  // coefficients.
   [[nodiscard]] const Eigen::Vector3d& straight() const { return straight_; }
   [[nodiscard]] const Eigen::Vector3d& bent() const { return bent_squares_; }
   [[nodiscard]] const Eigen::Vector3d& bends() const { return bends_; }
@@ -179,7 +183,7 @@ ReadingSet set_to_bend(std::uint64_t seed,
   return set;
 }
 
-// Axes of one noise: the F test of a textbook with 3 and 57 degrees of freedom.
+// The axes have equal noise, so the test is a textbook's F test with 3 and 57 degrees of freedom.
 TEST(CurvatureFTest, PoolsAxesThatScatterAlike) {
   const BendOfRun run(set_to_bend(4, Eigen::Vector3d::Constant(bend_noise), 1.5e-3));
   CurvatureFTest test = run.test();
@@ -201,7 +205,7 @@ TEST(CurvatureFTest, WeighsAxesThatScatterDifferently) {
   EXPECT_EQ(test.variances(), before);
   const Eigen::Vector3d drops =
       (run.straight() - run.bent()).cwiseQuotient(Eigen::Vector3d(before));
-  // The fit without the columns makes the squares of each axis its degrees of freedom, 20.
+  // Without the columns the weighted sum of squares of each axis equals its degrees of freedom, 20.
   const double left = 60.0 - drops.sum();
   EXPECT_NEAR(result->p_value, f_upper_p((drops.sum() / 3.0) / (left / 57.0), 3.0, 57.0), 1e-9);
 }
@@ -219,7 +223,7 @@ TEST(CurvatureFTest, TakesTheStatedRatioOfTheNoise) {
 
 TEST(CurvatureFTest, CountsTheScatterWithinLayings) {
   ReadingSet set = set_to_bend(7, Eigen::Vector3d::Constant(bend_noise));
-  for (std::size_t i = 1; i < 24; i += 2) {  // two readings of each laying
+  for (std::size_t i = 1; i < 24; i += 2) {  // each laying has two readings
     set.readings[i].point = set.readings[i - 1].point;
   }
   Rotations rotations;
@@ -241,7 +245,7 @@ TEST(CurvatureFTest, CountsTheScatterWithinLayings) {
       },
       1.0);
   ASSERT_TRUE(result.has_value());
-  // 3 x 24 readings less 14 columns and the three of the bend.
+  // 72 values less 14 columns and three coefficients of f_k^2.
   double left = 10.0;
   for (Eigen::Index k = 0; k < 3; ++k) {
     left += layings.squares(k) / test.variances()(k);
@@ -259,7 +263,7 @@ TEST(CurvatureFTest, HasNoAnswerWithoutAFitOrFreedom) {
   EXPECT_FALSE(test.by([](bool) { return std::optional<CurvatureFit>(); }, 1.0).has_value());
   EXPECT_FALSE(test.by([&](bool bent) { return bent ? std::optional(bend) : std::nullopt; }, 1.0)
                    .has_value());
-  CurvatureFTest full(layings, false, 69, Eigen::Vector3d::Ones());  // 72 readings, 3 bends
+  CurvatureFTest full(layings, false, 69, Eigen::Vector3d::Ones());  // 69 + 3 unknowns of 72 values
   EXPECT_FALSE(full.by([&](bool) { return std::optional(bend); }, 1.0).has_value());
 }
 

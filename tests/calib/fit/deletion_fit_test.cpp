@@ -13,8 +13,9 @@
 namespace axiscal {
 namespace {
 
-// A reading predicted by the regression of the others, axis by axis: prediction intervals of a
-// textbook (Draper & Smith, Applied Regression Analysis, sec. 3.1), Fisher's method over the axes.
+// p of a reading against its prediction by the other readings. Each axis has the prediction
+// interval of a textbook (Draper & Smith, Applied Regression Analysis, sec. 3.1); the axes are
+// combined by Fisher's method.
 double p_by_hand(const ReadingSet& set, std::size_t left_out) {
   const Eigen::MatrixXd X = test::rows_of(set, test::sloping_gravity);
   std::vector<Eigen::Index> others;
@@ -46,13 +47,14 @@ TEST(DeletionFit, IsThePredictionOfTheOthersWhereTheFieldIsKnown) {
   const DeletionFit fit(set, field, true);
   for (const std::size_t i : {std::size_t{0}, std::size_t{5}, std::size_t{17}}) {
     const double expected = p_by_hand(set, i);
-    // The axes' noise is iterated until it stays within 1e-6.
+    // The noise of the axes is iterated to a relative change of 1e-6.
     EXPECT_NEAR(fit.p_value({i}, Eigen::MatrixXd::Ones(1, 1)).value(), expected, 1e-4 * expected);
   }
   EXPECT_LT(p_by_hand(set, 5), 1e-2);
 }
 
-// Each of some readings against the weighted regression of all others.
+// Compares the predictions of the readings `gone` with the weighted regression of all other
+// readings.
 void expect_predictions_by_hand(const ReadingSet& set,
                                 const TableField& field,
                                 const std::vector<std::size_t>& gone) {
@@ -82,8 +84,8 @@ void expect_predictions_by_hand(const ReadingSet& set,
   }
 }
 
-// Readings that are left out together, of weights that differ by axis: fewer than the columns, and
-// more.
+// Several readings are left out together. Their weights differ by axis. Their number is less or
+// greater than the number of columns.
 TEST(DeletionFit, PredictsReadingsThatAreLeftOutTogether) {
   const TableField field = test::gravity_in_table(test::sloping_gravity);
   ReadingSet set = test::labelled_set(test::some_response(), field, standard_design(24), 1e-3, 8);

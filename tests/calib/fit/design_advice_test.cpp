@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Which coefficients a design leaves open, and the readings that would close it: each advice is
-// followed here, and the rank is found by Eigen.
+// Undetermined coefficients of a design, and the readings that would determine them. The tests add
+// the advised readings and compute the rank by Eigen.
 #include "calib/fit/design_advice.hpp"
 
 #include <algorithm>
@@ -20,7 +20,7 @@ using testing::ElementsAre;
 using testing::HasSubstr;
 using testing::IsEmpty;
 
-// Readings at some points of the 24, in a field that is not level.
+// Readings at `points` in a field that is not along the table's normal.
 ReadingSet set_at_points(const std::vector<DesignPoint>& points,
                          const Eigen::Vector3d& in_table = test::sloping_gravity) {
   std::vector<DesignEntry> design;
@@ -33,7 +33,7 @@ ReadingSet set_at_points(const std::vector<DesignPoint>& points,
 
 const Eigen::Vector3d field_upright(0.0, 0.0, 1.0);
 
-// The points of an advice "rest +Z, fence +X; rest -Z, fence +X at level 0".
+// Parses an advice such as "rest +Z, fence +X; rest -Z, fence +X at level 0".
 std::vector<DesignEntry> points_of_advice(const std::string& advice) {
   std::vector<DesignEntry> points;
   std::stringstream all(advice);
@@ -103,7 +103,7 @@ TEST(PointsToAdd, AreNoneForACompleteDesign) {
             "");
 }
 
-// A column that no point can reach: nobody can advise anything.
+// If no point can make the rank full, there is no advice.
 TEST(PointsToAdd, AreNoneIfNoPointHelps) {
   const ReadingSet set = set_at_points({{Face::minus_z, Face::plus_x}}, field_upright);
   const Eigen::MatrixXd design = Eigen::MatrixXd::Ones(1, 3);
@@ -113,12 +113,12 @@ TEST(PointsToAdd, AreNoneIfNoPointHelps) {
   EXPECT_EQ(points_to_add(design, constant), "");
 }
 
-// A lamp field_upright over one pose: without levels the bias and the lamp need other poses; with
-// them a dark reading is enough for the bias.
+// A lamp along the table's normal and one possible rest face. Without levels no point helps. With
+// levels one reading at another level separates the bias from the lamp.
 TEST(PointsToAdd, TryLevelsIfTheyHelp) {
   const ReadingSet set = set_at_points({{Face::minus_z, Face::plus_x}}, field_upright);
   const TableField field = test::gravity_in_table(field_upright);
-  // Only this rest face can be taken.
+  // The cube can lie on this rest face only.
   const RowsForPoint rows = [&](const DesignPoint& point, double level) -> Eigen::MatrixXd {
     if (point.rest() != Face::minus_z) {
       throw RefusedError("the cube cannot lie so");
@@ -179,7 +179,7 @@ TEST(OpenParameters, NameSecondFields) {
                                   {Face::minus_y, Face::plus_z}},
                                  field_upright);
   set.also_kinds = {"geomagnetic"};
-  set.also_in_table = {field_upright};  // along the first field: neither can be told
+  set.also_in_table = {field_upright};  // parallel to the first field: not separable
   const Eigen::MatrixXd design = field_design(set, test::gravity_in_table(field_upright));
   ASSERT_EQ(design.cols(), 7);
   const OpenParameters open = open_parameters(set, design);

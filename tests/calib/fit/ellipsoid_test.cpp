@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Spheres and ellipsoids through readings, against points that lie on them and against differences.
+// Fits of spheres and ellipsoids, compared with points on them and with finite differences.
 #include "calib/fit/src/ellipsoid.hpp"
 
 #include <cmath>
@@ -23,7 +23,7 @@ Ellipsoid true_ellipsoid(MagnitudeShape shape) {
   return truth;
 }
 
-// Readings whose fields have length 1, in directions all around, with noise.
+// Noisy readings of fields of length 1 in random directions.
 EllipsoidCloud cloud_of(
     const Ellipsoid& truth, MagnitudeShape shape, int n, double noise_sd, std::uint64_t seed) {
   RandomStream random(seed);
@@ -49,13 +49,13 @@ TEST_P(EllipsoidOfShape, IsFoundExactlyWithoutNoise) {
   const Ellipsoid start = ellipsoid_start(cloud);
   EXPECT_MATRIX_NEAR(start.b, truth_.b, 1e-10);
   EXPECT_MATRIX_NEAR(start.A, truth_.A, 1e-10);
-  // From far too: from the sphere.
+  // A start far away, the sphere, leads to the same ellipsoid.
   const Ellipsoid found = converged_ellipsoid(cloud, sphere_through(cloud), {});
   EXPECT_MATRIX_NEAR(found.b, truth_.b, 1e-12);
   EXPECT_MATRIX_NEAR(found.A, truth_.A, 1e-12);
 }
 
-// Each deviation over its standard deviation: |f| - 1 scatters by (u^T A N A^T u)^1/2.
+// Each deviation |f| - 1 is divided by its standard deviation (u^T A N A^T u)^1/2.
 TEST_P(EllipsoidOfShape, WeighsDeviationsByTheirScatter) {
   EllipsoidCloud cloud = cloud_of(truth_, GetParam(), 15, 0.02, 2);
   cloud.noise << 1.0, 0.2, 0.0, 0.2, 2.0, 0.1, 0.0, 0.1, 0.5;
@@ -106,7 +106,7 @@ TEST_P(EllipsoidOfShape, KeepsItsShapeInAStep) {
   }
 }
 
-// At the solution no parameter makes the weighted squares smaller.
+// At the solution the gradient of the weighted sum of squares is 0.
 TEST_P(EllipsoidOfShape, SolvesTheNormalEquations) {
   const EllipsoidCloud cloud = cloud_of(truth_, GetParam(), 60, 0.01, 4);
   const Ellipsoid found = converged_ellipsoid(cloud, ellipsoid_start(cloud), {});
@@ -146,7 +146,7 @@ TEST_P(EllipsoidOfShape, LeavesOutReadingsOfRobustWeightZero) {
   EXPECT_MATRIX_NEAR(found.A, expected.A, 1e-11);
 }
 
-// The covariance is (J^T J)^-1 times the noise: 200 fits of one ellipsoid.
+// The covariance of 200 fits agrees with (J^T J)^-1 times the variance of the noise.
 TEST_P(EllipsoidOfShape, ScattersAsItsJacobianSays) {
   constexpr double noise = 2e-3;
   constexpr int trials = 200;
@@ -186,7 +186,7 @@ TEST(SphereThrough, FindsCentreAndRadius) {
   EXPECT_MATRIX_NEAR(found.A, truth.A, 1e-11);
 }
 
-// A turn of all readings turns the sphere's centre with them.
+// If all readings are rotated, the centre of the sphere is rotated with them.
 TEST(SphereThrough, TurnsWithTheReadings) {
   const EllipsoidCloud cloud =
       cloud_of(true_ellipsoid(MagnitudeShape::symmetric), MagnitudeShape::symmetric, 20, 0.02, 8);
@@ -199,7 +199,7 @@ TEST(SphereThrough, TurnsWithTheReadings) {
   EXPECT_MATRIX_NEAR(b.A, a.A, 1e-11);
 }
 
-// Readings on one half of the sphere with strong noise, or on a hyperboloid, lie on no ellipsoid.
+// Readings on a hyperboloid have no ellipsoid, so the start is a sphere.
 TEST(EllipsoidStart, TakesASphereIfTheQuadricIsNoEllipsoid) {
   RandomStream random(9);
   EllipsoidCloud cloud{.v = Eigen::MatrixXd(30, 3),
@@ -218,7 +218,8 @@ TEST(EllipsoidStart, TakesASphereIfTheQuadricIsNoEllipsoid) {
   EXPECT_NEAR(start.A(0, 0), start.A(2, 2), 1e-15);
 }
 
-// Some triangular A and its symmetric counterpart are one quadric: they differ by a rotation.
+// A triangular A and its symmetric counterpart describe the same quadric. They differ by a
+// rotation.
 TEST(EllipsoidStart, GivesOneQuadricInBothShapes) {
   const Ellipsoid truth = true_ellipsoid(MagnitudeShape::triangular);
   EllipsoidCloud cloud = cloud_of(truth, MagnitudeShape::triangular, 25, 0.01, 10);

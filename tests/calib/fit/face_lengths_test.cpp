@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Bias and scale by the length of the field on six faces, against equations that are solved here.
+// Bias and scale of an axis by the length of the field on six faces, compared with equations that
+// are solved here.
 #include "calib/fit/face_lengths.hpp"
 
 #include <algorithm>
@@ -24,7 +25,8 @@ LinearResponse diagonal_response() {
           .sensitivity = Eigen::Vector3d(2.0, 2.2, 1.9).asDiagonal()};
 }
 
-// Readings on each of six faces so many times. Each laying leans by its own turn.
+// `times` readings on each of six faces. The cube leans by a separate random rotation in each
+// reading.
 ReadingSet leaning_set(int times,
                        double lean_rad,
                        double noise_sd,
@@ -66,7 +68,7 @@ FaceFit fit_by_lengths(const ReadingSet& set) {
   return fit;
 }
 
-// The length of the field that a diagonal fit finds in each reading.
+// The length of the field in each reading by a response without cross-axis terms.
 Eigen::VectorXd lengths_of_field(const ReadingSet& set, const LinearResponse& response) {
   const Eigen::Vector3d s = Eigen::Matrix3d(response.sensitivity).diagonal();
   Eigen::VectorXd lengths(set.size());
@@ -80,7 +82,7 @@ double cost_of_lengths(const ReadingSet& set, const LinearResponse& response) {
   return (lengths_of_field(set, response).array() - length_of_field).square().sum();
 }
 
-// b, then s.
+// Adds `step` to one of six unknowns, in the order b_x, b_y, b_z, s_x, s_y, s_z.
 LinearResponse moved_response(LinearResponse response, Eigen::Index unknown, double step) {
   if (unknown < 3) {
     response.bias(unknown) += step;
@@ -107,7 +109,7 @@ TEST(FaceLengths, OfSixReadingsAreAllTheFields) {
   ASSERT_TRUE(fit.fitted);
   EXPECT_MATRIX_NEAR(lengths_of_field(set, fit.estimate.response),
                      Eigen::VectorXd::Constant(6, length_of_field), 1e-9);
-  // Cross-axis terms are 0, and the note says so.
+  // The cross-axis terms are 0, and a note reports this.
   const Eigen::Matrix3d S = fit.estimate.response.sensitivity;
   EXPECT_EQ((S - Eigen::Matrix3d(S.diagonal().asDiagonal())).norm(), 0.0);
   EXPECT_THAT(fit.estimate.notes, test::HasNote(testing::HasSubstr("cross-axis terms are not")));
@@ -128,8 +130,8 @@ TEST(FaceLengths, OfManyReadingsAreLeastSquares) {
   EXPECT_LT((J.transpose() * r).norm(), 1e-6 * J.norm() * r.norm());
 }
 
-// Covariance s^2 (J^T J)^-1, the scatter of the lengths with n - 6 degrees of freedom; and half of
-// the mean square lean, of all axes, for what the lean does at second order.
+// The covariance is s^2 (J^T J)^-1, s from the lengths with n - 6 degrees of freedom. The effect of
+// the lean is added at second order: half of the mean square lean, summed over the axes.
 TEST(FaceLengths, StateTheirCovariance) {
   const ReadingSet set = leaning_set(4, 0.01, 2e-3, 3);
   const FaceFit fit = fit_by_lengths(set);
@@ -140,7 +142,7 @@ TEST(FaceLengths, StateTheirCovariance) {
   const Eigen::MatrixXd J = length_jacobian(set, found);
   const Eigen::MatrixXd C = sd * sd * (J.transpose() * J).inverse();
   const Eigen::Vector3d s = Eigen::Matrix3d(found.sensitivity).diagonal();
-  // Mean square of what an axis reads on the other four faces, in parts of F.
+  // Mean square of an axis's field component on the four faces across the axis, divided by F^2.
   Eigen::Vector3d transverse = Eigen::Vector3d::Zero();
   for (Eigen::Index i = 0; i < set.size(); ++i) {
     const Eigen::Vector3d f =
@@ -158,7 +160,7 @@ TEST(FaceLengths, StateTheirCovariance) {
                 1e-4 * C(3 + k, 3 + k));
     EXPECT_NEAR(statistics.covariance(4 * k, 5 * k + 1), C(k, 3 + k),
                 1e-4 * std::sqrt(C(k, k) * C(3 + k, 3 + k)));
-    // A cross-axis term may be as large as what the axis reads across itself.
+    // The sd of a cross-axis term is the rms component across the axis.
     const Eigen::Index cross = 4 * k + 1 + (k + 1) % 3;
     EXPECT_NEAR(statistics.covariance(cross, cross), s(k) * s(k) * transverse(k), 1e-9);
     EXPECT_NEAR(statistics.residual_sd(k), sd * s(k), 1e-9);
@@ -166,7 +168,8 @@ TEST(FaceLengths, StateTheirCovariance) {
   }
 }
 
-// The length says nothing of the direction: without cross-axis terms the lean has no effect.
+// The length of the field does not depend on the lean, so without cross-axis terms the lean has no
+// effect.
 TEST(FaceLengths, DoNotDependOnTheLean) {
   for (const double lean : {0.005, 0.02, 0.05}) {
     const FaceFit fit = fit_by_lengths(leaning_set(1, lean, 0.0, 4));
@@ -176,8 +179,8 @@ TEST(FaceLengths, DoNotDependOnTheLean) {
   }
 }
 
-// Cross-axis terms of t and faces that lean by t move the bias of the labels by t F, and that of
-// the lengths by t^2 F only.
+// With cross-axis terms of t and faces that lean by t, the bias by labels is wrong by t F and the
+// bias by lengths by t^2 F only.
 TEST(FaceLengths, AreWrongAtSecondOrderOnly) {
   const auto errors_at = [](double t) {
     LinearResponse truth = diagonal_response();
@@ -195,7 +198,8 @@ TEST(FaceLengths, AreWrongAtSecondOrderOnly) {
   EXPECT_LT(10.0 * of_more, labels_of_more);
 }
 
-// The stated standard errors cover the error of the biases: 60 runs of cubes that lean by a degree.
+// The stated standard errors cover the errors of the biases in 60 runs of cubes that lean by 1
+// degree.
 TEST(FaceLengths, CoverTheErrorOfTheLean) {
   int covered = 0;
   for (std::uint64_t seed = 1; seed <= 60; ++seed) {
@@ -207,7 +211,7 @@ TEST(FaceLengths, CoverTheErrorOfTheLean) {
           std::abs(error) < 2.2 * std::sqrt(fit.estimate.statistics.covariance(4 * k, 4 * k));
     }
   }
-  EXPECT_GE(covered, 160);  // of 180
+  EXPECT_GE(covered, 160);  // out of 180
 }
 
 TEST(FaceLengths, TakeAnAxisThatIsReversedOrElsewhere) {
@@ -242,7 +246,8 @@ TEST(FaceLengths, DoNotDependOnOrderOrUnit) {
                      1e-6);
 }
 
-// Of two axes the length is unknown: half sum and half difference of an axis's own two faces.
+// With two axes the length is unknown. Then bias and scale of an axis are half the sum and half the
+// difference of its readings on its two faces.
 ReadingSet of_two_axes(ReadingSet set) {
   set.response.conservativeResize(Eigen::NoChange, 2);
   set.weights.conservativeResize(Eigen::NoChange, 2);
@@ -277,7 +282,7 @@ TEST(FaceLengths, OfTwoAxesAreHalfSumAndHalfDifference) {
     const double s = (mean(0) - mean(1)) / (2.0 * length_of_field);
     EXPECT_NEAR(fit.estimate.response.bias(k), mean.mean(), 1e-10);
     EXPECT_NEAR(fit.estimate.response.sensitivity(k, k), s, 1e-10);
-    // var b = F^2 var s, a quarter of the variances of both means.
+    // var b = F^2 var s = a quarter of the sum of both means' variances.
     const FitStatistics& statistics = fit.estimate.statistics;
     const double variance =
         std::pow(statistics.residual_sd(k), 2) * 0.25 * weight.cwiseInverse().sum();
@@ -312,7 +317,7 @@ TEST(FaceLengths, ForgetWhatTheLabelledFitSaid) {
   EXPECT_FALSE(fit.estimate.levelness.has_value());
 }
 
-// If it cannot be done, the estimate by the labels stays as it was.
+// If the fit by lengths is not possible, the estimate by labels does not change.
 void expect_refused(const ReadingSet& set, const Estimate& labelled) {
   Estimate estimate = labelled;
   EXPECT_FALSE(fit_face_lengths(set, length_of_field, estimate));

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The test of the field's length against the dense matrices A, P and V of its definition.
+// The test of the size of the field, compared with the dense matrices A, P and V of its definition.
 #include "calib/fit/field_size.hpp"
 
 #include <cmath>
@@ -18,7 +18,7 @@ namespace {
 
 constexpr double size_noise = 1e-4;
 
-// A run, its fit, and the check.
+// A run, its fit and the check of the field's size.
 struct SizedRun {
   Experiment experiment;
   ReadingSet set;
@@ -45,7 +45,7 @@ SizedRun sized_run(ReadingSet set, Method method, const Positioner& positioner =
   return run;
 }
 
-// Each point so many times.
+// @return the standard design of `points` points, `times` times.
 std::vector<DesignEntry> sized_design(int points, int times) {
   std::vector<DesignEntry> all;
   for (int t = 0; t < times; ++t) {
@@ -60,7 +60,7 @@ ReadingSet sized_set(int points, int times, std::uint64_t seed, double noise_sd 
                             sized_design(points, times), noise_sd, seed);
 }
 
-// A reading's field for given normals of the cube's faces.
+// @return the field of a reading at `point` if the cube has these face normals.
 Eigen::Vector3d met_with_normals(const FaceNormals& normals,
                                  const DesignPoint& point,
                                  const Eigen::Vector3d& in_table) {
@@ -72,7 +72,8 @@ Eigen::Vector3d met_with_normals(const FaceNormals& normals,
   return R * in_table;
 }
 
-// Readings change with each of 12 errors of the normals, of standard deviation u; by differences.
+// @return the changes of the readings with 12 errors of the normals (two for each face, sd `u`), by
+// finite differences; 3n x 12.
 Eigen::MatrixXd change_with_faces(const SizedRun& run, double u) {
   const Eigen::Index n = run.set.size();
   Eigen::MatrixXd H(3 * n, 12);
@@ -104,15 +105,15 @@ Eigen::MatrixXd change_with_faces(const SizedRun& run, double u) {
   return H;
 }
 
-// The check with dense matrices, three rows for each reading [unit of the readings].
+// The check by dense matrices with three rows for each reading [unit of the readings].
 struct DenseLengths {
   double squares = 0.0;
   double by_noise = 0.0;
   double by_inputs = 0.0;
   double degrees_of_freedom = 0.0;
 
-  // @param pure  standard deviation of a reading of each axis.
-  // @param H     changes with the inputs.
+  // @param pure  standard deviations of the axes.
+  // @param H     change of the readings with each input, 3n rows.
   DenseLengths(const SizedRun& run, const Eigen::Vector3d& pure, const Eigen::MatrixXd& H) {
     const Eigen::Index n = run.set.size();
     const Eigen::Matrix3d S = run.calibration.sensor.response.sensitivity;
@@ -174,7 +175,7 @@ TEST_P(FieldSizeByMethod, AgreesWithDenseMatrices) {
   EXPECT_EQ(check->by_inputs, 0.0);
 }
 
-// With repeats the noise is that of the repeats, and not that of the residuals.
+// If there are repeats, the noise is their scatter and not that of the residuals.
 TEST_P(FieldSizeByMethod, TakesTheNoiseOfRepeats) {
   const SizedRun run = sized_run(sized_set(12, 3, 2), GetParam());
   const std::vector<LackOfFit>& repeats = run.calibration.fit.statistics->lack_of_fit;
@@ -198,7 +199,7 @@ TEST_P(FieldSizeByMethod, CountsUncertainNormals) {
       run);
 }
 
-// By chance alone p is uniform.
+// Under the null hypothesis p is uniformly distributed.
 TEST_P(FieldSizeByMethod, IsUniformIfAllIsWell) {
   constexpr int runs = 150;
   double mean = 0.0;
@@ -221,7 +222,7 @@ INSTANTIATE_TEST_SUITE_P(Methods,
                            return method.param == Method::joint ? "joint" : "known";
                          });
 
-// Readings of a cube whose faces point elsewhere by so much, taken as nominal.
+// Readings of a cube whose normals have errors of `off` [rad] (sd). The cube is taken as nominal.
 ReadingSet of_a_wrong_cube(double off, std::uint64_t seed) {
   FaceNormals normals;
   RandomStream random(seed, 5);
@@ -267,7 +268,7 @@ TEST(CheckFieldSize, DoesNotDependOnTheUnitOfReadings) {
   EXPECT_NEAR(b->p_value, a->p_value, 1e-6);
 }
 
-// A single reading whose length is far off: p is small, although it makes the residuals larger too.
+// One reading has a wrong length. p is small although the reading also increases the residuals.
 TEST(CheckFieldSize, ShowsOneLengthThatIsOff) {
   ReadingSet set = sized_set(24, 1, 8);
   const Eigen::Vector3d met = set.rotation_sensor_from_table[5] * test::sloping_gravity;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Errors that readings share: variances of seats by the equations of restricted likelihood, and
-// the most likely errors of inputs, with matrices that are written out.
+// Errors that several readings share. Variances of seats are compared with the equations of
+// restricted likelihood, and errors of inputs with explicit matrices.
 #include "calib/fit/generalized_fit.hpp"
 
 #include <cmath>
@@ -26,7 +26,8 @@ TableField field_of_layings() {
   return test::gravity_in_table(test::sloping_gravity);
 }
 
-// A cube that lies otherwise each time: some readings, one after another, of each laying.
+// Readings of a cube that is turned at random in each laying. Each laying has `readings_each`
+// consecutive readings.
 ReadingSet set_of_layings(double turn_sd, std::size_t readings_each, std::uint64_t seed) {
   std::vector<DesignEntry> design;
   for (const DesignEntry& entry : standard_design(24)) {
@@ -60,7 +61,8 @@ std::vector<UncertaintySource> weighed(const Experiment& experiment,
   return weigh_shared_errors(experiment, SolvedReadings(set, true), Method::known, estimate);
 }
 
-// Rows [x_i of each axis], axis within reading: n 3 x 12.
+// Design matrix of all axes, 3n x 12. Row 3i + k has the row [1, f] of reading i in the columns of
+// axis k.
 Eigen::MatrixXd stacked_rows(const ReadingSet& set) {
   const Eigen::MatrixXd X = test::rows_of(set, test::sloping_gravity);
   Eigen::MatrixXd all = Eigen::MatrixXd::Zero(3 * set.size(), 12);
@@ -72,7 +74,8 @@ Eigen::MatrixXd stacked_rows(const ReadingSet& set) {
   return all;
 }
 
-// Q_q of V = sum theta_q Q_q: the noise of each axis, and the turns of layings.
+// The matrices Q_q of V = sum theta_q Q_q: one for the noise of each axis, and one for the turns of
+// layings.
 std::vector<Eigen::MatrixXd> parts_of_covariance(const ReadingSet& set,
                                                  const SensitivityMatrix& S,
                                                  Eigen::Index readings_each) {
@@ -91,7 +94,7 @@ std::vector<Eigen::MatrixXd> parts_of_covariance(const ReadingSet& set,
   return parts;
 }
 
-// Searle, Casella & McCulloch, sec. 6.6: tr(P Q_q) = y^T P Q_q P y for each component.
+// Expects tr(P Q_q) = y^T P Q_q P y for each component (Searle, Casella & McCulloch, sec. 6.6).
 void expect_restricted_likelihood(std::size_t readings_each) {
   const ReadingSet set = set_of_layings(laid_turn, readings_each, 31);
   Experiment experiment;
@@ -126,7 +129,7 @@ void expect_restricted_likelihood(std::size_t readings_each) {
     const double trace = P.cwiseProduct(part).sum();
     EXPECT_NEAR(Py.dot(part * Py), trace, 1e-4 * trace);
   }
-  // The share of the seats is one of the whole.
+  // The covariance is the sum of two positive parts, one of the seats and one of the noise.
   const Eigen::MatrixXd of_noise = estimate.statistics.covariance - seats.covariance;
   EXPECT_GT(of_noise.diagonal().minCoeff(), 0.0);
   EXPECT_GT(seats.covariance.diagonal().minCoeff(), 0.0);
@@ -136,7 +139,7 @@ TEST(SeatsOfLayings, SolveTheEquationsOfRestrictedLikelihood) {
   expect_restricted_likelihood(1);
 }
 
-// Readings of one laying share its turn.
+// Two readings of one laying have the same turn.
 TEST(SeatsOfLayings, AreThoseOfRepeatsTogether) {
   expect_restricted_likelihood(2);
 }
@@ -166,12 +169,13 @@ TEST(SeatsOfLayings, AreNotLookedForUnlessWanted) {
   Estimate estimate = known_estimate(set);
   EXPECT_TRUE(weighed(experiment, set, estimate).empty());
   EXPECT_TRUE(estimate.statistics.components.empty());
-  weighed({}, set, estimate);  // as a run does by itself
+  weighed({}, set, estimate);  // the default setup
   ASSERT_EQ(estimate.statistics.components.size(), 1U);
   EXPECT_THAT(estimate.notes, test::HasNote(testing::HasSubstr("each time it is laid")));
 }
 
-// The total is the covariance of generalised least squares; the faces' part is their share.
+// The sum of both covariances is that of generalised least squares. Each part is computed from its
+// own errors.
 TEST(WeighSharedErrors, DividesTheCovarianceBetweenNoiseAndInputs) {
   constexpr double u = 1e-3;
   const ReadingSet set = set_of_layings(0.0, 1, 33);
@@ -223,7 +227,7 @@ TEST(WeighSharedErrors, SaysThatRobustFitsLackTheFaces) {
   EXPECT_EQ(estimate.notes.front().code, NoteCode::face_normals);
 }
 
-// Robinson (1991): the most likely errors are H^T V^-1 (y - X b).
+// The most likely errors of the inputs are H^T V^-1 (y - X b) (Robinson 1991).
 TEST(WithoutSharedErrors, TakesTheMostLikelyErrorsOff) {
   constexpr double u = 1e-3;
   const LinearResponse truth{.bias = Eigen::VectorXd::Constant(1, 0.1),
@@ -238,7 +242,7 @@ TEST(WithoutSharedErrors, TakesTheMostLikelyErrorsOff) {
   const Estimate estimate = known_estimate(set);
   const auto without = without_shared_errors(experiment, set, Method::known, estimate, set);
   ASSERT_TRUE(without.has_value());
-  // The same by sigma of restricted likelihood, as the fit with these errors has found it.
+  // The reference uses the noise that the fit with these errors estimates by restricted likelihood.
   Estimate fitted = estimate;
   weighed(experiment, set, fitted);
   const double s2 = std::pow(fitted.statistics.residual_sd(0), 2);
@@ -255,14 +259,14 @@ TEST(WithoutSharedErrors, TakesTheMostLikelyErrorsOff) {
   const Eigen::VectorXd b = (X.transpose() * W * X).ldlt().solve(X.transpose() * (W * y));
   const Eigen::VectorXd errors = H.transpose() * W * (y - X * b);
   EXPECT_MATRIX_NEAR(without->response.col(0), y - H * errors, 1e-3 * laid_noise);
-  // They are the slope of the table, so that less scatter is left.
+  // The most likely errors are the slope of the table, so the residuals become smaller.
   EXPECT_NEAR(u * errors(1), 1.5e-3, 3e-4);
   const Estimate after = known_estimate(*without);
   EXPECT_LT(after.statistics.residual_sd(0), 0.3 * estimate.statistics.residual_sd(0));
   EXPECT_NEAR(after.statistics.residual_sd(0) / laid_noise, 1.0, 0.4);
 }
 
-// Readings outside the fit have the same errors of inputs.
+// The errors of the inputs also change readings that are not in the fit.
 TEST(WithoutSharedErrors, ServesOtherReadings) {
   const ReadingSet all = set_of_layings(0.0, 1, 36);
   ReadingSet sloping = all;
@@ -294,7 +298,7 @@ TEST(WithoutSharedErrors, IsNoneIfAllInputsAreExact) {
   EXPECT_FALSE(without_shared_errors(robust, set, Method::known, estimate, set).has_value());
 }
 
-// A bend of one axis, along its sensitivity.
+// Readings whose first axis has a squared term along its sensitive direction.
 ReadingSet bent_set(double bend, std::uint64_t seed) {
   ReadingSet set = set_of_layings(0.0, 1, seed);
   const Eigen::RowVector3d along = test::some_response().sensitivity.row(0).normalized();
@@ -310,7 +314,7 @@ std::optional<CurvatureTest> curvature_of(const Experiment& experiment, const Re
   return test_curvature(experiment, SolvedReadings(set, true), Method::known, known_estimate(set));
 }
 
-// The axes' noise is stated to be equal: the F test of a textbook over all axes.
+// If equal noise is stated, the test is a textbook's F test over all axes.
 TEST(TestCurvature, AgreesWithTheRegressionOnSquares) {
   ReadingSet set = bent_set(2.0 * laid_noise, 41);
   set.noise_ratio = Eigen::Vector3d::Ones();
@@ -343,7 +347,8 @@ TEST(TestCurvature, FindsTheBendOfAnAxis) {
   EXPECT_GT(curvature_of({}, bent_set(0.0, 42))->p_value, 0.01);
 }
 
-// Opposite faces that are not parallel look like a bend, so uncertain faces explain one.
+// Opposite faces that are not parallel have the effect of a squared term, so uncertain faces make
+// the test less significant.
 TEST(TestCurvature, CountsTheUncertaintyOfTheFaces) {
   const ReadingSet set = bent_set(8.0 * laid_noise, 43);
   Experiment experiment;

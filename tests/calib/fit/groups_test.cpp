@@ -32,7 +32,7 @@ TEST(Groups, MayBeNone) {
   EXPECT_EQ(none.size(), 0U);
 }
 
-// Few members are looked at one by one, many by a tree: the same groups.
+// Few members are searched linearly and many by a tree. Both give the same groups.
 TEST(Groups, OfManyAreThoseOfFew) {
   const auto key_of = [](std::size_t i) { return std::pair(i * i % 7, i % 3 == 0); };
   const Groups few(40, key_of);

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The change of readings with uncertain inputs, against differences and covariances by hand.
+// The change of readings with uncertain inputs, compared with finite differences and explicit
+// covariances.
 #include "calib/fit/input_quantities.hpp"
 
 #include <cmath>
@@ -22,14 +23,15 @@ ReadingSet set_of_inputs(const Eigen::Vector3d& in_table) {
                             standard_design(24), 1e-4, 21);
 }
 
-// The field in the cube, which lies at a point by its normals.
+// @return the field in the frame of a cube with these normals that lies at `point`.
 Eigen::Vector3d field_in_cube(const FaceNormals& normals,
                               const DesignPoint& point,
                               const Eigen::Vector3d& in_table) {
   return Positioner(normals).rotation_table_from_positioner(point).transpose() * in_table;
 }
 
-// The change of the field in the cube per radian of a face's turn.
+// @return the change of the field in the cube for a turn of one face [per rad], by a finite
+// difference.
 Eigen::Vector3d change_by_difference(const DesignPoint& point,
                                      Face face,
                                      const Eigen::Vector3d& turn) {
@@ -75,7 +77,7 @@ TEST(ChangeWithNormals, ConcernsTheRestAndTheFenceFaceAlone) {
   }
 }
 
-// The length of a field does not change with the way that the cube lies.
+// An error of a normal rotates the field in the cube and does not change its length.
 TEST(ChangeWithNormals, TurnsTheFieldAndNoMore) {
   const DesignPoint point(Face::minus_z, Face::plus_y);
   const Eigen::Matrix3d R = Positioner().rotation_table_from_positioner(point);
@@ -103,7 +105,7 @@ TEST(InputQuantities, AreNoneForAFieldWithoutVectors) {
   EXPECT_TRUE(input_quantities(experiment, set, true, set.field.without_vectors()).empty());
 }
 
-// A field that is fitted has no stated slope or direction; the faces count always.
+// Slope and direction are inputs only if the field is given. Face normals are always inputs.
 TEST(InputQuantities, OfTheFieldCountIfItIsGiven) {
   const ReadingSet set = set_of_inputs(uneven_field);
   Experiment experiment;
@@ -125,7 +127,7 @@ TEST(InputQuantities, OfTheFieldCountIfItIsGiven) {
   EXPECT_EQ(given[2].parts, 2);
 }
 
-// H H^T is the covariance of the field in the sensor by the law of propagation.
+// H H^T is the propagated covariance of the field in the sensor.
 TEST(InputQuantities, OfTheFacesPropagateTheirCovariance) {
   const ReadingSet set = set_of_inputs(uneven_field);
   Experiment experiment;
@@ -166,7 +168,8 @@ TEST(InputQuantities, OfTheSlopeTurnTheFieldInTheTable) {
   }
 }
 
-// Across the field by the same in each direction: u^2 (|f|^2 - f f^T) in the sensor.
+// The covariance of the direction is equal in all directions across the field: u^2 (|f|^2 I - f
+// f^T) in the sensor.
 TEST(InputQuantities, OfTheDirectionAreTheSameAllRound) {
   const ReadingSet set = set_of_inputs(uneven_field);
   Experiment experiment;
@@ -218,7 +221,8 @@ TEST(MountQuantity, TurnsTheFieldInTheSensor) {
   }
 }
 
-// Rows S H in units of sigma, weighted as the readings; the inputs one after another.
+// The rows are S H, divided by sigma and multiplied by the root of the weight. The columns of the
+// inputs follow each other.
 TEST(ChangeOfReadings, IsTheChangeOfEachAxisInItsSigma) {
   ReadingSet set = set_of_inputs(uneven_field);
   for (Eigen::Index i = 0; i < set.size(); ++i) {

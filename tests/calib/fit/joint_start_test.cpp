@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The starts of method joint against the linear regression on [1, vec R], and its best solution.
+// The starts of method joint, compared with the linear regression on [1, vec R], and its best
+// solution.
 #include "calib/fit/src/joint_start.hpp"
 
 #include <algorithm>
@@ -18,7 +19,7 @@
 namespace axiscal {
 namespace {
 
-// A field across the table, of which method joint knows no more than its length.
+// A field that is inclined to the table. Method joint knows only its length.
 const Eigen::Vector3d inclined_field(0.5, -0.6, 0.7);
 
 TableField open_field(const Eigen::Vector3d& in_table) {
@@ -36,7 +37,7 @@ std::vector<Eigen::Index> all_rows(const ReadingSet& set) {
   return rows;
 }
 
-// The angle of two lines, whichever way they point.
+// @return the angle between two lines [rad], whatever their signs.
 double angle_of_lines(const Eigen::VectorXd& a, const Eigen::VectorXd& b) {
   return std::acos(std::min(1.0, std::abs(a.normalized().dot(b.normalized()))));
 }
@@ -51,7 +52,8 @@ TEST(LinearDirections, AreExactWithoutNoise) {
   }
 }
 
-// M_k of each axis by QR; the direction is the first right singular vector of all M_k.
+// M_k of each axis is fitted by QR. The direction is the first right singular vector of the stacked
+// M_k.
 TEST(LinearDirections, AgreeWithTheSingularVectorByHand) {
   const ReadingSet set = set_in(open_field(inclined_field), 24, 0.05);
   Eigen::MatrixXd X(24, 10);
@@ -77,7 +79,7 @@ TEST(LinearDirections, AgreeWithTheSingularVectorByHand) {
   EXPECT_GT(angle_of_lines(expected, inclined_field), 1e-4);
 }
 
-// Six points do not have rank 10; neither do 24 readings of which only nine count.
+// The rank is below 10 with six points, and with nine used readings of 24.
 TEST(LinearDirections, AreNoneIfTheRankIsLess) {
   const ReadingSet six = set_in(open_field(inclined_field), 6, 0.0);
   EXPECT_EQ(linear_directions(six, all_rows(six)).size(), 0);
@@ -89,7 +91,7 @@ TEST(LinearDirections, AreNoneIfTheRankIsLess) {
   EXPECT_EQ(linear_directions(set, all_rows(set)).size(), 0);
 }
 
-// An axis that lacks readings does not keep the others from telling the direction.
+// An axis with too few readings is left out, and the other axes give the direction.
 TEST(LinearDirections, UseTheAxesThatDetermineThem) {
   ReadingSet set = set_in(open_field(inclined_field), 24, 0.0);
   set.weights.col(1).tail(15).setZero();
@@ -133,7 +135,7 @@ TEST(LinearDirections, LeaveATemperatureOut) {
   EXPECT_LT(angle_of_lines(linear_directions(set, all_rows(set)), inclined_field), 1e-7);
 }
 
-// A field of the place and one that is switched: all 24 points with it on, off and reversed.
+// A local field and an induced field. readings() has all 24 points at each level.
 struct TwoParts {
   Eigen::Vector3d local{0.3, 0.1, -0.8};
   Eigen::Vector3d induced{-0.2, 1.4, 0.5};
@@ -184,7 +186,7 @@ TEST(StartFields, OfASumHaveTheStatedLengths) {
   const double sign = std::copysign(1.0, starts[0].vector(0).dot(parts.local));
   EXPECT_MATRIX_NEAR(sign * starts[0].vector(0), parts.local, 1e-9);
   EXPECT_MATRIX_NEAR(sign * starts[0].vector(1), parts.induced, 1e-9);
-  // If one length is unknown, the other tells it.
+  // If one length is unknown, it follows from the other one.
   std::vector<FieldDescription> described = set.field.parts();
   described[1].free_length = true;
   described[1].magnitude = 1.0;
@@ -194,7 +196,7 @@ TEST(StartFields, OfASumHaveTheStatedLengths) {
   EXPECT_NEAR(free.vector(0).norm(), parts.local.norm(), 1e-9);
 }
 
-// (S, f) and (-S, -f) fit alike: the given direction decides.
+// (S, f) and (-S, -f) fit equally well. The stated direction gives the sign.
 TEST(StartFields, PointTheWayThatIsGiven) {
   for (const double sign : {1.0, -1.0}) {
     FieldDescription part{.kind = "geomagnetic", .magnitude = inclined_field.norm()};
@@ -251,7 +253,7 @@ TEST(StartFields, AreTheStatedDirectionIfThereIsOne) {
   const std::vector<TableField> starts = start_fields(set);
   ASSERT_EQ(starts.size(), 1U);
   EXPECT_MATRIX_NEAR(starts[0].vector(0), Eigen::Vector3d(0.0, 1.8, 2.4), 1e-12);
-  // A heading that is not known is looked for all around.
+  // If the heading is unknown, the starts are directions all around.
   part.start.has_heading = false;
   set.field = TableField({part});
   EXPECT_EQ(start_fields(set).size(), 26U);
@@ -277,7 +279,8 @@ TEST(BestSolution, IsTheSameFromAnyStart) {
   EXPECT_MATRIX_NEAR(searched.solution.sigma, linear.solution.sigma, 1e-9);
 }
 
-// sigma_k^2 = RSS_k / nu_k, and nu_k adds up to the readings less all unknowns.
+// sigma_k^2 = RSS_k / nu_k. The sum of the nu_k is the number of values less the number of all
+// unknowns.
 TEST(BestSolution, WeighsAxesByTheirOwnScatter) {
   ReadingSet set = set_in(open_field(inclined_field), 24, 1e-4, 5);
   RandomStream random(6);
@@ -293,12 +296,12 @@ TEST(BestSolution, WeighsAxesByTheirOwnScatter) {
                 found.sigma(k) * found.sigma(k), 1e-6 * found.sigma(k) * found.sigma(k))
         << k;
   }
-  // The noisy axis hardly pays for the direction.
+  // The noisy axis contributes little to the direction, so it loses few degrees of freedom.
   EXPECT_GT(found.shares.degrees_of_freedom(1), 19.9);
   EXPECT_GT(found.sigma(1), 10.0 * found.sigma(0));
 }
 
-// Six points with one fence face each on a level table: a slope is confounded with changes of S.
+// Six points with one fence face each on a level table cannot separate a slope from changes of S.
 TEST(RequireDirection, NamesThePointsThatWouldCloseIt) {
   const ReadingSet set = set_in(test::gravity_in_table(Eigen::Vector3d::UnitZ()), 6, 0.0, 7);
   JointSolution found = best_solution(set, Model(set, false), {set.field}).solution;
@@ -334,7 +337,7 @@ TEST(RequireDegreesOfFreedom, NamesTheAxesThatLackThem) {
   } catch (const RankDeficientError& error) {
     EXPECT_THAT(error.undetermined(), testing::ElementsAre("y.bias", "y.sensitivity.x",
                                                            "y.sensitivity.y", "y.sensitivity.z"));
-    // All twelve points were taken: it knows of no others to add.
+    // All 12 points are in the design, so the error names no points to add.
     EXPECT_THAT(error.what(), testing::HasSubstr("add readings, or use method known"));
   }
 }

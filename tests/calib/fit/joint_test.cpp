@@ -19,11 +19,11 @@ using test::accelerometer_truth;
 using test::experiment_for;
 using test::observe;
 
-// What is left of a joint fit's equations at its result, from the readings by hand.
+// Residuals of the equations of method joint at its solution, computed from the readings.
 struct LeftOfEquations {
-  double noise = 0.0;     // of sigma_k^2 nu_k = RSS_k, relative
-  double freedom = 0.0;   // of nu_k = n - 4 - 2 p_k
-  double gradient = 0.0;  // of each unknown's normal equation, in standard errors of the unknown
+  double noise = 0.0;     // relative error of sigma_k^2 nu_k = RSS_k
+  double freedom = 0.0;   // error of nu_k = n - 4 - 2 p_k
+  double gradient = 0.0;  // of the normal equations, in standard errors of the unknowns
 };
 
 LeftOfEquations left_of_equations(const Calibration& found, const Observations& observations) {
@@ -68,10 +68,9 @@ LeftOfEquations left_of_equations(const Calibration& found, const Observations& 
   return left;
 }
 
-// The noise of the axes, which weighs them, and the fit are each other's fixed point. Weights that
-// were taken in turn with fits stopped short of it in 16 of 1,000 runs, by up to 10 % of the sd.
-// This does not hold if readings look correlated in their order: the biases are then of other
-// models too.
+// Without the component `correlation` the biases are those of weighted least squares. With it they
+// are means over several models. An earlier version alternated between weights and fits, and 16 of
+// 1,000 runs stopped with an error of up to 10 % of the sd.
 bool has_least_squares_biases(const Calibration& result) {
   const std::vector<ScatterComponent>& components = result.fit.statistics->components;
   return std::none_of(components.begin(), components.end(), [](const ScatterComponent& component) {
@@ -96,13 +95,13 @@ TEST(JointFit, SettlesNoiseAndDirectionTogether) {
     const LeftOfEquations left = left_of_equations(result, observations);
     EXPECT_LT(left.noise, 1e-9) << "seed " << seed;
     EXPECT_LT(left.gradient, 1e-9) << "seed " << seed;
-    EXPECT_LT(left.freedom, 1e-3) << "seed " << seed;  // the slope's square parts it from nominal
+    EXPECT_LT(left.freedom, 1e-3) << "seed " << seed;  // differs by slope^2
   }
-  EXPECT_GT(seen, 880);  // one in ten of white runs looks correlated
+  EXPECT_GT(seen, 880);  // 10 % of white runs look correlated
 }
 
-// Seven points and two axes hardly determine the field's direction (condition 180): one step of it
-// for each weighing went round in circles.
+// Seven points and two axes determine the direction poorly (condition 180). An earlier version,
+// with one step of the direction for each weighting, did not converge.
 TEST(JointFit, SettlesWhereTheDirectionIsHardlyDetermined) {
   const SensorModel truth = accelerometer_truth();
   Experiment experiment = experiment_for(truth);

@@ -12,7 +12,7 @@
 
 namespace axiscal::test {
 
-/// Gravity in a table: the field as fits have it.
+/// A field of gravity in the table, in the form that fits use.
 inline TableField gravity_in_table(const Eigen::Vector3d& in_table) {
   FieldDescription gravity;
   gravity.kind = "gravity";
@@ -22,7 +22,7 @@ inline TableField gravity_in_table(const Eigen::Vector3d& in_table) {
   return TableField({gravity}).as_stated();
 }
 
-/// Gravity in a table that slopes a little, and an instrument with cross-axis terms.
+/// Gravity in the table's frame [g]. The table slopes by 3 and 2 mrad.
 inline const Eigen::Vector3d sloping_gravity(0.003, -0.002, 1.0);
 
 inline LinearResponse some_response() {
@@ -30,8 +30,8 @@ inline LinearResponse some_response() {
           .sensitivity = 2.0 * Eigen::Matrix3d::Identity() + 0.02 * Eigen::Matrix3d::Ones()};
 }
 
-/// Readings of a truth at design points, one after another, as a fit has them.
-/// @param noise_sd  white, of every axis [unit].
+/// Simulated readings at the design points, in the form that fits use.
+/// @param noise_sd  standard deviation of the white noise of each axis.
 inline ReadingSet labelled_set(const LinearResponse& truth,
                                const TableField& field,
                                const std::vector<DesignEntry>& design,
@@ -64,7 +64,7 @@ inline ReadingSet labelled_set(const LinearResponse& truth,
   return set;
 }
 
-/// Rows [1, f] of the readings, by hand.
+/// Design matrix n x 4 with the rows [1, f], computed without the fit's code.
 inline Eigen::MatrixXd rows_of(const ReadingSet& set, const Eigen::Vector3d& in_table) {
   Eigen::MatrixXd X(set.size(), 4);
   for (Eigen::Index i = 0; i < set.size(); ++i) {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The lack of fit of the means of poses, whose errors of inputs readings share.
+// The test of lack of fit by the means of poses, if readings share errors of inputs.
 #include "calib/fit/lack_of_fit.hpp"
 
 #include <cmath>
@@ -20,7 +20,7 @@ namespace {
 constexpr double pose_noise = 2e-4;
 constexpr int times_each = 3;
 
-// The design, as often as said, pose by pose in turn.
+// The 12 standard points, repeated `times` times as a whole.
 std::vector<DesignEntry> repeated_design(int times = times_each) {
   std::vector<DesignEntry> all;
   for (int t = 0; t < times; ++t) {
@@ -31,7 +31,7 @@ std::vector<DesignEntry> repeated_design(int times = times_each) {
   return all;
 }
 
-// A level field is stated; the table slopes as `in_table` says.
+// Readings on a table that slopes as `in_table` states. The stated field is level.
 ReadingSet repeated_poses(const Eigen::Vector3d& in_table, std::uint64_t seed) {
   ReadingSet set = test::labelled_set(test::some_response(), test::gravity_in_table(in_table),
                                       repeated_design(), pose_noise, seed);
@@ -51,7 +51,7 @@ std::vector<LackOfFit> tests_of_known(const Experiment& experiment, const Readin
   return estimate.statistics.lack_of_fit;
 }
 
-// T = y^T P y / nu over the means of the poses, with P of generalised least squares.
+// T = y^T P y / nu of the means of the poses. P is that of generalised least squares.
 LackOfFit test_by_hand(const Eigen::MatrixXd& X,
                        const Eigen::VectorXd& means,
                        const Eigen::MatrixXd& H,
@@ -70,7 +70,7 @@ LackOfFit test_by_hand(const Eigen::MatrixXd& X,
   return test;
 }
 
-// Means over the poses of an axis of the repeated design.
+// Mean of an axis's readings in each pose of the repeated design, 12 values.
 Eigen::VectorXd means_of_poses(const ReadingSet& set, Eigen::Index axis) {
   return set.response.col(axis).reshaped(12, times_each).rowwise().mean();
 }
@@ -104,13 +104,13 @@ TEST(TestLackOfFitOfInputs, IsGeneralizedLeastSquaresOfTheMeans) {
     expect_same_test(
         tests[axis],
         test_by_hand(X, means_of_poses(set, k), H, before.statistics.lack_of_fit[axis]), 1e-6);
-    // The slope is more than the repeats explain, and no more than the statement does.
+    // The repeats alone do not explain the slope of the table, but its stated uncertainty does.
     EXPECT_GT(tests[axis].p_value, 0.01);
   }
   EXPECT_LT(before.statistics.lack_of_fit[0].p_value, 1e-3);
 }
 
-// Directions are fitted by each axis separately: two columns more for it.
+// Each axis fits the direction separately, which adds two columns.
 TEST(TestLackOfFitOfInputs, FitsTheDirectionOfTheFieldByEachAxis) {
   constexpr double u = 4e-4;
   Experiment experiment;
@@ -189,7 +189,7 @@ TEST(TestLackOfFitOfInputs, HasNoAnswerWithoutRepeats) {
   EXPECT_TRUE(estimate.statistics.lack_of_fit.empty());
 }
 
-// Repeats of exact numbers scatter by rounding only: there is no noise to compare with.
+// Repeats without noise differ by rounding only, so the test keeps its previous p.
 TEST(TestLackOfFitOfInputs, DoesNotCompareWithRounding) {
   ReadingSet set =
       test::labelled_set(test::some_response(), test::gravity_in_table(test::sloping_gravity),
@@ -212,7 +212,7 @@ TEST(TestLackOfFitOfInputs, DoesNotKnowTheUnitOfAnAxis) {
   EXPECT_NEAR(after[1].pure_error_sd, 1e3 * before[1].pure_error_sd, 1e-9);
 }
 
-// A reading of weight w counts as w readings.
+// A reading of weight w has the effect of w readings.
 TEST(TestLackOfFitOfInputs, WeighsPosesByTheirReadings) {
   const ReadingSet set = repeated_poses(Eigen::Vector3d(5e-4, 5e-4, 1.0), 9);
   const Experiment experiment = experiment_of_slope(4e-4);
@@ -222,7 +222,7 @@ TEST(TestLackOfFitOfInputs, WeighsPosesByTheirReadings) {
   const std::vector<LackOfFit> four = tests_of_known(experiment, heavier);
   EXPECT_NEAR(four[2].pure_error_sd, 2.0 * once[2].pure_error_sd, 1e-12);
   EXPECT_NEAR(four[2].f, once[2].f, 1e-8 * once[2].f);
-  // A pose that an axis leaves out is no pose to it.
+  // If an axis leaves out all readings of a pose, the pose is not in its test.
   ReadingSet fewer = set;
   for (const Eigen::Index i : {5, 17, 29}) {
     fewer.weights(i, 0) = 0.0;
@@ -243,7 +243,8 @@ TEST(TestLackOfFitOfInputs, StillSeesAPoseThatIsOff) {
   EXPECT_GT(tests[0].p_value, 1e-4);
 }
 
-// Slopes that are drawn as stated: a slope alone fails nearly all plain tests, and 5 % of these.
+// Random slopes with the stated uncertainty: most plain tests fail, and 5 % of the tests with
+// shared errors fail.
 TEST(TestLackOfFitOfInputs, IsRightAboutInputsAsTheyAreStated) {
   constexpr double u = 1e-3;
   constexpr int trials = 200;

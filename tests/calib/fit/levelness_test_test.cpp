@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The half differences of each rest face against the regression of all other readings.
+// The half differences of each rest face, compared with predictions by all other readings.
 #include "calib/fit/levelness_test.hpp"
 
 #include <algorithm>
@@ -21,14 +21,15 @@ ReadingSet set_of_faces(std::uint64_t seed, int points = 12) {
                             standard_design(points), face_noise, seed);
 }
 
-// The field is given, so that axes share no unknown.
+// The field is known, so the axes share no unknown.
 Estimate tested_estimate(const ReadingSet& set) {
   Estimate estimate = estimate_known(set, set.field);
   test_levelness(SolvedReadings(set, true), estimate);
   return estimate;
 }
 
-// One face: prediction intervals of a textbook for its half differences, axis by axis.
+// p of one face: prediction intervals of a textbook for its half differences. The axes are combined
+// by Fisher's method.
 double p_of_face(const ReadingSet& set, Face face) {
   const Eigen::MatrixXd X = test::rows_of(set, test::sloping_gravity);
   std::vector<Eigen::Index> own;
@@ -37,7 +38,7 @@ double p_of_face(const ReadingSet& set, Face face) {
     const bool here = set.readings[static_cast<std::size_t>(i)].point->rest() == face;
     (here ? own : others).push_back(i);
   }
-  // A row for each axis of the fence face.
+  // One row for each pair of opposite fence faces.
   std::vector<Eigen::RowVectorXd> rows;
   for (std::size_t a = 0; a < own.size(); ++a) {
     for (std::size_t b = 0; b < own.size(); ++b) {
@@ -87,7 +88,7 @@ TEST(TestLevelness, IsThePredictionOfEachFaceByTheOthers) {
     const double expected = p_of_all_faces(set);
     ASSERT_GT(expected, 0.005);
     ASSERT_TRUE(estimate.levelness.has_value());
-    // The axes' noise is iterated until it stays within 1e-6.
+    // The noise of the axes is iterated to a relative change of 1e-6.
     EXPECT_NEAR(estimate.levelness->p_value, expected, 1e-4 * expected) << points;
     EXPECT_TRUE(estimate.levelness->consistent);
     EXPECT_FALSE(estimate.levelness->suspect.has_value());
@@ -106,14 +107,14 @@ TEST(TestLevelness, NamesTheFaceThatDisagrees) {
     EXPECT_EQ(levelness.suspect->point.rest(), set.readings[wrong].point->rest());
     EXPECT_EQ(levelness.suspect->block, 1);
     EXPECT_TRUE(std::isnan(levelness.suspect->x));
-    // Heavy tails of the noise make a wrong reading less surprising, never more.
+    // The test allows for heavy tails, which make p larger.
     EXPECT_GE(levelness.p_value, p_of_all_faces(set) * (1.0 - 1e-4));
   }
 }
 
 TEST(TestLevelness, TellsTheBlockOfTheFace) {
   ReadingSet set = set_of_faces(5, 24);
-  // Each rest face twice, the second time in another block.
+  // Each rest face has readings in two blocks.
   for (std::size_t i = 0; i < set.readings.size(); ++i) {
     const DesignPoint& point = *set.readings[i].point;
     const bool next = axis_of(point.fence()) == (axis_of(point.rest()) + 1) % 3;
@@ -126,7 +127,7 @@ TEST(TestLevelness, TellsTheBlockOfTheFace) {
   EXPECT_EQ(estimate.levelness->suspect->point.rest(), set.readings[13].point->rest());
 }
 
-// Each axis is judged by its own scatter: neither its unit nor the field's matters.
+// Each axis is judged by its own scatter, so the units of the readings have no effect.
 TEST(TestLevelness, DoesNotKnowTheUnits) {
   ReadingSet set = set_of_faces(6);
   set.response(2, 1) += 3.0 * face_noise;
@@ -167,7 +168,8 @@ TEST(TestLevelness, LeavesRobustFitsAlone) {
   EXPECT_TRUE(estimate.levelness->consistent);
 }
 
-// Two faces of six readings in all: those of one do not determine the sensitivity alone.
+// The readings are on two rest faces. Without one of them the other does not determine the
+// sensitivity.
 TEST(TestLevelness, HasNoAnswerIfTheOtherFacesDoNotTell) {
   const std::vector<DesignEntry> all = standard_design(24);
   std::vector<DesignEntry> few;
@@ -184,7 +186,7 @@ TEST(TestLevelness, HasNoAnswerIfTheOtherFacesDoNotTell) {
   EXPECT_TRUE(std::isnan(estimate.levelness->p_value));
 }
 
-// A reading that method paired left out counts neither for its face nor for the others.
+// A reading that method paired leaves out is used neither for its face nor for the other faces.
 TEST(TestLevelness, DoesNotCountUnpairedReadings) {
   std::vector<DesignEntry> design = standard_design(12);
   const ReadingSet twelve = test::labelled_set(
@@ -208,7 +210,7 @@ TEST(TestLevelness, DoesNotCountUnpairedReadings) {
   EXPECT_NEAR(estimate.levelness->p_value, expected, 1e-5 * expected);
 }
 
-// Good runs of method joint, at noise that differs between the axes.
+// Good runs by method joint. The noise differs between the axes.
 TEST(TestLevelness, IsRightAboutGoodRuns) {
   constexpr int trials = 300;
   int below_5_percent = 0;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Recordings whose consecutive readings are alike.
+// Recordings with correlated consecutive readings.
 #include <cmath>
 #include <numbers>
 
@@ -18,7 +18,8 @@ namespace {
 
 using test::accelerometer_truth;
 
-// An instrument turned by hand, noise AR(1) in each axis.
+// A recording of an instrument that is turned by hand. The noise of each axis is AR(1) with the
+// coefficient `rho`.
 Observations turned_by_hand(const SensorModel& truth,
                             Eigen::Index n,
                             double rho,
@@ -61,7 +62,7 @@ TEST(LongRecording, StatesIntervalsThatHoldForCorrelatedNoise) {
     }
     EXPECT_EQ(found.fit.statistics->components.front().name, "correlation");
   }
-  EXPECT_GE(static_cast<double>(held) / all, 0.90);  // 95 % in full
+  EXPECT_GE(static_cast<double>(held) / all, 0.90);  // nominal: 95 %
 }
 
 TEST(LongRecording, HalvesAgree) {
@@ -91,7 +92,7 @@ TEST(LongRecording, SaysWhenItIsShortForItsNoise) {
   EXPECT_EQ(calibration_json(parse_calibration(text, "again.json")), text);
 }
 
-// A thermal sweep, up and down, whose bias hangs behind.
+// A thermal sweep up and down. The bias has a hysteresis.
 Observations sweep(double hysteresis, double rho, std::uint64_t seed) {
   RandomStream random(seed);
   Observations run;
@@ -131,7 +132,7 @@ TEST(ThermalSweep, CountsHysteresisAndNamesIt) {
   ASSERT_EQ(components.size(), 2U);
   EXPECT_EQ(components.back().name, "hysteresis");
   EXPECT_NEAR(components.back().sd(0), 0.05, 0.01);
-  // Both legs at 25 degrees, where they differ by 0.1, are within the interval.
+  // At 25 degrees both legs differ from the mean by 0.05, which is within the interval.
   EXPECT_GE(found.fit.statistics->interval_95(0), 0.05);
   EXPECT_LE(found.fit.statistics->interval_95(0), 0.12);
   EXPECT_THAT(found.findings.notes,
@@ -153,7 +154,7 @@ TEST(ThermalSweep, WithoutHysteresisHasNone) {
     }
   }
   EXPECT_LE(named, 6);
-  EXPECT_GE(held, 160);  // of 180
+  EXPECT_GE(held, 160);  // out of 180
 }
 
 }  // namespace

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Orientations unknown: method magnitude, coverage of the sphere, alignment of two instruments.
+// Method magnitude for unknown orientations, coverage of the sphere, alignment of two instruments.
 #include <cmath>
 
 #include <Eigen/LU>
@@ -77,7 +77,7 @@ TEST_P(MagnitudeMethodOf, CoversAsStated) {
       for (Eigen::Index j = 0; j < 3; ++j) {
         const double error = std::abs(result.sensor.response.sensitivity(k, j) - S(k, j));
         if (GetParam() == MagnitudeShape::triangular && j < k) {
-          EXPECT_LT(error, 1e-12);  // zero by what is taken for S
+          EXPECT_LT(error, 1e-12);  // S is upper triangular by definition
           continue;
         }
         covered += error <= t * s.sensitivity_se(k, j) ? 1 : 0;
@@ -129,7 +129,8 @@ TEST(MagnitudeMethod, IsCorrectedForItsBiasWhereHalfTheSphereIsMissing) {
     }
   }
   EXPECT_GT(se, 0.0);
-  // method.md, section 4: without it 8 sigma sqrt(N) / F = 1 standard error.
+  // Without the correction the mean error is 8 sigma sqrt(N) / F = 1 standard error (method.md,
+  // section 4).
   EXPECT_LT(std::abs(sum), 0.4);
 }
 
@@ -170,7 +171,7 @@ TEST(MagnitudeMethod, RefusesOrientationsThatDoNotTell) {
   };
   EXPECT_THAT(complaint(turned_by_hand(cap, S, 0.1, 1)),
               testing::HasSubstr("cover too little of the sphere"));
-  // The cause that the numbers support: an axis that is dead, and scatter that is no noise.
+  // The error names the cause that the readings show, here an axis that does not respond.
   Observations dead = turned_by_hand(directions_on_sphere(100), S, 0.1, 1);
   dead.response.col(1) *= 1e-3;
   EXPECT_THAT(complaint(dead), testing::HasSubstr("axis y hardly changes"));
@@ -225,7 +226,8 @@ TEST(OrientationQuality, NamesTheGap) {
   EXPECT_EQ(direction_in_words(quality.gap), "+x -z");
   EXPECT_NEAR(quality.largest_gap_rad * deg_per_rad, 60.0, 4.0);
   EXPECT_NEAR(quality.fit_error, 0.0, 1e-14);
-  // A cap of 60 degrees less the 30 that its rim reaches in.
+  // Readings are missing in a cap of 60 degrees. Directions up to 30 degrees from its rim count as
+  // covered.
   EXPECT_NEAR(quality.coverage, 1.0 - 0.5 * (1.0 - std::cos(30.0 * rad_per_deg)), 0.02);
 }
 
@@ -236,8 +238,8 @@ struct CompanionPair {
   Eigen::MatrixXd companion;
 };
 
-// Fields at an angle of 90 degrees plus the dip, in random attitudes, the one turned against the
-// other.
+// Two fields with an angle of 90 degrees plus the dip, in random attitudes. The axes of the
+// companion are turned by R.
 CompanionPair recorded_together(const Eigen::Matrix3d& R, double dip_deg, int count, double noise) {
   RandomStream random(8, 0);
   CompanionPair pair{.fields = Eigen::MatrixXd(count, 3), .companion = Eigen::MatrixXd(count, 3)};
@@ -272,7 +274,8 @@ TEST(Align, FindsAnyRotationByTheConstantAngle) {
 }
 
 TEST(Align, IsAsGoodAtAnyDip) {
-  // Near a pole the angle hardly changes with the rotation, but with the noise neither.
+  // Near a dip of 90 degrees the angle between the fields changes little with the rotation, and
+  // equally little with the noise.
   const auto aligned = [](double dip_deg) {
     const CompanionPair pair = recorded_together(Eigen::Matrix3d::Identity(), dip_deg, 60, 1e-3);
     return align_by_constant_angle(pair.fields, pair.companion);
@@ -300,7 +303,7 @@ TEST(Sun, IsTakenAtEachReadingsTime) {
   const Eigen::Matrix3d table = rotation_table_from_enu(40.0 * rad_per_deg);
   Eigen::Index row = 0;
   for (const DesignEntry& entry : standard_design(12)) {
-    const double time_s = start_s + 600.0 * static_cast<double>(row);  // two hours: 30 degrees
+    const double time_s = start_s + 600.0 * static_cast<double>(row);  // 2 h, 30 degrees in all
     const Eigen::Vector3d sun = table * sun_position(site, time_s).direction_in_enu;
     const Eigen::Matrix3d R = Positioner().rotation_table_from_positioner(entry.point).transpose();
     observations.response.row(row) = truth.response.at(R * sun);
@@ -319,18 +322,19 @@ TEST(Sun, IsTakenAtEachReadingsTime) {
     const Calibration result = calibrate(experiment, observations);
     EXPECT_MATRIX_NEAR(result.sensor.response.sensitivity, truth.response.sensitivity, 1e-8);
   }
-  // How the sun moves in the table depends on how the fence lies.
+  // The sun's direction in the table depends on the azimuth of the fence.
   Experiment without = experiment;
   without.table.fence_azimuth_rad.reset();
   EXPECT_THROW(static_cast<void>(calibrate(without, observations)), SetupError);
-  // Seconds of the recording are no time of day.
+  // Times from the start of the recording do not give the time of day.
   for (Reading& reading : observations.readings) {
     reading.time_s = *reading.time_s - start_s;
   }
   EXPECT_THROW(static_cast<void>(calibrate(experiment, observations)), RefusedError);
 }
 
-// An upper triangular S has a frame of its own, whose turn the stated covariance would lack.
+// A triangular S has its own frame. The stated covariance would not include the rotation of this
+// frame.
 TEST(AlignWithCompanion, WantsASymmetricShape) {
   RandomStream random(3);
   std::vector<Eigen::Vector3d> directions;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Model and Fit against matrices that are written out here.
+// Model and Fit, compared with explicit matrices.
 #include "calib/fit/model.hpp"
 
 #include <cmath>
@@ -29,7 +29,7 @@ Eigen::VectorXd ones(const ReadingSet& set) {
   return Eigen::VectorXd::Ones(set.axis_count());
 }
 
-// All residuals at a place, axis below axis.
+// All residuals at a place, the axes below each other.
 Eigen::VectorXd residuals_at(const Model& model, const Place& place) {
   const auto solution = model.at(place);
   const Eigen::Index n = model.readings().size();
@@ -50,7 +50,7 @@ TEST(Model, FitsTheCoefficientsOfEachAxis) {
   EXPECT_TRUE(solution->coefficients().isApprox(expected, 1e-12));
 }
 
-// The Jacobian of variable projection at a solution: by differences.
+// The Jacobian of variable projection at a solution, compared with finite differences.
 TEST(Model, KnowsTheChangeWithTheDirections) {
   const ReadingSet set = some_set(2);
   const Model model(set, false);
@@ -80,7 +80,7 @@ TEST(Model, FindsTheDirection) {
   EXPECT_LE(found.rounds, 8);
   const Eigen::Vector3d off = found.state->field().vector(0) - test::sloping_gravity;
   EXPECT_LT(off.norm(), 5.0 * model_noise);
-  // At the solution no direction makes the residuals smaller.
+  // At the solution the gradient of the sum of squares by the direction is 0.
   for (const AxisSolution& axis : found.state->axes) {
     EXPECT_LT((axis.design->basis().transpose() * axis.residuals).norm(), 1e-10);
   }
@@ -148,7 +148,7 @@ TEST(Model, FindsTheScaleOverTemperature) {
 TEST(Model, FitsAddedColumns) {
   ReadingSet set = some_set(7);
   Eigen::MatrixXd Z = Eigen::MatrixXd::Zero(set.size() * 3, 1);
-  for (Eigen::Index i = 12; i < 24; ++i) {  // a step of the first axis in the middle
+  for (Eigen::Index i = 12; i < 24; ++i) {  // a step of the first axis at reading 12
     Z(i, 0) = 1.0;
     set.response(i, 0) += 0.01;
   }
@@ -174,7 +174,7 @@ TEST(Model, NamesWhatTheReadingsLeaveOpen) {
   EXPECT_THROW(static_cast<void>(model.at({.field = level_field()})), RankDeficientError);
 }
 
-// The axes' noise by restricted likelihood at the solution: sigma_k^2 = RSS_k / nu_k.
+// The noise of the axes at the solution is that of restricted likelihood, sigma_k^2 = RSS_k / nu_k.
 TEST(Model, FindsTheNoiseOfEachAxis) {
   ReadingSet set = some_set(9);
   RandomStream random(1);
@@ -189,11 +189,11 @@ TEST(Model, FindsTheNoiseOfEachAxis) {
   ASSERT_TRUE(by_axis.has_value());
   EXPECT_LT(by_axis->sigma(0), 2.0 * model_noise);
   EXPECT_GT(by_axis->sigma(2), 10.0 * model_noise);
-  // 24 readings less four coefficients each and two directions.
+  // Three axes of 24 readings less four coefficients each and two directions.
   EXPECT_NEAR(by_axis->degrees_of_freedom.sum(), 3.0 * 20.0 - 2.0, 1e-6);
   const SharedCost cost = Model::cost_of_shared(*found.state, by_axis->sigma);
   EXPECT_NEAR(cost.degrees_of_freedom.sum(), 58.0, 1e-9);
-  // The quiet axes pay for the directions.
+  // The directions are determined by the axes with little noise, which lose degrees of freedom.
   EXPECT_GT(cost.degrees_of_freedom(2), 19.9);
 }
 
@@ -256,7 +256,7 @@ TEST_P(FitOfRun, TakesUpChangesAsLeastSquaresDo) {
       fit.covariance_of_shared().isApprox(C.bottomRightCorner(fit.shared(), fit.shared()), 1e-7));
 }
 
-// Rows axis below axis, as hypotheses have them.
+// The rows of Z are ordered by axis, as those of a hypothesis.
 TEST_P(FitOfRun, ProjectsColumnsOnItsBasis) {
   const Fit fit(set_, solution_, sigma_);
   const Eigen::Index n = fit.readings();

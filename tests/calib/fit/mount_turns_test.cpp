@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The turns of an instrument in its mounts, and of a gyroscope from rest to rest, each against
-// linear least squares that are written out here.
+// Turns of an instrument in its mounts, and of a gyroscope between rests, compared with linear
+// least squares that are written out here.
 #include "calib/fit/mount_turns.hpp"
 
 #include <array>
@@ -25,7 +25,8 @@ using testing::HasSubstr;
 
 constexpr double mount_noise = 2e-5;
 
-// All 24 points in each mount. The instrument sits turned in it.
+// Readings at all 24 points in each mount. In each mount the instrument is turned by one of
+// `turns`.
 ReadingSet mounted_set(const std::vector<Eigen::Vector3d>& turns,
                        double noise_sd,
                        std::uint64_t seed) {
@@ -55,7 +56,7 @@ Eigen::Vector3d turn_vector(const Eigen::Matrix3d& R) {
   return turn.angle() * turn.axis();
 }
 
-// Orthonormal contrasts of three mounts.
+// Orthonormal contrasts between three mounts, 3 x 2.
 Eigen::MatrixXd contrasts_of_three() {
   Eigen::MatrixXd C(3, 2);
   C << 1.0 / std::sqrt(2.0), 1.0 / std::sqrt(6.0), -1.0 / std::sqrt(2.0), 1.0 / std::sqrt(6.0), 0.0,
@@ -63,8 +64,8 @@ Eigen::MatrixXd contrasts_of_three() {
   return C;
 }
 
-// All columns of a linear fit of three mounts about given S, axis below axis: those of each axis,
-// then S [d_j x f] by the contrasts.
+// All columns of a linear fit of three mounts, axes below each other. First the columns of each
+// axis, then S [d_j x f] in terms of the contrasts.
 Eigen::MatrixXd columns_with_mounts(const ReadingSet& set, const SensitivityMatrix& S) {
   const Eigen::Index n = set.size();
   const Eigen::MatrixXd X = test::rows_of(set, test::sloping_gravity);
@@ -124,7 +125,8 @@ TEST(FittedMounts, StatesTheScatterOfTurnsByNoise) {
   EXPECT_NEAR(found->expected, C.diagonal().tail<6>().mean(), 1e-3 * found->expected);
 }
 
-// Without turns, the sum of the squared turns over 3 (B - 1) is the expected mean square.
+// If the instrument is not turned, the mean over runs of sum |d_j|^2 / 3 (B - 1) is the expected
+// mean square.
 TEST(FittedMounts, FindsNoMoreThanNoiseIfTheInstrumentStays) {
   constexpr int trials = 60;
   double ratio = 0.0;
@@ -183,7 +185,7 @@ TEST(FittedMounts, NeedsSeveralMountsAndAxes) {
   EXPECT_FALSE(fitted_mounts(many, estimate_of_mounted(many), true).has_value());
 }
 
-// A mount in which the instrument met one direction only leaves a turn open.
+// A mount with one reading only does not determine its turn.
 TEST(FittedMounts, IsNoneIfATurnIsOpen) {
   ReadingSet set = mounted_set({small_turns[0]}, mount_noise, 6);
   for (std::size_t i = 0; i < set.readings.size(); ++i) {
@@ -202,13 +204,13 @@ Eigen::Matrix3d gyroscope_sensitivity() {
 
 const Eigen::Vector3d gyroscope_bias(0.05, -0.02, 0.01);
 
-// A turn about one axis of the sensor: its readings in closed form, and the seats after it.
+// A turn of the gyroscope about one axis of the sensor, with the rotation that the seats state.
 struct TurnAboutAxis {
-  Eigen::Vector3d rotation;  // axis times angle
-  Eigen::Matrix3d known;     // before from after, as the seats say
+  Eigen::Vector3d rotation;  // axis times angle [rad]
+  Eigen::Matrix3d known;     // before from after, by the seats
 };
 
-// The rate goes up and down as sin^2, over which the trapezium rule is exact.
+// Readings of turns with the rate sin^2(t). The trapezium rule integrates this rate exactly.
 class SimulatedTurns {
  public:
   explicit SimulatedTurns(const std::vector<TurnAboutAxis>& turns,
@@ -251,7 +253,7 @@ class SimulatedTurns {
   std::vector<GyroscopeTurn> turns_;
 };
 
-// Eight turns about eight axes, by seats with errors.
+// Eight turns about random axes. The seats have errors of `error_rad` (sd).
 std::vector<TurnAboutAxis> eight_turns(double error_rad, std::uint64_t seed) {
   RandomStream random(seed);
   std::vector<TurnAboutAxis> turns;
@@ -275,10 +277,10 @@ TEST(TurnsAboutAxes, GiveTheSensitivityExactly) {
   EXPECT_NEAR(fit.most_revolutions, 2.2 / (2.0 * std::numbers::pi), 1e-3);
 }
 
-// One step of Gauss-Newton from the truth, with the Jacobian in closed form: the turn so far, as
-// the mean over its angle, times the change of B.
+// One Gauss-Newton step from the truth with an analytical Jacobian: the mean rotation over the turn
+// times the change of B.
 struct LinearTurns {
-  Eigen::MatrixXd jacobian = Eigen::MatrixXd(24, 9);  // of the nine entries of B, row by row
+  Eigen::MatrixXd jacobian = Eigen::MatrixXd(24, 9);  // columns: entries of B, row by row
   Eigen::VectorXd residuals = Eigen::VectorXd(24);
 
   explicit LinearTurns(const std::vector<TurnAboutAxis>& turns) {
@@ -339,7 +341,7 @@ TEST(TurnsAboutAxes, FollowTheUnitOfReadings) {
   EXPECT_NEAR(b.residual_sd_rad, a.residual_sd_rad, 1e-8);
 }
 
-// The same readings, and seats stated in another frame: S Q^T.
+// If the seats are stated in a frame turned by Q, the fitted sensitivity is S Q^T.
 TEST(TurnsAboutAxes, FollowTheFrameOfTheSeats) {
   const std::vector<TurnAboutAxis> turns = eight_turns(1e-3, 4);
   const Eigen::Matrix3d Q = rotation_by(Eigen::Vector3d(0.02, -0.03, 0.05));
@@ -453,7 +455,7 @@ TEST(FitRests, OfDriftingBiasesAreThoseOfTheMiddle) {
   const RestFit fit = fit_rests(means, directions_up(n, 4));
   EXPECT_THAT(fit.remark, HasSubstr("drift over the log"));
   EXPECT_MATRIX_NEAR(fit.bias, Eigen::Vector3d(0.1, 0.2, 0.3), 2e-3);
-  // The scatter is that about the line, not that of the drift (0.015).
+  // The scatter is about the line. That about the mean would be 0.015.
   EXPECT_LT(fit.sd.maxCoeff(), 2e-3);
 }
 
@@ -467,7 +469,7 @@ TEST(FitRests, OfWhiteNoiseHaveNoRemark) {
     }
     remarks += fit_rests(means, directions_up(20, seed)).remark.empty() ? 0 : 1;
   }
-  EXPECT_LE(remarks, 14);  // one in ten looks alike by chance
+  EXPECT_LE(remarks, 14);  // expected: 5, by the 10 % test
 }
 
 }  // namespace

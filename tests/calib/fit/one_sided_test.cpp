@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Axes that see light from one side: which readings count is known here from the truth, and the
-// coefficients are those of a regression on these readings alone.
+// One-sided axes: the used readings are compared with those by the truth, and the coefficients with
+// a regression on these readings.
 #include <algorithm>
 #include <cmath>
 
@@ -22,7 +22,7 @@ using testing::HasSubstr;
 
 constexpr double light_noise = 1e-4;
 
-// Six photodiodes on the faces of a cube, a little off the normals.
+// Six photodiodes, one on each face of the cube. `off` is their deviation from the normals.
 LinearResponse six_diodes(double off = 0.02) {
   LinearResponse truth{.bias = 0.01 * Eigen::VectorXd::LinSpaced(6, 1.0, 2.0),
                        .sensitivity = SensitivityMatrix(6, 3)};
@@ -34,7 +34,7 @@ LinearResponse six_diodes(double off = 0.02) {
   return truth;
 }
 
-// The 24 points, each with every one of some levels.
+// A run of the 24 points at each of the levels.
 struct LightRun {
   LinearResponse truth = six_diodes();
   std::vector<FieldDescription> parts;
@@ -70,7 +70,8 @@ struct LightRun {
     }
   }
 
-  // The light of a part in the sensor at a reading, and the share that the level leaves.
+  // light(): field of a part in the sensor at a reading. factor(): its multiple by the reading's
+  // level.
   [[nodiscard]] Eigen::Vector3d light(Eigen::Index i, std::size_t part) const {
     const Reading& reading = observations.readings[static_cast<std::size_t>(i)];
     return Positioner().rotation_table_from_positioner(*reading.point).transpose() *
@@ -82,7 +83,7 @@ struct LightRun {
                : 1.0;
   }
 
-  // The cosine between an axis and a light.
+  // @return the cosine of the angle between the sensitive direction of an axis and a light.
   [[nodiscard]] double share(Eigen::Index i, Eigen::Index k, std::size_t part) const {
     return Eigen::Vector3d(truth.sensitivity.row(k)).normalized().dot(light(i, part).normalized());
   }
@@ -102,7 +103,8 @@ FieldDescription lamp_at(const Eigen::Vector3d& direction) {
 
 const Eigen::Vector3d oblique_lamp(0.55, 0.25, 0.8);
 
-// The readings that count by the truth: dark ones, and those with the light clearly in front.
+// @return the readings that each axis should use: dark ones, and those with the light clearly in
+// front.
 AxisMask readings_in_front(const LightRun& run) {
   AxisMask mask(run.observations.response.rows(), 6);
   for (Eigen::Index i = 0; i < mask.rows(); ++i) {
@@ -113,7 +115,8 @@ AxisMask readings_in_front(const LightRun& run) {
   return mask;
 }
 
-// Bias and row of S of an axis, by QR of the readings that count; fields as the axis saw them.
+// Bias and row of S of an axis, by QR of its used readings. `fields` are the fields that the axis
+// responds to.
 Eigen::Vector4d regression_of(const LightRun& run,
                               const AxisMask& counted,
                               Eigen::Index axis,
@@ -154,7 +157,7 @@ TEST(OneSidedAxes, UseTheReadingsWithTheLightInFront) {
   }
 }
 
-// The direction of the lamp is fitted too, from a start that is five degrees off.
+// Method joint fits the direction of the lamp. The start is off by 5 degrees.
 TEST(OneSidedAxes, FindTheDirectionOfTheLamp) {
   LightRun run({lamp_at(oblique_lamp)}, {1.0, 0.0}, light_noise);
   run.parts[0].in_table =
@@ -167,7 +170,7 @@ TEST(OneSidedAxes, FindTheDirectionOfTheLamp) {
   EXPECT_FALSE(estimate.sight.unsettled);
 }
 
-// Light that grazes the front (cosine 0.03) is shaded by the housing: it counts for nobody.
+// Light at grazing incidence (cosine 0.03) is blocked by the housing. No axis uses such readings.
 TEST(OneSidedAxes, LeaveGrazingLightOut) {
   LightRun run({lamp_at(Eigen::Vector3d(0.03, 0.6, 0.8))}, {1.0, 0.0}, 0.0, six_diodes(0.0));
   int grazed = 0;
@@ -201,7 +204,7 @@ TEST(OneSidedAxes, FollowTheUnitAndTheOrderOfReadings) {
   EXPECT_MATRIX_NEAR(b.response.bias, 50.0 * a.response.bias, 1e-8);
 }
 
-// Readings that bring their fields, as a goniometer states them.
+// The field is stated for each reading (fx, fy, fz), as by a goniometer.
 TEST(OneSidedAxes, TakeFieldsThatReadingsBring) {
   LightRun run({lamp_at(oblique_lamp)}, {1.0}, 0.0);
   Observations& observations = run.observations;
@@ -227,7 +230,7 @@ TEST(OneSidedAxes, TakeFieldsThatReadingsBring) {
   const ReadingSource source(run.experiment, observations, Weighting::none, true);
   AxisMask seen;
   const Estimate estimate = estimate_one_sided(Method::known, source, run.parts, seen);
-  EXPECT_LE((seen != expected).count(), 2);  // of those at the very edge
+  EXPECT_LE((seen != expected).count(), 2);  // readings at the limit
   EXPECT_MATRIX_NEAR(estimate.response.sensitivity, run.truth.sensitivity, 5e-4);
   EXPECT_MATRIX_NEAR(estimate.response.bias, run.truth.bias, 5e-4);
 }
@@ -264,7 +267,7 @@ TEST(OneSidedAxes, SeeEachLightForItself) {
     }
   }
   EXPECT_GT(counted, seen.size() / 3);
-  // The regression on what each axis saw.
+  // Compares with the regression on the light that reaches each axis.
   for (Eigen::Index k = 0; k < 6; ++k) {
     Eigen::MatrixX3d fields(seen.rows(), 3);
     for (Eigen::Index i = 0; i < seen.rows(); ++i) {
@@ -294,7 +297,7 @@ TEST(OneSidedAxes, NeedTheDarkBesideALightThatStaysOn) {
       HasSubstr("no reading has the switched light off (level 0)"));
 }
 
-// A lamp on the table's normal: an axis meets it from one direction only.
+// If the lamp is on the table's normal, the light reaches each axis from one direction only.
 TEST(OneSidedAxes, NameTheCoefficientsThatStayOpen) {
   const LightRun run({lamp_at(Eigen::Vector3d::UnitZ())}, {1.0, 0.0}, light_noise, six_diodes(0.0));
   AxisMask seen;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Opposite positions, and the slope of the table that their differences tell.
+// Opposite positions, and the slope of the table from their half differences.
 #include "calib/fit/src/opposite_pairs.hpp"
 
 #include <algorithm>
@@ -30,7 +30,7 @@ ReadingSet set_of_pairs(std::uint64_t seed, int points = 12, double noise = pair
                             standard_design(points), noise, seed);
 }
 
-// The same design once for each slope, one block for each.
+// One block for each element of `in_table`, with the same design.
 ReadingSet set_of_blocks(const std::vector<Eigen::Vector3d>& in_table, double noise) {
   ReadingSet all;
   for (std::size_t b = 0; b < in_table.size(); ++b) {
@@ -60,8 +60,8 @@ std::optional<Levelness> levelness_by(const ReadingSet& set,
   return estimate_levelness(set, find_opposite_pairs(set).pairs, S, field, field.magnitude());
 }
 
-// Half differences of all pairs, with their derivative with respect to the field in the plane:
-// rows of the axes, pair after pair, in units of one reading.
+// Half differences of all pairs and their derivatives by the in-plane field. Rows are ordered pair
+// by pair, then axis by axis, and scaled to the noise of one reading.
 struct HalfDifferences {
   explicit HalfDifferences(const ReadingSet& set, const SensitivityMatrix& S, double normal) {
     for (Eigen::Index a = 0; a < set.size(); ++a) {
@@ -78,7 +78,8 @@ struct HalfDifferences {
              set.rotation_sensor_from_table[static_cast<std::size_t>(b)]) /
             2.0;
         for (Eigen::Index k = 0; k < set.axis_count(); ++k) {
-          // The difference of two readings, halved: half of the variance of one.
+          // The variance of half a difference is half of that of one reading, hence the factor
+          // sqrt(2).
           const double half = (set.response(a, k) - set.response(b, k)) / 2.0;
           G.conservativeResize(G.rows() + 1, 2);
           d.conservativeResize(d.size() + 1);
@@ -108,7 +109,7 @@ TEST(OppositePositions, AreTurnedRoundOnOneFace) {
     EXPECT_EQ(set.readings[pair.first[0]].point, pair.point);
     EXPECT_EQ(set.readings[pair.second[0]].point, pair.point.turned_round());
     EXPECT_TRUE(is_positive(pair.point.fence()));
-    EXPECT_EQ(pair.mean.size(), 0);  // positions alone
+    EXPECT_EQ(pair.mean.size(), 0);  // without readings
   }
   EXPECT_EQ(opposite_positions(set_of_pairs(1, 24)).pairs.size(), 12U);
 }
@@ -154,7 +155,7 @@ TEST(FindOppositePairs, AveragesRepeatsByTheirWeights) {
   const OppositePairs once = opposite_positions(set);
   const std::size_t a = once.pairs.front().first[0];
   const std::size_t b = once.pairs.front().second[0];
-  // A repeat of the first position in the place of a reading of another pair.
+  // A reading of another pair becomes a repeat of the first position.
   const std::size_t repeat = once.pairs.back().first[0];
   set.readings[repeat].point = set.readings[a].point;
   Rotations rotations;
@@ -183,10 +184,11 @@ TEST(FindOppositePairs, AveragesRepeatsByTheirWeights) {
     EXPECT_NEAR(pair->half_difference(k), (first - second) / 2.0, 1e-14);
     EXPECT_NEAR(pair->weights(k), 4.0 * (wa + wr) * wb / (wa + wr + wb), 1e-13);
   }
-  EXPECT_EQ(pair->weights(2), 0.0);  // the axis has no reading of one side
+  EXPECT_EQ(pair->weights(2), 0.0);  // no used reading on one side
 }
 
-// The normal of the table cancels in the differences, its plane in the means.
+// The normal component cancels in the half differences, and the in-plane components cancel in the
+// means.
 TEST(FindOppositePairs, SeparatesThePlaneFromTheNormal) {
   const OppositePairs found = find_opposite_pairs(set_of_pairs(5, 24));
   ASSERT_EQ(found.pairs.size(), 12U);
@@ -216,7 +218,7 @@ TEST(PairsByFace, LeaveOutTheDark) {
   }
 }
 
-// Any field and any regular S: the slope of exact readings is the one of the truth.
+// For any field and any invertible S, readings without noise give the true slope.
 TEST(EstimateLevelness, IsExactForExactReadings) {
   for (const double F : {1.0, 9.81, 48.0}) {
     const Eigen::Vector3d in_table = F * Eigen::Vector3d(0.02, -0.03, 1.0).normalized();
@@ -236,7 +238,8 @@ TEST(EstimateLevelness, IsExactForExactReadings) {
   }
 }
 
-// sigma / (S F sqrt(12)) with sigma of the differences about one slope.
+// The standard error is sigma / (S F sqrt(12)). sigma is the scatter of the half differences about
+// one slope.
 TEST(EstimateLevelness, HasTheStandardErrorOfTwelveReadings) {
   constexpr double S = 2.5;
   constexpr double F = 9.81;
@@ -253,7 +256,7 @@ TEST(EstimateLevelness, HasTheStandardErrorOfTwelveReadings) {
   const double s = std::sqrt(halves.squares_left() / 16.0);
   EXPECT_NEAR(found->standard_error_x, s / (S * F * std::sqrt(12.0)), 1e-12);
   EXPECT_NEAR(found->standard_error_y, s / (S * F * std::sqrt(12.0)), 1e-12);
-  // With one sensitivity for all the mean is the least squares solution, too.
+  // If all axes have equal sensitivity, the mean of the estimates is the least-squares solution.
   const Eigen::Vector2d together = halves.G.householderQr().solve(halves.d) / F;
   EXPECT_NEAR(found->mean_x, together.x(), 1e-12);
   EXPECT_NEAR(found->mean_y, together.y(), 1e-12);
@@ -286,7 +289,8 @@ TEST(EstimateLevelness, ScattersAsItsStandardErrorSays) {
   EXPECT_NEAR(squares / stated, 1.0, 0.15);
 }
 
-// One axis sees a face through its cross-axis terms, if at all: all differences together.
+// One axis measures the slope on some faces by its cross-axis terms only, so all half differences
+// are fitted together.
 TEST(EstimateLevelness, OfOneAxisFitsAllDifferencesTogether) {
   const LinearResponse truth{.bias = Eigen::VectorXd::Constant(1, 0.1),
                              .sensitivity = Eigen::RowVector3d(0.3, -0.2, 2.0)};
@@ -333,7 +337,7 @@ TEST(EstimateLevelness, TakesTheLevelOfTheFieldIntoAccount) {
   }
 }
 
-// The F test of nested models: one slope for all blocks against one for each.
+// F test of nested models: one slope for all blocks, and one slope for each block.
 TEST(EstimateLevelness, ComparesTheSlopesOfBlocks) {
   const SensitivityMatrix S = test::some_response().sensitivity;
   const Eigen::Vector3d other(0.0034, -0.0016, 1.0);
@@ -347,7 +351,7 @@ TEST(EstimateLevelness, ComparesTheSlopesOfBlocks) {
     ReadingSet own = moved;
     for (std::size_t i = 0; i < own.readings.size(); ++i) {
       if (own.readings[i].block != block) {
-        own.readings[i].point = DesignPoint(Face::plus_x, Face::minus_z);  // without an opposite
+        own.readings[i].point = DesignPoint(Face::plus_x, Face::minus_z);  // has no opposite
       }
     }
     each += HalfDifferences(own, S, 1.0).squares_left();
@@ -378,7 +382,7 @@ TEST(EstimateLevelness, OfBlocksIsOneForEach) {
   EXPECT_EQ(found->current_levelness().block, 2);
 }
 
-// A drift would look like a slope; the readings are taken back to the middle of the run first.
+// A drift would change the slope, so it is subtracted from the readings first.
 TEST(LevelnessOf, TakesADriftOff) {
   ReadingSet set = set_of_pairs(11, 24, 0.0);
   set.effects = run_effects(set.readings, set.weights, {.drift = true});

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Errors that the readings of a laying or of a pose share.
+// Errors that the readings of one laying or of one pose share.
 #include <algorithm>
 #include <cmath>
 #include <map>
@@ -23,7 +23,7 @@ const ScatterComponent* component_of(const Calibration& calibration, const std::
   return found != all.end() ? &*found : nullptr;
 }
 
-// Runs of four blocks whose poses have errors of their own, in units of the noise.
+// Runs of four blocks. Each pose has an error of `size` times the noise (sd), equal in all blocks.
 struct PoseRuns {
   explicit PoseRuns(double size) {
     const SensorModel truth = test::accelerometer_truth();
@@ -54,13 +54,13 @@ struct PoseRuns {
 
   static constexpr std::uint64_t runs = 60;
   int told = 0;
-  int covered = 0;  // of 3 * runs
+  int covered = 0;  // out of 3 * runs
 };
 
 TEST(ErrorsOfPoses, AreToldAndCounted) {
   const PoseRuns one(1.0);
   EXPECT_GE(one.told, 42);
-  EXPECT_GE(one.covered, 157);  // of 180: at least 87 %
+  EXPECT_GE(one.covered, 157);  // at least 87 % of 180
 }
 
 TEST(ErrorsOfPoses, AreNotSeenInWhiteReadings) {
@@ -69,7 +69,7 @@ TEST(ErrorsOfPoses, AreNotSeenInWhiteReadings) {
   EXPECT_GE(none.covered, 164);
 }
 
-// Five readings of each laying with one error: the covariance is that of the twelve means.
+// Five readings of each laying share one error, so the covariance is that of the 12 means.
 TEST(ErrorsOfLayings, CountEachLayingOnce) {
   const SensorModel truth = test::accelerometer_truth();
   Experiment experiment = test::experiment_for(truth);
@@ -99,7 +99,7 @@ TEST(ErrorsOfLayings, CountEachLayingOnce) {
     for (const Eigen::Index j : {4 * k + 1, 4 * k + 2, 4 * k + 3}) {
       const double expected = of_means.fit.statistics->interval_95(j);
       EXPECT_GE(of_rows.fit.statistics->interval_95(j), 0.99 * expected);
-      EXPECT_LE(of_rows.fit.statistics->interval_95(j), 2.0 * expected);  // of consecutive ones too
+      EXPECT_LE(of_rows.fit.statistics->interval_95(j), 2.0 * expected);
     }
   }
 }

@@ -7,7 +7,7 @@
 namespace axiscal {
 namespace {
 
-// Readings of one axis by their values.
+// Readings of one axis with the given values.
 ReadingSet readings_of_one_axis(const std::vector<double>& values) {
   ReadingSet set;
   set.axes = {"x"};
@@ -39,8 +39,8 @@ Eigen::Matrix3d turned_about_z(double angle) {
   return Eigen::AngleAxisd(angle, Eigen::Vector3d::UnitZ()).toRotationMatrix();
 }
 
-// What comes again soon is kept once, what comes again late twice; either is found where it was
-// put.
+// A rotation that is repeated soon is stored once, and one that is repeated late is stored twice.
+// Each index returns the rotation that was stored for it.
 TEST(Rotations, AreWhatWasPut) {
   Rotations rotations = {turned_about_z(0.0)};
   for (int i = 1; i < 200; ++i) {

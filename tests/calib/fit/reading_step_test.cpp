@@ -9,7 +9,8 @@
 namespace axiscal {
 namespace {
 
-// Readings of noise 1 about a few values, as an instrument prints them.
+// Readings with noise of sd 1 about 12 values. They are rounded to `step` and printed with the last
+// digit `digits`; 0: neither.
 std::vector<double> readings_of(double step, double digits, std::uint32_t seed) {
   RandomStream random(seed);
   std::vector<double> readings;
@@ -25,7 +26,7 @@ std::vector<double> readings_of(double step, double digits, std::uint32_t seed) 
 
 TEST(ReadingStep, OfLastDigitsIsFound) {
   EXPECT_EQ(detect_rounding_step({1.25, 2.5, 3.75, 5.0, 7.5, 11.25, 20.0, 26.25}, 0.0), 1.25);
-  // Few readings that happen to be even are no reason for a step of 2.
+  // Four even readings are too few to infer a step of 2.
   EXPECT_EQ(detect_rounding_step({2.0, 4.0, 8.0, 14.0}, 0.0, 0.1), 1.0);
   EXPECT_EQ(detect_rounding_step({2.0, 4.0, 8.0, 14.0}, 0.5), 0.5) << "it was stated";
 }
@@ -51,8 +52,7 @@ TEST(ReadingStep, OfContinuousReadingsIsNoMoreThanTheirLastDigit) {
   }
 }
 
-// Steps of 2.5 mV for readings above 0.5 V and of 0.25 mV below, as of a meter that changes its
-// range.
+// Readings of a meter that changes its range: the step is 2.5 mV above 0.5 V and 0.25 mV below.
 TEST(StepsOfResponses, FindsAWiderStepOfLargeReadings) {
   const Eigen::MatrixXd response = (Eigen::MatrixXd(8, 3) << 2.5175, -0.01225, 0.04875,  //
                                     -2.4925, 0.0215, -0.03775,                           //

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The derivatives of readings against differences, and the polar form against the linear fit.
+// The derivatives of readings, compared with finite differences, and the polar form, compared with
+// the linear fit.
 #include "calib/fit/response_system.hpp"
 
 #include <cmath>
@@ -22,8 +23,7 @@ ReadingSet set_for_changes(int points = 12) {
                             standard_design(points), 1e-4, 1);
 }
 
-// Row s of the result: by how much the fields that an axis sees change with unknown s, by
-// differences of the field moved there and back.
+// Changes of the fields with each shared unknown, by central differences of the field.
 Eigen::MatrixXd changes_by_differences(const ReadingSet& set,
                                        const TableField& field,
                                        Eigen::Index axis) {
@@ -52,7 +52,8 @@ TEST(ChangesWithDirections, AreTheDerivativesOfTheFieldInTheSensor) {
   const FieldChanges changes = field_direction_derivatives(set, field, field.tangents());
   ASSERT_EQ(changes.cols(), 2);
   EXPECT_MATRIX_NEAR(changes, changes_by_differences(set, field, 0), 1e-9);
-  // A step of the direction changes the field across itself only, by the field's length.
+  // A change of the direction moves the field across itself. The change has the length of the
+  // field.
   for (Eigen::Index i = 0; i < set.size(); ++i) {
     const Eigen::Vector3d met =
         set.rotation_sensor_from_table[static_cast<std::size_t>(i)] * field.vector(0);
@@ -79,7 +80,7 @@ TEST(ChangesWithDirections, BelongToTheTiltOfEachBlock) {
   EXPECT_EQ(changes.block(3, 0, 3, 2).norm(), 0.0);
 }
 
-// A lamp, and daylight of unknown strength.
+// The field of a lamp of known strength and daylight of unknown strength.
 TableField lamp_and_daylight() {
   FieldDescription lamp{.kind = "lamp", .name = "lamp", .unit = "1", .magnitude = 2.0};
   FieldDescription daylight{.kind = "daylight", .unit = "1", .magnitude = 0.4};
@@ -103,7 +104,7 @@ TEST(ChangesWithDirections, OfASumHaveThreeColumnsForAPartOfUnknownLength) {
   const FieldChanges changes = field_direction_derivatives(set, set.field, set.field.tangents());
   ASSERT_EQ(changes.cols(), 5);
   EXPECT_MATRIX_NEAR(changes, changes_by_differences(set, set.field, 0), 1e-8);
-  // Reading 0 has the lamp dark: its direction has no effect there.
+  // Reading 0 has the level 0, so the direction of the lamp does not change it.
   EXPECT_EQ(changes.topLeftCorner(3, 2).norm(), 0.0);
   EXPECT_NEAR(changes.topRightCorner(3, 3).norm(), 2.0 * std::sqrt(3.0), 1e-12);
 }
@@ -156,7 +157,7 @@ TEST(ResponseChanges, AreTheDerivativesOfReadingsOverTemperature) {
   }
 }
 
-// Least squares by the stacked system return the coefficients that made the readings.
+// Least squares of the stacked system give the coefficients from which the readings were computed.
 TEST(StackedByAxis, SharesTheLastColumnsOnly) {
   RandomStream random(7);
   std::vector<Eigen::MatrixXd> own(2, Eigen::MatrixXd(9, 3));
@@ -193,7 +194,7 @@ Eigen::MatrixX3d random_fields(Eigen::Index n, std::uint64_t seed) {
   return fields;
 }
 
-// Bias and row of S by QR.
+// Bias and row of S of one axis, by QR.
 Eigen::Vector4d linear_row(const Eigen::MatrixX3d& fields, const Eigen::VectorXd& v) {
   Eigen::MatrixXd X(fields.rows(), 4);
   X << Eigen::VectorXd::Ones(fields.rows()), fields;
@@ -227,7 +228,8 @@ TEST(FitPolarForm, AgreesWithTheLinearRegression) {
   }
 }
 
-// The angles by hand, in forward-right-down: the cone is the angle to the nominal axis.
+// Coning angle and azimuth from their definition in forward-right-down. The coning angle is that to
+// the nominal axis.
 TEST(FitPolarForm, StatesConeAndAzimuth) {
   const Eigen::MatrixX3d fields = random_fields(12, 4);
   const double cone = 0.02;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Steps that are wider than the noise, and the variances that readings of one digit have by hand.
+// Steps that are wider than the noise, and the variances of readings that share a digit.
 #include "calib/fit/rounding_scatter.hpp"
 
 #include <algorithm>
@@ -17,7 +17,7 @@
 namespace axiscal {
 namespace {
 
-// The 24 points so many times, rounded to a step; 0: not rounded.
+// Readings at the 24 points, `times` times, rounded to `step`; a step of 0 means no rounding.
 ReadingSet rounded_set(double step, double noise_sd, int times, std::uint64_t seed = 1) {
   std::vector<DesignEntry> design;
   for (int t = 0; t < times; ++t) {
@@ -51,8 +51,8 @@ TEST(IsCoarselyRounded, IsTrueIfOneAxisIs) {
   EXPECT_TRUE(is_coarsely_rounded(set, step, Eigen::Vector3d(step, 0.1 * step, step)));
 }
 
-// A step that nobody stated counts if it is small against the range of the readings: else it may be
-// the field's own differences.
+// A step that is not stated is used only if it is small against the range of the readings. A larger
+// one could come from the differences of the field.
 TEST(IsCoarselyRounded, FindsAStepThatNobodyStated) {
   const ReadingSet fine = rounded_set(0.03125, 0.0, 2);
   EXPECT_TRUE(is_coarsely_rounded(fine, 0.0, same_noise(0.004)));
@@ -65,7 +65,7 @@ TEST(IsCoarselyRounded, IsFalseForReadingsWithoutSteps) {
   for (std::uint64_t seed = 1; seed <= 10; ++seed) {
     const ReadingSet set = rounded_set(0.0, 1e-3, 1, seed);
     EXPECT_FALSE(is_coarsely_rounded(set, 0.0, same_noise(1e-3)));
-    // A stated step that the readings contradict does not count either.
+    // A stated step that the readings contradict is not used.
     EXPECT_FALSE(is_coarsely_rounded(set, 0.1, same_noise(1e-3)));
   }
 }
@@ -107,8 +107,8 @@ Estimate counted_by_rounding(const ReadingSet& set, double step) {
       .estimate;
 }
 
-// Means of the poses without pure error. Those within half a step of each other share an error of
-// variance q^2 / 12.
+// The scatter is that of the means of the poses. Means that differ by less than half a step share
+// an error of variance q^2 / 12.
 TEST(RoundingScatter, IsThatOfPosesThatShareDigits) {
   const double step = 0.125;
   const ReadingSet set = rounded_set(step, 0.01, 3, 4);
@@ -151,7 +151,8 @@ TEST(RoundingScatter, IsThatOfPosesThatShareDigits) {
   EXPECT_THAT(counted.notes, test::HasNote(testing::HasSubstr("axis x, y, z")));
 }
 
-// Noise of a step dithers the readings: repeats average it, and there is no component.
+// If the noise is as large as the step, repeats average the rounding error, and there is no
+// component.
 TEST(RoundingScatter, IsNoneIfNoiseDithers) {
   const double step = 0.01;
   const ReadingSet set = rounded_set(step, step, 3, 5);
@@ -166,7 +167,7 @@ TEST(RoundingScatter, IsNotCountedByRobustRegression) {
   EXPECT_TRUE(counted_by_rounding(set, 0.125).statistics.components.empty());
 }
 
-// The intervals hold the true bias: 60 runs with different biases.
+// The intervals contain the true bias in 60 runs with different biases.
 TEST(RoundingScatter, CoversTheErrorOfTheBias) {
   const double step = 0.125;
   int covered = 0;
@@ -186,7 +187,7 @@ TEST(RoundingScatter, CoversTheErrorOfTheBias) {
               : 0;
     }
   }
-  EXPECT_GE(covered, 162);  // of 180
+  EXPECT_GE(covered, 162);  // out of 180
 }
 
 }  // namespace

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The columns of blocks and of a drift: which space they span and how they go on.
+// The columns for blocks and a drift: their span, and their values at other readings.
 #include "calib/fit/run_effects.hpp"
 
 #include <cmath>
@@ -16,7 +16,7 @@ namespace {
 
 using testing::ElementsAre;
 
-// So many readings of each block, one block after another, numbered from 1.
+// Readings in consecutive blocks with these numbers of readings. Runs are numbered from 1.
 std::vector<Reading> readings_in_blocks(const std::vector<int>& sizes) {
   std::vector<Reading> readings;
   for (std::size_t block = 0; block < sizes.size(); ++block) {
@@ -107,7 +107,7 @@ TEST(RunEffectsOfBlocks, SpanAllChangesThatSumToZero) {
   }
 }
 
-// The bias is the mean of the blocks, not of the readings.
+// The bias is the mean over the blocks and not over the readings.
 TEST(RunEffectsOfBlocks, MakeTheConstantTheMeanOfTheBlocks) {
   const std::vector<int> sizes = {6, 20, 9};
   const std::vector<Reading> readings = readings_in_blocks(sizes);
@@ -127,7 +127,7 @@ TEST(RunEffectsOfBlocks, MakeTheConstantTheMeanOfTheBlocks) {
 TEST(RunEffectsOfBlocks, LeaveATrendToTheDrift) {
   const std::vector<Reading> readings = readings_in_blocks({8, 8, 8, 8, 8});
   const RunEffects effects = effects_of(readings, {.blocks = true, .drift = true});
-  ASSERT_EQ(effects.columns.cols(), 4);  // 5 - 2, and the drift
+  ASSERT_EQ(effects.columns.cols(), 4);  // 5 blocks - 2, plus the drift
   EXPECT_EQ(effects.block_columns(), 3);
   EXPECT_EQ(effects.degrees_of_freedom_of_blocks(), 3.0);
   EXPECT_EQ(effects.names.back(), "drift");
@@ -137,7 +137,7 @@ TEST(RunEffectsOfBlocks, LeaveATrendToTheDrift) {
   EXPECT_MATRIX_NEAR(effects.columns.rightCols<1>(), progress_of_run(readings), 0.0);
 }
 
-// Two blocks differ by their trend alone: one column for it stays.
+// Two blocks differ only by a trend, so they keep one column beside the drift.
 TEST(RunEffectsOfBlocks, OfTwoBlocksStayWithADrift) {
   const RunEffects effects =
       effects_of(readings_in_blocks({8, 8}), {.blocks = true, .drift = true});
@@ -184,11 +184,11 @@ TEST(RunEffectsOfBlocks, AreNoneWithManySmallBlocks) {
   sizes[0] = 12;
   sizes[1] = 12;
   EXPECT_EQ(effects_of(readings_in_blocks(sizes), {.blocks = true}).columns.cols(), 0);
-  sizes.resize(14);  // twelve small ones still have a bias each
+  sizes.resize(14);  // 12 small blocks still have biases
   EXPECT_EQ(effects_of(readings_in_blocks(sizes), {.blocks = true}).columns.cols(), 13);
 }
 
-// The axis with the fewest readings decides whether a block is a small one.
+// A block is small if any axis uses too few of its readings.
 TEST(RunEffectsOfBlocks, CountTheReadingsThatEveryAxisUses) {
   const std::vector<Reading> readings = readings_in_blocks({8, 8, 8});
   Eigen::MatrixXd weights = used_by_two_axes(readings);
@@ -211,7 +211,7 @@ TEST(RunEffectsOfBlocks, StayInTheScatterIfThereAreVeryMany) {
   EXPECT_EQ(columns.block_columns(), static_cast<Eigen::Index>(most_block_columns) - 1);
 }
 
-// Which columns it has does not depend on the numbers that blocks happen to have.
+// The span of the columns does not depend on the blocks' numbers.
 TEST(RunEffectsOfBlocks, SpanTheSameForOtherNumbers) {
   std::vector<Reading> readings = readings_in_blocks({8, 7, 9});
   const Eigen::MatrixXd before = effects_of(readings, {.blocks = true}).columns;
@@ -224,7 +224,7 @@ TEST(RunEffectsOfBlocks, SpanTheSameForOtherNumbers) {
   EXPECT_EQ(rank_with_constant(both), 3);
 }
 
-// Its sum over the run is 0, so that the bias stays the mean of the run.
+// The sum of the column over the run is 0, so the bias is the mean of the run.
 TEST(StepWithinABlock, LiesBehindItsRunInItsBlock) {
   const std::vector<Reading> readings = readings_in_blocks({8, 8});
   const RunEffects effects =
@@ -252,7 +252,7 @@ TEST(StepWithinABlock, IsNoneBehindAnUnknownRun) {
 
 TEST(MemoryOfReadings, IsTheChangeSinceTheReadingBefore) {
   std::vector<Reading> readings = readings_in_blocks({4});
-  std::swap(readings[1], readings[2]);  // runs 1, 3, 2, 4
+  std::swap(readings[1], readings[2]);  // order of the runs: 1, 3, 2, 4
   Eigen::MatrixXd response(4, 2);
   response << 1.0, -1.0, 5.0, 0.5, 2.0, 0.0, 9.0, 3.0;
   Eigen::MatrixXd expected(4, 2);
@@ -260,7 +260,8 @@ TEST(MemoryOfReadings, IsTheChangeSinceTheReadingBefore) {
   EXPECT_MATRIX_NEAR(previous_minus_current(readings, response), expected, 1e-15);
 }
 
-// A sensor that keeps a part of the change is a regression on that column, axis by axis.
+// If a sensor keeps a part of each change, the readings are a regression on this column for each
+// axis.
 TEST(MemoryOfReadings, IsTheLastColumnOfEachAxis) {
   const std::vector<Reading> readings = readings_in_blocks({8, 8});
   RunEffects effects = effects_of(readings, {.blocks = true, .drift = true});
@@ -311,7 +312,7 @@ class EffectsAt : public testing::TestWithParam<bool> {
 
 TEST_P(EffectsAt, AreTheColumnsOfTheRunAtItsOwnReadings) {
   EXPECT_MATRIX_NEAR(of(run_), effects_.columns, 1e-12);
-  // In any order, and one by one.
+  // The readings may have any order and number.
   EXPECT_MATRIX_NEAR(of({run_[17], run_[3]}), effects_.columns({17, 3}, Eigen::all), 1e-12);
 }
 
@@ -331,14 +332,15 @@ TEST(EffectsAtOthers, LetTheDriftGoOn) {
   const std::vector<Reading> run = readings_in_blocks({11});
   const RunEffects effects = effects_of(run, {.drift = true});
   std::vector<Reading> others(3, run.front());
-  others[0].run = 21;  // as long again after the run
-  others[1].run = -4;  // half as long before it
-  others[2].run = 6;   // in its middle
+  others[0].run = 21;  // one length of the run after its end
+  others[1].run = -4;  // half a length before its start
+  others[2].run = 6;   // in the middle of the run
   const Eigen::MatrixXd columns = extrapolate_run_effects(effects, run, others);
   EXPECT_MATRIX_NEAR(columns, Eigen::Vector3d(1.5, -1.0, 0.0), 1e-12);
 }
 
-// A reading that was kept out left a gap in the numbers of the run.
+// A reading that is kept out leaves a gap in the run numbers, so its column is between those of its
+// neighbours.
 TEST(EffectsAtOthers, StandBetweenTheirNeighbours) {
   std::vector<Reading> run = readings_in_blocks({5});
   const Reading between = run[2];
@@ -350,7 +352,7 @@ TEST(EffectsAtOthers, StandBetweenTheirNeighbours) {
 
 TEST(EffectsAtOthers, GoByTimeIfAllHaveOne) {
   std::vector<Reading> run = readings_in_blocks({4});
-  give_times(run, 50.0, 1.0);  // 50, 51, 54, 59
+  give_times(run, 50.0, 1.0);  // times 50, 51, 54, 59 s
   const RunEffects effects = effects_of(run, {.drift = true});
   std::vector<Reading> others(2, run.front());
   others[0].time_s = 54.5;

@@ -20,7 +20,7 @@ Experiment on_a_table() {
   return experiment;
 }
 
-// Readings of an accelerometer of 1 V/g with some noise, and what becomes of each.
+// Readings of an accelerometer of 1 V/g with noise of `sd`. `change` is applied to each value.
 template <typename Change>
 Observations readings_of(int blocks, double sd, std::mt19937_64& random, Change change) {
   std::normal_distribution<double> normal(0.0, sd);
@@ -52,8 +52,8 @@ bool says_saturated(const Calibration& calibration) {
   return false;
 }
 
-// METHOD_REAL_NOISE_2 R19 has at most 0.2 % of good runs; three equal extremes sufficed before, and
-// 72 % of runs at a step of two standard deviations were called saturated.
+// At most 0.2 % of good runs may be called saturated. With an earlier rule (three equal extremes)
+// it was 72 % at a step of two standard deviations.
 TEST(SaturatedAxes, AreNotSeenInDigitalReadings) {
   std::mt19937_64 random(1907);
   constexpr double sd = 1e-4;
@@ -77,10 +77,10 @@ TEST(SaturatedAxes, AreSeenWhereReadingsStopShort) {
         readings_of(2, 1e-4, random, [](double v) { return std::min(v, 1.01 - 10e-4); });
     found += says_saturated(calibrate(on_a_table(), observations)) ? 1 : 0;
   }
-  EXPECT_GE(found, 49);  // all in 1,000 runs of R19
+  EXPECT_GE(found, 49);  // 100 % in a study of 1,000 runs
 }
 
-// A mean of many readings that are the same may differ from that of fewer in its last bit.
+// Means of equal values over different numbers of samples may differ in their last bit.
 TEST(SaturatedAxes, AreSeenWhereTheEndDiffersInItsLastBit) {
   std::mt19937_64 random(1910);
   constexpr double end = 1.65 + 0.08 * (1.01 - 20e-4);

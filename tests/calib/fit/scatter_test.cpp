@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What the scatter of a run is counted as, against numbers that are worked out here.
+// The components of scatter of a run, compared with numbers that are computed here.
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -32,7 +32,8 @@ std::string notes_of(const Calibration& calibration) {
   return text;
 }
 
-// Four blocks of the design, with gains of x that are known.
+// Four blocks of the standard design. The sensitivity of axis x is multiplied by a known gain in
+// each block.
 Observations run_with_gains(const SensorModel& truth, const std::array<double, 4>& gains) {
   Observations run =
       simulate(truth, make_run_sheet(standard_design(12), 4, 3), {.noise_sd = 1e-6, .seed = 3});
@@ -60,11 +61,12 @@ TEST(BlockSensitivities, ScatterAsTheBlocksDo) {
   EXPECT_NEAR(found.sensor.response.sensitivity(0, 0), S, 1e-5);
   const double expected = student_t_factor(0.95, 3.0) * std::sqrt(M / 4.0);
   EXPECT_NEAR(found.fit.statistics->interval_95(1), expected, 0.02 * expected);
-  // The other axes' are as sharp as their readings.
+  // The intervals of the other axes are short, as their sensitivities do not change.
   EXPECT_LT(found.fit.statistics->interval_95(6), 0.01 * expected);
 }
 
-// Eight readings of the last block: the sensitivities to y are then its noise over the slope.
+// The last block has no readings on +Y and -Y, so it determines the sensitivities to y only by the
+// slope of the table.
 TEST(BlockSensitivities, OfABlockThatLacksTwoFacesCountByTheirInformation) {
   const SensorModel truth = test::accelerometer_truth();
   Experiment experiment = test::experiment_for(truth);
@@ -100,7 +102,8 @@ TEST(BlockSensitivities, AskForAMountWhereTheAxesPointOtherwise) {
   EXPECT_GT(found.fit.statistics->interval_95(2), 10.0 * found.fit.statistics->interval_95(1));
 }
 
-// Readings that are taken again later shift by another bias, and the others do not notice.
+// Readings that are taken again in a later block have their own bias. They do not change the bias
+// of the run.
 TEST(AFewReadingsTakenAgain, HaveABiasOfTheirOwn) {
   const SensorModel truth = test::accelerometer_truth();
   Experiment experiment = test::experiment_for(truth);
@@ -124,7 +127,7 @@ TEST(AFewReadingsTakenAgain, HaveABiasOfTheirOwn) {
   EXPECT_EQ(again.fit.conditions.blocks, 1);
 }
 
-// What a single reading off by so many sigma is said to be.
+// One reading with an error from 0 to 30 sigma: first nothing, then the note, then the warning.
 TEST(AReadingThatStandsOut, IsNotedBeforeItIsWarnedOf) {
   const SensorModel truth = test::accelerometer_truth();
   Experiment experiment = test::experiment_for(truth);
@@ -151,7 +154,8 @@ TEST(AReadingThatStandsOut, IsNotedBeforeItIsWarnedOf) {
   EXPECT_GE(warned, 20);
 }
 
-// A disturbance that comes and goes hides in the coefficients where the order is the same.
+// If the points have the same order in each block, a periodic disturbance changes the coefficients
+// and does not show in the residuals.
 TEST(PointsInOneOrder, AreNoted) {
   const SensorModel truth = test::accelerometer_truth();
   Experiment experiment = test::experiment_for(truth);
@@ -209,7 +213,7 @@ TEST(Sessions, AreBlocks) {
   EXPECT_EQ(found.fit.conditions.blocks, 4);
   EXPECT_TRUE(found.fit.conditions.intermediate);
   EXPECT_TRUE(has_component(found, "sessions"));
-  // By the sessions' scatter, not by their noise: t(3) 3e-3 / sqrt(4) is 4.8e-3.
+  // The interval is that of the scatter of four sessions: t(3) 3e-3 / sqrt(4) = 4.8e-3.
   EXPECT_GT(found.fit.statistics->interval_95(0), 1e-3);
   const Calibration alike = calibrate(experiment, turned_by_hand(4, 60, 0.0, 4));
   EXPECT_LT(alike.fit.statistics->interval_95(0), 1e-3);
@@ -231,12 +235,12 @@ TEST(BentResponse, IsToldByMagnitudeAndFittedOnWish) {
   EXPECT_NEAR(bent.sensor.response.bias(0), 0.0, bent.fit.statistics->interval_95(0));
   const std::string notes = notes_of(bent);
   EXPECT_THAT(notes, HasSubstr("squared terms were fitted"));
-  // The reading goes as S f + k2 (S f)^2: at full field it holds so much more.
+  // The squared term k2 (S f)^2 adds k2 S^2 to the reading at full field.
   const std::size_t at = notes.find("they add ");
   ASSERT_NE(at, std::string::npos) << notes;
   const double S = bent.sensor.response.sensitivity(0, 0);
   EXPECT_NEAR(std::stod(notes.substr(at + 9)), k2 * S * S, 0.1 * k2 * S * S);
-  experiment.fit.robust = true;  // their fit has no weights, and would leave the record's to chance
+  experiment.fit.robust = true;  // the fit of squares has no robust weights
   EXPECT_THROW(static_cast<void>(calibrate(experiment, run)), SetupError);
 }
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What readings share, by generalised least squares written out: weigh_shared_errors(), and what
-// make_budget() says of inputs that are only stated.
+// weigh_shared_errors(), compared with explicit generalised least squares, and make_budget() with
+// inputs that are only stated.
 #include <Eigen/Dense>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
@@ -18,8 +18,8 @@
 namespace axiscal {
 namespace {
 
-// The table is known to be level to 1e-3 only, and stands sloping by more; one axis, so that its
-// scatter is one number that restricted likelihood gives by one equation: tr P = y' P P y.
+// The slope of the table has a stated uncertainty of 1e-3 and is larger. With one axis restricted
+// likelihood has one equation, tr P = y' P P y.
 TEST(WeighSharedErrors, IsGeneralizedLeastSquares) {
   const Eigen::Vector3d in_table = Eigen::Vector3d::UnitZ();
   const LinearResponse truth{.bias = Eigen::VectorXd::Constant(1, 0.1),
@@ -46,7 +46,7 @@ TEST(WeighSharedErrors, IsGeneralizedLeastSquares) {
   for (Eigen::Index i = 0; i < set.size(); ++i) {
     const Eigen::Matrix3d& R = set.rotation_sensor_from_table[static_cast<std::size_t>(i)];
     for (int j = 0; j < 2; ++j) {
-      // A slope turns the field about the table's x and y.
+      // A slope rotates the field about the table's x and y axes.
       H(i, j) = S.dot(R * (u * Eigen::Vector3d(Eigen::Vector3d::Unit(j)).cross(in_table)));
     }
   }
@@ -65,8 +65,8 @@ TEST(WeighSharedErrors, IsGeneralizedLeastSquares) {
   EXPECT_NEAR(Py.squaredNorm(), P.trace(), 1e-3 * P.trace());
 }
 
-// Six faces with one fence each leave the field's direction open beside b and S: what the columns
-// span is taken up all the same, by the smallest change that does it.
+// Six faces with one fence face each do not determine the field's direction together with b and S.
+// solution_change() still explains any change in the span of the columns.
 TEST(Fit, TakesUpWhatItsColumnsSpan) {
   const LinearResponse truth{.bias = Eigen::VectorXd::Constant(1, 0.1),
                              .sensitivity = Eigen::RowVector3d(0.3, -0.2, 2.0)};
@@ -90,8 +90,8 @@ TEST(Fit, TakesUpWhatItsColumnsSpan) {
   }
 }
 
-// Against the Jacobian as a whole: its hat matrix is K K^T, and each coefficient's variance that of
-// the normal equations.
+// Compared with the whole Jacobian: its hat matrix is K K^T, and the variances are those of the
+// normal equations.
 TEST(Fit, HasBasesOfItsColumnsAndTheirRoots) {
   LinearResponse truth{.bias = Eigen::Vector3d(0.1, -0.2, 0.3),
                        .sensitivity = 2.0 * Eigen::Matrix3d::Identity()};
@@ -138,8 +138,8 @@ TEST(Fit, HasBasesOfItsColumnsAndTheirRoots) {
   }
 }
 
-// A dead one-sided axis sees nothing of what it could see: that is what must be said of it, not
-// that its sensitivity is open.
+// A one-sided axis that never responds is reported as dead. Its sensitivity is not reported as
+// undetermined.
 TEST(EstimateKnown, SaysThatAnAxisIsDeadBeforeWhatItLeavesOpen) {
   const TableField field = test::gravity_in_table(test::sloping_gravity);
   ReadingSet set = test::labelled_set(test::some_response(), field, standard_design(12), 1e-4, 3);
@@ -171,16 +171,16 @@ TEST(MakeBudget, ScalesWithTheFieldAndTurnsWithTheMount) {
   experiment.slot = "a";
   experiment.positioner = Positioner().with_mounts({Mount{.slot = "a", .repeatability_rad = turn}});
   const UncertaintyBudget budget = make_budget(experiment, {}, calibration, {}, {});
-  ASSERT_EQ(budget.sources.size(), 3U);  // the fit, the field's magnitude, the mount
+  ASSERT_EQ(budget.sources.size(), 3U);  // fit, field magnitude, mount
 
-  // All sensitivities change by u / F at once, and no bias.
+  // The magnitude changes all sensitivities by the factor u / F, and no bias.
   Eigen::VectorXd by_field = Eigen::VectorXd::Zero(12);
   Eigen::MatrixXd by_mount = Eigen::MatrixXd::Zero(12, 12);
   for (int k = 0; k < 3; ++k) {
     by_field.segment<3>(4 * k + 1) = 1e-3 / F * S.row(k).transpose();
   }
   for (int j = 0; j < 3; ++j) {
-    // v = S R f, R = 1 + [w x]: S changes by S [w x].
+    // v = S R f with R = I + [w x], so S changes by S [w x].
     const Eigen::Matrix3d change = turn * S * cross_matrix(Eigen::Vector3d::Unit(j));
     Eigen::VectorXd all = Eigen::VectorXd::Zero(12);
     for (int k = 0; k < 3; ++k) {

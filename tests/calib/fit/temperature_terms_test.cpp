@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Temperature terms against a Gauss-Newton that is written out here, and the choice of their order.
+// Temperature terms, compared with an explicit Gauss-Newton fit, and the choice of their order.
 #include <cmath>
 #include <limits>
 
@@ -22,7 +22,7 @@ using testing::HasSubstr;
 
 constexpr double warm_noise = 1e-4;
 
-// 24 points at each of some differences from the reference.
+// Readings at the 24 points at each temperature. `differences` are from the reference temperature.
 ReadingSet warm_set(const std::vector<double>& differences,
                     int order,
                     double noise_sd,
@@ -44,7 +44,7 @@ ReadingSet warm_set(const std::vector<double>& differences,
   return set;
 }
 
-// Bias and scale of each axis over d.
+// Changes of bias and scale of each axis per degree.
 const Eigen::Vector3d bias_slope(1e-3, -2e-3, 3e-3);
 const Eigen::Vector3d scale_slope(2e-3, 1e-3, -3e-3);
 
@@ -60,7 +60,7 @@ ReadingSet warmed(ReadingSet set) {
   return set;
 }
 
-// b, S, b1, c of an axis by Gauss-Newton on v = b + b1 d + (1 + c d) S f.
+// Vector (b, S, b1, c) of an axis by Gauss-Newton on v = b + b1 d + (1 + c d) S f.
 Eigen::VectorXd direct_fit(const ReadingSet& set, Eigen::Index axis) {
   const Eigen::MatrixXd F = test::rows_of(set, test::sloping_gravity).rightCols<3>();
   const Eigen::VectorXd d = set.temperature.d.col(axis);
@@ -98,7 +98,8 @@ TEST(FitOverTemperature, AreExactByEveryMethodWithoutNoise) {
     EXPECT_MATRIX_NEAR(estimate.response.sensitivity, test::some_response().sensitivity, 1e-8);
     EXPECT_MATRIX_NEAR(estimate.temperature.bias, bias_slope, 1e-9);
     EXPECT_MATRIX_NEAR(estimate.temperature.scale, scale_slope, 1e-9);
-    // The readings as they would be at the reference: those of the plain response.
+    // Readings reduced to the reference temperature are those of the response without temperature
+    // terms.
     const ReadingSet at_mean = at_reference(set, estimate);
     for (Eigen::Index i = 0; i < set.size(); i += 7) {
       const Eigen::VectorXd plain = test::some_response().at(
@@ -108,7 +109,7 @@ TEST(FitOverTemperature, AreExactByEveryMethodWithoutNoise) {
   }
 }
 
-// Another unit of the temperature: the slopes per degree change, all else stays.
+// Another unit of the temperature changes the terms per degree and nothing else.
 TEST(FitOverTemperature, FollowTheUnitOfTheTemperature) {
   const ReadingSet set = warmed(warm_set({-20.0, 5.0, 15.0}, 1, warm_noise));
   ReadingSet other = set;
@@ -120,7 +121,7 @@ TEST(FitOverTemperature, FollowTheUnitOfTheTemperature) {
   EXPECT_MATRIX_NEAR(1.8 * b.temperature.scale, a.temperature.scale, 1e-10);
 }
 
-// Axis z has a sensor of its own that is 3 degrees warmer and twice as steep.
+// Axis z has a separate sensor, which reads 3 + 2 d instead of d.
 TEST(FitOverTemperature, GoByTheSensorOfEachAxis) {
   ReadingSet set = warm_set({-20.0, 5.0, 15.0}, 1, 0.0);
   set.temperature.d.col(2) = (2.0 * set.temperature.d.col(2).array() + 3.0).matrix();
@@ -176,7 +177,8 @@ TEST(StartedOverTemperature, NamesTheTermsThatTooFewTemperaturesLeaveOpen) {
   EXPECT_EQ(names.size(), 6U);
 }
 
-// At the warm temperature the cube lay one way only: bias and scale change alike there.
+// At the warm temperature the cube has one pose only, so changes of bias and scale cannot be
+// separated.
 TEST(StartedOverTemperature, AsksForBothSignsAtEachTemperature) {
   ReadingSet set = warm_set({0.0}, 1, warm_noise);
   for (const Eigen::Index i : {3, 4}) {
@@ -193,7 +195,7 @@ TEST(StartedOverTemperature, AsksForBothSignsAtEachTemperature) {
 
 // ---- the order ----
 
-// n ln(RSS / n) + 2 K + 2 K (K + 1) / (n - K - 1), with the scatter among the K parameters.
+// AICc = n ln(RSS / n) + 2 K + 2 K (K + 1) / (n - K - 1). K includes the variance.
 TEST(AxisAicc, IsAkaikesCriterion) {
   for (const double n : {10.0, 24.0, 100.0}) {
     for (const double p : {1.0, 4.0, 6.0}) {
@@ -210,7 +212,7 @@ TEST(AxisAicc, IsInfiniteForTooFewReadings) {
   EXPECT_TRUE(std::isfinite(axis_aicc(0.1, 3.0, 4.0)));
 }
 
-// Another unit of the readings adds the same to all orders.
+// Another unit of the readings adds the same constant to AICc for all orders.
 TEST(AxisAicc, ComparesOrdersInAnyUnit) {
   const double difference = axis_aicc(0.2, 20.0, 4.0) - axis_aicc(0.15, 18.0, 6.0);
   EXPECT_NEAR(axis_aicc(200.0, 20.0, 4.0) - axis_aicc(150.0, 18.0, 6.0), difference, 1e-9);
@@ -241,21 +243,21 @@ std::vector<TemperatureOrderTrial> trials_of(const std::vector<double>& aicc,
 TEST(ChosenOrder, IsTheOneOfLeastAicc) {
   EXPECT_EQ(chosen_order(trials_of({-10.0, -30.0, -20.0}, {0.5, 0.5, 0.5})), 1);
   EXPECT_EQ(chosen_order(trials_of({-10.0}, {0.0})), 0);
-  // Of equals the lower one.
+  // If two orders have equal AICc, the lower order is chosen.
   EXPECT_EQ(chosen_order(trials_of({-10.0, -10.0}, {0.5, 0.5})), 0);
 }
 
 TEST(ChosenOrder, GoesOnWhileTheNextMendsALackOfFit) {
   EXPECT_EQ(chosen_order(trials_of({-10.0, -30.0, -20.0}, {0.0, 1e-4, 0.4})), 2);
-  // The next one does not mend it.
+  // The next order does not remove the lack of fit.
   EXPECT_EQ(chosen_order(trials_of({-10.0, -30.0, -20.0}, {0.0, 1e-4, 5e-4})), 1);
-  // Nobody knows whether there is any.
+  // Without a p value the lack of fit is unknown.
   EXPECT_EQ(chosen_order(trials_of({-10.0, -30.0, -20.0}, {0.0, not_a_number, 0.4})), 1);
 }
 
 class OrdersOfARun : public testing::Test {
  protected:
-  // @param bend  of the biases, in the square of the difference.
+  // @param bend  coefficient of d^2 in the biases.
   [[nodiscard]] std::vector<TemperatureOrderTrial> trials(const std::vector<double>& temperatures,
                                                           double bend) const {
     SensorModel truth = test::accelerometer_truth();

@@ -109,7 +109,7 @@ TEST(Temperature, StandardErrorsAreTheScatter) {
       add(4, terms.scale(0, 0) - 2e-4, terms.scale_se(0, 0));
       add(5, terms.scale(2, 1) + 2e-6, terms.scale_se(2, 1));
     }
-    // Of t with 10 degrees of freedom 1.25, with 27 1.08.
+    // The mean of t^2 is 1.25 with 10 degrees of freedom and 1.08 with 27.
     for (const double mean : squares) {
       EXPECT_NEAR(mean, method == Method::paired ? 1.25 : 1.08, 0.4);
     }
@@ -137,8 +137,8 @@ TEST(Temperature, ChoosesTheOrderThatIsThere) {
           (result.sensor.temperature ? result.sensor.temperature->bias.cols() : 0) == order ? 1 : 0;
     }
   }
-  EXPECT_GE(right, 26);  // AICc takes one order too many in some 10 %
-  // Two levels determine no more than a line.
+  EXPECT_GE(right, 26);  // AICc takes too high an order in 10 %
+  // Two temperatures determine at most a linear term.
   Experiment experiment = warm_experiment(quadratic, Method::joint, 0);
   experiment.fit.temperature.automatic = true;
   const Calibration result = calibrate(experiment, observe_at(quadratic, {0.0, 40.0}, 1e-4));
@@ -146,8 +146,8 @@ TEST(Temperature, ChoosesTheOrderThatIsThere) {
   EXPECT_EQ(result.sensor.temperature->trials.size(), 2U);
 }
 
-// A cubic truth fitted quadratic, each point once in each soak: told without a repeat, and what the
-// soaks scatter about the curve counts.
+// A cubic truth is fitted by a quadratic polynomial, without repeats. The test reports it, and the
+// scatter of the soaks about the curve is counted.
 TEST(Soaks, TellThatThePolynomialDoesNotFit) {
   SensorModel truth = warm_truth();
   TemperatureResponse& terms = *truth.temperature;
@@ -178,7 +178,7 @@ TEST(Soaks, TellThatThePolynomialDoesNotFit) {
     EXPECT_EQ(calibration_json(parse_calibration(text, "again.json")), text);
   }
   EXPECT_GE(told, 19);
-  EXPECT_GE(held, 54);  // of 60
+  EXPECT_GE(held, 54);  // out of 60
 }
 
 TEST(Soaks, ThatLieOnTheCurveChangeNothing) {
@@ -198,12 +198,12 @@ TEST(Soaks, ThatLieOnTheCurveChangeNothing) {
     }
   }
   EXPECT_LE(alarms, 3);
-  EXPECT_GE(held, 160);  // of 180
+  EXPECT_GE(held, 160);  // out of 180
 }
 
 TEST(Temperature, RefusesWhatTheLevelsDoNotDetermine) {
   const SensorModel truth = warm_truth();
-  // Held temperatures differ a little from reading to reading: that makes no third level.
+  // Small variations of a held temperature do not make a third level.
   const Observations observations = observe_at(truth, {0.0, 40.0}, 1e-4, 0.05);
   for (const Method method : {Method::paired, Method::joint, Method::known}) {
     try {
@@ -249,7 +249,8 @@ TEST(Temperature, ReductionGoesBackAndFlagsWhatIsOutside) {
   }
 }
 
-// Of more axes the weights change with the scales: weighted least squares at each temperature.
+// With more than three axes the weights depend on the scales: weighted least squares at each
+// temperature.
 TEST(Temperature, ReductionOfFourAxesWeighsThemByTheirScale) {
   SensorModel truth = warm_truth();
   truth.instrument.axes = {"a", "b", "c", "d"};
@@ -268,7 +269,7 @@ TEST(Temperature, ReductionOfFourAxesWeighsThemByTheirScale) {
   const Eigen::VectorXd v = response_at(truth, {0.3, 0.5, 0.8}, t) + errors;
   const ReducedReading reduced =
       Reducer(record).reduce(std::array{v(0), v(1), v(2), v(3)}, {.temperature = t});
-  // The same by the normal equations of v - b(t) = scale S f.
+  // Compares with the normal equations of v - b(t) = scale S f.
   Eigen::Vector4d scale;
   Eigen::Vector4d above;
   for (int k = 0; k < 4; ++k) {
@@ -323,7 +324,8 @@ TEST(SoakState, SaysWhenTheTemperatureIsSteady) {
   const SoakState early = at(100);  // 1000 s
   EXPECT_FALSE(early.steady);
   EXPECT_NEAR(early.rate, 40.0 / tau * std::exp(-850.0 / tau), 0.002);
-  // 40 / tau exp(-t / tau) 300 s = 0.2 at t = 2450 s, in the middle of the window.
+  // The rate times 300 s, 40 / tau exp(-t / tau) 300, falls to 0.2 at t = 2450 s (middle of the
+  // window).
   EXPECT_NEAR(early.remaining_s, 1600.0, 400.0);
   EXPECT_FALSE(at(200).steady);
   EXPECT_TRUE(at(400).steady);
@@ -356,7 +358,8 @@ TEST(BiasMethod, TakesTheSensitivityFromARecordAndTheFieldOut) {
   EXPECT_MATRIX_NEAR(result.sensor.response.sensitivity, truth.response.sensitivity, 0.0);
   const std::string text = calibration_json(result);
   EXPECT_EQ(calibration_json(parse_calibration(text, "t.json")), text);
-  // Without labels the field's part is not known: the biases at the reference stay the record's.
+  // Without labels the effect of the field is unknown, so the biases at the reference temperature
+  // are those of the record.
   Observations unlabelled = observations;
   for (Reading& reading : unlabelled.readings) {
     reading.point.reset();
@@ -365,7 +368,7 @@ TEST(BiasMethod, TakesTheSensitivityFromARecordAndTheFieldOut) {
   EXPECT_MATRIX_NEAR(moved.sensor.response.bias, truth.response.bias, 1e-15);
   EXPECT_MATRIX_NEAR(moved.sensor.temperature->bias, truth.temperature->bias, 1e-13);
   EXPECT_EQ(moved.findings.status, CalibrationStatus::ok);
-  // And without a record gravity is in them: that is no good record, and it says so.
+  // Without a record the biases include gravity, and a warning reports this.
   experiment.from = nullptr;
   const Calibration with_gravity = calibrate(experiment, observations);
   EXPECT_EQ(with_gravity.findings.status, CalibrationStatus::warning);
@@ -373,7 +376,8 @@ TEST(BiasMethod, TakesTheSensitivityFromARecordAndTheFieldOut) {
   EXPECT_EQ(with_gravity.findings.warnings.front().code, WarningCode::field_in_bias);
 }
 
-// imu_thermal_tofupilot: numpy.polyfit of degree 3 over all 8400 samples, digits of its SOURCE.md.
+// imu_thermal_tofupilot: numpy.polyfit of degree 3 over all 8400 samples. The numbers are from its
+// SOURCE.md.
 TEST(BiasMethod, ReproducesAThermalSweepOfARealGyroscope) {
   AXISCAL_NEED_DATA(path, "imu_thermal_tofupilot/gyro_vs_temperature.csv");
   std::string text = read_whole_file(path);
@@ -408,7 +412,7 @@ TEST(BiasMethod, ReproducesAThermalSweepOfARealGyroscope) {
   }
   const Eigen::Vector3d r2(0.570171, 0.997120, 0.534950);
   EXPECT_MATRIX_NEAR(result.fit.statistics->r_squared, r2, 1e-6);
-  // Their scatter divides by n, ours by n - 4.
+  // The published sd divides by n, residual_sd by n - 4.
   const Eigen::Vector3d sd(0.00414834, 0.000951596, 0.00139822);
   EXPECT_MATRIX_NEAR(
       (result.fit.statistics->residual_sd.array() / sd.array() / std::sqrt(8400.0 / 8396.0))

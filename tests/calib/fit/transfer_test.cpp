@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Fields that span a line or a plane: the regression along them, by QR in those directions.
+// Fields that span a line or a plane: method transfer, compared with QR in those directions.
 #include "calib/fit/transfer.hpp"
 
 #include <cmath>
@@ -21,7 +21,7 @@ using testing::HasSubstr;
 
 constexpr double transfer_noise = 1e-3;
 
-// Readings that bring fields within the span of some directions, about a constant field.
+// Readings with stated fields in the span of `directions`, plus a constant field.
 ReadingSet set_along(const Eigen::Matrix3Xd& directions,
                      Eigen::Index n,
                      const Eigen::Vector3d& constant = Eigen::Vector3d::Zero(),
@@ -91,7 +91,8 @@ TEST(SeenDirections, AreTheSensorsAxesIfTheySpanThem) {
                      0.0);
 }
 
-// On a cone about an axis the component along it is constant: the bias takes it.
+// If the fields lie on a cone, the component along its axis is constant and becomes a part of the
+// bias.
 TEST(SeenDirections, LeaveAConstantComponentToTheBias) {
   const Eigen::Matrix3Xd plane =
       directions_of({Eigen::Vector3d::UnitX(), Eigen::Vector3d::UnitY()});
@@ -112,7 +113,8 @@ TEST(SeenDirections, AreNoneIfTheFieldStays) {
             0);
 }
 
-// A cube that lay on two faces can lie on others, and its refusal says on which.
+// A cube that lay on two faces can be laid on other faces, and the error names them. This is not a
+// transfer.
 TEST(SeenDirections, AreNoneForACubeWithFacesLeft) {
   const Eigen::Vector3d up = Eigen::Vector3d::UnitZ();
   const ReadingSet set = test::labelled_set(
@@ -120,7 +122,7 @@ TEST(SeenDirections, AreNoneForACubeWithFacesLeft) {
       {{.point = {Face::minus_z, Face::plus_x}}, {.point = {Face::plus_z, Face::plus_x}}}, 0.0, 1);
   const Eigen::MatrixXd design = test::rows_of(set, up);
   EXPECT_EQ(seen_directions(set, test::gravity_in_table(up), design).cols(), 0);
-  // One axis alone that met its own direction is a transfer.
+  // One axis whose fields are along its own direction is a transfer.
   ReadingSet one = set;
   one.response = set.response.col(2).eval();
   one.weights = Eigen::MatrixXd::Ones(2, 1);
@@ -160,7 +162,7 @@ TEST(EstimateTransfer, IsTheRegressionAlongTheDirections) {
     EXPECT_MATRIX_NEAR(estimate.statistics.covariance.block(4 * k, 4 * k, 4, 4),
                        variance * map * C * map.transpose(), 1e-12);
   }
-  // Across the plane the response is 0.
+  // The sensitivity across the plane is 0.
   const Eigen::Vector3d normal = oblique_line.cross(across_line);
   EXPECT_LT((estimate.response.sensitivity * normal).norm(), 1e-12);
   EXPECT_FALSE(estimate.curvature.has_value());
@@ -179,7 +181,7 @@ TEST(EstimateTransfer, DoesNotDependOnTheBasisOfThePlane) {
   EXPECT_MATRIX_NEAR(a.statistics.covariance, b.statistics.covariance, 1e-12);
 }
 
-// A single axis along a line, as a scale that is loaded step by step.
+// A single axis along a line, as a scale that is loaded in steps.
 ReadingSet loaded_scale(double bend, std::uint64_t seed) {
   RandomStream random(seed);
   ReadingSet set;
@@ -208,7 +210,7 @@ TEST(EstimateTransfer, TestsWhetherOneAxisBends) {
   const Eigen::Vector3d x = X.colPivHouseholderQr().solve(bent.response.col(0));
   EXPECT_NEAR(estimate.curvature->bends(0), x(2), 1e-10);
   EXPECT_LT(estimate.curvature->p_value, 1e-6);
-  // By chance alone p is uniform.
+  // Under the null hypothesis p is uniformly distributed.
   double mean = 0.0;
   for (std::uint64_t seed = 1; seed <= 200; ++seed) {
     const ReadingSet straight = loaded_scale(0.0, seed);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What is known at the rests between which a gyroscope is turned, and how well.
+// Directions and seats at the rests of a gyroscope's log, and their uncertainties.
 #include <cmath>
 
 #include <Eigen/Geometry>
@@ -14,7 +14,8 @@
 namespace axiscal {
 namespace {
 
-// The errors' covariance is that of directions by accelerometers that differ as stated, drawn here.
+// The stated covariance of the directions agrees with directions by accelerometers with random
+// errors.
 TEST(TurnEnds, DirectionsAreAsUncertainAsTheAccelerometer) {
   Calibration accelerometer;
   accelerometer.sensor = test::accelerometer_truth();
@@ -53,12 +54,12 @@ TEST(TurnEnds, DirectionsAreAsUncertainAsTheAccelerometer) {
   EXPECT_MATRIX_NEAR(drawn, stated, 0.05 * stated.diagonal().maxCoeff());
 }
 
-// A cube whose faces point a little elsewhere: the errors are the rotation that this makes.
+// The stated errors are the rotation that wrong face normals cause.
 TEST(TurnEnds, SeatsAreAsUncertainAsTheNormals) {
   PositionerDescription description = Positioner().description();
   NormalCovariance covariance = NormalCovariance::Zero();
   const Eigen::Index moved = 3 * static_cast<Eigen::Index>(Face::minus_z);
-  covariance(moved, moved) = 1e-8;  // n_-Z along x, 1e-4 rad
+  covariance(moved, moved) = 1e-8;  // normal of -Z along x: 1e-4 rad
   description.normal_covariance = covariance;
   const Positioner believed(description);
   FaceNormals normals = believed.normals();
@@ -74,7 +75,7 @@ TEST(TurnEnds, SeatsAreAsUncertainAsTheNormals) {
   Eigen::Index column = 0;
   stated.errors_before.colwise().norm().maxCoeff(&column);
   const Eigen::Matrix3d R = *stated.rotation_before_from_after;
-  // exp(before) R exp(-after).
+  // The stated rotation with its errors is exp(before) R exp(-after).
   const Eigen::Matrix3d moved_R = rotation_by(stated.errors_before.col(column)) * R *
                                   rotation_by(-stated.errors_after.col(column));
   const Eigen::AngleAxisd left(
@@ -82,7 +83,7 @@ TEST(TurnEnds, SeatsAreAsUncertainAsTheNormals) {
   const Eigen::AngleAxisd whole(
       Eigen::Matrix3d(*true_one.rotation_before_from_after * R.transpose()));
   EXPECT_NEAR(whole.angle(), 1e-4, 1e-8);
-  // The sign of a root is free.
+  // The sign of a column of the root is arbitrary.
   EXPECT_TRUE(left.angle() < 1e-8 || std::abs(left.angle() - 2e-4) < 1e-8);
 }
 
@@ -101,12 +102,12 @@ TEST(TurnEnds, TheEarthTurnsAboutUpAsTheSiteSays) {
   EXPECT_NEAR(std::sqrt(3.0) * options.earth_up_u, 7.292115e-5, 1e-12);
 }
 
-// Rests that are alike or drift: the biases of the middle of the log are where they are said to be.
+// Correlated or drifting rests: the intervals cover the true bias at the middle of the log.
 TEST(RestsOfALog, AreCountedAsTheirOrderSays) {
   RandomStream random(9);
   struct World {
     double rho;
-    double drift;  // over the log, in the rests' scatter
+    double drift;  // over the log [sd of the rests]
   };
   for (const World& world : {World{0.0, 0.0}, World{0.6, 0.0}, World{0.9, 0.0}, World{0.0, 5.0}}) {
     int held = 0;
@@ -132,7 +133,7 @@ TEST(RestsOfALog, AreCountedAsTheirOrderSays) {
       }
     }
     const double share = static_cast<double>(held) / (3.0 * logs);
-    EXPECT_GE(share, 0.92) << world.rho << " " << world.drift;  // plain: 67 and 30 % of 0.6 and 0.9
+    EXPECT_GE(share, 0.92) << world.rho << " " << world.drift;  // plain fits: 67, 30 % at 0.6, 0.9
     const bool is_white = world.rho == 0.0 && world.drift == 0.0;
     EXPECT_TRUE(is_white ? told < logs / 6 : told > logs / 2) << told;
   }

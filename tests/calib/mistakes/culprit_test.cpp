@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The culprit search in small; bench/culprit_rates.cpp does the same in full (docs/accuracy.md).
+// Small tests of the search for mistakes. bench/culprit_rates.cpp has the large ones
+// (docs/accuracy.md).
 #include "axiscal/calib/calibrate.hpp"
 #include "axiscal/calib/calibration_json.hpp"
 #include "axiscal/calib/run.hpp"
@@ -26,7 +27,7 @@ Experiment experiment_of_run(const RandomRun& run, std::optional<Method> method 
 struct MistakeCase {
   Mistake mistake = Mistake::none;
   double sigmas = 0.0;
-  int least_named = 0;  // of 40
+  int least_named = 0;  // out of 40
 };
 
 class SeededMistakes : public testing::TestWithParam<MistakeCase> {};
@@ -40,8 +41,7 @@ TEST_P(SeededMistakes, AreCaughtAndNamed) {
         seed_mistake(GetParam().mistake, GetParam().sigmas * noise, run.truth, run.good, random);
     const Method method = t % 2 == 0 ? Method::paired : Method::joint;
     Experiment experiment = experiment_of_run(run, method);
-    experiment.fit.drift =
-        DriftSetup::none;  // a drift that is found would become a term of the fit
+    experiment.fit.drift = DriftSetup::none;  // otherwise a drift becomes a term of the fit
     named += judge(calibrate(experiment, seeded.observations), seeded).named ? 1 : 0;
   }
   EXPECT_GE(named, GetParam().least_named);
@@ -57,13 +57,13 @@ INSTANTIATE_TEST_SUITE_P(Rates,
                                          MistakeCase{Mistake::repeat, 0, 40},
                                          MistakeCase{Mistake::columns, 0, 39},
                                          MistakeCase{Mistake::sign, 0, 38},
-                                         // Others of t(3) noise look so in 1 %.
+                                         // A lower rate: t(3) noise looks so in 1 %.
                                          MistakeCase{Mistake::tilt, 20, 34},
                                          MistakeCase{Mistake::table_moved, 15, 38},
                                          MistakeCase{Mistake::drift, 20, 38},
                                          MistakeCase{Mistake::saturation, 15, 38}));
 
-// What the first warning of a run is, and of which reading.
+// @return code and first run of the first warning, or "none".
 std::string first_code(const Experiment& experiment, const Observations& observations) {
   const Calibration result = calibrate(experiment, observations);
   return result.findings.warnings.empty()
@@ -72,7 +72,7 @@ std::string first_code(const Experiment& experiment, const Observations& observa
                    std::to_string(result.findings.warnings.front().runs.front());
 }
 
-// A run of many readings of an accelerometer, and how it is calibrated.
+// A run with more than 200 readings of an accelerometer, and its experiment.
 struct ManyReadings {
   ManyReadings(int replicates, LevelBy level_by)
       : good(observe(
@@ -103,8 +103,8 @@ void expect_one_reading_is_found(const ManyReadings& run) {
             "wrong_pose " + std::to_string(run.good.readings[150].run));
 }
 
-// Of many readings those that count most are left out by a fit of their own: what is found stays,
-// in bounded memory.
+// Of many readings only the most suspicious ones are fitted by deletion, to limit the memory. The
+// mistakes are still found.
 TEST(Culprit, IsFoundAmongManyReadings) {
   const ManyReadings run(25, LevelBy::run);
   expect_one_reading_is_found(run);
@@ -112,7 +112,7 @@ TEST(Culprit, IsFoundAmongManyReadings) {
   bad.response.row(60) *= 9.80665;
   EXPECT_EQ(first_code(run.experiment, bad),
             "unit_factor " + std::to_string(run.good.readings[60].run));
-  // The table moved by 20 sigma after reading 200 of 300.
+  // The table moves by 20 sigma after reading 200 of 300.
   bad = run.good;
   const Observations moved = observe(
       run.truth, {.replicates = 25, .slope = {0.005, -0.002}, .noise_sd = noise, .seed = 5});
@@ -120,7 +120,7 @@ TEST(Culprit, IsFoundAmongManyReadings) {
   EXPECT_THAT(first_code(run.experiment, bad), testing::StartsWith("table_moved"));
 }
 
-// Where the table is levelled for each block, of so many readings fewer are fitted.
+// With a slope for each block fewer deletions are fitted.
 TEST(Culprit, IsFoundWhereManyTablesAreLevelled) {
   expect_one_reading_is_found(ManyReadings(17, LevelBy::block));
 }
@@ -133,11 +133,11 @@ TEST(Culprit, GoodRunsHaveNone) {
         random_run(noise * (t % 2 == 0 ? equal : Eigen::Vector3d(1.0, 1.0, 3.0)), random);
     alarms += calibrate(experiment_of_run(run), run.good).findings.warnings.empty() ? 0 : 1;
   }
-  EXPECT_LE(alarms, 6);  // 1 %, and what chance allows
+  EXPECT_LE(alarms, 6);  // expected: 3, by 1 %
 }
 
-// One reading of many moved by 15 sigma, in any direction and at any noise of the axes; and by 12,
-// as noise with heavy tails has them too: what is not warned of is noted.
+// One of many readings is moved in a random direction. 15 sigma gives a warning. 12 sigma, which
+// heavy tails also cause, gives a warning or a note.
 TEST(Culprit, IsFoundAmongManyAtAnyNoise) {
   RandomStream random(31);
   const Eigen::Vector3d unequal(1.0, 3.0, 10.0);
@@ -224,12 +224,13 @@ TEST(Culprit, FindsAWrongLevel) {
   Experiment experiment = experiment_for(truth);
   const Calibration result = calibrate(experiment, observations);
   ASSERT_FALSE(result.findings.warnings.empty());
-  // A wrong level of -1 and the cube upside down are the same but for the slope and the bias.
+  // A wrong level of -1 and a cube upside down differ only by the effect of the slope and the bias.
   EXPECT_EQ(result.findings.warnings.front().code, WarningCode::wrong_level);
   EXPECT_EQ(result.findings.warnings.front().runs, std::vector<int>{11});
 }
 
-// A whole run with columns exchanged or in another unit fits; only what is expected shows it.
+// A run whose columns are all exchanged or in another unit fits well. Only nominal values and axis
+// names show it.
 TEST(Culprit, WholeRunsShowAgainstNominalValues) {
   const SensorModel truth = accelerometer_truth();
   Observations observations = observe(truth, {.noise_sd = 1e-4});
@@ -247,8 +248,8 @@ TEST(Culprit, WholeRunsShowAgainstNominalValues) {
             WarningCode::axis_swapped);
 }
 
-// Six points hardly determine the table's slope: steps towards it are short long before the end. A
-// search over all directions in numpy gives 264 times, by the square root of the sums of squares.
+// Six points determine the slope of the table poorly, so steps become short before the minimum. A
+// search over all directions in numpy gives the factor 264.
 TEST(FindCulprit, FitsToTheEndWhereTheFieldIsHardlyDetermined) {
   const ScratchFolder folder;
   const axiscal::Run run = read_run(folder.write("run.csv",

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The search by itself, on sets that are made by hand.
+// find_culprit() on constructed sets of readings.
 #include <gtest/gtest.h>
 
 #include "calib/mistakes/culprit.hpp"
@@ -44,10 +44,10 @@ TEST(FindCulprit, NamesADrift) {
   EXPECT_GT(culprit->effect, 0.0);
 }
 
-// Each kind that has a quick test or hypotheses of its own answers for its own mistake.
+// The quick test and the hypotheses of a kind detect the kind's own mistake.
 TEST(MistakeKind, DetectsItsOwn) {
   ReadingSet set = good_run(6);
-  for (Eigen::Index i = 12; i < set.size(); ++i) {  // the table moves by 5 mrad in the middle
+  for (Eigen::Index i = 12; i < set.size(); ++i) {  // the table moves by 5 mrad at reading 12
     const Eigen::Vector3d moved = test::sloping_gravity + Eigen::Vector3d(5e-3, 0.0, 0.0);
     set.response.row(i) += (test::some_response().sensitivity *
                             set.rotation_sensor_from_table[static_cast<std::size_t>(i)] *

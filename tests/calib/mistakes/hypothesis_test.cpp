@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Fits under hypotheses, against regressions that are written out by hand.
+// Fits under hypotheses, compared with explicit regressions.
 #include "calib/mistakes/src/hypothesis.hpp"
 
 #include <algorithm>
@@ -34,7 +34,7 @@ HypothesisFitter open_fitter(const ReadingSet& set) {
   return {set.field, false, hypothesis_scale};
 }
 
-// Every axis of some readings by QR, the field as it is.
+// Regression of each axis on `readings` by QR with a known field.
 struct RegressionByHand {
   RegressionByHand(const ReadingSet& set,
                    const Eigen::Vector3d& in_table,
@@ -93,7 +93,7 @@ TEST(HypothesisFitter, LeavesReadingsOutAsIfTheyHadNotBeenTaken) {
   }
 }
 
-// One column that all axes share, such as a drift of another size in each axis.
+// Added columns are shared by all axes, for example a drift whose size differs between axes.
 TEST(HypothesisFitter, AddsColumnsAsOneRegressionOfAllAxesDoes) {
   const ReadingSet set = hypothesis_set(12, 3);
   const Eigen::Index n = set.size();
@@ -105,7 +105,7 @@ TEST(HypothesisFitter, AddsColumnsAsOneRegressionOfAllAxesDoes) {
   const HypothesisFit fit =
       known_fitter(set).fit(set, {}, [&](const auto&, const auto&) { return Z; });
   ASSERT_TRUE(fit.fitted);
-  // Axis below axis, each in units of its scale.
+  // The rows of the axes follow each other, divided by the scale of the axis.
   const Eigen::MatrixXd X = test::rows_of(set, test::sloping_gravity);
   Eigen::MatrixXd A = Eigen::MatrixXd::Zero(3 * n, 14);
   Eigen::VectorXd y(3 * n);
@@ -144,7 +144,7 @@ TEST(HypothesisFitter, TakesAColumnForOneReadingAsItsDeletion) {
   }
 }
 
-// The sum of squares with the best coefficients, as a function of the field's direction.
+// Sum of squares with the best coefficients for a direction of the field.
 double squares_with(const ReadingSet& set, const Eigen::Vector3d& in_table) {
   return in_scale(RegressionByHand(set, in_table, all_but(set, {})).squares).sum();
 }
@@ -192,12 +192,13 @@ TEST(HypothesisFitter, KeepsAGivenField) {
 
 TEST(HypothesisFitter, DoesNotFitWhatReadingsDoNotDetermine) {
   const ReadingSet set = hypothesis_set(12, 8);
-  // Three readings for four coefficients, and all of one rest face or its opposite.
+  // Three readings do not determine four coefficients, nor do readings on a rest face and its
+  // opposite.
   const HypothesisFit few = known_fitter(set).fit(set, {0, 1, 2, 3, 4, 5, 6, 7, 8});
   EXPECT_FALSE(few.fitted);
   EXPECT_EQ(few.fit, nullptr);
   EXPECT_FALSE(known_fitter(set).fit(set, {4, 5, 6, 7, 8, 9, 10, 11}).fitted);
-  // A shift of all readings of an axis is its bias.
+  // A constant column of an axis equals its bias, so the fit is singular.
   Eigen::MatrixXd Z = Eigen::MatrixXd::Zero(36, 1);
   Z.topRows(12).setOnes();
   EXPECT_FALSE(known_fitter(set).fit(set, {}, [&](const auto&, const auto&) { return Z; }).fitted);
@@ -235,7 +236,7 @@ TEST(HypothesisFitter, FollowsTheUnitOfAnAxisAndItsScale) {
   EXPECT_MATRIX_NEAR(again.field.vector(0), fit.field.vector(0), 1e-9);
 }
 
-// A table that is turned with all that lies on it: the instrument is the same.
+// If table and cube are rotated together, the instrument's coefficients do not change.
 TEST(HypothesisFitter, DoesNotDependOnTheFrameOfTheTable) {
   const ReadingSet set = hypothesis_set(12, 11);
   const Eigen::Matrix3d turn = rotation_by(Eigen::Vector3d(0.4, -0.7, 1.1));
@@ -276,7 +277,7 @@ TEST(HypothesisFitter, ScalesEachAxisByItsScatter) {
   EXPECT_TRUE(own.known_field());
   const RegressionByHand hand(set, test::sloping_gravity, all_but(set, {}));
   EXPECT_MATRIX_NEAR(own.scale(), (hand.squares / 20.0).cwiseSqrt(), 1e-14);
-  // In that unit each axis has as much left as it has degrees of freedom.
+  // In units of the scatter the sum of squares of an axis equals its degrees of freedom.
   const HypothesisFit again = own.fit(set);
   EXPECT_MATRIX_NEAR(again.rss, again.degrees_of_freedom, 1e-9);
   EXPECT_FALSE(open_fitter(set).by_scatter_of(fit).known_field());
@@ -309,8 +310,8 @@ TEST(HypothesisFit, ForgetsItsReadingsOnly) {
   EXPECT_EQ(fit.coefficients, before.coefficients);
 }
 
-// With an open direction the model is nearly linear: the sum of squares has its mean and variance
-// of chi-squared.
+// With a fitted direction the model is nearly linear, so the sum of squares has the mean and the
+// variance of chi-squared.
 TEST(HypothesisFit, HasAsManyDegreesOfFreedomAsItsSumOfSquaresSays) {
   constexpr int runs = 400;
   constexpr double noise = 1e-3;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Each kind of mistake is put into good readings. It is found and named, and its remedy gives the
-// coefficients of the instrument back.
+// Each kind of mistake is put into good readings. The tests expect that it is named and that its
+// correction gives the true coefficients.
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -38,12 +38,12 @@ LinearResponse truth_in(SmallRun setup) {
   return response;
 }
 
-// The table after it was levelled once more: gravity of the same length.
+// The field after the table was levelled again. Its length does not change.
 Eigen::Vector3d levelled_again() {
   return test::sloping_gravity.norm() * Eigen::Vector3d(-0.002, 0.004, 1.0).normalized();
 }
 
-// b and S of all axes, 4 x m.
+// True b and S of all axes, 4 x m.
 Eigen::MatrixXd true_coefficients(SmallRun setup) {
   const LinearResponse response = truth_in(setup);
   Eigen::MatrixXd all(4, response.bias.size());
@@ -52,7 +52,7 @@ Eigen::MatrixXd true_coefficients(SmallRun setup) {
   return all;
 }
 
-// Changes the field in the table for some readings.
+// Adds the effect of a change `by` of the field in the table to reading i.
 void move_field(ReadingSet& set,
                 const LinearResponse& truth,
                 std::size_t i,
@@ -61,7 +61,8 @@ void move_field(ReadingSet& set,
       (truth.sensitivity * (set.rotation_sensor_from_table[i] * by)).transpose();
 }
 
-// A good run in random order. Of two blocks the table of the second one slopes another way.
+// A good run in random order. If it has two blocks, the table has another slope in the second
+// block.
 ReadingSet kinds_run(SmallRun setup, int points, std::uint64_t seed) {
   std::vector<DesignEntry> design = standard_design(points);
   RandomStream(seed, 1).shuffle(std::span(design));
@@ -81,9 +82,9 @@ struct PutMistake {
   const char* name;
   MistakeKind (*kind)();
   WarningCode code;
-  bool of_one_axis;  // whether one axis shows it
-  bool mends;        // whether a correction of readings mends it
-  // Puts the mistake into a good run about a reading, and returns the runs to be named.
+  bool of_one_axis;  // true if one axis is enough to show it
+  bool mends;        // true if corrected readings are good
+  // Puts the mistake into a good run at reading i. @return the runs that must be named.
   std::vector<int> (*put)(ReadingSet& set, const LinearResponse& truth, std::size_t i);
 };
 
@@ -92,7 +93,7 @@ void relabel(ReadingSet& set, std::size_t i, const DesignPoint& point) {
   set.rotation_sensor_from_table.put(i, set.orientation(point));
 }
 
-// The first reading from i on, with those before it behind, for which something is true.
+// @return the first reading from i on, cyclically, for which `is_true` holds.
 std::size_t first_from(const ReadingSet& set,
                        std::size_t i,
                        const std::function<bool(Eigen::Index)>& is_true) {
@@ -112,7 +113,8 @@ std::vector<int> put_upside_down(ReadingSet& set, const LinearResponse&, std::si
   return {set.readings[i].run};
 }
 
-// The first axis is to lie, so that it feels the slope of the table.
+// The reading must have its first axis in the table's plane, so that the axis responds to the
+// slope.
 std::vector<int> put_turned_round(ReadingSet& set, const LinearResponse&, std::size_t i) {
   i = first_from(set, i, [&](Eigen::Index j) { return std::abs(set.response(j, 0)) < 1.0; });
   relabel(set, i, set.readings[i].point->turned_round());
@@ -177,8 +179,8 @@ std::vector<int> put_tilt(ReadingSet& set, const LinearResponse& truth, std::siz
   return {set.readings[i].run};
 }
 
-// In the last quarter of the run, within a block. The first axis lies before and behind the cut, so
-// that it shows between which readings the table moved.
+// The table moves in the last quarter of the run. The first axis is in the table's plane before and
+// after the move, so the pair of readings is determined.
 std::vector<int> put_table_moved(ReadingSet& set, const LinearResponse& truth, std::size_t) {
   const Eigen::Matrix3d turn = rotation_by(Eigen::Vector3d(-1e-3, 6e-3, 0.0));
   const std::size_t cut = first_from(set, set.readings.size() * 3 / 4, [&](Eigen::Index j) {
@@ -190,7 +192,7 @@ std::vector<int> put_table_moved(ReadingSet& set, const LinearResponse& truth, s
   return {set.readings[cut - 1].run, set.readings[cut].run};
 }
 
-// About 0 in the middle of the run.
+// A drift that is 0 in the middle of the run.
 std::vector<int> put_drift(ReadingSet& set, const LinearResponse&, std::size_t) {
   const Eigen::RowVector3d whole(0.02, -0.01, 0.03);
   const auto last = static_cast<double>(set.size() - 1);
@@ -200,7 +202,7 @@ std::vector<int> put_drift(ReadingSet& set, const LinearResponse&, std::size_t) 
   return {};
 }
 
-// The readings at one end of the first axis are shorter.
+// The readings at one end of the first axis are too small by 0.03.
 std::vector<int> put_limit(ReadingSet& set, bool top) {
   std::vector<int> named;
   for (Eigen::Index j = 0; j < set.size(); ++j) {
@@ -220,7 +222,7 @@ std::vector<int> put_lower_limit(ReadingSet& set, const LinearResponse&, std::si
   return put_limit(set, false);
 }
 
-// All readings are taken at the levels 1 and -1 in turn; the label of one says the opposite.
+// The levels are alternately -1 and 1. The label of reading i has the wrong sign.
 std::vector<int> put_level(ReadingSet& set, const LinearResponse& truth, std::size_t i) {
   for (std::size_t j = 0; j < set.readings.size(); j += 2) {
     const auto row = static_cast<Eigen::Index>(j);
@@ -253,7 +255,7 @@ constexpr std::array put_mistakes = {
     PutMistake{"lower_limit", saturated_kind, WarningCode::saturated, true, false, put_lower_limit},
 };
 
-// The readings as a correction has them, fitted with an open field.
+// Fits the corrected readings with an unknown field.
 HypothesisFit mended(ReadingSet set, const Correction& correction) {
   std::vector<std::size_t> gone;
   for (std::size_t i = 0; i < set.readings.size(); ++i) {
@@ -313,7 +315,7 @@ std::string name_of_case(const testing::TestParamInfo<KindCase>& info) {
          std::to_string(info.param.points);
 }
 
-// A run with a mistake about one of its readings.
+// A run with one mistake at reading 4.
 class MistakeOfKind : public testing::TestWithParam<KindCase> {
  protected:
   MistakeOfKind()
@@ -334,7 +336,7 @@ class MistakeOfKind : public testing::TestWithParam<KindCase> {
   Eigen::MatrixXd truth_;
 };
 
-// A search takes much longer than an explanation, so it is made in fewer runs.
+// The search takes much longer than the explanations, so it is tested on fewer runs.
 class FoundMistake : public MistakeOfKind {};
 
 TEST_P(FoundMistake, IsNamed) {
@@ -345,8 +347,8 @@ TEST_P(FoundMistake, IsNamed) {
   EXPECT_EQ(warning_name(culprit->warnings.front().code), warning_name(GetParam().mistake.code))
       << culprit->warnings.front().message;
   if (GetParam().mistake.code == WarningCode::saturated) {
-    // With u from -1 to 1 along the axis, a shift of one end is the same shift of the other end and
-    // a change of the sensitivity: (u^2 + u) / 2 - (u^2 - u) / 2 = u. Either may be named.
+    // With u from -1 to 1 along the axis, a shift of one end is a shift of the other end plus a
+    // change of the sensitivity: (u^2 + u) / 2 - (u^2 - u) / 2 = u. Either end may be named.
     EXPECT_EQ(culprit->warnings.front().runs.size(), named_.size());
     for (const int run : culprit->warnings.front().runs) {
       EXPECT_GT(std::abs(set_.response(run - 1, 0)), 1.5) << run;
@@ -368,7 +370,7 @@ TEST_P(MistakeOfKind, IsMendedByItsExplanation) {
   run.fit_pair_deletions();
   Explanations found;
   const MistakeKind kind = GetParam().mistake.kind();
-  // The reading itself, and two good ones.
+  // Tests the wrong reading and two good ones.
   for (const int one : {named_.empty() ? 1 : named_.front(), 2, 11}) {
     if (kind.of_reading != nullptr) {
       kind.of_reading(run, static_cast<std::size_t>(one - 1), found);
@@ -388,7 +390,7 @@ TEST_P(MistakeOfKind, IsMendedByItsExplanation) {
   EXPECT_TRUE(about_them == ranked.begin() || best.correction.code == WarningCode::saturated);
   EXPECT_LT(error_of(best.fit), small);
   EXPECT_LT(best.fit.total(), 0.1 * run.plain().total());
-  // A table that moves tilts readings, but changes coefficients little.
+  // A moved table tilts the readings but changes the coefficients little.
   if (GetParam().mistake.code != WarningCode::table_moved) {
     EXPECT_GT(error_of(run.plain()), 3.0 * error_of(best.fit));
   }
@@ -400,7 +402,7 @@ TEST_P(MistakeOfKind, IsMendedByItsExplanation) {
 INSTANTIATE_TEST_SUITE_P(Kinds, FoundMistake, testing::ValuesIn(kind_cases(true)), name_of_case);
 INSTANTIATE_TEST_SUITE_P(Kinds, MistakeOfKind, testing::ValuesIn(kind_cases(false)), name_of_case);
 
-// A mistake in the first reading and in the last, and a reading in a larger unit.
+// Mistakes in the first and the last reading: upside down, and in another unit.
 TEST(KindsOfMistakes, AreFoundInAnyReading) {
   for (const std::size_t i : {0U, 11U}) {
     ReadingSet set = kinds_run(SmallRun::three_axes, 12, 50 + i);
@@ -429,12 +431,13 @@ TEST(KindsOfMistakes, DoNotAccuseGoodRuns) {
         const ReadingSet set = kinds_run(setup, points, 2000 + static_cast<std::uint64_t>(t));
         accused += find_culprit(set, estimate_joint(set), false).culprit ? 1 : 0;
       }
-      EXPECT_LE(accused, 4) << static_cast<int>(setup) << ", " << points;  // 1 % and chance
+      EXPECT_LE(accused, 4) << static_cast<int>(setup) << ", " << points;  // expected: 1
     }
   }
 }
 
-// Run numbers say when a reading was taken, wherever it is stored; units are free.
+// The order of time is that of the run numbers. Neither the order of storage nor the units change
+// the result.
 TEST(KindsOfMistakes, AreNamedWhateverTheOrderOfStorageAndTheUnit) {
   const std::set<std::string> some = {"turned_round", "exchanged", "table", "drift",
                                       "two_outliers"};
@@ -494,7 +497,7 @@ TEST(KindsOfMistakes, AskForLevelsOnlyWhereTheyWereSet) {
   set.response.row(3) = 0.5 * (set.response.row(3) + test::some_response().bias.transpose());
   SuspectRun run(set, estimate_joint(set), false);
   run.fit_single_deletions();
-  // -1, 0, 0.5 and 1, less the stated one.
+  // The levels are -1, 0, 0.5 and 1. The stated one is left out.
   EXPECT_EQ(explanations_of_reading(wrong_level_kind(), run, 4).size(), 3U);
 }
 
@@ -531,7 +534,7 @@ TEST(KindsOfMistakes, SayWhichReadingWasRepeated) {
   EXPECT_TRUE(explanations_of_reading(stuck_kind(), run, 5).empty());
 }
 
-// P(F(2, d) > f) = (1 + 2 f / d)^(-d / 2), so that p = (left / total)^((dof - 2) / 2).
+// P(F(2, d) > f) = (1 + 2 f / d)^(-d / 2), hence p = (left / total)^((dof - 2) / 2).
 TEST(NestedFP, AgreesWithTheClosedFormulaForTwoParameters) {
   for (const double dof : {3.0, 8.0, 21.0, 58.0}) {
     for (const double share : {0.01, 0.2, 0.5, 0.9}) {
@@ -550,8 +553,8 @@ TEST(NestedFP, JudgesNothingThatIsNotNested) {
   EXPECT_EQ(nested_f_p(1.0, 20.0, std::nan(""), 2.0), 1.0);
 }
 
-// In good runs a nested test's probability is uniform; with a given field the model is linear, and
-// the quick test is the test of the fit.
+// In good runs p of a nested test is uniformly distributed. If the field is known, the model is
+// linear and the quick test equals the test of the fit.
 TEST(NestedFP, IsUniformInGoodRuns) {
   constexpr int runs = 600;
   double sum = 0.0;

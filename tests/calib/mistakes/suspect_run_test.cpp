@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The fits without some readings and the sums to first order, against regressions by hand.
+// Fits without some readings, and first-order sums of squares, compared with explicit regressions.
 #include "calib/mistakes/src/suspect_run.hpp"
 
 #include <algorithm>
@@ -22,7 +22,7 @@ ReadingSet suspect_set(int points, std::uint64_t seed, double noise_sd = 1e-3) {
                             standard_design(points), noise_sd, seed);
 }
 
-// A run whose field is known, so that all sums are exact.
+// A run with a known field, for which first order is exact.
 SuspectRun known_run(const ReadingSet& set) {
   return {set, estimate_known(set, set.field), true};
 }
@@ -31,8 +31,8 @@ SuspectRun open_run(const ReadingSet& set) {
   return {set, estimate_joint(set), false};
 }
 
-// Sum of squares of all axes, by QR of the readings that are left and of further columns, which
-// are axis below axis.
+// Sum of squares of all axes by QR, without the readings `gone` and with the columns `added` (rows
+// axis by axis).
 double squares_by_hand(const ReadingSet& set,
                        const std::vector<std::size_t>& gone,
                        const Eigen::MatrixXd& added = {}) {
@@ -86,7 +86,7 @@ TEST(SquaresBy, SolvesAsAnyFactorisation) {
     const Eigen::VectorXd c = Eigen::VectorXd::LinSpaced(size, -1.0, 2.0);
     const double expected = c.dot(M.fullPivLu().solve(c));
     EXPECT_NEAR(squares_by(M, c, 1e-9), expected, 1e-9 * expected);
-    // The upper triangle is not read.
+    // squares_by() reads the lower triangle only.
     const Eigen::MatrixXd lower = M.triangularView<Eigen::Lower>();
     EXPECT_EQ(squares_by(lower, c, 1e-9), squares_by(M, c, 1e-9));
   }
@@ -124,7 +124,7 @@ TEST(SuspectRun, LeavesEachReadingOut) {
     ASSERT_TRUE(run.without(i).fitted);
     EXPECT_NEAR(run.without(i).total(), squares_by_hand(set, {i}), 1e-14) << i;
     EXPECT_NEAR(run.without(i).dof(), 3.0 * 7.0, 1e-9);
-    EXPECT_EQ(run.without(i).residuals.size(), 0);  // memory
+    EXPECT_EQ(run.without(i).residuals.size(), 0);  // dropped, to save memory
     left.push_back(squares_by_hand(set, {i}));
   }
   std::vector<std::size_t> expected = all_positions(12);
@@ -173,7 +173,7 @@ TEST(SuspectRun, FindsTwoWrongReadingsAmongManyToo) {
   EXPECT_LT(run.without(run.ranked_by_deletion().front()).total(), run.plain().total());
 }
 
-// The sum of squares is a quadratic function of the coefficients, so that first order is exact.
+// The sum of squares is quadratic in the coefficients, so first order is exact.
 TEST(SuspectRun, KnowsWhatReadingsTakeAwayWithoutAFit) {
   for (const int points : {12, 24}) {
     const ReadingSet set = suspect_set(points, 5);
@@ -210,7 +210,7 @@ TEST(SuspectRun, KnowsWhatColumnsTakeAwayWithoutAFit) {
     EXPECT_NEAR(run.rss_drop_with_columns(run.plain(), Z), drop, 1e-12);
     EXPECT_NEAR(run.rss_drop_with_columns(run.plain(), 1e3 * Z), drop, 1e-12);
   }
-  // The bias of an axis is a column of the model.
+  // A constant column equals the bias of the axis, so it explains nothing.
   Eigen::MatrixXd bias = Eigen::MatrixXd::Zero(36, 1);
   bias.middleRows(12, 12).setOnes();
   EXPECT_EQ(run.rss_drop_with_columns(run.plain(), bias), 0.0);
@@ -282,7 +282,7 @@ TEST(SuspectRun, WeighsAxesByTheirScatter) {
   for (Eigen::Index i = 0; i < 24; ++i) {
     set.response.row(i) += noise.cwiseProduct(random.normals<3>()).transpose();
   }
-  set.response(8, 0) += 3e-3;  // 30 sigma of the quiet axis, lost in the noise of another
+  set.response(8, 0) += 3e-3;  // 30 sigma of axis x, below the noise of axis z
   SuspectRun run = known_run(set);
   run.fit_single_deletions();
   run.fit_pair_deletions();
@@ -344,7 +344,7 @@ TEST(SuspectRun, LetsReadingsJudgeEachOtherFrom24On) {
   EXPECT_FALSE(known_run(fewer).has_independent_readings());
 }
 
-// Where readings are stored does not matter; their run numbers say when they were taken.
+// The order of time is that of the run numbers, not of the storage.
 TEST(SuspectRun, DoesNotDependOnTheOrderOfStorage) {
   ReadingSet set = suspect_set(12, 17);
   set.response(4, 1) += 5e-3;
@@ -368,7 +368,8 @@ TEST(SuspectRun, DoesNotDependOnTheOrderOfStorage) {
   }
 }
 
-// Of more than 200 readings those are fitted that count most; the others stay behind them.
+// If there are more than 200 readings, only the most suspicious ones are fitted. They are ranked
+// before the others.
 TEST(SuspectRun, FitsTheWorstOfMany) {
   std::vector<DesignEntry> design;
   for (int block = 0; block < 9; ++block) {
@@ -399,10 +400,10 @@ TEST(SuspectRun, FitsTheWorstOfMany) {
   EXPECT_EQ(found, (std::array<std::size_t, 2>{30, 100}));
 }
 
-// A reading that alone determines a coefficient is fitted whatever it says.
+// If a reading alone determines a coefficient, its residual is 0 and it cannot be left out.
 TEST(SuspectRun, KeepsAReadingThatAloneDeterminesACoefficient) {
   const std::vector<DesignEntry> all = standard_design(12);
-  // On a level table: four readings across x, and one for each of y and z.
+  // On a level table: four readings with the field along x, one along y and one along z.
   const ReadingSet set =
       test::labelled_set(test::some_response(), test::gravity_in_table(Eigen::Vector3d::UnitZ()),
                          {all[0], all[1], all[2], all[3], all[4], all[8]}, 1e-3, 19);
@@ -423,7 +424,7 @@ TEST(SuspectRun, KeepsAReadingThatAloneDeterminesACoefficient) {
   }
 }
 
-// The identity of the deleted residual: response - prediction of the others = residual / (1 - h).
+// The deleted residual is response - prediction by the others = residual / (1 - h).
 TEST(ExpectedByOthers, IsTheDeletedResidual) {
   const ReadingSet set = suspect_set(12, 20);
   SuspectRun run = known_run(set);

@@ -23,11 +23,11 @@ class TypedValue : public testing::TestWithParam<Slip> {};
 
 TEST_P(TypedValue, IsReadAsItWasMeant) {
   const auto [name, typed, meant] = GetParam();
-  // The others never expect exactly the value that was meant.
+  // The expectation by the other readings is never exact.
   for (const double off : {-4e-3, 0.0, 3e-3}) {
     const std::optional<double> found = infer_intended_value(typed, meant + off, 5e-3);
     ASSERT_TRUE(found.has_value()) << name << ", off by " << off;
-    // Another slip may give a value that is nearer still.
+    // Another slip may give a value that is nearer to the expectation.
     EXPECT_LE(std::abs(*found - (meant + off)), std::abs(off) + 1e-12) << name << ", " << off;
   }
   EXPECT_DOUBLE_EQ(infer_intended_value(typed, meant, 1e-9).value(), meant);
@@ -38,7 +38,7 @@ TEST_P(TypedValue, IsReadAsItWasMeantWithTheOppositeSignsToo) {
   EXPECT_DOUBLE_EQ(infer_intended_value(-typed, -meant, 1e-9).value(), -meant) << name;
 }
 
-// A typing error can be made the other way round.
+// Each slip can also happen in the opposite direction.
 TEST_P(TypedValue, CouldHaveBeenMeantByItsCorrection) {
   const auto [name, typed, meant] = GetParam();
   EXPECT_DOUBLE_EQ(infer_intended_value(meant, typed, 1e-9).value(), typed) << name;
@@ -68,15 +68,15 @@ TEST(ProbablyMeant, ExplainsNoTwoSlipsAtOnce) {
   EXPECT_FALSE(infer_intended_value(2.4712, 2.5812, 1e-3).has_value());   // two digits
   EXPECT_FALSE(infer_intended_value(-2.4112, 2.4712, 1e-3).has_value());  // sign and digit
   EXPECT_FALSE(infer_intended_value(24.112, 2.4712, 1e-3).has_value());   // point and digit
-  EXPECT_FALSE(infer_intended_value(2.4712, 2.7142, 1e-3).has_value());  // three digits in a circle
-  EXPECT_FALSE(infer_intended_value(2.4712, 2471.2, 1e-3).has_value());  // three places
+  EXPECT_FALSE(infer_intended_value(2.4712, 2.7142, 1e-3).has_value());   // three digits rotated
+  EXPECT_FALSE(infer_intended_value(2.4712, 2471.2, 1e-3).has_value());   // three places
 }
 
 TEST(ProbablyMeant, TakesTheNearestOfSeveralExplanations) {
-  // The last digit as 0 and as 9 are both within the tolerance.
+  // 0 and 9 as the last digit are both within the tolerance.
   EXPECT_DOUBLE_EQ(infer_intended_value(2.4715, 2.4708, 2e-3).value(), 2.471);
   EXPECT_DOUBLE_EQ(infer_intended_value(2.4715, 2.4721, 2e-3).value(), 2.4719);
-  // The sign gives 5.5555, which is nearer than any that one of its digits gives.
+  // A change of the sign gives 5.5555, which is nearer than any value by a change of one digit.
   EXPECT_DOUBLE_EQ(infer_intended_value(-5.5555, 5.0, 1.0).value(), 5.5555);
 }
 
@@ -98,7 +98,7 @@ TEST(ProbablyMeant, SaysNothingOfWhatNobodyTypesByDigits) {
   EXPECT_FALSE(infer_intended_value(2.4712, std::nan(""), 1.0).has_value());
 }
 
-// Numbers without zeros, so that no digit is lost at either end.
+// Random numbers without the digit 0, so that no digit is lost at an end.
 std::string text_without_zeros(RandomStream& random) {
   std::string text;
   for (int digit = 0; digit < 6; ++digit) {
@@ -148,7 +148,8 @@ TEST(ProbablyMeant, StaysWithinItsToleranceAndKeepsWhatAShorterOneFound) {
       EXPECT_EQ(narrow, wide);
     }
   }
-  // A digit of the tens and one of the units give about 20 values among 100 of width 0.2.
+  // A change of a digit gives about 20 values in a range of 100. Each matches an interval of width
+  // 0.2.
   EXPECT_GT(found, 20);
   EXPECT_LT(found, 400);
 }

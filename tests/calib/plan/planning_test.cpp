@@ -30,7 +30,7 @@ TEST(AssessDesign, TheStandardDesignsAreTheBest) {
     for (const Eigen::Vector3d& field : {gravity, Eigen::Vector3d(0.3, -0.5, 0.7)}) {
       const DesignQuality quality = assess_design(standard_design(points), Positioner(), field);
       if (points == 6 && field != gravity) {
-        EXPECT_LT(quality.d_efficiency, 0.999);  // good for a field along the normal only
+        EXPECT_LT(quality.d_efficiency, 0.999);  // optimal only for a field along the normal
         continue;
       }
       EXPECT_TRUE(quality.determined);
@@ -45,7 +45,7 @@ TEST(AssessDesign, TheStandardDesignsAreTheBest) {
 
 TEST(AssessDesign, SaysThatTooFewFacesDetermineNothing) {
   std::vector<DesignEntry> design = standard_design(12);
-  design.erase(design.begin() + 6, design.end());  // rests on three faces only
+  design.erase(design.begin() + 6, design.end());  // three rest faces remain
   const DesignQuality quality = assess_design(design, Positioner(), gravity);
   EXPECT_FALSE(quality.determined);
   EXPECT_EQ(quality.d_efficiency, 0.0);
@@ -95,7 +95,7 @@ TEST(OptimalDesign, FindsADesignAsGoodAsTheStandardOne) {
   }
   const OptimalDesign six = optimal_design(6, gravity, 1);
   EXPECT_EQ(six.parameters, 4);
-  EXPECT_NEAR(six.d_efficiency, 1.0, 1e-9);  // each face down once
+  EXPECT_NEAR(six.d_efficiency, 1.0, 1e-9);  // each rest face once
   EXPECT_THROW(static_cast<void>(optimal_design(3, gravity, 1)), DomainError);
   EXPECT_THROW(static_cast<void>(optimal_design(25, gravity, 1)), DomainError);
 }
@@ -110,7 +110,7 @@ struct ForecastCase {
 
 class ForecastAgrees : public testing::TestWithParam<ForecastCase> {};
 
-// The forecast against many calibrations of cubes, tables and readings that are off as it says.
+// The forecast agrees with many calibrations with random errors of cubes, tables and readings.
 TEST_P(ForecastAgrees, WithSimulationWithinFivePercent) {
   const auto& [method, points, replicates, normal_u, level_u] = GetParam();
   ForecastSetup setup{.nominal = test::accelerometer_truth(),
@@ -123,8 +123,7 @@ TEST_P(ForecastAgrees, WithSimulationWithinFivePercent) {
   const Forecast result = forecast(setup);
   Experiment experiment = test::experiment_for(setup.nominal);
   experiment.fit.method = method;
-  experiment.fit.search_for_mistakes =
-      false;  // it changes no coefficient, and takes most of the time
+  experiment.fit.search_for_mistakes = false;  // slow, and without effect on the coefficients
   RandomStream random(21);
   Eigen::VectorXd squares = Eigen::VectorXd::Zero(12);
   double pitch_squares = 0.0;
@@ -163,7 +162,7 @@ TEST_P(ForecastAgrees, WithSimulationWithinFivePercent) {
   }
   const Eigen::VectorXd rms = (squares / trials).cwiseSqrt();
   const Eigen::VectorXd stated = result.covariance().diagonal().cwiseSqrt();
-  // Each rms is known to 1.3 %; the pooled ones far better.
+  // The standard deviation of each rms is 1.3 %; that of pooled values is smaller.
   const double bias_ratio =
       std::sqrt((rms(0) * rms(0) + rms(4) * rms(4) + rms(8) * rms(8)) /
                 (stated(0) * stated(0) + stated(4) * stated(4) + stated(8) * stated(8)));
@@ -192,8 +191,8 @@ INSTANTIATE_TEST_SUITE_P(Designs,
                                   (test_case.param.normal_u_rad > 0.0 ? "Cube" : "");
                          });
 
-// Where the cube's normals are stated as uncertain calibrate() fits by generalised least squares,
-// and the forecast is of that: by ordinary least squares it was 2.5 times too pessimistic.
+// If the normals have a stated uncertainty, calibrate() uses generalised least squares, and so does
+// the forecast. Ordinary least squares would give values 2.5 times as large.
 TEST(Forecast, IsOfGeneralisedLeastSquaresWhereNormalsAreUncertain) {
   PositionerDescription description = Positioner().description();
   NormalCovariance C = NormalCovariance::Zero();
@@ -227,7 +226,7 @@ TEST(Forecast, IsOfGeneralisedLeastSquaresWhereNormalsAreUncertain) {
     EXPECT_NEAR(found(static_cast<Eigen::Index>(i)) / results[i].sd, 1.0, 0.15)
         << results[i].parameter;
   }
-  // The biases of ordinary least squares hold the normals' errors.
+  // By ordinary least squares the biases include the errors of the normals.
   description.normal_covariance.reset();
   setup.positioner = Positioner(description);
   setup.normal_u_rad = 3e-4;
@@ -235,8 +234,8 @@ TEST(Forecast, IsOfGeneralisedLeastSquaresWhereNormalsAreUncertain) {
 }
 
 TEST(Forecast, OfTheStandardDesignIsTheMethods) {
-  // method.md, section 10: prediction variance sigma^2 / 3 r, so an angle's standard error sigma /
-  // (s F sqrt(3 r)).
+  // The prediction variance is sigma^2 / 3r, so the standard error of an angle is sigma / (s F
+  // sqrt(3r)) (method.md, section 10).
   ForecastSetup setup{.nominal = test::truth_of({.bias = Eigen::Vector3d::Zero(),
                                                  .sensitivity = 2.0 * Eigen::Matrix3d::Identity()}),
                       .design = standard_design(12),
@@ -271,7 +270,8 @@ TEST(Forecast, CountsTheMountAndItsRepeatability) {
   for (const Method method : {Method::paired, Method::joint, Method::known}) {
     setup.method = method;
     const Forecast result = forecast(setup);
-    // A small rotation about each axis: cross-axis terms only, and the direction off by as much.
+    // A small rotation of the mount changes only the cross-axis terms, and rotates the field by the
+    // same angle.
     EXPECT_NEAR(result.covariance()(0, 0), 0.0, 1e-20);
     EXPECT_NEAR(result.covariance()(1, 1), 0.0, 1e-16);
     EXPECT_NEAR(std::sqrt(result.covariance()(2, 2)), 2.0 * 5e-5, 1e-9);
@@ -285,7 +285,7 @@ TEST(ReplicatesForAngle, FindsTheSmallestNumberThatIsEnough) {
                       .design = standard_design(12),
                       .noise_sd = 3e-4};
   const double wanted = 0.005 * rad_per_deg;
-  // sigma / sqrt(3 r) = 8.73e-5: r = 3.94.
+  // sigma / sqrt(3r) = 8.73e-5 gives r = 3.94.
   EXPECT_EQ(replicates_for_angle(setup, wanted), 4);
   setup.samples = 4;
   EXPECT_EQ(replicates_for_angle(setup, wanted), 1);
@@ -351,9 +351,9 @@ TEST(StudyTolerances, ClosedFormAgreesWithSimulation) {
 }
 
 TEST(StudyTolerances, AnAngleIsAnAngle) {
-  // Faces off by 1e-4 both ways on their own: over the sphere the direction's mean square error,
-  // either way, is 23/45 of their variance (an independent calculation), and so is the
-  // simulation's.
+  // The normals have independent errors of 1e-4 rad in both directions. The mean square error of
+  // the field's direction over the sphere, for each of two components, is 23/45 of their variance
+  // by an independent calculation. The simulation agrees.
   ToleranceStudy study{.nominal = test::accelerometer_truth(),
                        .design = standard_design(12),
                        .drawing = feet_of_frame({}),
@@ -363,13 +363,13 @@ TEST(StudyTolerances, AnAngleIsAnAngle) {
   const ToleranceEffect effect = study_tolerances(study).front();
   EXPECT_NEAR(effect.closed_form.angle_rad, 1e-4 * std::sqrt(23.0 / 45.0), 3e-6);
   EXPECT_NEAR(effect.simulated.angle_rad, 1e-4 * std::sqrt(23.0 / 45.0), 3e-6);
-  // For any one cube the rms, either way, is no more than the worst over the root of two.
+  // For a single cube the rms per component is at most the worst angle divided by sqrt(2).
   for (study.seed = 1; study.seed <= 20; ++study.seed) {
     study.trials = 1;
     const ToleranceEffect one = study_tolerances(study).front();
     EXPECT_GE(one.worst_angle_95_rad, 1.39 * one.simulated.angle_rad);
   }
-  // A scale error is no angle: `known` on a sloping table.
+  // An error of the scale does not change angles: method `known` on a sloping table.
   study.tolerances = {.fence_rad = 1e-6};
   study.slope = {0.02, 0.0};
   const ToleranceEffect known = study_tolerances(study).back();

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Coverage and alarms in worlds that are not white; in full in docs/accuracy.md.
+// Coverage and alarms for readings that are not white. The large studies are in docs/accuracy.md.
 #include <algorithm>
 
 #include "axiscal/calib/calibration_json.hpp"
@@ -18,7 +18,7 @@ struct WorldCase {
   const char* world;
   int points = 12;
   int replicates = 1;
-  double least = 0.92;  // coverage of biases; 93 % in full, here of 400 runs
+  double least = 0.92;  // least coverage of biases in 400 runs
   SeatSetup seats = SeatSetup::automatic;
 };
 
@@ -58,7 +58,7 @@ INSTANTIATE_TEST_SUITE_P(
                     WorldCase{"seats24", "seat_rad=4e-4", 24, 1},
                     WorldCase{"seats12", "seat_rad=1.2e-3", 12, 1, 0.91, SeatSetup::fit},
                     WorldCase{"ar24", "ar=0.9", 12, 2},
-                    // At 12 readings correlation often does not show.
+                    // 12 readings often do not show a correlation.
                     WorldCase{"ar12", "ar=0.5", 12, 1, 0.84},
                     WorldCase{"walk", "walk_sd=1e-4", 12, 2},
                     WorldCase{"drift", "drift=1e-3", 12, 2},
@@ -71,7 +71,7 @@ INSTANTIATE_TEST_SUITE_P(
                     WorldCase{"rounded", "round=1e-3", 12, 4, 0.95}),
     [](const testing::TestParamInfo<WorldCase>& test_case) { return test_case.param.name; });
 
-// The seats' scatter is found, and the biases get sharper than by one standard deviation for all.
+// The scatter of the seats is found. The biases are then more precise than with one noise for all.
 TEST(Seats, AreFoundAndTakenFromTheNoise) {
   const SensorModel truth = test::accelerometer_truth();
   Experiment experiment = test::experiment_for(truth);
@@ -89,12 +89,12 @@ TEST(Seats, AreFoundAndTakenFromTheNoise) {
   const Calibration plain = calibrate(experiment, run);
   EXPECT_GT(plain.fit.statistics->residual_sd(0), 5.0 * found.fit.statistics->residual_sd(0));
   EXPECT_GT(plain.fit.statistics->interval_95(1), 3.0 * found.fit.statistics->interval_95(1));
-  // The parts add up, and the record keeps them.
+  // The record contains all components of the covariance.
   const std::string text = calibration_json(found);
   EXPECT_EQ(calibration_json(parse_calibration(text, "again.json")), text);
 }
 
-// Readings taken one after the other at one point are of one laying.
+// Consecutive readings at one point belong to one laying.
 TEST(Seats, CountConsecutiveReadingsAtAPointAsOneLaying) {
   const SensorModel truth = test::accelerometer_truth();
   Experiment experiment = test::experiment_for(truth);
@@ -121,7 +121,8 @@ TEST(Seats, CountConsecutiveReadingsAtAPointAsOneLaying) {
   EXPECT_GT(found.degrees_of_freedom(0), 90.0);
 }
 
-// The instrument sits anew in each mount: how much is found, and the record says so.
+// The instrument has another turn in each mount. The fit finds the scatter of the turns, and the
+// record states it.
 TEST(Mounts, AreFoundAndTakenFromTheNoise) {
   const SensorModel truth = test::accelerometer_truth();
   Experiment experiment = test::experiment_for(truth);
@@ -136,13 +137,13 @@ TEST(Mounts, AreFoundAndTakenFromTheNoise) {
   EXPECT_NEAR(found.fit.statistics->components.front().sd(0), 1e-3, 4e-4);
   EXPECT_NEAR(found.fit.statistics->residual_sd(0), noise, 0.3 * noise);
   EXPECT_EQ(found.findings.status, CalibrationStatus::ok);
-  // Main sensitivities stay sharp, cross-axis terms do not.
+  // The intervals of main sensitivities stay short; those of cross-axis terms become long.
   EXPECT_GT(found.fit.statistics->interval_95(2), 5.0 * found.fit.statistics->interval_95(1));
   const std::string text = calibration_json(found);
   EXPECT_EQ(calibration_json(parse_calibration(text, "again.json")), text);
 }
 
-// Errors of inputs that are drawn as stated are no mistakes: normals of three times the noise.
+// Errors of face normals with the stated uncertainty, three times the noise, raise no alarm.
 TEST(StatedErrors, RaiseNoAlarms) {
   StudySetup setup = setup_of("stated=1", 12, 3);
   setup.alarms = true;
@@ -163,7 +164,8 @@ TEST(StatedErrors, RaiseNoAlarms) {
   }
 }
 
-// A drift that is found is a term of the fit and no warning; one block is repeatability only.
+// A drift that is found is a term of the fit and not a warning. A record of one block has the
+// condition repeatability.
 TEST(Drift, IsATermWhereItIsFound) {
   const SensorModel truth = test::accelerometer_truth();
   Experiment experiment = test::experiment_for(truth);
@@ -208,7 +210,8 @@ double share_of(const Study& study, const std::string& warning) {
              : static_cast<double>(found->second) / static_cast<double>(study.trials);
 }
 
-// K2 of five sigma in one axis is always noticed; straight responses hardly ever.
+// A squared term of five sigma in one axis is nearly always reported. Straight responses are
+// reported in less than 1.5 % of runs.
 TEST(Alarms, OfAResponseThatBends) {
   StudySetup bent = setup_of("k2=5e-4:0:0", 24, 1);
   bent.alarms = true;
@@ -218,7 +221,7 @@ TEST(Alarms, OfAResponseThatBends) {
   EXPECT_LT(share_of(run_study(straight, 1000, 8), "nonlinearity"), 0.015);
 }
 
-// At any ratio of the axes' noise.
+// The rate of alarms does not depend on the ratio of the axes' noise.
 TEST(Alarms, OfLevelnessHoldTheirLevel) {
   StudySetup setup = setup_of("", 12, 1);
   setup.noise_sd = Eigen::Vector3d(noise, noise, 3.0 * noise);
@@ -233,7 +236,7 @@ TEST(Alarms, OfLevelnessHoldTheirLevel) {
   EXPECT_LE(unlevel, 12);
 }
 
-// A study that counts no alarms does not make what raises them; its figures are the same.
+// A study without `alarms` skips the tests that raise them. Its other results are the same.
 TEST(Alarms, ChangeNoFigureOfAStudy) {
   for (const Method method : {Method::known, Method::paired, Method::joint}) {
     for (const char* const world : {"", "ar=0.7", "block_sd=3e-4", "jitter=3e-4", "round=2e-4"}) {
@@ -257,7 +260,7 @@ TEST(Alarms, ChangeNoFigureOfAStudy) {
   }
 }
 
-// A slope that is off as much as was stated is not called wrong.
+// An error of the slope that agrees with its stated uncertainty raises no alarm.
 TEST(Alarms, OfAStatedSlopeCountItsUncertainty) {
   StudySetup setup = setup_of("stated=1", 12, 1);
   setup.experiment.fit.method = Method::known;

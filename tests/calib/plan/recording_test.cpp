@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Recordings that are simulated, and what their calibrations state; in full in docs/accuracy.md.
+// Simulated recordings and the intervals of their calibrations. The large studies are in
+// docs/accuracy.md.
 #include "axiscal/calib/recording.hpp"
 
 #include <algorithm>
@@ -62,7 +63,7 @@ struct TurnsCase {
 
 class TurnsOfGyroscope : public testing::TestWithParam<TurnsCase> {};
 
-// At 100 Hz, by the gyroscope's noise, the seats, and the Earth alone.
+// 100 Hz; errors by the noise of the gyroscope, the seats and the Earth's rotation.
 TEST_P(TurnsOfGyroscope, AreCovered) {
   StudySetup setup = study_of(gyroscope_truth(), {.kind = RecordingKind::turns, .samples = 5400},
                               GetParam().world);
@@ -84,8 +85,9 @@ INSTANTIATE_TEST_SUITE_P(Worlds,
                            return test_case.param.name;
                          });
 
-// A rate that begins and ends in a corner right at a sample: the trapezium rule makes 1 - pi^2 /
-// (12 * 150^2) of the angle, in every turn alike, so that no scatter shows it; the budget does.
+// If a rate starts and ends with a corner at a sample, the trapezium rule gives 1 - pi^2 / (12 *
+// 150^2) of the angle in every turn. The scatter does not show this error, so it is a source of the
+// budget.
 TEST(Turns, SamplingIsInTheBudget) {
   const SensorModel truth = gyroscope_truth();
   const std::vector<RunSheetRow> sheet = make_run_sheet(standard_design(12), 1, 3);
@@ -122,7 +124,8 @@ TEST(Turns, SamplingIsInTheBudget) {
   EXPECT_NEAR(u, std::abs(error), 0.1 * std::abs(error));
 }
 
-// The seats' scatter is told from the gyroscope's noise: turns share the rests between them.
+// The scatter of the seats is separated from the noise of the gyroscope, because consecutive turns
+// share a rest.
 TEST(Turns, TheSeatsScatterIsFound) {
   const SensorModel truth = gyroscope_truth();
   const std::vector<RunSheetRow> sheet = make_run_sheet(standard_design(24), 2, 3);
@@ -137,7 +140,7 @@ TEST(Turns, TheSeatsScatterIsFound) {
   EXPECT_NEAR(std::stod(note.substr(at + 12)) * rad_per_deg, 5e-4, 1e-4);
 }
 
-// A magnetometer or accelerometer turned by hand, its noise correlated.
+// A recording of an instrument that is turned by hand. Its noise is correlated.
 TEST(FreeRecording, IsCoveredUnderCorrelation) {
   for (const char* world : {"", "ar=0.8", "ar=0.99"}) {
     StudySetup setup =

@@ -21,8 +21,8 @@ TEST(Simulate, ReadsWhatTheModelSays) {
   const double y = -0.02;
   const double z = std::sqrt(1.0 - x * x - y * y);
   const Observations observed = simulate(truth, sheet, {.slope = {x, y}});
-  // At rest -Z, fence +Y the cube's axes are the table's; at rest +X, z of the table is -X of the
-  // cube and y of the table its Y, so that x of the table = y cross z is its Z.
+  // With rest -Z and fence +Y the cube's axes are those of the table. With rest +X the table's z, y
+  // and x = y cross z are -X, Y and Z of the cube.
   EXPECT_MATRIX_NEAR(observed.response.row(0).transpose(),
                      truth.response.at(Eigen::Vector3d(x, y, z)), 1e-15);
   EXPECT_MATRIX_NEAR(observed.response.row(1).transpose(),
@@ -34,7 +34,7 @@ TEST(Simulate, HasNoiseOfTheStatedSizeAndSeed) {
   const Observations exact = observe(truth, {.replicates = 500, .seed = 3});
   const Observations noisy = observe(truth, {.replicates = 500, .noise_sd = 0.1, .seed = 3});
   const Eigen::MatrixXd noise = noisy.response - exact.response;
-  // 18000 normals: their sd is known to 0.5 %.
+  // The standard deviation of the sd of 18000 normal numbers is 0.5 %.
   EXPECT_NEAR(std::sqrt(noise.array().square().mean()), 0.1, 0.0027);
   EXPECT_NEAR(noise.mean(), 0.0, 0.004);
   EXPECT_EQ(noisy.response,
@@ -43,15 +43,16 @@ TEST(Simulate, HasNoiseOfTheStatedSizeAndSeed) {
 
 TEST(Simulate, TurnsTheFieldWithTheFence) {
   SensorModel truth = accelerometer_truth();
-  truth.field.in_table = Eigen::Vector3d(0.0, 0.6, 0.8);  // to the north, as is the fence
+  truth.field.in_table = Eigen::Vector3d(0.0, 0.6, 0.8);  // north, where the fence is
   const std::vector<RunSheetRow> sheet = {{.entry = {.point = {Face::minus_z, Face::plus_y}}}};
   const Observations east = simulate(truth, sheet, {.fence_azimuth_rad = std::acos(0.0)});
-  // With the fence to the east north is -x of the table.
+  // With the fence in the east, north is -x of the table.
   EXPECT_MATRIX_NEAR(east.response.row(0).transpose(),
                      truth.response.at(Eigen::Vector3d(-0.6, 0.0, 0.8)), 1e-15);
 }
 
-// What comes out of a calibration goes in again with another slope, which is then the whole slope.
+// on_level_table() removes the slope of a record, so that only the slope in the options is
+// simulated.
 TEST(OnLevelTable, TakesTheTruthsOwnSlopeOut) {
   SensorModel truth = accelerometer_truth();
   truth.field.in_table = Eigen::Vector3d(0.02, -0.03, 0.0).array() + 0.0;
@@ -61,7 +62,7 @@ TEST(OnLevelTable, TakesTheTruthsOwnSlopeOut) {
   const Observations observed = simulate(on_level_table(truth), sheet, {.slope = {0.001, 0.0}});
   EXPECT_MATRIX_NEAR(observed.response.row(0).transpose(),
                      truth.response.at(Eigen::Vector3d(0.001, 0.0, std::sqrt(1.0 - 1e-6))), 1e-15);
-  truth.field.kind = "geomagnetic";  // whose slope is not known from it
+  truth.field.kind = "geomagnetic";  // it does not show the slope
   EXPECT_EQ(on_level_table(truth).field.in_table, truth.field.in_table);
 }
 

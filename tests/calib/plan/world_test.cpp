@@ -18,7 +18,7 @@ std::vector<RunSheetRow> long_sheet(int replicates = 200) {
   return make_run_sheet(standard_design(12), replicates, 5);
 }
 
-// What a world adds to the readings of an exact run.
+// The errors that a world adds to the readings of an exact run.
 Eigen::MatrixXd errors_of(const World& world, double noise_sd, int replicates = 200) {
   const SensorModel truth = accelerometer_truth();
   const std::vector<RunSheetRow> sheet = long_sheet(replicates);
@@ -77,7 +77,8 @@ TEST(Simulate, CorrelatesNoiseAndKeepsItsSize) {
 TEST(Simulate, HasHeavyTailsOfTheSameSize) {
   const Eigen::ArrayXXd e = errors_of(world_of("tails=5"), 0.1).array() / 0.1;
   EXPECT_NEAR(std::sqrt(e.square().mean()), 1.0, 0.05);
-  // Student's t of 5 degrees of freedom has a kurtosis of 9, the normal distribution of 3.
+  // The kurtosis of Student's t with 5 degrees of freedom is 9, that of the normal distribution is
+  // 3.
   EXPECT_GT(e.square().square().mean(), 4.5);
 }
 
@@ -92,7 +93,7 @@ TEST(Simulate, ShiftsEachBlock) {
   EXPECT_NEAR(std::sqrt(squares), 0.01, 0.001);
 }
 
-// A walk's mean is what a calibration can know of the bias; a drift goes from -1/2 to +1/2.
+// The true bias of a walk is its mean over the run. A drift goes from -1/2 to +1/2 of its size.
 TEST(Simulate, TellsTheBiasOfTheRun) {
   const SensorModel truth = accelerometer_truth();
   const std::vector<RunSheetRow> sheet = long_sheet(1);
@@ -105,13 +106,13 @@ TEST(Simulate, TellsTheBiasOfTheRun) {
   EXPECT_NEAR(drift(11, 2), 0.01, 1e-12);
 }
 
-// The field turns by the seat's angle each time, and by the mount's once a block; never along
-// itself.
+// The field in the cube is rotated by the seat for each reading, and by the mount for each block. A
+// rotation about the field has no effect.
 TEST(Simulate, LaysCubeAndInstrumentAnew) {
   const Eigen::Vector3d S = accelerometer_truth().response.sensitivity.diagonal();
   const Eigen::MatrixXd seats =
       errors_of(world_of("seat_rad=1e-4"), 0.0) * S.cwiseInverse().asDiagonal();
-  // Two of three axes lie across the field in each position.
+  // In each position two of three axes are across the field.
   EXPECT_NEAR(std::sqrt(seats.array().square().mean()), 1e-4 * std::sqrt(2.0 / 3.0), 5e-6);
   const Eigen::MatrixXd mounts = errors_of(world_of("mount_rad=1e-4"), 0.0);
   EXPECT_GT(mounts.cwiseAbs().maxCoeff(), 1e-4);

@@ -44,7 +44,7 @@ TEST(CalibrationJson, IsWrittenAgainByteForByte) {
       Observations observations =
           observe(truth, {.replicates = 2, .slope = {0.003, -0.002}, .noise_sd = 1e-4, .seed = 3});
       observations.readings[0].temperature = 21.5;
-      observations.response(5, 1) += 0.01;  // so that there are warnings
+      observations.response(5, 1) += 0.01;  // causes a warning
       Calibration calibration = calibrate(experiment, observations);
       calibration.provenance.inputs = {{.path = "a \"quoted\" name.csv", .sha256 = "00ff"}};
       calibration.findings.notes = {{NoteCode::drift, "a note"}};
@@ -56,7 +56,7 @@ TEST(CalibrationJson, IsWrittenAgainByteForByte) {
   }
 }
 
-// A record is written from what others may be reading.
+// Writing a record does not modify it, so other threads may read it.
 TEST(CalibrationJson, ChangesNothingThatItWrites) {
   const SensorModel truth = accelerometer_truth();
   Calibration calibration =
@@ -72,7 +72,8 @@ TEST(CalibrationJson, ChangesNothingThatItWrites) {
   EXPECT_EQ(calibration.sensor.field.parts.front().unit, "mg");
 }
 
-// A record of many readings holds columns; the rows that earlier versions wrote are read too.
+// A record of more than 200 readings has one list for each member. The rows of earlier versions can
+// still be read.
 TEST(CalibrationJson, WritesManyReadingsAsATable) {
   const SensorModel truth = accelerometer_truth();
   const Calibration calibration = calibrate(
@@ -122,7 +123,8 @@ TEST(CalibrationJson, HasTheKeysOfTheContract) {
   EXPECT_TRUE(record["warnings"].is_array() && record["warnings"].empty());
   EXPECT_FALSE(record["coefficients"].contains("temperature"));
   EXPECT_EQ(record["coefficients"]["polar"].size(), 3U);
-  // sd per reading from pairs, interval by t with 2 degrees of freedom.
+  // The interval is that of Student's t with 2 degrees of freedom: six averages of pairs less four
+  // coefficients.
   const double se = record["statistics"]["standard_error"]["bias"][0];
   EXPECT_NEAR(record["statistics"]["interval_95"]["bias"][0].get<double>() / se, 4.30265, 1e-4);
 }

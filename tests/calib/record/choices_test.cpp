@@ -28,7 +28,7 @@ struct NamedChoice {
   std::string name;
 };
 
-// Each name is read as its choice and written again; no other text is a choice.
+// Each name is parsed to its choice and printed again. No other text is a choice.
 template <typename Choice, typename NameOf, typename Parse>
 void expect_names(const std::vector<NamedChoice<Choice>>& all, NameOf name_of, Parse parse) {
   std::set<std::string> names;
@@ -85,7 +85,7 @@ TEST(ChoiceNames, OfDriftSeatsAndShapeAreReadAsTheyAreWritten) {
   EXPECT_EQ(shape_name(std::nullopt), "");
 }
 
-// A gyroscope's turns come from a log. An experiment cannot ask for them.
+// Method turns needs a log, so an experiment cannot choose it.
 TEST(ChosenMethods, AreAllButTurns) {
   for (const Method method : {Method::paired, Method::joint, Method::known, Method::magnitude,
                               Method::bias, Method::faces}) {
@@ -108,7 +108,7 @@ TEST(MethodKinds, OfARecordWithoutAMethodClaimNothing) {
     EXPECT_EQ(kind.method, method);
     EXPECT_FALSE(kind.words.empty()) << kind.name;
     EXPECT_EQ(kind.fits_sensitivity, method != Method::bias) << kind.name;
-    // A method either knows how the instrument lay or goes by another property.
+    // A method uses poses, the magnitude or turns, and not more than one of them.
     EXPECT_LE(int{kind.by_pose} + int{kind.by_magnitude} + int{kind.by_turns}, 1) << kind.name;
     EXPECT_TRUE(kind.by_pose || !kind.averages_pairs) << kind.name;
   }
@@ -176,13 +176,13 @@ TEST(FindFace, PrefersTheUsersWords) {
   const FaceNames names = parse_face_names("+x=-Z,up=+Y");
   EXPECT_EQ(find_face(names, "+X"), Face::minus_z);
   EXPECT_EQ(find_face(names, " UP\t"), Face::plus_y);
-  EXPECT_EQ(find_face(names, "-X"), Face::minus_x);  // a standard name that no word hides
+  EXPECT_EQ(find_face(names, "-X"), Face::minus_x);  // standard names still work
   EXPECT_FALSE(find_face(names, "upper"));
 }
 
 // ---- faces in words ----
 
-// Expects a face, and a direction if the words state one.
+// Expects the face in the words, and a direction if the words state one.
 void expect_words(const std::string& words, Face face, std::optional<bool> is_up) {
   const std::optional<FaceInWords> found = face_in_words(words);
   ASSERT_TRUE(found) << words;
@@ -241,7 +241,7 @@ TEST(FaceInWordsText, KnowsDirectionsOfSeveralLanguages) {
   expect_words("FACE Z ARRIBA", Face::plus_z, true);
 }
 
-// Letters of either case and blanks at the ends make no difference.
+// Case and outer blanks do not matter.
 TEST(FaceInWordsText, DoesNotDependOnCaseOrOuterBlanks) {
   for (const std::string words : {"x up", "-z down", "negy", "z+"}) {
     std::string upper = words;

@@ -70,7 +70,7 @@ TEST(ParseExperiment, ReadsTheRolesOfAFieldsParts) {
   EXPECT_THAT(experiment_complaint(file), HasSubstr("/field/0/role: 'mine' is not known"));
 }
 
-// A program's own field, which no file can name.
+// A field class of a program. Files cannot name it.
 class WindMachine final : public ReferenceField {
  public:
   [[nodiscard]] Eigen::Vector3d value_in_enu() const override { return {0.0, 20.0, 9.8}; }
@@ -92,7 +92,7 @@ TEST(CanBeStated, LooksAtEveryPartOfEveryField) {
   EXPECT_THROW(static_cast<void>(experiment_json(second)), DomainError);
 }
 
-// What is written is what was read, with every key that there is.
+// An experiment with every key is the same after it is written and read.
 TEST(ExperimentJson, ComesBackAsItWas) {
   json file = whole_experiment();
   file["also"] = "gravity";
@@ -126,7 +126,7 @@ TEST(ExperimentJson, ComesBackAsItWas) {
     EXPECT_EQ(experiment_json(second.experiment, second.paths), text);
     const json written = json::parse(text);
     for (const auto& [key, value] : file.items()) {
-      EXPECT_TRUE(written.contains(key) || key == "level_by") << key << " of " << field;  // usual
+      EXPECT_TRUE(written.contains(key) || key == "level_by") << key << " of " << field;  // default
     }
     EXPECT_EQ(second.experiment.field.parts().size(), first.experiment.field.parts().size());
   }
@@ -137,7 +137,7 @@ TEST(ExperimentJson, WritesNothingThatIsNotStated) {
   experiment.instrument.kind = "accelerometer";
   experiment.field = GravityField();
   const json written = json::parse(experiment_json(experiment));
-  EXPECT_EQ(written.size(), 4U);  // format, version, instrument, field
+  EXPECT_EQ(written.size(), 4U);  // members: format, version, instrument, field
 }
 
 TEST(ParseExperiment, SuggestsTheNearKey) {

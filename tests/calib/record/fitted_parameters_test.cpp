@@ -57,20 +57,20 @@ TEST_F(FittedParametersOfFile, AreThoseOfTheRecord) {
   }
 }
 
-// What is not plain is read by the reader of all records.
+// If the text has escapes or another order, it is read by the reader of whole records.
 TEST_F(FittedParametersOfFile, AreTheSameByTheOtherReader) {
   const std::string text = calibration_json(calibration());
   const FittedParameters plain = read(text);
   std::string escaped = text;
   escaped.replace(text.find("\"QA-113\""), 8, R"("QA\u002d113")");
   expect_same(read(escaped), plain);
-  json other_order = json::parse(text);  // sorted by their names
+  json other_order = json::parse(text);  // members sorted by name
   expect_same(read(other_order.dump()), plain);
 }
 
 TEST_F(FittedParametersOfFile, AreTheFitsAloneWhereASourceIsOfIt) {
   const std::string text = calibration_json(calibration());
-  std::string escaped = text;  // the source's type
+  std::string escaped = text;  // escapes the type of the source
   const std::size_t type = escaped.find("\"A\"", escaped.find("\"sources\""));
   ASSERT_NE(type, std::string::npos);
   escaped.replace(type, 3, R"("\u0041")");

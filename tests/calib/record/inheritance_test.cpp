@@ -33,7 +33,7 @@ Eigen::RowVectorXd random_row(Eigen::Index size, RandomStream& random) {
   return Eigen::RowVectorXd::NullaryExpr(size, [&] { return random.normal(); });
 }
 
-// A record of these axes whose covariance comes from the readings alone, each axis by itself.
+// A record with these axes. Its covariance is from the readings, without correlation between axes.
 Calibration record_of_axes(const std::vector<std::string>& axes, RandomStream& random) {
   const auto m = static_cast<Eigen::Index>(axes.size());
   Calibration record;
@@ -90,7 +90,8 @@ TEST(ParameterNames, OfPowersHaveANumberFromTwoOn) {
   EXPECT_THAT(temperature_suffixes(1), ElementsAre(".bias.d", ".scale.d"));
 }
 
-// A sensor each of whose numbers tells its place: by its names every number is found once.
+// Each number of the sensor has another value. By the parameters' names each number is found
+// exactly once.
 TEST(ParameterNames, FindEachNumberOfASensorOnce) {
   constexpr int order = 2;
   SensorModel sensor;
@@ -171,7 +172,7 @@ TEST(ParameterIntervals, StayIfTheyAreThere) {
                      1e-5);
 }
 
-// Welch and Satterthwaite for each parameter that has a part in the component.
+// Degrees of freedom by Welch and Satterthwaite, for each parameter that the component affects.
 TEST(ParameterIntervals, GrowWithAComponentOfTheScatter) {
   RandomStream random(23);
   FitStatistics statistics = statistics_of_two_axes(random);
@@ -202,7 +203,7 @@ TEST(ParameterIntervals, GrowWithAComponentOfTheScatter) {
   }
 }
 
-// Each standard error of a covariance has its place, for a record with all kinds of parameters.
+// Each standard error is stored with its parameter, for a record with all kinds of parameters.
 TEST(ParameterIntervals, PutEachStandardErrorInItsPlace) {
   RandomStream random(24);
   Calibration record = record_of_axes({"x", "y"}, random);
@@ -215,7 +216,7 @@ TEST(ParameterIntervals, PutEachStandardErrorInItsPlace) {
                                                   .bias_se = Eigen::MatrixXd::Zero(2, 2),
                                                   .scale_se = Eigen::MatrixXd::Zero(2, 2)};
   FitStatistics& statistics = *record.fit.statistics;
-  // The variance of parameter i is (i + 1)^2: its standard error tells its place.
+  // The variance of parameter i is (i + 1)^2, so each standard error identifies its parameter.
   statistics.covariance = Eigen::VectorXd::LinSpaced(2 * p, 1.0, 2.0 * p).cwiseAbs2().asDiagonal();
   statistics.degrees_of_freedom = Eigen::Vector2d(5.0, 10.0);
   add_intervals(record);
@@ -266,7 +267,8 @@ TEST(InheritedScatter, IsTheSumOverTheAxes) {
   }
 }
 
-// Method joint: the part that the axes share through the direction is divided in proportion.
+// Method joint: the part of the variance that axes share by the direction is divided between the
+// axes in proportion.
 TEST(InheritedScatter, DividesWhatTheAxesShareInProportion) {
   RandomStream random(32);
   Calibration record = record_of_axes({"x", "y", "z"}, random);
@@ -304,7 +306,7 @@ TEST(InheritedScatter, GrowsWithTheSquareOfTheGradient) {
   }
 }
 
-// An axis is one axis even if another one's name begins with its name.
+// Axes are separate although the name of one is the beginning of another's.
 TEST(InheritedScatter, KeepsAxesApartWhoseNamesBeginAlike) {
   RandomStream random(34);
   const Calibration record = record_of_axes({"a", "ax", "ax1"}, random);
@@ -320,7 +322,7 @@ TEST(InheritedScatter, KeepsAxesApartWhoseNamesBeginAlike) {
   }
 }
 
-// The order of the axes does not matter.
+// The result does not depend on the order of the axes.
 TEST(InheritedScatter, TurnsWithTheOrderOfTheAxes) {
   RandomStream random(35);
   const Calibration record = record_of_axes({"x", "y", "z"}, random);
@@ -399,7 +401,7 @@ TEST(InheritedUncertainty, HasEachSourceInItsOrder) {
   }
 }
 
-// The combined variance is that of the sum of all covariances.
+// The combined variance is that of the sum of the covariances of all sources.
 TEST(InheritedUncertainty, IsTheCovarianceOfAllSourcesTogether) {
   RandomStream random(43);
   const Calibration record = record_with_sources(random);
@@ -418,7 +420,7 @@ TEST(InheritedUncertainty, IsTheCovarianceOfAllSourcesTogether) {
   }
 }
 
-// The spread of a function by drawn parameters is its standard uncertainty.
+// The standard uncertainty of a linear function is its spread for random parameters.
 TEST(InheritedUncertainty, IsTheSpreadOfDrawnParameters) {
   RandomStream random(44);
   const Calibration record = record_with_sources(random);
@@ -444,7 +446,7 @@ TEST(InheritedUncertainty, OfOneParameterIsThatOfTheRecord) {
     EXPECT_NEAR(one.uncertainty.u, expected.u, 1e-12);
     EXPECT_THAT(one.uncertainty.by_source,
                 testing::Pointwise(testing::DoubleNear(1e-12), expected.by_source));
-    // The interval of the fit and the shares say nearly the same.
+    // The interval of the fit and the combination of the shares nearly agree.
     EXPECT_NEAR(one.uncertainty.expanded / expected.expanded, 1.0, 0.02) << one.name;
     const Quantity quantity = record.parameter(one.name);
     EXPECT_EQ(quantity.U, one.uncertainty.expanded);
@@ -452,7 +454,8 @@ TEST(InheritedUncertainty, OfOneParameterIsThatOfTheRecord) {
   }
 }
 
-// Stated inputs alone have a normal's factor; scatter alone has Student's.
+// If all sources are stated inputs, the factor is that of a normal distribution; if all are
+// scatter, Student's.
 TEST(InheritedUncertainty, HasTheFactorOfItsSources) {
   RandomStream random(46);
   Calibration record = record_of_axes({"x"}, random);
@@ -491,7 +494,7 @@ TEST(VarianceSharesSum, AppendsIndependentParts) {
   EXPECT_TRUE(std::isinf(welch_degrees_of_freedom({.others = 1.0})));
 }
 
-// The table of factors agrees with known quantiles and with combine().
+// The tabulated factors agree with known quantiles and with combine().
 TEST(FactorsOfCoverage, AreStudentsT) {
   const CoverageFactors factors;
   EXPECT_NEAR(factors.at(1.0), 12.7062, 0.05);

@@ -37,7 +37,7 @@ TEST(LevelnessOfTable, IsTheMeanOfARunWithOneLevelness) {
   EXPECT_EQ(stands.standard_error_x, 1e-5);
   EXPECT_EQ(stands.standard_error_y, 2e-5);
   EXPECT_EQ(stands.block, 1);
-  // The position does not count: there is one levelness for all blocks.
+  // The position is ignored, because there is one levelness for all blocks.
   EXPECT_EQ(levelness.of_block_at(0), Eigen::Vector2d(1e-3, -2e-3));
   EXPECT_EQ(levelness.of_block_at(5), Eigen::Vector2d(1e-3, -2e-3));
 }
@@ -54,7 +54,7 @@ TEST(LevelnessOfTable, IsThatOfTheLastBlockIfEachHasOne) {
   EXPECT_THROW(static_cast<void>(levelness.of_block_at(2)), std::out_of_range);
 }
 
-// The slope of one rest face by its two opposite readings, whatever the bias is.
+// The slope by the two opposite readings of one rest face. The bias cancels.
 Eigen::Vector2d slope_by_pair(const SensorModel& sensor,
                               const DesignPoint& point,
                               const Eigen::VectorXd& first,
@@ -67,7 +67,7 @@ Eigen::Vector2d slope_by_pair(const SensorModel& sensor,
   return G.colPivHouseholderQr().solve(0.5 * (first - turned));
 }
 
-// The mean response at each point of a run.
+// @return the mean response at each design point of a run.
 std::map<DesignPoint, Eigen::VectorXd> means_of_points(const Observations& run) {
   std::map<DesignPoint, Eigen::VectorXd> sums;
   std::map<DesignPoint, double> counts;
@@ -122,7 +122,7 @@ TEST(LevelnessOfFaces, AreThoseOfOppositeReadings) {
   for (const LevelnessEstimate& one : found.fit.levelness->estimates) {
     const Eigen::Vector2d expected = slope_by_pair(found.sensor, one.point, means.at(one.point),
                                                    means.at(one.point.turned_round()));
-    // The weights of the axes move an estimate by parts of its noise only.
+    // The weights of the axes change an estimate by less than its noise.
     EXPECT_NEAR(one.x, expected.x(), 2e-6) << one.point.name();
     EXPECT_NEAR(one.y, expected.y(), 2e-6) << one.point.name();
     all.emplace_back(one.x, one.y);
@@ -142,7 +142,7 @@ TEST(LevelnessOfFaces, AreThoseOfOppositeReadings) {
   EXPECT_FALSE(found.fit.levelness->suspect);
 }
 
-// sigma / sqrt(12) for a sensitivity of 1; here 2.5.
+// The standard error is sigma / sqrt(12) for a sensitivity of 1. Here the sensitivity is 2.5.
 TEST(LevelnessOfFaces, HaveAMeanAsGoodAsTheNoiseAllows) {
   const SensorModel truth = test::accelerometer_truth();
   Experiment experiment = test::experiment_for(truth);
@@ -164,7 +164,7 @@ TEST(LevelnessOfFaces, HaveAMeanAsGoodAsTheNoiseAllows) {
   EXPECT_NEAR(std::sqrt(stated_squares / runs) / expected, 1.0, 0.2);
 }
 
-// Two days: the table stands otherwise on the second.
+// The slope of the table differs between three days.
 TEST(LevelnessOfBlocks, IsEachBlocksSlope) {
   const SensorModel truth = test::accelerometer_truth();
   const std::vector<Eigen::Vector2d> slopes = {{0.003, 0.001}, {-0.002, 0.004}, {0.0, -0.001}};
@@ -185,7 +185,7 @@ TEST(LevelnessOfBlocks, IsEachBlocksSlope) {
       EXPECT_MATRIX_NEAR(levelness.of_block_at(i), slopes[i], 1e-11);
     }
     EXPECT_NEAR(levelness.current_levelness().y, -0.001, 1e-11);
-    // A record's file keeps it.
+    // The levelness is the same after the record is written and read.
     const Levelness back = *parse_calibration(calibration_json(found), "record.json").fit.levelness;
     EXPECT_EQ(back.current_levelness().x, levelness.current_levelness().x);
     EXPECT_EQ(back.current_levelness().block, 3);
@@ -195,7 +195,7 @@ TEST(LevelnessOfBlocks, IsEachBlocksSlope) {
 
 // ---- observations put together ----
 
-// Some readings of two axes, with numbers that tell file and row.
+// Readings of two axes. Their values identify file and row.
 Observations numbered_part(int file, const std::vector<int>& blocks) {
   Observations part;
   const auto n = static_cast<Eigen::Index>(blocks.size());
@@ -228,7 +228,8 @@ TEST(JoinedObservations, NumberBlocksOnAndKeepTheirDistances) {
   const Observations all =
       concatenate({numbered_part(1, {1, 2}), numbered_part(2, {3, 3, 5}), numbered_part(3, {1})});
   EXPECT_THAT(runs_in(all), ElementsAre(1, 2, 3, 4, 5, 6));
-  // The second part has blocks 3 and 5: they become numbers of their own, as far apart as before.
+  // The second part has blocks 3 and 5. They are renumbered after the blocks of the first part,
+  // with the same difference.
   const std::vector<int> blocks = blocks_in(all);
   EXPECT_EQ(blocks[0], 1);
   EXPECT_EQ(blocks[1], 2);
@@ -275,7 +276,7 @@ TEST(JoinedObservations, KeepSamplesAndScatterIfAllPartsHaveThem) {
   EXPECT_EQ(*all.samples, Eigen::Vector3d(10.0, 20.0, 30.0));
   EXPECT_EQ(all.response_sd->row(2), Eigen::RowVector2d(0.25, 0.25));
   EXPECT_EQ(all.response_sd->rows(), 3);
-  // Scatter that only one file states does not count.
+  // Standard deviations that only one file states are dropped.
   two.response_sd.reset();
   EXPECT_FALSE(concatenate({one, two}).response_sd);
   EXPECT_FALSE(concatenate({two, one}).response_sd);

@@ -57,7 +57,7 @@ TEST(ReadObservations, TakesFieldsInsteadOfLabels) {
   const axiscal::Run table = read("fx,fy,fz,x,y,z\n0,0,1,1,2,3\n");
   EXPECT_EQ(*table.observations.readings[0].field_in_sensor, Eigen::Vector3d(0.0, 0.0, 1.0));
   EXPECT_FALSE(table.observations.readings[0].point);
-  // Axes that are called so are responses.
+  // If the axes are named fx, fy and fz, these columns are responses and not fields.
   const axiscal::Run forces =
       read("rest,fence,fx,fy,fz\n+X,+Y,1,2,3\n", {.axes = {"fx", "fy", "fz"}});
   EXPECT_FALSE(forces.observations.readings[0].field_in_sensor);

@@ -23,7 +23,7 @@ using testing::ElementsAre;
 using testing::HasSubstr;
 using testing::IsEmpty;
 
-using TableOfReadings = axiscal::Run;  // test::Run is a simulated one
+using TableOfReadings = axiscal::Run;  // another class than test::Run
 
 CsvReader reader_of_sheet(const std::string& text) {
   auto at = std::make_shared<std::size_t>(0);
@@ -45,7 +45,7 @@ std::string complaint_of_table(const std::string& text, const ObservationColumns
   return test::complaint_of<DataError>([&] { static_cast<void>(table_of(text, columns)); });
 }
 
-// A file of readings of one axis, from 1 on.
+// A file with `count` readings of one axis, numbered from 1.
 TableOfReadings file_of_readings(const std::string& path, std::size_t count) {
   TableOfReadings file;
   file.inputs = {{.path = path}};
@@ -71,7 +71,7 @@ TEST(JoinedFiles, TellHowManyReadingsEachBrought) {
   EXPECT_EQ(run.axes, std::vector<std::string>{"x"});
 }
 
-// A file without the column leaves its readings' cells empty, wherever it stands.
+// If a file lacks the column, the cells of its readings are empty, whatever its position.
 TEST(JoinedFiles, KeepDatesAndOperatorsAtTheirReadings) {
   TableOfReadings with = file_of_readings("with.csv", 2);
   with.dates = {"2026-11-20", "2026-11-21"};
@@ -137,7 +137,7 @@ TEST(MeasuredAt, PrefersTheStatementThenTheClockThenTheDates) {
   run.dates = {"2026-11-21", "2026-11-22", "2026-11-20"};
   EXPECT_EQ(measured_at(run), "2026-11-22");
   for (std::size_t i = 0; i < 3; ++i) {
-    run.observations.readings[i].time_s = 10.0 * static_cast<double>(i);  // since the start
+    run.observations.readings[i].time_s = 10.0 * static_cast<double>(i);  // [s] from the start
   }
   EXPECT_EQ(measured_at(run), "2026-11-22");
   run.observations.readings[1].time_s = 1795132810.0;
@@ -170,7 +170,7 @@ TEST(MakeRun, NumbersTheReadingsFromOne) {
 
 // ---- units under test ----
 
-// Readings of many units in random order: each unit has its readings, in their order.
+// Readings of 17 units in random order. Each unit gets its own readings in their order.
 TEST(UnitsUnderTest, PartTheReadingsAmongThem) {
   RandomStream random(3);
   TableOfReadings run = file_of_readings("a.csv", 200);
@@ -257,7 +257,7 @@ TEST(RunFromAFile, TakesItsColumnsAsAxesIfThereIsNoXYZ) {
   EXPECT_EQ(run.inputs.front().path, path);
   ASSERT_EQ(run.notes.size(), 1U);
   EXPECT_THAT(run.notes.front(), HasSubstr("column heading_deg was ignored"));
-  // With a column z it is a table of x, y, z, and two columns are missing.
+  // If there is a column z, the axes are x, y and z, and two columns are missing.
   const std::string z = folder.write("z.csv", "rest,fence,z,w\n+X,+Y,1,2\n");
   EXPECT_THAT(test::complaint_of<DataError>([&] { static_cast<void>(read_run(z)); }),
               HasSubstr("column 'x': is missing"));
@@ -328,7 +328,7 @@ TEST(TableOfKnownFields, HasASizeAlongAnAxis) {
   EXPECT_EQ(*readings[0].field_in_sensor, Eigen::Vector3d(30.0, 0.0, 0.0));
   EXPECT_EQ(*readings[1].field_in_sensor, Eigen::Vector3d(0.0, 0.0, 10.0));
   EXPECT_EQ(*readings[2].field_in_sensor, Eigen::Vector3d(0.0, 5.0, 0.0));
-  // Of one axis no column need say along which.
+  // With one axis no column `axis` is needed.
   const TableOfReadings light = table_of("lux,y\n400,1\n", {.axes = {"y"}});
   EXPECT_EQ(*light.observations.readings[0].field_in_sensor, Eigen::Vector3d(0.0, 400.0, 0.0));
   EXPECT_EQ(light.field_unit, "lux");
@@ -345,7 +345,7 @@ TEST(TableOfAttitudes, IsInDegreesOrAsTheColumnSays) {
   const TableOfReadings pitch = table_of("tilt_rad,x\n0.5,1\n", {.axes = {"x"}});
   EXPECT_EQ(pitch.observations.readings[0].attitude->pitch_rad, 0.5);
   EXPECT_FALSE(pitch.observations.readings[0].attitude->heading_rad);
-  // An instrument that senses y alone rolls.
+  // If the instrument has only the axis y, the angle is the roll.
   const TableOfReadings roll = table_of("angle,y\n-60,1\n", {.axes = {"y"}});
   EXPECT_NEAR(roll.observations.readings[0].attitude->roll_rad, -60.0 * rad_per_deg, 1e-15);
   EXPECT_EQ(roll.observations.readings[0].attitude->pitch_rad, 0.0);
@@ -469,7 +469,7 @@ TEST(RunSheets, HaveCellsForEachStep) {
   }
 }
 
-// The sheet with its empty cells filled in is a table of readings.
+// A run sheet whose empty cells are filled in is a table of readings.
 TEST(RunSheets, AreFilledInAsTables) {
   const std::vector<RunSheetRow> sheet = make_run_sheet(standard_design(12), 1, 9);
   const std::string text = run_sheet_csv(sheet, {"x", "y", "z"});
@@ -495,7 +495,7 @@ TEST(RunSheets, AreFilledInAsTables) {
   }
 }
 
-// All that a reading can state stands in its table.
+// The table has a column for everything that a reading can state.
 TEST(ObservationsAsATable, ComeBackWithAllTheirColumns) {
   Observations all =
       test::observe(test::accelerometer_truth(), {.replicates = 2, .noise_sd = 1e-2, .seed = 6});
@@ -538,7 +538,7 @@ TEST(ObservationsAsATable, HaveNoColumnThatSaysNothing) {
     reading.time_s = 3.0;
   }
   EXPECT_EQ(header(), "run,block,rest,fence,x,y,z,time");
-  all.readings.front().time_s.reset();  // a time for some readings is none
+  all.readings.front().time_s.reset();  // if one time is missing, no column
   EXPECT_EQ(header(), "run,block,rest,fence,x,y,z");
   all.readings.front().temperature = 21.0;
   EXPECT_EQ(header(), "run,block,rest,fence,temperature,x,y,z");

@@ -7,7 +7,7 @@
 namespace axiscal {
 namespace {
 
-// Readings whose value tells which they are: 10 x file + row.
+// Readings of one axis with the values 10 x file + row.
 axiscal::Run file_of(const std::string& path, int file, const std::vector<std::string>& serials) {
   axiscal::Run one{.observations = {}, .inputs = {{.path = path, .sha256 = "s" + path}}};
   const auto n = static_cast<Eigen::Index>(serials.size());
@@ -58,7 +58,7 @@ TEST(JoinFiles, TakesOneUnitOrSaysWhoseReadingsTheyAre) {
   EXPECT_THAT(
       refusal_of({seven, eight, without_serials(file_of("c.csv", 3, {""}))}, Units::several),
       testing::HasSubstr("c.csv: column 'serial' is missing"));
-  // All that is stated is one unit: then the file without a serial is of it too.
+  // If all stated serials are equal, the file without a serial belongs to the same unit.
   const axiscal::Run run =
       join_runs({seven, without_serials(file_of("c.csv", 3, {""}))}, Units::several);
   EXPECT_TRUE(run.serials.empty());

@@ -24,7 +24,7 @@ using testing::IsEmpty;
 
 // ---- polynomials of bias and scale ----
 
-// Terms of three axes; bias and scale may be of different orders.
+// Random temperature terms of three axes. The orders of bias and scale may differ.
 TemperatureResponse random_terms(int bias_order, int scale_order, bool own, RandomStream& random) {
   TemperatureResponse terms;
   if (own) {
@@ -95,7 +95,7 @@ TEST(TemperatureTerms, OfOrderZeroLeaveEveryReading) {
   EXPECT_EQ(terms.scale_at(1, -300.0), 1.0);
 }
 
-// The response and its inverse undo each other at any temperature.
+// Removing the temperature terms inverts the response at any temperature.
 TEST(TemperatureTerms, AreTakenOutOfReadings) {
   RandomStream random(5);
   SensorModel sensor = test::accelerometer_truth();
@@ -118,11 +118,11 @@ TEST(TemperatureTerms, AreTakenOutOfReadings) {
   }
 }
 
-// A polynomial stated at another reference, by Taylor's formula.
+// A polynomial with another reference, by Taylor's formula.
 Eigen::RowVectorXd moved_polynomial(const Eigen::RowVectorXd& all, double by) {
   Eigen::RowVectorXd moved = Eigen::RowVectorXd::Zero(all.size());
   for (Eigen::Index i = 0; i < all.size(); ++i) {
-    double choose = 1.0;  // j of i
+    double choose = 1.0;  // binomial coefficient, i over j
     for (Eigen::Index j = 0; j <= i; ++j) {
       moved(j) += choose * all(i) * std::pow(by, static_cast<double>(i - j));
       choose *= static_cast<double>(i - j) / static_cast<double>(j + 1);
@@ -157,7 +157,7 @@ TEST(TemperatureTerms, DescribeTheSameSensorAtAnyReference) {
   }
 }
 
-// The unit of the temperature sensor does not matter: a term of power j is divided by a^j.
+// The unit of the sensor does not matter: for t' = a t + c a term of power j is divided by a^j.
 TEST(TemperatureTerms, DescribeTheSameSensorInAnyUnitOfTemperature) {
   RandomStream random(7);
   const TemperatureResponse celsius = random_terms(3, 2, true, random);
@@ -191,7 +191,7 @@ TEST(TemperatureSpans, IncludeTheirEnds) {
   }
   EXPECT_TRUE(terms.is_extrapolated(std::nextafter(-10.0, -100.0)));
   EXPECT_TRUE(terms.is_extrapolated(std::nextafter(50.0, 100.0)));
-  // Outputs of each axis count by their mean if the record has one sensor.
+  // If the record has one sensor, the mean of the axes' temperatures is used.
   EXPECT_FALSE(terms.is_extrapolated(SensorTemperature({-20.0, 20.0, 60.0})));
   EXPECT_TRUE(terms.is_extrapolated(SensorTemperature({40.0, 50.0, 63.0})));
 }
@@ -221,7 +221,7 @@ struct HeldRun {
   std::vector<int> levels;
 };
 
-// Some readings at each of these temperatures, in random order.
+// 12 readings at each temperature in `held`, in random order.
 HeldRun held_run(const std::vector<double>& held, double scatter, RandomStream& random) {
   HeldRun run;
   for (int i = 0; i < 12; ++i) {
@@ -253,7 +253,8 @@ TEST(HeldTemperatures, AreFoundInAnyOrder) {
   }
 }
 
-// Offset and unit of the sensor do not matter. A sensor that falls counts its levels backwards.
+// Offset and unit of the sensor do not matter. With a negative unit the order of the levels is
+// reversed.
 TEST(HeldTemperatures, DoNotDependOnTheSensor) {
   RandomStream random(12);
   const HeldRun run = held_run({-10.0, 25.0, 55.0}, 0.5, random);
@@ -271,10 +272,10 @@ TEST(HeldTemperatures, DoNotDependOnTheSensor) {
 TEST(HeldTemperatures, AreNotSeenInFewOrSpreadReadings) {
   EXPECT_THAT(soak_levels({}), IsEmpty());
   EXPECT_EQ(soak_levels({21.0}), std::vector<int>{0});
-  // Each reading at a temperature of its own was not held anywhere.
+  // If each reading has another temperature, there are no levels.
   EXPECT_THAT(soak_levels({-10.0, 25.0}), IsEmpty());
   EXPECT_THAT(soak_levels({-10.0, 25.0, 55.0}), IsEmpty());
-  // A level that is as wide as the gap to the next one was not held either.
+  // If a level is as wide as the gap to the next one, there are no levels either.
   EXPECT_THAT(soak_levels({0.0, 1.0, 2.2, 3.1, 4.0, 5.0, 6.1, 7.0, 20.0, 20.9}), IsEmpty());
 }
 
@@ -302,7 +303,7 @@ Log log_of(double end_s, double step_s, Function value_at) {
 TEST(SoakOfARamp, IsSteadyIfTheWindowChangesLessThanTheTolerance) {
   for (const double rate : {2e-3, -2e-3}) {
     const Log ramp = log_of(1000.0, 10.0, [&](double t) { return 20.0 + rate * t; });
-    const SoakState hot = ramp.state(200.0, 0.3);  // 0.4 in the window
+    const SoakState hot = ramp.state(200.0, 0.3);  // the change in the window is 0.4
     EXPECT_FALSE(hot.steady);
     EXPECT_NEAR(hot.rate, rate, 1e-12);
     EXPECT_LT(hot.rate_u, 1e-12);
@@ -312,7 +313,7 @@ TEST(SoakOfARamp, IsSteadyIfTheWindowChangesLessThanTheTolerance) {
   }
 }
 
-// The line through the readings of the window, by the textbook's formulas.
+// The rate is the slope of the regression line in the window, by a textbook's formulas.
 TEST(SoakOfANoisyRamp, IsTheRegressionOverTheWindow) {
   RandomStream random(14);
   const Log log =
@@ -346,13 +347,13 @@ TEST(SoakOfANoisyRamp, IsTheRegressionOverTheWindow) {
   const SoakState state = log.state(window, 1e-6);
   EXPECT_NEAR(state.rate, rate, 1e-10);
   EXPECT_NEAR(state.rate_u, rate_u, 1e-10);
-  // Steady if the trend and its interval of 95 % are within the tolerance.
+  // The state is steady if the trend plus its 95 % interval is within the tolerance.
   const double largest = std::abs(rate) + student_t_factor(0.95, n - 2.0) * rate_u;
   EXPECT_TRUE(log.state(window, 1.001 * largest * window).steady);
   EXPECT_FALSE(log.state(window, 0.999 * largest * window).steady);
 }
 
-// Scatter alone keeps a log from being called steady.
+// A log without a trend is not steady if its scatter is too large.
 TEST(SoakOfAFlatLog, IsNotSteadyIfItScattersTooMuch) {
   RandomStream random(15);
   const auto scattered = [&](double sd) {
@@ -362,7 +363,7 @@ TEST(SoakOfAFlatLog, IsNotSteadyIfItScattersTooMuch) {
   EXPECT_TRUE(scattered(0.01).state(600.0, 0.2).steady);
 }
 
-// After the time that is left the rate is as small as it must be.
+// After the remaining time the rate equals the limit.
 TEST(SoakOfAnApproach, LastsAsLongAsTheExponentialSays) {
   constexpr double window = 120.0;
   constexpr double tolerance = 0.05;
@@ -388,7 +389,7 @@ TEST(SoakOfAnApproach, KnowsNoEndOfARateThatGrows) {
   EXPECT_TRUE(std::isnan(turning.state(100.0, 0.01).remaining_s));
 }
 
-// Neither the zero of time nor the unit of the temperature matters.
+// The zero of time and the unit of the temperature do not matter.
 TEST(SoakOfAnApproach, DoesNotDependOnClockAndUnit) {
   const Log log = log_of(800.0, 5.0, [](double t) { return 50.0 - 30.0 * std::exp(-t / 400.0); });
   Log changed = log;

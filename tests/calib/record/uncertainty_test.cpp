@@ -42,7 +42,7 @@ Calibration calibrated(const Experiment& experiment, std::uint64_t seed = 1) {
                                        {.replicates = 2, .noise_sd = 1e-4, .seed = seed}));
 }
 
-// JCGM 100, G.4: u^4 / sum(u_i^4 / nu_i).
+// Effective degrees of freedom u^4 / sum(u_i^4 / nu_i) (JCGM 100, G.4).
 TEST(Combine, IsWelchAndSatterthwaites) {
   const VarianceShares shares{.axes = {{.variance = 4.0, .degrees_of_freedom = 5.0}},
                               .components = {{.variance = 1.0, .degrees_of_freedom = 10.0}},
@@ -50,7 +50,7 @@ TEST(Combine, IsWelchAndSatterthwaites) {
   const CombinedUncertainty result = combine(shares);
   EXPECT_DOUBLE_EQ(result.u, std::sqrt(10.0));
   EXPECT_DOUBLE_EQ(result.degrees_of_freedom, 100.0 / (16.0 / 5.0 + 1.0 / 10.0));
-  EXPECT_NEAR(result.coverage_factor, 2.0423, 1e-3);  // t of 30.3
+  EXPECT_NEAR(result.coverage_factor, 2.0423, 1e-3);  // t with 30.3 degrees of freedom
   EXPECT_DOUBLE_EQ(result.expanded, result.coverage_factor * result.u);
   const CombinedUncertainty known =
       combine({.axes = {{.variance = 0.0, .degrees_of_freedom = 2.0}}, .others = 4.0});
@@ -58,14 +58,14 @@ TEST(Combine, IsWelchAndSatterthwaites) {
   EXPECT_NEAR(known.coverage_factor, 1.959964, 1e-5);
 }
 
-// With two degrees of freedom the formula gives 10.3 of them here, and the interval is too short.
+// With two degrees of freedom the formula would give 10.3, and the interval would be too short.
 TEST(Combine, AddsIntervalsWhereDegreesOfFreedomAreFew) {
   const CombinedUncertainty result = combine(
       {.axes = {{.variance = 4.0, .degrees_of_freedom = 2.0}}, .components = {}, .others = 5.0});
   EXPECT_NEAR(result.expanded, std::sqrt(4.302653 * 4.302653 * 4.0 + 1.959964 * 1.959964 * 5.0),
               1e-4);
   EXPECT_DOUBLE_EQ(result.coverage_factor, result.expanded / 3.0);
-  // What is stated as effective degrees of freedom is what that k is Student's t of.
+  // The stated degrees of freedom are those for which Student's t equals k.
   EXPECT_NEAR(student_t_factor(0.95, result.degrees_of_freedom), result.coverage_factor, 1e-9);
   EXPECT_LT(result.degrees_of_freedom, 10.0);
   const CombinedUncertainty at_99 =
@@ -85,14 +85,14 @@ TEST(Budget, HasTheFieldsMagnitudeInAllSensitivitiesAtOnce) {
   EXPECT_NEAR(all[1].uncertainty.u, std::hypot(result.fit.statistics->sensitivity_se(0, 0), 2.5e-3),
               2e-6);
   EXPECT_GT(all[1].uncertainty.degrees_of_freedom, 1e4);
-  // It cancels in angles, and counts in components.
+  // The uncertainty of the magnitude cancels in angles and changes components.
   const AttitudeBudget budget = attitude_budget(result, {}, {}, {0.5, 0.5, std::sqrt(0.5)});
   EXPECT_NEAR(budget.quantities[0].uncertainty.by_source[1], 0.5e-3, 1e-6);
   EXPECT_EQ(budget.quantities[4].name, "pitch_deg");
   EXPECT_EQ(budget.quantities[4].uncertainty.by_source[1], 0.0);
 }
 
-// A known slope that is off changes the coefficients as refits with it show.
+// The effect of a wrong slope agrees with refits with another slope.
 TEST(Budget, HasTheLevelnessAsRefitsShowIt) {
   const SensorModel truth = accelerometer_truth();
   Experiment experiment = experiment_for(truth);
@@ -124,7 +124,7 @@ TEST(Budget, ResolutionCountsWhereTheScatterDoesNotShowIt) {
   const Calibration fine = calibrate(experiment, observe(truth, {.noise_sd = 1e-2}));
   EXPECT_TRUE(source_of(fine, "resolution").covariance.isZero(0.0));
   const Calibration coarse = calibrate(experiment, observe(truth, {.noise_sd = 1e-5}));
-  // Of a mean of 12 readings: q / sqrt(12) / sqrt(12).
+  // The mean of 12 readings has the resolution's uncertainty q / sqrt(12) / sqrt(12).
   EXPECT_NEAR(std::sqrt(source_of(coarse, "resolution").covariance(0, 0)), 1e-3 / 12.0, 1e-6);
 }
 
@@ -135,10 +135,11 @@ TEST(Budget, MountsTurnTheSensitivities) {
   experiment.positioner = Positioner().with_mounts({{.slot = "A", .repeatability_rad = 1e-3}});
   const Calibration result = calibrated(experiment);
   const Eigen::MatrixXd& C = source_of(result, "mount").covariance;
-  // About y and z: |S_x| 1e-3 into its cross-axis terms; to second order none into S_xx.
+  // Turns about y and z change the cross-axis terms of x by |S_x| 1e-3, and S_xx only at second
+  // order.
   EXPECT_NEAR(std::sqrt(C(2, 2)), 2.5e-3, 5e-5);
   EXPECT_LT(std::sqrt(C(1, 1)), 1e-4);
-  // NIST's intrinsic parameters do not see the mount.
+  // The intrinsic parameters (NIST) do not depend on the mount.
   const IntrinsicParameters intrinsic = intrinsic_parameters(result);
   Calibration without = result;
   std::erase_if(without.fit.uncertainty->sources,
@@ -191,14 +192,15 @@ TEST(ReadingPropagation, IsTheSpreadOfReadingsAndCalibrations) {
     covered += std::abs(error) <= budget.quantities[4].uncertainty.expanded ? 1.0 / runs : 0.0;
     EXPECT_NEAR(budget.quantities[4].uncertainty.u, u.derived[0], 5e-3 * u.derived[0]);
   }
-  // 12 / (12 - 2) of 12 degrees of freedom, and seats that are found by chance take from the noise.
+  // The expected value is 12 / (12 - 2) for 12 degrees of freedom, plus the effect of seats that
+  // are found by chance.
   EXPECT_NEAR(squares, 1.25, 0.2);
   EXPECT_NEAR(covered, 0.95, 0.03);
 }
 
 TEST(MonteCarlo, AgreesWithLinearPropagationAndSaysWhereNot) {
   Calibration result = calibrated(experiment_for(accelerometer_truth()));
-  result.fit.conditions = {};  // of two blocks a third may be anywhere
+  result.fit.conditions = {};  // without the scatter between blocks
   const auto pitch_at = [&](double degrees) {
     for (const MonteCarloCheck& check : check_by_monte_carlo(
              result, {}, {}, field_of_attitude(result.sensor, degrees * rad_per_deg, 0.3), 20000,
@@ -210,10 +212,10 @@ TEST(MonteCarlo, AgreesWithLinearPropagationAndSaysWhereNot) {
     throw std::runtime_error("no pitch");
   };
   EXPECT_TRUE(pitch_at(30.0).agrees);
-  EXPECT_NEAR(pitch_at(30.0).sd / pitch_at(30.0).linear_u, 1.1, 0.1);  // t of 8: sd is 1.15 u
+  EXPECT_NEAR(pitch_at(30.0).sd / pitch_at(30.0).linear_u, 1.1, 0.1);  // t with 8 dof: sd is 1.15 u
   const MonteCarloCheck steep = pitch_at(89.9);
   EXPECT_FALSE(steep.agrees);
-  EXPECT_LT(steep.high_95, 0.11);  // no pitch is above 90 degrees
+  EXPECT_LT(steep.high_95, 0.11);  // a pitch is at most 90 degrees
 }
 
 TEST(ReadingPropagation, OneAxisKnowsNothingOfTheFieldAcrossIt) {
@@ -246,7 +248,8 @@ struct CoverageCase {
 
 class CoverageOfStudy : public testing::TestWithParam<CoverageCase> {};
 
-// 93.5 to 96.5 % in full (bench); here with the sampling error of 600 trials, 12 or so quantities.
+// The coverage is 93.5 to 96.5 % in large studies (bench). Here the limits include the sampling
+// error of 600 trials for about 12 quantities.
 TEST_P(CoverageOfStudy, IsAsStated) {
   const CoverageCase& one = GetParam();
   StudySetup setup;
@@ -283,7 +286,8 @@ TEST_P(CoverageOfStudy, IsAsStated) {
   const std::vector<StudyResult> results = results_of(study);
   double counted = 0.0;
   for (const StudyResult& result : results) {
-    // Few blocks tell only roughly how biases differ: what holds them has long intervals.
+    // Few blocks give a rough estimate of the scatter between blocks, so the intervals of biases
+    // are long.
     const bool has_biases = result.parameter.find(".sensitivity.") == std::string::npos;
     const double most = one.replicates > 1 && has_biases ? 1.0 : 0.992;
     EXPECT_GE(result.coverage_95, 0.920) << result.parameter;
@@ -336,8 +340,8 @@ TEST(Study, ShardsAddUpToTheWhole) {
   EXPECT_THROW(static_cast<void>(run_study(setup, 10, 5, {.number = 4, .count = 3})), DomainError);
 }
 
-// The fast study of the regression alone: errors as theory has them, and as whole calibrations by
-// `known` have them.
+// The fast study of the regression: its errors agree with theory and with whole calibrations by
+// `known`.
 TEST(Study, OfTheRegressionAloneAgreesWithTheoryAndWithWholeCalibrations) {
   StudySetup setup;
   setup.truth = accelerometer_truth();
@@ -361,8 +365,8 @@ TEST(Study, OfTheRegressionAloneAgreesWithTheoryAndWithWholeCalibrations) {
     EXPECT_NEAR(fasts[p].coverage_95, 0.95, 0.002);
     EXPECT_LT(std::abs(fasts[p].mean_error), 5.0 * sd / std::sqrt(3e5));
     EXPECT_NEAR(wholes[p].sd / fasts[p].sd, 1.0, 0.1);
-    // Biases of readings that look correlated by chance are stated with more, and sensitivities of
-    // readings whose noise looks as if it depended on the field.
+    // Whole calibrations state more for biases if readings look correlated by chance, and for
+    // sensitivities if the noise seems to depend on the field.
     const double ratio = wholes[p].stated_u / fasts[p].stated_u;
     EXPECT_GT(ratio, 0.9);
     EXPECT_LT(ratio, p % 4 == 0 ? 2.0 : 1.5);
@@ -402,10 +406,10 @@ TEST(DriftCheck, FindsNoDriftInGoodRunsAndDriftInOthers) {
     EXPECT_EQ(check.changes.size(), 12U);
     EXPECT_EQ(check.changes[6].parameter, "y.sensitivity.y");
     EXPECT_GT(check.changes[6].z, 4.0);
-    // A scale of 0.1 % turns a field at 45 degrees by half of that.
+    // An error of the scale of 0.1 % changes a field's direction at 45 degrees by half of that.
     EXPECT_NEAR(check.pitch_error_deg, 0.03, 0.02);
   }
-  // Blocks might have differed, so that fewer are called drifted than 5 %.
+  // The test allows for differences between blocks, so there are fewer false alarms than 5 %.
   EXPECT_LE(static_cast<double>(false_alarms) / runs, 0.05 + 0.035);
   EXPECT_GE(found, runs * 97 / 100);
 }
@@ -435,16 +439,15 @@ TEST(DriftCheck, LooksAtReadingsAtRestByTheirMagnitude) {
   for (std::uint64_t seed = 1; seed <= 100; ++seed) {
     alarms += check_in_situ(record, readings(seed)).drifted ? 1 : 0;
   }
-  EXPECT_LE(alarms, 8);  // two tests at 1 %, one record
+  EXPECT_LE(alarms, 8);  // two tests at 1 % with one record
   now.response.bias(2) += 5e-3;
   const InSituCheck check = check_in_situ(record, readings(1));
   EXPECT_TRUE(check.drifted);
   EXPECT_GT(check.rss, 3.0 * check.expected_rss);
 }
 
-// Many readings in few poses, records anew each time: one pose cannot tell more than the
-// calibration is known by, and no alarm is raised for it. Readings one by one raised 1 to 17 %,
-// their mean up to 72 %.
+// Many readings in few poses: the test includes the uncertainty of the calibration, and raises no
+// alarm. Tests of single readings raised 1 to 17 %, a test of their mean up to 72 %.
 TEST(DriftCheck, AtRestHoldsItsLevelForManyReadingsInFewPoses) {
   const SensorModel truth = accelerometer_truth();
   const std::vector<DesignEntry> poses = standard_design(6);
@@ -473,15 +476,15 @@ TEST(DriftCheck, AtRestHoldsItsLevelForManyReadingsInFewPoses) {
       rest.response.col(2).array() += 5e-4;
       caught += check_in_situ(record, rest).drifted ? 1 : 0;
     }
-    EXPECT_LE(alarms, 6) << count;  // 1 %, and what chance allows
+    EXPECT_LE(alarms, 6) << count;  // expected: 1 %
     if (count == 6) {
       EXPECT_GE(caught, trials * 9 / 10);
     }
   }
 }
 
-// Two instruments of one cube: what its faces are off by turns both fields alike. A heading by both
-// then moves as the turn of the whole cube moves it, not as two independent turns do.
+// Two instruments share one cube, so errors of its faces rotate both fields alike. The heading
+// changes as for a rotation of the whole cube, not as for two independent rotations.
 TEST(ReadingPropagation, CountsACubeThatBothShareOnce) {
   Calibration record;
   record.sensor =
@@ -495,7 +498,7 @@ TEST(ReadingPropagation, CountsACubeThatBothShareOnce) {
   statistics.residual_sd = Eigen::Vector3d::Constant(1e-9);
   fill_intervals(statistics);
   constexpr double u = 1e-4;
-  Eigen::VectorXd turn = Eigen::VectorXd::Zero(12);  // about x: S = I + [u e_x]x
+  Eigen::VectorXd turn = Eigen::VectorXd::Zero(12);  // turn about x: S = I + [u e_x]x
   turn(4 + 3) = -u;
   turn(8 + 2) = u;
   record.fit.uncertainty.emplace().sources = {
@@ -538,7 +541,7 @@ TEST(Intrinsic, DoesNotDependOnTheMounting) {
   const IntrinsicParameters b = intrinsic_parameters(turned);
   EXPECT_MATRIX_NEAR(a.values, b.values, 1e-14);
   EXPECT_EQ(a.names[6], "angle.x.y");
-  // Their covariance by finite differences.
+  // The covariance agrees with finite differences.
   const double h = 1e-6;
   Eigen::MatrixXd G = Eigen::MatrixXd::Zero(a.values.size(), 12);
   for (Eigen::Index k = 0; k < 3; ++k) {
@@ -552,8 +555,8 @@ TEST(Intrinsic, DoesNotDependOnTheMounting) {
   EXPECT_DOUBLE_EQ(e_n_score(1.0, 0.3, 0.5, 0.4), 1.0);
 }
 
-// P(chi^2(nu) > nu s^2 / limit^2) and Student's t, and the quantile for the guard band: at the
-// bound that 5 % of chi-squared leaves nothing is known better than 95 %.
+// The probability of conformity is P(chi^2(nu) > nu s^2 / limit^2) for a scatter, and Student's t
+// otherwise. At the guarded limit of a scatter it is 95 %.
 TEST(Limits, StateTheProbabilityOfConformity) {
   Calibration result = calibrated(experiment_for(accelerometer_truth()));
   FitStatistics& statistics = *result.fit.statistics;
@@ -565,7 +568,7 @@ TEST(Limits, StateTheProbabilityOfConformity) {
     return evaluate({.rule = "guarded", .limits = {{.parameter = parameter, .high = high}}}, result)
         .limits.front();
   };
-  // sqrt(7 / 2.16735), JCGM 106 with nothing known beforehand.
+  // The factor is sqrt(7 / 2.16735), by JCGM 106 without prior knowledge.
   const double bound = 1.797146e-4;
   EXPECT_TRUE(verdict("x.residual_sd", 1.0001 * bound).passed);
   EXPECT_FALSE(verdict("x.residual_sd", 0.9999 * bound).passed);
@@ -573,11 +576,12 @@ TEST(Limits, StateTheProbabilityOfConformity) {
   const double u = parameter_uncertainties(result)[1].uncertainty.u;
   const double value = result.sensor.response.sensitivity(0, 0);
   EXPECT_NEAR(verdict("x.sensitivity.x", value).conformity, 0.5, 1e-9);
-  // Student's t of 7 degrees of freedom is below 1.8946 in 95 %.
+  // Student's t with 7 degrees of freedom is below 1.8946 with a probability of 95 %.
   EXPECT_NEAR(verdict("x.sensitivity.x", value + 1.894579 * u).conformity, 0.95, 1e-3);
 }
 
-// A bias by one block passes a guarded limit with a note, or not at all.
+// A bias from one block passes a guarded limit with a note. It fails if intermediate conditions are
+// required.
 TEST(Limits, MayAskForIntermediateConditions) {
   const SensorModel truth = accelerometer_truth();
   const Calibration one =

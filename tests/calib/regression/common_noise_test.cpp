@@ -8,7 +8,7 @@
 namespace axiscal {
 namespace {
 
-// Rows of noise; a part of each is the same in all columns.
+// Normal noise in three columns, plus noise of sd `common` that is equal in all columns of a row.
 Eigen::MatrixXd noise_of(int rows, double common, std::uint64_t seed) {
   RandomStream random(seed, 0);
   Eigen::MatrixXd noise(rows, 3);
@@ -31,7 +31,7 @@ TEST(LossByCommonNoise, IsOneOnAverageIfResponsesAreIndependent) {
   EXPECT_LT(sum / runs, 1.1);
 }
 
-// A common part of variance c^2 gives the correlation r = c^2 / (1 + c^2); then d = 1 + 2 r^2.
+// Common noise of variance c^2 gives the correlation r = c^2 / (1 + c^2), and d = 1 + 2 r^2.
 TEST(LossByCommonNoise, FollowsTheCorrelation) {
   for (const double common : {0.5, 1.0, 3.0}) {
     const double r = common * common / (1.0 + common * common);

@@ -17,17 +17,17 @@ TEST(Distributions, AgreeWithTables) {
   EXPECT_NEAR(student_t_two_sided_p(-4.303, 2.0), 0.05, 1e-5);
   EXPECT_NEAR(f_upper_p(3.326, 5.0, 10.0), 0.05, 1e-4);
   EXPECT_NEAR(chi_squared_upper_p(7.815, 3.0), 0.05, 1e-5);
-  // In closed form: two degrees of freedom above, an even number of them.
+  // F with two degrees of freedom in the numerator has a closed form.
   EXPECT_NEAR(f_upper_p(4.7374, 2.0, 7.0), 0.05, 1e-5);
-  // By sums that end, of whole degrees of freedom of either kind (scipy.stats.f.sf), and beside
-  // them.
+  // F with integer degrees of freedom is a finite sum. The expected values are from
+  // scipy.stats.f.sf.
   EXPECT_NEAR(f_upper_p(1.5, 1.0, 6.0), 0.266569703380069, 1e-13);
   EXPECT_NEAR(f_upper_p(0.8, 3.0, 21.0), 0.5077377599626438, 1e-13);
   EXPECT_NEAR(f_upper_p(2.0, 4.0, 7.0), 0.19902192835837115, 1e-13);
   EXPECT_NEAR(f_upper_p(1.2, 5.0, 4.0), 0.44229039814613197, 1e-13);
   EXPECT_NEAR(f_upper_p(0.02, 1.0, 3.0), 0.8964997142840404, 1e-13);
   EXPECT_NEAR(f_upper_p(30.0, 3.0, 9.0) / 5.125271709427028e-05, 1.0, 1e-12);
-  // What is small, to its last digits (mpmath.betainc).
+  // Small probabilities are exact to their last digits (mpmath.betainc).
   EXPECT_NEAR(f_upper_p(60.0, 1.0, 22.0) / 1.0043964640103082e-07, 1.0, 1e-14);
   EXPECT_NEAR(f_upper_p(3e3, 24.0, 5.0) / 6.9906414083477858e-09, 1.0, 1e-14);
   EXPECT_NEAR(f_upper_p(5.8, 29.0, 10.0) / 2.9342302976548927e-03, 1.0, 1e-14);
@@ -42,7 +42,7 @@ TEST(Distributions, AgreeWithTables) {
   EXPECT_NEAR(student_t_factor(0.95, 2.0), 0.95 * std::sqrt(2.0 / (1.0 - 0.95 * 0.95)), 1e-14);
 }
 
-// scipy.stats.combine_pvalues([0.02, 0.3, 0.7], "fisher")
+// Expected value: scipy.stats.combine_pvalues([0.02, 0.3, 0.7], "fisher").
 TEST(Distributions, PutProbabilitiesTogetherByFishersMethod) {
   FisherSum all;
   for (const double p : {0.02, 0.3, 0.7}) {

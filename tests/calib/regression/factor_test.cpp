@@ -20,7 +20,7 @@ Eigen::MatrixXd random_matrix(Eigen::Index rows, Eigen::Index cols, std::uint64_
   return A;
 }
 
-// Columns of very different size.
+// Columns whose sizes differ by 13 orders of magnitude.
 Eigen::MatrixXd badly_scaled(Eigen::Index rows, std::uint64_t seed) {
   return random_matrix(rows, 3, seed) * Eigen::Vector3d(1e-6, 1.0, 1e7).asDiagonal();
 }
@@ -117,7 +117,7 @@ TEST(InverseOf, IsThatOfEachSize) {
 
 TEST(SolveSymmetric, TakesASemiDefiniteMatrix) {
   const Eigen::MatrixXd J = random_matrix(4, 2, 12);
-  const Eigen::MatrixXd A = J * J.transpose();  // rank 2 of 4
+  const Eigen::MatrixXd A = J * J.transpose();  // 4 x 4, rank 2
   const Eigen::VectorXd b = A * Eigen::Vector4d(1.0, 2.0, 3.0, 4.0);
   EXPECT_TRUE((A * solve_symmetric(A, b)).isApprox(b, 1e-8));
   EXPECT_TRUE(is_semi_definite(A + 1e-12 * Eigen::Matrix4d::Identity()));

@@ -63,7 +63,7 @@ TEST(GaussNewton, ReachesTheCertifiedValuesOfMisra1a) {
   }
 }
 
-// A valley with a curved floor (Rosenbrock), whose second unknown no step may take below `wall`.
+// A curved valley (Rosenbrock). Steps may not take the second unknown below `wall`.
 struct Valley {
   using State = Eigen::Vector2d;
   using Linear = Linearised;
@@ -91,8 +91,8 @@ TEST(GaussNewton, DampsStepsThatMakeItWorse) {
   EXPECT_NEAR((found.state - Eigen::Vector2d::Ones()).norm(), 0.0, 1e-12);
 }
 
-// r = e^x - 1: from afar a step goes nowhere near as far as it promises, and what a damped one
-// promises counts, not what it changes.
+// r = e^x - 1. Far from the solution a step reduces the sum of squares much less than the linear
+// model predicts. The prediction for the damped step is used.
 struct Exponential {
   using State = double;
   using Linear = Linearised;
@@ -136,7 +136,7 @@ TEST(DampedStep, OfAnOpenProblemIsTheShortest) {
   }
 }
 
-// J^T J would leave half of them where the columns are nearly the same.
+// By J^T J half of the digits would be lost if the columns are nearly equal.
 TEST(DampedStep, HasAllDigitsWhereTheyAreAskedFor) {
   const Eigen::Vector2d exact(-3.0, 2.0);
   for (const double apart : {1.0, 1e-4}) {

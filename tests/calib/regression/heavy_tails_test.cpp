@@ -18,7 +18,8 @@ TEST(NoiseTails, AreWeightedByTheLikelihood) {
   }
   const auto weights = tails.weights();
   EXPECT_NEAR(std::accumulate(weights.begin(), weights.end(), 0.0), 1.0, 1e-12);
-  // t of 3 degrees of freedom: 2 / (pi sqrt(3) (1 + z^2 / 3)^2), against the normal density.
+  // The weight of t with 3 degrees of freedom, density 2 / (pi sqrt(3) (1 + z^2 / 3)^2), over that
+  // of the normal density.
   double t3 = 0.16;
   double normal = 0.2;
   for (const double z : {0.5, -3.0, 1.0}) {
@@ -40,7 +41,7 @@ TEST(NoiseTails, JudgeADeviationByTheCompanyItKeeps) {
   }
   EXPECT_LT(light.two_sided_p(6.0), 1e-4);
   EXPECT_GT(heavy.two_sided_p(6.0), 2e-3);
-  // What is taken out again does not count.
+  // add() and remove() of the same residual change nothing.
   const double before = light.two_sided_p(6.0);
   light.add(9.0);
   light.remove(9.0);

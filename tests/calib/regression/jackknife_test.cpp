@@ -29,7 +29,7 @@ Eigen::VectorXd correlated(Eigen::Index n, double rho, RandomStream& random) {
   return e;
 }
 
-// A linear problem: leaving a tenth out by one step is leaving it out by a fit of its own.
+// In a linear problem one step without a tenth of the rows equals a refit without them.
 TEST(Jackknife, LeavesTenthsOutAsFitsOfTheirOwnWould) {
   RandomStream random(3);
   const Eigen::MatrixXd X = line_design(57);
@@ -47,7 +47,7 @@ TEST(Jackknife, LeavesTenthsOutAsFitsOfTheirOwnWould) {
   }
 }
 
-// Kuensch 1989: 0.9 times the sum of squares about the mean.
+// The variance is 0.9 times the sum of squares about the mean (Kuensch 1989).
 TEST(Jackknife, SaysTheUncertaintyOfAMean) {
   Eigen::MatrixXd changes(1, 10);
   changes << 1, -1, 1, -1, 1, -1, 1, -1, 1, -1;
@@ -72,13 +72,13 @@ TEST(RescaledCovariance, KeepsCorrelations) {
   EXPECT_EQ(scaled(2, 2), 0.0);
 }
 
-// Of AR(1) it is (1 + rho) / (1 - rho).
+// The correlation length of AR(1) is (1 + rho) / (1 - rho).
 TEST(CorrelationLength, IsThatOfAnAutoregression) {
   RandomStream random(7);
   EXPECT_NEAR(correlation_length(correlated(200000, 0.8, random)), 9.0, 1.5);
   EXPECT_LT(correlation_length(correlated(20000, 0.0, random)), 3.0);
   EXPECT_EQ(correlation_length(Eigen::VectorXd::Zero(100)), 1.0);
-  EXPECT_EQ(correlation_length(Eigen::VectorXd::Ones(160)), 16.0);  // as long as can be told
+  EXPECT_EQ(correlation_length(Eigen::VectorXd::Ones(160)), 16.0);  // the upper limit
 }
 
 }  // namespace

@@ -39,7 +39,7 @@ TEST(FitLeastSquares, AgreesWithNistNoInt1) {
   const Eigen::VectorXd x = Eigen::VectorXd::LinSpaced(11, 60.0, 70.0);
   const Eigen::VectorXd y = Eigen::VectorXd::LinSpaced(11, 130.0, 140.0);
   const LeastSquaresFit fit = fit_least_squares(x, y);
-  // Certified to 15 digits; a relative 1e-13 leaves room for eleven rounded products.
+  // Certified to 15 digits. The tolerance of 1e-13 allows for the rounding of eleven products.
   EXPECT_NEAR(fit.estimate(0), 2.07438016528926, 2e-13);
   EXPECT_NEAR(std::sqrt(fit.covariance(0, 0)), 0.0165289256198347, 2e-15);
   EXPECT_NEAR(fit.residual_sd, 3.56753034006338, 4e-13);
@@ -66,7 +66,7 @@ TEST(FitLeastSquares, AgreesWithNistNorris) {
     y(i) = data[static_cast<std::size_t>(i)].first;
   }
   const LeastSquaresFit fit = fit_least_squares(X, y);
-  // Certified to 15 digits; 13 are asked for, relative.
+  // Certified to 15 digits; 13 digits are required.
   EXPECT_NEAR(fit.estimate(0), -0.262323073774029, 0.26e-13);
   EXPECT_NEAR(fit.estimate(1), 1.00211681802045, 1e-13);
   EXPECT_NEAR(std::sqrt(fit.covariance(0, 0)), 0.232818234301152, 0.23e-13);
@@ -74,7 +74,8 @@ TEST(FitLeastSquares, AgreesWithNistNorris) {
   EXPECT_NEAR(fit.residual_sd, 0.884796396144373, 0.88e-13);
 }
 
-// Every statistic against its textbook formula by the normal equations, on a benign problem.
+// Every statistic agrees with its textbook formula by the normal equations of a well-conditioned
+// problem.
 TEST(LeastSquaresDesign, AgreesWithTheTextbookOnABenignProblem) {
   const Problem problem = random_problem(15, 4, 21);
   const LeastSquaresDesign design(problem.X, problem.weights);
@@ -117,7 +118,7 @@ TEST(FactoredDesign, EstimatesAsWithStatistics) {
   EXPECT_EQ(factored.observations(), design.observations());
 }
 
-// By definition: leave one out, fit the rest, divide the prediction's error by its standard error.
+// Definition: the error of the prediction without a reading, divided by its standard error.
 TEST(LeastSquaresDesign, StudentisesAsByDeletion) {
   const Problem problem = random_problem(12, 3, 22);
   const LeastSquaresFit fit = fit_least_squares(problem.X, problem.y);
@@ -154,9 +155,10 @@ TEST(LeastSquaresDesign, VarianceInflationIsThatOfAuxiliaryRegressions) {
   }
 }
 
-// Bjorck's refinement must not change what needs none, and gains digits where they are lost.
+// Bjorck's refinement does not change well-conditioned solutions, and gains digits of
+// ill-conditioned ones.
 TEST(LeastSquaresDesign, RefinesIllConditionedProblems) {
-  // Powers of whole numbers: exact in doubles, coefficients 1 (NIST's Wampler1).
+  // Powers of integers are exact in doubles, and all coefficients are 1 (NIST's Wampler1).
   Eigen::MatrixXd X(21, 6);
   for (Eigen::Index i = 0; i < 21; ++i) {
     for (Eigen::Index j = 0; j < 6; ++j) {

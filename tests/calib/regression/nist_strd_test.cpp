@@ -12,7 +12,7 @@ namespace axiscal {
 namespace {
 
 struct StrdSet {
-  Eigen::MatrixXd columns;  // y, then the predictors
+  Eigen::MatrixXd columns;  // y and the predictors
   Eigen::VectorXd estimate;
   Eigen::VectorXd standard_deviation;
   double residual_sd = 0.0;
@@ -31,7 +31,7 @@ std::vector<double> numbers_in(const std::string& line) {
   return numbers;
 }
 
-// The header says where the data lie: "Data   (lines 61 to 71)".
+// The header of the file states the lines of the data: "Data   (lines 61 to 71)".
 StrdSet read_strd(const std::string& path) {
   std::ifstream file(path);
   std::vector<std::string> lines;
@@ -76,7 +76,7 @@ StrdSet read_strd(const std::string& path) {
   return set;
 }
 
-// Digits that agree; of the absolute error where the certified value is 0.
+// Number of digits that agree. If the certified value is 0, the absolute error is used.
 double digits(const Eigen::VectorXd& actual, const Eigen::VectorXd& certified) {
   double fewest = 15.0;
   for (Eigen::Index j = 0; j < certified.size(); ++j) {

@@ -56,9 +56,9 @@ TEST_P(RobustCalibration, ResistsAnOutlierAndCostsLittleWithout) {
   EXPECT_GT(error(false), 1e-2);
   EXPECT_LT(error(true), 2e-4);
   const Calibration result = calibrate(experiment, observations);
-  // The mistaken reading has lost its weight; the others have kept theirs.
+  // The wrong reading has weight 0. The other weights are large.
   EXPECT_EQ((result.fit.statistics->robust_weight.col(1).array() == 0.0).count(), 1);
-  ASSERT_EQ(result.findings.notes.size(), 2U);  // the other one is of inputs that are not counted
+  ASSERT_EQ(result.findings.notes.size(), 2U);  // the other note is on inputs that are not counted
   EXPECT_THAT(result.findings.notes[0].message, testing::HasSubstr("given no weight for axis y"));
   EXPECT_GT(result.fit.statistics->studentized.col(1).cwiseAbs().maxCoeff(), 100.0)
       << "what has no weight must show in the residuals";

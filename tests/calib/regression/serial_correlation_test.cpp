@@ -29,7 +29,7 @@ OrderedReadings noise_of(Eigen::Index n, double rho, RandomStream& random) {
   return readings;
 }
 
-// Against the definition with whole matrices: Q = P A P.
+// Compares with the definition by whole matrices, Q = P A P.
 TEST(LagOneScore, IsTheRatioOfQuadraticForms) {
   RandomStream random(3);
   OrderedReadings one = noise_of(14, 0.3, random);
@@ -64,7 +64,7 @@ TEST(LagOneScore, IsOfVarianceOneForWhiteNoise) {
   EXPECT_NEAR(squares, 1.0, 0.08);
 }
 
-// The filter's whitening against the whole covariance matrix, gaps in the order among it.
+// The intervals cover the truth with the stated probability.
 TEST(MeanUnderCorrelation, HoldsTheTruthAsOftenAsStated) {
   for (const double rho : {0.0, 0.5, 0.9}) {
     RandomStream random(7);
@@ -86,7 +86,7 @@ TEST(MeanUnderCorrelation, SeesHowCorrelatedReadingsAre) {
   EXPECT_NEAR(estimate_correlated_mean(noise_of(400, 0.85, random)).correlation, 0.85, 0.06);
 }
 
-// Generalised least squares with a whole covariance matrix V, as the definition has it.
+// Generalised least squares with an explicit covariance matrix V.
 struct DenseFit {
   Eigen::VectorXd estimate;
   Eigen::MatrixXd covariance;
@@ -106,7 +106,7 @@ DenseFit dense_fit(const Eigen::MatrixXd& X, const Eigen::VectorXd& y, const Eig
   return fit;
 }
 
-// The mean over dense fits, weighted by likelihood and prior.
+// The mean over several covariance matrices, weighted by likelihood and prior.
 CorrelatedFit dense_mean(const std::vector<DenseFit>& fits, const std::vector<double>& priors) {
   double best = -1e300;
   for (const DenseFit& fit : fits) {
@@ -139,7 +139,7 @@ Eigen::MatrixXd random_matrix(Eigen::Index rows, Eigen::Index columns, RandomStr
   return all;
 }
 
-// Nor on whether responses have one design in common, as those are fitted at once.
+// The result does not depend on units and offsets, nor on whether the responses share one design.
 TEST(MeanUnderCorrelation, DoesNotDependOnUnitsAndOffsets) {
   RandomStream random(11);
   OrderedReadings readings = noise_of(24, 0.6, random);
@@ -191,13 +191,13 @@ TEST(FitUnderCorrelation, IsTheMeanOverWholeCovarianceMatrices) {
   EXPECT_EQ(found.degrees_of_freedom, 21.0);
 }
 
-// Two residuals a reading, a cause along one direction of them that wanders.
+// Two residuals for each reading, and a correlated cause along one direction of them.
 TEST(FitUnderWander, IsTheMeanOverWholeCovarianceMatrices) {
   RandomStream random(8);
   constexpr Eigen::Index n = 12;
   const Eigen::MatrixXd J = random_matrix(2 * n, 4, random);
   Eigen::VectorXd r = random_matrix(2 * n, 1, random);
-  r -= J * (J.transpose() * J).inverse() * (J.transpose() * r);  // square to J
+  r -= J * (J.transpose() * J).inverse() * (J.transpose() * r);  // projects r off the columns of J
   Eigen::MatrixXd g = random_matrix(n, 2, random);
   const Eigen::VectorXd size = g.rowwise().norm();
   Eigen::MatrixXd along(n, 4);

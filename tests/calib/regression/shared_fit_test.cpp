@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Responses that share coefficients, against dense generalised least squares.
+// Responses with shared coefficients, compared with dense generalised least squares.
 #include "calib/regression/shared_fit.hpp"
 
 #include <cmath>

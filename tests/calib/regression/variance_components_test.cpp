@@ -13,7 +13,8 @@
 namespace axiscal {
 namespace {
 
-// Units of two rows: noise of their own sd, and a turn that moves both.
+// Units of two rows. Each row has its own noise, and a turn of sd `tau` changes both rows of a
+// unit.
 VarianceProblem problem_of(Eigen::Index units, double sigma, double tau, RandomStream& random) {
   VarianceProblem problem{.rows = 2,
                           .W = Eigen::MatrixXd(2 * units, 3),
@@ -34,7 +35,7 @@ VarianceProblem problem_of(Eigen::Index units, double sigma, double tau, RandomS
   return problem;
 }
 
-// -2 ln of the restricted likelihood by the whole matrices, theta_q each in its own turn.
+// -2 ln of the restricted likelihood with dense matrices for the variances `theta`.
 double misfit(const VarianceProblem& problem, const Eigen::VectorXd& theta) {
   const Eigen::Index n = problem.y.size();
   Eigen::MatrixXd V = Eigen::MatrixXd::Zero(n, n);
@@ -67,8 +68,8 @@ TEST(VarianceComponents, MaximisesTheRestrictedLikelihood) {
   EXPECT_MATRIX_NEAR(fit->scatter(), fit->covariance, 1e-8);
 }
 
-// Each row of the units has a bias, changes of it from block to block, and two columns of its own;
-// the last column is shared. Some rows are left out.
+// Each row has a bias, changes of the bias between blocks, and two more columns. The last column is
+// shared by all rows. Some rows are left out.
 VarianceProblem problem_in_blocks(RandomStream& random) {
   constexpr Eigen::Index units = 40;
   constexpr Eigen::Index of_block = 10;
@@ -99,7 +100,7 @@ TEST(VarianceComponents, AreTheSameInAnyBasisOfTheColumns) {
   for (double& entry : T.reshaped()) {
     entry += 0.2 * random.normal();
   }
-  mixed.W = problem.W * T;  // in which no column is of one row alone
+  mixed.W = problem.W * T;  // every column affects both rows
   const auto fit = fit_variance_components(problem, Eigen::Vector3d(1.0, 1.0, 1.0));
   const auto other = fit_variance_components(mixed, Eigen::Vector3d(1.0, 1.0, 1.0));
   ASSERT_TRUE(fit && other);
@@ -125,7 +126,7 @@ TEST(PiecewiseColumns, GiveEachBlockAColumn) {
   }
   const Eigen::VectorXd b = columns.estimate_of(in_basis);
   for (const ColumnPiece& piece : columns.pieces) {
-    EXPECT_EQ(piece.columns.size(), 7U);  // of two rows a block and two of their own, and one
+    EXPECT_EQ(piece.columns.size(), 7U);  // 2 x (a block + 2 own), 1 shared
     const Eigen::VectorXd by_piece = piece.W * in_basis(piece.columns);
     const Eigen::VectorXd by_all = problem.W.middleRows(piece.first, piece.W.rows()) * b;
     EXPECT_MATRIX_NEAR(by_piece, by_all, 1e-12);
@@ -135,7 +136,7 @@ TEST(PiecewiseColumns, GiveEachBlockAColumn) {
 TEST(PiecewiseColumns, StayWhereTheyTellFewerBlocksApart) {
   RandomStream random(13);
   const VarianceProblem problem = problem_in_blocks(random);
-  // Without one of the changes two columns and the bias tell four blocks.
+  // The bias and two of the three changes do not span all differences between four blocks.
   const Eigen::MatrixXd W = problem.W.leftCols(5);
   const PiecewiseColumns columns = piecewise_columns(W, problem.rows, 0);
   EXPECT_TRUE(columns.replaced.empty());
@@ -172,7 +173,7 @@ TEST(VarianceComponents, SetsToZeroWhatIsNotThere) {
   EXPECT_LT(zeros, 80);
 }
 
-// Errors with a prior count as a variance of their own: V + H H^T.
+// Errors with a prior are an additional variance, V + H H^T.
 TEST(VarianceComponents, TakesColumnsWithAPriorAsErrors) {
   RandomStream random(8);
   VarianceProblem problem = problem_of(20, 1.0, 0.0, random);
@@ -194,7 +195,8 @@ TEST(VarianceComponents, TakesColumnsWithAPriorAsErrors) {
   EXPECT_MATRIX_NEAR(fit->estimate.head(2), C * (X.transpose() * inverse * problem.y), 1e-9);
 }
 
-// The step and its standard error by the whole matrices: A theta = g, A_qr = tr(P Q_q P Q_r).
+// The score step and its standard error agree with dense matrices: A theta = g, A_qr = tr(P Q_q P
+// Q_r).
 TEST(VarianceComponents, ScoreIsOneStepFromNothing) {
   RandomStream random(11);
   const VarianceProblem problem = problem_of(20, 1.0, 3.0, random);

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Records of several blocks: closed formulas of few degrees of freedom, and drawn records.
+// Records of several blocks, compared with closed formulas for few degrees of freedom and with
+// random records.
 #include "calib/watch/src/block_changes.hpp"
 
 #include <algorithm>
@@ -15,8 +16,8 @@
 namespace axiscal {
 namespace {
 
-constexpr double u_within = 1e-3;        // of each parameter, by the readings of a record
-constexpr double nu_of_readings = 30.0;  // of each axis
+constexpr double u_within = 1e-3;        // of each parameter, from the readings
+constexpr double nu_of_readings = 30.0;  // degrees of freedom of each axis
 
 // P(|T| > t) for an even number of degrees of freedom (Abramowitz & Stegun, 26.7.4).
 double even_t_p(double t, int nu) {
@@ -36,7 +37,7 @@ double fisher_of_three(double p1, double p2, double p3) {
   return std::exp(-y) * (1.0 + y + 0.5 * y * y);
 }
 
-// A record of m axes, the identity, whose biases scatter between blocks.
+// A record of m axes with the identity as sensitivity. The biases scatter between blocks.
 Calibration record_in_blocks(Eigen::Index m, int blocks, double mean_square) {
   Calibration record;
   record.sensor.instrument.kind = "generic";
@@ -83,7 +84,7 @@ TEST(ScatterOfBlocks, IsUnknownOfOneBlockAndOfOtherNames) {
   const Calibration record = record_in_blocks(3, 4, 0.25);
   EXPECT_EQ(scatter_of_blocks(record, "x.sensitivity.x").degrees_of_freedom, 0.0);
   EXPECT_EQ(scatter_of_blocks(record, "w.bias").degrees_of_freedom, 0.0);
-  // A record of unknown conditions counts as one block, not as none.
+  // If the number of blocks is unknown, it is taken as one.
   EXPECT_EQ(scatter_of_blocks(record_in_blocks(3, 0, 0.0), "x.bias").blocks, 1.0);
 }
 
@@ -107,8 +108,8 @@ TEST(CovarianceWithinBlocks, IsThatOfReadingsSeatsAndInputs) {
   EXPECT_MATRIX_NEAR(covariance_within_blocks(record), of_readings + seats + input, 1e-14);
 }
 
-// One axis, B old blocks and m new ones: d against M (1 / B + 1 / m), with B + m - 2 degrees of
-// freedom. The smaller of two tests counts twice, and of three classes thrice.
+// One axis, B old and m new blocks: d is tested against M (1 / B + 1 / m) with B + m - 2 degrees of
+// freedom. The smaller p of two tests is doubled, and that of three classes is tripled.
 TEST(BlockChanges, OfOneBiasAgreeWithStudentsT) {
   struct Case {
     int before;
@@ -128,12 +129,12 @@ TEST(BlockChanges, OfOneBiasAgreeWithStudentsT) {
       fresh.sensor.response.bias(0) = t * u;
       EXPECT_NEAR(p_of(old, fresh) / std::min(6.0 * even_t_p(t, nu), 1.0), 1.0, 1e-6) << nu << t;
     }
-    fresh.sensor.response.bias(0) = 2.0 * u;  // as blocks differ as a rule
+    fresh.sensor.response.bias(0) = 2.0 * u;  // a usual difference of blocks
     EXPECT_GT(p_of(old, fresh), 0.2);
   }
 }
 
-// Blocks that happen to agree do not make the readings' noise smaller.
+// If the blocks agree by chance, the noise of the readings is still used.
 TEST(BlockChanges, AreNotFarBeyondBlocksIfTheyAreWithinTheNoise) {
   const Calibration old = record_in_blocks(1, 3, 1e-14);
   Calibration fresh = record_in_blocks(1, 1, 0.0);
@@ -155,15 +156,15 @@ TEST(BlockChanges, OfMainTermsAreCombinedByFishersMethod) {
 TEST(BlockChanges, OfSensitivitiesCountAgainstTheirOwnScatter) {
   Calibration old = record_in_blocks(3, 4, 1e-4);
   Calibration fresh = record_in_blocks(3, 1, 0.0);
-  fresh.sensor.response.sensitivity(0, 0) += 0.02;  // 14 times its uncertainty by the readings
+  fresh.sensor.response.sensitivity(0, 0) += 0.02;  // 14 standard uncertainties
   EXPECT_LT(p_of(old, fresh), 1e-6);
   old.fit.conditions.sensitivity_mean_square = Eigen::MatrixXd::Constant(3, 3, 4e-4);
   old.fit.conditions.sensitivity_degrees_of_freedom = 3.0;
   EXPECT_GT(p_of(old, fresh), 0.5);
 }
 
-// The third axis scatters a hundred times as far and hides the first in the sum; one by one it does
-// not.
+// The third axis scatters 100 times as much. The sum of squares hides a change of the first axis;
+// the tests of single axes find it.
 TEST(BlockChanges, OfAQuietAxisAreSeenAmongRestlessOnes) {
   Calibration old = record_in_blocks(3, 5, 1e-4);
   old.fit.conditions.block_mean_square(2) = 1.0;
@@ -207,7 +208,7 @@ TEST(BlockChanges, AreUnknownIfNoRecordShowsTheScatter) {
   Calibration several = record_in_blocks(3, 2, 1e-4);
   EXPECT_FALSE(p_of_block_changes(one, one, notes));
   EXPECT_TRUE(p_of_block_changes(one, several, notes));
-  ASSERT_EQ(notes.size(), 1U);  // two blocks and one have a single degree of freedom
+  ASSERT_EQ(notes.size(), 1U);  // 2 + 1 blocks: one degree of freedom
   EXPECT_THAT(notes.front(),
               testing::HasSubstr("two blocks and a new one almost no change can be detected"));
   several.fit.statistics.reset();
@@ -215,7 +216,7 @@ TEST(BlockChanges, AreUnknownIfNoRecordShowsTheScatter) {
   EXPECT_FALSE(p_of_block_changes(several, one, notes));
 }
 
-// A record of blocks that are drawn: biases of each with a scatter, and the readings' noise.
+// A record with random blocks: the biases scatter between blocks, and the readings have noise.
 Calibration drawn_record(int blocks, double sd_of_blocks, RandomStream& random) {
   Calibration record = record_in_blocks(3, blocks, 0.0);
   Eigen::Matrix3Xd biases(3, blocks);
@@ -252,7 +253,7 @@ TEST(BlockChanges, RaiseFewFalseAlarmsAndSeeALargeChange) {
     }
     alarms_by_readings += check_drift(old, fresh, 0.05).drifted ? 1 : 0;
   }
-  EXPECT_LE(alarms, 30);  // 15 are the most that is expected
+  EXPECT_LE(alarms, 30);  // expected: at most 15
   EXPECT_GE(alarms_by_readings, 150);
   EXPECT_GE(seen, 270);
 }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Checks of a record against another one, against biases and at rest; intrinsic parameters.
+// Checks of a record against another record, against biases, and at rest; intrinsic parameters.
 #include "axiscal/calib/drift_check.hpp"
 
 #include <algorithm>
@@ -28,9 +28,9 @@ namespace {
 using testing::HasSubstr;
 
 constexpr double u_of_parameter = 1e-3;
-constexpr double plenty = 1e9;  // degrees of freedom of a scatter that is known well
+constexpr double plenty = 1e9;  // degrees of freedom, practically infinite
 
-// A record with independent parameters, all of one uncertainty.
+// A record with independent parameters of equal uncertainty.
 Calibration record_of(const LinearResponse& response, double nu, const std::string& kind) {
   Calibration record;
   record.sensor = test::truth_of(response, kind);
@@ -79,8 +79,8 @@ double squares_left(const Eigen::MatrixXd& X, const Eigen::VectorXd& y) {
   return (y - X * X.householderQr().solve(y)).squaredNorm();
 }
 
-// Both runs in one regression, and each in its own (Chow 1960): for known directions that is
-// Hotelling's T^2 with a pooled scatter.
+// Chow's test (1960): one regression of both runs against two separate ones. If the directions are
+// known, this is Hotelling's T^2 with a pooled scatter.
 TEST(DriftCheck, AgreesWithChowsTest) {
   const Experiment experiment = plain_experiment();
   const SensorModel truth = test::accelerometer_truth();
@@ -113,7 +113,7 @@ TEST(DriftCheck, AgreesWithChowsTest) {
   EXPECT_NEAR(check.changes[4].new_value - check.changes[4].old_value, change(0), 1e-12);
 }
 
-// F(4, nu) exceeds T^2 / 4 with probability I_x(nu / 2, 2), x = nu / (nu + T^2).
+// P(F(4, nu) > T^2 / 4) = I_x(nu / 2, 2) with x = nu / (nu + T^2).
 TEST(DriftCheck, TakesARecordWithoutCovarianceAsExact) {
   Calibration old = record_of_identity();
   old.fit.statistics.reset();
@@ -132,7 +132,8 @@ TEST(DriftCheck, TakesARecordWithoutCovarianceAsExact) {
   EXPECT_NEAR(check.changes[2].z, 2.0, 1e-9);
 }
 
-// Of scatters that differ by far each keeps its own degrees of freedom (Welch).
+// If the scatters differ significantly, they are not pooled, and the degrees of freedom are
+// Welch's.
 TEST(DriftCheck, DoesNotPoolScattersThatDiffer) {
   Calibration old = record_of_identity(8.0);
   Calibration fresh = record_of_identity(4.0);
@@ -151,7 +152,7 @@ TEST(DriftCheck, DoesNotPoolScattersThatDiffer) {
   EXPECT_NEAR(check.p_value / axes.p_value(), 1.0, 1e-6);
 }
 
-// Records whose parameters and scatters are drawn: every p-value is as likely as any other.
+// If parameters and scatters are random and nothing changes, p is uniformly distributed.
 TEST(DriftCheck, GivesUniformProbabilitiesWithoutAChange) {
   constexpr int trials = 500;
   constexpr int nu = 6;
@@ -175,7 +176,7 @@ TEST(DriftCheck, GivesUniformProbabilitiesWithoutAChange) {
     below_tenth += p < 0.1 ? 1 : 0;
     below_half += p < 0.5 ? 1 : 0;
   }
-  EXPECT_NEAR(below_tenth, 50, 27);  // four standard deviations
+  EXPECT_NEAR(below_tenth, 50, 27);  // tolerance: four standard deviations
   EXPECT_NEAR(below_half, 250, 45);
 }
 
@@ -241,7 +242,7 @@ TEST(DriftCheck, ComparesAtOneTemperature) {
       TemperatureResponse{.spans = {{.reference = 20.0, .low = 0.0, .high = 50.0}},
                           .bias = Eigen::Vector3d(1e-3, -2e-3, 5e-3),
                           .scale = Eigen::Vector3d(1e-3, 2e-3, -1e-3)};
-  // The same instrument, with coefficients at 30.
+  // The same instrument with its coefficients at 30 degrees.
   Calibration fresh = old;
   TemperatureResponse& terms = *fresh.sensor.temperature;
   terms.spans.front().reference = 30.0;
@@ -280,7 +281,7 @@ TEST(DriftCheck, RefusesRecordsThatCannotBeCompared) {
   EXPECT_THROW(static_cast<void>(check_drift(bare, bare)), DomainError);
   Calibration other = old;
   other.sensor.instrument.serial = "B";
-  EXPECT_TRUE(check_drift(old, other).notes.empty());  // the old unit is not known
+  EXPECT_TRUE(check_drift(old, other).notes.empty());  // the old record has no serial
   Calibration named = old;
   named.sensor.instrument.serial = "A";
   EXPECT_THAT(check_drift(named, other).notes,
@@ -290,14 +291,14 @@ TEST(DriftCheck, RefusesRecordsThatCannotBeCompared) {
 TEST(WorstAngle, IsThatOfTheShiftOrTheTurn) {
   const Calibration used = record_of_identity();
   EXPECT_LT(worst_angle(used, used).error_deg, 1e-9);
-  // A shift of the field by delta F turns some direction by asin(delta).
+  // A change of the field by delta F rotates some direction by asin(delta).
   const double delta = 0.02;
   Calibration now = used;
   now.sensor.response.bias += delta * Eigen::Vector3d(0.6, 0.0, -0.8);
   const WorstAngle worst = worst_angle(used, now);
   EXPECT_NEAR(worst.error_deg, std::asin(delta) * deg_per_rad, 2e-3 * worst.error_deg + 1e-3);
   EXPECT_NEAR(worst.field.dot(Eigen::Vector3d(0.6, 0.0, -0.8)), -delta, 0.1);
-  // A turn is found as it is; a common factor turns no direction.
+  // A rotation is found with its angle. A common factor does not rotate any direction.
   const double turn = 0.01;
   now = used;
   now.sensor.response.sensitivity = 1.7 * rotation_by(turn * Eigen::Vector3d(0.0, 0.6, 0.8));
@@ -308,7 +309,7 @@ TEST(WorstAngle, OfAnAccelerometerIsThatOfThePitch) {
   const Calibration used = record_of(response_times(2.0), plenty, "accelerometer");
   Calibration now = used;
   now.sensor.response.sensitivity = 2.0 * rotation_by(0.02 * Eigen::Vector3d::UnitX());
-  EXPECT_LT(worst_angle(used, now).error_deg, 1e-9);  // a change of the roll
+  EXPECT_LT(worst_angle(used, now).error_deg, 1e-9);  // changes the roll only
   now.sensor.response.sensitivity = 2.0 * rotation_by(0.02 * Eigen::Vector3d::UnitY());
   EXPECT_NEAR(worst_angle(used, now).error_deg, 0.02 * deg_per_rad, 1e-2 * 0.02 * deg_per_rad);
   const LinearResponse of_two{.bias = Eigen::Vector2d::Zero(),
@@ -318,7 +319,8 @@ TEST(WorstAngle, OfAnAccelerometerIsThatOfThePitch) {
   EXPECT_TRUE(std::isnan(check_drift(two, two).pitch_error_u_deg));
 }
 
-// An uncertainty of the biases alone, equal any way: u / S / F across every direction.
+// Only the biases are uncertain, equally in all directions. The direction then has the uncertainty
+// u / S / F in each component.
 TEST(WorstAngle, HasTheUncertaintyOfTheBiasesAcrossIt) {
   Calibration record = record_of(response_times(2.0), plenty, "generic");
   for (const Eigen::Index k : {0, 4, 8}) {
@@ -357,7 +359,7 @@ TEST(IntrinsicParameters, DoNotDependOnTheMounting) {
   const Eigen::Matrix3d R = rotation_by(Eigen::Vector3d(0.5, -1.2, 0.8));
   Calibration turned = record;
   turned.sensor.response.sensitivity *= R;
-  // The covariance is that of independent, equal components: it turns into itself.
+  // The covariance of independent, equal components does not change by a rotation.
   const IntrinsicParameters a = intrinsic_parameters(record);
   const IntrinsicParameters b = intrinsic_parameters(turned);
   EXPECT_EQ(a.names, b.names);
@@ -380,7 +382,7 @@ TEST(IntrinsicParameters, HaveTheAngleAndLengthOfTheRows) {
   EXPECT_NEAR(found.values(3), 3.0, 1e-14);
   EXPECT_NEAR(found.values(6), angle, 1e-14);
   EXPECT_NEAR(found.uncertainty[3].u, u_of_parameter, 1e-15);
-  // Each row turns in their plane by u / |S|.
+  // Each row rotates in the plane of both rows by u / |S|.
   EXPECT_NEAR(found.uncertainty[6].u, std::hypot(u_of_parameter, u_of_parameter / 3.0), 1e-12);
   record.fit.statistics.reset();
   EXPECT_TRUE(intrinsic_parameters(record).uncertainty.empty());
@@ -389,7 +391,7 @@ TEST(IntrinsicParameters, HaveTheAngleAndLengthOfTheRows) {
 
 // ---- biases ----
 
-// A record of two biases with a term of the temperature.
+// A record of two biases, each with one temperature term.
 Calibration record_of_biases(double nu) {
   Calibration record;
   record.sensor = test::truth_of(
@@ -432,7 +434,7 @@ TEST(CheckBiases, PropagatesTheTermsOfTheTemperature) {
   EXPECT_NEAR(check.p_value, axes.p_value(), 1e-9);
   EXPECT_EQ(check.drifted, check.p_value < 0.3);
   EXPECT_THAT(check.notes, testing::ElementsAre(HasSubstr("at temperature 25")));
-  // Without a temperature the readings count as at the reference.
+  // Without a temperature the reference temperature is used.
   EXPECT_EQ(check_biases(old, fresh, {}).changes[0].old_value, 0.1);
 }
 
@@ -455,7 +457,7 @@ TEST(CheckBiases, FindsNoChangeInRoundingAndNeedsACovariance) {
 
 // ---- at rest ----
 
-// Readings of a record at some fields, each as long as the field times a factor of its own.
+// Readings of a record in these directions. The length of each field is multiplied by a factor.
 Observations rest_at(const Calibration& record,
                      const std::vector<Eigen::Vector3d>& directions,
                      const std::vector<double>& lengths) {
@@ -488,7 +490,7 @@ TEST(ReadingsAtReference, AreThoseOfTheReferenceTemperature) {
   EXPECT_MATRIX_NEAR(at_reference_temperature(warm, record).response, expected.response, 1e-14);
 }
 
-// A record that is known far better than its readings: |f| - F has the scatter s / S.
+// The record is practically exact, so |f| - F has the scatter s / S.
 TEST(CheckInSitu, TestsTheMeanOfAPoseAndTheWorstReading) {
   const double nu = 12.0;
   Calibration record = record_of(response_times(2.0), nu, "generic");
@@ -520,12 +522,12 @@ TEST(CheckInSitu, TestsTheMeanOfAPoseAndTheWorstReading) {
   }
 }
 
-// However many readings one pose has, it is no better than the calibration.
+// Many readings in one pose cannot test more precisely than the calibration.
 TEST(CheckInSitu, DoesNotKnowMoreThanTheCalibration) {
   Calibration record = record_of_identity();
   record.fit.statistics->residual_sd.setConstant(u_of_parameter);
   const Eigen::Vector3d direction = Eigen::Vector3d::UnitZ();
-  const double u = std::sqrt(2.0) * u_of_parameter;  // of its bias and its sensitivity
+  const double u = std::sqrt(2.0) * u_of_parameter;  // by bias and sensitivity
   const double z = 1.7;
   double before = 1.0;
   for (const std::size_t n : {std::size_t{1}, std::size_t{4}, std::size_t{400}}) {
@@ -553,10 +555,10 @@ TEST(CheckInSitu, SeesAChangeOfTheBiasInSeveralPoses) {
   moved.response.col(0).array() += 8.0 * u_of_parameter;
   const InSituCheck check = check_in_situ(record, moved);
   EXPECT_TRUE(check.drifted);
-  // No reading shows it alone, as its noise is four times u.
+  // No single reading shows the change, because its noise is four times u.
   EXPECT_TRUE(check.readings.front().within);
   EXPECT_EQ(check.readings.front().run, 10);
-  // If blocks differ by as much, it is no drift.
+  // If blocks differ as much, the change is not a drift.
   record.fit.conditions.blocks = 4;
   record.fit.conditions.block_mean_square = Eigen::Vector3d::Constant(64e-6);
   record.fit.conditions.block_degrees_of_freedom = 3.0;

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Records of units over the years: lines by closed formulas, dates at which limits are met.
+// Records of units over several years: lines by closed formulas, and dates at which limits are
+// reached.
 #include "axiscal/calib/history.hpp"
 
 #include <algorithm>
@@ -40,7 +41,7 @@ struct DatedBias {
   double u = 1e-3;
 };
 
-// The record of one date: x.bias and its uncertainty are stated.
+// A record with the date and the x.bias of `one`.
 Calibration dated_record(const std::string& serial, const DatedBias& one) {
   static const Calibration made = [] {
     const SensorModel truth = test::accelerometer_truth();
@@ -71,7 +72,7 @@ class HistoryOfFolder : public ::testing::Test {
     return read_history(records_in_folder(folder_.path("")), limits, &passed_over_, &not_held_);
   }
 
-  // The trend of x.bias of the only unit.
+  // @return the trend of x.bias of the only unit.
   [[nodiscard]] ParameterTrend trend(std::optional<double> low = {},
                                      std::optional<double> high = {}) {
     const std::vector<UnitHistory> units =
@@ -90,7 +91,7 @@ class HistoryOfFolder : public ::testing::Test {
   int count_ = 0;
 };
 
-// A weighted line by the sums of its textbook formulas.
+// A weighted straight line by a textbook's formulas.
 struct WeightedLine {
   double mean_year = 0.0;
   double mean = 0.0;
@@ -127,7 +128,7 @@ WeightedLine weighted_line(const std::vector<DatedBias>& values) {
   for (const DatedBias& one : values) {
     chi_squared += std::pow((one.bias - line.at(year_of_date(one.date))) / one.u, 2);
   }
-  // The scatter counts if it is larger than is stated.
+  // If the scatter is larger than the stated uncertainty, the variances are multiplied.
   const double n = static_cast<double>(values.size());
   const double factor = n > 2.0 ? std::max(1.0, chi_squared / (n - 2.0)) : 1.0;
   line.variance_of_mean = factor / w;
@@ -176,7 +177,7 @@ TEST_F(HistoryOfFolder, PutsRecordsInTheOrderOfTheirDates) {
   EXPECT_THAT(units.front().trends.front().values,
               ElementsAre(0.1002, 0.1101, 0.1199, 0.1301, 0.1422));
   EXPECT_NEAR(units.front().trends.front().u[3], 5e-4, 1e-15);
-  // A parameter that stays the same has no slope.
+  // The slope of a constant parameter is 0.
   EXPECT_NEAR(units.front().trends[1].slope_per_year, 0.0, 1e-12);
   EXPECT_NEAR(units.front().trends[1].p_value, 1.0, 1e-6);
 }
@@ -200,7 +201,8 @@ TEST_F(HistoryOfFolder, OfOneDateHasNoLine) {
   EXPECT_THAT(history_text(read().front()), testing::Not(HasSubstr("a year")));
 }
 
-// On the date the line is at its limit; at the ends of the interval one bound of its band is.
+// On the stated date the line reaches its limit. At the ends of the interval the bounds of its
+// confidence band reach it.
 TEST_F(HistoryOfFolder, DatesTheLimitWithItsInterval) {
   put(quiet_years);
   const double limit = 0.19;
@@ -226,9 +228,9 @@ TEST_F(HistoryOfFolder, DatesTheLimitWithItsInterval) {
 
 TEST_F(HistoryOfFolder, DatesNoLimitThatTheLineLeaves) {
   put(quiet_years);
-  EXPECT_TRUE(trend(0.0, {}).meets_limit_on.empty());   // it goes away from it
-  EXPECT_TRUE(trend({}, 5.0).meets_limit_on.empty());   // in several hundred years
-  EXPECT_FALSE(trend({}, 1.0).meets_limit_on.empty());  // in less than a hundred
+  EXPECT_TRUE(trend(0.0, {}).meets_limit_on.empty());   // the line moves away from the limit
+  EXPECT_TRUE(trend({}, 5.0).meets_limit_on.empty());   // reached after several hundred years
+  EXPECT_FALSE(trend({}, 1.0).meets_limit_on.empty());  // reached in less than 100 years
   const ParameterTrend beyond = trend({}, 0.12);
   EXPECT_TRUE(beyond.outside);
   EXPECT_TRUE(beyond.meets_limit_on.empty());
@@ -255,7 +257,7 @@ TEST_F(HistoryOfFolder, IsTheSameUpsideDown) {
   EXPECT_EQ(down.meets_limit_until, up.meets_limit_until);
 }
 
-// A slope that may be none has no last date.
+// If the slope may be 0, `meets_limit_until` is empty.
 TEST_F(HistoryOfFolder, LeavesTheIntervalOpenForASlopeThatMayBeNone) {
   const std::vector<DatedBias> uncertain = {{"2020-01-01", 0.100, 0.02},
                                             {"2021-01-01", 0.108, 0.02},
@@ -264,7 +266,7 @@ TEST_F(HistoryOfFolder, LeavesTheIntervalOpenForASlopeThatMayBeNone) {
   put(uncertain);
   const ParameterTrend found = trend({}, 0.125);
   EXPECT_FALSE(found.meets_limit_on.empty());
-  EXPECT_EQ(found.meets_limit_from, "2023-01-01");  // it may be there already
+  EXPECT_EQ(found.meets_limit_from, "2023-01-01");  // may be reached already
   EXPECT_TRUE(found.meets_limit_until.empty());
 }
 
@@ -297,7 +299,7 @@ TEST_F(HistoryOfFolder, TellsLimitsItDoesNotHoldFromUnknownOnes) {
                 static_cast<void>(read(Limits{.limits = {{.parameter = "w.bias", .high = 1.0}}}));
               }),
               HasSubstr("limit 'w.bias': a history knows biases and sensitivities only"));
-  // An empty folder knows no axes, so no name is wrong.
+  // In an empty folder no axes are known, so every name is accepted.
   const test::ScratchFolder empty;
   EXPECT_TRUE(read_history(records_in_folder(empty.path("")),
                            Limits{.limits = {{.parameter = "w.bias", .high = 1.0}}})
@@ -332,7 +334,7 @@ TEST_F(HistoryOfFolder, IsWrittenAsJson) {
   EXPECT_FALSE(single.contains("meets_limit_on"));
 }
 
-// Units of one model: the scatter within each, pooled by its degrees of freedom.
+// The scatters within the units of one model are pooled, weighted by their degrees of freedom.
 TEST(ProcessOfRecords, PoolsMeanSquaresByTheirDegreesOfFreedom) {
   const auto record_with = [](const std::string& serial, int number, double bias) {
     Calibration record = dated_record(serial, {"2020-01-01", bias});
@@ -348,11 +350,12 @@ TEST(ProcessOfRecords, PoolsMeanSquaresByTheirDegreesOfFreedom) {
   records[4].fit.conditions.block_degrees_of_freedom = 4.0;
   const Instrument unit = records.front().sensor.instrument;
   const ProcessScatter scatter = process_scatter(records, unit).value();
-  // Of A 2 * 0.02^2 with two degrees of freedom; the one record of B tells none.
+  // Unit A has the variance 0.02^2 with two degrees of freedom. Unit B has one record and
+  // contributes nothing.
   EXPECT_NEAR(scatter.mean_square(0), (8e-4 + 4.0 * 1e-3) / 6.0, 1e-12);
   EXPECT_EQ(scatter.degrees_of_freedom, 6.0);
   EXPECT_EQ(scatter.records, 4);
-  // A record of the same readings counts once, a refused one not at all.
+  // A second record of the same readings and a refused record are ignored.
   records.push_back(record_with("A", 3, 0.12));
   records.push_back(record_with("A", 4, 0.99));
   records.back().findings.status = CalibrationStatus::refused;

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// A few labelled readings against a record, by plain least squares and by drawn records.
+// A few labelled readings against a record, compared with plain least squares and with random
+// records.
 #include "axiscal/calib/labelled_check.hpp"
 
 #include <cmath>
@@ -23,7 +24,7 @@ using testing::HasSubstr;
 
 constexpr double sd_of_reading = 1e-4;
 
-// A record of the accelerometer that is known far better than a reading.
+// A record of the accelerometer that is practically exact.
 Calibration sharp_record(double nu) {
   Calibration record;
   record.sensor = test::accelerometer_truth();
@@ -57,7 +58,7 @@ Eigen::Matrix3d rotation_of(const Reading& reading) {
   return Positioner().rotation_table_from_positioner(*reading.point).transpose();
 }
 
-// The changes with two turns of gravity in the table and with the biases, reading by reading.
+// Derivatives of the readings by two rotations of gravity in the table and by the biases.
 struct PlainProblem {
   Eigen::MatrixXd by_direction;
   Eigen::MatrixXd by_bias;
@@ -81,8 +82,8 @@ PlainProblem plain_problem(const Observations& readings, const Eigen::Vector3d& 
 
 const Eigen::Vector3d gravity_of_slope(0.003, -0.002, std::sqrt(1.0 - 13e-6));
 
-// If the record is exact, the residuals after the direction are those of a plain regression, axis
-// by axis with its share of the degrees of freedom.
+// If the record is exact, the residuals after the fit of the direction are those of a plain
+// regression. The degrees of freedom are divided between the axes.
 TEST(CheckOfLabelled, AgreesWithPlainLeastSquares) {
   const double nu = 9.0;
   const Observations readings = some_readings(11);
@@ -99,8 +100,8 @@ TEST(CheckOfLabelled, AgreesWithPlainLeastSquares) {
   EXPECT_NEAR(p_labelled(sharp_record(nu), readings), axes.p_value(), 1e-3);
 }
 
-// An uncertain bias is a part of the regression's columns, so that the estimates stay those of
-// plain least squares, with the variance of the record's biases added.
+// The columns of the biases are in the regression, so the estimates are those of plain least
+// squares. The variance of the record's biases is added.
 TEST(CheckOfLabelled, FindsTheChangesOfTheBiases) {
   Calibration record = sharp_record(9.0);
   const double u_bias = 3e-4;
@@ -132,7 +133,7 @@ TEST(CheckOfLabelled, DoesNotDependOnTheSlopeOfTheTable) {
   const double p = p_labelled(record, some_readings(13, rows, {0.0, 0.0}));
   EXPECT_GT(p, 1e-3);
   EXPECT_NEAR(p_labelled(record, some_readings(13, rows, {0.01, -0.02})), p, 0.03);
-  // A field that is too long is no slope.
+  // A field that is too long is not a slope, so the check fails.
   Observations longer = some_readings(13, rows);
   const Eigen::VectorXd bias = record.sensor.response.bias;
   longer.response =
@@ -167,7 +168,7 @@ TEST(CheckOfLabelled, PassesOverReadingsThatAreKeptOut) {
   EXPECT_EQ(check_labelled(record, experiment, readings).p_value, p_labelled(record, good));
 }
 
-// Records are drawn with their covariance and scatter; no change was made.
+// Random records with their covariance and scatter, without a change.
 TEST(CheckOfLabelled, GivesUniformProbabilitiesWithoutAChange) {
   constexpr int trials = 400;
   constexpr int nu = 8;
@@ -193,7 +194,7 @@ TEST(CheckOfLabelled, GivesUniformProbabilitiesWithoutAChange) {
   EXPECT_NEAR(below_half, 200, 50);
 }
 
-// The readings are of a block of their own, whose biases differ as the record's blocks do.
+// The readings are of a new block whose biases differ as those of the record's blocks.
 TEST(CheckOfLabelled, AllowsForTheScatterOfBlocks) {
   constexpr double sd_of_blocks = 10.0 * sd_of_reading;
   constexpr int blocks = 4;
@@ -216,7 +217,7 @@ TEST(CheckOfLabelled, AllowsForTheScatterOfBlocks) {
     record.fit.conditions.block_degrees_of_freedom = blocks - 1.0;
     alarms += p_labelled(record, readings) < 0.05 ? 1 : 0;
   }
-  EXPECT_LE(alarms, 50);  // 10 by known blocks; three degrees of freedom make it more
+  EXPECT_LE(alarms, 50);  // 10 if M were exact; it has 3 degrees of freedom
   EXPECT_GE(alarms_by_readings, 180);
 }
 

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Verdicts by closed formulas of one and two degrees of freedom, by drawn units, and the file.
+// Verdicts, compared with closed formulas for one and two degrees of freedom and with random units;
+// the file of limits.
 #include "axiscal/calib/limits.hpp"
 
 #include <cmath>
@@ -25,7 +26,7 @@ using testing::HasSubstr;
 
 constexpr double u_of_unit = 2e-3;
 
-// A unit whose parameters are all known to `u_of_unit`.
+// A unit whose parameters all have the standard uncertainty `u_of_unit`.
 Calibration unit_under_limits(double nu, const std::string& kind = "generic") {
   Calibration unit;
   unit.sensor = test::truth_of(
@@ -50,7 +51,7 @@ Limits limits_of(const std::string& members) {
   return parse_limits(R"({"format":"axiscal-limits","version":1,)" + members + "}", "l.json");
 }
 
-// Student's t with one degree of freedom is Cauchy's distribution.
+// Student's t with one degree of freedom is the Cauchy distribution.
 TEST(Conformity, OfOneDegreeOfFreedomIsByTheArctangent) {
   const Calibration unit = unit_under_limits(1.0);
   const auto below = [](double t) { return 0.5 + std::atan(t) / std::numbers::pi; };
@@ -66,7 +67,7 @@ TEST(Conformity, OfOneDegreeOfFreedomIsByTheArctangent) {
   EXPECT_NEAR(verdict_on(unit, both).conformity, below(0.5) - below(-3.0), 1e-9);
 }
 
-// Chi-squared with two degrees of freedom is exponential.
+// Chi-squared with two degrees of freedom is the exponential distribution.
 TEST(Conformity, OfAScatterOfTwoDegreesOfFreedomIsExponential) {
   const Calibration unit = unit_under_limits(2.0);
   for (const double limit : {1e-3, 2e-3, 9e-3}) {
@@ -97,7 +98,7 @@ TEST(Conformity, IsTheSameInAnyUnit) {
   }
 }
 
-// Units on their limit: the guarded rule passes one of forty, the simple rule each second.
+// Units exactly at their limit: the guarded rule passes 2.5 % of them, the simple rule 50 %.
 TEST(Conformity, GuardsAgainstUnitsOutsideTheirLimits) {
   constexpr int nu = 8;
   constexpr int units = 2000;
@@ -117,7 +118,7 @@ TEST(Conformity, GuardsAgainstUnitsOutsideTheirLimits) {
     simple += verdict_on(unit, limit, "simple").passed ? 1 : 0;
     conformity += one.conformity / units;
   }
-  EXPECT_NEAR(guarded, 0.025 * units, 28);  // four standard deviations
+  EXPECT_NEAR(guarded, 0.025 * units, 28);  // tolerance: four standard deviations
   EXPECT_NEAR(simple, 0.5 * units, 90);
   EXPECT_NEAR(conformity, 0.5, 0.03);
 }
@@ -131,7 +132,7 @@ TEST(LimitRules, TheGuardedOneNeverPassesMore) {
     EXPECT_EQ(verdict_on(unit, limit).passed, room > 1.0);
     EXPECT_NEAR(verdict_on(unit, limit).guard_band, U, 1e-9);
   }
-  // Limits nearer to each other than two guard bands pass no unit.
+  // If the limits are closer than two guard bands, no unit passes.
   const Limit narrow{.parameter = "z.sensitivity.z", .low = 2.0 - 0.9 * U, .high = 2.0 + 0.9 * U};
   EXPECT_FALSE(verdict_on(unit, narrow).passed);
 }
@@ -160,7 +161,7 @@ TEST(LimitRules, TakeAngleLengthAndLevelness) {
   const LimitVerdict level = verdict_on(unit, {.parameter = "levelness.x", .high = 4e-4});
   EXPECT_EQ(level.guard_band, 2e-4);
   EXPECT_FALSE(level.passed);
-  EXPECT_NEAR(level.conformity, 0.75, 1e-9);  // of Cauchy's distribution below 1
+  EXPECT_NEAR(level.conformity, 0.75, 1e-9);  // P(Cauchy < 1)
 }
 
 TEST(LimitRules, CountReadingsAndDesignPoints) {
@@ -195,7 +196,8 @@ TEST(LimitRules, ApplyToACheck) {
               HasSubstr("limit 'drift_p_value': the record has no such parameter"));
 }
 
-// Biases alone uncertain: u / S of each component, so that of the pitch in any attitude.
+// Only the biases are uncertain. Each component has the uncertainty u / S, and so has the pitch in
+// every attitude.
 TEST(LimitRules, KnowTheUncertaintyOfAnAccelerometersPitch) {
   Calibration unit = unit_under_limits(1e9, "accelerometer");
   for (const Eigen::Index k : {0, 4, 8}) {
@@ -222,7 +224,7 @@ TEST(ReasonOf, NamesEachLimitThatIsNotMet) {
                       .intermediate = true,
                       .limits = {{.parameter = "x.bias", .low = 0.0}}}),
               HasSubstr("x.bias = 0.1 is known by one block only"));
-  unit.fit.conditions.earlier = 3;  // other calibrations tell how blocks differ
+  unit.fit.conditions.earlier = 3;  // earlier records give the scatter of blocks
   EXPECT_EQ(reason({.rule = "guarded",
                     .intermediate = true,
                     .limits = {{.parameter = "x.bias", .low = 0.0}}}),

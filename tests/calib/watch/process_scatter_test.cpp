@@ -46,11 +46,11 @@ TEST(ProcessScatter, PoolsTheBlocksOfEarlierRecords) {
   ASSERT_TRUE(process);
   EXPECT_EQ(process->records, 12);
   EXPECT_EQ(process->degrees_of_freedom, 24.0);
-  // M holds the readings' scatter too: block_sd^2 + noise^2 / 12.
+  // M includes the scatter of the readings: block_sd^2 + noise^2 / 12.
   for (Eigen::Index k = 0; k < 3; ++k) {
     EXPECT_NEAR(std::sqrt(process->mean_square(k)) / block_sd, 1.0, 0.35);
   }
-  unit.model = "M1";  // the other unit counts too
+  unit.model = "M1";  // the records of both units are used
   EXPECT_EQ(process_scatter(records, unit)->records, 13);
   unit.axes = {"a", "b", "c"};
   EXPECT_FALSE(process_scatter(records, unit));
@@ -66,7 +66,7 @@ TEST(ProcessScatter, OfOneBlockRecordsIsTheScatterBetweenThem) {
   ASSERT_TRUE(process);
   EXPECT_EQ(process->degrees_of_freedom, 19.0);
   EXPECT_NEAR(std::sqrt(process->mean_square(0)) / block_sd, 1.0, 0.4);
-  // The run itself is no earlier one.
+  // The record of the run itself is not an earlier record.
   records.front().provenance.inputs = {{.path = "run.csv", .sha256 = "abc"}};
   EXPECT_EQ(
       process_scatter(records, records.front().sensor.instrument, records.front().provenance.inputs)
@@ -74,7 +74,8 @@ TEST(ProcessScatter, OfOneBlockRecordsIsTheScatterBetweenThem) {
       18.0);
 }
 
-// One block knows nothing of its day; with a process standard deviation its interval holds.
+// One block does not show the scatter between blocks. With the scatter of the process its interval
+// covers the bias.
 TEST(ProcessScatter, CoversTheBiasesOfOneBlock) {
   const ProcessScatter process{
       .mean_square = Eigen::Vector3d::Constant(block_sd * block_sd + noise * noise / 12.0),
@@ -92,8 +93,8 @@ TEST(ProcessScatter, CoversTheBiasesOfOneBlock) {
       without += error <= plain.fit.statistics->interval_95(4 * k) ? 1 : 0;
     }
   }
-  EXPECT_GE(held, 276);     // of 300: 92 %
-  EXPECT_LE(without, 150);  // repeatability only
+  EXPECT_GE(held, 276);     // 92 % of 300
+  EXPECT_LE(without, 150);  // without the process
   const Calibration one = calibrated("A", 1, 1, process);
   EXPECT_TRUE(one.fit.conditions.intermediate);
   EXPECT_EQ(one.fit.conditions.earlier, 5);
@@ -104,7 +105,7 @@ TEST(ProcessScatter, CoversTheBiasesOfOneBlock) {
   EXPECT_EQ(calibration_json(parse_calibration(text, "again.json")), text);
 }
 
-// Where the run contradicts the process, it alone counts.
+// If the run scatters far more than the process, only the run is used.
 TEST(ProcessScatter, IsPassedOverWhereTheRunScattersFarMore) {
   const ProcessScatter small{
       .mean_square = Eigen::Vector3d::Constant(1e-12), .degrees_of_freedom = 10.0, .records = 5};

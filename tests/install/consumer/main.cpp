@@ -6,7 +6,7 @@
 #include <axiscal/field/gravity_field.hpp>
 #include <cstdio>
 
-// Ends with status 0 if the pitch is the one that is named as its argument, in degrees.
+// Exits with 0 if the pitch [deg] equals the argument.
 int main(int argc, char** argv) {
   axiscal::SensorModel truth;
   truth.instrument.kind = "accelerometer";
