@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// One calibration: the regression core beside Eigen's bare QR, and the whole public call.
+// Benchmarks of one calibration: Eigen's QR, the regression core, and the whole call of
+// calibrate().
 #include <Eigen/QR>
 #include <benchmark/benchmark.h>
 

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The CSV reader, alone and with the reduction of every row, beside a plain memcpy of the text.
+// Benchmarks of the CSV reader, without and with the reduction of every row, compared with a memcpy
+// of the text.
 #include <algorithm>
 #include <cstring>
 #include <string>

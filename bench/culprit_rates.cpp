@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// How often seeded mistakes are caught and named, and how often good runs are called bad: the table
-// of docs/accuracy.md. Usage: axiscal_culprit_rates [TRIALS [SEED [moved]]]; with a third word the
-// last part alone
+// The rates at which seeded mistakes are caught and named, and at which good runs are called bad,
+// for
+// the table of docs/accuracy.md. Usage: axiscal_culprit_rates [TRIALS [SEED [moved]]]. With a third
+// argument only the runs with moved readings are simulated.
 #include <cstdint>
 #include <cstdio>
 #include <cstdlib>
@@ -23,7 +24,7 @@ struct Case {
   std::optional<axiscal::Method> method;
   bool stated_ratio = false;
   int replicates = 1;  // of the 12 positions
-  bool moved = false;  // one reading, by so many sigmas of each axis in a random direction
+  bool moved = false;  // moves one reading by `sigmas`, in a random direction
 };
 
 const Eigen::Vector3d unequal(1.0, 1.0, 3.0);
@@ -89,7 +90,7 @@ void run_mistakes(int trials, std::uint64_t seed) {
   }
 }
 
-// One reading of more and more, at any noise of the axes.
+// One moved reading in runs of 12 to 96 readings, with different noise of the axes.
 void run_moved_readings(int trials, std::uint64_t seed) {
   for (const int replicates : {1, 2, 4, 8}) {
     for (const Eigen::Vector3d& ratio :

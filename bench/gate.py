@@ -1,6 +1,6 @@
 #!/usr/bin/python3
 # SPDX-License-Identifier: Apache-2.0
-"""The goals of speed: product and peers on one core, in turn, medians of three rounds, as ratios.
+"""Tests the goals of speed: product and peers run in turn on one core, in three rounds.
 
 usage: gate.py BUILD_DIR [--samples N] [--csv-rows N] [--xsens xsens_acc_gyro.csv] [--loosen SHARE]
 
@@ -190,7 +190,8 @@ def main():
 
     with open("/proc/cpuinfo", encoding="ascii") as file:
         processor = file.read()
-    # Goals of what computes alone were set where a vector has eight numbers.
+    # The goals of pure computations apply to vectors of eight numbers (AVX-512), else they are
+    # halved.
     wide = 1.0 if "avx512f" in processor else 0.5
 
     def row(item, what, mine, other, goal, scale=1.0, below=False, missed=False):
@@ -231,9 +232,9 @@ def main():
         row("5", "magnitude fit, 200", "magnitude_fit_200", "magnitude_fit_200_ceres", 5),
         row("5", "magnitude fit, 200", "magnitude_fit_200", "magnitude_fit_200_ceres_autodiff", 20,
             missed=True),
-        # Its one pass is as quick as the memory at ten million samples, and quicker where a million stay in a cache.
-        # Of a million samples the peer's temporaries cost no page faults, and the pages that the
-        # product happens to get decide between 1.6 and 3.5 ms.
+        # With ten million samples the memory limits the speed of the product's single pass. With a
+        # million, the peer's temporaries cause no page faults, and the product takes 1.6 to 3.5 ms,
+        # depending on its memory pages. Therefore the goal is lower.
         row("6", "sliding variance", "sliding_variance_101", "bottleneck", 6 if options.samples >= 1e7 else 2.5),
         row("6", "sliding variance", "sliding_variance_101", "numpy cumsum", 6),
         row("7", "Allan, octaves", "allan_octaves", "allan_octaves_plain", 4),

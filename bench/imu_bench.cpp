@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// An IMU's whole calibration, and reading its log. With the recording of imu_tk in AXISCAL_XSENS
-// (xsens_acc_gyro.csv) as bench/imu_tk_stand_in does; without it a simulated one.
+// Benchmarks of the whole calibration of an IMU, and of reading a log. If the environment variable
+// AXISCAL_XSENS names imu_tk's recording xsens_acc_gyro.csv, the calibration uses this recording,
+// as
+// imu_tk_stand_in does. Otherwise it uses a simulated recording.
 #include <cstdlib>
 #include <filesystem>
 
@@ -47,14 +49,14 @@ const Recording& recording() {
 }
 
 void calibrate_imu(benchmark::State& state) {
-  const auto& [log, options] = recording();  // which is read here, not in the time that counts
+  const auto& [log, options] = recording();  // reads the recording before the timed loop
   for (auto _ : state) {
     benchmark::DoNotOptimize(axiscal::calibrate_imu(log, options).turns->rounds);
   }
 }
 BENCHMARK(calibrate_imu)->Unit(benchmark::kMillisecond);
 
-// At one threshold, told: six times the variance of the first 50 s, imu_tk's choice.
+// With one stated threshold: six times the variance of the first 50 s, which imu_tk chooses.
 void calibrate_imu_at_one_threshold(benchmark::State& state) {
   axiscal::ImuOptions options = recording().options;
   options.segment.columns = options.accelerometer;
@@ -67,7 +69,8 @@ void calibrate_imu_at_one_threshold(benchmark::State& state) {
 }
 BENCHMARK(calibrate_imu_at_one_threshold)->Unit(benchmark::kMillisecond);
 
-// The file of AXISCAL_CSV, read to its end in blocks: bytes per second.
+// Reads the file that the environment variable AXISCAL_CSV names, in blocks, and reports bytes per
+// second.
 void ingest_csv(benchmark::State& state) {
   const char* const path = std::getenv("AXISCAL_CSV");
   if (path == nullptr) {

@@ -8,9 +8,10 @@
 // E. Menegatti, "A Robust and Easy to Implement Method for IMU Calibration without External
 // Equipments", ICRA 2014, 3042-3049.
 //
-// Possible improvements of imu_tk are left out, because they are part of the peer: it computes the
-// variance again for each threshold, copies the whole record for each gyroscope residual, and sends
-// Jets through 4x4 matrices at every step of the integration.
+// The slow parts of imu_tk are kept: it computes the variance again for each threshold, copies the
+// whole record for each gyroscope residual, and multiplies 4x4 matrices of Jets at every step of
+// the
+// integration.
 #include <algorithm>
 #include <array>
 #include <ceres/ceres.h>
@@ -36,13 +37,13 @@ constexpr double gravity = 9.81744;      // [m/s^2] at the authors' site
 constexpr double initial_rest_s = 50.0;  // the record starts with a long rest
 constexpr std::size_t window = 101;      // samples of the sliding variance
 constexpr std::size_t samples_per_interval = 100;
-constexpr int first_multiplier = 2;  // thresholds k tried
+constexpr int first_multiplier = 2;  // the thresholds are k times the initial variance
 constexpr int last_multiplier = 10;
 // The authors' starts: misalignments, scales (units per count), accelerometer biases (counts).
 constexpr Parameters accelerometer_start = {0, 0, 0, 1, 1, 1, 32768, 32768, 32768};
 constexpr Parameters gyroscope_start = {0, 0, 0, 0, 0, 0, 1 / 6258., 1 / 6258., 1 / 6258.};
 
-/// Three readings at one time.
+/// The readings of three axes at one time.
 template <typename T>
 struct Sample {
   double time_s = 0.0;
@@ -102,7 +103,8 @@ Eigen::Vector3d variance(const Samples& samples, const Interval& interval) {
   return sum / static_cast<double>(interval.size() - 1);
 }
 
-/// The first `initial_rest_s`, with the sample that ends it: imu_tk's costs show it so.
+/// The first `initial_rest_s`, including the sample at its end. This reproduces the costs of
+/// imu_tk.
 Interval initial_interval(const Samples& samples) {
   const double end_s = samples.front().time_s + initial_rest_s;
   std::size_t last = 0;
@@ -112,11 +114,13 @@ Interval initial_interval(const Samples& samples) {
   return {0, last};
 }
 
-/// Runs, long enough, of samples around which the norm of the variances stays below `threshold`.
+/// Intervals of at least `samples_per_interval` samples. The norm of the sliding variances about
+/// each
+/// sample is below `threshold`.
 Intervals static_intervals(const Samples& samples, double threshold) {
   constexpr std::size_t half = window / 2;
   Intervals intervals;
-  std::size_t length = 0;  // how long the run is that ends just before sample i
+  std::size_t length = 0;  // length of the static interval that ends just before sample i
   for (std::size_t i = half; i + half <= samples.size(); ++i) {
     const bool still =
         i + half < samples.size() && variance(samples, {i - half, i + half}).norm() < threshold;
@@ -141,7 +145,8 @@ Eigen::Matrix3<T> model_matrix(const std::array<T, 6>& misalignment, const T* sc
   return skew * diagonal;
 }
 
-/// Parameters: yz, zy, zx; three scales; three biases. The x axis and the xy plane are kept.
+/// Parameters: yz, zy, zx; three scales; three biases. The frame has the sensor's x axis and xy
+/// plane.
 template <typename T>
 Eigen::Vector3<T> calibrated_accelerometer(const T* p, const Eigen::Vector3d& raw) {
   const Eigen::Matrix3<T> matrix =
@@ -195,7 +200,7 @@ Fit fit_accelerometer(const Samples& samples, const Intervals& rests) {
 
 // ---- Gyroscope ----
 
-/// dq/dt for a rate given in the turning frame.
+/// The matrix of dq/dt = matrix * q, for a rate in the rotating frame.
 template <typename T>
 Eigen::Matrix4<T> rate_matrix(const Eigen::Vector3<T>& w) {
   Eigen::Matrix4<T> matrix;
@@ -206,7 +211,7 @@ Eigen::Matrix4<T> rate_matrix(const Eigen::Vector3<T>& w) {
   return matrix * T(0.5);
 }
 
-/// One Runge-Kutta step of fourth order, the rate linear between its two ends.
+/// One Runge-Kutta step of fourth order. The rate is linear between both ends of the step.
 template <typename T>
 Eigen::Vector4<T> rk4_step(const Eigen::Vector4<T>& q, const Sample<T>& a, const Sample<T>& b) {
   const T step(b.time_s - a.time_s);
@@ -221,11 +226,12 @@ Eigen::Vector4<T> rk4_step(const Eigen::Vector4<T>& q, const Sample<T>& a, const
   return next / next.norm();
 }
 
-/// Gravity's direction before a motion, carried through it by the gyroscope, against that after it.
+/// The residual of a motion: gravity's direction before it, rotated by the integrated rates, minus
+/// gravity's direction after it.
 struct MotionResidual {
   Eigen::Vector3d versor_before;
   Eigen::Vector3d versor_after;
-  Samples record;  // bias removed; a copy of its own, as in imu_tk
+  Samples record;  // without bias; each residual has its own copy, as in imu_tk
   Interval motion;
 
   template <typename T>
@@ -262,7 +268,9 @@ Fit fit_gyroscope(const Record& record, const Intervals& rests, const Parameters
   Fit fit{.parameters = gyroscope_start};
   ceres::Problem problem;
   for (std::size_t i = 0; i + 1 < rests.size(); ++i) {
-    // From the last sample of one rest to the one before the next: imu_tk's cost shows it so.
+    // From the last sample of a rest to the sample before the next rest. This reproduces the cost
+    // of
+    // imu_tk.
     const Interval motion{rests[i].last, rests[i + 1].first - 1};
     auto* cost = new ceres::AutoDiffCostFunction<MotionResidual, 3, 9>(
         new MotionResidual{versors[i], versors[i + 1], rates, motion});
@@ -320,7 +328,8 @@ Result calibrate(const Record& record) {
   return best;
 }
 
-/// Prints the results next to the published results of imu_tk, which have half of the digits.
+/// Prints the results next to the published results of imu_tk.
+/// @return true if all are equal to half of the last published digit.
 bool agrees_with_imu_tk(const Result& result) {
   bool equal = true;
   const auto compare = [&equal](const char* name, double value, double imu_tk, double last_digit) {

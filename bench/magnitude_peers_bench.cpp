@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Goal 5's peers: the magnitude-only fit by Ceres, with analytic derivatives and with automatic
-// ones, on the same readings and from the same start, compared with fit_magnitude() before they are
-// timed.
+// The peers of goal 5: the magnitude-only fit by Ceres, with analytic and with automatic
+// derivatives. Both use the same readings and the same start. Their results are compared with
+// fit_magnitude() before they are timed.
 #include <ceres/ceres.h>
 #include <cmath>
 #include <cstdio>
@@ -16,7 +16,8 @@ namespace {
 
 constexpr int count = magnitude_reading_count;
 
-// b and the upper triangle of A, row by row; readings in units in which the field has length 1.
+// |A (v - b)| - 1. The parameters are b and the upper triangle of A, row by row. The field has
+// length 1.
 struct Deviations {
   const Eigen::MatrixX3d* v;
 
@@ -96,8 +97,9 @@ Ellipsoid by_ceres(ceres::CostFunction* deviations) {
 void compare(const Ellipsoid& found) {
   const axiscal::MagnitudeFit fit =
       axiscal::fit_magnitude(magnitude_readings(), 1.0, axiscal::MagnitudeShape::triangular);
-  // Our fit weighs a reading by the noise of its |f|. The sums differ by less than this weighing
-  // changes.
+  // fit_magnitude() weights each reading by the noise of its |f|, and Ceres does not. The
+  // tolerances
+  // allow for these weights.
   const double rss = fit.residual_sd * fit.residual_sd * fit.degrees_of_freedom;
   if (std::abs(found.rss / rss - 1.0) > 1e-3 ||
       std::abs(found.parameters[0] - fit.response.bias(0)) > 1e-4) {

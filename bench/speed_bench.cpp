@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// The goals of speed, product and peer in one binary: each pair is compared before it is timed.
-// Sizes by AXISCAL_BENCH_SAMPLES (default a million; full size ten million).
+// Benchmarks for the goals of speed (README.md), with product and peers in one program. Results of
+// product and peer are compared before they are timed. The environment variable
+// AXISCAL_BENCH_SAMPLES states the number of samples (default: a million; full size: ten million).
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
@@ -29,7 +30,7 @@ std::size_t samples() {
   return text != nullptr ? std::strtoull(text, nullptr, 10) : 1000000;
 }
 
-// 64-byte aligned columns of unit vectors with bias and gain.
+// Five columns of n numbers each, 64-byte aligned.
 class Columns {
  public:
   explicit Columns(std::size_t n) : n_(n) {
@@ -107,7 +108,7 @@ void memcpy_3_columns(benchmark::State& state) {
 }
 BENCHMARK(memcpy_3_columns)->Unit(benchmark::kMillisecond);
 
-// 24 bytes read, 40 written: as components with pitch and roll.
+// Moves 64 bytes for each row. apply_with_angles does too: it reads 24 bytes and writes 40.
 void memcpy_4_columns(benchmark::State& state) {
   static_cast<void>(readings());
   static_cast<void>(results());
@@ -172,7 +173,7 @@ BENCHMARK(apply_with_angles_libm)->Unit(benchmark::kMillisecond);
 
 // ---- 2: one design again and again ----
 
-constexpr Eigen::Index units = 256;  // their readings stay in the cache
+constexpr Eigen::Index units = 256;  // few enough that their readings stay in the cache
 
 Eigen::Matrix<double, 12, 4> design_of_12() {
   Eigen::Matrix<double, 12, 4> X = Eigen::Matrix<double, 12, 4>::Zero();
@@ -183,7 +184,8 @@ Eigen::Matrix<double, 12, 4> design_of_12() {
   return X;
 }
 
-const Eigen::MatrixXd& responses() {  // 12 x 3 units, row by row in memory by its transpose
+// 3 units x 12, by columns in memory. fit_repeatedly() reads it as 12 x 3 units, by rows.
+const Eigen::MatrixXd& responses() {
   static const Eigen::MatrixXd all = [] {
     axiscal::RandomStream random(2);
     Eigen::MatrixXd made(3 * units, 12);
@@ -208,7 +210,7 @@ void fit_eigen_qr_12x4x3(benchmark::State& state) {
 }
 BENCHMARK(fit_eigen_qr_12x4x3);
 
-// Several calibrations at once: the time is for all of them together.
+// The time of an iteration is that of all 256 units together.
 void fit_same_design_256_units(benchmark::State& state) {
   const Eigen::Matrix<double, 12, 4> X = design_of_12();
   const axiscal::RepeatedDesign design = axiscal::repeated_design(X);
@@ -300,7 +302,7 @@ void sliding_variance_101(benchmark::State& state) {
 }
 BENCHMARK(sliding_variance_101)->Unit(benchmark::kMillisecond);
 
-// Running sums in plain code.
+// The peer: running sums in plain code.
 void sliding_variance_101_running_sums(benchmark::State& state) {
   std::vector<double> joined(samples() - 100);
   for (auto _ : state) {

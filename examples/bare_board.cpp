@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// A bare board, turned by hand between rests in any attitudes: accelerometer by the magnitude of
-// gravity, gyroscope by the turns.
+// Calibrates the IMU of a bare board, which a hand turns between rests in any attitudes: the
+// accelerometer by the magnitude of gravity, the gyroscope by the turns.
 #include <axiscal/core/units.hpp>
 #include <axiscal/logs/imu.hpp>
 #include <axiscal/logs/simulate_log.hpp>
@@ -23,7 +23,7 @@ int main() {
   options.accelerometer = {"ax", "ay", "az"};
   options.gyroscope = {"gx", "gy", "gz"};
   options.gyroscope_unit = "deg/s";
-  options.experiment.fit.shape = axiscal::MagnitudeShape::triangular;  // x along its axis as drawn
+  options.experiment.fit.shape = axiscal::MagnitudeShape::triangular;  // the frame's z is axis az
   const axiscal::ImuCalibration found = axiscal::calibrate_imu(log, options);
 
   std::printf("%zu rests, threshold of the variance %.2g, attitude error %.2f degrees\n",

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Calibrate from a file of observations, print the result with its warnings, and store the record.
+// Calibrates from a file of observations, and prints the result with its warnings.
 #include <axiscal/calib/calibrate.hpp>
 #include <axiscal/calib/calibration_json.hpp>
 #include <axiscal/calib/summary.hpp>

@@ -38,7 +38,8 @@ double error_of(const axiscal::Calibration& found, const axiscal::SensorModel& t
 }  // namespace
 
 int main() {
-  // The new cube: milled, 2 mrad out of square. The old one is exact.
+  // The faces of the new cube are out of square by 2 mrad (one standard deviation). The old cube is
+  // exact.
   axiscal::RandomStream workshop(4);
   const axiscal::CubeFeet drawing = axiscal::feet_of_frame({});
   const axiscal::Positioner made =
@@ -67,8 +68,8 @@ int main() {
   std::printf("normals to %.1f urad; the instruments agree: p = %.2f\n", 1e6 * result.normal_u_rad,
               result.p_value);
 
-  // A fourth instrument. Its frame is the cube's as drawn; that of the measured cube fits the
-  // drawing best, so the mounts tell how the two lie to each other.
+  // A fourth instrument. Its true frame is that of the drawing. The frame of the measured cube is
+  // the one that fits the drawing best, so a mount contains the rotation between the two frames.
   const axiscal::SensorModel fourth = instrument(0.07);
   const axiscal::Observations readings = read_in(made, fourth, {-0.002, 0.001}, 99);
   const double nominal = error_of(axiscal::calibrate(experiment, readings), fourth);

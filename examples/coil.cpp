@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// A Helmholtz coil around the cube, reversed: the Earth's field is told apart from the coil's.
+// A Helmholtz coil around the cube, with its current in both directions. This separates the Earth's
+// field from the field of the coil.
 #include <axiscal/calib/calibrate.hpp>
 #include <axiscal/calib/simulate.hpp>
 #include <axiscal/field/coil_field.hpp>
@@ -29,7 +30,7 @@ int main() {
   truth.response.bias = Eigen::Vector3d(5.0, -3.0, 1.0);
   truth.response.sensitivity = 0.98 * Eigen::Matrix3d::Identity();
 
-  // Each point with the current either way: level +1 and -1.
+  // Each point with the current in both directions: level +1 and -1.
   std::vector<axiscal::DesignEntry> design = axiscal::standard_design(12);
   for (axiscal::DesignEntry entry : axiscal::standard_design(12)) {
     entry.level = -1.0;
@@ -38,7 +39,7 @@ int main() {
   const axiscal::Observations readings = axiscal::simulate(
       truth, axiscal::make_run_sheet(design, 1, 9), {.noise_sd = 0.02, .seed = 9});
 
-  // Told: the coil. Of the Earth's field only that it is there, and about how strong.
+  // The calibration is given the coil. Of the Earth's field it is given only the magnitude.
   axiscal::Experiment experiment;
   experiment.instrument = truth.instrument;
   experiment.field = axiscal::GeomagneticField();

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The library in a program of your own: readings from memory, errors that say what to do.
+// The library in your own program: readings from memory, and errors that state the remedy.
 #include <axiscal/calib/calibrate.hpp>
 #include <axiscal/calib/simulate.hpp>
 #include <axiscal/calib/uncertainty.hpp>
@@ -12,7 +12,7 @@ int main() {
   experiment.instrument.unit = "counts";
   experiment.field = axiscal::GravityField();
 
-  // Your own driver would fill this in, one reading for each way in which the cube lies.
+  // The readings of your driver [counts]: one row for each orientation of the cube.
   Eigen::MatrixXd response(4, 3);
   response << -8190.0, 12.0, -30.0,  //
       8194.0, 15.0, -28.0,           //
@@ -28,7 +28,7 @@ int main() {
     std::printf("refused: %s\n", error.what());
   }
 
-  // The whole design, here simulated, is enough.
+  // Readings at all 12 design points, here simulated, are enough.
   axiscal::SensorModel truth;
   truth.instrument = experiment.instrument;
   truth.field.kind = "gravity";

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Factory test: ten thousand units at one design. The design is factored once; each unit is then a
-// few products, eight units side by side. A unit that fails is calibrated in full, to say why.
+// A factory test of ten thousand units with one design. The design is factored once. The fit of a
+// unit then needs only a few products, and one vector instruction serves several units. A unit that
+// fails is calibrated in full.
 #include <axiscal/calib/calibrate.hpp>
 #include <axiscal/calib/repeated_design.hpp>
 #include <axiscal/calib/simulate.hpp>

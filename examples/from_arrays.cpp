@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The program of the README with readings of its own: twelve design points and twelve rows.
+// The program of the README with readings from arrays: twelve design points and twelve rows.
 #include <axiscal/axiscal.hpp>
 #include <cstdio>
 #include <vector>

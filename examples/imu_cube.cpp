@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// An IMU in a 3-D printed cube: one log while the cube was laid on its faces, three records. The
-// seats are recognised; no run sheet, no turntable.
+// Calibrates an IMU in a 3-D printed cube. One log, recorded while the cube was laid on its faces,
+// gives three records. The seats are recognised, so no run sheet or turntable is needed.
 #include <axiscal/calib/calibration_json.hpp>
 #include <axiscal/core/units.hpp>
 #include <axiscal/logs/imu.hpp>
@@ -48,7 +48,7 @@ int main() {
         record.parameter(axes[0] + ".bias").value, record.parameter(axes[1] + ".bias").value,
         record.parameter(axes[2] + ".bias").value,
         record.parameter(axes[0] + ".sensitivity.x").value);
-    // Each is a record like any other: axiscal::calibration_json(record) is its file.
+    // axiscal::calibration_json(record) is the text of the record's file.
     if (axiscal::calibration_json(record).empty()) {
       return 1;
     }

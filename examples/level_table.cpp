@@ -1,5 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Levels a table on three screws: read, turn, read again, until the readings cannot tell any more.
+// Levels a table on three screws: reads, turns the screws and reads again, until the remaining
+// turns
+// are too small for a hand.
 #include <axiscal/calib/calibrate.hpp>
 #include <axiscal/calib/simulate.hpp>
 #include <axiscal/field/gravity_field.hpp>
@@ -18,12 +20,12 @@ int main() {
   axiscal::Surface table;
   table.adjusters_m = {{0.1, 0.0}, {-0.1, 0.08}, {-0.1, -0.08}};
   table.thread_pitch_m = 0.5e-3;
-  const double smallest_turn = 0.005;  // a hand turns a screw no finer
+  const double smallest_turn = 0.005;  // the smallest turn of a screw by hand [turns]
 
   axiscal::Experiment experiment;
   experiment.instrument = truth.instrument;
   experiment.field = axiscal::GravityField();
-  Eigen::Vector2d slope(0.004, -0.006);  // what nobody knows
+  Eigen::Vector2d slope(0.004, -0.006);  // the true slope, unknown to the calibration
   for (std::uint64_t round = 1; round <= 5; ++round) {
     axiscal::SimulationOptions options;
     options.noise_sd = 1e-5;
@@ -51,7 +53,7 @@ int main() {
       std::printf("level as far as these screws can be turned\n");
       break;
     }
-    // The table follows: the plane through the three heads.
+    // The slope changes by that of the plane through the raised screws.
     const double along_x = (0.5 * (raised(1) + raised(2)) - raised(0)) / -0.2;
     const double along_y = (raised(1) - raised(2)) / 0.16;
     slope += Eigen::Vector2d(along_x, along_y);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Which way is north? A navigation-grade gyroscope (simulated) answers from the Earth's rotation.
+// Finds north by the Earth's rotation, with a simulated navigation-grade gyroscope.
 #include <axiscal/calib/calibrate.hpp>
 #include <axiscal/calib/simulate.hpp>
 #include <axiscal/core/rotation.hpp>
@@ -25,8 +25,8 @@ int main() {
 
   axiscal::Experiment experiment;
   experiment.instrument = truth.instrument;
-  experiment.field =
-      axiscal::EarthRotationField(site, "deg/h");  // the fence's azimuth is asked for
+  // The azimuth of the fence is unknown to the calibration.
+  experiment.field = axiscal::EarthRotationField(site, "deg/h");
   const axiscal::Calibration result = axiscal::calibrate(experiment, readings);
   for (const axiscal::KindQuantity& quantity : axiscal::quantities_of(result)) {
     if (quantity.name == "fence_azimuth_from_north_deg") {

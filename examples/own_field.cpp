@@ -31,7 +31,7 @@ int main() {
   truth.response.sensitivity = 50.0 * Eigen::Matrix3d::Identity();
   axiscal::SimulationOptions options;
   options.noise_sd = 0.05;
-  options.slope = {0.01, -0.02};  // the table is not level, and nobody knows
+  options.slope = {0.01, -0.02};  // unknown to the calibration
   const axiscal::Calibration result = axiscal::calibrate(
       experiment, axiscal::simulate(
                       truth, axiscal::make_run_sheet(axiscal::standard_design(12), 1, 1), options));

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A kind of instrument of your own, in one file: an electric field mill that is told its
+// Your own kind of instrument, in one file: an electric field mill in a field with known
 // components.
 #include <axiscal/calib/calibrate.hpp>
 #include <axiscal/calib/reduction.hpp>

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Before anything is measured: how many replicates give 0.005 degrees, and how well must the cube
-// be made or known?
+// Plans a calibration: finds the number of replicates for an uncertainty of 0.005 degrees, and the
+// effect of the cube's tolerances.
 #include <axiscal/calib/forecast.hpp>
 #include <axiscal/calib/tolerance.hpp>
 #include <axiscal/core/units.hpp>

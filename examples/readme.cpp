@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The program of the README: twelve readings in a file, the result in words, and an angle by it.
+// The program of the README: calibrates with twelve readings of a file, prints a summary, and
+// reduces a reading to an angle.
 #include <axiscal/axiscal.hpp>
 #include <cstdio>
 

@@ -1,5 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Apply a calibration in a control loop: after construction nothing is allocated, nothing throws.
+// Applies a calibration in a control loop. After the construction of the reducer, reduce()
+// allocates
+// no memory.
 #include <array>
 #include <atomic>
 #include <axiscal/calib/reduction.hpp>
@@ -27,7 +29,7 @@ void operator delete(void* memory, std::size_t) noexcept {
 }
 
 int main() {
-  // Usually axiscal::read_calibration("cal.json").
+  // A program would usually call axiscal::read_calibration("cal.json").
   axiscal::Calibration calibration;
   calibration.sensor.instrument.kind = "accelerometer";
   calibration.sensor.field.kind = "gravity";

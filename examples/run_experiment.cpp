@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// An experiment is a file: instrument, field, method, and which readings. Each NAME.json in
-// examples/experiments is one, of every instrument, field and frame (docs/experiments.md).
+// Runs an experiment file, which states the instrument, the field, the method and the files of the
+// readings. examples/experiments contains NAME.json for each instrument, field and frame
+// (docs/experiments.md).
 #include <axiscal/calib/calibrate_run.hpp>
 #include <axiscal/calib/experiment_json.hpp>
 #include <axiscal/calib/run.hpp>

@@ -14,35 +14,37 @@ namespace axiscal {
 
 /// The result of the search for a mistake.
 struct Culprit {
-  std::vector<CalibrationWarning> warnings;  // the likeliest first
-  Correction correction;                     // the remedy of the likeliest mistake
-  double effect =
-      0.0;  // the effect of the mistake on the coefficients, in parts of the full response
+  std::vector<CalibrationWarning> warnings;  // sorted, the most likely mistake first
+  Correction correction;                     // for the most likely mistake
+  // The largest change of a coefficient by the mistake, as a fraction of the full response.
+  double effect = 0.0;
 };
 
 /// The report of a search for mistakes in a run.
 struct MistakeSearch {
-  std::optional<Culprit> culprit;  // nothing for a good run
-  std::string remark;              // of a reading that may be wrong, or of noise with heavy tails
+  std::optional<Culprit> culprit;  // nullopt if no mistake was found
+  std::string remark;              // on a reading that may be wrong; else empty
 };
 
-/// @return the remedy for a mistake, as a sentence.
+/// @return the advice for the mistake, one or more sentences; empty if no kind of mistake has its
+///         code.
 [[nodiscard]] std::string_view advice_of(const Correction& correction);
 
-/// True if a run can be searched: enough labelled readings of one field, all used.
+/// True if a run can be searched for mistakes. It needs at least 6 readings of one field, all with
+/// labels, and none of them excluded.
 [[nodiscard]] bool can_be_searched(const ReadingSet& set, const Estimate& estimate);
 
-/// Looks whether the readings of a run contradict each other, and if so which mistake explains it
-/// (method.md, section 5, culprit search).
+/// Tests whether the readings of a run contradict each other. If they do, finds the mistakes that
+/// explain this best (docs/method/mistakes.md).
 ///
-/// Detected by nested F tests on the fit of all readings, 0.005 in all: one or two readings
-/// deleted, the table moved, drift, an axis's extremes shifted. Then every explanation is fitted
-/// and ranked by its likelihood, with a penalty for freedom and for the alternatives of its kind.
+/// Nested F tests on the fit of all readings detect a mistake. Then every explanation is fitted.
+/// The explanations are ranked by their likelihood, with a penalty for each added parameter and for
+/// the number of alternatives of the same kind.
 ///
-/// @param known_field  whether the field's direction is given.
-/// @param without_shared_errors  the set without the shared errors of its readings, because these
-///                               are not mistakes. The run must look bad in this form too. Null:
-///                               shared errors are absent.
+/// @param known_field  true if the field's direction is given.
+/// @param without_shared_errors  the same readings without their shared errors, because shared
+///                               errors are not mistakes. The tests must detect a mistake in this
+///                               set too. Null if the readings have no shared errors.
 [[nodiscard]] MistakeSearch find_culprit(const ReadingSet& set,
                                          const Estimate& estimate,
                                          bool known_field,

@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: Apache-2.0
-"""Runs experiments and holds what comes of them against what is expected (docs/experiments.md).
+"""Runs experiments and compares their results with the expected ones (docs/experiments.md).
 
     run.py COMMAND EXPECTED.json [EXPECTED.json ...]
 
@@ -30,7 +30,7 @@ def parameter(record, name):
 
 
 def found(expect, output, folder):
-    """What is there in the place that an expectation names."""
+    """Returns the result at the place that an expectation states."""
     if "output" in expect:
         return at_pointer(json.loads(output), expect["output"])
     path = expect["file"].replace("{folder}", folder)

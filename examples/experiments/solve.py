@@ -44,7 +44,7 @@ def design(points):
 
 
 def direction(x, y):
-    """Up, in a table whose slope is (x, y)."""
+    """The direction up in the frame of a table whose slope is (x, y)."""
     return np.array([x, y, np.sqrt(1.0 - x * x - y * y)])
 
 
@@ -76,7 +76,7 @@ def table_from_enu(azimuth):
 
 
 class Experiment:
-    """Readings v = b + S f + what else there is, with unknowns besides b and S."""
+    """Readings v = b + S f + further terms, with further unknowns."""
     axes = ["x", "y", "z"]
     sd = 1e-3
     seed = 1
@@ -97,11 +97,11 @@ class Experiment:
         return [{"rest": r, "fence": f} for r, f in design(12)]
 
     def field(self, row, shared):
-        """In the sensor."""
+        """The field at a reading, in the frame of the sensor."""
         return positioner_from_table(row["rest"], row["fence"]) @ direction(*shared)
 
     def regressors(self, row, field, S):
-        """What multiplies an axis's further unknowns; m x extra."""
+        """The factors of each axis's further unknowns; m x extra."""
         return np.zeros((len(S), 0))
 
     def predicted(self, rows, theta):
@@ -149,14 +149,14 @@ class Experiment:
         return ["rest", "fence"]
 
     def readings(self, rows):
-        """What the instrument reads, with its noise; n x m."""
+        """The readings of the instrument with noise; n x m."""
         r = np.random.default_rng(self.seed)
         theta = np.r_[self.bias, self.sensitivity.ravel(), self.more.ravel(), self.truth]
         v = self.predicted(rows, theta)
         return v + self.sd * r.standard_normal(v.shape)
 
     def names(self):
-        """Columns of the readings."""
+        """The names of the columns of the readings."""
         return self.axes
 
     def make(self, name):
@@ -188,7 +188,7 @@ class Experiment:
         return [self.answer(theta, C)]
 
     def operations(self, name):
-        """What is to be run, and what is expected of it."""
+        """The operations to run, and their expected results."""
         answers = self.answers(name)
         has_slots = "slot" in answers[0]
         record = "{folder}/cal-{slot}.json" if has_slots else "{folder}/cal.json"
@@ -206,7 +206,7 @@ class Experiment:
                  "expect": expect}] + self.later(name, answers)
 
     def later(self, name, answers):
-        """Operations with the record."""
+        """Further operations that use the record."""
         return []
 
     def answer(self, theta, C):
@@ -273,8 +273,10 @@ class Sun(Experiment):
         return table_from_enu(self.azimuth) @ sun_in_enu(when, 52.0, 8.5)
 
     def field(self, row, shared):
-        # The table is not quite as stated: the sun's direction at the mean time is turned a little,
-        # in the two directions across it, and all others with it.
+        # The orientation of the table differs a little from the stated one. The two shared unknowns
+        # turn the sun's direction at the mean time about two axes across it. All other directions
+        # of
+        # the sun are turned in the same way.
         mean = self.table_vector("2026-06-21T10:11:00Z")
         a = np.cross(mean, [0.0, 0.0, 1.0])
         a /= np.linalg.norm(a)
@@ -395,7 +397,7 @@ class Triple(Experiment):
                 for k, slot in enumerate(self.slots)]
 
 
-# ---- the plain cases: every instrument and field ----
+# ---- one experiment for each instrument and field ----
 
 class Paired(Experiment):
     """Averages of opposite positions: the tilt drops out, and half the difference measures it."""
@@ -418,7 +420,7 @@ class Paired(Experiment):
             slope = np.mean(tilts, axis=0)
         C = np.linalg.inv(A.T @ A)
         theta = np.r_[b, S.ravel()]
-        # Covariance of b (m) and S by rows, as answer() takes it.
+        # The variances of b (m entries) and of S by rows, in the order of answer().
         u2 = np.concatenate([rss / 2 * C[0, 0], np.concatenate(
             [rss[k] / 2 * np.diag(C)[1:] for k in range(3)])])
         self.slope = slope
@@ -517,7 +519,7 @@ class Coil(Magnetometer):
         return positioner_from_table(row["rest"], row["fence"]) @ f
 
     def start(self, rows, v):
-        # The halves of what a change of the level changes do not know the Earth.
+        # A linear fit for b and S, with an approximate field of the Earth.
         near = np.array([0.0, 0.0, 2.0, 17.0, -42.0])
         A = np.array([np.r_[1.0, self.field(row, near)] for row in rows])
         x = np.linalg.lstsq(A, v, rcond=None)[0]
@@ -573,7 +575,8 @@ class HFrame(Triple):
         found = []
         for k, slot in enumerate(self.slots):
             theta, C = self.solve(rows, v[:, 3 * k:3 * k + 3])
-            # In the instrument's own frame: the mounts are of 1 and -1, variances stay.
+            # Turns S to the instrument's own frame. The entries of the mounts are 0, 1 and -1, so
+            # the variances do not change.
             theta[3:12] = (theta[3:12].reshape(3, 3) @ self.mounts[k].T).ravel()
             found.append({"slot": slot, **self.answer(theta, C)})
         return found

@@ -9,8 +9,8 @@
 #include "axiscal/positioner.hpp"
 
 /// @file
-/// The library proper: from a field and a cube to a calibration, and to angles.
+/// The core of the library: fields, cubes, instruments, calibrations and the reduction of readings.
 ///
-/// Each module has a header with a description, a short program and its traps. This header includes
-/// axiscal/core.hpp, field.hpp, positioner.hpp, instruments.hpp and calib.hpp. A build may lack
-/// logs.hpp, exchange.hpp, report.hpp and acquisition.hpp.
+/// Each module has a header with a description, a short program and common mistakes. This header
+/// includes axiscal/core.hpp, field.hpp, positioner.hpp, instruments.hpp and calib.hpp. It does not
+/// include logs.hpp, exchange.hpp, report.hpp and acquisition.hpp, which a build may lack.

@@ -12,7 +12,7 @@
 namespace axiscal {
 namespace {
 
-// Compares the linear propagation with simulated errors; it sorts them.
+// Compares the linear propagation with simulated errors. Sorts `errors`.
 MonteCarloCheck check_of(const AttitudeQuantity& quantity, std::vector<double>& errors) {
   const auto trials = static_cast<Eigen::Index>(errors.size());
   const Eigen::Map<const Eigen::VectorXd> all(errors.data(), trials);
@@ -28,7 +28,7 @@ MonteCarloCheck check_of(const AttitudeQuantity& quantity, std::vector<double>& 
   };
   check.low_95 = quantile(0.025);
   check.high_95 = quantile(0.975);
-  // In parts of U; effective degrees of freedom alone make up to 5 %.
+  // As a fraction of U. The use of effective degrees of freedom causes differences of up to 5 %.
   constexpr double tolerance = 0.1;
   check.agrees =
       std::abs(check.low_95 + check.linear_expanded) <= tolerance * check.linear_expanded &&
@@ -73,7 +73,7 @@ class AttitudeBudgetMaker {
       result.sources.emplace_back("fit");
     }
     result.sources.emplace_back("reading");
-    // A reading that is taken later is of another block.
+    // A later reading belongs to another block than the record.
     const bool has_blocks = propagation_.block_freedom_ > 0.0;
     if (has_blocks) {
       result.sources.emplace_back("later block");
@@ -94,7 +94,7 @@ class AttitudeBudgetMaker {
         continue;
       }
       AttitudeQuantity quantity{.name = names[static_cast<std::size_t>(r)], .value = here(r)};
-      // A larger parameter makes the same reading mean less field.
+      // If a parameter is larger, the same reading gives a smaller field.
       const bool free_of_magnitude = r >= 3;
       const Eigen::RowVectorXd gradient = -G.row(r) * B;
       std::vector<double> by_source;
@@ -119,7 +119,7 @@ class AttitudeBudgetMaker {
   [[nodiscard]] std::vector<MonteCarloCheck> monte_carlo(int trials, std::uint64_t seed) const;
 
  private:
-  // The errors of each result, one a trial; none of a result that is not there.
+  // The errors of each result, one for each trial; empty if the result is NaN.
   [[nodiscard]] std::vector<std::vector<double>> drawn_errors(int trials, std::uint64_t seed) const;
 
   // All trials around one attitude must give the same angle, roll or yaw.
@@ -145,7 +145,7 @@ class AttitudeBudgetMaker {
     shares.others = std::max(shares.others, 0.0);
   }
 
-  // Noise that the fit's scatter tells shares its degrees of freedom.
+  // Noise that is estimated by the scatter of the fit has the degrees of freedom of the fit.
   void add_readings(const Eigen::VectorXd& by_reading, VarianceShares& shares) const {
     if (noise_.sd) {
       shares.others += by_reading.sum();
@@ -186,8 +186,8 @@ std::vector<std::vector<double>> AttitudeBudgetMaker::drawn_errors(int trials,
       propagation_.change_with_parameters(field_, {.temperature = temperature_});
   const Eigen::VectorXd own = propagation_.reading_variance(field_, temperature_).cwiseSqrt();
   const Eigen::Index m = own.size();
-  // The fit's part as t of each axis's degrees of freedom, each component of its scatter as t of
-  // its own; all else normal.
+  // The part of the fit has Student's t distribution with the degrees of freedom of each axis. Each
+  // scatter component has it with its own degrees of freedom. All other parts are normal.
   const Eigen::MatrixXd fit_root = covariance_root(B * propagation_.of_readings_ * B.transpose());
   const Eigen::MatrixXd others_root = covariance_root(B * propagation_.of_inputs_ * B.transpose());
   const Eigen::VectorXd between = propagation_.between_blocks(field_).cwiseSqrt();
@@ -207,7 +207,8 @@ std::vector<std::vector<double>> AttitudeBudgetMaker::drawn_errors(int trials,
     }
     return z;
   };
-  // sqrt(nu / chi^2) turns a normal into t; nu need not be whole, so chi^2 by its quantile.
+  // sqrt(nu / chi^2) turns a normal number into Student's t. The last term of chi^2 has the
+  // fractional part of nu as its factor.
   const auto t_factor = [&](double nu) {
     double chi2 = 0.0;
     double left = nu;

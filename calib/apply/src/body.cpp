@@ -37,7 +37,7 @@ struct Direction {
                                   // parameters, frame sensor
 };
 
-// Reduces readings, and says how well.
+// Reduces readings to directions, with their derivatives and their noise.
 class Directions {
  public:
   explicit Directions(const Calibration& calibration)
@@ -59,7 +59,7 @@ class Directions {
         sd.allFinite() ? (inverse_ * sd.asDiagonal()).squaredNorm() / 3.0 : not_a_number;
   }
 
-  // Variance of a direction by the noise of one reading [rad^2]; NaN where it is not known.
+  // Variance of a direction by the noise of one reading [rad^2]; NaN if it is unknown.
   [[nodiscard]] double noise_variance() const { return noise_variance_; }
 
   [[nodiscard]] Direction of(const ReferenceReading& reading,
@@ -109,7 +109,7 @@ std::string rows_text(const std::vector<int>& rows) {
   return (rows.size() == 1 ? "row " : "rows ") + joined(names);
 }
 
-// One direction for each attitude, and one for all headings of a face.
+// @return one direction for each attitude, and one mean direction for each flat face.
 std::vector<Direction> directions_of(const Calibration& calibration,
                                      const Directions& directions,
                                      const std::vector<ReferenceReading>& references) {
@@ -146,7 +146,7 @@ std::string axis_text(const Eigen::Vector3d& axis) {
   return formatted("the model's direction ({:.2f}, {:.2f}, {:.2f})", axis.x(), axis.y(), axis.z());
 }
 
-// sum (1 - u u^T), which says what turns the directions see.
+// sum (1 - u u^T): the information of the directions on the turns about the model's axes.
 Eigen::Matrix3d sight_of(const std::vector<Direction>& all) {
   Eigen::Matrix3d M = Eigen::Matrix3d::Zero();
   for (const Direction& one : all) {
@@ -177,7 +177,8 @@ void put_total_covariance(const Calibration& calibration, BodyRotation& body) {
                                                         body.by_parameters.transpose();
 }
 
-// Variance of each direction about its reference, if it is stated.
+// Variance of each direction about its reference, by the noise of the readings and the stated
+// uncertainty of the references.
 std::vector<double> stated_variances(const std::vector<Direction>& all,
                                      double noise_variance,
                                      double reference_u_rad) {
@@ -341,7 +342,7 @@ Calibration in_model_frame(Calibration calibration, const BodyRotation& body, bo
   if (!calibration.fit.statistics) {
     return calibration;
   }
-  // An error d of the rotation is one of the sensitivities: s <- s + d x s for each axis.
+  // An error d of the rotation changes the sensitivity s of each axis by d x s.
   FitStatistics& statistics = *calibration.fit.statistics;
   const auto count = static_cast<Eigen::Index>(statistics.parameter_names.size());
   Eigen::MatrixXd D = Eigen::MatrixXd::Zero(count, 3);
@@ -353,7 +354,8 @@ Calibration in_model_frame(Calibration calibration, const BodyRotation& body, bo
     }
   }
   if (correlated) {
-    // The parameters in the model's frame: those of the sensor, and their effect on the rotation.
+    // An error of the parameters also changes the rotation, by -K dtheta. T turns the parameters to
+    // the model's frame.
     Eigen::MatrixXd T = Eigen::MatrixXd::Identity(count, count);
     for (std::size_t k = 0; k < sensor.instrument.axes.size(); ++k) {
       if (const auto at = statistics.position_of(sensor.instrument.axes[k] + ".sensitivity.x")) {
@@ -418,7 +420,7 @@ BodyChange compare_rotations(const BodyRotation& before, const BodyRotation& aft
   }
   BodyChange change{.turn_rad = turn.angle() * turn.axis(),
                     .u_rad = covariance.diagonal().cwiseSqrt()};
-  // Welch and Satterthwaite, by the traces.
+  // The degrees of freedom by Welch and Satterthwaite, with the traces as variances.
   const double nu =
       std::pow(covariance.trace(), 2) / (std::pow(first.trace(), 2) / before.degrees_of_freedom +
                                          std::pow(second.trace(), 2) / after.degrees_of_freedom);

@@ -24,7 +24,7 @@ void members(JsonMembers& io, BodyRotation& body) {
   io.value("readings", body.readings);
   io.number("residual_sd_rad", body.residual_sd_rad);
   io.value_if_any("tare_rad", body.tare_rad);
-  // Files of other programs count as independent of the calibration.
+  // The rotation in a file without `calibration` is taken as independent of the calibration.
   body.covariance_of_references = io.reads() ? body.covariance : body.covariance_of_references;
   io.object("calibration", !body.parameter_names.empty(), [&](JsonMembers& one) {
     one.value_if_any("record", body.record);
@@ -40,7 +40,8 @@ void members(JsonMembers& io, BodyRotation& body) {
   }
 }
 
-// A number of a row, or the error in it.
+// @return the number in a column of the present row.
+// @throws DataError  if the cell is not a number.
 double number_in(const CsvReader& csv, std::size_t column) {
   const std::optional<double> number = parse_number(csv.cells()[column]);
   if (!number) {
@@ -63,8 +64,8 @@ std::optional<SensorTemperature> temperature_in(const CsvReader& csv,
   return all.size() == 1 ? SensorTemperature(all.front()) : SensorTemperature(std::move(all));
 }
 
-// Stores the attitude or the flat face that the row states; it stores none if the table lacks both
-// columns.
+// Stores the attitude or the flat face that the row states. Stores nothing if the table lacks the
+// columns of both.
 void put_place(const CsvReader& csv,
                const std::optional<std::size_t>& flat,
                const std::optional<std::size_t>& pitch,

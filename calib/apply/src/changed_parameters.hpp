@@ -8,9 +8,11 @@
 
 namespace axiscal {
 
-/// Takes all covariances, intervals and standard errors of a record's parameters to parameters
-/// T theta. If T is not diagonal, the intervals follow from the new covariance.
-/// @param T  p x p; the record has statistics. Covariances of another size stay.
+/// Transforms all covariances and intervals of a record's parameters theta to those of T theta. If
+/// T
+/// is not diagonal, the intervals are computed from the new covariance.
+/// @param T    p x p. Covariances of another size do not change.
+/// @param fit  must have statistics.
 inline void transform_parameters(const Eigen::MatrixXd& T, CalibrationFit& fit) {
   const auto change = [&](Eigen::MatrixXd& covariance) {
     if (covariance.rows() == T.rows()) {

@@ -15,7 +15,7 @@
 namespace axiscal {
 namespace {
 
-// Factors of the parameters when the field's unit changes.
+// The factors of the parameters for a change of the field's unit.
 Eigen::VectorXd units_of_parameters(const std::vector<std::string>& names, double factor) {
   Eigen::VectorXd units(static_cast<Eigen::Index>(names.size()));
   for (std::size_t i = 0; i < names.size(); ++i) {
@@ -42,7 +42,8 @@ double relative(double u, double value) {
   return value > 0.0 ? u / value : 0.0;
 }
 
-// Of the calibration's field, in SI units: of a sum the parts' own sources count.
+// The relative uncertainty of the calibration's field in SI units. It is 0 for a sum of fields,
+// because each part has its own source of uncertainty.
 double relative_u_of_field(const FieldDescription& field) {
   if (!field.parts.empty()) {
     return 0.0;
@@ -51,7 +52,7 @@ double relative_u_of_field(const FieldDescription& field) {
                            : relative(field.magnitude_u, field.magnitude);
 }
 
-// A field of a kind other than gravity, or gravity whose unit stays.
+// The conversion of a field other than gravity, or of gravity without a change of unit and place.
 FieldConversion plain_conversion(const FieldDescription& field,
                                  const std::string& unit,
                                  const FieldThere& there) {
@@ -59,7 +60,7 @@ FieldConversion plain_conversion(const FieldDescription& field,
   conversion.factor = factor_between(field.unit, unit);
   const double as_calibrated = conversion.factor * field.magnitude;
   conversion.magnitude = there.magnitude.value_or(as_calibrated);
-  // A record in g knows its field exactly: as 1 g.
+  // In units of g the field of a record is exact.
   const double here_u = field.unit == "g" ? 0.0 : relative_u_of_field(field);
   conversion.component_u = here_u;
   if (conversion.magnitude != as_calibrated || there.magnitude_u > 0.0) {
@@ -68,7 +69,7 @@ FieldConversion plain_conversion(const FieldDescription& field,
   return conversion;
 }
 
-// Gravity at another place, or in the other of its units.
+// The conversion of gravity to another place, or between g and m/s^2.
 FieldConversion gravity_conversion(const FieldDescription& field,
                                    const std::string& unit,
                                    const FieldThere& there) {
@@ -186,7 +187,7 @@ Calibration in_assembly_frame(Calibration calibration) {
     }
   }
   transform_parameters(T, calibration.fit);
-  // The mean squares of independent components.
+  // The components are taken as independent.
   calibration.fit.conditions.sensitivity_mean_square *= mount.cwiseAbs2();
   FitStatistics& statistics = *calibration.fit.statistics;
   for (Eigen::Index k = 0; k < statistics.sensitivity_se.rows(); ++k) {

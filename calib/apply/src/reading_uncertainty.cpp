@@ -17,7 +17,7 @@
 namespace axiscal {
 namespace {
 
-// Adds shares of the same causes.
+// Adds the variances of shares with the same sources.
 void add(const VarianceShares& more, VarianceShares& shares) {
   for (std::size_t i = 0; i < shares.axes.size(); ++i) {
     shares.axes[i].variance += more.axes[i].variance;
@@ -38,8 +38,9 @@ double variance_of(const VarianceShares& shares) {
   return sum;
 }
 
-// Beyond F the arcsine is constant. The uncertainty there is the angle that u of a component spans
-// at the pole, cos(angle) = 1 - u / F [rad].
+// The uncertainty of an elevation whose component exceeds F, where the arcsine is constant [rad].
+// It
+// is the angle between the pole and a component of F - u: cos(angle) = 1 - u / F.
 double angle_at_pole(double u, double F) {
   return std::sqrt(2.0 * u / F);
 }
@@ -138,7 +139,7 @@ ReadingPropagation::ReadingPropagation(const Calibration& calibration,
 Eigen::VectorXd ReadingPropagation::reading_variance(
     const Eigen::Vector3d& field, const std::optional<SensorTemperature>& temperature) const {
   Eigen::VectorXd variance = sd_.cwiseAbs2();
-  // A scatter that is smaller than the steps does not show what rounding hides.
+  // The variance is at least that of rounding, because rounded readings may show no scatter.
   const double steps = noise_.resolution * noise_.resolution / 12.0;
   variance = variance.cwiseMax(steps);
   const auto& terms = calibration_.sensor.temperature;
@@ -232,7 +233,8 @@ VarianceShares ReadingPropagation::shares_of(const Eigen::RowVectorXd& gradient,
     shares.components.push_back(
         {.variance = variance(part.covariance), .degrees_of_freedom = part.degrees_of_freedom});
   }
-  // The axes share a part through the field's direction; it is divided among them in proportion.
+  // The variance of the result is divided among the axes in proportion to their own parts, because
+  // their errors correlate through the field's direction.
   const Eigen::VectorXd own =
       gradient.transpose().cwiseAbs2().cwiseProduct((B * of_readings_ * B.transpose()).diagonal());
   const double factor = own.sum() > 0.0 ? variance(of_readings_) / own.sum() : 0.0;
@@ -311,8 +313,8 @@ ReducedUncertainty ReadingPropagation::at(std::span<const double> readings,
   return result;
 }
 
-// The field's magnitude: that of the calibration scales what is read; another place's is the length
-// that angles are taken by.
+// Adds the uncertainty of the field's magnitude. The magnitude at the calibration scales the
+// components. The magnitude at the place of the readings is the F of residuals and angles.
 void ReadingPropagation::add_magnitude(const ReducedReading& reduced,
                                        std::span<const double> readings,
                                        const ReadingContext& context,
@@ -326,7 +328,7 @@ void ReadingPropagation::add_magnitude(const ReducedReading& reduced,
   if (!(ratio > 0.0) || shares.size() <= fixed_results) {
     return;
   }
-  // A field that is longer by a factor is read as one of that place that is shorter.
+  // A relative error of F changes the angles as a relative change of the field does.
   const std::size_t derived = derived_count(reducer_, context.up.has_value());
   const auto scaled = [&](double factor) {
     const Eigen::VectorXd v = response_at(
@@ -420,10 +422,11 @@ ReadingPropagation::Axis ReadingPropagation::at_axis(
   const auto k = static_cast<Eigen::Index>(axis);
   const ReducedAxis reduced = reducer_.reduce_axis(axis, reading, temperature);
   const double component = reduced.component / factor_;
-  const double F = reducer_.magnitude() / factor_;  // where the reading is taken
+  const double F = reducer_.magnitude() / factor_;  // at the place of the reading
   const Eigen::Vector3d S = calibration_.sensor.response.sensitivity.row(k);
   const Eigen::Vector3d along = S.normalized();
-  // The field across the axis may point anywhere: the mean over its directions.
+  // The direction of the field across the axis is unknown, so its variance is a mean over all
+  // directions.
   const double across = std::sqrt(std::max(0.0, 0.5 * (F * F - component * component)));
   const Eigen::Vector3d first = along.unitOrthogonal();
   const Eigen::Vector3d second = along.cross(first);
@@ -451,7 +454,8 @@ ReadingPropagation::Axis ReadingPropagation::at_axis(
   result.coverage_factor = variance > 0.0
                                ? factors_.expanded(shares) / std::sqrt(variance)
                                : factors_.at(calibration_.fit.statistics->degrees_of_freedom(k));
-  // Over a step of its uncertainty, because the angle is undefined beyond F.
+  // The difference over a step as large as the uncertainty, because the angle is undefined beyond
+  // F.
   const double of_angle = std::hypot(u, ratio_u_ * component);
   const double high = elevation_of_axis(component + of_angle, F).angle_rad;
   const double low = elevation_of_axis(component - of_angle, F).angle_rad;

@@ -11,13 +11,15 @@
 
 namespace axiscal {
 
-/// The results of a reading as one vector: components, residual, then the derived values.
+/// The number of results before the derived values: three components and the residual.
 inline constexpr Eigen::Index fixed_results = 4;
 
-/// @param derived  how many derived values are wanted, see derived_count().
+/// @return the results of a reading as one vector: components, residual, derived values.
+/// @param derived  the number of derived values, see derived_count().
 [[nodiscard]] Eigen::VectorXd results_of(const ReducedReading& reduced, std::size_t derived);
 
-/// @param has_up  whether the direction of up is known besides.
+/// @return the number of values that the kind of instrument derives.
+/// @param has_up  true if the direction up is known.
 [[nodiscard]] std::size_t derived_count(const Reducer& reducer, bool has_up);
 
 /// @return the names of results_of(), without a direction of up.
@@ -26,11 +28,11 @@ inline constexpr Eigen::Index fixed_results = 4;
 /// @return true if a result is an angle [deg]; its differences are then taken modulo 360.
 [[nodiscard]] bool result_is_angle(const Reducer& reducer, Eigen::Index result);
 
-/// @return a - b; of angles the short way round [deg].
+/// @return a - b; for angles in degrees the difference modulo 360, in -180 .. 180.
 [[nodiscard]] double difference_of_results(double a, double b, bool angle);
 
 /// @return the change of the results from `below` to `above`, per unit; both are `step` away from
-///         `at`. Next to a gap between two angles only one side has the angle.
+///         `at`. If a result is NaN on one side, the slope is that of the other side.
 [[nodiscard]] Eigen::VectorXd slope_of_results(const Reducer& reducer,
                                                const Eigen::VectorXd& below,
                                                const Eigen::VectorXd& at,

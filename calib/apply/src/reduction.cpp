@@ -19,7 +19,7 @@
 namespace axiscal {
 namespace {
 
-// Rows of S in units of their axis's scatter; all alike where that is not known.
+// The weights of the rows of S, by the scatter of the axes; all 1 if it is unknown or if m <= 3.
 Eigen::VectorXd row_weights(const Calibration& calibration) {
   const Eigen::Index m = calibration.sensor.response.bias.size();
   if (m > 3 && calibration.fit.statistics) {
@@ -119,7 +119,8 @@ double Reducer::above_bias(std::size_t axis,
   return temperature_->above_bias(k, reading, bias_[axis], temperature->of(k));
 }
 
-// More than three axes whose scales change: the weights of their equations do too.
+// For more than three axes with temperature terms. The weights of the equations change with the
+// scales of the axes.
 bool Reducer::solve_scaled(std::span<const double> readings,
                            const std::optional<SensorTemperature>& temperature,
                            Eigen::Vector3d& field) const noexcept {
@@ -136,13 +137,14 @@ bool Reducer::solve_scaled(std::span<const double> readings,
   return field.allFinite();
 }
 
-// Least squares by the axes that see the light, starting with those that read some.
+// Least squares with the axes that face the light. The first round uses the axes whose readings are
+// above the dark.
 bool Reducer::solve_lit(std::span<const double> readings,
                         const std::optional<SensorTemperature>& temperature,
                         Eigen::Vector3d& field) const noexcept {
   constexpr std::uint64_t one = 1;
   const std::size_t m = std::min<std::size_t>(rows_.size(), 64);
-  constexpr double dimmest = 0.02;  // in parts of the brightest axis: less is noise, or no light
+  constexpr double dimmest = 0.02;  // fraction of the brightest axis below which an axis is dark
   double brightest = 0.0;
   for (std::size_t k = 0; k < m; ++k) {
     brightest = std::max(brightest, above_bias(k, readings[k], temperature) / length_[k]);

@@ -27,11 +27,12 @@ namespace {
 
 using Sink = std::function<void(std::string_view)>;
 
-// Rows in a buffer that grows, or that is handed over where it is large and full.
+// Writes rows to a buffer. A full buffer grows, or, if it is large and there is a sink, is handed
+// over.
 class RowWriter {
  public:
   // @param buffer  for the output; its old content is discarded.
-  // @param sink    null: it grows.
+  // @param sink    receives a large, full buffer; null: the buffer grows.
   RowWriter(std::vector<char>& buffer,
             const Sink* sink,
             ReductionForm form,
@@ -41,17 +42,17 @@ class RowWriter {
     buffer_.resize(std::max(buffer_.size(), least));
   }
 
-  // Rows that exist and were not handed out.
+  // The rows that were not handed over yet.
   [[nodiscard]] std::string_view rows() const { return {buffer_.data(), used_}; }
 
-  // Text, which binary rows have none of.
+  // Writes text; binary rows contain no text.
   void put(std::string_view text) {
     if (form_ == ReductionForm::csv) {
       append(text);
     }
   }
 
-  // A comma and the number; NaN is an empty cell.
+  // Writes a comma and the number; NaN is an empty cell.
   void put_cell(double number) {
     reserve(number_text_size + 1);
     if (form_ == ReductionForm::npy) {
@@ -68,7 +69,7 @@ class RowWriter {
     }
   }
 
-  // A comma and the words of the flag's bits.
+  // Writes a comma and the words of the flag's bits.
   void put_flag(unsigned flag) {
     if (form_ == ReductionForm::npy) {
       reserve(1);
@@ -174,7 +175,7 @@ std::vector<std::string> result_names(const std::vector<ReadingColumn>& axes,
   return names;
 }
 
-// AXIS_temperature or temperature_AXIS; of SLOT.AXIS also SLOT.temperature_AXIS.
+// The columns AXIS_temperature or temperature_AXIS; for SLOT.AXIS also SLOT.temperature_AXIS.
 TemperaturePlaces own_temperatures(const CsvReader& csv, const std::vector<ReadingColumn>& axes) {
   TemperaturePlaces places;
   for (const ReadingColumn& column : axes) {
@@ -187,13 +188,14 @@ TemperaturePlaces own_temperatures(const CsvReader& csv, const std::vector<Readi
   return places;
 }
 
-// SLOT.temperature where it is there.
+// The column of a single temperature sensor: SLOT.temperature if it exists, else `column`. A single
+// axis may also have AXIS_temperature.
 std::size_t one_temperature(const CsvReader& csv,
                             const std::vector<ReadingColumn>& axes,
                             const std::string& column) {
   const std::string& axis = axes.front().axis;
   std::optional<std::size_t> own = csv.column(axis.substr(0, axis.rfind('.') + 1) + column);
-  if (!own && axes.size() == 1 && !csv.column(column)) {  // of the only axis
+  if (!own && axes.size() == 1 && !csv.column(column)) {
     own = csv.column(axis + "_temperature");
   }
   return own ? *own : csv.need(column);
@@ -202,7 +204,7 @@ std::size_t one_temperature(const CsvReader& csv,
 // The readings of one instrument in a row.
 class RowReader {
  public:
-  // @param temperature  the column of a reducer that needs temperatures of one sensor.
+  // @param temperature  the column of the temperature, if the reducer needs that of one sensor.
   RowReader(const CsvReader& csv,
             const std::vector<ReadingColumn>& axes,
             const Reducer& reducer,
@@ -278,7 +280,7 @@ class RowReader {
   bool saturated_ = false;
 };
 
-// The rows of a reader, one after the other.
+// Reduces the rows of a reader, one after the other.
 class RowReduction {
  public:
   RowReduction(CsvReader& csv,
@@ -381,8 +383,8 @@ class RowReduction {
     }
   }
 
-  // Own cells as they are; short rows are filled up, so that results stand in their columns, and
-  // stray quotes are made whole, so that the next reader does not stumble.
+  // Writes the row's own cells. Empty cells complete a short row, so that the results are in their
+  // columns. Stray quotes are escaped, so that the output is valid CSV.
   void put_defective_row() {
     if (csv_.text().find('"') == std::string_view::npos) {
       put_own_cells();
@@ -630,7 +632,8 @@ class RowReduction {
     }
   }
 
-  // The field by two axes, their readings moved by so much of the field along each.
+  // The field by two axes, after their readings change as if the field along them grew by `first`
+  // and `second`.
   [[nodiscard]] Reducer::ClosedField closed_field(double first, double second) const {
     const std::span<const double> readings = row_.readings();
     return reducer_.closed_field(readings[0] + first * reducer_.sensitivity_of(0),
@@ -674,7 +677,7 @@ class RowReduction {
   const ReductionCsvOptions& options_;
   RowWriter out_;
   std::vector<std::string> results_;
-  std::size_t derived_;  // the number of these that the kind of instrument derives
+  std::size_t derived_;  // the number of results that the kind of instrument derives
   RowReader row_;
   std::optional<RowReader> attitude_row_;
   std::optional<RowReader> joint_row_;
@@ -754,7 +757,7 @@ ReductionCsvSummary reduce_csv(CsvReader& csv,
   sink(whole.rows());
   struct Piece {
     std::vector<char> buffer;
-    std::string_view rows;  // in it
+    std::string_view rows;  // in `buffer`
     ReductionCsvSummary summary;
   };
   std::vector<std::vector<char>> spare;  // buffers that grew to the size of a piece
@@ -779,7 +782,7 @@ ReductionCsvSummary reduce_csv(CsvReader& csv,
       const auto to = std::make_shared<std::vector<char>>(spare_buffer());
       return [&reduced, from, to] { return reduced(*from, all, std::move(*to)); };
     }
-    // Rows with quotes end where their reader finds that they do.
+    // In a table with quotes only the reader finds the ends of the rows, so it reads them here.
     constexpr std::size_t some = 1000;
     const auto piece = std::make_shared<Piece>(reduced(csv, some, spare_buffer()));
     return piece->summary.rows > 0 ? std::optional([piece] { return std::move(*piece); })
@@ -791,7 +794,7 @@ ReductionCsvSummary reduce_csv(CsvReader& csv,
     add(piece.summary, summary);
     spare.push_back(std::move(piece.buffer));
   };
-  constexpr std::size_t most_cores = 8;  // each holds about a megabyte
+  constexpr std::size_t most_cores = 8;  // each needs about a megabyte
   for_each_in_order<Piece>(next, take, std::min(worker_count(), most_cores));
   return summary;
 }

@@ -61,7 +61,7 @@ void check(const std::vector<Reference>& references) {
   }
 }
 
-// Each face must have been the rest face, or its normal shows nowhere.
+// Throws RefusedError if a face was never the rest face, because its normal is then undetermined.
 void require_faces(const std::vector<SolidReference>& references) {
   std::set<Face> taken;
   for (const SolidReference& reference : references) {
@@ -82,7 +82,7 @@ void require_faces(const std::vector<SolidReference>& references) {
   }
 }
 
-// A slope and a face's normal are told apart by turning the cube round.
+// Throws RefusedError without opposite readings, which separate the slope from the face normals.
 void require_opposites(const SolidReference& reference) {
   std::set<std::pair<std::size_t, DesignPoint>> there;
   for (std::size_t i = 0; i < reference.readings.size(); ++i) {
@@ -106,7 +106,7 @@ double calibration_dof(const Calibration& calibration) {
     return 0.0;
   }
   const double sum = calibration.fit.statistics->degrees_of_freedom.sum();
-  return sum > 0.0 ? sum : 0.0;  // NaN is none
+  return sum > 0.0 ? sum : 0.0;  // also 0 if the sum is NaN
 }
 
 Eigen::MatrixXd calibration_covariance(const Calibration& calibration) {
@@ -118,7 +118,7 @@ Eigen::MatrixXd calibration_covariance(const Calibration& calibration) {
   return calibration.fit.statistics->covariance;
 }
 
-// Gravity reads up; another field as its record says.
+// The sign of the field along the table's normal: 1 for gravity, otherwise as in the record.
 double sign_along_normal(const FieldDescription& field) {
   return !field_kind(field.kind).vertical && field.in_table && field.in_table->z() < 0.0 ? -1.0
                                                                                          : 1.0;
@@ -162,7 +162,8 @@ std::vector<SolidReference> solid_references(const std::vector<Reference>& refer
   return solid;
 }
 
-// A mean square and its degrees of freedom. 0 stands for an exact value.
+// The effective degrees of freedom of a sum of variances.
+// @param parts  each variance with its degrees of freedom; 0: the variance is exact.
 double effective_dof(const std::vector<std::pair<double, double>>& parts) {
   double sum = 0.0;
   double over = 0.0;
@@ -195,7 +196,7 @@ double p_of_difference(const SolidSolution& one, const SolidSolution& others) {
   return std::isinf(dof) ? chi_squared_upper_p(Q, 9.0) : f_upper_p(Q / 9.0, 9.0, dof);
 }
 
-// The references of one instrument, or all others, renumbered.
+// The references of one instrument, or those of all others, with the instruments renumbered.
 std::vector<SolidReference> part_of(const std::vector<SolidReference>& references,
                                     std::size_t instrument,
                                     bool without) {
@@ -210,11 +211,11 @@ std::vector<SolidReference> part_of(const std::vector<SolidReference>& reference
   return part;
 }
 
-// Holds each instrument's cube against that of the others.
+// Compares the cube by each instrument with the cube by all others.
 void compare_instruments(const std::vector<SolidReference>& references,
                          const CharacterizeOptions& options,
                          Characterization& result) {
-  std::map<std::size_t, std::string> slot_of_instrument;  // all of its slots, parted by commas
+  std::map<std::size_t, std::string> slot_of_instrument;  // all its slots, separated by commas
   for (const SolidReference& reference : references) {
     std::string& slots = slot_of_instrument[reference.instrument];
     slots += (slots.empty() ? "" : ",") + reference.slot;
@@ -237,7 +238,7 @@ void compare_instruments(const std::vector<SolidReference>& references,
       p = p_of_difference(SolidFit(own, options.drawing, options.free_bias_and_scale).solve(),
                           SolidFit(others, options.drawing, options.free_bias_and_scale).solve());
     } catch (const RefusedError&) {
-      continue;  // readings that alone do not determine the cube cannot be compared
+      continue;  // one of the two parts does not determine the cube
     }
     for (std::size_t k = 0; k < references.size(); ++k) {
       if (references[k].instrument == instrument) {
@@ -266,7 +267,7 @@ double rotation_between(const Eigen::Matrix3d& a, const Eigen::Matrix3d& b) {
   return std::abs(Eigen::AngleAxisd(Eigen::Matrix3d(a * b.transpose())).angle());
 }
 
-// Refits of one instrument in nearly one orientation.
+// The scatter of each instrument with several mounts in nearly the same orientation.
 std::vector<MountRepeatability> find_repeatability(const std::vector<SolidReference>& references,
                                                    const std::vector<std::string>& names,
                                                    const SolidSolution& solution) {
@@ -304,7 +305,7 @@ std::string micro(double radian) {
   return significant(1e6 * radian);
 }
 
-// The scatter that the instrument's own calibration had [field unit]; NaN where it states none.
+// The scatter of the readings in an instrument's calibration [field unit]; NaN if it is not stated.
 double scatter_of_record(const Calibration& calibration) {
   if (!calibration.fit.statistics ||
       calibration.fit.statistics->residual_sd.size() != calibration.sensor.response.bias.size()) {
@@ -315,9 +316,11 @@ double scatter_of_record(const Calibration& calibration) {
   return std::sqrt(relative.cwiseAbs2().mean());
 }
 
-// A mistake within one reference shows in the scatter of its readings, not in the agreement.
+// Warns of references with a large scatter. A mistake in one reference increases its scatter, but
+// it
+// does not always make the instruments disagree.
 void warn_of_scatter(const std::vector<Reference>& references, Characterization& result) {
-  constexpr double suspicious = 5.0;  // times what is to be expected
+  constexpr double suspicious = 5.0;  // times the expected scatter
   for (const ReferenceResult& own : result.references) {
     std::vector<double> others;
     for (const ReferenceResult& other : result.references) {

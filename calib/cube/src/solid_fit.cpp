@@ -18,7 +18,7 @@
 namespace axiscal {
 namespace {
 
-// Turns the description of the cube into the one that fits the nominal cube best.
+// Rotates the frame of the cube so that its normals fit the nominal cube best.
 void fix_gauge(SolidState& state) {
   Eigen::Matrix3d sum = Eigen::Matrix3d::Zero();
   for (const Face face : all_faces) {
@@ -42,7 +42,7 @@ Eigen::Matrix<double, 18, 12> tangents_of_normals(const FaceNormals& normals) {
   return T;
 }
 
-// Of the 12 tangents those combinations that keep sum e_r cross n_r = 0, 12 x 9.
+// The combinations of the 12 tangents that keep sum e_r cross n_r = 0: 12 x 9.
 Eigen::Matrix<double, 12, 9> gauge_basis(const Eigen::Matrix<double, 18, 12>& T) {
   Eigen::Matrix<double, 3, 12> constraint = Eigen::Matrix<double, 3, 12>::Zero();
   for (const Face face : all_faces) {
@@ -126,7 +126,7 @@ SolidState SolidFit::start() const {
   for (const RecordPrior& prior : priors_) {
     state.shift.emplace_back(Eigen::VectorXd::Zero(prior.root.cols()));
   }
-  // Outward normals as each instrument sees them, in its own frame.
+  // The outward normals by the readings of each instrument, in the frame of that instrument.
   std::vector<std::map<Face, Eigen::Vector3d>> seen;
   for (const SolidReference& reference : references_) {
     const auto [inverse, rank] = pseudo_inverse_with_rank(reference.calibrated.sensitivity);
@@ -151,7 +151,8 @@ SolidState SolidFit::start() const {
     state.bias.push_back(reference.calibrated.bias);
     state.scale.emplace_back(Eigen::VectorXd::Ones(reference.calibrated.bias.size()));
   }
-  // Generalised Procrustes: mounts for given normals, normals for given mounts.
+  // Generalised Procrustes: computes in turn the mounts for given normals and the normals for given
+  // mounts.
   for (int round = 0; round < 10; ++round) {
     FaceNormals sum;
     sum.fill(Eigen::Vector3d::Zero());
@@ -242,7 +243,9 @@ Eigen::MatrixXd SolidFit::jacobian(const SolidState& state,
                                    const Layout& layout,
                                    const std::vector<double>& sigma) const {
   // The derivative of each seat with respect to each tangent, by central differences. With feet,
-  // the turn to the fence lacks a simple formula. Rotations are smooth to the last relevant digit.
+  // the turn to the fence has no simple formula. The differences are accurate, because the
+  // rotations
+  // are smooth functions of the normals.
   constexpr double step = 1e-5;
   const Positioner cube = positioner_of(state.normals);
   std::vector<Positioner> forward;
@@ -342,8 +345,9 @@ void SolidFit::move(SolidState& state, const Layout& layout, const Eigen::Vector
   fix_gauge(state);
 }
 
-// The scatter of each reference from the residuals of the last fit. If one has too few degrees of
-// freedom, all are pooled.
+// The scatter of each reference from the residuals of the last fit. A reference with too few
+// degrees
+// of freedom gets the pooled scatter of all.
 std::vector<double> SolidFit::scatter(const std::vector<double>& sigma,
                                       const Eigen::VectorXd& residuals,
                                       const Eigen::VectorXd& leverage,
@@ -418,13 +422,13 @@ std::vector<int> SolidFit::worst_runs(const Eigen::VectorXd& residuals) const {
   return runs;
 }
 
-// Where the search stands, and the columns there.
+// The state of the search, with the columns of its Jacobian.
 struct SolidFit::Place {
   SolidState state;
   Layout layout;
 };
 
-// The whole cube at a given scatter of each reference.
+// The problem for gauss_newton(), at a given scatter of each reference.
 struct SolidFit::Problem {
   using State = Place;
   using Linear = Linearised;
@@ -442,7 +446,7 @@ struct SolidFit::Problem {
   [[nodiscard]] double cost(const Place& at, const Linear& /*before*/) const {
     return fit.residuals(at.state, sigma).squaredNorm();
   }
-  // How long a step of the normals, and of the first reference's mount and slope, is [rad].
+  // The length of a step of the normals and of the first reference's mount [rad].
   [[nodiscard]] static double length(const Place& at,
                                      const Eigen::VectorXd& step,
                                      const Linear& /*there*/) {
@@ -458,11 +462,12 @@ SolidSolution SolidFit::solve() const {
   Place place{.state = start(), .layout = {}};
   place.layout = layout(place.state);
   solution.sigma.assign(references_.size(), 1e-3 * references_.front().F);
-  // The scatter decides how far the records are believed, and is itself found by the fit.
+  // The scatter determines the weight of the records, and the fit determines the scatter. Therefore
+  // the fit is repeated.
   constexpr int rounds_of_scatter = 4;
   for (int outer = 0; outer <= rounds_of_scatter; ++outer) {
     const Problem problem{.fit = *this, .sigma = solution.sigma};
-    if (outer == 0) {  // an undetermined parameter is reported before an endless search
+    if (outer == 0) {  // reports an undetermined parameter before a search that cannot converge
       static_cast<void>(
           factored(jacobian(place.state, place.layout, solution.sigma), place.layout.names));
     }
@@ -471,7 +476,7 @@ SolidSolution SolidFit::solve() const {
         gauss_newton(problem, std::move(place),
                      {.most_rounds = 20, .settled = 1e-11 /* rad */, .qr_from_below = always});
     place = std::move(found.state);
-    constexpr double good_enough_rad = 1e-8;  // rounding of large residuals may stop it there
+    constexpr double good_enough_rad = 1e-8;  // rounding may stop the search above `settled`
     if (!(found.left_to_go < good_enough_rad)) {
       throw RefusedError(
           "the cube's normals do not settle; check the labels of the readings, and that each was "

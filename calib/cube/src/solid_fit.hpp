@@ -20,13 +20,13 @@ struct SolidReference {
   std::vector<Reading> readings;
   Eigen::MatrixXd response;          // n x m
   LinearResponse calibrated;         // b, S of its record
-  Eigen::MatrixXd covariance;        // covers b, S by axis, 4m x 4m; zero where the record has none
-  double calibration_dof = 0.0;      // that covariance's; 0: exact
+  Eigen::MatrixXd covariance;        // of b and S by axis, 4m x 4m; zero if the record has none
+  double calibration_dof = 0.0;      // degrees of freedom of covariance; 0: it is exact
   double F = 1.0;                    // length of the field at level 1
-  double sign = 1.0;                 // -1: it points into the table
-  std::size_t instrument = 0;        // references of one number are one instrument
-  std::vector<double> root_weights;  // one for each reading, their mean square 1
-  std::vector<std::size_t> levels;   // which slope of its own a reading has, from 0
+  double sign = 1.0;                 // -1 if the field points into the table
+  std::size_t instrument = 0;        // number of the instrument, which several references may share
+  std::vector<double> root_weights;  // one for each reading; their mean square is 1
+  std::vector<std::size_t> levels;   // for each reading the number of its slope, from 0
   std::size_t level_count = 1;
 };
 
@@ -35,29 +35,28 @@ struct SolidState {
   std::vector<Eigen::Matrix3d> mounts;               // rotation_sensor_from_positioner
   std::vector<std::vector<Eigen::Vector3d>> fields;  // in the table, by reference and level
   std::vector<Eigen::VectorXd> bias;                 // one for each reference
-  std::vector<Eigen::VectorXd> scale;                // 1 is the record's
-  std::vector<Eigen::VectorXd>
-      shift;  // for each instrument its record's error, in standard deviations
+  std::vector<Eigen::VectorXd> scale;                // factors of the record's sensitivities
+  std::vector<Eigen::VectorXd> shift;  // errors of the records, in units of RecordPrior::root
 };
 
 /// The cube, the mounts and the slopes that fit all readings best.
 struct SolidSolution {
   SolidState state;
   std::vector<double> sigma;    // for each reference the scatter of a reading [field unit]
-  std::vector<int> worst_runs;  // for each reference the reading that is furthest from the fit
+  std::vector<int> worst_runs;  // for each reference the run with the largest residual
   double degrees_of_freedom = 0.0;
-  double calibration_dof = 0.0;           // effective, of the records' part; 0: exact
+  double calibration_dof = 0.0;           // effective, of handed_on; 0: it is exact
   Eigen::Matrix<double, 18, 9> basis;     // spans the changes of the normals that the gauge allows
-  Eigen::Matrix<double, 9, 9> noise;      // covariance of the normals in it, by the readings
-  Eigen::Matrix<double, 9, 9> handed_on;  // the part of the instruments' calibrations
+  Eigen::Matrix<double, 9, 9> noise;      // covariance of the normals in basis, by the readings
+  Eigen::Matrix<double, 9, 9> handed_on;  // covariance in basis, by the instruments' calibrations
   std::vector<Eigen::Matrix3d> mount_noise;  // covariance of each mount, by the readings
 };
 
 /// Least squares of a solid positioner (method.md, section 9).
 ///
-/// The errors of the records are random effects: parameters with the records' covariances as their
-/// prior, so that instruments which disagree are not taken for noisy ones (generalised least
-/// squares).
+/// The errors of the records are parameters with the records' covariances as their prior (random
+/// effects; generalised least squares). Therefore a difference between instruments does not
+/// increase the scatter of their readings.
 class SolidFit {
  public:
   /// @param references  must outlive the fit; their instruments are numbered from 0.
@@ -69,7 +68,7 @@ class SolidFit {
   /// @throws RefusedError, RankDeficientError  if the readings do not determine the cube.
   [[nodiscard]] SolidSolution solve() const;
 
-  /// The drawing with other normals.
+  /// @return the drawing with these face normals.
   [[nodiscard]] Positioner positioner_of(const FaceNormals& normals) const;
 
  private:
@@ -96,7 +95,7 @@ class SolidFit {
                 const Eigen::MatrixXd& C,
                 SolidSolution& solution) const;
 
-  // The response that a reference is taken to have, its record's error put right.
+  // The response of a reference, corrected by the estimated error of its record.
   [[nodiscard]] LinearResponse response_of(const SolidState& state, std::size_t reference) const;
 
   const std::vector<SolidReference>& references_;

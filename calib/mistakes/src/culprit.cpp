@@ -20,7 +20,7 @@
 namespace axiscal {
 namespace {
 
-// Explanations within this of the best are reported too.
+// Explanations whose log-likelihood is less than this below the best one's are reported too.
 constexpr double as_likely = 3.0;
 
 constexpr std::size_t most_said = 3;
@@ -48,8 +48,8 @@ std::string better(const SuspectRun& run, const HypothesisFit& fit) {
   return number_text(ratio, ratio < 100.0 ? 2 : static_cast<int>(std::log10(ratio)) + 1);
 }
 
-// For one reading that contradicts the others: its value, the expected value, and the value that
-// was probably meant.
+// Words for a reading that contradicts the others: its value, the expected value, and the value
+// that was probably meant.
 std::string expected_words(const SuspectRun& run, const Correction& correction) {
   const bool is_value = correction.code == WarningCode::sign ||
                         correction.code == WarningCode::unit_factor ||
@@ -63,13 +63,13 @@ std::string expected_words(const SuspectRun& run, const Correction& correction) 
   const Eigen::VectorXd typed = run.set().response.row(static_cast<Eigen::Index>(*found));
   const Eigen::VectorXd expected =
       predict_from_other_readings(run, one_reading(run.set(), *found), run.without(*found));
-  // In parts of the full response, because a mistake spoils the scatter of a run as a measure of
-  // noise.
+  // The deviations as fractions of the full response. The scatter of a run with a mistake is no
+  // measure of its noise.
   Eigen::VectorXd off(run.m());
   for (Eigen::Index k = 0; k < run.m(); ++k) {
     off(k) = std::abs(typed(k) - expected(k)) / run.full_response(k);
   }
-  constexpr double worth_saying = 0.2;  // of the largest
+  constexpr double worth_saying = 0.2;  // fraction of the largest deviation
   constexpr double as_meant = 0.01;
   std::vector<std::string> said;
   for (Eigen::Index k = 0; k < run.m(); ++k) {
@@ -97,13 +97,14 @@ std::string sentence(const SuspectRun& run, const Explanation& explanation) {
                    advice_of(correction));
 }
 
-// A tilt of the first reading is the table moved after it, and one of the last moved before it.
+// True if two explanations describe the readings equally well. For example, a tilt of the first
+// reading equals a movement of the table after it.
 bool same_data(const Explanation& a, const Explanation& b) {
   const double difference = std::abs(a.fit.total() / b.fit.total() - 1.0);
   return difference < 1e-6;
 }
 
-// The effect of a mistake on the coefficients, in parts of the full response.
+// The largest change of a coefficient by a mistake, as a fraction of the full response.
 double effect_of(const SuspectRun& run, const Explanation& explanation) {
   double effect = 0.0;
   for (Eigen::Index k = 0; k < run.m(); ++k) {
@@ -116,8 +117,8 @@ double effect_of(const SuspectRun& run, const Explanation& explanation) {
   return effect;
 }
 
-// How likely noise as the other readings show it, with its tails, makes one reading of all stand
-// out so far; 0 where a correction is about something else.
+// The probability that noise with the tails of the other readings' noise makes any one reading
+// deviate this far. It is 0 if the correction does not concern a single outlier or tilted seat.
 double p_by_tails(const SuspectRun& run, const Correction& correction) {
   const bool is_single =
       correction.runs.size() == 1 &&
@@ -137,8 +138,8 @@ double p_by_tails(const SuspectRun& run, const Correction& correction) {
 }
 
 MistakeSearch culprit_of(const SuspectRun& run, std::vector<Explanation> explanations) {
-  // Whatever made the run look bad, a fit that is not clearly better explains nothing, be it as
-  // likely as one that does: it may ask for no parameter that the data would have to pay for.
+  // An explanation whose fit is not clearly better is dropped. It may still be as likely as others,
+  // because an explanation without added parameters has no penalty for them.
   std::erase_if(explanations, [&](const Explanation& explanation) {
     return !is_clearly_better(run, explanation.fit);
   });
@@ -147,7 +148,7 @@ MistakeSearch culprit_of(const SuspectRun& run, std::vector<Explanation> explana
   }
   const Explanation& best = explanations.front();
   constexpr double may_be_wrong = 0.005;
-  // A tilt shows in fewer of a reading's numbers.
+  // The limit for a tilt is higher, because a tilt changes fewer components of a reading.
   const double is_wrong = best.correction.code == WarningCode::tilted_seat ? 0.003 : 0.001;
   const double by_tails = p_by_tails(run, best.correction);
   if (by_tails > is_wrong) {
@@ -169,7 +170,7 @@ MistakeSearch culprit_of(const SuspectRun& run, std::vector<Explanation> explana
     if (result.warnings.size() == most_said) {
       break;
     }
-    // The same reading said to be an outlier in several ways is said once.
+    // A reading is reported as an outlier only once.
     if (explanation.correction.code == WarningCode::outlier &&
         !seen_outliers.insert(explanation.correction.runs).second) {
       continue;
@@ -191,8 +192,8 @@ MistakeSearch culprit_of(const SuspectRun& run, std::vector<Explanation> explana
   return {.culprit = std::move(result), .remark = {}};
 }
 
-// Consecutive readings of a pose share an error if the cube was not laid again between them. Then
-// only their means are independent, and the means scatter more than their readings do.
+// True if the means of layings scatter more than the readings within a laying. Readings share an
+// error if the cube was not laid again between them. Then only their means are independent.
 bool scatter_by_layings(const Layings& layings, const Estimate& estimate, bool known_field) {
   constexpr double fewest_within = 6.0;
   if (layings.degrees_of_freedom.minCoeff() < fewest_within) {
@@ -215,7 +216,7 @@ bool scatter_by_layings(const Layings& layings, const Estimate& estimate, bool k
   return axes.p_value() < differs;
 }
 
-// @return the means of layings, with weights of mean 1.
+// @return the means of layings, with weights scaled to mean 1 for each axis.
 ReadingSet means_of(const Layings& layings) {
   ReadingSet means = layings.set();
   const Eigen::RowVectorXd readings_of_mean = means.weights.colwise().mean();
@@ -267,8 +268,8 @@ MistakeSearch find_culprit(const ReadingSet& set,
     const ReadingSet judged = means_of(average_layings(*without_shared_errors, estimate));
     return find_culprit(means, estimate, known_field, &judged);
   }
-  // A wrongly stated direction is not a mistake in a reading. If opposite readings show one, the
-  // readings are judged without it.
+  // A wrongly stated direction of the field is not a mistake in a reading. If opposite readings
+  // reveal it, the direction is fitted instead.
   const bool stated = known_field && !estimate.levelness;
   if (without_shared_errors != nullptr) {
     SuspectRun run(*without_shared_errors, estimate, stated);

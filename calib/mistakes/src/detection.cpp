@@ -15,14 +15,15 @@
 namespace axiscal {
 namespace {
 
-// Nested F tests take the axes' noise as equal, or of a stated ratio, and are held against this
-// level over all classes; as the tests of a class overlap, 0.6 % of good runs are called bad (MC).
+// The level of all nested F tests together. These tests assume that the noise of the axes is equal
+// or has a stated ratio. The tests of a class overlap, so only 0.6 % of good runs are called bad
+// (MC).
 constexpr double false_alarm = 0.016;
-// Below this probability of the axes' scatters their noise clearly differs.
+// The axes' noise clearly differs if the test for equal scatter has a p-value below this.
 constexpr double unequal_below = 0.01;
 constexpr double false_alarm_by_axis = 0.001;
-// If each reading is judged by the others, this test and the tests of other mistakes share the
-// level.
+// If each reading is tested against the others, that test and the tests of other mistakes have
+// these levels.
 constexpr double false_alarm_of_deletion = 0.003;
 constexpr double false_alarm_of_others = 0.008;
 
@@ -30,9 +31,9 @@ double equality_p_value(const HypothesisFit& fit) {
   return equal_variances_p(fit.rss.cwiseQuotient(fit.degrees_of_freedom), fit.degrees_of_freedom);
 }
 
-// The smallest probability of the quick tests: one reading deleted.
+// The smallest p-value of the quick tests that delete one reading.
 double single_p(const SuspectRun& run, const HypothesisFit& fit) {
-  double largest = 0.0;  // one test's largest drop has the smallest probability
+  double largest = 0.0;  // the largest drop has the smallest p-value
   for (std::size_t i = 0; i < run.count(); ++i) {
     largest = std::max(largest, run.rss_drop_without_readings(fit, {&i, 1}));
   }
@@ -40,7 +41,7 @@ double single_p(const SuspectRun& run, const HypothesisFit& fit) {
                                                                  static_cast<double>(run.m())));
 }
 
-// The smallest probability of the kinds that have a fast test.
+// The smallest p-value of the quick tests of all kinds of mistakes.
 double added_p(const SuspectRun& run, const HypothesisFit& fit) {
   double smallest = 1.0;
   for (const MistakeKind& kind : mistake_kinds()) {
@@ -51,9 +52,9 @@ double added_p(const SuspectRun& run, const HypothesisFit& fit) {
   return smallest;
 }
 
-// Tests whether the axes' noise clearly differs after the worst readings are removed. Each fit is
-// made twice, because a quiet axis shows its worst readings only after a noisy axis has less
-// weight.
+// Returns true if the axes' noise clearly differs after the worst readings are removed. Then the
+// axes are also weighted by their scatter, in two rounds: the worst readings of a quiet axis appear
+// only after a noisy axis has less weight.
 bool weigh_axes(SuspectRun& run) {
   const auto clean = [&]() -> const HypothesisFit& {
     return run.best_pair().fitted ? run.best_pair() : run.without(run.ranked_by_deletion().front());
@@ -68,10 +69,11 @@ bool weigh_axes(SuspectRun& run) {
   return true;
 }
 
-// A noisy axis looks like a mistake in a few of its readings. Two findings reduce the weight of a
-// hypothesis: the scatters of the axes differ (`equality`, before the hypothesis), or the gain
-// comes from an axis that scatters more than the others even afterwards. The limits are tuned by
-// simulation: good runs with noise 1 : 1 : 3 are called bad in 1 %.
+// @return a factor of at least 1 for the p-value of a hypothesis, because a noisy axis looks like a
+//         mistake in a few of its readings. Two findings increase the factor. The scatters of the
+//         axes differ without the hypothesis (p-value `equality`). Or the gain comes from an axis
+//         that scatters more than the others even under the hypothesis. The constants are tuned by
+//         simulation: 1 % of good runs with axis noise 1 : 1 : 3 are called bad.
 double allowance(const SuspectRun& run, const HypothesisFit& with, double equality, bool of_few) {
   if (run.stated_ratio()) {
     return 1.0;
@@ -87,7 +89,7 @@ double allowance(const SuspectRun& run, const HypothesisFit& with, double equali
   const double noisy = drops > 0.0 && pooled > 0.0 ? own / drops / pooled : 1.0;
   const double unequal = of_few ? std::pow(std::max(1.0, 0.2 / std::max(equality, 1e-300)), 1.6)
                                 : std::max(1.0, 3e-4 / std::max(equality, 1e-300));
-  constexpr double most = 1e3;  // no noise makes a mistake of many sigma
+  constexpr double most = 1e3;  // limited, because noise does not explain an error of many sigma
   return std::min(most, unequal * std::pow(std::max(1.0, noisy), 8.0));
 }
 
@@ -98,7 +100,7 @@ double nested_p(const SuspectRun& run, const HypothesisFit& with) {
                      : 1.0;
 }
 
-// Each axis in units of its own scatter, combined by Fisher's method.
+// The p-value with each axis in units of its own scatter. Fisher's method combines the axes.
 double nested_p_by_axis(const SuspectRun& run, const HypothesisFit& with) {
   if (!with.fitted) {
     return 1.0;
@@ -112,14 +114,14 @@ double nested_p_by_axis(const SuspectRun& run, const HypothesisFit& with) {
   return axes.p_value(with.loss);
 }
 
-// The fit of all readings, with weights from the axes' residuals if these differ. Otherwise a noisy
-// axis hides the findings of a quiet one through the field's direction. Each round is computed at
-// most once, on demand.
+// The fit of all readings, with each axis weighted by its scatter if the scatters differ. Without
+// these weights a noisy axis spoils the field's direction, and this hides mistakes in a quiet axis.
+// Each round of weighting is computed at most once, on demand.
 class WeighedFit {
  public:
   explicit WeighedFit(const SuspectRun& run) : run_(run) {}
 
-  // After one round; null where the axes do not differ, or it is not fitted.
+  // The fit after one round; null if the scatters do not differ or if the fit fails.
   const HypothesisFit* once() {
     if (!first_) {
       first_ = next(run_.plain(), run_.fitter());
@@ -127,7 +129,7 @@ class WeighedFit {
     return fit_of(first_);
   }
 
-  // After two, if as many are needed.
+  // The fit after at most two rounds.
   const HypothesisFit& best() {
     if (once() == nullptr) {
       return run_.plain();
@@ -144,7 +146,7 @@ class WeighedFit {
     HypothesisFit fit;
     HypothesisFitter fitter;
   };
-  // The search's result, and whether it was made.
+  // The outer optional is empty before the round; the inner one is empty if the round has no fit.
   using Round = std::optional<std::optional<Weighed>>;
 
   static const HypothesisFit* fit_of(const Round& round) {
@@ -169,20 +171,21 @@ class WeighedFit {
   Round second_;
 };
 
-// A reading, and how unlikely it is: by Fisher's method, the larger the less likely.
+// A reading and Fisher's sum over its axes. The larger the sum, the less likely is the reading.
 struct Unlikely {
   std::size_t reading = 0;
   double sum = 0.0;
 };
 
-// The least likely readings by the scatter of each axis, the worst first. They use the residuals of
-// the fit of all readings, corrected as if the others had been fitted alone. This is exact except
-// for the axis weights, which come from all readings.
+// The least likely readings by the scatter of each axis, the least likely first. Leverages convert
+// the residuals of the fit of all readings to residuals of fits without the tested reading. This is
+// exact except for the axis weights, which come from all readings.
 std::vector<Unlikely> roughly_by_others(const SuspectRun& run,
                                         const HypothesisFit& fit,
                                         std::size_t most) {
   const Eigen::MatrixXd leverage = fit.fit->leverage();
-  // F(1, nu - 1) of an axis's readings; 0 where it has too few.
+  // The F(1, nu - 1) statistic of each reading of an axis; 0 if the axis has too few degrees of
+  // freedom.
   const auto ratios_of = [&](Eigen::Index k) -> Eigen::ArrayXd {
     const double nu = fit.degrees_of_freedom(k);
     if (!(nu > 2.0) || !(fit.rss(k) > 0.0)) {
@@ -196,8 +199,8 @@ std::vector<Unlikely> roughly_by_others(const SuspectRun& run,
   for (Eigen::Index k = 0; k < run.m(); ++k) {
     ratios.col(k) = ratios_of(k);
   }
-  // Student's tails are at least as long as the normal distribution's, which bounds each sum. Among
-  // thousands of readings few need the exact value.
+  // The normal distribution has shorter tails than Student's distribution, so it gives an upper
+  // bound of each sum. Therefore only a few of thousands of readings need the exact sum.
   std::vector<Unlikely> bounds(run.count());
   for (std::size_t i = 0; i < bounds.size(); ++i) {
     bounds[i].reading = i;
@@ -226,8 +229,8 @@ std::vector<Unlikely> roughly_by_others(const SuspectRun& run,
   return worst;
 }
 
-// The probability of the worst reading given the others, over all readings; each axis has its own
-// scatter.
+// The p-value of the worst reading given the others, with Bonferroni's correction over all
+// readings. Each axis has its own scatter.
 double deletion_p(const SuspectRun& run, WeighedFit& weighed) {
   if (!run.has_independent_readings() || run.only_rounding()) {
     return 1.0;
@@ -257,7 +260,8 @@ double deletion_p(const SuspectRun& run, WeighedFit& weighed) {
   return std::min(1.0, readings * smallest);
 }
 
-// The probability of the worst two given the others, as if they were the only two.
+// The p-value of the worst two readings given the others, without a correction for the number of
+// pairs.
 double pair_p(const SuspectRun& run, WeighedFit& weighed) {
   if (!run.best_pair().fitted || run.only_rounding()) {
     return 1.0;
@@ -324,10 +328,10 @@ bool is_bad(SuspectRun& run) {
   };
   run.fit_pair_deletions();
   WeighedFit weighed(run);
-  constexpr double rare = 100.0;  // two independent mistakes
+  constexpr double rare = 100.0;  // two independent mistakes are rarer than one by this factor
   const double pairs = rare * 0.5 * readings * (readings - 1.0);
   const bool many = run.has_independent_readings();
-  if (many) {  // valid for any noise of the axes, because the others judge each reading
+  if (many) {  // valid for any noise of the axes, because each reading is tested against the others
     smallest = pairs * pair_p(run, weighed);
   } else {
     consider(run.without(run.ranked_by_deletion().front()), {.tests = readings, .of_few = true});

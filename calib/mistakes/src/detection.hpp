@@ -5,28 +5,29 @@
 
 namespace axiscal {
 
-// Levels of the quick tests.
-inline constexpr double classes = 8.0;        // over which levels are shared
-inline constexpr double worth_a_look = 0.04;  // probability in the quick tests, before any refit
-inline constexpr double large_share = 0.003;  // of scatter, in the full response
-// Above this probability of the axes' scatters nothing says that their noise differs.
+// Limits of the quick tests.
+inline constexpr double classes = 8.0;        // number of classes of tests that share a level
+inline constexpr double worth_a_look = 0.04;  // p-value below which mistakes are searched for
+inline constexpr double large_share = 0.003;  // suspicious scatter / full response
+// The axes' noise is taken as equal if the test for equal scatter has a p-value above this.
 inline constexpr double may_be_equal = 0.5;
 
-/// True if a closer search is worthwhile: for all axes together, and for each in units of its
-/// scatter.
+/// True if the quick tests justify a full search. They are made with all axes in one scale, and
+/// with
+/// each axis in units of its scatter.
 [[nodiscard]] bool is_suspicious(const SuspectRun& run);
 
-/// Tests whether the readings contradict each other, by nested F tests of the possible mistakes,
-/// for all classes together.
-/// @param run  whose readings were left out one by one; on return two by two as well, and with axes
-///             that count as they scatter where their noise clearly differs.
+/// Tests whether the readings contradict each other, by nested F tests of the possible mistakes of
+/// all classes.
+/// @param run  the run, after fit_single_deletions(). This function calls fit_pair_deletions(). If
+///             the noise of the axes clearly differs, it also calls weigh_axes_by().
 [[nodiscard]] bool is_bad(SuspectRun& run);
 
-/// By how much smaller a hypothesis makes the scatter.
+/// @return the scatter of the plain fit divided by the scatter under a hypothesis.
 [[nodiscard]] double scatter_reduction_factor(const SuspectRun& run, const HypothesisFit& fit);
 
-/// True if a hypothesis explains the residuals of the plain fit: it reduces the scatter by a clear
-/// part, or by more than chance does if readings are many.
+/// True if a hypothesis reduces the scatter of the plain fit by more than 15 %. If the run has
+/// independent readings, a statistically significant reduction is enough.
 [[nodiscard]] bool is_clearly_better(const SuspectRun& run, const HypothesisFit& with);
 
 }  // namespace axiscal

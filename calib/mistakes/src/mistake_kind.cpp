@@ -12,8 +12,9 @@
 namespace axiscal {
 namespace {
 
-// @param ranges        of the added parameters.
-// @param alternatives  of that kind.
+// The log-likelihood of an explanation.
+// @param ranges        the ranges of the added parameters.
+// @param alternatives  the number of explanations of the same kind.
 double likelihood(const HypothesisFit& fit,
                   const std::vector<double>& ranges,
                   double alternatives) {
@@ -26,7 +27,7 @@ double likelihood(const HypothesisFit& fit,
   return value - std::log(alternatives);
 }
 
-// The residuals of a fit perpendicular to the field of each reading.
+// The sum of squares of the residuals' components perpendicular to the field of each reading.
 struct PerpendicularResiduals {
   double squares = 0.0;
   double degrees_of_freedom = 0.0;
@@ -60,7 +61,7 @@ PerpendicularResiduals across_field(const SuspectRun& run, const HypothesisFit& 
 
 namespace {
 
-// Of two explanations that are equally likely the first one wins.
+// The order matters: the explanation of the first kind wins if two are equally likely.
 std::vector<MistakeKind>& all_kinds() {
   static std::vector<MistakeKind> kinds = {wrong_pose_kind(),  exchanged_kind(), wrong_value_kind(),
                                            wrong_level_kind(), stuck_kind(),     tilted_seat_kind(),
@@ -113,7 +114,7 @@ double nested_f_p(double total, double dof, double drop, double q, double loss) 
 }
 
 double nested_p_across_field(const SuspectRun& run, const HypothesisFit& with) {
-  constexpr Eigen::Index fewest_axes = 3;  // fewer do not tell what is along the field
+  constexpr Eigen::Index fewest_axes = 3;  // fewer do not determine the part along the field
   if (!with.fitted || run.m() < fewest_axes) {
     return 0.0;
   }

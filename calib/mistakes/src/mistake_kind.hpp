@@ -12,29 +12,32 @@
 
 namespace axiscal {
 
-// Ranges of a mistake's parameters (method.md, section 5), in rad and parts of the full response.
+// Ranges of a mistake's parameters (docs/method/mistakes.md): an angle in rad, a value and a drift
+// as fractions of the full response.
 inline constexpr double angle_range_rad = 0.08;
 inline constexpr double value_range = 4.0;
 inline constexpr double drift_range = 0.04;
 
-// Readings are at the end of a range that lie beyond this part of the outermost.
+// A reading is at an end of an axis's range if its coordinate along the axis exceeds this fraction
+// of the outermost reading's coordinate.
 inline constexpr double end_of_range = 0.9;
 
 /// One explanation of a bad fit.
 struct Explanation {
-  double likelihood = 0.0;  // ln
+  double likelihood = 0.0;  // natural logarithm of the likelihood
   HypothesisFit fit;
   Correction correction;
-  std::string words;  // behind "run 7: ", without how much better
+  std::string words;  // the words after "run 7: fits 3 times better "
 };
 
-/// The explanations of a run, in the order of the trials.
+/// The explanations of a run, in the order in which they were added.
 class Explanations {
  public:
-  /// @param fit           under the explanation; one that is not fitted explains nothing.
-  /// @param ranges        of the parameters that it adds.
-  /// @param alternatives  how many of its kind there are.
-  /// @param surely        added to its likelihood: ln of how much else speaks for it.
+  /// Adds an explanation if it is fitted with at least one degree of freedom.
+  /// @param fit           the fit under the explanation.
+  /// @param ranges        the range of each parameter that the explanation adds.
+  /// @param alternatives  the number of explanations of the same kind.
+  /// @param surely        added to the log-likelihood, for evidence other than the fit.
   void add(HypothesisFit fit,
            const std::vector<double>& ranges,
            double alternatives,
@@ -42,25 +45,25 @@ class Explanations {
            std::string words,
            double surely = 0.0);
 
-  /// @return all, the likeliest first.
+  /// @return all explanations, the most likely first.
   [[nodiscard]] std::vector<Explanation> ranked() &&;
 
  private:
   std::vector<Explanation> all_;
 };
 
-/// The remedy for a mistake, by the code of its warning.
+/// The advice to the user in the warning of a mistake.
 struct MistakeAdvice {
   WarningCode code;
   std::string_view one;   // for one reading, or for the run
-  std::string_view many;  // where several; empty: the same
+  std::string_view many;  // for several readings; if empty, `one` applies
 };
 
-/// A hypothesis that a run may be better described by.
+/// The properties of a hypothesis that its nested F test uses.
 struct CandidateHypothesis {
   double tests = 1.0;     ///< the number of similar hypotheses
-  bool of_few = false;    ///< true if it concerns a few readings
-  double at_least = 0.0;  ///< the probability that another test gives for chance
+  bool of_few = false;    ///< true if the hypothesis concerns a few readings
+  double at_least = 0.0;  ///< lower limit of the p-value, from another test
 };
 using Consider = std::function<void(const HypothesisFit& with, const CandidateHypothesis& how)>;
 
@@ -70,12 +73,12 @@ struct MistakeKind {
   std::span<const MistakeAdvice> advice;
   void (*of_reading)(const SuspectRun& run, std::size_t i, Explanations& found) = nullptr;
   void (*of_run)(const SuspectRun& run, Explanations& found) = nullptr;
-  /// The smallest probability of its gain, to first order; no fit is made for it.
+  /// @return the smallest p-value of its hypotheses, to first order, without a further fit.
   double (*quick_p)(const SuspectRun& run, const HypothesisFit& fit) = nullptr;
-  /// Its hypotheses, fitted, for the nested tests.
+  /// Fits its hypotheses and passes each fit to `consider`.
   void (*detect)(const SuspectRun& run, const Consider& consider) = nullptr;
-  /// Its hypothesis where it changes all axes in all readings: each axis judges it by its own
-  /// scatter.
+  /// @return the fit of a hypothesis that concerns all axes in all readings. The test uses the
+  ///         scatter of each axis.
   HypothesisFit (*of_all_axes)(const SuspectRun& run) = nullptr;
 };
 
@@ -91,41 +94,46 @@ struct MistakeKind {
 [[nodiscard]] MistakeKind bias_step_kind();
 [[nodiscard]] MistakeKind memory_kind();
 
-/// @return all kinds.
+/// @return all kinds, the built-in ones first.
 [[nodiscard]] std::span<const MistakeKind> mistake_kinds();
 
-/// Adds a kind of a program's own behind the others. Not while other threads calibrate.
+/// Appends a kind that the calling program defines. Must not be called while another thread
+/// calibrates.
 void add_mistake_kind(const MistakeKind& kind);
 
-/// The probability that q parameters take so much from a fit's sum of squares by chance.
+/// The p-value of the F test of q added parameters, which reduce the sum of squares `total` by
+/// `drop`.
 ///
-/// A hypothesis that frees no parameter, such as another pose, is not nested: no F test judges it.
-/// @param loss  of degrees of freedom, of both sums of squares (dof_reduction_factor()).
+/// The result is 1 if a hypothesis adds no parameter: another pose, for example, is not nested.
+/// @param dof   the degrees of freedom of `total`.
+/// @param loss  divides the degrees of freedom of both sums of squares (dof_reduction_factor()).
 [[nodiscard]] double nested_f_p(double total, double dof, double drop, double q, double loss = 1.0);
 
-/// As above, with the residuals perpendicular to the field of each reading. If the cube lies
-/// differently each time, these residuals scatter more than those along the field, so a turn is
-/// compared with them.
+/// nested_f_p() of the residuals perpendicular to the field of each reading; 0 if the run has fewer
+/// than 3 axes. If the cube lies differently each time, these residuals scatter more than those
+/// along the field. Therefore they test a turn of the table.
 [[nodiscard]] double nested_p_across_field(const SuspectRun& run, const HypothesisFit& with);
 
-/// @return a correction of that code about these readings.
+/// @return a correction with this code and the run numbers of these readings.
 [[nodiscard]] Correction about(const SuspectRun& run,
                                WarningCode code,
                                const std::vector<std::size_t>& readings);
 
-/// A run of one reading alone.
+/// @return the set that contains only reading i.
 [[nodiscard]] ReadingSet one_reading(const ReadingSet& set, std::size_t i);
 
-/// The squared distance of a response from the other readings' prediction, in units of its axes'
-/// scale.
-/// @param one  the reading alone, as one_reading(), in the pose that is tried.
+/// The squared distance of a response from the prediction by the other readings, in units of the
+/// axes' scales.
+/// @param one      the set of only this reading (one_reading()), in the pose to try.
+/// @param without  the fit without this reading.
 [[nodiscard]] double distance_squared(const SuspectRun& run,
                                       const ReadingSet& one,
                                       const HypothesisFit& without,
                                       const Eigen::VectorXd& response);
 
-/// The prediction without a reading for this reading, m entries [unit].
-/// @param one  that reading alone, see one_reading().
+/// The prediction of a reading by the other readings, m entries [unit].
+/// @param one      the set of only this reading (one_reading()).
+/// @param without  the fit without this reading.
 [[nodiscard]] Eigen::VectorXd predict_from_other_readings(const SuspectRun& run,
                                                           const ReadingSet& one,
                                                           const HypothesisFit& without);

@@ -29,7 +29,7 @@ void SuspectRun::fit_single_deletions() {
   deletions_.assign(count(), {});
   by_deletion_.resize(count());
   std::iota(by_deletion_.begin(), by_deletion_.end(), std::size_t{0});
-  std::vector<double> left(count());  // without each
+  std::vector<double> left(count());  // the sum of squares without each reading
   std::vector<std::size_t> fitted = by_deletion_;
   const auto sort_by_left = [&](std::vector<std::size_t>& readings) {
     std::stable_sort(readings.begin(), readings.end(),
@@ -48,7 +48,7 @@ void SuspectRun::fit_single_deletions() {
     left[i] =
         deletions_[i].fitted ? deletions_[i].total() : std::numeric_limits<double>::infinity();
   }
-  // Behind those that were fitted: the others are judged to first order only.
+  // The readings whose deletion was not fitted come last.
   sort_by_left(fitted);
   std::vector<bool> is_fitted(count(), false);
   for (const std::size_t i : fitted) {
@@ -58,7 +58,6 @@ void SuspectRun::fit_single_deletions() {
   by_deletion_.insert(by_deletion_.begin(), fitted.begin(), fitted.end());
 }
 
-// Two readings deleted: all pairs where they are few, else of those that count most.
 void SuspectRun::fit_pair_deletions() {
   constexpr std::size_t most = 14;
   const std::size_t few = std::min(most, count() > each_is_fitted ? max_candidate_fits() : most);
@@ -116,7 +115,7 @@ std::vector<std::size_t> SuspectRun::largest_residuals(std::size_t most) const {
   return first_of(all, most);
 }
 
-// Rows of some readings among all rows, which are by axis.
+// The rows of these readings among all n m rows, which are sorted by axis.
 std::vector<Eigen::Index> SuspectRun::rows_of(const std::vector<std::size_t>& readings) const {
   std::vector<Eigen::Index> rows;
   for (Eigen::Index k = 0; k < m(); ++k) {
@@ -131,7 +130,7 @@ namespace {
 
 // e^T (1 - H)^-1 e over the deleted readings.
 // @tparam Count  the number of rows, if it is known at compile time.
-// @tparam Most   how many at most: few need no memory of their own.
+// @tparam Most   the largest possible number of rows; a small number avoids heap memory.
 template <int Count, int Most>
 double drop_of_rows(const HypothesisFit& fit,
                     std::span<const std::size_t> readings,
@@ -147,13 +146,12 @@ double drop_of_rows(const HypothesisFit& fit,
       M(a, b) = (a == b ? 1.0 : 0.0) - fit.fit->hat(a % m, i, b % m, j);
     }
   }
-  // If a reading alone determines a coefficient, its residual holds zero information.
+  // If only this reading determines a coefficient, its residual contains no information.
   return squares_by(M, e, 1e-9);
 }
 
 }  // namespace
 
-// The reduction of the sum of squares without these readings, to first order.
 double SuspectRun::rss_drop_without_readings(const HypothesisFit& fit,
                                              std::span<const std::size_t> readings) const {
   constexpr int of_triad = 3;
@@ -166,7 +164,7 @@ double SuspectRun::rss_drop_without_readings(const HypothesisFit& fit,
                      : drop_of_rows<Eigen::Dynamic, Eigen::Dynamic>(fit, readings, m());
 }
 
-// The reduction by added columns. The residuals are orthogonal to the basis.
+// Uses that the residuals are orthogonal to the basis.
 double SuspectRun::rss_drop_with_columns(const HypothesisFit& fit, Eigen::MatrixXd Z) const {
   for (Eigen::Index k = 0; k < m(); ++k) {
     Z.middleRows(n() * k, n()).array().colwise() *=
@@ -178,7 +176,7 @@ double SuspectRun::rss_drop_with_columns(const HypothesisFit& fit, Eigen::Matrix
   return squares_by(left, c, 1e-9 * Z.colwise().squaredNorm().maxCoeff());
 }
 
-// The reduction by one column.
+// rss_drop_with_columns() for one column that has entries for these readings only.
 double SuspectRun::rss_drop_with_shift(const HypothesisFit& fit,
                                        Eigen::Index axis,
                                        const std::vector<std::size_t>& readings) const {
@@ -196,7 +194,6 @@ double SuspectRun::rss_drop_with_shift(const HypothesisFit& fit,
   return left > 1e-9 * squares ? product * product / left : 0.0;
 }
 
-// A value for each of these readings, or for one of its axes, that may be anything.
 HypothesisFit SuspectRun::arbitrary(const std::vector<std::size_t>& readings,
                                     std::optional<Eigen::Index> axis) const {
   std::vector<Eigen::Index> rows = rows_of(readings);

@@ -14,16 +14,18 @@
 
 namespace axiscal {
 
-/// A run that may hold a mistake: its plain fit, and its fits without one or two readings. The
-/// kinds of mistakes define the hypotheses.
+/// A run that may contain a mistake, with the fit of all readings and the fits without one or two
+/// readings.
 ///
-/// Up to `each_is_fitted` readings each is left out by a fit of its own; of more, the
-/// max_candidate_fits() that count most to first order: the time stays linear in the readings.
+/// If a run has at most `each_is_fitted` readings, a fit is made without each of them. If it has
+/// more, fits are made only without the max_candidate_fits() readings whose deletion reduces the
+/// sum of squares most, to first order. Therefore the time is linear in the number of readings.
 class SuspectRun {
  public:
   static constexpr std::size_t each_is_fitted = 200;
 
-  /// If each block has its own levelness, a fit is slow; then fewer are made.
+  /// The number of deletions that are fitted. It is smaller if each block has its own levelness,
+  /// because a fit is slow then.
   [[nodiscard]] std::size_t max_candidate_fits() const {
     constexpr Eigen::Index many_directions = 24;
     return plain_.fit->shared() > many_directions ? 8 : 48;
@@ -48,35 +50,37 @@ class SuspectRun {
   /// The fit of all readings.
   [[nodiscard]] const HypothesisFit& plain() const { return plain_; }
 
-  /// The fit without a reading; not fitted where the reading counts too little.
+  /// The fit without a reading; `fitted` is false if the deletion changes too little.
   [[nodiscard]] const HypothesisFit& without(std::size_t i) const { return deletions_[i]; }
 
-  /// Positions, the one whose deletion mends most first.
+  /// Positions of the readings, the one whose deletion reduces the sum of squares most first.
   [[nodiscard]] const std::vector<std::size_t>& ranked_by_deletion() const { return by_deletion_; }
 
-  /// The best fit without two readings, and which.
+  /// The best fit without two readings, and the positions of these two.
   [[nodiscard]] const HypothesisFit& best_pair() const { return best_pair_; }
   [[nodiscard]] const std::array<std::size_t, 2>& pair() const { return pair_; }
 
   void fit_single_deletions();
 
-  /// All pairs where readings are few, else of those that count most.
+  /// Fits the run without each pair of readings. If the readings are many, only pairs of those are
+  /// tried whose deletion reduces the sum of squares most or whose residuals are largest.
   void fit_pair_deletions();
 
-  /// Weights the axes by their scatter from now on, and repeats all fits.
+  /// Sets the scale of each axis to its scatter in `clean`, and repeats all fits.
   /// @param clean  a fit without the worst readings.
   void weigh_axes_by(const HypothesisFit& clean);
 
-  /// |S_k| F of an axis [unit].
+  /// The full response |S_k| F of axis k [unit].
   [[nodiscard]] double full_response(Eigen::Index k) const {
     return plain_.coefficients.col(k).segment<3>(1).norm() * plain_.field.magnitude();
   }
 
-  /// From this number of readings on, each reading is judged by the others, axis by axis.
+  /// If a run has at least this number of readings, each reading is tested against the others, axis
+  /// by axis.
   static constexpr Eigen::Index fewest_for_deletion = 24;
   [[nodiscard]] bool has_independent_readings() const { return n() >= fewest_for_deletion; }
 
-  /// Whether what is left is rounding.
+  /// True if the residuals are not larger than rounding errors.
   [[nodiscard]] bool only_rounding() const;
 
   [[nodiscard]] std::vector<std::size_t> largest_residuals(std::size_t most) const;
@@ -88,12 +92,14 @@ class SuspectRun {
   [[nodiscard]] double rss_drop_with_columns(const HypothesisFit& fit,
                                              Eigen::MatrixXd columns) const;
 
-  /// The reduction by a shift of some readings of an axis.
+  /// The reduction of the sum of squares by a common shift of some readings of one axis, to first
+  /// order.
   [[nodiscard]] double rss_drop_with_shift(const HypothesisFit& fit,
                                            Eigen::Index axis,
                                            const std::vector<std::size_t>& readings) const;
 
-  /// A value for each of some readings, or for one axis of the first, that may be anything.
+  /// The fit with a free value for each axis of these readings. If `axis` is given, only this axis
+  /// of the first reading has a free value.
   [[nodiscard]] HypothesisFit arbitrary(const std::vector<std::size_t>& readings,
                                         std::optional<Eigen::Index> axis = {}) const;
 
@@ -111,9 +117,9 @@ class SuspectRun {
   std::array<std::size_t, 2> pair_{};
 };
 
-/// c^T M^-1 c by Cholesky's factor, its pivots in their order; 0 where one is not above
-/// `open_below`. Written out, so that of few rows the compiler can leave out the loops.
-/// @param M  symmetric: the lower triangle alone is read.
+/// c^T M^-1 c by a Cholesky factorisation without pivoting; 0 if a pivot is not above `open_below`.
+/// It does not call Eigen, so that the compiler can unroll the loops if M has few rows.
+/// @param M  symmetric; only the lower triangle is read.
 template <typename Square, typename Vector>
 [[nodiscard]] double squares_by(Square M, Vector c, double open_below) {
   double squares = 0.0;
@@ -141,7 +147,7 @@ template <typename Square, typename Vector>
   return squares;
 }
 
-/// The first of an order, at most so many.
+/// @return the first `count` elements of `order`, or all if it has fewer.
 [[nodiscard]] std::vector<std::size_t> first_of(const std::vector<std::size_t>& order,
                                                 std::size_t count);
 

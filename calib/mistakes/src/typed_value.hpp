@@ -5,13 +5,13 @@
 
 namespace axiscal {
 
-/// The value that was probably meant, for a value with a typing error: one digit, two exchanged
-/// digits, a moved decimal point, the sign.
-/// @param typed      the value as it stands.
-/// @param expected   by all other readings.
-/// @param tolerance  how far from it the value that was meant may be.
-/// @return the nearest such value; nullopt if no typing error explains the value, or if the value
-///         has so few digits that chance could.
+/// Infers the intended value from a value with a typing error: a wrong digit, two exchanged digits,
+/// a moved decimal point or a wrong sign.
+/// @param typed      the value in the run.
+/// @param expected   the prediction by all other readings.
+/// @param tolerance  the largest accepted difference between the result and `expected`.
+/// @return the possible value nearest to `expected`; nullopt if no typing error explains the value,
+///         or if it has fewer than 4 digits.
 [[nodiscard]] std::optional<double> infer_intended_value(double typed,
                                                          double expected,
                                                          double tolerance);

@@ -28,12 +28,12 @@
 namespace axiscal {
 namespace {
 
-// One replicate, its readings as the rows of a Fit.
+// The linear map of one replicate, with readings in the order of the rows of a Fit.
 struct LinearMap {
   Eigen::MatrixXd coefficients_from_readings;  // 4m x n m
   Eigen::MatrixXd columns;                     // n m x c: of a fit to all readings, b and S first
-  Eigen::VectorXd degrees_of_freedom;          // left by one replicate
-  double parameters = 4.0;                     // per axis, of any number of replicates
+  Eigen::VectorXd degrees_of_freedom;          // m: equations of one replicate, for each axis
+  double parameters = 4.0;                     // per axis, for all replicates together
 };
 
 std::vector<RunSheetRow> sheet_of(const std::vector<DesignEntry>& design) {
@@ -44,7 +44,7 @@ std::vector<RunSheetRow> sheet_of(const std::vector<DesignEntry>& design) {
   return sheet;
 }
 
-// Where the field points on the table as it is expected to slope.
+// The field in the frame table, with the expected slope of the table.
 Eigen::Vector3d field_in_table(const ForecastSetup& setup) {
   return rotation_sloping_from_level(setup.slope) *
          setup.nominal.field.in_table.value_or(
@@ -64,8 +64,8 @@ ReadingSet reading_set(const ForecastSetup& setup) {
                 .positioner = setup.positioner,
                 .rotation_sensor_from_positioner = setup.mount.rotation_sensor_from_positioner});
   set.readings = observations.readings;
-  // As the nominal response has them in the dark too: one-sided axes are forecast as if they saw
-  // it.
+  // The readings follow the linear response, also for light from behind: the forecast treats
+  // one-sided axes as if they responded to it.
   set.response.resize(observations.size(), observations.response.cols());
   set.weights = Eigen::MatrixXd::Ones(set.size(), set.axis_count());
   const Eigen::Vector3d in_table = field_in_table(setup);
@@ -81,8 +81,8 @@ ReadingSet reading_set(const ForecastSetup& setup) {
   return set;
 }
 
-// @throws RefusedError, RankDeficientError  with the points to add, where the design alone does not
-//                                           determine the coefficients.
+// @throws RefusedError, RankDeficientError  if the design does not determine the coefficients; the
+//                                           message names the points to add.
 void check_design(const ForecastSetup& setup, const ReadingSet& set, const TableField& field) {
   const RowsForPoint row_for = rows_of_points(set, field);
   if (!method_kind(setup.method).averages_pairs) {
@@ -115,7 +115,7 @@ LinearMap linear_map(const ForecastSetup& setup, const Fit& run) {
     }
     map.degrees_of_freedom =
         Eigen::VectorXd::Constant(m, static_cast<double>(paired.design.rows()));
-    // The fit by generalised least squares uses all readings too.
+    // generalized_map() fits all readings, not their averages.
     if (open.empty()) {
       map.columns = run.columns();
     }
@@ -136,7 +136,7 @@ LinearMap linear_map(const ForecastSetup& setup, const Fit& run) {
   return map;
 }
 
-// The effect of a shared error on the readings, in columns of standard deviation 1.
+// The effect of shared errors on the readings: one column for each error of standard deviation 1.
 using SharedErrors = Eigen::MatrixXd;  // n m x q
 
 // The effect of each uncertain input on the readings, by its name.
@@ -159,9 +159,9 @@ std::map<std::string, SharedErrors> errors_of_inputs(const ForecastSetup& setup,
   return errors;
 }
 
-// The contribution of a world to the coefficients' covariance. In random order, correlated readings
-// have the mean correlation of any two readings of the run.
-// @param L  from one replicate's readings to the coefficients.
+// The contribution of a world to the coefficients' covariance. The readings are in random order, so
+// any two of them have the mean correlation of the run.
+// @param L  the linear map from the readings of one replicate to the coefficients.
 Eigen::MatrixXd covariance_in_world(const ForecastSetup& setup,
                                     const Eigen::MatrixXd& L,
                                     double replicates) {
@@ -194,7 +194,7 @@ Eigen::MatrixXd covariance_in_world(const ForecastSetup& setup,
     }
   }
   const double readings = replicates * static_cast<double>(n);
-  // Mean correlation of two readings of a run whose neighbours have this one.
+  // The mean correlation of any two readings of a run, from the correlation of neighbours.
   const auto mean_correlation = [&](double neighbours) {
     constexpr int longest = 10000;
     double sum = 0.0;
@@ -231,7 +231,7 @@ Eigen::MatrixXd covariance_in_world(const ForecastSetup& setup,
         at_ends.cwiseSqrt().asDiagonal(), replicates);
   }
   if (world.ar != 0.0) {
-    // The white part is counted as noise already.
+    // The noise includes the white part already.
     add(setup.noise_sd / of_mean * std::sqrt(std::max(mean_correlation(world.ar), 0.0)), biases,
         1.0);
   }
@@ -259,8 +259,9 @@ Eigen::MatrixXd part_of(const SharedErrors& errors, const Eigen::MatrixXd& map) 
   return changes * changes.transpose();
 }
 
-// The map of generalised least squares, as calibrate() fits where the cube's normals are uncertain.
-// @param variance  of a reading.
+// The linear map of generalised least squares, which calibrate() uses if the cube's normals are
+// uncertain.
+// @param variance  of the mean reading at each point.
 Eigen::MatrixXd generalized_map(const LinearMap& map,
                                 const SharedErrors& positioner,
                                 const SharedErrors& level,
@@ -278,7 +279,7 @@ Eigen::MatrixXd generalized_map(const LinearMap& map,
   return whitening.transposed_times(from_whitened.transpose()).transpose();
 }
 
-// The parts of a forecast that replicates do not change.
+// The parts of a forecast that do not depend on the number of replicates.
 struct ForecastParts {
   LinearMap map;
   SharedErrors positioner, level, mount;
@@ -297,7 +298,7 @@ ForecastParts parts_of(const ForecastSetup& setup) {
           .mount = std::move(errors["mount"])};
 }
 
-// @param replicates  any number, as a search for it tries them.
+// @param replicates  their number; a double, because replicates_for_angle() tries large numbers.
 Forecast forecast_of(const ForecastSetup& setup, const ForecastParts& parts, double replicates) {
   const double variance =
       setup.noise_sd * setup.noise_sd / (replicates * static_cast<double>(setup.samples));
@@ -320,7 +321,7 @@ Forecast forecast_of(const ForecastSetup& setup, const ForecastParts& parts, dou
   return result;
 }
 
-// Covariance of the field that a calibrated reading gives, for a field in the instrument's frame.
+// The covariance of the field from a calibrated reading. `field` is in the instrument's frame.
 Eigen::Matrix3d field_covariance(const Forecast& forecast,
                                  const Eigen::MatrixXd& inverse,
                                  const Eigen::MatrixXd& covariance,
@@ -349,7 +350,7 @@ Method method_for(const Experiment& experiment, const std::vector<DesignEntry>& 
   for (const DesignEntry& entry : design) {
     observations.readings.push_back({.point = entry.point, .level = entry.level});
   }
-  // Fewer points leave the direction open: a table known to be level is meant.
+  // Fewer points do not determine the direction of the field, so it is taken as known.
   constexpr std::size_t fewest_for_direction = 10;
   const Method method = choose_method(experiment, observations);
   const bool is_open = !experiment.fit.method && method == Method::joint;

@@ -25,8 +25,8 @@ void require_samples(const Recording& recording, std::size_t fewest) {
   }
 }
 
-// Attitudes of a hand that turns a thing about everywhere: rates of two radians a second, each
-// component a sum of slow waves.
+// The attitudes of an instrument that a hand turns in all directions. Each component of its rate is
+// a sum of slow sine waves. The rate is about 2 rad/s.
 class TurningHand {
  public:
   explicit TurningHand(std::uint64_t seed) {
@@ -96,7 +96,7 @@ class RecordedReadings {
   Eigen::Index at_ = 0;
 };
 
-// Up once and down again, smoothly.
+// The temperature goes smoothly up to the highest value and down again.
 double swept_temperature(const Recording& recording, double part) {
   const auto [low, high] = recording.temperatures;
   return low + (high - low) * 0.5 * (1.0 - std::cos(2.0 * std::numbers::pi * part));
@@ -176,7 +176,7 @@ SimulatedTurns simulate_turns(const SensorModel& truth,
   RecordedReadings readings(truth, recording, options);
   const Eigen::Vector3d up_in_table =
       rotation_sloping_from_level(options.slope) * Eigen::Vector3d::UnitZ();
-  std::vector<Eigen::Matrix3d> seats;  // to the table's frame from the sensor's
+  std::vector<Eigen::Matrix3d> seats;  // rotations from sensor to table
   for (const RunSheetRow& row : sheet) {
     readings.lay();
     seats.emplace_back(
@@ -257,7 +257,7 @@ SensorModel in_shape(SensorModel truth, MagnitudeShape shape) {
   if (shape == MagnitudeShape::symmetric) {
     truth.response.sensitivity = S * nearest_rotation(S).transpose();
   } else {
-    // An upper triangle is a lower one, both orders reversed.
+    // A lower triangle with its rows and columns in reverse order is an upper triangle.
     const Eigen::Matrix3d reversed = (S * S.transpose()).reverse();
     const Eigen::Matrix3d lower = Whitening(reversed).root();
     truth.response.sensitivity = lower.reverse();

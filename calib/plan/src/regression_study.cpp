@@ -38,7 +38,7 @@ RegressionTrials trials_of(const StudySetup& setup) {
   X << Eigen::VectorXd::Ones(n), fields;
   RegressionTrials trials{.at = repeated_design(X, parameter_names({"axis"})),
                           .responses = static_cast<std::size_t>(m)};
-  // (X^T X)^-1 is the pseudo-inverse times its transpose; its rows stand one after another.
+  // (X^T X)^-1 is the pseudo-inverse times its transpose. The pseudo-inverse is stored by rows.
   const Eigen::Map<const Eigen::MatrixXd> rows(trials.at.pseudo_inverse.data(), n, 4);
   for (Eigen::Index j = 0; j < 4; ++j) {
     trials.unscaled_variance.push_back(rows.col(j).squaredNorm());

@@ -20,7 +20,7 @@ namespace axiscal {
 
 SensorModel on_level_table(SensorModel truth) {
   FieldDescription& field = truth.field;
-  // The table's slope seen by gravity, or otherwise by a turntable's axis.
+  // The vertical in the frame table: the direction of gravity, or otherwise of a turntable's axis.
   const Eigen::Vector3d* up = nullptr;
   if (field.parts.empty() && field.in_table && field_kind(field.kind).along_normal) {
     up = &*field.in_table;
@@ -32,10 +32,10 @@ SensorModel on_level_table(SensorModel truth) {
     up = field_kind(also.kind).vertical ? &also.in_table : up;
   }
   if (up == nullptr) {
-    return truth;  // its slope is not known from the record
+    return truth;  // the record does not determine the slope
   }
   const Eigen::Vector3d direction = (up->z() < 0.0 ? -1.0 : 1.0) * up->normalized();
-  constexpr double least_height = 0.1;  // a field in the table's plane tells no slope
+  constexpr double least_height = 0.1;  // a field in the table's plane determines no slope
   if (direction.z() < least_height) {
     return truth;
   }
@@ -85,8 +85,8 @@ SimulatedRun simulate_run(const SensorModel& truth,
                           const SimulationOptions& options,
                           RandomStream& random) {
   check_simulation(truth, options);
-  // Of a sum what is made on the table stays as it is when the table is tilted or turned. A field
-  // alone is always turned: a lamp or coil that does not stand as the record says.
+  // In a sum, a part with its source on the table is not turned, because the source turns with the
+  // table. A single field is always turned, as if the lamp or coil stood in another position.
   const Eigen::Matrix3d turned = rotation_sloping_from_level(options.slope) *
                                  rotation_table_from_enu(options.fence_azimuth_rad);
   const bool is_sum = !truth.field.parts.empty();

@@ -27,7 +27,7 @@
 namespace axiscal {
 namespace {
 
-// A seed for a trial that no other trial has anything in common with (splitmix64).
+// The seed of a trial, independent of the seeds of all other trials (splitmix64).
 std::uint64_t seed_of_trial(std::uint64_t seed, std::int64_t trial) {
   std::uint64_t z = seed * 0x9E3779B97F4A7C15ULL +
                     (static_cast<std::uint64_t>(trial) + 1) * 0xD1B54A32D192ED03ULL;
@@ -36,7 +36,7 @@ std::uint64_t seed_of_trial(std::uint64_t seed, std::int64_t trial) {
   return z ^ (z >> 31U);
 }
 
-// Each run's table is tilted by so much more.
+// The standard deviation of each run's further slope, along x and y [rad].
 double slope_sd_of(const StudySetup& setup) {
   return setup.simulation.world.stated ? std::hypot(setup.slope_sd, setup.experiment.stated.slope_u)
                                        : setup.slope_sd;
@@ -92,7 +92,7 @@ class Trial {
     return free ? in_shape(std::move(truth), setup_.experiment.fit.shape) : truth;
   }
 
-  // Errors, stated u and U of the result of one reading in an attitude.
+  // Adds the errors of the results of one reading in a random attitude, with the stated u and U.
   void add_angles(const Calibration& calibration, std::vector<StudySums>& sums, std::size_t from) {
     constexpr double highest = 0.984807753012208;  // sin 80 degrees
     const double sine = highest * (2.0 * random_.uniform() - 1.0);
@@ -145,7 +145,7 @@ class Trial {
                                     : std::nullopt;
   }
 
-  // The field as it is where its direction and magnitude are known only as stated.
+  // Draws the true field with errors of the stated uncertainties of its direction and magnitude.
   void draw_field(const Experiment& experiment) {
     Eigen::Vector3d& field = *truth_.field.in_table;
     field *= 1.0 + experiment.field.magnitude_u / truth_.field.magnitude * random_.normal();
@@ -159,7 +159,7 @@ class Trial {
 
   [[nodiscard]] Calibration calibrated_by_turns() {
     const std::optional<Site>& site = setup_.experiment.table.site;
-    // The table stands at any heading; without a site the Earth's axis may be any.
+    // The heading of the table is random. Without a site, the Earth's axis has a random direction.
     const double heading = 2.0 * std::numbers::pi * random_.uniform();
     const double up =
         site ? std::sin(site->latitude_deg * rad_per_deg) : 2.0 * random_.uniform() - 1.0;
@@ -189,15 +189,15 @@ class Trial {
   }
 
   const StudySetup& setup_;
-  SensorModel truth_;  // its field as drawn
+  SensorModel truth_;  // with the field by draw_field()
   RandomStream random_;
-  RandomStream sheet_random_;  // of the order of the readings
+  RandomStream sheet_random_;  // draws the order of the readings
   RandomStream noise_random_{0};
   SimulationOptions simulation_;
   Eigen::VectorXd bias_of_run_;
 };
 
-// The truth in the form of a calibration: polynomials about its reference temperature.
+// The truth with its temperature polynomials about the reference temperature of a calibration.
 SensorModel truth_about(SensorModel truth, const Calibration& calibration) {
   if (!truth.temperature || !calibration.sensor.temperature) {
     return truth;
@@ -226,7 +226,7 @@ SensorModel truth_about(SensorModel truth, const Calibration& calibration) {
   for (std::size_t k = 0; k < terms.spans.size(); ++k) {
     terms.spans[k].reference = calibration.sensor.temperature->spans[k].reference;
   }
-  // Terms that the truth has not are 0.
+  // Fitted terms that the truth lacks are 0.
   const Eigen::Index fitted = calibration.sensor.temperature->bias.cols();
   if (fitted > order) {
     for (Eigen::MatrixXd* const all : {&terms.bias, &terms.scale}) {
@@ -237,13 +237,13 @@ SensorModel truth_about(SensorModel truth, const Calibration& calibration) {
   return truth;
 }
 
-// The identity of a study (FNV-1a of its description).
+// A digest that identifies a study (FNV-1a of its description).
 std::string digest_of(const StudySetup& setup) {
   Experiment described = setup.experiment;
   Calibration record;
   record.sensor = setup.truth;
   std::string text = calibration_json(record);
-  if (!can_be_stated(described)) {  // a program's own fields go by the names of their kinds
+  if (!can_be_stated(described)) {  // fields of a program are described by the names of their kinds
     described.also.insert(described.also.begin(), std::exchange(described.field, FieldSetup()));
     for (const FieldSetup& field : std::exchange(described.also, {})) {
       for (const FieldSetup* const part : field.parts()) {
@@ -317,7 +317,7 @@ struct StudyBlock {
   std::map<std::string, std::int64_t> warnings;
 };
 
-// Each kind of warning once a trial.
+// Counts each kind of warning once for a trial.
 void count_warnings(const Calibration& calibration, std::map<std::string, std::int64_t>& counts) {
   std::set<std::string> names;
   for (const CalibrationWarning& warning : calibration.findings.warnings) {
@@ -329,7 +329,8 @@ void count_warnings(const Calibration& calibration, std::map<std::string, std::i
   }
 }
 
-// @param is_first  of a shard: its first trial must give a calibration, else it says why none does.
+// @param is_first  true for the first block of a shard. Then a refused trial throws as long as no
+//                  trial gave a calibration.
 StudyBlock run_block(const StudySetup& setup,
                      const Eigen::MatrixXd& normal_root,
                      const Study& study,
@@ -394,7 +395,7 @@ Study run_study(const StudySetup& given,
     return study;
   }
   StudySetup setup = given;
-  // Without drift it changes no coefficient.
+  // The search for mistakes changes coefficients only if it finds a drift.
   setup.experiment.fit.search_for_mistakes = setup.alarms || !setup.simulation.world.is_white();
   const Eigen::MatrixXd normal_root = root_of_normals(setup);
   study.block = 250;

@@ -9,7 +9,7 @@
 
 namespace axiscal {
 
-/// Numbers of the blocks that a shard does: every N-th, from the I-th.
+/// Numbers of the blocks of shard I of N: every N-th block, from the I-th on.
 [[nodiscard]] inline std::vector<std::int64_t> blocks_of_shard(const Study& study,
                                                                const Shard& shard) {
   std::vector<std::int64_t> blocks;
@@ -27,7 +27,7 @@ inline void add_counts(const std::map<std::string, std::int64_t>& counts,
   }
 }
 
-/// Tells how many trials are done, from whichever thread has done some.
+/// Reports the number of finished trials of all threads.
 class ProgressReport {
  public:
   explicit ProgressReport(const std::function<void(std::int64_t)>& progress)
@@ -47,8 +47,8 @@ class ProgressReport {
   std::int64_t done_ = 0;
 };
 
-/// The study of the regression alone: fills parameters, block, blocks and sums.
-/// @param study  its seed, trials and setup are there.
+/// Runs a study of only the regression. Sets parameters, block, blocks and sums of `study`.
+/// @param study  seed, trials and setup must be set.
 void run_regression_study(const StudySetup& setup,
                           const Shard& shard,
                           const std::function<void(std::int64_t)>& progress,

@@ -31,7 +31,7 @@ void check(const ToleranceStudy& study) {
   }
 }
 
-// Squares of errors, in field units, summed up.
+// Sums of squared errors, as in CalibrationErrors.
 struct Sums {
   double bias = 0.0;
   double main = 0.0;
@@ -39,7 +39,7 @@ struct Sums {
   double angle = 0.0;
 };
 
-// Error of each coefficient over the length of its axis's sensitivity: m x 4.
+// The error of each coefficient, divided by the length of its axis's sensitivity: m x 4.
 using RelativeErrors = Eigen::Matrix<double, Eigen::Dynamic, 4>;
 
 Sums squares_of(const RelativeErrors& errors, const SensitivityMatrix& sensitivity, double F) {
@@ -53,9 +53,9 @@ Sums squares_of(const RelativeErrors& errors, const SensitivityMatrix& sensitivi
     sums.main += S(main) * S(main) / m;
     sums.cross += (S.squaredNorm() - S(main) * S(main)) / (2.0 * m);
   }
-  // f_hat is off by -E u - e with E = S^-1 dS F, e = S^-1 db. Over all directions u the mean square
-  // of the part across u, in one of its two ways, is half of
-  // 2/3 |e|^2 + 1/3 |E|^2 - (tr(E)^2 + |E|^2 + tr(E E)) / 15.
+  // For a field F u the error of f_hat / F is -E u - e with E = S^-1 dS and e = S^-1 db / F. Its
+  // part across u has two components. The mean square of one component over all directions u is
+  // half of 2/3 |e|^2 + 1/3 |E|^2 - (tr(E)^2 + |E|^2 + tr(E E)) / 15.
   Eigen::MatrixXd scaled(errors.rows(), 4);
   for (Eigen::Index k = 0; k < errors.rows(); ++k) {
     scaled.row(k) = errors.row(k) * sensitivity.row(k).norm();
@@ -99,7 +99,7 @@ CalibrationErrors closed_form(const ToleranceStudy& study, Method method) {
   description.normal_covariance = normal_covariance_of(study.drawing, study.tolerances);
   setup.positioner = Positioner(std::move(description));
   const Forecast result = forecast(setup);
-  // The mean over the covariance of the same quadratic forms: one principal error after the other.
+  // The expected squared errors are the sums over the principal components of the covariance.
   const SymmetricEigen eigen = symmetric_eigen(result.positioner);
   Sums sums;
   const SensitivityMatrix& S = study.nominal.response.sensitivity;
@@ -138,7 +138,7 @@ ToleranceEffect effect_of(const ToleranceStudy& study, Method method) {
   const double F = study.nominal.field.magnitude;
   std::vector<std::optional<LinearResponse>> responses(static_cast<std::size_t>(study.trials));
   for_each_in_parallel(responses.size(), [&](std::size_t trial) {
-    // Every method has the same cubes.
+    // The cube depends only on the trial, so every method has the same cubes.
     RandomStream random(study.seed, static_cast<std::uint32_t>(trial) + 16);
     try {
       const Positioner cube =
@@ -146,7 +146,7 @@ ToleranceEffect effect_of(const ToleranceStudy& study, Method method) {
       responses[trial] = calibrate(experiment, simulate(study.nominal, sheet,
                                                         {.slope = study.slope, .positioner = cube}))
                              .sensor.response;
-    } catch (const Error&) {  // no cube, or one that cannot lie at a point
+    } catch (const Error&) {  // the balls do not form a cube, or it cannot lie at a point
     }
   });
   Sums sums;

@@ -17,7 +17,8 @@
 namespace axiscal {
 namespace {
 
-// An entry of a world: its name, and how its numbers are set and read.
+// An entry of a world: its name, and the member with its numbers. Both members are null for the
+// entries that are not a `double`.
 struct Entry {
   std::string_view name;
   double World::*number = nullptr;
@@ -45,7 +46,7 @@ constexpr std::array entries = {
     Entry{.name = "stated"},
 };
 
-// The limits of an entry; drift, k2 and k3 have a sign.
+// Throws DomainError if a value is outside the limits of its entry.
 void check_value(std::string_view name, double value) {
   const auto must_be = [&](bool is_so, std::string_view what) {
     if (!is_so || !std::isfinite(value)) {
@@ -96,7 +97,7 @@ void put(World& world, std::string_view name, const std::vector<double>& values)
   }
 }
 
-// The numbers of an entry; none where it is not there.
+// The numbers of an entry; empty if they are all 0.
 std::vector<double> numbers_of(const World& world, const Entry& entry) {
   if (entry.by_axis != nullptr) {
     const std::vector<double>& values = world.*(entry.by_axis);

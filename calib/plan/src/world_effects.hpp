@@ -12,10 +12,11 @@
 
 namespace axiscal {
 
-/// The world's effects on the readings of one instrument, one after another.
+/// The effects of a world on consecutive readings of one instrument.
 class WorldEffects {
  public:
-  /// @param noise_sd  of each axis; must outlive it, as the world.
+  /// @param world     must outlive this object.
+  /// @param noise_sd  of each axis; must outlive this object.
   WorldEffects(const World& world,
                const Eigen::VectorXd& noise_sd,
                std::uint64_t seed,
@@ -25,29 +26,30 @@ class WorldEffects {
   /// Goes on to the next reading.
   void next(int block);
 
-  /// The cube is laid down again.
+  /// Draws the turn of the cube in its seat. To be called each time the cube is laid down.
   void lay();
 
-  /// The table's field in the sensor, with the cube in its present position.
+  /// The rotation from table to sensor, with the present turns of mount and seat.
   [[nodiscard]] Eigen::Matrix3d as_seated(const Eigen::Matrix3d& rotation_sensor_from_table) const {
     return mount_ * rotation_sensor_from_table * seat_;
   }
 
-  /// The factors of the field, and of each axis's sensitivities, relative to their means.
+  /// The factor of the field's magnitude, and the factor of each axis's sensitivities, for the
+  /// present reading. Their means are 1.
   [[nodiscard]] double size_of_field() const { return size_; }
   [[nodiscard]] const Eigen::VectorXd& gains() const { return gains_; }
 
-  /// The addition to the response.
-  /// @param random  the noise's stream; a white world takes all its numbers from this stream.
-  /// @param along   of each axis, the part of the full field that lies along it; asked for where it
-  ///                counts.
+  /// The errors to add to the response, m entries [unit].
+  /// @param random  the stream of the noise; a white world takes all its numbers from it.
+  /// @param along   returns parts_along() of the reading; called only if World::ends is used.
   [[nodiscard]] Eigen::VectorXd added(RandomStream& random,
                                       const std::function<Eigen::VectorXd()>& along);
 
   [[nodiscard]] const Eigen::VectorXd& bias_of_run() const { return walked_; }
 
  private:
-  // The factor that turns a normal number into Student's, of standard deviation 1.
+  // A random factor. A normal number times this factor has Student's distribution with standard
+  // deviation 1.
   double spread();
 
   const World& world_;
@@ -57,10 +59,10 @@ class WorldEffects {
   RandomStream own_;
   double readings_;
   double at_ = 0.0;        // number of the reading, from 1
-  int block_ = 0;          // blocks count from 1
-  Eigen::VectorXd noise_;  // of the reading before, in its standard deviations
+  int block_ = 0;          // number of the block, from 1
+  Eigen::VectorXd noise_;  // of the previous reading, in units of its standard deviation
   Eigen::VectorXd walk_;
-  Eigen::VectorXd walked_;  // its mean over the run, so far
+  Eigen::VectorXd walked_;  // mean of walk_ over the run, summed up to the present reading
   Eigen::VectorXd block_bias_;
   Eigen::VectorXd gains_;
   double size_ = 1.0;
@@ -69,7 +71,7 @@ class WorldEffects {
   Eigen::Matrix3d seat_ = Eigen::Matrix3d::Identity();
 };
 
-/// @return of each axis, the part of the full field that lies along it; m entries.
+/// @return the component of the field along each axis, divided by the field's magnitude; m entries.
 [[nodiscard]] Eigen::VectorXd parts_along(const SensorModel& truth, const Eigen::Vector3d& field);
 
 /// The contribution of the squared and cubed field along each axis.
@@ -80,7 +82,7 @@ class WorldEffects {
 /// @return the noise of m axes.
 [[nodiscard]] Eigen::VectorXd noise_of_axes(const SimulationOptions& options, Eigen::Index m);
 
-/// @return the response, rounded as the resolution and the world do.
+/// @return the response, rounded to multiples of options.resolution and of World::round.
 [[nodiscard]] Eigen::VectorXd rounded(Eigen::VectorXd response, const SimulationOptions& options);
 
 /// @throws DomainError  as simulate_run().

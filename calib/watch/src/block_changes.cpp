@@ -15,10 +15,10 @@ namespace {
 // Parameters that are tested together: biases, main terms, cross terms. Each is in units of its
 // variance from the readings' noise.
 struct ParameterClass {
-  FisherSum parameters;  // against the noise
-  FisherSum by_one;      // each the less likely to be a change of both scatters
-  double squares = 0.0;  // of the differences, by 1 / blocks + 1 / new blocks
-  double scatter = 0.0;  // of the blocks' mean squares
+  FisherSum parameters;  // p-values against the noise
+  FisherSum by_one;      // larger p-value of each parameter, against the noise or the blocks
+  double squares = 0.0;  // sum of the squared differences
+  double scatter = 0.0;  // sum of the variances of the differences by the scatter of blocks
   double scatter_squared = 0.0;
   double degrees_of_freedom = 0.0;  // of the mean square of one parameter
 
@@ -31,7 +31,7 @@ struct ParameterClass {
     scatter_squared += mean_square * mean_square;
     degrees_of_freedom = freedom;
   }
-  // The larger of the two probabilities.
+  // The larger p-value of the tests against the noise and against the scatter of blocks.
   [[nodiscard]] double p() const {
     if (!(parameters.count() > 0.0)) {
       return 1.0;
@@ -40,11 +40,11 @@ struct ParameterClass {
     if (!(degrees_of_freedom > 0.0) || !(scatter > 0.0)) {
       return by_noise;
     }
-    // Parameters may scatter differently. Their effective number is that of Satterthwaite.
+    // The effective number of parameters, because they may scatter differently (Satterthwaite).
     const double alike = scatter * scatter / scatter_squared;
     const double together =
         f_upper_p(std::max(squares / scatter, 1e-300), alike, alike * degrees_of_freedom);
-    // One by one they see what all of them do, together what one of them does far beyond the rest.
+    // by_one detects a change of all parameters, and the sum detects a large change of only one.
     return std::max(by_noise, std::min(1.0, 2.0 * std::min(together, by_one.p_value())));
   }
 };
@@ -137,7 +137,7 @@ std::optional<double> p_of_block_changes(const Calibration& old,
           pooled(scatter_of_blocks(old, names[i]), scatter_of_blocks(fresh, names[i]));
       if (blocks.degrees_of_freedom > 0.0) {
         fewest = std::min(fewest, blocks.degrees_of_freedom);
-        const double unit = within * blocks.blocks;  // of one block, by the noise
+        const double unit = within * blocks.blocks;  // variance of one block by the noise
         all.add_blocks(d * d * blocks.blocks / unit, blocks.mean_square / unit,
                        blocks.degrees_of_freedom, p_by_noise);
       }

@@ -9,13 +9,13 @@
 
 namespace axiscal {
 
-/// The possible difference between readings in a further block and a record of several blocks.
+/// The scatter of a parameter between the blocks of a record.
 struct BlockScatter {
-  double mean_square = 0.0;         ///< M, for one block's parameter, about the mean of the blocks
-  double degrees_of_freedom = 0.0;  ///< 0: unknown
-  double blocks = 1.0;
+  double mean_square = 0.0;         ///< M: variance of one block's parameter about the blocks' mean
+  double degrees_of_freedom = 0.0;  ///< of mean_square; 0 if it is unknown
+  double blocks = 1.0;              ///< number of blocks
 
-  /// @return the variance of the parameter of another block about the record's.
+  /// @return the variance of another block's parameter about the record's; 0 if it is unknown.
   [[nodiscard]] double of_another_block() const {
     return degrees_of_freedom > 0.0 ? mean_square * (1.0 + 1.0 / blocks) : 0.0;
   }
@@ -26,15 +26,15 @@ struct BlockScatter {
 [[nodiscard]] BlockScatter scatter_of_blocks(const Calibration& record,
                                              const std::string& parameter);
 
-/// The covariance of a record's parameters without the components that blocks make.
+/// The covariance of a record's parameters without the scatter between blocks.
 [[nodiscard]] Eigen::MatrixXd covariance_within_blocks(const Calibration& record);
 
-/// The probability of the difference between two records of one unit by chance, if at least one of
-/// them has several blocks. Biases, main terms and cross terms are compared with the scatter of
-/// blocks and with that of readings. For each class the larger of the two probabilities counts. The
-/// result is corrected for three tests (method.md, section 8).
+/// The p-value of the difference between two records of one unit, if at least one of them has
+/// several blocks. Biases, main terms and cross terms are three classes. Each class is tested
+/// against the scatter of blocks and against the noise of the readings, and the larger p-value is
+/// used. The smallest of the three is multiplied by 3 (docs/method/watching.md).
 ///
-/// @return nullopt if neither record shows the scatter between blocks.
+/// @return nullopt if neither record states the scatter between blocks.
 [[nodiscard]] std::optional<double> p_of_block_changes(const Calibration& old,
                                                        const Calibration& fresh,
                                                        std::vector<std::string>& notes);

@@ -13,11 +13,11 @@
 namespace axiscal {
 namespace {
 
-// Two tests share the probability of a false alarm: of all poses, and of the worst reading.
+// The test of all poses and the test of the worst reading share the probability of a false alarm.
 constexpr double share_of_poses = 0.8;
 constexpr double share_of_readings = 0.2;
 
-// Readings in about one attitude.
+// Sums over the readings in about one attitude.
 struct Pose {
   double count = 0.0;
   Eigen::Vector3d direction = Eigen::Vector3d::Zero();  // sum
@@ -26,7 +26,8 @@ struct Pose {
   Eigen::RowVectorXd by_parameters;                     // sum
 };
 
-// The pose of a direction: the nearest, if it is near enough, or there are too many for a new one.
+// The pose nearest to a direction, if it is near enough or if the list is full; otherwise a new
+// pose.
 Pose& pose_of(std::vector<Pose>& poses, const Eigen::Vector3d& direction) {
   constexpr double near = 0.9962;  // 5 degrees
   constexpr std::size_t most = 100;
@@ -49,8 +50,7 @@ struct PosePart {
   double degrees_of_freedom = 0.0;
 };
 
-// The possible error of the biases in a block other than the record's, along each axis of the
-// field.
+// The scatter of a calibration between blocks, as an error of the measured field along each axis.
 struct BlockOffset {
   double variance = 0.0;  // M (1 + 1 / B) [field unit squared]
   double degrees_of_freedom = 0.0;
@@ -85,8 +85,8 @@ std::optional<BlockOffset> offset_of_block(const Calibration& calibration) {
                      .gain_variance = gains * (1.0 + 1.0 / B)};
 }
 
-// The offset that all poses share against the blocks' scatter, and the rest against the noise; put
-// together by Fisher's method.
+// The p-value of the poses' mean residuals. The offset that all poses share is tested against the
+// scatter of blocks, and the rest is tested against the noise. Fisher's method combines the tests.
 double p_with_offset(const std::vector<Pose>& poses,
                      const Eigen::VectorXd& mean,
                      const Eigen::MatrixXd& by_noise,
@@ -98,7 +98,7 @@ double p_with_offset(const std::vector<Pose>& poses,
   for (Eigen::Index p = 0; p < P; ++p) {
     u.row(p) = poses[static_cast<std::size_t>(p)].direction.normalized().transpose();
   }
-  // Gains that differ between blocks change |f| by the squares of its direction.
+  // Sensitivities that differ between blocks change |f| by the squared components of its direction.
   const Eigen::MatrixXd squares = magnitude * u.cwiseAbs2();
   const Eigen::MatrixXd V = by_noise + blocks.gain_variance * squares * squares.transpose();
   const double share_of_noise = solve_symmetric(V, by_noise).trace() / static_cast<double>(P);
@@ -114,7 +114,7 @@ double p_with_offset(const std::vector<Pose>& poses,
   const Eigen::VectorXd directions = symmetric_eigen(information).values;
   constexpr double open_below = 1e-6;
   if (P < 3 || directions.minCoeff() < open_below * directions.maxCoeff()) {
-    // Too few directions to tell the offset: all at once.
+    // The directions do not determine the offset, so one test includes all scatter.
     const Eigen::MatrixXd all = V + blocks.variance * u * u.transpose();
     const double share = solve_symmetric(all, V).trace() / static_cast<double>(P);
     return f_upper_p(
@@ -138,8 +138,8 @@ double p_with_offset(const std::vector<Pose>& poses,
   return tests.p_value();
 }
 
-// How likely means of poses are so far from F by chance: T = m' V^-1 m / P, by F(P, nu), where the
-// parts of V that are of scatter bring the degrees of freedom by their share in it.
+// The p-value of the poses' mean residuals m: T = m' V^-1 m / P has the distribution F(P, nu). The
+// parts of V that come from scatter determine nu by their shares of V.
 double p_value_of(const Calibration& calibration, const std::vector<Pose>& poses) {
   const auto count = static_cast<Eigen::Index>(poses.size());
   const FitStatistics& statistics = *calibration.fit.statistics;
@@ -170,7 +170,7 @@ double p_value_of(const Calibration& calibration, const std::vector<Pose>& poses
   }
   if (calibration.fit.uncertainty) {
     for (const UncertaintySource& source : calibration.fit.uncertainty->sources) {
-      // An error of the field's magnitude is in the sensitivity too, and cancels.
+      // An error of the field's magnitude cancels, because the sensitivity contains it too.
       if (source.covariance.size() > 0 && source.name != field_magnitude_source) {
         V += G * source.covariance * G.transpose();
       }
@@ -204,14 +204,14 @@ InSituCheck check_in_situ(const Calibration& calibration,
   InSituCheck check;
   std::vector<Pose> poses;
   const auto n = static_cast<double>(observations.size());
-  // The possible error of a single reading is as accurate as the scatter of blocks.
+  // The uncertainty of a reading has at most the degrees of freedom of the scatter of blocks.
   const std::optional<BlockOffset> blocks = offset_of_block(calibration);
   const double of_readings = calibration.fit.statistics->degrees_of_freedom.minCoeff();
   const double nu = blocks ? std::min(of_readings, blocks->degrees_of_freedom) : of_readings;
   const double factor = student_t_factor(1.0 - share_of_readings * alpha / n, nu);
   double sum = 0.0;
   double expected = 0.0;
-  double furthest = 0.0;  // in its standard uncertainty
+  double furthest = 0.0;  // largest |residual| / u
   for (std::size_t i = 0; i < observations.readings.size(); ++i) {
     const Reading& reading = observations.readings[i];
     const Eigen::VectorXd v = observations.response.row(static_cast<Eigen::Index>(i));

@@ -14,7 +14,7 @@
 namespace axiscal {
 namespace {
 
-// d bias(t) / d (the parameters of the record).
+// The derivative of bias(t) with respect to the parameters of the record.
 Eigen::RowVectorXd change_of_bias(const Calibration& record, const std::string& axis, double d) {
   const FitStatistics& statistics = *record.fit.statistics;
   Eigen::RowVectorXd gradient = Eigen::RowVectorXd::Zero(statistics.covariance.cols());
@@ -78,7 +78,7 @@ DriftCheck check_biases(const Calibration& old,
                            .z = 0.0,
                            .e_n = not_a_number};
     const double difference = change.new_value - change.old_value;
-    // Readings without noise agree to rounding only.
+    // Biases of readings without noise may differ by rounding errors.
     const double rounding = 64.0 * std::numeric_limits<double>::epsilon() *
                             std::max(std::abs(change.new_value), std::abs(change.old_value));
     change.z = u.u > 0.0 && std::abs(difference) > rounding ? difference / u.u : 0.0;

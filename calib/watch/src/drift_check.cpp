@@ -29,7 +29,7 @@ bool states_covariance(const Calibration& calibration) {
          calibration.fit.statistics->covariance.allFinite();
 }
 
-// The record without the sources that both have in common.
+// The record without the sources of uncertainty that both records share.
 Calibration without_common(Calibration calibration,
                            bool same_positioner,
                            bool same_field,
@@ -55,7 +55,7 @@ Calibration without_common(Calibration calibration,
   return calibration;
 }
 
-// Covariance of some parameters; 0 where the record states none.
+// The covariance of these parameters; zero if the record states no covariance.
 Eigen::MatrixXd covariance_of(const Calibration& calibration,
                               const std::vector<std::string>& names) {
   const auto p = static_cast<Eigen::Index>(names.size());
@@ -76,8 +76,8 @@ Eigen::MatrixXd covariance_of(const Calibration& calibration,
   return result;
 }
 
-// The parts of an axis's covariance that are of scatter, as shares of the difference's covariance,
-// mean over its parameters: that of the readings, and those of its components.
+// The variance of an axis's parameters by the scatter of the readings and by each scatter
+// component. It is a fraction of the variance of the difference, averaged over the parameters.
 struct Scatter {
   VarianceShare readings;
   std::vector<VarianceShare> components;
@@ -120,7 +120,7 @@ Scatter scatter_of(const Calibration& calibration,
 double freedom_of_difference(const Scatter& before, const Scatter& after, bool pooled) {
   std::vector<VarianceShare> shares = before.components;
   shares.insert(shares.end(), after.components.begin(), after.components.end());
-  if (pooled) {  // both are the same quantity
+  if (pooled) {  // both records have the same pooled scatter
     shares.push_back({.variance = before.readings.variance + after.readings.variance,
                       .degrees_of_freedom = before.readings.degrees_of_freedom});
   } else {
@@ -137,8 +137,8 @@ double freedom_of_difference(const Scatter& before, const Scatter& after, bool p
   return inverse > 0.0 ? 1.0 / inverse : as_good_as_infinite;
 }
 
-// Where the scatters of an axis do not differ they are of one instrument: both records then count
-// with the pooled one and all its degrees of freedom.
+// If the residual scatters of an axis do not differ significantly, both records get the pooled
+// scatter and the sum of the degrees of freedom.
 void pool_scatters(Calibration& a, Calibration& b) {
   if (!states_covariance(a) || !states_covariance(b)) {
     return;
@@ -180,7 +180,7 @@ void pool_scatters(Calibration& a, Calibration& b) {
   }
 }
 
-// Bias and sensitivity as at another temperature.
+// The calibration with its bias and sensitivity at another temperature.
 Calibration at_temperature(Calibration calibration, const SensorTemperature& t) {
   if (calibration.sensor.temperature) {
     TemperatureResponse& terms = *calibration.sensor.temperature;
@@ -196,8 +196,8 @@ double pitch_rad(const Eigen::Vector3d& field) {
   return std::atan2(field.x(), std::hypot(field.y(), field.z()));
 }
 
-// Throws DomainError unless the records are of one kind of instrument, field and unit, and one of
-// them states a covariance.
+// Throws DomainError unless the records have the same axes, kind of instrument, field and unit, and
+// at least one of them states a covariance.
 void require_comparable(const Calibration& old_record, const Calibration& fresh_record) {
   if (old_record.sensor.instrument.axes != fresh_record.sensor.instrument.axes) {
     throw DomainError(formatted("the records are of different axes: {} and {}",
@@ -222,7 +222,8 @@ void require_comparable(const Calibration& old_record, const Calibration& fresh_
   }
 }
 
-// The parameters of an axis that both records know: a transfer knows none across its fields.
+// The parameters of an axis that both records determine. A transfer does not determine the
+// sensitivities perpendicular to its fields.
 std::vector<std::string> names_in_both(const Calibration& old,
                                        const Calibration& fresh,
                                        Eigen::Index k) {
@@ -238,8 +239,8 @@ std::vector<std::string> names_in_both(const Calibration& old,
   return names;
 }
 
-// Appends an axis's changes.
-// @return the probability of differences as large as these where nothing changed.
+// Appends the changes of an axis's parameters.
+// @return the p-value of these changes.
 double compare_axis(const Calibration& old,
                     const Calibration& fresh,
                     Eigen::Index k,
@@ -252,7 +253,7 @@ double compare_axis(const Calibration& old,
     const double a = parameter_value(old.sensor, names[i]);
     const double b = parameter_value(fresh.sensor, names[i]);
     difference(row) = b - a;
-    // Numbers agree to some digits even without noise.
+    // Allows for rounding if neither record has noise.
     const double size =
         old.sensor.response.sensitivity.row(k).norm() * (i == 0 ? old.sensor.field.magnitude : 1.0);
     C(row, row) += std::pow(1e-12 * size, 2);
@@ -293,7 +294,8 @@ std::vector<ParameterChange> intrinsic_changes(const Calibration& old, const Cal
   return changes;
 }
 
-// The shares of the variance of the largest angle error, from both covariances; three axes.
+// The shares of the variance of the largest angle error, from the covariances of both records. The
+// instrument must have three axes or more.
 VarianceShares shares_of_error(const Calibration& old,
                                const Calibration& fresh,
                                const WorstAngle& worst) {
@@ -329,8 +331,8 @@ VarianceShares shares_of_error(const Calibration& old,
   return shares;
 }
 
-// The largest error over directions is about that of six free parameters: Scheffe's factor for as
-// many covers it.
+// Scheffe's factor for six parameters. It covers the largest error over all directions, which has
+// about six free parameters.
 double factor_of_largest_error(double degrees_of_freedom) {
   constexpr double parameters = 6.0;
   constexpr double as_good_as_infinite = 1e6;
@@ -400,7 +402,7 @@ DriftCheck check_drift(const Calibration& old_record,
   }
   FisherSum axes;
   const Eigen::Index m = old.sensor.instrument.axis_count();
-  // The scatters of each record count here, so before they are pooled.
+  // This test uses the scatter of each record, so it must come before pool_scatters().
   const std::optional<double> p_of_blocks = p_of_block_changes(old, fresh, check.notes);
   pool_scatters(old, fresh);
   for (Eigen::Index k = 0; k < m; ++k) {

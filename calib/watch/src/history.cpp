@@ -48,14 +48,15 @@ std::string date_text(double seconds) {
                    two(static_cast<unsigned>(date.day())));
 }
 
-// When a line, value + slope t with t from the last record on [years], meets a limit; and between
-// which dates, by where the line's 95 % band meets it (Fieller, J. R. Stat. Soc. B 16 (1954) 175).
+// Sets the date at which the line value + slope t crosses a limit, with t in years since the last
+// record. The interval of the date is where the 95 % band of the line crosses the limit (Fieller,
+// J. R. Stat. Soc. B 16 (1954) 175).
 void put_date_of_limit(const Eigen::Vector2d& line,
                        const Eigen::Matrix2d& covariance,
                        double degrees_of_freedom,
                        double last_year,
                        ParameterTrend& trend) {
-  constexpr double longest_years = 100.0;  // no line holds longer
+  constexpr double longest_years = 100.0;  // of extrapolation
   if (line(1) == 0.0) {
     return;
   }
@@ -75,13 +76,15 @@ void put_date_of_limit(const Eigen::Vector2d& line,
   if (!std::isfinite(t) || !covariance.allFinite()) {
     return;
   }
-  // (limit - value - slope t)^2 = T^2 var(value + slope t), in powers of t.
+  // The coefficients of (limit - value - slope t)^2 = T^2 var(value + slope t) as a polynomial in
+  // t,
+  // where T is Student's factor.
   const double to_limit = *limit - line(0);
   const double a = line(1) * line(1) - t * t * covariance(1, 1);
   const double b = -2.0 * (to_limit * line(1) + t * t * covariance(0, 1));
   const double c = to_limit * to_limit - t * t * covariance(0, 0);
   if (c <= 0.0) {
-    trend.meets_limit_from = date_in(0.0);  // it may be there already
+    trend.meets_limit_from = date_in(0.0);  // the limit may be crossed already
   }
   const double discriminant = b * b - 4.0 * a * c;
   if (!(discriminant >= 0.0)) {
@@ -94,7 +97,7 @@ void put_date_of_limit(const Eigen::Vector2d& line,
     if (meets >= 0.0 && meets < longest_years && trend.meets_limit_from.empty()) {
       trend.meets_limit_from = date_in(meets);
     } else if (a > 0.0 && meets >= until && meets < longest_years) {
-      trend.meets_limit_until = date_in(meets);  // a slope that may be none meets it never
+      trend.meets_limit_until = date_in(meets);  // absent if the slope may be 0
     }
   }
 }
@@ -127,7 +130,7 @@ void put_trend(const std::vector<double>& years, ParameterTrend& trend) {
   const LeastSquaresDesign design(X, w);
   const LeastSquaresFit fit = design.fit(y);
   trend.slope_per_year = fit.estimate(1);
-  // The unit may scatter more than is stated.
+  // The covariance is larger if the values scatter more than their stated uncertainties.
   const Eigen::MatrixXd covariance =
       known ? Eigen::MatrixXd(design.unscaled_covariance() *
                               (fit.residual_sd > 1.0 ? std::pow(fit.residual_sd, 2) : 1.0))

@@ -72,7 +72,7 @@ IntrinsicParameters intrinsic_parameters(const Calibration& calibration) {
   result.values =
       Eigen::Map<const Eigen::VectorXd>(values.data(), static_cast<Eigen::Index>(values.size()));
   if (has_u) {
-    // A bias is a parameter of the record, whose interval the fit states.
+    // A bias is also a parameter of the record, so its stated uncertainty is used.
     const std::vector<ParameterUncertainty> stated = parameter_uncertainties(calibration);
     const auto uncertainty_of = [&](const std::string& name, const Eigen::RowVectorXd& gradient) {
       const auto own =

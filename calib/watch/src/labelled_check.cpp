@@ -23,7 +23,7 @@ struct WeighedFit {
   Eigen::VectorXd estimate;
   Eigen::MatrixXd covariance;
   Eigen::VectorXd left;        // residuals of e, whitened
-  Eigen::VectorXd left_share;  // 1 less their leverage
+  Eigen::VectorXd left_share;  // 1 - leverage of each entry of e
 };
 
 WeighedFit fit_weighed(const Eigen::VectorXd& e,
@@ -41,7 +41,7 @@ WeighedFit fit_weighed(const Eigen::VectorXd& e,
   return fit;
 }
 
-// The readings that are to be held against the record.
+// The readings to compare with the record.
 Observations wanted_of(const Experiment& experiment, const Observations& observations) {
   std::vector<std::size_t> rows;
   for (std::size_t i = 0; i < observations.readings.size(); ++i) {
@@ -54,8 +54,8 @@ Observations wanted_of(const Experiment& experiment, const Observations& observa
   return select_rows(observations, rows);
 }
 
-// The turn of the cube each time it is laid down, about each axis, if the record separates it from
-// other scatter [rad]; otherwise 0.
+// The standard deviation of the cube's turn about each axis when it is laid down [rad]; 0 if the
+// record does not separate it from other scatter.
 double seat_scatter_rad(const Calibration& record) {
   for (const ScatterComponent& component : record.fit.statistics->components) {
     if (component.name == "seats" && component.sd.size() > 0) {
@@ -65,8 +65,8 @@ double seat_scatter_rad(const Calibration& record) {
   return 0.0;
 }
 
-// Adds the probability of each axis's residuals by chance. The calibration gives the scatter of an
-// axis and its degrees of freedom.
+// Adds the p-value of the residuals of each axis, with the degrees of freedom of the axis's scatter
+// in the record.
 void add_residuals(const WeighedFit& fit,
                    const Eigen::VectorXd& degrees_of_freedom,
                    FisherSum& tests) {
@@ -85,8 +85,8 @@ void add_residuals(const WeighedFit& fit,
   }
 }
 
-// Adds the probability of each bias's change by chance: noise and the scatter of blocks, the latter
-// by its own degrees of freedom (Satterthwaite).
+// Adds the p-value of the change of each bias. Its variance is the sum of the noise and the scatter
+// of blocks, each with its own degrees of freedom (Satterthwaite).
 void add_changes_of_biases(const WeighedFit& shifted,
                            const std::vector<BlockScatter>& blocks,
                            const Eigen::VectorXd& degrees_of_freedom,
@@ -103,14 +103,14 @@ void add_changes_of_biases(const WeighedFit& shifted,
   }
 }
 
-// The readings less the values that a record predicts for them, at a field in the table.
+// The readings minus the values that a record predicts for a field in the table frame.
 struct Deviations : Linearised {
-  Eigen::VectorXd e;  // reading by reading
+  Eigen::VectorXd e;  // n m deviations, sorted by reading [unit]
   Eigen::MatrixXd A;  // change of the predictions with a turn of the field [1/rad]
   Eigen::MatrixXd V;  // covariance of e, without the scatter of blocks
 };
 
-// The direction of the field in the table, for gauss_newton().
+// The problem for gauss_newton() that fits the direction of the field in the table.
 class DirectionProblem {
  public:
   using State = Eigen::Vector3d;
@@ -179,7 +179,7 @@ class DirectionProblem {
     return e;
   }
 
-  // The scatter of the readings and of the seats in V.
+  // Adds the scatter of the readings and of the seats to V.
   void add_scatter(const Eigen::Vector3d& field, Deviations& linear) const {
     const Eigen::Index n = observations_.size();
     const LinearResponse& response = record_.sensor.response;
@@ -257,8 +257,8 @@ DriftCheck check_labelled(const Calibration& record,
                    .pitch_error_expanded_deg = not_a_number};
   const WeighedFit shifted = fit_weighed(at.e, with_biases, at.V);
   const Eigen::VectorXd& freedom = record.fit.statistics->degrees_of_freedom;
-  // The readings are of another block than those of the record. Its offset has few degrees of
-  // freedom, the other residuals have many, so each has its test.
+  // The readings form another block than those of the record. The offset of this block has few
+  // degrees of freedom and the residuals have many, so they are tested separately.
   std::vector<BlockScatter> blocks;
   for (const std::string& axis : sensor.instrument.axes) {
     blocks.push_back(scatter_of_blocks(record, axis + ".bias"));

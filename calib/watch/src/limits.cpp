@@ -29,7 +29,7 @@ struct Measured {
   double value = 0.0;
   double u = not_a_number;
   double expanded = 0.0;
-  double degrees_of_freedom = not_a_number;  // of u; of a scatter its own
+  double degrees_of_freedom = not_a_number;  // of u, or of the scatter if is_scatter is true
   bool is_scatter = false;
 };
 
@@ -55,7 +55,7 @@ double conformity_of(const Measured& one, const Limit& limit) {
          (limit.low ? probability_below(one, *limit.low) : 0.0);
 }
 
-// The true scatter is below s sqrt(nu / chi^2) with this probability.
+// The distance from a scatter s to its upper 95 % bound, s sqrt(nu / chi^2(nu; 0.05)).
 double scatter_guard_band(double s, double nu) {
   constexpr double risk = 0.05;
   return s * (std::sqrt(nu / chi_squared_quantile(risk, nu)) - 1.0);
@@ -98,7 +98,7 @@ std::vector<Measured> measured_of(const Calibration& calibration, const DriftChe
   const IntrinsicParameters intrinsic = intrinsic_parameters(calibration);
   for (std::size_t i = 0; i < intrinsic.names.size(); ++i) {
     if (intrinsic.names[i].ends_with(".bias")) {
-      continue;  // is there already
+      continue;  // biases are in the list already
     }
     Measured one{.name = intrinsic.names[i],
                  .value = intrinsic.values(static_cast<Eigen::Index>(i))};
@@ -114,7 +114,7 @@ std::vector<Measured> measured_of(const Calibration& calibration, const DriftChe
     for (Eigen::Index k = 0; k < statistics.residual_sd.size(); ++k) {
       const double s = statistics.residual_sd(k);
       const double nu = statistics.degrees_of_freedom(k);
-      // A scatter is known to about 1 / sqrt(2 nu) of itself.
+      // The relative standard uncertainty of a scatter is about 1 / sqrt(2 nu).
       all.push_back(
           {.name = calibration.sensor.instrument.axes[static_cast<std::size_t>(k)] + ".residual_sd",
            .value = s,

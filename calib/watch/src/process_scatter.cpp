@@ -31,7 +31,7 @@ std::optional<ProcessScatter> process_scatter(const std::vector<Calibration>& re
   std::vector<InputFileDigest> seen = leave_out;
   for (const Calibration& record : records) {
     if (!counts_for(record, instrument) || is_made_from(record, seen)) {
-      continue;  // of the same readings, or of others' kind
+      continue;  // another kind of record, or one of the same readings
     }
     seen.insert(seen.end(), record.provenance.inputs.begin(), record.provenance.inputs.end());
     const CalibrationConditions& conditions = record.fit.conditions;

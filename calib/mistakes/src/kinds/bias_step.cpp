@@ -17,21 +17,22 @@ constexpr std::array bias_step_advice = {MistakeAdvice{
     .one = "Look for a knock, a loose cable or a changed range there, and take the readings again.",
     .many = {}}};
 
-// A step of the bias of one axis between two readings of a block, up to the end of the block.
+// A step of the bias of one axis between two readings of a block. It lasts to the end of the block.
 struct Step {
-  std::size_t cut = 0;  // place in the order of the first reading behind it
+  std::size_t cut = 0;  // position in run.order() of the first reading after the step
   Eigen::Index axis = 0;
-  double drop = 0.0;  // of the sum of squares, to first order
+  double drop = 0.0;  // reduction of the sum of squares, to first order
 };
 
 constexpr std::size_t most_fitted = 4;
-constexpr double fewest_beside = 2.0;  // readings on either side: a single one is an outlier
+// The fewest readings of a block before and after a step: a single one is an outlier.
+constexpr double fewest_beside = 2.0;
 
 int block_at(const SuspectRun& run, std::size_t at) {
   return run.set().readings[run.order()[at]].block;
 }
 
-// One past the last reading of the block of the reading at `at`, in the order.
+// The position in run.order() after the last reading of the block that contains position `at`.
 std::size_t end_of_block(const SuspectRun& run, std::size_t at) {
   std::size_t end = at;
   while (end < run.count() && block_at(run, end) == block_at(run, at)) {
@@ -40,8 +41,8 @@ std::size_t end_of_block(const SuspectRun& run, std::size_t at) {
   return end;
 }
 
-// The steps of one axis within one block. The column of a cut is that of the next one plus one
-// reading. Therefore its products with the basis and with the residuals are running sums.
+// Adds the steps of one axis within one block. The column of a cut is the column of the next cut
+// with one more reading. Therefore its products with the basis and the residuals are running sums.
 void add_steps(const SuspectRun& run,
                const HypothesisFit& fit,
                Eigen::Index axis,
@@ -71,7 +72,7 @@ void add_steps(const SuspectRun& run,
 std::vector<Step> steps_of(const SuspectRun& run, const HypothesisFit& fit) {
   std::vector<Step> steps;
   if (run.set().temperature.order > 0) {
-    return steps;  // soaks that lie off the polynomials look like steps
+    return steps;  // a soak off the temperature polynomials looks like a step
   }
   for (std::size_t first = 0; first < run.count();) {
     const std::size_t end = end_of_block(run, first);

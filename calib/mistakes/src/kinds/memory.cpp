@@ -14,10 +14,11 @@ constexpr std::array memory_advice = {MistakeAdvice{
     .code = WarningCode::memory,
     .one = "Exercise the instrument over its whole range before each reading, and wait longer."}};
 
-constexpr double memory_range = 0.05;  // part of a change that a reading may keep
+constexpr double memory_range = 0.05;  // largest fraction of a change that a reading keeps
 
-// Hysteresis: a reading keeps a part of the change since the reading before it. One column for each
-// axis, in units of its full response.
+// The columns for hysteresis: a reading keeps a part of the change since the previous reading.
+// There
+// is one column for each axis, in units of the axis's full response.
 Eigen::MatrixXd memory_columns(const SuspectRun& run) {
   const Eigen::MatrixXd changes = previous_minus_current(run.set().readings, run.set().response);
   Eigen::MatrixXd Z = Eigen::MatrixXd::Zero(run.n() * run.m(), run.m());

@@ -18,7 +18,7 @@ constexpr std::array saturated_advice = {
                          "curved response looks the "
                          "same."}};
 
-// The coordinate of each reading along its axis, by a fit; n.
+// The response of an axis to the field at each reading, without the bias, by a fit; n entries.
 // @param base  field_design() of the fit.
 Eigen::VectorXd sensed_by(const HypothesisFit& fit,
                           Eigen::Index axis,
@@ -45,7 +45,7 @@ std::vector<std::size_t> extremes(const SuspectRun& run, Eigen::Index axis, bool
   return extremes(sensed_by(fit, axis, field_design(run.set(), fit.field)), top);
 }
 
-// A shift of some readings, as a column.
+// The column for a common shift of the readings at one end of an axis's range.
 Eigen::MatrixXd extreme_columns(const SuspectRun& run, Eigen::Index axis, bool top) {
   Eigen::MatrixXd Z = Eigen::MatrixXd::Zero(run.n() * run.m(), 1);
   for (const std::size_t i : extremes(run, axis, top)) {
@@ -60,15 +60,15 @@ HypothesisFit fit_saturated(const SuspectRun& run, Eigen::Index axis, bool top) 
   if (!fit.fitted) {
     return fit;
   }
-  // Readings at an end share a digit, and with it an error of half a step; those at the other end
-  // may have the opposite one.
+  // Rounding can shift all readings at one end by half a step, and all readings at the other end by
+  // half a step in the opposite direction. Only a larger shift counts.
   constexpr double both_ends = 1.5;
   const double step =
       detect_rounding_steps(run.set().response, run.set().weights, 0.0).col(axis).maxCoeff();
   return std::abs(fit.added(0)) > both_ends * step ? fit : HypothesisFit{};
 }
 
-// Two ends of each axis.
+// The number of ends: two for each axis.
 double count_of_ends(const SuspectRun& run) {
   return 2.0 * static_cast<double>(run.m());
 }

@@ -12,11 +12,11 @@ namespace {
 constexpr std::array stuck_advice = {
     MistakeAdvice{.code = WarningCode::stuck, .one = "Take the reading again."}};
 
-// Nothing else makes all digits the same.
+// Added to the log-likelihood, because no other mistake makes all digits equal.
 constexpr double sure = 200.0;
 constexpr std::size_t most_repeats = 3;
 
-// A value repeated to the last digit in another pose is useless for that pose.
+// A reading is stuck if it repeats all digits of a reading in another pose.
 void explain_by_repeat(const SuspectRun& run, std::size_t i, Explanations& found) {
   const auto row = static_cast<Eigen::Index>(i);
   std::size_t said = 0;

@@ -23,15 +23,16 @@ Eigen::MatrixX2d table_rows(const SuspectRun& run,
                             const TableField& field,
                             const Eigen::MatrixXd& coefficients) {
   const std::size_t tilt = run.set().tilt_of(i);
-  // The tangents stay those of the plain fit: the basis of tangents_of() jumps at some directions.
+  // The tangents are taken at the field of the plain fit, because the basis of tangents_of() is
+  // discontinuous at some directions.
   const Eigen::Matrix<double, 3, 2> change = run.set().readings[i].level.of_all() *
                                              field.vector(tilt).norm() * run.set().met_of_field(i) *
                                              tangents_of(run.plain().field.vector(tilt));
   return coefficients.middleRows<3>(1).transpose().lazyProduct(change);
 }
 
-// Columns for a change of the field's direction in the table, in all readings behind a cut of the
-// run's order.
+// The two columns for a change of the field's direction in the table frame. They concern all
+// readings from position `cut` of run.order() on.
 Eigen::MatrixXd table_columns(const SuspectRun& run,
                               std::size_t cut,
                               const TableField& field,
@@ -48,8 +49,8 @@ Eigen::MatrixXd table_columns(const SuspectRun& run,
 }
 
 // The reduction of the sum of squares if the table moved after a reading, to first order; one entry
-// for each cut. The columns of a cut are those of the next one plus one reading. Therefore their
-// products with the basis and with the residuals are running sums.
+// for each cut. The columns of a cut are the columns of the next cut with one more reading.
+// Therefore their products with the basis and with the residuals are running sums.
 std::vector<double> drops_with_table_moved(const SuspectRun& run, const HypothesisFit& fit) {
   std::vector<double> drops(run.count(), 0.0);
   Eigen::MatrixXd in_basis = Eigen::MatrixXd::Zero(fit.fit->column_count(), 2);
@@ -72,7 +73,7 @@ std::vector<double> drops_with_table_moved(const SuspectRun& run, const Hypothes
   return drops;
 }
 
-// The cuts that are fitted: all, or of many those that count most.
+// The cuts to fit: all of them, or, if they are many, those that reduce the sum of squares most.
 std::vector<std::size_t> cuts_of(const SuspectRun& run) {
   std::vector<std::size_t> all;
   for (std::size_t cut = 1; cut < run.count() && !run.fitter().known_field(); ++cut) {
@@ -105,8 +106,8 @@ double quick_p_of_cuts(const SuspectRun& run, const HypothesisFit& fit) {
 }
 
 void detect_cuts(const SuspectRun& run, const Consider& consider) {
-  constexpr double independent =
-      0.3;  // effective share of independent tests: neighbouring cuts give nearly the same result
+  // The effective fraction of independent tests: neighbouring cuts give nearly the same result.
+  constexpr double independent = 0.3;
   for (const std::size_t cut : cuts_of(run)) {
     const HypothesisFit moved = fit_table_moved(run, cut);
     consider(moved, {.tests = independent * static_cast<double>(run.n() - 1),

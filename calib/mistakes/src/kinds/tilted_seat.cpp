@@ -12,11 +12,11 @@ constexpr std::array tilted_seat_advice = {MistakeAdvice{
     .code = WarningCode::tilted_seat,
     .one = "Look for grit under a foot and a fence not touched, and take the reading again."}};
 
-// The field turned in one reading alone.
+// The fit with the direction of the field turned in reading i only.
 HypothesisFit fit_tilted(const SuspectRun& run, std::size_t i) {
   const auto row = static_cast<Eigen::Index>(i);
   if (run.set().field.is_dark(run.set().readings[i].level)) {
-    return {};  // no field, no tilt in it
+    return {};  // without a field a tilt has no effect
   }
   return run.fitter().fit(
       run.set(), {},
@@ -33,7 +33,8 @@ HypothesisFit fit_tilted(const SuspectRun& run, std::size_t i) {
       });
 }
 
-// A run of few readings is tried with the worst ones tilted. Of many, each is judged by the others.
+// If the readings are few, the worst ones are fitted with a tilt. If they are many, deletion_p()
+// tests each reading against the others.
 void detect_tilt(const SuspectRun& run, const Consider& consider) {
   constexpr std::size_t most_tried = 3;
   if (!run.has_independent_readings()) {

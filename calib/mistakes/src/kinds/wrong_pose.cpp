@@ -15,10 +15,11 @@ namespace {
 constexpr std::array wrong_pose_advice = {MistakeAdvice{
     .code = WarningCode::wrong_pose, .one = "Check the face, or take the reading again."}};
 
-// A point that the run has already, or whose opposite it has not, is so much less likely.
+// The factor by which a design point is less likely if the block already contains it, or if the
+// block does not contain its opposite point.
 constexpr double repeated_point = 5.0;
 
-// "rest -Y instead of +Y", "fence -Z instead of +Z, turned round".
+// For example "rest -Y instead of +Y (upside down)".
 std::string pose_words(const DesignPoint& stated, const DesignPoint& point, bool has_fence) {
   const auto face = [](Face f) { return std::string(face_name(f)); };
   const bool same_rest = stated.rest() == point.rest();
@@ -43,10 +44,10 @@ void explain_by_pose(const SuspectRun& run, std::size_t i, Explanations& found) 
     return;
   }
   const auto row = static_cast<Eigen::Index>(i);
-  // Those poses are fitted that the other readings say are near.
+  // Only the poses nearest to the prediction by the other readings are fitted.
   std::vector<std::pair<double, DesignPoint>> poses;
   for (const DesignEntry& entry : standard_design(24)) {
-    // Without fence faces all points on one face are the same.
+    // Without fence faces all design points with the same rest face are equal.
     const bool is_same = run.set().has_fence
                              ? entry.point == stated
                              : entry.point.rest() == stated.rest() ||
@@ -60,7 +61,7 @@ void explain_by_pose(const SuspectRun& run, std::size_t i, Explanations& found) 
     try {
       moved.rotation_sensor_from_table = {run.set().orientation(entry.point)};
     } catch (const std::exception&) {
-      continue;  // the cube cannot lie so
+      continue;  // the cube cannot lie in this pose
     }
     poses.emplace_back(distance_squared(run, moved, without, run.set().response.row(row)),
                        entry.point);
@@ -86,8 +87,8 @@ void explain_by_pose(const SuspectRun& run, std::size_t i, Explanations& found) 
                                         return reading.block == run.set().readings[i].block &&
                                                reading.point == point.turned_round();
                                       }));
-    // On a level table the fence face shows little; the point that the run lacks, whose opposite
-    // is there, is likelier.
+    // On a level table the readings depend little on the fence face. Therefore a point that the
+    // block lacks is more likely if the block contains its opposite point.
     const double alternatives =
         !run.set().has_fence ? 5.0 : (is_odd ? 23.0 * repeated_point : 23.0);
     found.add(run.fitter().fit(set), {}, alternatives * static_cast<double>(run.n()),

@@ -44,7 +44,8 @@ void try_value(const SuspectRun& run,
     return;
   }
   const auto row = static_cast<Eigen::Index>(i);
-  // If readings are many, only a pose close to the others' prediction is worth a fit.
+  // If the readings are many, a value is fitted only if it is at least twice as close to the
+  // prediction by the other readings as the stated value.
   if (run.count() > SuspectRun::each_is_fitted) {
     const ReadingSet one = one_reading(run.set(), i);
     const Eigen::VectorXd stated = run.set().response.row(row);

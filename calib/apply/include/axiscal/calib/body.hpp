@@ -28,54 +28,59 @@ struct AXISCAL_EXPORT BodyRotation {
   Eigen::Matrix3d rotation_model_from_sensor = Eigen::Matrix3d::Identity();
   /// Total covariance of the rotation's error about the model's axes [rad^2].
   Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();
-  /// Of it what the references and the readings of them make, without the calibration.
+  /// The part of `covariance` from the references and their readings, without the calibration.
   Eigen::Matrix3d covariance_of_references = Eigen::Matrix3d::Zero();
-  double degrees_of_freedom = 0.0;  ///< of that; infinite where it is stated, not seen
+  /// Of covariance_of_references; infinite if the references have a stated uncertainty.
+  double degrees_of_freedom = 0.0;
   /// K, 3 x p: derivative of the rotation with respect to the calibration's parameters [rad per
   /// unit of each].
   Eigen::MatrixXd by_parameters;
   std::vector<std::string> parameter_names;  ///< p
-  int readings = 0;                          ///< of the references
+  int readings = 0;                          ///< number of readings at references
   double residual_sd_rad = 0.0;              ///< scatter of a direction about the references
   std::string created;                       ///< ISO 8601, UTC
   std::string record;         ///< file of the calibration that it was made with; may be empty
-  std::string record_sha256;  ///< of that file; empty where it is not known
-  double tare_rad = 0.0;      ///< by how much a tare turned it; 0 without one
+  std::string record_sha256;  ///< of that file; empty if it is unknown
+  double tare_rad = 0.0;      ///< angle of the rotation by the last tare; 0 without a tare
 };
 
 /// One reading at a reference: an attitude of the model, or one of its faces on a table.
 struct ReferenceReading {
-  int row = 0;  ///< its place in its file, for messages
+  int row = 0;  ///< number of the row in its file, from 1, for messages
   Eigen::VectorXd readings;
   std::optional<SensorTemperature> temperature;
-  std::optional<StatedAttitude> attitude;  ///< of the model; its heading is not looked at
-  std::optional<Face> flat;                ///< the face that lies on the table, in some heading
+  std::optional<StatedAttitude> attitude;  ///< of the model; its heading is not used
+  std::optional<Face> flat;                ///< the face on the table, in any heading
 };
 
 struct BodyOptions {
-  /// Standard uncertainty of the references' directions [rad]; not stated: as they scatter.
+  /// Standard uncertainty of the references' directions [rad]; nullopt: from their scatter.
   std::optional<double> reference_u_rad;
   /// For tared(): true if the rotation was found with the same record; otherwise the two are
   /// independent.
   bool same_record = true;
 };
 
-/// Reads references from a table: the record's axes (or SLOT.axis), `pitch_deg` and `roll_deg` or
-/// `flat`, the name of a face; without either all are at pitch and roll 0, as a tare's.
+/// Reads references from a table with the columns of the record's axes (or SLOT.axis), and with
+/// `pitch_deg` and `roll_deg` or `flat`, the name of a face. If the table has none of these three
+/// columns, the readings have no attitude; tared() then takes pitch and roll as 0.
 ///
-/// @throws DataError  as read_observations(); for a row that is at both or at neither.
+/// @throws DataError  as read_observations(), or if a row states both an attitude and a face, or
+/// neither.
 [[nodiscard]] AXISCAL_EXPORT std::vector<ReferenceReading> read_references(
     CsvReader& csv, const Calibration& calibration);
 
-/// Finds how a sensor sits in its model, by readings at references: sum |u_i - R f_i|^2 is least.
+/// Finds the rotation R of a sensor in its model from readings at references. R minimises
+/// sum |u_i - R f_i|^2.
 ///
-/// A face on a table, in several headings evenly around, says where its normal points, whatever the
-/// table's slope; at least two.
+/// The mean of readings with one face on a table in two or more evenly spaced headings gives the
+/// direction of the face's normal, whatever the table's slope.
 ///
-/// @param calibration  of gravity, three axes or more.
-/// @throws RefusedError  if the references leave a turn open (it is named), their number is too
-///                       small to see their scatter, or they contradict each other.
-/// @throws DomainError   for another calibration, or readings of other than its axes.
+/// @param calibration  of three axes or more, against gravity.
+/// @throws RefusedError  if the references do not determine a turn (the message names it), if they
+///                       are too few to determine their scatter, or if they contradict each other.
+/// @throws DomainError   if the calibration is of another kind, or if the number of readings is not
+/// that of its axes.
 /// @par Source
 /// Wahba, SIAM Review 7 (1965) 409; method.md, section 11.
 [[nodiscard]] AXISCAL_EXPORT BodyRotation
@@ -86,31 +91,34 @@ find_body_rotation(const Calibration& calibration,
 /// Turns the rotation by the smallest angle that makes it agree with readings in one attitude of
 /// the model.
 ///
-/// It sets two angles; the turn about the vertical stays, without references as well as a mounting
-/// by eye is known, 1 degree. A bias that shifted looks the same there,
-/// and is then wrong in other attitudes: two attitudes half a turn of roll apart tell them apart.
+/// It sets two angles and does not change the turn about the vertical. Without references, that
+/// turn
+/// has a standard uncertainty of 1 degree, as of a mounting by eye. A shift of a bias has the same
+/// effect in this attitude, and the tare is then wrong in other attitudes. Readings in two
+/// attitudes
+/// half a turn of roll apart distinguish both causes.
 ///
-/// @param tare  one reading or more in one attitude; level where none is stated.
-/// @throws RefusedError  if it would turn by more than 0.2 rad: the model was not in that attitude.
+/// @param tare  one reading or more in one attitude; pitch and roll are 0 if it is not stated.
+/// @throws RefusedError  if the angle is above 0.2 rad, because the model was not in that attitude.
 [[nodiscard]] AXISCAL_EXPORT BodyRotation tared(const Calibration& calibration,
                                                 BodyRotation body,
                                                 const std::vector<ReferenceReading>& tare,
                                                 const BodyOptions& options = {});
 
-/// The calibration in the model's axes: everything that is derived from it is then the model's, and
-/// its uncertainty holds the rotation's, correlated with the calibration's where the rotation was
-/// found with the same record.
+/// The calibration in the model's axes. All results of this calibration are those of the model. Its
+/// uncertainty includes the uncertainty of the rotation and the correlation of both.
 ///
-/// @param same_record  whether it is the record that the rotation was found with.
-/// @throws DomainError  for other than three axes or more.
+/// @param same_record  true if the rotation was found with this record; otherwise both are
+///                     independent.
+/// @throws DomainError  for fewer than three axes.
 [[nodiscard]] AXISCAL_EXPORT Calibration in_model_frame(Calibration calibration,
                                                         const BodyRotation& body,
                                                         bool same_record);
 
-/// @return the file's text (formats.md, Rotation of a body).
+/// @return the text of the rotation file (formats.md, Rotation of a body).
 [[nodiscard]] AXISCAL_EXPORT std::string body_rotation_json(const BodyRotation& body);
 
-/// @throws DataError  if the text is no such file.
+/// @throws DataError  if the text is not a valid rotation file.
 [[nodiscard]] AXISCAL_EXPORT BodyRotation parse_body_rotation(std::string_view text,
                                                               const std::string& path);
 [[nodiscard]] AXISCAL_EXPORT BodyRotation read_body_rotation(const std::string& path);
@@ -118,16 +126,17 @@ find_body_rotation(const Calibration& calibration,
 /// The turn between two instruments on the two sides of a mechanical joint in a model, from one
 /// reading of each instrument.
 struct JointMovement {
-  double angle_rad = 0.0;  ///< between the verticals that they say
-  double u_rad = 0.0;      ///< its standard uncertainty; NaN where a record states none
+  double angle_rad = 0.0;  ///< between the verticals of the two instruments
+  double u_rad = 0.0;      ///< its standard uncertainty; NaN if a record states no covariance
   double p_value = 1.0;    ///< probability of such an angle by chance; NaN if not tested
 };
 
-/// @param first, second        the fields that they say, in the model's axes.
-/// @param first_covariance, .. theirs; none where a record states none.
-/// @param degrees_of_freedom   of the scatter that these rest on.
+/// @param first, second        the fields of both instruments, in the model's axes.
+/// @param first_covariance, .. their covariances; nullopt if a record states none.
+/// @param degrees_of_freedom   of these covariances.
 /// @par Source
-/// method.md, section 11: F of rank 2, as the turn about the vertical is never seen.
+/// method.md, section 11. F has rank 2, because gravity does not determine the turn about the
+/// vertical.
 [[nodiscard]] AXISCAL_EXPORT JointMovement
 joint_movement(const Eigen::Vector3d& first,
                const std::optional<Eigen::Matrix3d>& first_covariance,
@@ -135,12 +144,12 @@ joint_movement(const Eigen::Vector3d& first,
                const std::optional<Eigen::Matrix3d>& second_covariance,
                double degrees_of_freedom);
 
-/// The difference between a rotation and an earlier one. If both have the same calibration, its
-/// error cancels as far as the references were the same; the comparison leaves this error out.
+/// The difference between a rotation and an earlier one. If both have the same calibration, the
+/// comparison does not include the calibration's error, which cancels for equal references.
 struct BodyChange {
   Eigen::Vector3d turn_rad = Eigen::Vector3d::Zero();  ///< about the model's x, y, z
   Eigen::Vector3d u_rad = Eigen::Vector3d::Zero();
-  double p_value = 1.0;  ///< that it is by chance
+  double p_value = 1.0;  ///< probability of such a turn by chance
 };
 
 /// @throws RefusedError  if the uncertainty about an axis is zero for both.

@@ -18,12 +18,12 @@
 
 namespace axiscal {
 
-/// Uncertainties of new readings, besides the calibration's.
+/// Uncertainties of new readings, without the uncertainty of the calibration.
 struct ReadingNoise {
   /// Standard deviation of one reading [unit], for each axis; default: the fit's residual_sd, with
   /// its degrees of freedom.
   std::optional<Eigen::VectorXd> sd;
-  double resolution = 0.0;     ///< smallest step of a reading [unit]; rectangular
+  double resolution = 0.0;     ///< smallest step of a reading [unit]; its error is uniform
   double temperature_u = 0.0;  ///< standard uncertainty of the temperature output
 };
 
@@ -35,7 +35,7 @@ struct ReadingNoise {
 struct AXISCAL_EXPORT UncertaintyOfResults {
   Eigen::Vector3d field_in_sensor = Eigen::Vector3d::Zero();  ///< [field unit]
   double residual = 0.0;
-  std::array<double, DerivedValues{}.values.size()> derived{};  ///< NaN where the value is
+  std::array<double, DerivedValues{}.values.size()> derived{};  ///< NaN if the value is NaN
 };
 
 /// Standard and expanded uncertainties of a reading's results.
@@ -43,7 +43,7 @@ struct ReducedUncertainty : UncertaintyOfResults {
   UncertaintyOfResults expanded;  ///< half widths of intervals of the stated probability
 };
 
-/// @param field  that is read [field unit of the record].
+/// @param field  the field at the reading, frame sensor [field unit of the record].
 /// @return derivative of a reading with respect to the calibration's parameters, m x p, in the
 ///         order of their names.
 /// @throws DomainError  if the record lacks statistics.
@@ -64,10 +64,10 @@ class ReadingPropagation;
 /// Propagates the uncertainties of a calibration and of a reading to field components and to
 /// derived quantities, in any attitude (method.md, section 8).
 ///
-/// An error of the parameters acts like one of the readings, of B C B^T with B = dv / d(parameters)
-/// at the field that was read; the results' change with the readings is taken over a step as large
-/// as their uncertainty, so that it stays sensible where angles are not linear in them. The
-/// field's magnitude cancels in angles.
+/// An error of the parameters acts like an error of the readings with covariance B C B^T, where
+/// B = dv / d(parameters) at the measured field. The derivative of the results with respect to the
+/// readings is a difference over a step as large as the readings' uncertainty, so that it is valid
+/// for angles that are not linear in the readings. The field's magnitude cancels in angles.
 ///
 /// @code
 /// const axiscal::ReadingPropagation propagation(calibration, reducer);
@@ -80,8 +80,9 @@ class AXISCAL_EXPORT ReadingPropagation {
   /// @param noise        of new readings.
   /// @param factor       ReductionOptions::factor of the reducer.
   /// @param probability  of the expanded uncertainties' intervals.
-  /// @throws DomainError  if the record states no covariance of its parameters, or no scatter and
-  ///                      no noise is given, or the probability is not between 0 and 1.
+  /// @throws DomainError  if the record states no covariance of its parameters, if it states no
+  ///                      scatter and `noise` has no sd, or if the probability is not between 0
+  ///                      and 1.
   ReadingPropagation(const Calibration& calibration,
                      const Reducer& reducer,
                      const ReadingNoise& noise = {},
@@ -96,20 +97,19 @@ class AXISCAL_EXPORT ReadingPropagation {
   }
 
   /// States that `up` comes from an instrument that was calibrated in the same cube. An error of
-  /// the cube's face normals turns both fields by the same amount and counts once.
+  /// the cube's face normals turns both fields by the same amount, so the errors of both correlate.
   void share_cube();
 
   /// @param readings, context  as Reducer::reduce().
   [[nodiscard]] ReducedUncertainty at(std::span<const double> readings,
                                       const ReadingContext& context = {}) const;
 
-  /// How |f| changes with the parameters, p [field unit per unit of each], and its variance by the
-  /// readings' own scatter [field unit squared].
+  /// The length of the measured field, with its derivative and its variance.
   struct LengthChange {
     double length = 0.0;  ///< |f| [field unit of the record]
     Eigen::Vector3d direction = Eigen::Vector3d::UnitZ();
-    Eigen::RowVectorXd by_parameters;
-    double reading_variance = 0.0;
+    Eigen::RowVectorXd by_parameters;  ///< p: d|f| / d(parameters) [field unit per unit of each]
+    double reading_variance = 0.0;     ///< by the scatter of the readings [field unit squared]
   };
   [[nodiscard]] LengthChange length_change(
       std::span<const double> readings,
@@ -120,12 +120,12 @@ class AXISCAL_EXPORT ReadingPropagation {
       std::span<const double> readings,
       const std::optional<SensorTemperature>& temperature = {}) const;
 
-  /// For a single axis of an instrument with fewer than three. The component perpendicular to it is
-  /// unknown, up to F.
+  /// Standard uncertainties for one axis of an instrument with fewer than three axes. The field
+  /// perpendicular to the axis is unknown; its length is at most F.
   struct Axis {
     double component = 0.0;  ///< [field unit]
     double angle_rad = 0.0;
-    double coverage_factor = 0.0;  ///< coverage factor for both, for that probability
+    double coverage_factor = 0.0;  ///< of both, for the probability of the constructor
   };
   [[nodiscard]] Axis at_axis(std::size_t axis,
                              double reading,
@@ -138,15 +138,15 @@ class AXISCAL_EXPORT ReadingPropagation {
                                                        const ReadingContext& context) const {
     return axiscal::change_with_parameters(calibration_, field, context);
   }
-  // How readings of another block differ from those of the record's blocks in their mean: m, at a
-  // field; 0 where the record has one block, which does not tell.
+  // The variance of readings of another block about the mean of the record's blocks, at a field: m
+  // entries [unit^2]. It is 0 if the record has one block.
   [[nodiscard]] Eigen::VectorXd between_blocks(const Eigen::Vector3d& field) const;
   void find_scatter_of_blocks();
   void add_blocks(const Eigen::RowVectorXd& gradient,
                   const Eigen::VectorXd& between,
                   VarianceShares& shares) const;
 
-  // Of the readings as such; not of the calibration.
+  // The variance of a reading without that of the calibration: m entries [unit^2].
   [[nodiscard]] Eigen::VectorXd reading_variance(
       const Eigen::Vector3d& field, const std::optional<SensorTemperature>& temperature) const;
   [[nodiscard]] Eigen::MatrixXd change_with_readings(std::span<const double> readings,
@@ -159,13 +159,16 @@ class AXISCAL_EXPORT ReadingPropagation {
                      std::vector<VarianceShares>& shares) const;
   void put_pole(ReducedUncertainty& result) const;
 
-  // A covariance of the parameters, and how well it is known.
+  // A covariance of the parameters with its degrees of freedom.
   struct Part {
     Eigen::MatrixXd covariance;
     double degrees_of_freedom = 0.0;
   };
 
-  // The variance of g^T (errors as of the readings) with its shares.
+  // The variance of a result by its sources.
+  // @param gradient          derivative of the result with respect to the readings.
+  // @param B                 change_with_parameters().
+  // @param reading_variance  m entries.
   [[nodiscard]] VarianceShares shares_of(const Eigen::RowVectorXd& gradient,
                                          const Eigen::MatrixXd& B,
                                          const Eigen::VectorXd& reading_variance) const;
@@ -174,17 +177,17 @@ class AXISCAL_EXPORT ReadingPropagation {
   const Reducer& reducer_;
   ReadingNoise noise_;
   Eigen::VectorXd sd_;
-  Eigen::MatrixXd block_variance_;  // m x 4: of bias and sensitivities, beyond the readings' noise
+  Eigen::MatrixXd block_variance_;  // m x 4: of bias and sensitivities, without readings' noise
   double block_freedom_ = 0.0;
   double factor_;
   CoverageFactors factors_;
-  double component_u_ = 0.0;      // as FieldConversion's
-  double ratio_u_ = 0.0;          // likewise
-  Eigen::MatrixXd covariance_;    // covers the parameters, without the field's magnitude
-  Eigen::MatrixXd of_readings_;   // the part from the readings' scatter
-  Eigen::MatrixXd of_inputs_;     // likewise, type B
-  std::vector<Part> components_;  // the part from blocks, seats, ...
-  // Independent errors of the cube that `up` shares: the effect of each on S, and S^-1 times it.
+  double component_u_ = 0.0;      // FieldConversion::component_u
+  double ratio_u_ = 0.0;          // FieldConversion::ratio_u
+  Eigen::MatrixXd covariance_;    // of the parameters, without the part of the field's magnitude
+  Eigen::MatrixXd of_readings_;   // the part of covariance_ from the readings' scatter
+  Eigen::MatrixXd of_inputs_;     // the part of covariance_ from type B sources
+  std::vector<Part> components_;  // the parts of covariance_ from blocks, seats, ...
+  // An independent error of the cube that `up` shares: its effect dS on S, and S^-1 dS.
   struct CubeError {
     SensitivityMatrix of_sensitivity;
     Eigen::Matrix3d of_field;
@@ -196,7 +199,7 @@ class AXISCAL_EXPORT ReadingPropagation {
 struct AttitudeQuantity {
   std::string name;  ///< "field_x", "pitch_deg", ...
   double value = 0.0;
-  CombinedUncertainty uncertainty;  ///< by_source: as AttitudeBudget::sources
+  CombinedUncertainty uncertainty;  ///< by_source is in the order of AttitudeBudget::sources
 };
 
 /// The uncertainty budget of one reading in an attitude.
@@ -231,8 +234,8 @@ struct MonteCarloCheck {
   bool agrees = true;  ///< both ends agree with linear_expanded within a tenth
 };
 
-/// Draws parameters and readings from their distributions (t for the part of the fit), reduces
-/// them, and compares the spread with attitude_budget().
+/// Draws parameters and readings from their distributions (Student's t for estimated scatter),
+/// reduces the readings, and compares the spread of the results with attitude_budget().
 /// @param trials  at least 1000.
 /// @throws DomainError  as attitude_budget(), and for fewer trials.
 [[nodiscard]] AXISCAL_EXPORT std::vector<MonteCarloCheck> check_by_monte_carlo(

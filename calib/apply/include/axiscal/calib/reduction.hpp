@@ -17,18 +17,18 @@
 namespace axiscal {
 
 struct ReductionOptions {
-  /// F where readings are taken [unit of the results]; default: the record's.
+  /// F at the place of the readings [unit of the results]; default: that of the record.
   std::optional<double> magnitude;
   double factor = 1.0;  ///< unit of the results per unit of the record's field, see FieldConversion
-  InclinationOptions inclination;  ///< the convention is the record's
+  InclinationOptions inclination;  ///< its convention is replaced by that of the record
   double declination_rad = 0.0;    ///< added to magnetic headings
 };
 
 /// The field at the place of the readings.
 struct FieldThere {
-  std::optional<double> magnitude;     ///< F [unit of the results]; default: the record's, in `g` 1
+  std::optional<double> magnitude;     ///< F [unit of the results]; default: the record's, or 1 g
   double magnitude_u = 0.0;            ///< its standard uncertainty [that unit]
-  std::optional<double> gravity_m_s2;  ///< gravity there; default: the record's site
+  std::optional<double> gravity_m_s2;  ///< gravity; default: that at the record's site
   double gravity_u_m_s2 = 0.0;         ///< its standard uncertainty
 };
 
@@ -36,11 +36,13 @@ struct FieldThere {
 struct FieldConversion {
   std::string unit;
   double factor = 1.0;     ///< results = factor * field in the record's unit
-  double magnitude = 1.0;  ///< F where readings are taken [unit]
-  /// Standard uncertainties by those of the fields here and there, relative: of components, and of
-  /// a component over F, which angles and residuals hold. In the field of the calibration the
-  /// latter is exact; so are components in `g` of the calibration's place.
+  double magnitude = 1.0;  ///< F at the place of the readings [unit]
+  /// Relative standard uncertainty of a component, from those of the fields at both places. It is 0
+  /// for results in `g` of the calibration's place.
   double component_u = 0.0;
+  /// Relative standard uncertainty of a component divided by F, for angles and residuals. It is 0
+  /// in
+  /// the field of the calibration.
   double ratio_u = 0.0;
 };
 
@@ -59,7 +61,7 @@ struct FieldConversion {
                                                               const FieldThere& there = {});
 
 /// A calibration in another unit of the field.
-/// @param conversion  as field_conversion(); its magnitude becomes the record's.
+/// @param conversion  by field_conversion(); its magnitude becomes that of the record.
 [[nodiscard]] AXISCAL_EXPORT Calibration converted(Calibration calibration,
                                                    const FieldConversion& conversion);
 
@@ -70,11 +72,12 @@ struct FieldConversion {
 
 /// Additional inputs besides the readings of an instrument.
 struct ReadingContext {
-  /// Specific force at rest in the sensor's frame, from an accelerometer in its frame: for
-  /// headings, and [unit of the second field] to take out what the instrument answers to it.
+  /// Specific force at rest in the sensor's frame, by an accelerometer. It is used for headings,
+  /// and
+  /// to subtract the response to a second field, then in the unit of that field.
   std::optional<Eigen::Vector3d> up;
-  /// Sensor output of a record with temperature terms; without it the calibration's reference
-  /// counts.
+  /// Output of the temperature sensor, for a record with temperature terms; nullopt: the
+  /// calibration's reference.
   std::optional<SensorTemperature> temperature;
   std::optional<Eigen::Matrix3d> up_covariance;  ///< for uncertainties [unit of up, squared]
 };
@@ -82,16 +85,16 @@ struct ReadingContext {
 /// The result of a reading of three or more axes.
 struct AXISCAL_EXPORT ReducedReading {
   Eigen::Vector3d field_in_sensor = Eigen::Vector3d::Zero();  ///< f_hat [field unit]
-  double residual = 0.0;      ///< |f_hat| - F [field unit]; NaN where the biases hold the field
-  DerivedValues derived;      ///< of the kind of instrument; NaN if the biases contain the field
-  bool determined = true;     ///< false: fewer than three one-sided axes see the light
+  double residual = 0.0;      ///< |f_hat| - F [field unit]; NaN if the biases contain the field
+  DerivedValues derived;      ///< by the kind of instrument; NaN if the biases contain the field
+  bool determined = true;     ///< false if fewer than three one-sided axes face the light
   bool extrapolated = false;  ///< the temperature is outside the calibrated range
   std::span<const std::string_view> derived_names;  ///< of the values in `derived`
 
   /// @param name  "x", "y", "z" of the field, "residual", or a derived value of the kind of
   ///              instrument, for example "pitch_deg".
-  /// @return that number.
-  /// @throws DomainError  for another name; the message lists them.
+  /// @return the value of that name.
+  /// @throws DomainError  if the name is unknown; the message lists the names.
   [[nodiscard]] double operator[](std::string_view name) const;
 };
 
@@ -115,7 +118,7 @@ struct ReducedAxis {
 ///
 /// - m >= 3: reduce() for one reading, reduce_rows() for a matrix of readings. If m > 3, the
 ///   field is a least-squares solution with the weights scale_k^2 / s_k^2. A one-sided axis
-///   (photodiode) counts if the reduced field is in front of the axis.
+///   (photodiode) is used if the reduced field is in front of the axis.
 /// - m < 3: reduce_axis() gives the component along each axis. Two axes of a sun sensor
 ///   determine the whole direction, see closed_field().
 ///
@@ -139,8 +142,9 @@ class AXISCAL_EXPORT Reducer {
   ///         the sensitivity of an axis is zero, or if the magnitude is not positive.
   explicit Reducer(const SensorModel& sensor, const ReductionOptions& options = {});
 
-  /// As above, with the statistics of the record: if m > 3, the weights of the axes come from their
-  /// residual standard deviations. It also knows if the biases contain the field (gives_field()).
+  /// A reducer that also uses the statistics of the record. If m > 3, the weights of the axes come
+  /// from their residual standard deviations. The residual and the derived values are NaN if the
+  /// biases contain the field (gives_field()).
   /// @throws RefusedError  if the calibration was refused and `force` is `no`.
   explicit Reducer(const Calibration& calibration,
                    const ReductionOptions& options = {},
@@ -186,7 +190,7 @@ class AXISCAL_EXPORT Reducer {
   /// @return true if the record has temperature terms; then reduce() needs a temperature.
   [[nodiscard]] bool needs_temperature() const { return temperature_.has_value(); }
 
-  /// @return true if it needs a temperature for each axis.
+  /// @return true if reduce() needs a temperature for each axis.
   [[nodiscard]] bool has_own_temperatures() const {
     return temperature_ && temperature_->has_own_sensors();
   }
@@ -217,11 +221,11 @@ class AXISCAL_EXPORT Reducer {
   /// The field by two axes and its magnitude.
   struct ClosedField {
     Eigen::Vector3d in_sensor = Eigen::Vector3d::Zero();  ///< f_hat [field unit]
-    bool clamped = false;  ///< the axes see more than F, so the third component is 0
+    bool clamped = false;  ///< true if both components exceed F, so that the third is 0
   };
 
-  /// The two measured components, and the perpendicular one on the side of first x second,
-  /// sqrt(F^2 - |measured|^2).
+  /// The field from two measured components. The third one is sqrt(F^2 - |measured|^2), along the
+  /// cross product of the first and the second sensing axis.
   ///
   /// @param first, second  readings of the two axes [unit], finite.
   /// @param temperature    as in reduce().
@@ -230,7 +234,7 @@ class AXISCAL_EXPORT Reducer {
       double first, double second, const std::optional<SensorTemperature>& temperature = {}) const;
 
  private:
-  // Data besides the sensor model, from the record.
+  // Data of the record in addition to its sensor model.
   struct Knowledge {
     Eigen::VectorXd weights;  // of the axes' equations
     bool gives_field = true;
@@ -267,11 +271,11 @@ class AXISCAL_EXPORT Reducer {
 
   bool gives_field_ = true;
   bool one_sided_ = false;
-  std::optional<Eigen::Vector3d> open_direction_;  // of two axes that close by magnitude
-  std::vector<Eigen::Vector3d> rows_;  // rows of S, where the inverse is not one for all readings
-  std::vector<double> weights_;        // those axes' weights
+  std::optional<Eigen::Vector3d> open_direction_;  // of the third component of two axes
+  std::vector<Eigen::Vector3d> rows_;  // rows of S, if the inverse depends on the reading
+  std::vector<double> weights_;        // weights of the equations of rows_
   std::optional<TemperatureResponse> temperature_;
-  std::vector<Eigen::Matrix3d> also_;  // field per second field, to be taken out
+  std::vector<Eigen::Matrix3d> also_;  // apparent field for a unit of the second field
   std::optional<ReadingRange> range_;
   double factor_ = 1.0;
   double declination_rad_ = 0.0;

@@ -15,7 +15,7 @@
 
 namespace axiscal {
 
-/// Where the reading of an axis is: a column, or the difference of two.
+/// The reading of an axis in a table: one column, or the difference of two columns.
 struct ReadingColumn {
   std::string axis;
   std::string plus;   ///< name of the column
@@ -31,14 +31,14 @@ struct ReadingColumn {
 [[nodiscard]] AXISCAL_EXPORT std::vector<ReadingColumn> columns_in(const CsvReader& csv,
                                                                    const Calibration& calibration);
 
-/// Where a table has what the temperature sensors of a record say: none without temperature terms,
-/// one, or one for each axis.
+/// The positions of a record's temperature columns in a table: one, or one for each axis. Empty if
+/// the record has no temperature terms.
 using TemperaturePlaces = std::vector<std::size_t>;
 
-/// @param axes    where the readings are.
-/// @param column  of a single sensor; for a slot, SLOT.column if it exists. Axes with separate
-///                sensors have AXIS_temperature or temperature_AXIS.
-/// @throws DataError  where one is missing.
+/// @param axes    the columns of the readings.
+/// @param column  the name of the column of a single sensor; for a slot, SLOT.column if it exists.
+///                Axes with separate sensors have AXIS_temperature or temperature_AXIS.
+/// @throws DataError  if a column is missing.
 [[nodiscard]] AXISCAL_EXPORT TemperaturePlaces
 temperature_places(const CsvReader& csv,
                    const std::vector<ReadingColumn>& axes,
@@ -49,37 +49,41 @@ temperature_places(const CsvReader& csv,
 struct JointColumns {
   const Reducer* reducer = nullptr;  ///< in the model's axes
   std::vector<ReadingColumn> columns;
-  /// Of the two instruments, in the model's axes; null where a record states no covariance.
+  /// The propagation of the second and of the first instrument, in the model's axes; null if its
+  /// record states no covariance.
   const ReadingPropagation* uncertainty = nullptr;
   const ReadingPropagation* own_uncertainty = nullptr;
-  double degrees_of_freedom = 0.0;  ///< of the scatter that these rest on
-  /// A larger angle that is significant (p < 0.001) is flagged `moved`. If the test is impossible,
-  /// every larger angle is flagged, unless alarm_rad is 0.
+  double degrees_of_freedom = 0.0;  ///< of the covariances of both
+  /// An angle above alarm_rad is flagged `moved` if it is significant (p < 0.001). If the test is
+  /// impossible, every angle above alarm_rad is flagged, unless alarm_rad is 0.
   double alarm_rad = 0.0;
 };
 
 /// How reduced readings are written.
 enum class ReductionForm {
-  csv,  ///< the table's cells with the results behind them
-  npy,  ///< the results alone, as rows of NumPy's binary format: 8 bytes each, 1 for the flag
+  csv,  ///< the table's cells, followed by the results
+  npy,  ///< only the results, in NumPy's binary format: 8 bytes each, 1 byte for the flag
 };
 
 struct ReductionCsvOptions {
   ReductionForm form = ReductionForm::csv;
-  /// An accelerometer's, for headings and second fields; null without one.
+  /// The reducer of an accelerometer, for headings and second fields; may be null.
   const Reducer* attitude = nullptr;
   std::vector<ReadingColumn> attitude_columns;
   /// Column of the sensor's temperature, for records with temperature terms. If each axis has a
   /// separate sensor, the column is AXIS_temperature or temperature_AXIS.
   std::string temperature_column = "temperature";
-  /// Gives the uncertainty of each result, and of `attitude`; null: omitted.
+  /// The propagation of the results' uncertainties, and that of `attitude`; if `uncertainty` is
+  /// null,
+  /// uncertainties are not written.
   const ReadingPropagation* uncertainty = nullptr;
   const ReadingPropagation* attitude_uncertainty = nullptr;
-  std::optional<JointColumns> joint;  ///< adds `joint_deg`, with uncertainties `u_joint_deg`
-  bool expanded = false;  ///< with `uncertainty`: the expanded one and its coverage factor too
+  std::optional<JointColumns> joint;  ///< adds the columns `joint_deg` and `u_joint_deg`
+  bool expanded = false;  ///< with `uncertainty`: write also expanded ones and coverage factors
   bool strict = false;    ///< a row that cannot be reduced is an error
-  std::optional<int> decimals;  ///< of every result, 0 to 15; else as many as read back to it
-  bool every_row = false;       ///< hand over each row at once instead of large blocks
+  /// Decimals of every result, 0 to 15; nullopt: as many as the exact number needs.
+  std::optional<int> decimals;
+  bool every_row = false;  ///< hand over each row at once instead of large blocks
 };
 
 /// The bits of the flag in binary rows.
@@ -94,7 +98,7 @@ constexpr unsigned unreadable = 16;
 struct ReductionCsvSummary {
   std::size_t rows = 0;
   std::size_t unreadable = 0;             ///< rows that could not be reduced
-  std::size_t first_unreadable_line = 0;  ///< 0 where there is none
+  std::size_t first_unreadable_line = 0;  ///< line of the first such row; 0 if all were reduced
   std::size_t clamped = 0;                ///< rows with a component larger than the field
   std::size_t far_from_field = 0;         ///< rows whose |f_hat| differs from F by more than 30 %
   std::size_t extrapolated = 0;           ///< rows at temperatures outside the calibrated range
@@ -109,15 +113,15 @@ struct ReductionCsvSummary {
 /// residual`, the derived values of the kind of instrument, and `flag`. With fewer than three axes
 /// these are `component_AXIS` for each axis, and `angle_AXIS_deg` if the kind has angles. A row
 /// that cannot be reduced keeps its place, with empty results and the flag `unreadable` or
-/// `saturated`. With `uncertainty`, the names follow again with the prefix u_; with `expanded`,
-/// again with the prefixes U_ and k_.
+/// `saturated`. With `uncertainty`, the standard uncertainties follow with the prefix u_. With
+/// `expanded`, the expanded uncertainties (U_) and the coverage factors (k_) follow too.
 ///
-/// @param csv      the readings, positioned behind their header.
+/// @param csv      the readings, positioned after their header.
 /// @param axes     the columns to reduce, in the reducer's order.
-/// @param reducer  for as many axes.
-/// @param sink     takes the text, block by block.
-/// @throws DataError  if a column is missing or the output would have one twice; with `strict` for
-///                    the first row that cannot be reduced.
+/// @param reducer  the reducer for these axes.
+/// @param sink     receives the output, block by block.
+/// @throws DataError  if a column is missing, if the table already has a column of the results, or,
+///                    with `strict`, for the first row that cannot be reduced.
 AXISCAL_EXPORT ReductionCsvSummary reduce_csv(CsvReader& csv,
                                               const std::vector<ReadingColumn>& axes,
                                               const Reducer& reducer,

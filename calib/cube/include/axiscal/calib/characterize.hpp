@@ -16,9 +16,9 @@
 
 namespace axiscal {
 
-/// A calibrated instrument's readings in the positioner that is to be measured.
+/// The readings of a calibrated instrument in the positioner to measure.
 struct Reference {
-  std::string slot;  ///< name of its mount, each its own
+  std::string slot;  ///< unique name of the instrument's mount
   /// The instrument. References with equal names are one instrument that was mounted again.
   std::string instrument;
   Calibration calibration;    ///< its record, three axes or more
@@ -27,12 +27,14 @@ struct Reference {
 
 struct CharacterizeOptions {
   std::string id;  ///< the name of the new positioner
-  /// Bias and length of each sensing axis are fitted with the rest, as the parts along the normals
-  /// determine them: only the angles between the axes are taken from the records.
+  /// If true, bias and sensitivity |S_k| of each axis are fitted too, because the readings along
+  /// the
+  /// normals determine them. Then only the angles between the axes come from the records.
   bool free_bias_and_scale = true;
   LevelBy level_by = LevelBy::run;     ///< one slope of the table for each reference, or each block
   std::vector<std::string> leave_out;  ///< slots not used
-  /// The cube as drawn: with its feet the seats' headings are exact, and they go into the result.
+  /// The cube of the drawing. If it has feet, the headings of the seats are exact, and the measured
+  /// positioner has these feet.
   Positioner drawing;
 };
 
@@ -40,9 +42,9 @@ struct CharacterizeOptions {
 struct AXISCAL_EXPORT ReferenceResult {
   std::string slot;
   Eigen::Matrix3d rotation_sensor_from_positioner = Eigen::Matrix3d::Identity();
-  Eigen::Vector3d mount_se_rad = Eigen::Vector3d::Zero();  ///< about the sensor's axes
-  double residual_sd = 0.0;  ///< scatter of a reading, all axes alike [field unit]
-  int worst_run = 0;         ///< the reading that is furthest from the fit
+  Eigen::Vector3d mount_se_rad = Eigen::Vector3d::Zero();  ///< about the sensor's x, y, z
+  double residual_sd = 0.0;  ///< scatter of a reading, pooled over the axes [field unit]
+  int worst_run = 0;         ///< run number of the reading with the largest residual
   Eigen::Vector2d slope = Eigen::Vector2d::Zero();  ///< slope of the table, mean over its blocks
   /// Probability that this instrument's normals differ so much from the others' by chance; NaN if
   /// there is only one instrument.
@@ -52,33 +54,34 @@ struct AXISCAL_EXPORT ReferenceResult {
 /// The effect of remounting an instrument.
 struct MountRepeatability {
   std::string instrument;
-  std::vector<std::string> slots;   ///< its mounts of nearly one orientation
-  double sd_rad = 0.0;              ///< the scatter of each small rotation, without the fit's noise
+  std::vector<std::string> slots;   ///< the slots in which it has nearly the same orientation
+  double sd_rad = 0.0;              ///< of the rotation about each axis, without the fit's noise
   double degrees_of_freedom = 0.0;  ///< 3 (mounts - 1)
 };
 
-/// A measured positioner and how far it can be trusted.
+/// A measured positioner, with its uncertainty and the tests of the instruments.
 struct Characterization {
   Positioner positioner;  ///< normals with covariance, mounts
   std::vector<ReferenceResult> references;
   std::vector<MountRepeatability> repeatability;
-  double normal_u_rad = 0.0;     ///< standard uncertainty of a normal, either way; rms over faces
-  double noise_rad = 0.0;        ///< the part of it that comes from the readings' scatter
-  double transferred_rad = 0.0;  ///< the part that the instruments' own calibrations hand on
-  double p_value = 0.0;  ///< that the instruments agree no better by chance; NaN for a single one
-  /// Slots, parted by commas, of the instrument that disagrees (p < 0.005); of two instruments
-  /// nobody knows which, so empty.
+  double normal_u_rad = 0.0;     ///< standard uncertainty of a normal's component; rms over faces
+  double noise_rad = 0.0;        ///< the part of normal_u_rad from the scatter of the readings
+  double transferred_rad = 0.0;  ///< the part of normal_u_rad from the instruments' calibrations
+  double p_value = 0.0;  ///< probability of such differences by chance; NaN for one instrument
+  /// Slots, separated by commas, of the instrument that disagrees with the others (p < 0.005).
+  /// Empty
+  /// if there are only two instruments, because either may be wrong.
   std::string suspect;
   bool consistent = true;
-  std::vector<std::string> warnings;  ///< warnings, a sentence each
+  std::vector<std::string> warnings;  ///< one sentence each
 };
 
-/// The scatter of refits of one instrument: rotations of nearly one orientation.
+/// The scatter between mounts of one instrument in nearly the same orientation.
 ///
-/// @param mounts        rotation_sensor_from_positioner of each, two or more, within 0.1 rad.
-/// @param fit_variance  mean variance of a mount's rotation about one axis, of the fit [rad^2].
+/// @param mounts        rotation_sensor_from_positioner of each mount, two or more, within 0.1 rad.
+/// @param fit_variance  mean variance of a mount's rotation about one axis by the fit [rad^2].
 /// @return sd_rad = sqrt(max(0, variance between the mounts - fit_variance)).
-/// @throws DomainError  for fewer than two, or ones further apart.
+/// @throws DomainError  for fewer than two mounts, or if they differ by more than 0.1 rad.
 [[nodiscard]] AXISCAL_EXPORT MountRepeatability
 estimate_repeatability(const std::vector<Eigen::Matrix3d>& mounts, double fit_variance);
 
@@ -86,28 +89,28 @@ estimate_repeatability(const std::vector<Eigen::Matrix3d>& mounts, double fit_va
 ///
 /// Each reference k takes the design points, several times. The model of a reading is
 ///
-///     v = b + (1 + scale) S M_k R_i(n)^T f_table,   R_i the seat by the normals n,
+///     v = b + (1 + scale) S M_k R_i(n)^T f_table,   R_i the rotation of the seat by the normals n,
 ///
 /// with unknown normals n, mounts M_k, a slope of the table for each run and, by default, bias and
 /// scale of each axis. The start is a generalised Procrustes fit of the averages over opposite
 /// points. Gauss-Newton then uses all readings, weighted by each reference's scatter, so the
-/// table's tilt does not matter. Gauge: among all frames, the one that fits the nominal cube best
-/// (sum of e_r cross n_r is 0). The records' covariances are propagated to the normals. The
-/// uncertainty from K independent calibrations decreases as 1 / sqrt(K). Their shared errors (one
-/// reference cube, the error of one method) remain and are not in the covariance. An instrument
-/// that was also fitted in a mount turned by more than 0.5 rad determines the angles between its
-/// axes too.
+/// table's tilt does not matter. The frame of the result is the one in which the normals fit the
+/// nominal cube best (sum of e_r cross n_r is 0). The records' covariances are propagated to the
+/// normals. The uncertainty from K independent calibrations decreases as 1 / sqrt(K). Errors that
+/// the calibrations share (one reference cube, the error of one method) do not decrease and are not
+/// in the covariance. If an instrument is also mounted in an orientation that differs by more than
+/// 0.5 rad, the fit determines the angles between its axes too.
 ///
-/// @param references  one or more, each with all six rest faces between them, and opposite
-/// readings.
-/// @throws RefusedError  if there are none left, a field is not along the table's normal, an
+/// @param references  one or more, each with opposite readings, and together with all six rest
+///                    faces.
+/// @throws RefusedError  if no reference is left, a field is not along the table's normal, an
 ///                       instrument has fewer than three axes, a face was never the rest face, or
 ///                       the readings do not determine the cube.
 /// @throws DomainError   if a slot lacks a name or two slots share one, or if readings and record
 ///         differ in their number of axes.
-/// @throws SetupError    if leave_out names a slot that is not there.
+/// @throws SetupError    if leave_out names a slot that does not exist.
 /// @par Source
-/// method.md, section 9; US 7,467,536; beyond it.
+/// method.md, section 9, which extends US 7,467,536.
 [[nodiscard]] AXISCAL_EXPORT Characterization characterize(const std::vector<Reference>& references,
                                                            const CharacterizeOptions& options = {});
 

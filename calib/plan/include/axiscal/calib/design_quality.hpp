@@ -13,12 +13,14 @@
 
 namespace axiscal {
 
-/// How good a design is for the regression of one axis on [1, f], before anything is measured.
+/// The quality of a design for the regression of one axis on [1, f]. It does not depend on
+/// readings.
 ///
-/// With n readings of unit variance in a field of length 1 the best that any n readings can do is
-/// X^T X = n diag(1, 1/3, 1/3, 1/3); the efficiencies are relative to that, 1 for the best.
+/// For n readings of unit variance in a field of length 1, the best possible information matrix is
+/// X^T X = n diag(1, 1/3, 1/3, 1/3). The efficiencies are relative to this matrix, so the best
+/// efficiency is 1.
 struct AXISCAL_EXPORT DesignQuality {
-  bool determined = false;    ///< else the efficiencies are 0 and the variances infinite
+  bool determined = false;    ///< if false, efficiencies are 0 and variances infinite
   double d_efficiency = 0.0;  ///< det(X^T X)^(1/4): volume of the coefficients' confidence region
   double a_efficiency = 0.0;  ///< 1 / trace (X^T X)^-1: mean variance of the coefficients
   double g_efficiency = 0.0;  ///< 1 / largest prediction variance
@@ -29,9 +31,9 @@ struct AXISCAL_EXPORT DesignQuality {
   Eigen::Vector3d variance_inflation = Eigen::Vector3d::Zero();  ///< one for each sensitivity
 };
 
-/// @param design          any points.
-/// @param positioner      the cube; nominal mount.
-/// @param field_in_table  the field; only its direction counts.
+/// @param design          the design points.
+/// @param positioner      the cube; the mount is nominal.
+/// @param field_in_table  the field; only its direction is used.
 /// @throws DomainError    if the design is empty or the field zero.
 /// @throws RefusedError   if the cube cannot lie at a point.
 /// @par Source
@@ -41,23 +43,23 @@ struct AXISCAL_EXPORT DesignQuality {
                                                          const Positioner& positioner,
                                                          const Eigen::Vector3d& field_in_table);
 
-/// The n of the 24 points that determine most.
+/// A D-optimal choice of n of the 24 design points.
 struct OptimalDesign {
   std::vector<DesignEntry> design;
   double d_efficiency = 0.0;              ///< relative to the bound for any n readings
-  double d_efficiency_of_standard = 0.0;  ///< the 12-point design's, relative to its own bound
-  int parameters = 10;                    ///< 10, or 4 with fewer than 10 points
+  double d_efficiency_of_standard = 0.0;  ///< of the 12-point design, relative to its own bound
+  int parameters = 10;                    ///< of the model: 10, or 4 with fewer than 10 points
 };
 
-/// D-optimal subset by exchange.
+/// Chooses a D-optimal subset of the 24 design points by exchange of points.
 ///
-/// From ten points on the model is [1, vec R_i]: optimal for every direction of the field, known or
-/// not. With fewer it is [1, f] for the field given.
+/// With ten points or more the model is [1, vec R_i], which suits every direction of the field,
+/// known or unknown. With fewer points the model is [1, f] for the stated field.
 ///
-/// @param points          n, 4 to 24.
-/// @param field_in_table  used below ten points.
+/// @param points          the number n of points, 4 to 24.
+/// @param field_in_table  the field; it is used only if n is below 10.
 /// @param seed            of the random starts; the same seed gives the same design.
-/// @throws DomainError  for another n.
+/// @throws DomainError  if n is not in 4 to 24.
 /// @par Source
 /// Fedorov, Theory of Optimal Experiments (1972): exchange of one point while the determinant
 /// grows.

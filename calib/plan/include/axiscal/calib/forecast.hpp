@@ -17,34 +17,36 @@
 
 namespace axiscal {
 
-/// An experiment before the experiment.
+/// The settings of a forecast.
 struct AXISCAL_EXPORT ForecastSetup {
   SensorModel nominal;              ///< instrument, field and response as expected
   std::vector<DesignEntry> design;  ///< one replicate
   int replicates = 1;
   Method method = Method::paired;
   double noise_sd = 0.0;      ///< scatter of one sample [unit of the readings]
-  int samples = 1;            ///< averaged at each point, independent
-  Positioner positioner;      ///< its normal_covariance counts where there is one
-  double normal_u_rad = 0.0;  ///< more uncertainty of each face normal, two directions, independent
-  double level_u_rad = 0.0;   ///< `known`: of the table's slope along x and y; others measure it
-  Mount mount;                ///< the instrument's orientation; its repeatability counts
+  int samples = 1;            ///< independent samples that are averaged at each point
+  Positioner positioner;      ///< the cube; its normal_covariance is used if it is stated
+  double normal_u_rad = 0.0;  ///< further uncertainty of each normal in two independent directions
+  double level_u_rad = 0.0;   ///< method known: uncertainty of the table's slope along x and y
+  Mount mount;                ///< the instrument's orientation and its repeatability
   Eigen::Vector2d slope = Eigen::Vector2d::Zero();  ///< the expected slope of the table
-  World world;  ///< the errors of the readings besides white noise; each replicate is a block
+  World world;  ///< errors of the readings in addition to white noise; each replicate is a block
 };
 
-/// An instrument as an experiment describes it: no bias, no cross-axis terms, and on each axis the
-/// sensitivity that it should have.
+/// @return the nominal instrument of an experiment: without bias and cross-axis terms, and with the
+///         same sensitivity on each axis.
 ///
 /// @throws SetupError  as make_field_description().
 [[nodiscard]] AXISCAL_EXPORT SensorModel nominal_sensor(const Experiment& experiment,
                                                         double sensitivity);
 
-/// The inputs of a forecast for one replicate of an experiment's design. Noise, samples and the
-/// uncertainties of face normals and levelness must still be stated.
+/// The settings of a forecast for one replicate of an experiment's design. The caller must still
+/// set
+/// the noise, the samples and the uncertainties of face normals and levelness.
 ///
-/// Where the experiment states no method it is the one that calibrate() would choose; with fewer
-/// than ten points, which leave the field's direction open, a table known to be level.
+/// If the experiment states no method, the method is the one that calibrate() would choose. It is
+/// `known` instead of `joint` if the design has fewer than ten points, because these do not
+/// determine the field's direction.
 ///
 /// @param sensitivity  of each axis, not 0.
 /// @throws SetupError  as make_field_description(), mount_rotation().
@@ -52,15 +54,17 @@ struct AXISCAL_EXPORT ForecastSetup {
                                                           std::vector<DesignEntry> design,
                                                           double sensitivity = 1.0);
 
-/// The expected uncertainty of a calibration: root mean square errors, as covariances by source.
+/// The expected uncertainty of a calibration, as one covariance of the coefficients for each
+/// source.
+/// Each is 4m x 4m, with b and S by axis (as FitStatistics::covariance).
 struct Forecast {
-  Eigen::MatrixXd noise;       ///< covers b, S by axis (as FitStatistics::covariance), 4m x 4m
-  Eigen::MatrixXd positioner;  ///< replicates do not average it
-  Eigen::MatrixXd level;
-  Eigen::MatrixXd mount;               ///< the part of its repeatability; a refit would average it
-  Eigen::MatrixXd world;               ///< the part of the world
+  Eigen::MatrixXd noise;
+  Eigen::MatrixXd positioner;          ///< from the face normals; replicates do not reduce it
+  Eigen::MatrixXd level;               ///< from the slope of the table
+  Eigen::MatrixXd mount;               ///< from the mount's repeatability
+  Eigen::MatrixXd world;               ///< from the entries of ForecastSetup::world
   Eigen::VectorXd degrees_of_freedom;  ///< per axis, of the residual scatter
-  LinearResponse response;             ///< the nominal one
+  LinearResponse response;             ///< the nominal response
   double magnitude = 1.0;              ///< F [field unit]
 
   [[nodiscard]] Eigen::MatrixXd covariance() const {
@@ -68,30 +72,33 @@ struct Forecast {
   }
 };
 
-/// Propagates noise, face normals, levelness and the mount's repeatability to the coefficients by
-/// the method's own linear map from readings to coefficients.
+/// Propagates the noise and the uncertainties of face normals, levelness and mount to the
+/// coefficients, by the linear map of the method from readings to coefficients.
 ///
-/// The forecast counts the entries of a world that scatter: block_sd, seat_rad, mount_rad,
-/// remount_rad, gain, jitter, wander, ends, ar, ar_white, walk_sd, round and periodic, in random
-/// order. A drift, k2 and k3 are not scatter; use study() for them.
+/// The forecast includes these entries of the world: block_sd, seat_rad, mount_rad, remount_rad,
+/// gain, jitter, wander, ends, ar, ar_white, walk_sd, round and periodic. The readings are in
+/// random
+/// order. Use run_study() for the other entries, for example drift, k2 and k3.
 ///
-/// One levelness for the run is assumed. The figures are root mean squares over many
-/// calibrations; the mean of the standard errors that they will state is lower, by 11 % at 2
-/// degrees of freedom and 3 % at 7.
+/// The run has one levelness. The forecast is a root mean square over many calibrations. The mean
+/// of
+/// the standard errors that these calibrations state is lower, by 11 % at 2 degrees of freedom and
+/// 3 % at 7.
 /// @throws DomainError         if the noise is negative, or replicates or samples are below 1.
 /// @throws RankDeficientError  if the design does not determine the coefficients.
-/// @throws RefusedError        if the cube cannot lie at a point, or no opposites suit `paired`.
+/// @throws RefusedError        if the cube cannot lie at a point, or if method `paired` has no two
+/// opposite points.
 /// @par Source
 /// method.md, sections 8 and 10; JCGM 100.
 [[nodiscard]] AXISCAL_EXPORT Forecast forecast(const ForecastSetup& setup);
 
 /// The expected uncertainty of calibrated readings in an attitude.
 struct AngleUncertainty {
-  double pitch_rad = 0.0;  ///< standard uncertainty that the calibration alone leaves
+  double pitch_rad = 0.0;  ///< standard uncertainty from the calibration only
   double roll_rad = 0.0;   ///< grows as 1 / cos(pitch)
 };
 
-/// @param covariance  of b, S by axis: Forecast::covariance(), or a block.
+/// @param covariance  of b and S by axis: Forecast::covariance() or one of its parts.
 /// @param pitch_rad, roll_rad  the attitude; axes forward-left-up.
 /// @throws DomainError  if the instrument does not determine the field (fewer than three axes).
 /// @par Source
@@ -103,17 +110,17 @@ forecast_angles(const Forecast& forecast,
                 double roll_rad,
                 PitchFormula formula = PitchFormula::arcsine);
 
-/// @return the largest standard uncertainty of the field's direction as calibrated readings give
-/// it, over all attitudes and both ways in which it can be off [rad].
+/// @return the largest standard uncertainty of the field's direction from calibrated readings, over
+///         all attitudes and all directions across the field [rad].
 /// @throws DomainError  as forecast_angles().
 [[nodiscard]] AXISCAL_EXPORT double largest_angle_uncertainty(const Forecast& forecast,
                                                               const Eigen::MatrixXd& covariance);
 
-/// Replicates for a wanted uncertainty.
+/// The smallest number of replicates that gives a wanted uncertainty.
 ///
-/// @param wanted_rad  largest_angle_uncertainty() to be reached.
-/// @return the number of replicates (of setup.samples each) that is enough, an integer, up to 1e15;
-///         nullopt if no number is enough, because positioner or level alone exceed the limit.
+/// @param wanted_rad  the wanted largest_angle_uncertainty().
+/// @return the number of replicates (of setup.samples each), an integer up to 1e15; nullopt if no
+///         number is enough, because the uncertainty without noise exceeds `wanted_rad`.
 /// @throws DomainError  if `wanted_rad` is not positive; else as forecast().
 [[nodiscard]] AXISCAL_EXPORT std::optional<double> replicates_for_angle(const ForecastSetup& setup,
                                                                         double wanted_rad);

@@ -16,7 +16,7 @@
 
 namespace axiscal {
 
-/// The procedure of a recording without readings by hand.
+/// The procedure of a continuous recording.
 enum class RecordingKind {
   free,   ///< turned by hand in all directions, in a field of constant magnitude
   sweep,  ///< at rest, while the temperature goes up and down once
@@ -30,28 +30,29 @@ struct Recording {
   RecordingKind kind = RecordingKind::free;
   std::size_t samples = 6000;
   double rate_hz = 100.0;
-  /// Of a sweep, which begins and ends at the first.
+  /// The temperatures of a sweep. It begins and ends at the first and turns at the second.
   std::pair<double, double> temperatures = {0.0, 50.0};
 };
 
-/// Where a thing that is moved by hand is, and how fast it turns.
+/// The attitude and angular rate of an instrument that a hand turns.
 struct HandMotion {
   Eigen::Matrix3d table_from_sensor = Eigen::Matrix3d::Identity();
   Eigen::Vector3d rate = Eigen::Vector3d::Zero();  ///< in the sensor [rad/s]
 };
 
-/// One turn from rest to rest about one axis: it begins and ends smoothly, its rate going as 1 -
-/// cos(2 pi part).
-/// @param part     of the turn's time, 0 to 1.
-/// @param seconds  that the whole turn takes.
+/// A turn from rest to rest about one axis. Its rate is proportional to 1 - cos(2 pi part), so it
+/// begins and ends smoothly.
+/// @param part     the elapsed fraction of the turn's time, 0 to 1.
+/// @param seconds  the duration of the whole turn.
 [[nodiscard]] AXISCAL_EXPORT HandMotion turned_by_hand(const Eigen::Matrix3d& from,
                                                        const Eigen::Matrix3d& to,
                                                        double part,
                                                        double seconds);
 
-/// A recording `free` or `sweep`, a reading for each sample. A sweep lies as the cube nominally
-/// does; the truth's temperature terms count.
-/// @throws DomainError  as simulate_run(); for fewer than 100 samples.
+/// Simulates a recording `free` or `sweep`, with one reading for each sample. During a sweep the
+/// cube's edges lie along the axes of the table. The readings follow the temperature terms of
+/// `truth`.
+/// @throws DomainError  as simulate_run(), or if there are fewer than 100 samples.
 [[nodiscard]] AXISCAL_EXPORT SimulatedRun simulate_recording(const SensorModel& truth,
                                                              const Recording& recording,
                                                              const SimulationOptions& options = {});
@@ -60,24 +61,25 @@ struct HandMotion {
 struct SimulatedTurns {
   std::vector<double> time_s;
   Eigen::MatrixXd readings;                                ///< n x m
-  Eigen::MatrixX3d up;                                     ///< in the sensor at each sample, n x 3
-  std::vector<std::pair<std::size_t, std::size_t>> rests;  ///< first sample of each, and how many
-  Eigen::VectorXd bias_of_run;                             ///< as of a SimulatedRun
+  Eigen::MatrixX3d up;                                     ///< n x 3: up, in the frame sensor
+  std::vector<std::pair<std::size_t, std::size_t>> rests;  ///< first sample, number of samples
+  Eigen::VectorXd bias_of_run;                             ///< as SimulatedRun::bias_of_run
 };
 
-/// A recording `turns` in the seats of a sheet; two thirds of the time are rests.
-/// @param truth  a gyroscope's, in rad/s: its response counts.
-/// @param earth_in_table  the Earth's rotation [rad/s].
-/// @throws DomainError  as simulate_recording(); for fewer than 30 samples a seat.
+/// Simulates a recording `turns` in the seats of a run sheet. Rests take two thirds of the time.
+/// @param truth  a gyroscope; only its response, to a field in rad/s, is used.
+/// @param earth_in_table  the Earth's rotation in the frame table [rad/s].
+/// @throws DomainError  as simulate_recording(), or if there are fewer than 30 samples for each
+/// seat.
 [[nodiscard]] AXISCAL_EXPORT SimulatedTurns simulate_turns(const SensorModel& truth,
                                                            const std::vector<RunSheetRow>& sheet,
                                                            const Recording& recording,
                                                            const Eigen::Vector3d& earth_in_table,
                                                            const SimulationOptions& options = {});
 
-/// Calibrates the recording by its turns, with known seats; calibrate_imu() does the same with a
-/// log.
-/// @param cube  what is believed of the cube.
+/// Calibrates the gyroscope by the turns of a recording, with known seats. calibrate_imu() does
+/// this with a log.
+/// @param cube  the cube that the calibration assumes.
 [[nodiscard]] AXISCAL_EXPORT Calibration
 calibrate_turns(const SimulatedTurns& recording,
                 const std::vector<RunSheetRow>& sheet,
@@ -86,8 +88,8 @@ calibrate_turns(const SimulatedTurns& recording,
                 const Eigen::Matrix3d& rotation_sensor_from_positioner,
                 const std::optional<Site>& site);
 
-/// The truth as method magnitude can find it: its frame turned so that the sensitivities have the
-/// shape.
+/// @return the truth in the frame that method magnitude chooses: turned so that the sensitivity
+///         matrix has this shape.
 [[nodiscard]] AXISCAL_EXPORT SensorModel in_shape(SensorModel truth, MagnitudeShape shape);
 
 }  // namespace axiscal

@@ -15,7 +15,7 @@ namespace axiscal {
 /// Factors a design once, by the regression core's QR, for fit_repeatedly() and simulations.
 ///
 /// @param design  X, n x p with n > p.
-/// @param names   of the parameters, for the error; empty: "parameter 1", ...
+/// @param names   names of the parameters for error messages; empty: "parameter 1", ...
 /// @throws DomainError, RankDeficientError  as LeastSquaresDesign.
 [[nodiscard]] AXISCAL_EXPORT RepeatedDesign repeated_design(
     const Eigen::Ref<const Eigen::MatrixXd>& design, const std::vector<std::string>& names = {});

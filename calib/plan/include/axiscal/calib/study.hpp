@@ -17,36 +17,44 @@
 
 namespace axiscal {
 
-/// The subject of repeated simulations and calibrations (method.md, section 8).
+/// The settings of a study: repeated simulations and calibrations of an instrument (method.md,
+/// section 8).
 struct StudySetup {
-  SensorModel truth;      ///< instrument, field, response; its `in_table` is the field there
+  SensorModel truth;      ///< true instrument, field (in field.in_table) and response
   Experiment experiment;  ///< the settings of each calibration; its positioner is the assumed one
   std::vector<DesignEntry> design;
   int replicates = 1;
-  std::vector<double> temperatures;  ///< soak levels; none: no temperatures
-  SimulationOptions simulation;      ///< noise, slope, the world, ...; its seed does not count
+  std::vector<double> temperatures;  ///< soak levels; empty: no temperatures
+  SimulationOptions simulation;      ///< noise, slope, the world, ...; its seed is not used
   Eigen::VectorXd noise_sd;          ///< one for each axis [unit]; empty: simulation.noise_sd
-  double slope_sd = 0.0;  ///< each run's table is tilted by this much more, x and y [rad]
-  /// Each run has a cube of its own, made with these errors; the calibration believes the drawing.
+  double slope_sd = 0.0;  ///< standard deviation of each run's further slope, x and y [rad]
+  /// If a drawing is stated, each run has its own cube, drawn with these tolerances. The
+  /// calibration
+  /// assumes the cube of the drawing.
   std::optional<CubeFeet> drawing;
   Surface surface;
   Tolerances tolerances;
-  /// Each run's face normals are those of experiment.positioner and errors of its covariance.
+  /// If true, each run's face normals are those of experiment.positioner plus random errors with
+  /// the
+  /// covariance of its normals.
   bool random_normals = false;
-  /// Each run is a recording: `free`, by method magnitude, or `turns`, of a gyroscope in the seats
-  /// of the design. The Earth turns as at the experiment's site, or about any axis.
+  /// If stated, each run is a recording: `free`, for method magnitude, or `turns` of a gyroscope in
+  /// the seats of the design. The Earth's rotation is that at the experiment's site. Without a site
+  /// the direction of its axis is random.
   std::optional<Recording> recording;
-  /// The regression alone: the field of every reading is known exactly, only noise is simulated,
-  /// and biases and sensitivities are looked at. Ten thousand times as fast.
+  /// If true, only the regression is studied: the field of every reading is known exactly, only
+  /// noise is simulated, and the results are biases and sensitivities. This is ten thousand times
+  /// faster.
   bool regression_only = false;
-  /// Also components and angles that one reading gives, in a random attitude for each run (|pitch|
-  /// below 80 degrees).
+  /// If true, the results include the field components and angles of one reading of each run, in a
+  /// random attitude (|pitch| below 80 degrees).
   bool angles = true;
-  /// Mistakes are looked for in every run, as for a user, and warnings are counted.
+  /// If true, every run is searched for mistakes, as calibrate() does, and warnings are counted.
   bool alarms = false;
 };
 
-/// Which part of a study this run does: shards of one seed are together the same trials as one run.
+/// The part of a study's trials to run. All shards of one seed together run the same trials as one
+/// run without shards.
 struct Shard {
   int number = 1;  ///< from 1
   int count = 1;
@@ -70,32 +78,33 @@ struct Study {
   std::string
       setup;  ///< a digest of the simulation's settings; shards of one study have equal digests
   std::vector<std::string> parameters;
-  std::vector<std::int64_t> blocks;          ///< numbers of those that were done
+  std::vector<std::int64_t> blocks;          ///< numbers of the blocks that were run
   std::vector<std::vector<StudySums>> sums;  ///< for each block, one for each parameter
   std::int64_t refused = 0;                  ///< trials that gave no calibration
-  /// The number of trials with a warning, by its name, and `any` for at least one; empty if
-  /// warnings were off.
+  /// The number of trials with each warning, by its name; `any` counts trials with at least one.
+  /// Empty if StudySetup::alarms was false.
   std::map<std::string, std::int64_t> warnings;
 };
 
-/// How one quantity came out.
+/// The statistics of one quantity over all trials.
 struct StudyResult {
   std::string parameter;
   double mean_error = 0.0;   ///< bias of the estimate
-  double sd = 0.0;           ///< the scatter of its errors
+  double sd = 0.0;           ///< standard deviation of the errors
   double stated_u = 0.0;     ///< root mean square of the stated standard uncertainties
-  double coverage_95 = 0.0;  ///< share of the stated 95 % intervals that held the truth
+  double coverage_95 = 0.0;  ///< fraction of the stated 95 % intervals that contain the truth
 };
 
-/// Runs the trials of a shard, on all cores. Trial t depends on the seed and t alone, so that
-/// neither shards nor cores change the result. In a world that is not white mistakes are looked for
-/// as well, as a drift that is found is fitted.
+/// Runs the trials of a shard on all cores. Trial t depends only on the seed and on t, so neither
+/// shards nor cores change the result. If the world is not white, each run is searched for
+/// mistakes,
+/// because a drift that is found is fitted.
 ///
-/// @param progress  told how many trials are done; may be empty; never called twice at once.
+/// @param progress  receives the number of finished trials; may be empty. Its calls never overlap.
 /// @throws DomainError  for fewer than 1 trial, for an invalid shard, or if `regression_only` is
 ///         combined with settings that it does not support (worlds, alarms, temperature terms,
 ///         second fields, one-sided axes); also for a recording `sweep`, because its biases contain
-///         the field's part.
+///         the field.
 /// @throws SetupError, RefusedError  as in calibrate(), if the first trial cannot be calibrated.
 [[nodiscard]] Study run_study(const StudySetup& setup,
                               std::int64_t trials,
@@ -106,17 +115,17 @@ struct StudyResult {
 /// @return the number of blocks of the whole study.
 [[nodiscard]] AXISCAL_EXPORT std::int64_t block_count(const Study& study);
 
-/// Puts shards together.
-/// @throws DomainError  if they are of different studies, or a block is there twice.
+/// Merges the shards of a study.
+/// @throws DomainError  if the shards are of different studies, or if two contain the same block.
 [[nodiscard]] AXISCAL_EXPORT Study merge(const std::vector<Study>& shards);
 
 [[nodiscard]] AXISCAL_EXPORT std::vector<StudyResult> results_of(const Study& study);
 
 /// @return the study as JSON.
-/// @param with_blocks  whether its sums are in it, for merge().
+/// @param with_blocks  true to include the sums of the blocks, which merge() needs.
 [[nodiscard]] AXISCAL_EXPORT std::string study_json(const Study& study, bool with_blocks);
 
-/// @throws DataError  for a text that is not a study with its sums.
+/// @throws DataError  if the text is not a study with the sums of its blocks.
 [[nodiscard]] AXISCAL_EXPORT Study parse_study(std::string_view text, const std::string& path);
 
 }  // namespace axiscal

@@ -12,35 +12,36 @@
 
 namespace axiscal {
 
-/// How exactly a cube is made: standard deviations.
+/// The tolerances of a cube, as standard deviations.
 struct Tolerances {
   double foot_height_m = 0.0;   ///< the height of each ball along its face's normal
   double ball_radius_m = 0.0;   ///< the variation of each ball's radius
-  double squareness_rad = 0.0;  ///< the turn of each face as a whole, about both of its edges
+  double squareness_rad = 0.0;  ///< the turn of each face about each of its two edge directions
   double fence_rad = 0.0;       ///< the lean of the fence
 };
 
-/// Draws a cube that is made to a drawing within its tolerances.
-/// @throws DomainError  if the tolerances are so wide that it is none.
+/// Draws a random cube that is made to a drawing with these tolerances.
+/// @throws DomainError  if the tolerances are so wide that the balls do not form a cube.
 [[nodiscard]] AXISCAL_EXPORT Positioner random_positioner(const CubeFeet& drawing,
                                                           const Surface& surface,
                                                           const Tolerances& tolerances,
                                                           RandomStream& random);
 
-/// The covariance of such cubes' face normals, in closed form.
+/// The covariance of the face normals of cubes with these tolerances, in closed form.
 ///
-/// Of the contact plane n . c_i + r_i = d a foot that stands out by h_i, or is larger by h_i, turns
-/// n by the gradient of the plane through the three h_i.
+/// The contact plane of a face is n . c_i + r_i = d. If foot i is higher or its radius larger by
+/// h_i, n turns by the gradient of the plane through the three h_i.
 [[nodiscard]] AXISCAL_EXPORT NormalCovariance normal_covariance_of(const CubeFeet& drawing,
                                                                    const Tolerances& tolerances);
 
-/// Root mean square errors of a calibration that takes the cube as drawn, in parts of the field.
-/// Biases and sensitivities are divided by the axis's sensitivity.
+/// Root mean square errors of a calibration that assumes the cube of the drawing. Errors of biases
+/// and sensitivities are divided by the length of the axis's sensitivity.
 struct CalibrationErrors {
-  double bias = 0.0;
-  double sensitivity = 0.0;  ///< error of each axis's main component
-  double cross_axis = 0.0;   ///< error of its others
-  /// Error of the field's direction by calibrated readings, any way, over attitudes.
+  double bias = 0.0;         ///< [field unit]
+  double sensitivity = 0.0;  ///< relative error of each axis's main component
+  double cross_axis = 0.0;   ///< relative error of each of its other two components
+  /// Error of the field's direction from calibrated readings, along one direction across the field,
+  /// over all attitudes.
   double angle_rad = 0.0;
 };
 
@@ -48,15 +49,14 @@ struct CalibrationErrors {
 struct ToleranceEffect {
   Method method = Method::paired;
   CalibrationErrors closed_form;  ///< linear in the tolerances; on a level table
-  CalibrationErrors
-      simulated;     ///< cubes made, seated, simulated and calibrated; on the table given
+  CalibrationErrors simulated;    ///< from simulated cubes; on the stated table
   int unusable = 0;  ///< number of cubes that could not lie at a point, or were not cubes
   double worst_angle_95_rad = 0.0;  ///< 95 % of the cubes have a smaller error in every attitude
 };
 
 struct ToleranceStudy {
   SensorModel nominal;              ///< instrument, field and response; three axes or more
-  std::vector<DesignEntry> design;  ///< the points taken, one replicate
+  std::vector<DesignEntry> design;  ///< the design points of one replicate
   CubeFeet drawing;
   Surface surface;
   Tolerances tolerances;
@@ -71,7 +71,7 @@ struct ToleranceStudy {
 ///
 /// Noise is left out; forecast() gives its effect. `known` assumes a level table, so the slope is
 /// part of its error.
-/// @return paired (where each point has its opposite), joint and known (where they are determined).
+/// @return the effects for those of the methods paired, joint and known that the design determines.
 /// @throws DomainError  for fewer than 1 trial, a negative tolerance, or fewer than three axes.
 /// @par Source
 /// method.md, sections 9 and 10.

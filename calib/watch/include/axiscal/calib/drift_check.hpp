@@ -10,7 +10,7 @@
 
 namespace axiscal {
 
-/// One coefficient then and now.
+/// The change of one coefficient from the old record to the fresh one.
 struct ParameterChange {
   std::string parameter;
   double old_value = 0.0;
@@ -20,32 +20,33 @@ struct ParameterChange {
   double e_n = 0.0;  ///< for intrinsic parameters, see e_n_score(); else NaN
 };
 
-/// Checks if a calibration is still valid.
+/// The result of a test whether a calibration is still valid.
 struct DriftCheck {
   bool drifted = false;
-  double p_value = 1.0;                    ///< that all coefficients differ so much by chance
-  double alpha = 0.01;                     ///< below which it has drifted
-  std::vector<ParameterChange> changes;    ///< one for every coefficient
-  std::vector<ParameterChange> intrinsic;  ///< one for each that does not depend on the mounting
-  double pitch_error_deg = 0.0;    ///< largest error of the pitch (up to 80 degrees) that the old
-                                   ///< record now makes; of instruments without a pitch, of the
-                                   ///< field's direction
-  double pitch_error_u_deg = 0.0;  ///< its standard uncertainty, there
-  /// Half width of its 95 % interval, as the largest over all directions, which without any drift
-  /// is about 1.8 u already.
+  double p_value = 1.0;                    ///< probability of such changes without a drift
+  double alpha = 0.01;                     ///< drifted is true if p_value is below this
+  std::vector<ParameterChange> changes;    ///< one for each coefficient
+  std::vector<ParameterChange> intrinsic;  ///< one for each of intrinsic_parameters()
+  /// Largest error of the pitch, up to a pitch of 80 degrees, if the old record reduces new
+  /// readings. For an instrument without a pitch, the error of the field's direction.
+  double pitch_error_deg = 0.0;
+  double pitch_error_u_deg = 0.0;  ///< standard uncertainty of pitch_error_deg
+  /// Half width of the 95 % interval of pitch_error_deg. It allows for the choice of the largest
+  /// error among all directions, which is about 1.8 u even without a drift.
   double pitch_error_expanded_deg = 0.0;
   std::vector<std::string> notes;
 };
 
-/// Holds a fresh calibration against an old one: per axis Hotelling's T^2 of its coefficients with
-/// both covariances, put together by Fisher's method, so that scatters estimated with few degrees
-/// of freedom are paid for.
+/// Compares a fresh calibration with an old one. Hotelling's T^2 tests the coefficients of each
+/// axis with the covariances of both records. Fisher's method combines the axes. The test takes the
+/// degrees of freedom of the estimated scatters into account.
 ///
-/// Errors that both share (the cube's normals of one positioner, the field's magnitude of one
-/// model) do not count as a difference.
+/// The test ignores errors that both records share: errors of the face normals of the same
+/// positioner, and errors of the field's magnitude from the same model.
 ///
-/// @param fresh  of the same axes; its field's unit is converted.
-/// @throws DomainError  if axes or fields are not the same, or neither states a covariance.
+/// @param fresh  a calibration with the same axes; its field's unit is converted to that of `old`.
+/// @throws DomainError  if the axes or the fields are not the same, or if neither record states a
+/// covariance.
 /// @par Source
 /// method.md, section 8; Hotelling (1931); Fisher (1932).
 [[nodiscard]] AXISCAL_EXPORT DriftCheck check_drift(const Calibration& old,
@@ -57,62 +58,66 @@ struct DriftCheck {
 /// combines them. Such a record lacks directions, so the instrument must be in its former
 /// orientation.
 ///
-/// @param fresh        by method bias, of readings taken to the old record's reference
-///                     (at_reference_temperature()), without temperature terms.
-/// @param temperature  mean of the fresh readings'; nothing: they count as at the reference.
-/// @throws DomainError  if the axes are not the same, or one states no covariance.
+/// @param fresh        a calibration by method bias without temperature terms, of readings that
+///                     at_reference_temperature() converted to the reference of `old`.
+/// @param temperature  the mean temperature of the fresh readings; nullopt: the reference
+///                     temperature.
+/// @throws DomainError  if the axes are not the same, or if one record states no covariance.
 [[nodiscard]] AXISCAL_EXPORT DriftCheck
 check_biases(const Calibration& old,
              const Calibration& fresh,
              const std::optional<SensorTemperature>& temperature,
              double alpha = 0.01);
 
-/// Readings that were taken at some temperature, as a calibration with temperature terms expects
-/// them at its reference; so a short run at room temperature can be held against it.
+/// Converts readings to the reference temperature of a calibration with temperature terms. Then a
+/// short run at room temperature can be compared with this calibration.
 [[nodiscard]] AXISCAL_EXPORT Observations at_reference_temperature(Observations observations,
                                                                    const Calibration& calibration);
 
-/// A static reading in use, in whatever attitude.
+/// The residual of one static reading in any attitude.
 struct InSituReading {
   int run = 1;
   double residual = 0.0;  ///< |f_hat| - F [field unit]
-  double limit = 0.0;     ///< control limit of its size
+  double limit = 0.0;     ///< control limit of |residual| [field unit]
   bool within = true;
 };
 
-/// Static readings against the control limits of their residuals (method.md, section 5, residual
-/// RSS).
+/// The result of check_in_situ().
 struct InSituCheck {
   bool drifted = false;
-  double p_value = 1.0;  ///< that the residuals are so large by chance
-  double rss = 0.0;      ///< root of the sum of their squares [field unit]
+  double p_value = 1.0;  ///< probability of such residuals without a drift
+  double rss = 0.0;      ///< root of the sum of the squared residuals [field unit]
   double expected_rss = 0.0;
   std::vector<InSituReading> readings;
 };
 
-/// Readings within 5 degrees are one pose; the poses' means are held against what the calibration's
-/// whole covariance and the readings' noise allow, all together, with four fifths of alpha. The
-/// worst reading alone has the rest. One pose cannot tell more than the calibration is known by,
-/// however many the readings.
+/// Tests whether the lengths of the fields of static readings agree with the field's magnitude
+/// (docs/method/watching.md).
+///
+/// Readings within 5 degrees form one pose. One test compares the mean residuals of all poses with
+/// the covariance of the calibration and the noise of the readings; it has four fifths of alpha.
+/// The test of the worst reading has one fifth. More readings in one pose cannot detect a drift
+/// below the uncertainty of the calibration.
 ///
 /// @param observations  readings of all axes at rest; labels are not needed.
-/// @param alpha  of the run as a whole; each reading's limit is set for a fifth of alpha / n.
+/// @param alpha  the probability of a false alarm for the run; each of the n readings has a limit
+///               for a fifth of alpha / n.
 /// @throws DomainError  for fewer than three axes, or a record without covariance.
 [[nodiscard]] AXISCAL_EXPORT InSituCheck check_in_situ(const Calibration& calibration,
                                                        const Observations& observations,
                                                        double alpha = 0.01);
 
-/// The largest error of an angle, and where it is made.
+/// The largest error of an angle, and the field at which it occurs.
 struct AXISCAL_EXPORT WorstAngle {
   double error_deg = 0.0;
-  Eigen::Vector3d field = Eigen::Vector3d::UnitZ();  ///< where [field unit]
+  Eigen::Vector3d field = Eigen::Vector3d::UnitZ();  ///< in the frame sensor [field unit]
 };
 
 /// The largest error of the pitch (up to 80 degrees), or of the field's direction for instruments
-/// without a pitch, that readings of one response make when they are reduced with another.
+/// without a pitch, if readings with the response of one calibration are reduced with another.
 ///
-/// @param used  what reduces them.
-/// @param now   what the instrument answers.
+/// @param used  the calibration that reduces the readings.
+/// @param now   the calibration with the response of the readings.
 [[nodiscard]] AXISCAL_EXPORT WorstAngle worst_angle(const Calibration& used,
                                                     const Calibration& now);
 

@@ -14,20 +14,20 @@
 
 namespace axiscal {
 
-/// How one coefficient went over the years.
+/// The values of one coefficient over the years, with a line through them.
 struct ParameterTrend {
   std::string parameter;
   std::vector<double> values;   ///< one for each record
-  std::vector<double> u;        ///< their standard uncertainties; NaN where not stated
-  double slope_per_year = 0.0;  ///< weighted line through them; NaN with fewer than two dates
+  std::vector<double> u;        ///< their standard uncertainties; NaN if not stated
+  double slope_per_year = 0.0;  ///< of the weighted line; NaN with fewer than two dates
   double slope_u_per_year = 0.0;
-  double p_value = 1.0;  ///< probability of such a slope without a trend; NaN with fewer than three
-  std::optional<double> low;  ///< the limits that were given
+  /// Probability of such a slope without a trend; NaN with fewer than three records.
+  double p_value = 1.0;
+  std::optional<double> low;  ///< the stated limits
   std::optional<double> high;
-  bool outside = false;        ///< the newest value does not meet its limits
-  std::string meets_limit_on;  ///< date at which the line meets one; empty: never, or none given
-  /// The first and last date at which it may, 95 %; empty: not known, or not within 100
-  /// years.
+  bool outside = false;        ///< true if the newest value is outside the limits
+  std::string meets_limit_on;  ///< date at which the line crosses a limit; empty if it never does
+  /// The 95 % interval of this date. An end is empty if it is unknown or not within 100 years.
   std::string meets_limit_from, meets_limit_until;
 };
 
@@ -35,7 +35,7 @@ struct ParameterTrend {
 struct UnitHistory {
   std::string serial;
   std::vector<std::string> paths;
-  std::vector<std::string> dates;  ///< of the calibrations: when the readings were taken
+  std::vector<std::string> dates;  ///< of the readings of each calibration
   std::vector<ParameterTrend> trends;
 };
 
@@ -50,33 +50,34 @@ struct RecordTexts {
 [[nodiscard]] AXISCAL_EXPORT RecordTexts records_in_folder(const std::string& folder);
 
 /// @return the lines of a text, one record each, as `calibrate --stream` writes them.
-/// @param name  of the text, for messages.
+/// @param name  the name of the text, for messages.
 [[nodiscard]] AXISCAL_EXPORT RecordTexts records_in_lines(const std::string& text,
                                                           const std::string& name);
 
-/// Reads calibration records by serial number. Texts that are not records are passed over.
-/// @param limits  for the dates at which tolerances will be met.
-/// @param passed_over  receives the reasons why texts are not records; null: not needed.
+/// Reads calibration records and sorts them by serial number. Texts that are not records are
+/// ignored.
+/// @param limits       the limits whose dates of crossing are wanted.
+/// @param passed_over  receives the reason for each text that is not a record; may be null.
 /// @param not_held     receives the parameters of limits that a history does not contain, for
-///                     example the residual sd; null: not needed.
-/// @throws DomainError  for a limit of a parameter that no record has.
+///                     example the residual sd; may be null.
+/// @throws DomainError  if no record can have a limit's parameter.
 [[nodiscard]] std::vector<UnitHistory> read_history(const RecordTexts& records,
                                                     const std::optional<Limits>& limits = {},
                                                     std::vector<std::string>* passed_over = nullptr,
                                                     std::vector<std::string>* not_held = nullptr);
 
-/// @return the records, for process_scatter(); texts that are not records are passed over.
+/// @return the records, for process_scatter(). Texts that are not records are ignored.
 [[nodiscard]] AXISCAL_EXPORT std::vector<Calibration> read_records(const RecordTexts& records);
 
-/// The change of an instrument's biases between blocks in earlier calibrations. It uses the records
-/// of its serial number and, with a model, those of its model. A record of several blocks gives its
-/// own mean square. If a unit's records have one block each, the scatter between the records
-/// counts. Records of methods paired, joint and known count; if several records share readings,
-/// only the first counts.
+/// The scatter of an instrument's biases between blocks, from earlier calibrations. It uses the
+/// records of the same serial number and, if the model is stated, of the same model. A record of
+/// several blocks contributes its own mean square. Records of one block contribute the scatter
+/// between the records of the unit. Only records of methods that use labelled poses are used. If
+/// several records share readings, only the first is used.
 ///
-/// @param leave_out  digests (SHA-256) of files whose records do not count: those of the run
-/// itself.
-/// @return nullopt if earlier records do not show it.
+/// @param leave_out  the SHA-256 digests of the files of this run; records of these files are not
+///                   used.
+/// @return nullopt if the earlier records do not determine the scatter.
 /// @par Source
 /// method.md, section 4; NIST/SEMATECH e-Handbook of Statistical Methods, 2.4.5.
 [[nodiscard]] AXISCAL_EXPORT std::optional<ProcessScatter> process_scatter(

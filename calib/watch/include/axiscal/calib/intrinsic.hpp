@@ -17,7 +17,7 @@ namespace axiscal {
 struct IntrinsicParameters {
   std::vector<std::string> names;  ///< "x.bias", "x.sensitivity", "angle.x.y" [rad]
   Eigen::VectorXd values;
-  std::vector<CombinedUncertainty> uncertainty;  ///< empty where the record states none
+  std::vector<CombinedUncertainty> uncertainty;  ///< empty if the record has no covariance
   Eigen::MatrixXd covariance;                    ///< from all sources; empty if unknown
 };
 
@@ -26,9 +26,9 @@ struct IntrinsicParameters {
 [[nodiscard]] AXISCAL_EXPORT IntrinsicParameters
 intrinsic_parameters(const Calibration& calibration);
 
-/// E_n = (x1 - x2) / sqrt(U1^2 + U2^2): two laboratories agree where |E_n| <= 1.
+/// E_n = (x1 - x2) / sqrt(U1^2 + U2^2). Two laboratories agree if |E_n| <= 1.
 /// @param expanded_1, expanded_2  expanded uncertainties (95 %).
-/// @return NaN without uncertainties.
+/// @return NaN if an uncertainty is NaN.
 /// @par Source
 /// ISO/IEC 17043, annex B.
 [[nodiscard]] AXISCAL_EXPORT double e_n_score(double value_1,

@@ -18,10 +18,12 @@ namespace axiscal {
 /// in the report are those of the biases, with constant sensitivities.
 ///
 /// @param experiment    how the instrument sits in its cube, and its field.
-/// @param observations  with design points, as many axes, at the record's reference temperature.
-/// @throws RefusedError  for readings that leave the direction or the biases open, no fence faces,
-///                       another unit of the field than the record's, a field of several parts,
-///                       one-sided axes or second fields.
+/// @param observations  readings with design points and the axes of the record, at its reference
+///                      temperature.
+/// @throws RefusedError  if the readings do not determine the direction and the biases, if they
+///                       lack fence faces, if the unit of the field is not that of the record, or
+///                       if the record has a field of several parts, one-sided axes or second
+///                       fields.
 /// @throws DomainError   if the record states no covariance.
 /// @par Source
 /// method.md, sections 5 and 8.

@@ -23,9 +23,9 @@ struct Limit {
 
 /// The requirements for a unit (formats.md, Limits).
 struct Limits {
-  std::string path;             ///< of their file, for messages
+  std::string path;             ///< path of the file, for messages
   std::string rule = "simple";  ///< "simple" or "guarded"
-  bool intermediate = false;    ///< biases must be known between days or mounts, not by one block
+  bool intermediate = false;    ///< true if biases need several blocks (days or mounts)
   std::vector<Limit> limits;
 };
 
@@ -36,18 +36,20 @@ struct Limits {
                                                      const std::vector<std::string>& axes);
 
 /// Reads limits from JSON.
-/// @throws DataError  `PATH: /json/pointer: ...`.
+/// @throws DataError  if the text is invalid; the message is `PATH: /json/pointer: ...`.
 [[nodiscard]] AXISCAL_EXPORT Limits parse_limits(std::string_view text, const std::string& path);
 [[nodiscard]] AXISCAL_EXPORT Limits read_limits(const std::string& path);
 
-/// Accepts or rejects (JCGM 106:2012). `simple`: the value is within its limits, whatever its
-/// uncertainty. `guarded`: it is within them by a guard band of its expanded uncertainty (95 %), so
-/// that of the units that pass hardly one is outside; a residual_sd by the quantile of chi-squared
-/// that its 95 % bound has. Each verdict states the probability that the true value conforms, with
-/// nothing known beforehand.
+/// Accepts or rejects a unit (JCGM 106:2012).
 ///
-/// A guarded limit on a bias that one block of readings found passes with a note, or where the
-/// limits ask for intermediate conditions not at all.
+/// Rule `simple` accepts a value within its limits and ignores its uncertainty. Rule `guarded`
+/// accepts a value whose distance from the limits is at least its guard band. The guard band is the
+/// expanded uncertainty (95 %). For a residual_sd it is the distance to the upper 95 % bound by the
+/// chi-squared distribution. Each verdict states the probability that the true value is within the
+/// limits, without prior knowledge.
+///
+/// A bias from only one block of readings passes a guarded limit with a note. It fails if the
+/// limits require intermediate conditions.
 ///
 /// A parameter is a coefficient's name ("x.sensitivity.x", "z.bias.d"), an axis's residual_sd, an
 /// intrinsic parameter ("x.sensitivity", "angle.x.y" in rad), "levelness.x", "levelness.y",
@@ -55,15 +57,15 @@ struct Limits {
 /// pitch from the drift; for a calibration it is the expanded uncertainty of the pitch.
 /// "drift_p_value" belongs to a check.
 ///
-/// @param check  where the limits are applied to a check; else null.
-/// @throws DomainError  for a parameter that there is not; the message lists what there is.
+/// @param check  the check to which the limits apply; null if they apply to the calibration.
+/// @throws DomainError  if a limit's parameter does not exist; the message lists those that exist.
 /// @par Source
 /// JCGM 106:2012, secs. 7.2, 8.3; method.md, section 9.
 [[nodiscard]] AXISCAL_EXPORT Verdict evaluate(const Limits& limits,
                                               const Calibration& calibration,
                                               const DriftCheck* check = nullptr);
 
-/// @return "" for a unit that passes, else why it does not, in a line.
+/// @return the reasons why a unit fails, in one line; empty if it passes.
 [[nodiscard]] AXISCAL_EXPORT std::string reason_of(const Verdict& verdict);
 
 }  // namespace axiscal
