@@ -1,12 +1,12 @@
 #!/usr/bin/python3
 # SPDX-License-Identifier: Apache-2.0
-"""`axiscal apply` beside pandas read_csv + numpy + to_csv on one file, product and peer in turn, on two
-cores.
+"""Compares the speed of `axiscal apply` with that of pandas (read_csv, numpy, to_csv) on the same file.
 
 usage: apply_beside_pandas.py PATH/TO/axiscal [ROWS] [ROUNDS]
 
-Prints the medians, their ratio (goal: at least 20) and the command's memory (goal: under 25 MiB),
-after a check that both write the same numbers. Needs python3-numpy and python3-pandas.
+Both run in turn on two cores. The program checks that both write the same numbers. Then it prints the
+median times, their ratio (goal: at least 20) and the command's memory (goal: under 25 MiB). It needs
+python3-numpy and python3-pandas.
 """
 import json
 import os
@@ -65,7 +65,10 @@ def by_axiscal(command, folder):
 
 
 def memory_of_axiscal(command, folder):
-    """MiB at most, asked of a small parent: a child starts with its parent's size."""
+    """Returns the largest memory of the command [MiB].
+
+    A small parent process measures it, because a child process starts with the size of its parent.
+    """
     script = ("import resource, subprocess, sys; subprocess.run(sys.argv[1:], check=True, "
               "stderr=subprocess.DEVNULL); "
               "print(resource.getrusage(resource.RUSAGE_CHILDREN).ru_maxrss)")
@@ -81,8 +84,9 @@ def largest_difference(folder):
     difference = 0.0
     for name in ours.columns[:-1]:
         a, b = ours[name].to_numpy(float), theirs[name].to_numpy(float)
-        assert (np.isnan(a) == np.isnan(b)).all(), f"{name}: other cells are empty"
-        # asin near its end and the yaw switch lose digits as 1 / cos(pitch).
+        assert (np.isnan(a) == np.isnan(b)).all(), f"{name}: the empty cells differ"
+        # asin loses digits as 1 / cos(pitch) near 90 degrees, and so does roll before the switch to
+        # yaw.
         difference = max(difference, np.nanmax(np.abs(a - b)))
     return difference
 

@@ -74,7 +74,7 @@ BENCHMARK(calibrate_imu_at_one_threshold)->Unit(benchmark::kMillisecond);
 void ingest_csv(benchmark::State& state) {
   const char* const path = std::getenv("AXISCAL_CSV");
   if (path == nullptr) {
-    state.SkipWithError("AXISCAL_CSV names no file");
+    state.SkipWithError("the environment variable AXISCAL_CSV is not set");
     return;
   }
   double sum = 0.0;

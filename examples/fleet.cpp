@@ -56,7 +56,7 @@ int main() {
         own.readings = axiscal::simulate(ideal, sheet).readings;
         own.response = readings.middleCols(3 * unit, 3);
         const axiscal::Calibration full = axiscal::calibrate(experiment, own);
-        std::printf("unit %d fails: axis %c scatters by %.1e, in full %.1e (%s)\n",
+        std::printf("unit %d fails: axis %c scatters by %.1e, by calibrate() %.1e (%s)\n",
                     static_cast<int>(unit), "xyz"[axis], sd, full.fit.statistics->residual_sd(axis),
                     std::string(axiscal::status_name(full.findings.status)).c_str());
       }

@@ -4,9 +4,9 @@
 
     run.py COMMAND EXPECTED.json [EXPECTED.json ...]
 
-COMMAND is `axiscal`, or another program that takes its arguments. Each operation is run in the
-folder of its file; a new folder stands for {folder}. Exit status 1 where something is not as
-expected, with a line for each.
+COMMAND is `axiscal`, or another program with the same arguments. Each operation runs in the folder
+of EXPECTED.json. {folder} is replaced by a new temporary folder. The program prints one line for each
+difference. The exit status is 1 if there is any.
 """
 import csv
 import json
@@ -46,7 +46,7 @@ def differences(command, path):
     with open(path) as file:
         expected = json.load(file)
     if expected.get("format") != "axiscal-expected" or expected.get("version") != 1:
-        return [f"{path}: is no axiscal-expected of version 1"]
+        return [f"{path}: is not a file of format axiscal-expected, version 1"]
     lines = []
     with tempfile.TemporaryDirectory() as folder:
         for operation in expected["operations"]:
@@ -63,7 +63,7 @@ def differences(command, path):
                 try:
                     value = found(expect, result.stdout, folder)
                 except (KeyError, IndexError, OSError, ValueError) as error:
-                    lines.append(f"{what}: {place}: is not there ({error})")
+                    lines.append(f"{what}: {place}: is missing ({error})")
                     continue
                 wanted, tolerance = expect["value"], expect.get("tolerance")
                 good = (value == wanted if tolerance is None
@@ -79,7 +79,7 @@ def main():
         sys.exit(__doc__)
     command = os.path.abspath(sys.argv[1]) if os.path.exists(sys.argv[1]) else sys.argv[1]
     lines = [line for path in sys.argv[2:] for line in differences(command, path)]
-    print("\n".join(lines) if lines else f"{len(sys.argv) - 2} as expected")
+    print("\n".join(lines) if lines else f"{len(sys.argv) - 2} files: all results as expected")
     sys.exit(1 if lines else 0)
 
 

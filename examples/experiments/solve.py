@@ -1,15 +1,15 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: Apache-2.0
-"""Makes the data of the example experiments, and solves them independently of Axiscal.
+"""Simulates the readings of the example experiments, and solves them independently of Axiscal.
 
-    solve.py make [NAME ...]     writes NAME.csv, from a truth and noise of a stated seed
-    solve.py solve [NAME ...]    writes NAME.expected.json, from NAME.csv alone
+    solve.py make [NAME ...]     writes NAME.csv, from a known truth and noise of a fixed seed
+    solve.py solve [NAME ...]    writes NAME.expected.json, from NAME.csv only
 
-run.py runs what the expectations say, and compares.
+run.py runs the operations of NAME.expected.json and compares the results.
 
-Only numpy is used. The cube is laid down by the rule of docs/conventions.md, the sun stands where
-Meeus, Astronomical Algorithms (2nd ed.), chapter 25, has it, and all that is unknown is found by
-Gauss-Newton with numerical derivatives: no formula is shared with the library.
+Only numpy is used. The orientations of the cube follow docs/conventions.md. The position of the sun
+follows Meeus, Astronomical Algorithms (2nd ed.), chapter 25. Gauss-Newton with numerical derivatives
+finds all unknowns, so this program and the library share no formula.
 """
 import csv
 import datetime
@@ -80,12 +80,12 @@ class Experiment:
     axes = ["x", "y", "z"]
     sd = 1e-3
     seed = 1
-    digits = 6          # behind the point, in the file
-    part_of_u = 0.01    # by which results may differ: both weigh axes by their scatter, in rounds
-    # Biases of many readings: Axiscal takes their mean over models of noise that is alike in
-    # neighbouring readings, plain least squares does not.
+    digits = 6          # decimals in the file
+    part_of_u = 0.01    # tolerance of a result, as a fraction of its standard uncertainty
+    # The tolerance of a bias from 12 readings or more: Axiscal averages it over models with
+    # correlated noise, and plain least squares does not.
     part_of_u_of_bias = 0.7
-    status = 0          # of the command
+    status = 0          # exit status of the command
     extra = 0           # further unknowns of each axis
     shared = 2          # unknowns that all axes share
     bias = np.array([0.02, -0.05, 0.01])
@@ -123,7 +123,10 @@ class Experiment:
         return np.r_[x[0], x[1:].T.ravel(), np.zeros(m * self.extra), shared]
 
     def solve(self, rows, v):
-        """Each axis weighted by its scatter, in rounds; returns theta and its covariance."""
+        """Fits all unknowns in 40 rounds, with each axis weighted by its scatter in the last round.
+
+        Returns theta and its covariance.
+        """
         n, m = v.shape
         theta = self.start(rows, v)
         sd = np.ones(m)
@@ -241,7 +244,7 @@ class Turntable(Experiment):
         elevation, azimuth = self.latitude + shared[2], shared[3]
         earth = self.earth * np.array([np.cos(elevation) * np.cos(azimuth),
                                        np.cos(elevation) * np.sin(azimuth), np.sin(elevation)])
-        if float(row["level"]) != 0.0:  # turning, the table meets the mean of the Earth's rate
+        if float(row["level"]) != 0.0:  # the Earth's rate across the axis averages to 0 in a turn
             earth = earth @ axis * axis
         return positioner_from_table(row["rest"], row["fence"]) @ (
             90.0 * float(row["level"]) * axis + earth)
@@ -253,7 +256,7 @@ class Turntable(Experiment):
 
 
 class Sun(Experiment):
-    """Three pairs of photodiodes (front less back) under the sun, a reading each two minutes."""
+    """Three pairs of photodiodes (front minus back) under the sun, with a reading every two minutes."""
     sd = 1e-3
     seed = 13
     sensitivity = np.array([[0.81, 0.01, -0.02], [-0.015, 0.79, 0.005], [0.01, -0.01, 0.80]])
@@ -291,7 +294,7 @@ class Sun(Experiment):
 
 
 class Temperature(Experiment):
-    """An accelerometer at three soak temperatures: bias and scale change with each degree."""
+    """An accelerometer at three soak temperatures. Bias and scale depend on the temperature."""
     seed = 4
     extra = 2
     more = np.array([[4e-3, 3e-4], [-3e-3, -2e-4], [2e-3, 4e-4]])
@@ -370,7 +373,7 @@ class Transfer(Experiment):
 
 
 class Triple(Experiment):
-    """Three instruments in one frame, read together: a record for each, and one table."""
+    """Three instruments in one frame, read together on one table: one record for each."""
     seed = 8
     slots = ["left", "middle", "right"]
 
@@ -400,7 +403,7 @@ class Triple(Experiment):
 # ---- one experiment for each instrument and field ----
 
 class Paired(Experiment):
-    """Averages of opposite positions: the tilt drops out, and half the difference measures it."""
+    """Averages of opposite positions do not contain the table's tilt. Half the difference measures it."""
     seed = 21
 
     def solve(self, rows, v):
@@ -468,7 +471,7 @@ class Joint(Experiment):
 
 
 class Inclinometer(Experiment):
-    """Two axes that read sines of angles; the third component is not seen."""
+    """Two axes whose readings are sines of angles. No axis measures the third component."""
     seed = 23
     axes = ["x", "y"]
     sd = 2e-5
@@ -479,7 +482,7 @@ class Inclinometer(Experiment):
 
 
 class Magnetometer(Joint):
-    """The Earth's field of known size, whose direction in the table is not known."""
+    """The Earth's field of known magnitude, whose direction in the table is unknown."""
     seed = 24
     F = 48500.0
     sd = 4.0
@@ -499,7 +502,7 @@ class Magnetometer(Joint):
 
 
 class Coil(Magnetometer):
-    """A coil of 60 uT along the table's normal, both ways and off, in an Earth that nobody knows."""
+    """A coil of 60 uT along the table's normal, with both signs and off, in an unknown field of the Earth."""
     seed = 25
     shared = 5  # the coil's axis, and the Earth's vector
     sd = 0.004
@@ -527,7 +530,7 @@ class Coil(Magnetometer):
 
 
 class Lamp(Experiment):
-    """Pairs of photodiodes, front less back, under a lamp of 2 W/m^2 above the table."""
+    """Pairs of photodiodes (front minus back) under a lamp of 2 W/m^2 above the table."""
     seed = 26
     sd = 1e-3
     sensitivity = np.array([[0.81, 0.01, -0.02], [-0.015, 0.79, 0.005], [0.01, -0.01, 0.80]])
@@ -537,7 +540,7 @@ class Lamp(Experiment):
 
 
 class EarthRate(Magnetometer):
-    """A gyroscope that sees the Earth turn, its direction in the table known roughly."""
+    """A gyroscope that measures the Earth's rotation, whose direction in the table is known roughly."""
     seed = 27
     F = 15.041067
     sd = 0.01
@@ -547,7 +550,7 @@ class EarthRate(Magnetometer):
 
 
 class Custom(Magnetometer):
-    """A field of any kind: a vector in the table, its direction known roughly."""
+    """A field of any kind: a vector in the table, whose direction is known roughly."""
     seed = 28
     F = 2.0
     sd = 2e-4
@@ -611,7 +614,7 @@ class TwoKinds(Experiment):
 # ---- labels, and readings that are not fitted ----
 
 class OwnTemperatures(Temperature):
-    """Each axis follows the temperature sensor of its own."""
+    """Each axis has its own temperature sensor."""
     seed = 34
 
     def rows(self):
@@ -664,7 +667,7 @@ class SixFaces(Experiment):
 
 
 class Confirmation(Joint):
-    """Four readings are kept out of the fit, and lie where it predicts them."""
+    """Four readings are kept out of the fit and agree with its predictions."""
     seed = 37
     F = 1.0
     sd = 1e-3
@@ -702,14 +705,14 @@ class Confirmation(Joint):
 
 
 class NotConfirmed(Confirmation):
-    """The same, the instrument having been hit before they were taken."""
+    """As confirmation, but the instrument was hit before the four readings that are kept out."""
     seed = 38
     status = 1
     shift = 0.01
 
 
 class WrongFace(Experiment):
-    """A label is wrong: the run is named, and nothing is stored."""
+    """One label is wrong. Axiscal names the run and stores no record."""
     seed = 39
 
     def rows(self):
@@ -734,7 +737,7 @@ class WrongFace(Experiment):
 
 
 class Body(Joint):
-    """A sensor that sits turned in a model, found by six attitudes of the model."""
+    """The rotation of a sensor in a model, found by readings in six attitudes of the model."""
     seed = 41
     F = 1.0
     sd = 2e-4
@@ -747,7 +750,7 @@ class Body(Joint):
         r = np.random.default_rng(410)
         values = [one["value"] for one in answers[0]["parameters"]]
         b, S = np.array(values[:3]), np.array(values[3:12]).reshape(3, 3)
-        w = np.array([0.2, -0.1, 0.4])  # the model's axes from the sensor's, as a rotation vector
+        w = np.array([0.2, -0.1, 0.4])  # rotation from sensor to model, as a rotation vector [rad]
         a = np.linalg.norm(w)
         K = np.array([[0, -w[2], w[1]], [w[2], 0, -w[0]], [-w[1], w[0], 0]]) / a
         R = np.eye(3) + np.sin(a) * K + (1 - np.cos(a)) * K @ K

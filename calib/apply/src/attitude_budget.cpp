@@ -53,7 +53,7 @@ class AttitudeBudgetMaker {
         field_(field),
         temperature_(std::move(temperature)) {
     if (!reducer_.gives_components()) {
-      throw DomainError("attitude_budget: fewer than three axes give angles of each axis only");
+      throw DomainError("attitude_budget: needs an instrument of three axes or more");
     }
     if (calibration.sensor.temperature && !temperature_) {
       temperature_ = calibration.sensor.temperature->reference();

@@ -46,8 +46,8 @@ class Directions {
     if (!field_kind(sensor.field.kind).vertical || !reducer_.gives_components() ||
         !sensor.also.empty() || !gives_field(calibration)) {
       throw DomainError(
-          "a model's attitude is found by an instrument of three axes or more that was calibrated "
-          "against gravity, here it is " +
+          "the attitude of a model needs an instrument of three axes or more that was calibrated "
+          "against gravity; this one is of kind " +
           sensor.instrument.kind);
     }
     if (!calibration.fit.statistics || calibration.fit.statistics->covariance.size() == 0) {
@@ -68,7 +68,8 @@ class Directions {
     const std::vector<double> values(reading.readings.begin(), reading.readings.end());
     const Eigen::Vector3d field = reducer_.reduce(values, context).field_in_sensor;
     if (!(field.norm() > 0.0)) {
-      throw DomainError(formatted("row {}: the readings say no direction", reading.row));
+      throw DomainError(
+          formatted("row {}: the readings give a field of 0, which has no direction", reading.row));
     }
     return {.rows = {reading.row},
             .in_model = in_model.normalized(),
@@ -162,8 +163,8 @@ void require_all_turns(const std::vector<Direction>& all) {
     return;
   }
   throw RefusedError(formatted(
-      "the references leave the turn about {} open: in all of them it is vertical; add an attitude "
-      "that is pitched or rolled by 30 degrees or more, or another face",
+      "the references do not determine the turn about {}, which is vertical in all of them; add an "
+      "attitude that is pitched or rolled by 30 degrees or more, or another face",
       axis_text(eigen.vectors.col(0))));
 }
 
@@ -224,8 +225,8 @@ BodyRotation find_body_rotation(const Calibration& calibration,
     constexpr double fewest = 2.0;
     if (dof < fewest) {
       throw RefusedError(
-          formatted("{} references do not show how they scatter: take three or more, or state "
-                    "their standard uncertainty (direction_u)",
+          formatted("{} references are too few to determine their scatter: take three or more, or "
+                    "state their standard uncertainty (direction_u)",
                     all.size()));
     }
     body.covariance_of_references = body.residual_sd_rad * body.residual_sd_rad * inverse;
@@ -333,7 +334,7 @@ Calibration in_model_frame(Calibration calibration, const BodyRotation& body, bo
   SensorModel& sensor = calibration.sensor;
   const Eigen::Matrix3d R = body.rotation_model_from_sensor;
   if (sensor.response.bias.size() < 3) {
-    throw DomainError("a rotation to a model's axes is of an instrument of three axes or more");
+    throw DomainError("a rotation to a model's axes needs an instrument of three axes or more");
   }
   const bool correlated = same_record && calibration.fit.statistics &&
                           body.parameter_names == calibration.fit.statistics->parameter_names;
@@ -416,7 +417,7 @@ BodyChange compare_rotations(const BodyRotation& before, const BodyRotation& aft
   const PositiveFactor factor(covariance);
   if (!factor.is_determined()) {
     throw RefusedError(
-        "a rotation lacks its uncertainty about some axis, so the two cannot be compared");
+        "both rotations lack the uncertainty about an axis, so they cannot be compared");
   }
   BodyChange change{.turn_rad = turn.angle() * turn.axis(),
                     .u_rad = covariance.diagonal().cwiseSqrt()};

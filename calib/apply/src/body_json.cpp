@@ -81,8 +81,8 @@ void put_place(const CsvReader& csv,
   const bool has_attitude = !empty(pitch) || !empty(roll);
   if (is_flat == has_attitude) {
     throw DataError(csv.path(), csv.line(),
-                    is_flat ? "is at an attitude and flat on a face: which of them?"
-                            : "says neither 'pitch_deg' and 'roll_deg' nor 'flat', the face that "
+                    is_flat ? "states both an attitude and a flat face; state only one of them"
+                            : "states neither 'pitch_deg' and 'roll_deg' nor 'flat', the face that "
                               "lies on the table");
   }
   if (is_flat) {

@@ -32,8 +32,8 @@ double gravity_of(const FieldDescription& field) {
   }
   if (!field.local_gravity) {
     throw DomainError(
-        "the record is in g and does not say what its g was; calibrate with the site's latitude "
-        "and height, or in m/s^2");
+        "the field of the record is in g, but the record does not state the gravity of its site; "
+        "calibrate with the site's latitude and height, or in m/s^2");
   }
   return *field.local_gravity;
 }

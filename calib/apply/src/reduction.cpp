@@ -61,7 +61,7 @@ Reducer::Reducer(const SensorModel& sensor,
   const SensitivityMatrix& S = sensor.response.sensitivity;
   const Eigen::Index m = S.rows();
   if (m == 0 || sensor.response.bias.size() != m || sensor.instrument.axis_count() != m) {
-    throw DomainError("Reducer: bias, sensitivity and axes must be of one number");
+    throw DomainError("Reducer: bias, sensitivity and axes must have the same number of axes");
   }
   for (Eigen::Index k = 0; k < m; ++k) {
     bias_.push_back(sensor.response.bias(k));
@@ -75,9 +75,8 @@ Reducer::Reducer(const SensorModel& sensor,
   if (sensor.also.size() > 1 || (m < 3 && !sensor.also.empty()) ||
       (sensor.instrument.one_sided && m > most_one_sided)) {
     throw DomainError(
-        "Reducer: it takes out one second field, of an instrument of three axes or more, and knows "
-        "up "
-        "to 64 one-sided axes");
+        "Reducer: the sensor must have at most one second field, three axes or more if it has one, "
+        "and at most 64 one-sided axes");
   }
   one_sided_ = sensor.instrument.one_sided;
   temperature_ = sensor.temperature;
@@ -208,7 +207,8 @@ double ReducedReading::operator[](std::string_view name) const {
 void Reducer::require_components(Eigen::Index readings) const {
   if (readings != std::ssize(bias_) || !gives_components()) {
     throw DomainError(formatted(
-        "Reducer::reduce: needs three readings or more, as many as the record has axes, {}, not {}",
+        "Reducer::reduce: needs an instrument of three axes or more and one reading for each of "
+        "its {} axes, not {} readings",
         bias_.size(), readings));
   }
 }

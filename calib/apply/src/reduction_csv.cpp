@@ -307,8 +307,8 @@ class RowReduction {
     for (const std::string& name : results_) {
       if (csv.column(name)) {
         throw DataError(csv.path(), csv.line(),
-                        formatted("column '{}': is there already, and apply would write it a "
-                                  "second time; rename or remove it",
+                        formatted("column '{}': has the name of a result that apply writes; rename "
+                                  "or remove it",
                                   name));
       }
     }
@@ -486,7 +486,7 @@ class RowReduction {
   // The result of a reading; false if it is invalid, and the flag is then written.
   bool put_results(const ReducedReading& reduced, std::size_t line) {
     if (!reduced.determined) {
-      refuse("fewer than three axes see the light", line);
+      refuse("fewer than three axes face the light", line);
       put_unreadable(line);
       return false;
     }

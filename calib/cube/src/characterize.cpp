@@ -34,7 +34,7 @@ void check(const std::vector<Reference>& references) {
   std::set<std::string> slots;
   for (const Reference& reference : references) {
     if (reference.slot.empty() || !slots.insert(reference.slot).second) {
-      throw DomainError("characterize: each reference needs a slot name of its own");
+      throw DomainError("characterize: each reference needs a unique slot name");
     }
     const Calibration& calibration = reference.calibration;
     const std::string slot = formatted("slot {}: ", reference.slot);
@@ -50,7 +50,8 @@ void check(const std::vector<Reference>& references) {
                               (field && std::abs(field->z()) > 0.99 * field->norm());
     if (!along_normal) {
       throw RefusedError(formatted(
-          "{}the field is {}; a cube is measured by one along the table's normal, as gravity is",
+          "{}the field is {}, but a cube can be measured only in a field along the table's normal, "
+          "for example gravity",
           slot, calibration.sensor.field.kind));
     }
     for (const Reading& reading : reference.observations.readings) {
@@ -77,7 +78,7 @@ void require_faces(const std::vector<SolidReference>& references) {
   }
   if (!missing.empty()) {
     throw RefusedError(formatted(
-        "no reading rests on face {}, so nothing shows where it points; add such readings",
+        "no reading has the rest face {}, so its normal is undetermined; add such readings",
         joined(missing)));
   }
 }
@@ -95,7 +96,8 @@ void require_opposites(const SolidReference& reference) {
     if (!has_pair) {
       throw RefusedError(formatted(
           "slot {}: no reading has its opposite (same rest face, opposite fence face), so the "
-          "table's slope cannot be told from the cube's faces; take each face turned round as well",
+          "readings do not separate the table's slope from the cube's faces; take each rest face "
+          "with the opposite fence face too",
           reference.slot));
     }
   }
@@ -337,9 +339,9 @@ void warn_of_scatter(const std::vector<Reference>& references, Characterization&
     if (own.residual_sd > suspicious * expected &&
         own.residual_sd > 1e-12 * reference->calibration.sensor.field.magnitude) {
       result.warnings.push_back(formatted(
-          "slot {}: its readings scatter by {} {}, {} times what is to be expected, run "
-          "{} most; look for a wrong label, a loose instrument, a table that was moved "
-          "(then level by block), or readings of another instrument",
+          "slot {}: its readings scatter by {} {}, {} times the expected scatter, and run {} has "
+          "the largest residual; look for a wrong label, a loose instrument, a table that was "
+          "moved (then state level by block), or readings of another instrument",
           own.slot, significant(own.residual_sd), reference->calibration.sensor.field.unit,
           significant(own.residual_sd / expected), own.worst_run));
     }
@@ -351,8 +353,8 @@ void find_warnings(const std::vector<Reference>& references, Characterization& r
   if (!result.consistent) {
     const std::string p = formatted(" (p = {})", significant(result.p_value));
     result.warnings.push_back(
-        result.suspect.empty() ? formatted("the two instruments disagree about the cube{}; a third "
-                                           "would tell which one is wrong",
+        result.suspect.empty() ? formatted("the two instruments disagree about the cube{}; take a "
+                                           "third instrument to find out which one is wrong",
                                            p)
                                : formatted("slot {} disagrees with the others about the cube{}; "
                                            "calibrate that instrument again, or leave its slot out",
@@ -386,24 +388,24 @@ void describe_in_notes(const CharacterizeOptions& options,
                        bool all_have_covariance,
                        PositionerDescription& description) {
   description.notes.push_back(formatted(
-      "standard uncertainty of a normal's component {} urad: {} by the readings' scatter, {} "
-      "handed on by the instruments' own calibrations",
+      "standard uncertainty of a normal's component: {} urad; by the scatter of the "
+      "readings {} urad, by the calibrations of the instruments {} urad",
       micro(result.normal_u_rad), micro(result.noise_rad), micro(result.transferred_rad)));
   description.notes.emplace_back(
-      "an error that all instruments share (calibrated in one cube, by one method) is handed on "
-      "whole, and is not in the covariance");
+      "an error that the calibrations of all instruments share, for example from one cube or one "
+      "method, does not average out and is not in the covariance");
   const bool has_feet = std::all_of(all_faces.begin(), all_faces.end(), [&](Face face) {
     return options.drawing.feet(face).has_value();
   });
   if (!has_feet) {
     description.notes.emplace_back(
-        "no drawing with feet was given, so the seats follow from the face normals alone; a cube "
-        "on feet or a leaning fence adds errors of about the slope times the faces' deviation from "
+        "no drawing with feet was given, so the seats follow from the face normals only; a cube on "
+        "feet or a leaning fence adds errors of about the slope times the faces' deviation from "
         "square");
   }
   if (!all_have_covariance) {
     description.notes.emplace_back(
-        "a record states no covariance; its instrument was taken as exact");
+        "a record states no covariance, so its calibration is taken as exact");
   }
 }
 

@@ -479,8 +479,8 @@ SolidSolution SolidFit::solve() const {
     constexpr double good_enough_rad = 1e-8;  // rounding may stop the search above `settled`
     if (!(found.left_to_go < good_enough_rad)) {
       throw RefusedError(
-          "the cube's normals do not settle; check the labels of the readings, and that each was "
-          "read by the instrument of its record");
+          "the fit of the cube's normals does not converge; check the labels of the readings, and "
+          "that each record belongs to the instrument of its readings");
     }
     const Eigen::MatrixXd J = jacobian(place.state, place.layout, solution.sigma);
     const Factor factors = factored(J, place.layout.names);

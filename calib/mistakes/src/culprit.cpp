@@ -78,7 +78,7 @@ std::string expected_words(const SuspectRun& run, const Correction& correction) 
     }
     const std::optional<double> meant =
         infer_intended_value(typed(k), expected(k), as_meant * run.full_response(k));
-    said.push_back(formatted("{} reads {} where about {} was expected{}",
+    said.push_back(formatted("{} reads {}, but about {} was expected{}",
                              run.set().axes[static_cast<std::size_t>(k)], number_text(typed(k), 6),
                              number_text(expected(k), 3),
                              meant ? formatted(" (meant {}?)", number_text(*meant, 7)) : ""));
@@ -154,8 +154,8 @@ MistakeSearch culprit_of(const SuspectRun& run, std::vector<Explanation> explana
   if (by_tails > is_wrong) {
     return {.culprit = {},
             .remark = by_tails < may_be_wrong
-                          ? formatted("{} stands out: either it is wrong, or the noise has heavy "
-                                      "tails; take it again to know",
+                          ? formatted("{} stands out: it is wrong, or the noise has heavy tails; "
+                                      "take the reading again to find out",
                                       name_of_runs(best.correction.runs))
                           : std::string()};
   }

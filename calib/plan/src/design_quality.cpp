@@ -113,7 +113,8 @@ OptimalDesign optimal_design(int points,
                              std::uint64_t seed) {
   const std::vector<DesignEntry> candidates = standard_design(24);
   if (points < 4 || points > static_cast<int>(candidates.size())) {
-    throw DomainError(formatted("optimal_design: 4 to 24 points, not {}", points));
+    throw DomainError(
+        formatted("optimal_design: the number of points must be 4 to 24, not {}", points));
   }
   constexpr int fewest_for_every_direction = 10;
   const bool every_direction = points >= fewest_for_every_direction;

@@ -124,8 +124,8 @@ LinearMap linear_map(const ForecastSetup& setup, const Fit& run) {
   if (!open.empty()) {
     std::vector<std::string> names = undetermined_column_names(open, run.names());
     const std::string list = joined(names);
-    throw RankDeficientError(formatted("the design does not determine {} together; take each face "
-                                       "turned round as well, or the method known on a level table",
+    throw RankDeficientError(formatted("the design does not determine {} together; add the points "
+                                       "with the opposite fence faces, or use method known",
                                        list),
                              std::move(names), {settings::method});
   }
@@ -339,7 +339,7 @@ Eigen::Matrix3d field_covariance(const Forecast& forecast,
 Eigen::MatrixXd inverse_of(const Forecast& forecast) {
   const PseudoInverseWithRank inverse = pseudo_inverse_with_rank(forecast.response.sensitivity);
   if (inverse.rank < 3) {
-    throw DomainError("forecast: fewer than three axes give angles of each axis only");
+    throw DomainError("forecast: the angles need an instrument with three independent axes");
   }
   return inverse.inverse;
 }
@@ -362,8 +362,8 @@ void check_setup(const ForecastSetup& setup) {
       setup.samples < 1 || !(setup.normal_u_rad >= 0.0) ||
       !(setup.mount.repeatability_rad >= 0.0) || !(setup.level_u_rad >= 0.0)) {
     throw DomainError(
-        "forecast: noise and uncertainties must not be negative, replicates and samples at least "
-        "1");
+        "forecast: noise and uncertainties must not be negative, and replicates and samples must "
+        "be at least 1");
   }
 }
 

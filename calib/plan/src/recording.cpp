@@ -21,7 +21,7 @@ constexpr std::uint32_t stream_of_hand = 1U << 22U;
 void require_samples(const Recording& recording, std::size_t fewest) {
   if (recording.samples < fewest || !(recording.rate_hz > 0.0)) {
     throw DomainError(
-        formatted("simulate: such a recording needs {} samples or more, and a rate", fewest));
+        formatted("simulate: the recording needs {} samples or more, and a rate above 0", fewest));
   }
 }
 
@@ -168,7 +168,7 @@ SimulatedTurns simulate_turns(const SensorModel& truth,
   require_samples(recording, fewest_a_seat * sheet.size());
   check_simulation(truth, options);
   if (truth.response.bias.size() != 3) {
-    throw DomainError("simulate: turns are those of a gyroscope of three axes");
+    throw DomainError("simulate: a recording of turns needs a gyroscope of three axes");
   }
   const std::size_t turning = recording.samples / sheet.size() / 3;
   const std::size_t resting = recording.samples / sheet.size() - turning;

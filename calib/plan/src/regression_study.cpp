@@ -32,7 +32,7 @@ RegressionTrials trials_of(const StudySetup& setup) {
   const Eigen::Index n = fields.rows();
   const Eigen::Index m = response.bias.size();
   if (n <= 4) {
-    throw DomainError("the regression alone needs more than four readings");
+    throw DomainError("a study of only the regression needs more than four readings");
   }
   Eigen::MatrixXd X(n, 4);
   X << Eigen::VectorXd::Ones(n), fields;
@@ -65,9 +65,8 @@ void run_regression_study(const StudySetup& setup,
       setup.drawing || setup.random_normals || setup.slope_sd > 0.0 ||
       setup.simulation.resolution > 0.0 || !setup.simulation.world.is_white() || setup.alarms) {
     throw DomainError(
-        "the regression alone knows noise only: no worlds, alarms, temperature terms, second "
-        "fields, "
-        "one-sided axes, resolution, random slopes or cubes");
+        "a study of only the regression simulates nothing but noise: leave out worlds, alarms, "
+        "temperature terms, second fields, one-sided axes, resolution, random slopes and cubes");
   }
   const RegressionTrials trials = trials_of(setup);
   study.parameters = parameter_names(setup.truth.instrument.axes);

@@ -383,12 +383,13 @@ Study run_study(const StudySetup& given,
                 const Shard& shard,
                 const std::function<void(std::int64_t)>& progress) {
   if (trials < 1 || shard.count < 1 || shard.number < 1 || shard.number > shard.count) {
-    throw DomainError("run_study: at least one trial, and a shard I of N with 1 <= I <= N");
+    throw DomainError("run_study: needs at least one trial, and a shard I of N with 1 <= I <= N");
   }
   Study study{.seed = seed, .trials = trials, .setup = digest_of(given)};
   if (given.recording && given.recording->kind == RecordingKind::sweep) {
     throw DomainError(
-        "study: the biases of a sweep hold the field's part; simulate it and calibrate that");
+        "study: a recording sweep cannot be studied, because its biases include the field; "
+        "simulate one sweep and calibrate it");
   }
   if (given.regression_only) {
     run_regression_study(given, shard, progress, study);

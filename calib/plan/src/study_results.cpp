@@ -16,7 +16,7 @@ std::int64_t block_count(const Study& study) {
 
 Study merge(const std::vector<Study>& shards) {
   if (shards.empty()) {
-    throw DomainError("merge: no studies");
+    throw DomainError("merge: needs at least one study");
   }
   Study all{.seed = shards.front().seed,
             .trials = shards.front().trials,
@@ -27,8 +27,8 @@ Study merge(const std::vector<Study>& shards) {
   for (const Study& shard : shards) {
     if (shard.seed != all.seed || shard.trials != all.trials || shard.setup != all.setup) {
       throw DomainError(
-          "the shards are of different studies: their seeds, numbers of trials or what they "
-          "simulate differ");
+          "the shards are of different studies: their seeds, numbers of trials or settings "
+          "differ");
     }
     if (all.parameters.empty()) {
       all.parameters = shard.parameters;
@@ -45,7 +45,7 @@ Study merge(const std::vector<Study>& shards) {
   std::sort(parts.begin(), parts.end());
   for (std::size_t i = 0; i < parts.size(); ++i) {
     if (i > 0 && parts[i].first == parts[i - 1].first) {
-      throw DomainError("the same trials are in two of the shards");
+      throw DomainError("two shards contain the same trials");
     }
     all.blocks.push_back(parts[i].first);
     all.sums.push_back(*parts[i].second);
@@ -126,7 +126,8 @@ Study parse_study(std::string_view text, const std::string& path) {
   }
   if (!json.find("blocks")) {
     json.fail(
-        "holds no sums of its blocks, which only a part of a study (a shard) has: make it as one");
+        "lacks the sums of its blocks, which only a shard of a study contains: run the study as "
+        "a shard, for example 1/1");
   }
   constexpr Eigen::Index numbers = 5;
   for (const JsonValue& block : json.at("blocks").elements()) {

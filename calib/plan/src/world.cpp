@@ -57,7 +57,7 @@ void check_value(std::string_view name, double value) {
     must_be(std::abs(value) < 1.0, "between -1 and 1");
   } else if (name == "tails") {
     must_be(value == 0.0 || (value >= 3.0 && value <= 1e6 && value == std::floor(value)),
-            "a whole number from 3 on, or 0 for normal noise");
+            "a whole number of at least 3, or 0 for normal noise");
   } else if (name == "stated") {
     must_be(value == 0.0 || value == 1.0, "0 or 1");
   } else if (name == "drift" || name == "k2" || name == "k3") {
@@ -75,7 +75,7 @@ void put(World& world, std::string_view name, const std::vector<double>& values)
     for (const Entry& one : entries) {
       names.push_back(one.name);
     }
-    throw DomainError(formatted("'{}' is nothing that a world has{}", name,
+    throw DomainError(formatted("a world has no entry '{}'{}", name,
                                 did_you_mean(name, names, "there are " + world_names())));
   }
   for (const double value : values) {

@@ -148,8 +148,8 @@ std::optional<double> p_of_block_changes(const Calibration& old,
   }
   if (fewest < 2.0) {
     notes.emplace_back(
-        "with two blocks and a new one almost no change can be detected; a record of four blocks "
-        "detects a change of five times the difference between blocks");
+        "one record has two blocks and the other has one: almost no change can be detected. A "
+        "record of four blocks detects a change of five times the difference between blocks");
   }
   constexpr double tests = 3.0;
   return std::min(1.0, tests * std::min({biases.p(), mains.p(), crosses.p()}));

@@ -198,7 +198,7 @@ InSituCheck check_in_situ(const Calibration& calibration,
                           double alpha) {
   const Reducer reducer(calibration, {}, Force::yes);
   if (!reducer.gives_components()) {
-    throw DomainError("fewer than three axes leave no residual to check");
+    throw DomainError("the check needs three axes or more, because fewer give no residual");
   }
   const ReadingPropagation propagation(calibration, reducer, stated_noise(calibration));
   InSituCheck check;

@@ -36,7 +36,7 @@ void require_biases(const Calibration& record) {
   if (!record.fit.statistics || !record.fit.statistics->covariance.allFinite() ||
       record.fit.statistics->covariance.size() == 0) {
     throw DomainError(
-        "the record lacks the covariance of its biases, so others cannot be compared with it");
+        "a record lacks the covariance of its biases, so the biases cannot be compared");
   }
 }
 
@@ -89,8 +89,8 @@ DriftCheck check_biases(const Calibration& old,
   check.p_value = axes.p_value();
   check.drifted = check.p_value < alpha;
   check.notes.push_back(formatted(
-      "the biases include the field in the instrument's pose: they are compared{} in the pose of "
-      "the record",
+      "the biases include the field: the comparison{} is valid only if the instrument is in the "
+      "pose of the record",
       temperature ? formatted(" at temperature {}", number_text(temperature->mean(), 4)) : ""));
   return check;
 }

@@ -46,11 +46,11 @@ Calibration without_common(Calibration calibration,
     }
   };
   if (same_positioner) {
-    drop("positioner", "both runs used one positioner: its normals count as the same");
+    drop("positioner", "both runs used the same positioner: errors of its face normals cancel");
   }
   if (same_field) {
     drop(field_magnitude_source,
-         "both runs took the field from one source: its magnitude counts as the same");
+         "both runs took the field from the same source: errors of its magnitude cancel");
   }
   return calibration;
 }
@@ -200,7 +200,7 @@ double pitch_rad(const Eigen::Vector3d& field) {
 // at least one of them states a covariance.
 void require_comparable(const Calibration& old_record, const Calibration& fresh_record) {
   if (old_record.sensor.instrument.axes != fresh_record.sensor.instrument.axes) {
-    throw DomainError(formatted("the records are of different axes: {} and {}",
+    throw DomainError(formatted("the records have different axes: {} and {}",
                                 joined(old_record.sensor.instrument.axes),
                                 joined(fresh_record.sensor.instrument.axes)));
   }
@@ -211,14 +211,14 @@ void require_comparable(const Calibration& old_record, const Calibration& fresh_
   }
   if (old_record.sensor.field.kind != fresh_record.sensor.field.kind ||
       old_record.sensor.instrument.unit != fresh_record.sensor.instrument.unit) {
-    throw DomainError(formatted("the records are of field {} in unit {} and of field {} in unit {}",
-                                old_record.sensor.field.kind, old_record.sensor.instrument.unit,
-                                fresh_record.sensor.field.kind,
-                                fresh_record.sensor.instrument.unit));
+    throw DomainError(
+        formatted("the records have different fields or units: field {} with readings in {}, and "
+                  "field {} with readings in {}",
+                  old_record.sensor.field.kind, old_record.sensor.instrument.unit,
+                  fresh_record.sensor.field.kind, fresh_record.sensor.instrument.unit));
   }
   if (!states_covariance(old_record) && !states_covariance(fresh_record)) {
-    throw DomainError(
-        "neither record states a covariance, so nothing says how much they may differ");
+    throw DomainError("neither record states a covariance, so their difference cannot be tested");
   }
 }
 
@@ -395,10 +395,10 @@ DriftCheck check_drift(const Calibration& old_record,
     fresh = at_temperature(std::move(fresh), old.sensor.temperature->reference());
   } else if (old.sensor.temperature || fresh.sensor.temperature) {
     check.notes.emplace_back(
-        "only one record has temperature terms: the coefficients are compared as they are stated");
+        "only one record has temperature terms: the coefficients are compared without them");
   }
   if (!states_covariance(old)) {
-    check.notes.emplace_back("the old record states no covariance and counts as exact");
+    check.notes.emplace_back("the old record states no covariance and is taken as exact");
   }
   FisherSum axes;
   const Eigen::Index m = old.sensor.instrument.axis_count();

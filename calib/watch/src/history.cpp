@@ -188,7 +188,8 @@ Entry entry_of(const std::string& name, const std::string& text) {
   const std::optional<double> time = parse_date(entry.fitted.date);
   if (!time) {
     throw DataError(name, "/created",
-                    "the history needs the date of a calibration: 'measured' or 'created'");
+                    "is not a date; the history needs the date of the calibration in 'measured' or "
+                    "'created'");
   }
   entry.time_s = *time;
   return entry;
@@ -274,7 +275,8 @@ std::vector<UnitHistory> read_history(const RecordTexts& records,
       }
     } else if (!known && !histories.empty()) {
       throw DomainError(formatted(
-          "limit '{}': a history knows biases and sensitivities only, as x.bias or x.sensitivity.y",
+          "limit '{}': a history contains only biases and sensitivities, for example x.bias or "
+          "x.sensitivity.y",
           limit.parameter));
     }
   }
@@ -297,7 +299,7 @@ std::string history_text(const UnitHistory& unit) {
     if (trend.outside) {
       text += ", outside its limits";
     } else if (!trend.meets_limit_on.empty()) {
-      text += ", meets its limit on " + trend.meets_limit_on;
+      text += ", will reach its limit on " + trend.meets_limit_on;
       if (!trend.meets_limit_from.empty()) {
         text += formatted(
             " (95 %: from {} {})", trend.meets_limit_from,

@@ -218,8 +218,8 @@ DriftCheck check_labelled(const Calibration& record,
   }
   if (!sensor.field.parts.empty() || !sensor.also.empty() || sensor.instrument.one_sided) {
     throw RefusedError(
-        "a few readings are held against a record of one field and plain axes; take a whole "
-        "design");
+        "a few readings cannot be compared with a record that has several fields or one-sided "
+        "axes; take the readings of a whole design");
   }
   if (observations.response.cols() != m || n * m < m + 3) {
     throw RefusedError(formatted(
@@ -229,14 +229,14 @@ DriftCheck check_labelled(const Calibration& record,
   }
   if (!observations.has_fence) {
     throw RefusedError(
-        "the readings say which face was down, but not how the cube lay on it: a few of them need "
-        "the column fence");
+        "the readings state the face on the table, but not the face at the fence: add the column "
+        "fence");
   }
   const FieldDescription here = make_field_description(experiment);
   if (here.unit != sensor.field.unit) {
     throw RefusedError(
-        formatted("the record's field is in {}, the readings' in {}: state the "
-                  "field's size here in the record's unit",
+        formatted("the record has the field in {}, and the readings have it in {}: state the "
+                  "magnitude of the field in the unit of the record",
                   sensor.field.unit, here.unit));
   }
   const DirectionProblem problem(record, experiment, observations);
@@ -248,8 +248,8 @@ DriftCheck check_labelled(const Calibration& record,
   with_biases << at.A, Eigen::MatrixXd::Identity(m, m).replicate(n, 1);
   if (!found.converged || Factor(with_biases).rank() < with_biases.cols()) {
     throw RefusedError(
-        "the readings do not tell the field's direction in the table and the biases apart; take "
-        "them at different faces");
+        "the readings do not separate the field's direction in the table from the biases; take "
+        "readings on more faces");
   }
   DriftCheck check{.alpha = alpha,
                    .pitch_error_deg = not_a_number,
@@ -286,9 +286,8 @@ DriftCheck check_labelled(const Calibration& record,
          .e_n = not_a_number});
   }
   check.notes.push_back(formatted(
-      "the {} readings are held against the values that the record predicts for them, with "
-      "the field's direction in the table fitted; the changes are those of the biases, "
-      "with the sensitivities as they were",
+      "the {} readings are compared with the predictions of the record, with the field's direction "
+      "in the table fitted; the changes are those of the biases, with unchanged sensitivities",
       n));
   return check;
 }

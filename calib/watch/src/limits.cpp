@@ -256,8 +256,8 @@ Verdict evaluate(const Limits& limits, const Calibration& calibration, const Dri
                               calibration.fit.conditions.earlier == 0;
     if (by_one_block && limits.rule == "guarded") {
       one.note =
-          "one block of readings: the guard band holds what repeats within it, not the change from "
-          "day to day";
+          "the bias is from one block of readings: the guard band includes the scatter within the "
+          "block, but not the change from day to day";
       one.passed = one.passed && !limits.intermediate;
     }
     verdict.passed = verdict.passed && one.passed;
@@ -277,7 +277,7 @@ std::string reason_of(const Verdict& verdict) {
     const bool below = one.low && one.value < *one.low + one.guard_band;
     if (!below && !(one.high && one.value > *one.high - one.guard_band)) {
       text += std::isnan(one.value) ? " is not known"
-                                    : " is known by one block only, and the limits ask for "
+                                    : " is from only one block, but the limits require "
                                       "intermediate conditions: take two blocks or more";
       continue;
     }

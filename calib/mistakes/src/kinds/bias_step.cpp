@@ -14,7 +14,8 @@ namespace {
 
 constexpr std::array bias_step_advice = {MistakeAdvice{
     .code = WarningCode::bias_step,
-    .one = "Look for a knock, a loose cable or a changed range there, and take the readings again.",
+    .one = "Look for a knock, a loose cable or a changed range between these readings, and take "
+           "the readings again.",
     .many = {}}};
 
 // A step of the bias of one axis between two readings of a block. It lasts to the end of the block.

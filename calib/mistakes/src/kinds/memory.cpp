@@ -48,7 +48,7 @@ void explain_by_memory(const SuspectRun& run, Explanations& found) {
     ranges.push_back(memory_range * run.full_response(k));
   }
   found.add(fit_memory(run), ranges, 1.0, Correction{.code = WarningCode::memory},
-            "if each reading keeps a part of the change since the reading before it");
+            "if each reading keeps a part of the change since the previous reading");
 }
 
 }  // namespace

@@ -14,9 +14,8 @@ namespace {
 
 constexpr std::array saturated_advice = {
     MistakeAdvice{.code = WarningCode::saturated,
-                  .one = "State its range, or set the instrument to one that holds the field; a "
-                         "curved response looks the "
-                         "same."}};
+                  .one = "State the range of the axis, or set the instrument to a range that "
+                         "includes the field. A curved response has the same effect."}};
 
 // The response of an axis to the field at each reading, without the bias, by a fit; n entries.
 // @param base  field_design() of the fit.

@@ -30,7 +30,8 @@ void explain_by_repeat(const SuspectRun& run, std::size_t i, Explanations& found
     correction.leave_out = correction.runs;
     ++said;
     found.add(run.without(i), {}, static_cast<double>(run.n()), std::move(correction),
-              formatted("without it: it repeats run {} to the last digit", run.run_of(j)), sure);
+              formatted("without this reading: it repeats run {} to the last digit", run.run_of(j)),
+              sure);
   }
 }
 

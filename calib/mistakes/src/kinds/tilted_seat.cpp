@@ -10,7 +10,8 @@ namespace {
 
 constexpr std::array tilted_seat_advice = {MistakeAdvice{
     .code = WarningCode::tilted_seat,
-    .one = "Look for grit under a foot and a fence not touched, and take the reading again."}};
+    .one = "Look for grit under a foot or a gap between cube and fence, and take the reading "
+           "again."}};
 
 // The fit with the direction of the field turned in reading i only.
 HypothesisFit fit_tilted(const SuspectRun& run, std::size_t i) {

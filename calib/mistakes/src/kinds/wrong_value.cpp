@@ -15,10 +15,10 @@ namespace {
 
 constexpr std::array wrong_value_advice = {
     MistakeAdvice{.code = WarningCode::columns_exchanged,
-                  .one = "Correct it, or take the reading again."},
-    MistakeAdvice{.code = WarningCode::sign, .one = "Correct it, or take the reading again."},
+                  .one = "Correct the order of the columns, or take the reading again."},
+    MistakeAdvice{.code = WarningCode::sign, .one = "Correct the sign, or take the reading again."},
     MistakeAdvice{.code = WarningCode::unit_factor,
-                  .one = "Correct it, or take the reading again."},
+                  .one = "Correct the unit, or take the reading again."},
     MistakeAdvice{.code = WarningCode::outlier,
                   .one = "Take the reading again.",
                   .many = "Take these readings again."}};
@@ -122,7 +122,7 @@ void explain_by_value(const SuspectRun& run, std::size_t i, Explanations& found)
   Correction correction = about(run, WarningCode::outlier, {i});
   correction.leave_out = correction.runs;
   found.add(run.arbitrary({i}), value_ranges(run, 1), readings, std::move(correction),
-            "without it");
+            "without this reading");
 }
 
 void explain_by_two(const SuspectRun& run, Explanations& found) {
@@ -134,7 +134,7 @@ void explain_by_two(const SuspectRun& run, Explanations& found) {
   std::sort(correction.runs.begin(), correction.runs.end());
   correction.leave_out = correction.runs;
   found.add(run.arbitrary({run.pair()[0], run.pair()[1]}), value_ranges(run, 2), pairs,
-            std::move(correction), "without them");
+            std::move(correction), "without these readings");
 }
 
 }  // namespace

@@ -1,0 +1,44 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace axiscal {
+
+/// One test of a unit.
+struct FleetTest {
+  std::string serial, date;                 ///< date in ISO 8601
+  std::string station, operated_by, batch;  ///< empty if unknown
+  std::string reason;                       ///< why the unit did not pass
+  bool passed = true;
+  /// The parameters of the fleet, their standard uncertainties, and the part of these that comes
+  /// from reading noise. NaN if unknown; empty if the test gave no record.
+  std::vector<double> values, u, u_noise;
+};
+
+/// A coefficient of all units, and its limits.
+struct FleetParameter {
+  std::string name;                ///< "x.bias"
+  std::optional<double> low, high;  ///< in the unit of the values
+};
+
+/// The tests of many units of one kind.
+struct Fleet {
+  std::string kind, model;  ///< model may be empty
+  std::string source;       ///< name of the store, for the title
+  std::vector<FleetParameter> parameters;
+  std::vector<FleetTest> tests;
+};
+
+/// A page for a line manager: yield, reasons of failures, capability of each coefficient, control
+/// charts by time, station, operator and batch, retests, and units outside the distribution of
+/// their batch. The page needs no other file. Its size hardly depends on the number of units.
+///
+/// @return an HTML page, UTF-8.
+/// @throws DomainError  if `tests` is empty, or a test has another number of values than there are
+///                      parameters.
+[[nodiscard]] std::string fleet_report(const Fleet& fleet);
+
+}  // namespace axiscal
