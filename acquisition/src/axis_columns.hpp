@@ -15,7 +15,7 @@
 
 namespace axiscal {
 
-/// Where an axis comes from: a channel, or the difference of two.
+/// The channel of an axis, or the two channels whose difference is the axis (indices).
 struct AxisColumns {
   std::size_t plus = 0;
   std::optional<std::size_t> minus;
@@ -25,21 +25,24 @@ struct AxisColumns {
   }
 };
 
-/// @throws DomainError  if an axis is not among the channels; the message lists what there is.
+/// @return the channels of each axis.
+/// @throws DomainError  if no channel exists for an axis; the message lists the channels.
 [[nodiscard]] std::vector<AxisColumns> find_axes(const Instrument& instrument,
                                                  const std::vector<Channel>& channels);
 
-/// Where what temperature sensors say comes from.
+/// Finds the channels of the temperatures (indices).
 ///
-/// @param names  of one channel for all axes, or one for each axis in their order.
-/// @return these channels; if none exists, AXIS_temperature of all axes; otherwise empty.
-/// @throws DomainError  if only some of several are there, or they are not as many as the axes.
+/// @param names  one channel for all axes, or one channel for each axis in the order of the axes.
+/// @return these channels. If a single name does not exist: the channels AXIS_temperature of all
+///         axes, or empty if one of them is missing.
+/// @throws DomainError  if one of several named channels is missing, or if their number is neither
+///                      1 nor the number of axes.
 [[nodiscard]] std::vector<std::size_t> find_temperatures(const Instrument& instrument,
                                                          const std::vector<Channel>& channels,
                                                          const std::vector<std::string>& names);
 
-/// @param columns  as find_temperatures().
-/// @return their values in a sample; nullopt without such channels, or if a value is not a number.
+/// @param columns  from find_temperatures().
+/// @return the temperatures in a sample; nullopt if `columns` is empty or a value is not finite.
 [[nodiscard]] std::optional<SensorTemperature> temperature_in(
     std::span<const double> values, const std::vector<std::size_t>& columns);
 

@@ -12,7 +12,8 @@
 
 namespace axiscal {
 
-/// The axes of a live instrument among the channels of its source, and their problems.
+/// Extracts the axes of a live instrument from the samples of its source, and detects invalid
+/// values.
 class AxisIntake {
  public:
   explicit AxisIntake(const Instrument& instrument);
@@ -20,17 +21,17 @@ class AxisIntake {
   /// @throws DomainError  as find_axes().
   void set_channels(const std::vector<Channel>& channels);
 
-  /// Takes the axes of a sample.
-  /// @return false if a value is not a number.
+  /// Extracts the axes from a sample.
+  /// @return false if the value of an axis is not finite.
   bool take(std::span<const double> values);
 
-  /// @return m entries of the last sample.
+  /// @return the axes of the last sample, m entries [unit].
   [[nodiscard]] const Eigen::VectorXd& values() const { return values_; }
 
-  /// @return true if an axis was at the end of its range for some samples.
+  /// @return true if an axis was at the limit of its range in at least three consecutive samples.
   [[nodiscard]] bool is_saturated() const { return !saturated_.empty(); }
 
-  /// A message about saturation; empty without a problem.
+  /// Messages about saturated axes, missing values and a wrong unit; empty without a problem.
   [[nodiscard]] std::string saturated_text() const;
   [[nodiscard]] std::string missing_text() const;
   [[nodiscard]] const std::string& unit_text() const { return unit_text_; }
@@ -44,8 +45,8 @@ class AxisIntake {
   Eigen::VectorXd values_;
   std::vector<std::size_t>
       beyond_;  // number of consecutive samples beyond the range, for each axis
-  std::vector<std::string> saturated_;  // axes
-  std::vector<std::string> missing_;    // axes of the last sample
+  std::vector<std::string> saturated_;  // names of saturated axes
+  std::vector<std::string> missing_;    // names of axes that are NaN in the last sample
 };
 
 }  // namespace axiscal

@@ -18,7 +18,7 @@ struct LinkReport {
   bool reopened = false;  ///< the next bytes do not continue the earlier ones
 };
 
-/// Bytes from somewhere: a port, a socket, a pipe. A link that is lost is tried again by itself.
+/// A stream of bytes from a port, a socket or a pipe. A lost link reopens itself.
 class ByteLink {
  public:
   ByteLink() = default;
@@ -26,13 +26,13 @@ class ByteLink {
   ByteLink(const ByteLink&) = delete;
   ByteLink& operator=(const ByteLink&) = delete;
 
-  /// Waits for bytes, at most so long, and appends them.
+  /// Waits for bytes, at most for `patience`, and appends them to `bytes`.
   virtual LinkReport read(std::string& bytes, std::chrono::milliseconds patience) = 0;
 
   /// Sends a text. @return false if the link is not open or breaks.
   virtual bool write(std::string_view text);
 
-  /// @return whether one may come in the middle of a line, as at a port that always talks.
+  /// @return true if the first bytes may begin in the middle of a line, as at a serial port.
   [[nodiscard]] virtual bool joins_midway() const { return false; }
 
   /// @return true if each read is one message, as for datagrams.

@@ -15,9 +15,9 @@ namespace axiscal {
 
 /// Receives the output of a decoder.
 struct DecoderSink {
-  /// A sample: a value for each channel, NaN where one is missing.
+  /// Called for a sample: one value for each channel, NaN for a missing value.
   std::function<void(std::span<const double> values)> sample;
-  /// Invalid input: a half line, garbage, a wrong checksum.
+  /// Called for invalid input: an incomplete line, unknown text, a wrong checksum.
   std::function<void()> defect;
 };
 
@@ -34,28 +34,28 @@ class Decoder {
 
   virtual void decode(std::string_view bytes, const DecoderSink& sink) = 0;
 
-  /// @return true if the input ends with a line feed.
+  /// @return true if the format consists of lines of text; false for binary frames.
   [[nodiscard]] virtual bool is_text() const { return true; }
 
-  /// The next bytes do not continue the earlier ones.
-  /// @param midway  it may begin in the middle of a line or frame.
+  /// Drops incomplete input, because the next bytes do not continue the earlier ones.
+  /// @param midway  true if the next bytes may begin in the middle of a line or frame.
   virtual void restart(bool midway) = 0;
 
  protected:
   std::vector<Channel> channels_;
 };
 
-/// Lines of text: delimited with or without header, JSON, named fields by a pattern; or binary
-/// frames. Options: format, names, pattern, frame.
+/// Makes a decoder for lines of text (delimited with or without header, JSON, named fields by a
+/// pattern) or for binary frames. Options: format, names, pattern, frame.
 [[nodiscard]] std::unique_ptr<Decoder> make_decoder(const SourceAddress& address);
 
-/// @param path  of a description of binary frames (JSON, format "axiscal-frames").
+/// @param path  file that describes the binary frames (JSON, format "axiscal-frames").
 [[nodiscard]] std::unique_ptr<Decoder> make_frame_decoder(const std::string& path);
 
 /// The options that make_decoder() takes.
 [[nodiscard]] const std::vector<std::string>& decoder_options();
 
-/// @return a channel of "x", "x [V]", "x (V)" or "x/V".
+/// @return the name and the unit in "x", "x [V]" or "x (V)".
 [[nodiscard]] Channel channel_of(std::string_view text);
 
 }  // namespace axiscal

@@ -7,10 +7,10 @@
 
 namespace axiscal {
 
-/// A reading of fewer samples says too little of its own scatter.
+/// The smallest number of samples in a reading. With fewer samples its scatter is too uncertain.
 inline constexpr std::size_t fewest_samples_of_dwell = 10;
 
-/// Times that were added up compare equal within this.
+/// Tolerance for the comparison of summed times.
 inline constexpr double time_rounding_s = 1e-6;
 
 /// Sums over the samples of one reading, in constant memory: mean, scatter, trend.
@@ -28,8 +28,8 @@ class DwellSums {
   [[nodiscard]] const Eigen::VectorXd& mean() const { return mean_; }
   [[nodiscard]] Eigen::VectorXd sd() const;
 
-  /// @return the largest trend of an axis during the reading, in standard errors, if it exceeds one
-  ///         standard deviation of a sample; otherwise 0.
+  /// @return the largest trend of an axis during the reading, in standard errors. A trend that
+  ///         changes the axis by less than one standard deviation of a sample counts as 0.
   [[nodiscard]] double drift() const;
 
  private:
@@ -39,8 +39,8 @@ class DwellSums {
   double mean_time_ = 0.0;
   double time_squares_ = 0.0;
   Eigen::VectorXd mean_;
-  Eigen::VectorXd squares_;   // about the mean
-  Eigen::VectorXd products_;  // with the time, about the means
+  Eigen::VectorXd squares_;   // sums of squared deviations from the mean
+  Eigen::VectorXd products_;  // sums of products of the deviations in time and value
 };
 
 }  // namespace axiscal

@@ -9,13 +9,13 @@
 
 namespace axiscal {
 
-/// @return the standard deviation of the field's direction in the table [rad]: for a table that is
-///         not level, or a heading that was not measured.
+/// @return the prior standard deviation of the field's direction in the table [rad]. It allows for
+///         a table that is not level, for iron nearby and for an unknown heading.
 [[nodiscard]] double expected_direction_sd(const Experiment& experiment,
                                            const FieldDescription& field);
 
-/// @param ratio  of the length of a still reading to the expected length.
-/// @return an explanation if the ratio is that of two confused units; otherwise empty.
+/// @param ratio  magnitude of a reading at rest divided by the expected magnitude.
+/// @return a message if the ratio is that of two confused units; otherwise empty.
 [[nodiscard]] std::string unit_mistake_text(double ratio);
 
 }  // namespace axiscal

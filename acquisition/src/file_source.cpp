@@ -13,7 +13,7 @@ namespace {
 
 constexpr std::size_t most_samples_at_once = 512;
 
-// A recording, replayed: as fast as it is read, or at a multiple of the speed it was taken at.
+// Replays a recording, as fast as it can be read or at a multiple of its original speed.
 class FileSource final : public Source {
  public:
   explicit FileSource(const SourceAddress& address)
@@ -80,7 +80,7 @@ class FileSource final : public Source {
   std::string name_;
   LogFile log_;
   SampleClock clock_;
-  double speed_;  // 0: as fast as it is read
+  double speed_;  // relative to the original speed; 0: as fast as it can be read
   std::vector<Channel> channels_;
   LogBlock block_;
   std::vector<double> row_;

@@ -8,10 +8,10 @@
 
 namespace axiscal {
 
-/// A recording of any format that LogFile reads. Options: speed (of the replay; max), names, rate,
-/// time.
+/// Opens a recording in any format that LogFile reads. Options: speed (of the replay, or max),
+/// names, rate, time.
 /// @throws DataError    as LogFile.
-/// @throws DomainError  where neither times nor a rate are known.
+/// @throws DomainError  if neither times nor a sample rate are known.
 [[nodiscard]] std::unique_ptr<Source> open_file_source(const SourceAddress& address);
 
 }  // namespace axiscal

@@ -290,8 +290,8 @@ class FrameDecoder final : public Decoder {
   std::optional<Checksum> checksum_;
   std::string held_;
   std::vector<double> values_;
-  bool skipped_ = false;  // bytes since the last frame that do not belong to a frame
-  bool midway_ = false;   // the first frame may lack its beginning
+  bool skipped_ = false;  // true if bytes were skipped since the last frame
+  bool midway_ = false;   // true if the input may begin in the middle of a frame
 };
 
 }  // namespace

@@ -26,18 +26,18 @@ namespace {
 
 constexpr double store_every_s = 1.0;
 constexpr double shortest_fit_spacing_s = 0.4;
-constexpr double longest_fit_spacing_s = 5.0;  // of samples, however fast they are replayed
+constexpr double longest_fit_spacing_s = 5.0;  // in sample time, at any speed of replay
 constexpr double share_of_time_for_fits = 0.1;
-constexpr std::size_t fewest_points = 12;   // of a fit
-constexpr std::size_t most_in_a_fit = 600;  // on the way; at the end all are
-constexpr double novel_step = 0.03;         // from the last point kept, in parts of the radius
-constexpr double novel_rest_rad = 0.12;     // from all rests kept
+constexpr std::size_t fewest_points = 12;   // for a fit
+constexpr std::size_t most_in_a_fit = 600;  // during the session; the last fit uses all points
+constexpr double novel_step = 0.03;         // least distance from the last point, over the radius
+constexpr double novel_rest_rad = 0.12;     // least distance of a rest from all earlier rests
 
 double seconds_now() {
   return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
 }
 
-// A reading as it is kept.
+// A kept reading.
 struct FreePoint {
   double time_s = 0.0;
   Eigen::Vector3d values;
@@ -228,7 +228,8 @@ class FreeSession::Engine {
     }
   }
 
-  // Selects samples at some distance from the last one, so that a rest is not a hundred readings.
+  // Keeps a sample only if it differs enough from the last kept one, so that an instrument at rest
+  // does not fill the list.
   void take_sample() {
     const Eigen::Vector3d values = axes_.values();
     const double radius = 0.5 * (highest_ - lowest_).maxCoeff();
@@ -247,7 +248,7 @@ class FreeSession::Engine {
     }
   }
 
-  // A rest in a direction that is not there yet is one reading.
+  // Takes one reading from each rest in a new direction.
   void take_rest() {
     const bool settled = stillness_.is_still() && stillness_.floor_age_s() > 0.2;
     if (!settled) {
@@ -274,7 +275,7 @@ class FreeSession::Engine {
     phase_ = SessionPhase::laying;
     const Eigen::Vector3d mean = dwell_.mean();
     stillness_.learn(dwell_.sd());
-    // Before the first turn the size of the reading serves as the scale of a turn.
+    // Before the first turn, half the magnitude of the reading replaces the radius.
     const double radius = std::max(0.5 * (highest_ - lowest_).maxCoeff(), 0.5 * mean.norm());
     const bool is_new = std::none_of(points_.begin(), points_.end(), [&](const FreePoint& one) {
       return (one.values - mean).norm() < novel_rest_rad * radius;
@@ -386,7 +387,8 @@ class FreeSession::Engine {
 
   void fit_now_and_then() {
     const double now = seconds_now();
-    // Where nobody looks the samples alone say when, so that the same ones give the same result.
+    // In an unattended session only sample times decide when to fit. The same samples then give the
+    // same result.
     const bool due = (!setup_.unattended && now >= next_fit_s_) ||
                      now_s_ - fitted_at_s_ >= longest_fit_spacing_s;
     if (points_.size() < fewest_points || points_.size() == fitted_of_ || !due) {
@@ -416,7 +418,7 @@ class FreeSession::Engine {
                            ? std::optional(calibration.fit.orientations->fit_error)
                            : std::nullopt;
       free.u_deg =
-          worst_direction_u_deg(calibration);  // the uncertainty from all points is not larger
+          worst_direction_u_deg(calibration);  // from thinned points; all points give no more
       show_numbers(calibration);
       why_none_.clear();
     } catch (const Error& error) {
@@ -442,7 +444,8 @@ class FreeSession::Engine {
     }
   }
 
-  // Hard and soft iron, or what an accelerometer calls so.
+  // Fills FreeView::numbers: hard and soft iron of a magnetometer, or bias and scales of another
+  // instrument.
   void show_numbers(const Calibration& calibration) {
     const std::string& unit = calibration.sensor.instrument.unit;
     std::string bias;
@@ -560,19 +563,19 @@ class FreeSession::Engine {
   SessionView view_;
   SessionPhase phase_ = SessionPhase::waiting;
   std::vector<FreePoint> points_;
-  std::size_t stored_ = 0;  // of the points: those in the journal
+  std::size_t stored_ = 0;  // number of points that are in the journal
   Eigen::Vector3d lowest_ = Eigen::Vector3d::Zero();
   Eigen::Vector3d highest_ = Eigen::Vector3d::Zero();
   std::size_t samples_ = 0;
   double now_s_ = 0.0;
   double tried_to_store_s_ = 0.0;
-  bool taken_ = false;   // of this rest
+  bool taken_ = false;   // true if the reading of the current rest was taken
   int known_again_ = 0;  // consecutive rests in directions that exist already
   bool samples_ended_ = false;
   bool quit_ = false;
   std::size_t fitted_of_ = 0;
-  double fitted_at_s_ = 0.0;  // by the samples' time
-  double next_fit_s_ = 0.0;   // by the clock on the wall
+  double fitted_at_s_ = 0.0;  // in sample time
+  double next_fit_s_ = 0.0;   // in seconds_now()
   std::string why_none_;
   std::vector<Calibration> calibrations_;
 };

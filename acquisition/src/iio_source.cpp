@@ -37,7 +37,7 @@ std::string error_text(int error) {
   return text.data();
 }
 
-// The unit of a channel's processed value, and the factor to it.
+// The unit of a channel's value, and the factor from the value that IIO states to this unit.
 struct Unit {
   std::string_view prefix;
   std::string_view unit;
@@ -52,7 +52,7 @@ struct IioChannel {
   iio_channel* channel = nullptr;
   double scale = 1.0;
   double offset = 0.0;
-  double unit = 1.0;  // factor for an `input` that the driver has scaled
+  double unit = 1.0;  // factor to the channel's unit for the attribute `input` (already scaled)
   bool is_time = false;
 };
 
@@ -320,7 +320,7 @@ std::vector<FoundSource> find_iio_devices() {
   try {
     scan = iio_create_scan_context(nullptr, 0);
   } catch (const RefusedError&) {
-    return found;  // a build without the library cannot open the device
+    return found;  // without the library no device can be opened
   }
   if (scan == nullptr) {
     return found;

@@ -31,10 +31,10 @@ void lock(const std::string& path, int descriptor) {
   }
 }
 
-// Samples of a moment when the disk was full are one line.
+// Raw samples that waited while the disk was full are written as one line.
 constexpr std::size_t longest_entry = 64U << 20U;
 
-// An incomplete last line is cut off in journals only, so the first line is checked.
+// Checks that a file is a journal. Only a journal's incomplete last line may be removed.
 void check_first_line(const std::string& path, std::string_view line) {
   parse_json(line, path).require_format(journal_format);
 }
@@ -68,7 +68,7 @@ Journal Journal::create(const std::string& path) {
   Journal journal(path, descriptor, 0);
   lock(path, descriptor);
   protect_input(descriptor);
-  // A new file's name is on the disk only when its folder is.
+  // The name of a new file is on the disk only after its folder was synchronised.
   sync_folder(std::filesystem::absolute(path).parent_path());
   return journal;
 }

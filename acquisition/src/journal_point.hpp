@@ -6,10 +6,11 @@
 
 namespace axiscal {
 
-/// Puts a design point into an entry of a journal: its members `rest` and `fence`.
+/// Sets the members `rest` and `fence` of a journal entry to a design point.
 void put_point(Json& entry, const DesignPoint& point);
 
-/// @throws DataError  if an entry's `rest` and `fence` are not faces, or lie on one axis.
+/// @return the design point in the members `rest` and `fence` of a journal entry.
+/// @throws DataError  if they are not faces, or are on the same axis.
 [[nodiscard]] DesignPoint point_of(const JsonValue& entry);
 
 }  // namespace axiscal

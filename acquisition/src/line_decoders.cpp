@@ -25,7 +25,7 @@ std::vector<Channel> channels_of(const std::vector<std::string>& names) {
   return channels;
 }
 
-// Parts bytes into lines; a line that is longer than any of readings is dropped.
+// Splits bytes into lines. A line longer than longest_line is dropped and counted as a defect.
 class LineDecoder : public Decoder {
  public:
   void decode(std::string_view bytes, const DecoderSink& sink) final {
@@ -58,7 +58,7 @@ class LineDecoder : public Decoder {
   }
 
  protected:
-  // @param midway  the line may lack its beginning.
+  // @param midway  true if the beginning of the line may be missing.
   virtual void line(std::string_view text, bool midway, const DecoderSink& sink) = 0;
 
   std::vector<double> values_;
@@ -89,12 +89,12 @@ class DelimitedDecoder final : public LineDecoder {
     if (numbers == 0) {
       header(cells, sink);
     } else if (midway) {
-      return;  // its first cell may be half
+      return;  // the first cell may be incomplete
     } else if (channels_.empty()) {
       without_header(sink);
     } else if (cells.size() != channels_.size()) {
       sink.defect();
-      if (from_header_ && !confirmed_) {  // no header: a greeting
+      if (from_header_ && !confirmed_) {  // the header was a greeting
         channels_.clear();
         has_names_ = false;
         delimiter_ = '\0';
@@ -134,7 +134,8 @@ class DelimitedDecoder final : public LineDecoder {
     }
   }
 
-  // Two lines of as many cells are a table; the first of all lines may have been a half one.
+  // Two consecutive lines with equal numbers of cells define the channels. One line is not enough,
+  // because the first line may be incomplete.
   void without_header(const DecoderSink& sink) {
     if (waiting_.size() != values_.size()) {
       waiting_ = values_;
@@ -150,7 +151,7 @@ class DelimitedDecoder final : public LineDecoder {
   char delimiter_ = '\0';
   bool has_names_ = false;
   bool from_header_ = false;
-  bool confirmed_ = false;  // a sample suits the names
+  bool confirmed_ = false;  // true if a sample had one cell for each name
   std::vector<double> waiting_;
 };
 
@@ -185,7 +186,7 @@ class JsonDecoder final : public LineDecoder {
     some ? sink.sample(values_) : sink.defect();
   }
 
-  // {"acc": {"x": 1}, "gyro": [2, 3]}: acc.x, gyro.0, gyro.1.
+  // {"acc": {"x": 1}, "gyro": [2, 3]} gives the names acc.x, gyro.0, gyro.1.
   void flatten(const nlohmann::ordered_json& value, const std::string& name) {
     if (value.is_number()) {
       found_.emplace_back(name, value.get<double>());
@@ -203,7 +204,8 @@ class JsonDecoder final : public LineDecoder {
   std::vector<std::pair<std::string, double>> found_;
 };
 
-// "X={x} Y={y}": text to be found, numbers to be read; {} is a number that is passed over.
+// Reads lines by a pattern such as "X={x} Y={y}": literal text, and numbers with their names. {} is
+// a number that is skipped.
 class PatternDecoder final : public LineDecoder {
  public:
   explicit PatternDecoder(const SourceAddress& address) {

@@ -15,7 +15,7 @@
 namespace axiscal {
 namespace {
 
-// Lines of standard input, without waiting for them.
+// Reads lines from standard input without blocking.
 class CommandLines {
  public:
   explicit CommandLines(bool reads) : reads_(reads) {}
@@ -74,7 +74,7 @@ class LineFace : public SessionFace {
     words_ = joined(names);
   }
 
-  // The remembered commands.
+  // The commands that were possible at the last remember(), separated by commas.
   [[nodiscard]] const std::string& words() const { return words_; }
 
   static void print(const std::string& line) { write_whole_file("-", line + "\n"); }
@@ -121,7 +121,7 @@ class PlainFace final : public LineFace {
     if (view.free && view.phase == SessionPhase::laying) {
       tell_sphere(view);
     }
-    // Each when it comes; told again only after it was over.
+    // Prints each alarm when it begins, and again only after it was over.
     std::set<std::string> there;
     for (const SessionAlarm& alarm : view.alarms) {
       there.insert(alarm.code);
@@ -134,7 +134,7 @@ class PlainFace final : public LineFace {
   }
 
  private:
-  // The progress of the sphere, if it changes.
+  // Prints the progress of a FreeSession if the headline or the coverage has changed.
   void tell_sphere(const SessionView& view) {
     const FreeView& free = *view.free;
     const int tenths = static_cast<int>(10.0 * free.coverage);

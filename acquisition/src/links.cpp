@@ -25,7 +25,7 @@ using Clock = std::chrono::steady_clock;
 constexpr std::chrono::seconds retry_after{1};
 constexpr std::size_t most_bytes = 1U << 16U;
 
-// Waits until a descriptor can be read; false where the time ran out.
+// Waits until a descriptor can be read. @return false if the time ran out.
 bool wait_readable(int descriptor, std::chrono::milliseconds patience) {
   pollfd one{.fd = descriptor, .events = POLLIN, .revents = 0};
   return ::poll(&one, 1, static_cast<int>(patience.count())) > 0;
@@ -72,10 +72,10 @@ class ReopenedLink : public ByteLink {
 
  protected:
   [[nodiscard]] virtual bool is_open() const = 0;
-  // Why it cannot be opened; empty where it can, or where there is nobody yet.
+  // Opens the link. @return the reason if it cannot be opened; otherwise empty.
   virtual std::string open(std::chrono::milliseconds patience) = 0;
   virtual void close() = 0;
-  // Why it is lost; empty where it is not.
+  // Receives bytes. @return the reason if the link is lost; otherwise empty.
   virtual std::string receive(char* data,
                               std::size_t size,
                               std::chrono::milliseconds patience,
@@ -101,7 +101,7 @@ std::string receive_from(Stream& stream,
   return error && !would_block(error) ? error.message() : "";
 }
 
-// PORT, on loopback, or ADDRESS:PORT.
+// Parses PORT (on loopback) or ADDRESS:PORT.
 HostAndPort place_to_listen(SourceAddress address) {
   if (address.place.find(':') == std::string::npos) {
     address.place = "127.0.0.1:" + address.place;
@@ -261,7 +261,7 @@ class TcpClientLink final : public TcpLink {
                                  const auto& /*endpoint*/) { error = result; });
     context_.restart();
     context_.run_for(std::max(patience, std::chrono::milliseconds(500)));
-    if (!context_.stopped()) {  // nobody answers
+    if (!context_.stopped()) {  // no answer within the time
       close();
       context_.run();
       error = asio::error::timed_out;
@@ -329,7 +329,7 @@ class UdpLink final : public ReopenedLink {
     if (!error) {
       socket_.open(endpoint.protocol(), error);
       if (!error) {
-        // A burst must find room while a point is being written to the disk.
+        // The buffer must hold the datagrams that arrive while a point is written to the disk.
         boost::system::error_code ignored;
         socket_.set_option(asio::socket_base::receive_buffer_size(4 << 20), ignored);
         socket_.bind(endpoint, error);

@@ -31,7 +31,8 @@ struct ClientDeleter {
   void operator()(mosquitto* client) const { mosquitto_destroy(client); }
 };
 
-// Of a broker. It stands in no address, as addresses are kept in journals and shown.
+// The password for the broker. It is not part of the address, because journals contain addresses
+// and messages show them.
 std::string password_of(const SourceAddress& address) {
   const std::optional<std::string> path = address.find("password-file");
   const char* const stated = std::getenv("AXISCAL_MQTT_PASSWORD");  // NOLINT(concurrency-mt-unsafe)
@@ -165,7 +166,7 @@ class MqttLink final : public ByteLink {
   bool trying_ = false;
   double next_try_s_ = 0.0;
   std::string message_;
-  std::deque<std::string> waiting_;  // messages
+  std::deque<std::string> waiting_;  // received messages that read() has not returned yet
   std::size_t waiting_bytes_ = 0;
 };
 

@@ -146,7 +146,7 @@ void check_options(const SourceAddress& address, const SourceKind& kind) {
   }
 }
 
-// The udev name of a serial port: it contains maker and model.
+// Lists serial ports by their udev names, which contain maker and model, then other USB ports.
 std::vector<FoundSource> find_serial_ports() {
   std::vector<FoundSource> found;
   std::vector<std::filesystem::path> linked;

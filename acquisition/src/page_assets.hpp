@@ -5,7 +5,8 @@
 
 namespace axiscal {
 
-/// The session's page, embedded at build time; the script is empty where it was built without node.
+/// The files of the session's page, embedded at build time. The script is empty if the build did
+/// not have node.
 [[nodiscard]] std::string_view acquire_page();
 [[nodiscard]] std::string_view acquire_style();
 [[nodiscard]] std::string_view acquire_script();

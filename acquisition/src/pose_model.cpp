@@ -15,16 +15,16 @@
 namespace axiscal {
 namespace {
 
-// The difference in fit that another pose needs before it is reported: half a difference of chi^2.
-// Predictive densities are not used, because a slope near zero is unlikely under the prior: the
-// opposite positions of a level table would look like one position taken twice.
+// Another pose is reported if PoseJudgement::log_ratio exceeds this value. The ratio compares chi^2
+// and not predictive densities. With densities, two opposite positions on a level table would look
+// like one position taken twice, because a slope near zero is unlikely under the prior.
 constexpr double telling_log_ratio = 9.0;
-// chi^2 of three axes beyond which a pose does not fit: 5 standard deviations or so.
+// A pose does not fit if the chi^2 of three axes exceeds this value (about 5 standard deviations).
 constexpr double fitting_misfit = 40.0;
 constexpr double no_pose_misfit = 200.0;
 constexpr std::size_t readings_to_rely_on = 9;
 constexpr int rounds = 6;
-constexpr double wide = 10.0;  // scale of unknown quantities, in units of the response
+constexpr double wide = 10.0;  // prior standard deviation of unknown quantities over the response
 constexpr double far_direction_rad = 0.3;
 constexpr double telling_contrast = 0.5;  // relative to the effect of the field
 
@@ -57,7 +57,7 @@ std::vector<Eigen::Vector3d> starts_of(const PoseModelSetup& setup) {
   return starts;
 }
 
-// Two directions square to a vector and to each other.
+// Returns two unit vectors that are perpendicular to a vector and to each other.
 Eigen::Matrix<double, 3, 2> tangents_of(const Eigen::Vector3d& vector) {
   Eigen::Matrix<double, 3, 2> tangents;
   tangents.col(0) = vector.normalized().unitOrthogonal();
@@ -69,8 +69,8 @@ Eigen::Matrix<double, 3, 2> tangents_of(const Eigen::Vector3d& vector) {
   return tangents;
 }
 
-// Derivative of a reading by bias (m), sensitivity by rows (3 m), the two tangents, and the scale
-// that it does not depend on.
+// Derivative of a reading with respect to bias (m), sensitivity by rows (3 m), the two tangents and
+// the common scale. The last column is zero.
 // @param rotation  sensor from table, times the level.
 Eigen::MatrixXd derivative_of_reading(const PoseModelFit& fit, const Eigen::Matrix3d& rotation) {
   const Eigen::Index m = fit.response.bias.size();
@@ -84,8 +84,8 @@ Eigen::MatrixXd derivative_of_reading(const PoseModelFit& fit, const Eigen::Matr
   return J;
 }
 
-// The rows of the system from `row` on: the prior of bias, sensitivity, the field's direction and
-// the common scale of the axes.
+// Writes the prior of bias, sensitivity, field direction and common scale into the rows of J and r,
+// from `row` on.
 void put_expectations(const PoseModelSetup& setup,
                       const Eigen::MatrixXd& nominal_axes,
                       double scale,
@@ -134,19 +134,20 @@ PoseModel::PoseModel(PoseModelSetup setup)
 }
 
 bool PoseModel::is_usable() const {
-  // Of a sum neither the length is known nor, at other levels, the direction.
+  // For a sum of fields the magnitude is unknown, and the direction depends on the level.
   return !setup_.instrument.one_sided && setup_.field.parts.empty() &&
          setup_.nominal_axes.rowwise().norm().minCoeff() > 0.0 && setup_.field.magnitude > 0.0;
 }
 
-// Sensor from table of a reading as if at a point, times the level; for the setup's field.
+// The rotation sensor from table if the reading were at `point`, times the level. It applies to the
+// field at the time of the set-up.
 Eigen::Matrix3d PoseModel::rotation_at(const PlacedReading& reading,
                                        const DesignPoint& point) const {
   return reading.entry.level.of_all() * setup_.rotation_sensor_from_positioner *
          setup_.positioner.rotation_table_from_positioner(point).transpose() * reading.field_turn;
 }
 
-// The nominal response of the axes to a field of length 1.
+// The nominal response of the axes to a unit field in a direction of the table.
 Eigen::VectorXd PoseModel::seen(const PlacedReading& reading,
                                 const Eigen::Vector3d& direction) const {
   const Eigen::VectorXd along =
@@ -173,8 +174,8 @@ double PoseModel::least_contrast(const PlacedReading& one,
   return least;
 }
 
-// True if the readings must differ by the effect of the field for every direction. An axis
-// perpendicular to the field in all readings, or a turntable at rest, does not determine the scale.
+// True if the readings determine the scale for every possible direction of the field. They do not
+// if an axis is perpendicular to the field in all readings, or if a turntable was at rest.
 bool PoseModel::shows_scale(const std::vector<PlacedReading>& readings) const {
   return std::all_of(directions_.begin(), directions_.end(), [&](const Eigen::Vector3d& direction) {
     std::vector<Eigen::VectorXd> all;
@@ -189,8 +190,8 @@ bool PoseModel::shows_scale(const std::vector<PlacedReading>& readings) const {
   });
 }
 
-// The change of the readings by the field [unit], from the differences between them, because biases
-// may be far larger; nullopt if they do not show it.
+// The effect of the field on a reading [unit]: from the nominal sensitivity, or from differences
+// between readings, because biases may be far larger. nullopt if the readings do not determine it.
 std::optional<double> PoseModel::scale_of(const std::vector<PlacedReading>& readings) const {
   if (setup_.nominal_sensitivity) {
     return std::abs(*setup_.nominal_sensitivity) * setup_.field.magnitude;
@@ -238,8 +239,8 @@ std::vector<PoseModelFit> PoseModel::fits(const std::vector<PlacedReading>& know
   return all;
 }
 
-// The uncertainty of a pose [rad]. With fewer than three axes slope and cross-axis sensitivities
-// appear only as products at first, and a fit chooses one of many pairs.
+// The standard deviation of a pose [rad]. It is larger for fewer than three axes: their first
+// readings determine only products of slope and cross-axis sensitivity, so that a fit is arbitrary.
 double PoseModel::placement_sd() const {
   constexpr double of_few_axes = 0.02;
   return setup_.instrument.axis_count() < 3 ? std::hypot(setup_.placement_sd_rad, of_few_axes)
@@ -296,7 +297,7 @@ std::optional<PoseModelFit> PoseModel::fit_from(const std::vector<PlacedReading>
     for (Eigen::Index k = 0; k < m; ++k) {
       fit.response.sensitivity.row(k) += step.segment<3>(m + 3 * k).transpose();
     }
-    // Far steps of the direction leave the linear range.
+    // Limits the step of the direction, because a long step leaves the linear range.
     tilt += step.segment<2>(tangent) /
             std::max(1.0, step.segment<2>(tangent).norm() / far_direction_rad);
     common_scale += step(common);
@@ -304,7 +305,7 @@ std::optional<PoseModelFit> PoseModel::fit_from(const std::vector<PlacedReading>
   }
   const Eigen::MatrixXd inverse =
       factor.triangularView<Eigen::Upper>().solve(Eigen::MatrixXd::Identity(unknowns, unknowns));
-  // Readings that contradict each other say less.
+  // Increases the covariance if the readings contradict each other.
   const double contradiction = n > 2 ? fit.cost / static_cast<double>(n * m) : 1.0;
   fit.variance_factor = std::max(1.0, contradiction);
   fit.covariance = fit.variance_factor * (inverse * inverse.transpose());
@@ -330,7 +331,8 @@ std::optional<PoseJudgement> PoseModel::judge(const std::vector<PlacedReading>& 
     return {};
   }
   const double placement = placement_sd() * *scale;
-  // Uses the direction of the field that fits this pose best. A doubt must hold for all directions.
+  // Each pose uses the field direction that fits it best. A pose is doubted only if no direction
+  // fits it.
   const auto misfit_of = [&](const DesignPoint& point) {
     const Eigen::Matrix3d R = rotation_at(reading, point);
     double least = std::numeric_limits<double>::infinity();

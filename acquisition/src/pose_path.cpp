@@ -52,7 +52,7 @@ DesignPoint after_turn(const DesignPoint& point, CubeTurn turn) {
   const Eigen::Matrix3d& rotation_table_from_positioner =
       cube.rotation_table_from_positioner(point);
   const TurnDefinition& definition = turns()[static_cast<std::size_t>(turn)];
-  // The face that looks down, or to the fence, afterwards.
+  // The result is the faces that look down and to the fence after the turn.
   Eigen::Matrix3d rotation_after;
   for (int j = 0; j < 3; ++j) {
     rotation_after.col(j) = turned(rotation_table_from_positioner.col(j), definition);

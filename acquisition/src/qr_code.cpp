@@ -15,7 +15,7 @@ std::string qr_code(const std::string& text) {
   try {
     code = {QRcode_encodeString(text.c_str(), 0, QR_ECLEVEL_M, QR_MODE_8, 1), QRcode_free};
   } catch (const RefusedError&) {
-    return drawn;  // the address next to it is enough
+    return drawn;  // without the library, only the address is printed
   }
   if (!code) {
     return drawn;
@@ -25,7 +25,7 @@ std::string qr_code(const std::string& text) {
     return x < 0 || y < 0 || x >= code->width || y >= code->width ||
            (code->data[y * code->width + x] & 1U) == 0;
   };
-  // Light is drawn, so that the code is right on a dark terminal.
+  // Draws the light modules, so that the code is readable on a dark terminal.
   for (int y = -border; y < code->width + border; y += 2) {
     for (int x = -border; x < code->width + border; ++x) {
       const bool above = is_light(x, y);

@@ -28,7 +28,7 @@ std::string RawSamples::flush(Journal& journal) {
   const Json entry = {
       {"entry", "raw"}, {"channels", channels_}, {"time", time_s_}, {"values", values_}};
   std::string why = journal.append_later(entry.dump());
-  if (why.empty() || time_s_.size() > most_waiting_samples) {  // memory is limited too
+  if (why.empty() || time_s_.size() > most_waiting_samples) {  // limits the memory
     time_s_.clear();
     values_.clear();
   }

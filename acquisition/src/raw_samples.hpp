@@ -10,17 +10,17 @@
 
 namespace axiscal {
 
-/// Samples on their way to the journal, many to a line.
+/// Raw samples that wait to be written to the journal. A line of the journal has many samples.
 class RawSamples {
  public:
   void set_channels(const std::vector<Channel>& channels);
 
-  /// @return whether there are enough for a line.
+  /// @return true if the waiting samples are enough for a line.
   bool add(double time_s, std::span<const double> values);
 
-  /// Writes what is there, one sample or more; keeps it for the next time where that fails, up to a
-  /// limit.
-  /// @return why it was not written; empty where it was.
+  /// Writes the waiting samples, one or more, as one line. If that fails, it keeps them for the
+  /// next call, up to a limit.
+  /// @return empty on success; otherwise the reason.
   std::string flush(Journal& journal);
 
   [[nodiscard]] bool is_empty() const { return time_s_.empty(); }

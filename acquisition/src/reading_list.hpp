@@ -10,34 +10,36 @@
 
 namespace axiscal {
 
-/// The points of a session and their readings. Every change is an entry of the journal, and only
-/// these entries change the list. So reading the journal gives the same list.
+/// The points of a session and their readings. Only entries of the journal change the list. Reading
+/// the journal again therefore gives the same list.
 class ReadingList {
  public:
   explicit ReadingList(const std::vector<RunSheetRow>& sheet);
 
-  /// The entries.
+  /// @return the journal's entry for a change.
   [[nodiscard]] static Json captured(const CapturedReading& reading);
   [[nodiscard]] static Json dropped(int run, const std::string& why);
   [[nodiscard]] static Json skipped(std::size_t step);
   [[nodiscard]] static Json replicate();
   [[nodiscard]] static Json finished();
 
-  /// Makes the change that an entry says; one of another kind changes nothing.
-  /// @throws DataError  where it does not fit what there is.
+  /// Changes the list by an entry. An entry of an unknown kind is ignored.
+  /// @throws DataError  if the entry contradicts the list.
   void apply(const JsonValue& entry);
   void apply(const Json& entry);
 
   [[nodiscard]] const std::vector<SessionStep>& steps() const { return steps_; }
   [[nodiscard]] const std::vector<CapturedReading>& readings() const { return readings_; }
 
-  /// @return the readings, in the order taken; with samples, AXIS_sd, times, temperatures.
+  /// @return the readings in the order taken, with the numbers of samples, the standard deviations,
+  ///         the times and the temperatures.
   [[nodiscard]] Observations observations(Eigen::Index axis_count) const;
 
   /// @return the next step; nullopt if all steps are done or skipped.
   [[nodiscard]] std::optional<std::size_t> next() const;
 
-  /// @return the step that waits for a point in the block of another step.
+  /// @return the open step for a point, in the block and at the level of step `of_block`; nullopt
+  ///         if all such steps are done or skipped.
   [[nodiscard]] std::optional<std::size_t> waiting_for(const DesignPoint& point,
                                                        std::size_t of_block) const;
 

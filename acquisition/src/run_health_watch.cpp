@@ -7,7 +7,7 @@
 namespace axiscal {
 namespace {
 
-// For how long samples have been awaited: by the clock, or by a recording's own times.
+// Limits the waiting time: by the clock for live sources, by the sample times for a recording.
 class Patience {
  public:
   Patience(const SampleFeed& feed, double limit_s) : feed_(feed), limit_s_(limit_s) {}

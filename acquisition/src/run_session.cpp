@@ -12,7 +12,7 @@ namespace {
 
 constexpr double show_every_s = 0.05;
 
-// Tells simulated persons what real ones read: the point that is wanted, and that it lies wrong.
+// Passes the requested point, and whether the cube lies wrong, to simulated persons.
 class Asking {
  public:
   void tell(const SessionView& view, SampleFeed& feed) {
@@ -21,7 +21,7 @@ class Asking {
     if (!view.wanted || !(waits || warns)) {
       return;
     }
-    // The same request after a warning is not a new one.
+    // A request that only ends a warning is not passed again.
     if (told_ != view.wanted->run || done_ != view.done || (warns && !warned_)) {
       feed.request(&view.wanted->entry, warns);
     }
@@ -36,7 +36,8 @@ class Asking {
   bool warned_ = false;
 };
 
-// A session that waits for an answer and has nobody to give it (standard input is closed, say).
+// Detects a session that waits for an answer although no face can receive commands, for example
+// because standard input is closed.
 class Unanswered {
  public:
   // True if the session has waited long enough to end.
@@ -44,7 +45,7 @@ class Unanswered {
     const bool waits = view.phase == SessionPhase::question || view.phase == SessionPhase::review ||
                        view.phase == SessionPhase::paused ||
                        (view.phase == SessionPhase::ready && !view.automatic);
-    // A knock restarts a reading on command; the question stays the same.
+    // In manual mode a knock changes the phase, but the session still waits for the same command.
     const bool same = view.automatic ? view.phase == phase_ : view.done == done_;
     if (!nobody_answers || !same) {
       since_s_ = never;
@@ -67,7 +68,7 @@ class Unanswered {
   double since_s_ = never;
 };
 
-// Ends a session with the readings so far: with a calibration if possible; otherwise it can be
+// Finishes a session with the readings so far. If that is not possible, stops it, so that it can be
 // resumed.
 void end(LiveSession& session) {
   session.command({.action = SessionAction::finish, .run = {}});

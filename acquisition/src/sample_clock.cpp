@@ -12,10 +12,10 @@
 namespace axiscal {
 namespace {
 
-// A source's own clock that runs ahead of the arrivals by more than this was set.
+// A step of the source's clock that exceeds the step between arrivals by more than this is a jump.
 constexpr double longest_lead_s = 2.0;
 
-// Counting: the limit of the deviation from the arrival times, and the correction.
+// Counted times: the tolerated deviation from the arrival times, and the correction.
 constexpr double free_lag_s = 0.25;
 constexpr double pace_window_s = 2.0;
 constexpr double pull_back_s = 10.0;
@@ -67,8 +67,8 @@ void SampleClock::check_unit(const std::string& path,
   }
 }
 
-// Samples wait on their way, one after another or many at once. The clock is late if even the least
-// delayed sample is late, and ahead if even the most delayed one is.
+// Samples arrive with various delays, singly or in bursts. The counted times are too early if even
+// the smallest delay is too large. They are too late if even the largest delay is negative.
 double SampleClock::counted(double arrival_s) {
   if (!started_) {
     pace_from_s_ = arrival_s;
@@ -76,13 +76,13 @@ double SampleClock::counted(double arrival_s) {
   }
   const double time_s = last_s_ + pace_ / rate_hz_;
   if (arrival_s == 0.0) {
-    return time_s;  // recorded
+    return time_s;  // for a recorded sample
   }
   const double lag_s = arrival_s - time_s;
   if (lag_s > pace_window_s && arrival_s - last_arrival_ > pace_window_s) {
     pace_ = known_pace_;
     restart_pace(arrival_s);
-    return arrival_s;  // nothing came for a while
+    return arrival_s;  // after an interruption
   }
   least_lag_s_ = std::min(least_lag_s_, lag_s);
   most_lag_s_ = std::max(most_lag_s_, lag_s);

@@ -14,36 +14,36 @@
 
 namespace axiscal {
 
-/// @return seconds since this program started, by a clock that nobody sets.
+/// @return seconds since the first call, by a monotonic clock.
 [[nodiscard]] double session_seconds();
 
-/// Gives samples their times: by the source's own column of times, by counting at a stated rate, or
-/// as they arrive.
+/// Assigns times to samples: from the source's column of times, by counting at a stated rate, or
+/// from the arrival.
 ///
-/// Counting follows the arrivals where it strays from them for long: no two clocks are the same,
-/// and a cable may have been out.
+/// Counted times are corrected slowly if they deviate from the arrival times, because two clocks
+/// never agree exactly and a connection may be interrupted.
 ///
-/// The source's clock starts at the first sample and may jump (set by a person or the network,
-/// restarted). A jump is removed.
+/// Times of a column are shifted so that the first sample has the time of its arrival. If the
+/// source's clock jumps, the jump is removed.
 class SampleClock {
  public:
-  /// Options: time (a column), rate (samples a second).
+  /// @param address  its options: time (name of a column), rate [Hz].
   explicit SampleClock(const SourceAddress& address);
 
-  /// The options that it takes.
+  /// @return the names of the options.
   [[nodiscard]] static const std::vector<std::string>& options();
 
-  /// @param channels  of the source, when they are known.
-  /// @throws DomainError  if a stated column of times is not among them.
+  /// @param channels  the channels of the source.
+  /// @throws DomainError  if a stated column of times is not one of the channels.
   void set_channels(const std::vector<Channel>& channels);
 
-  /// Holds a recording's times against the rate that their unit gives.
-  /// @param path   of the recording.
-  /// @param block  its first samples, a column for each channel.
-  /// @throws DataError  where they are in another unit than the column's name says.
+  /// Checks the unit of a recording's times by the sample rate that follows from the unit.
+  /// @param path   the recording's file name, for messages.
+  /// @param block  the first samples of the recording, one column for each channel.
+  /// @throws DataError  if the times are in another unit than the column's name states.
   void check_unit(const std::string& path, const std::vector<std::vector<double>>& block) const;
 
-  /// Appends a sample with its time, unless it is the last one again.
+  /// Appends a sample with its time, unless it repeats the last sample and its time.
   /// @param arrival_s  session_seconds() of the arrival; 0 for recorded samples.
   void append(std::span<const double> values,
               double arrival_s,
@@ -63,15 +63,15 @@ class SampleClock {
   double rate_hz_ = 0.0;
   std::optional<TimeColumn> column_;
   bool started_ = false;
-  double offset_ = 0.0;    // session time less the source's
+  double offset_ = 0.0;    // session time minus the source's time
   double last_own_ = 0.0;  // the source's time of the last sample
   double last_s_ = 0.0;
   double last_arrival_ = 0.0;
-  double step_s_ = 0.0;  // the last step that was none
-  double pace_ = 1.0;    // how long a step is, in parts of the stated one
+  double step_s_ = 0.0;  // last time step of the source that was not a jump
+  double pace_ = 1.0;    // length of a counted step relative to the stated one
   double known_pace_ = 1.0;
   double pace_from_s_ = 0.0;
-  double least_lag_s_ = std::numeric_limits<double>::infinity();  // since then
+  double least_lag_s_ = std::numeric_limits<double>::infinity();  // since pace_from_s_
   double most_lag_s_ = -std::numeric_limits<double>::infinity();
   std::vector<double> last_values_;
 };

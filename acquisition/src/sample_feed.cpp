@@ -18,21 +18,21 @@
 namespace axiscal {
 namespace {
 
-constexpr double longest_wait_s = 1.0;   // for another source's next sample
-constexpr double longest_hold_s = 10.0;  // its last sample counts for so long
+constexpr double longest_wait_s = 1.0;   // for the next sample of another live source
+constexpr double longest_hold_s = 10.0;  // largest time over which a sample is extrapolated
 
-// A sample that waits for those of the other sources.
+// A sample of the first source that waits for samples of the other sources.
 struct Pending {
   double time_s;
-  double taken_at_s;  // session_seconds()
+  double taken_at_s;  // session_seconds() when it was received
   std::vector<double> values;
 };
 
 // The samples of another source that may still be needed.
 struct Neighbours {
-  std::vector<std::size_t> taken;  // its channels that are not among the others already
+  std::vector<std::size_t> taken;  // indices of its channels, without a column of times
   std::deque<std::pair<double, std::vector<double>>> samples;
-  bool is_apart = false;  // none of them was near the last sample of the first source
+  bool is_apart = false;  // no sample is within longest_hold_s of the first source's last one
 };
 
 }  // namespace
@@ -70,7 +70,7 @@ class SampleFeed::Impl {
     join(batch);
   }
 
-  // With all that waited for another source.
+  // True after all samples of the first source were delivered.
   [[nodiscard]] bool has_ended() const {
     return readers_.front()->has_ended() && (pending_.empty() || channels_.empty());
   }
@@ -110,7 +110,8 @@ class SampleFeed::Impl {
     }
   }
 
-  // The samples of a live source; of a recording, up to the last sample that waits for it.
+  // Takes the new samples of a live source, or the samples of a recording up to the time of the
+  // last waiting sample.
   void take_other(std::size_t s) {
     SourceReader& reader = *readers_[s];
     if (reader.is_live()) {
@@ -163,7 +164,7 @@ class SampleFeed::Impl {
       others_[s].taken.clear();
       for (std::size_t c = 0; c < own.size(); ++c) {
         if (find_time_column("", {own[c].name}, "")) {
-          continue;  // the first source has the times
+          continue;  // only the first source's times are used
         }
         if (std::any_of(all.begin(), all.end(),
                         [&](const Channel& one) { return one.name == own[c].name; })) {
@@ -196,8 +197,8 @@ class SampleFeed::Impl {
     }
   }
 
-  // Whether another source may still deliver what belongs to a sample; a live one is not waited for
-  // for long.
+  // Whether another source may still deliver a sample that is needed for the interpolation. The
+  // wait for a live source is limited.
   [[nodiscard]] bool may_still_come(std::size_t s, const Pending& sample) const {
     const SourceReader& reader = *readers_[s];
     const auto& samples = others_[s].samples;

@@ -13,12 +13,12 @@
 namespace axiscal {
 namespace {
 
-constexpr double overload = 9.9e37;  // SCPI-99, 7.2.1: a reading beyond the range
+constexpr double overload = 9.9e37;  // reply for a reading beyond the range (SCPI-99, 7.2.1)
 constexpr double longest_answer_s = 10.0;
 constexpr std::size_t longest_reply = 1U << 16U;
 
-// The resistor that turns the current of each channel into its voltage [ohm], 0 for none: one for
-// all, or one for each.
+// The shunt resistor of each channel [ohm]; 0 if the channel measures a voltage. The option states
+// one value for all channels or one for each.
 std::vector<double> resistors_of(const SourceAddress& address, std::size_t channels) {
   const std::optional<std::string> text = address.find("resistor");
   if (!text) {
@@ -37,8 +37,8 @@ std::vector<double> resistors_of(const SourceAddress& address, std::size_t chann
   return stated->size() == 1 ? std::vector<double>(channels, stated->front()) : *stated;
 }
 
-// SCPI-99 over a socket: CONFigure, NPLCycles, a scan list where there are channels, then READ?
-// again and again.
+// SCPI-99 over a socket: sends CONFigure, NPLCycles and, if channels are stated, a scan list. Then
+// repeats READ?.
 class ScpiSource final : public Source {
  public:
   explicit ScpiSource(const SourceAddress& address)
@@ -142,7 +142,7 @@ class ScpiSource final : public Source {
       const std::string reply(trimmed(std::string_view(held_).substr(0, end)));
       held_.erase(0, end + 1);
       if (step_ == Step::errors) {
-        // "-222,"Data out of range"", until +0,"No error".
+        // Replies are errors such as -222,"Data out of range"; +0,"No error" is the last reply.
         if (parse_number(split(reply, ',').front()).value_or(-1.0) != 0.0) {
           complaint_ = formatted("{}: the meter does not take its setup: {}", name_, reply);
           ask("SYST:ERR?");
@@ -181,7 +181,7 @@ class ScpiSource final : public Source {
   std::string name_;
   std::unique_ptr<ByteLink> link_;
   SampleClock clock_;
-  std::vector<double> factors_;  // of each channel: 1 over its resistor
+  std::vector<double> factors_;  // for each channel: 1 / resistor, or 1 without a resistor
   std::vector<Channel> channels_;
   std::vector<std::string> commands_;
   std::string query_;

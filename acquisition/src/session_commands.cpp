@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What the person asks for, and the end.
+// The commands and the end of a session.
 #include <utility>
 
 #include "acquisition/src/session_end.hpp"
@@ -100,13 +100,13 @@ void Session::Engine::capture_now() {
   if (phase_ == SessionPhase::soaking) {
     soaked_ = true;
   } else if (phase_ == SessionPhase::question) {
-    // A repeated command, or one from before the doubt was displayed, is not an answer.
+    // Not an answer: the command may be a repetition, or older than the displayed question.
     news_.tell("refused", "answer first: accept the reading, or lay the cube again");
   } else if ((phase_ == SessionPhase::dwelling || phase_ == SessionPhase::ready) &&
              dwell_.samples() >= fewest_samples_of_dwell) {
     complete();
   } else if (phase_ == SessionPhase::laying && stillness_.is_still()) {
-    moved_ = true;  // the person says that it lies as it should
+    moved_ = true;  // the command confirms that the cube was laid
   }
 }
 

@@ -14,9 +14,9 @@
 namespace axiscal {
 namespace {
 
-constexpr double noisy_reading = 5.0;  // times the median of the scatter of readings
+constexpr double noisy_reading = 5.0;  // limit of a reading's scatter, over the median
 
-// As calibrate() will choose it.
+// The method that calibrate() will use.
 Method method_of(const Experiment& experiment, const std::vector<RunSheetRow>& sheet) {
   Observations planned;
   planned.readings = readings_of(sheet);

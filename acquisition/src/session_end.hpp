@@ -11,11 +11,11 @@
 
 namespace axiscal {
 
-/// The uncertainty that a session will end with, by the points done and still to be done.
+/// Predicts the uncertainty at the end of a session, from all its points that are not skipped.
 ///
-/// @param nominal   current knowledge of instrument and field; three axes, gravity.
-/// @param noise_sd  of a reading, as seen so far [unit].
-/// @return expanded uncertainty of the worst angle [deg]; nullopt if it is unknown.
+/// @param nominal   current estimate of instrument and field; three axes, gravity.
+/// @param noise_sd  standard deviation of a reading, estimated from the readings so far [unit].
+/// @return the largest standard uncertainty of a direction [deg]; nullopt if it is unknown.
 [[nodiscard]] std::optional<double> expected_angle_u_deg(const Experiment& experiment,
                                                          const std::vector<SessionStep>& steps,
                                                          const SensorModel& nominal,
@@ -24,14 +24,14 @@ namespace axiscal {
 /// The result of a session in words, and the runs to repeat.
 struct SessionReview {
   std::vector<std::string> lines;
-  std::vector<int> again;  ///< ascending
+  std::vector<int> again;  ///< run numbers in ascending order
 };
 
-/// Suggests the runs that the culprit search names and those that were too noisy.
+/// Suggests repeating the suspects, the runs that the calibration suspects, and noisy runs.
 ///
-/// @param calibrations  none where there is none; `why_none` says why.
-/// @param readings     none of a session without a cube.
-/// @param suspects     runs that looked wrong on the way.
+/// @param calibrations  the results; empty if the calibration failed, for the reason `why_none`.
+/// @param readings     the readings; empty for a session without a cube.
+/// @param suspects     runs that looked like another pose during the session.
 [[nodiscard]] SessionReview review_session(const std::vector<Calibration>& calibrations,
                                            const std::string& why_none,
                                            const std::vector<CapturedReading>& readings,

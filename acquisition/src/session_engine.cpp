@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Samples come in, a view goes out.
+// The processing of samples, and the view.
 #include "acquisition/src/session_engine.hpp"
 
 #include <algorithm>
@@ -66,7 +66,7 @@ void Session::Engine::restore(const std::vector<std::string>& lines, const std::
   if (!list_.readings().empty()) {
     remember(list_.readings().back());
   }
-  if (!knowledge_.field_moves()) {  // else with the first sample
+  if (!knowledge_.field_moves()) {  // for a moving field, the first sample updates it
     update_pose_model();
   }
   if (!list_.readings().empty()) {
@@ -186,7 +186,7 @@ void Session::Engine::take_temperature(std::span<const double> values) {
 void Session::Engine::look_for_defects() {
   stuck_.look();
   news_.set_alarm("stuck", stuck_.text());
-  // A still reading of all three axes has the field's length, in the unit that it should have.
+  // The magnitude of a reading of three axes at rest shows whether the unit is right.
   const std::optional<std::string> unit =
       axes_.unit_text().empty() ? knowledge_.unit_text(level()) : axes_.unit_text();
   if (unit) {

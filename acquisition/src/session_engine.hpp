@@ -19,8 +19,8 @@
 
 namespace axiscal {
 
-/// The phases of a session and the transitions between them. Knowledge, list, news and view are
-/// separate classes.
+/// The phases of a session and the transitions between them. Other classes estimate the poses
+/// (SessionKnowledge), keep the readings (ReadingList) and collect the events (SessionEventLog).
 class Session::Engine {
  public:
   Engine(SessionSetup setup, Journal& journal);
@@ -48,49 +48,50 @@ class Session::Engine {
   void take_temperature(std::span<const double> values);
   void look_for_defects();
   [[nodiscard]] double level() const;
-  // As it is kept: in UTC, or by the recording's clock.
+  // Converts a sample time to the stored time: UTC, or the recording's clock.
   [[nodiscard]] double shown_time(double time_s) const;
   // Aborts the current reading.
   void interrupt(const std::string& why);
 
-  // ---- what the readings so far say: session_engine.cpp
+  // ---- evaluation of the readings so far: session_engine.cpp
 
-  // The cube lies as at this reading until it is moved.
+  // Records the pose, the temperature and the scatter of the last reading.
   void remember(const CapturedReading& taken);
   void update_pose_model();
-  // The model knows the sun as it stood at the first reading, or stands when the first sample
-  // comes.
+  // Sets the model's field to the time of the first reading; without readings, to the time of the
+  // first sample.
   void find_moving_field();
-  // Largest rotation of the field since the last reading [rad].
+  // Angle by which a moving field has turned since the last reading [rad].
   [[nodiscard]] double field_angle_since_last() const;
 
-  // ---- the way of a point: session_points.cpp
+  // ---- the steps of a point: session_points.cpp
 
   [[nodiscard]] const RunSheetRow& wanted_row() const { return list_.steps()[*wanted_].row; }
   void next_point();
   void go_on();
   void soak();
   [[nodiscard]] bool is_nearest_level(double planned) const;
-  // After a question a bump is not a new pose.
+  // In phase question, detects that the person lays the cube again. A short bump does not count.
   void detect_repositioning();
   void begin_dwell();
   void dwell();
-  // It was touched, and lies as it did at the last reading, though another face is wanted below.
+  // True if the reading equals the last one, although the requested point must differ.
   [[nodiscard]] bool lies_as_before() const;
-  // Since the last reading.
+  // True if the cube was moved since the last reading.
   [[nodiscard]] bool has_moved() const;
-  // The dwell is over: does it look as it should?
+  // Ends the dwell and checks the pose of the reading.
   void complete();
-  // First to the disk, then to the eye.
+  // Writes the reading to the journal, and only then reports it as captured.
   void store();
 
-  // ---- what the person asks for, and the end: session_commands.cpp
+  // ---- commands and the end: session_commands.cpp
 
   void capture_now();
   void accept_recognised_pose();
-  // A copy of the runs: the view's own list of suspects changes on the way.
+  // `runs` is a copy, because the function changes the suspects in view_.
   void retake(std::vector<int> runs, const std::string& why);
-  // A change of the list other than a reading. If the disk is full, the list does not change.
+  // Changes the list by an entry other than a reading. @return false if the journal cannot be
+  // written; the list then stays unchanged.
   bool change(const Json& entry,
               const std::string& kind,
               const std::string& text,
@@ -115,12 +116,12 @@ class Session::Engine {
 
   SessionPhase phase_ = SessionPhase::waiting;
   SessionPhase before_pause_ = SessionPhase::waiting;
-  std::optional<std::size_t> wanted_;  // step
+  std::optional<std::size_t> wanted_;  // index of the requested step
   std::optional<DesignPoint> present_;
-  std::optional<CapturedReading> last_;  // the reading taken last, dropped since or not
+  std::optional<CapturedReading> last_;  // last reading, even if it was dropped since
   bool said_as_before_ = false;
   bool moved_ = true;
-  double moving_from_s_ = 0.0;  // in a question
+  double moving_from_s_ = 0.0;  // in phase question: start of the current motion
   double tried_to_store_s_ = 0.0;
   bool samples_ended_ = false;
   double settled_s_ = 0.0;
@@ -131,12 +132,12 @@ class Session::Engine {
   std::vector<double> point_seconds_;
   bool quit_ = false;
 
-  std::vector<std::size_t> temperature_columns_;  // none, one, or one for each axis
+  std::vector<std::size_t> temperature_columns_;  // empty, one, or one for each axis
   SoakWatch soak_;
   bool soaked_ = false;
   std::optional<double> soaked_at_;
 
-  std::optional<DesignPoint> questioned_;  // the reported resemblance of this point
+  std::optional<DesignPoint> questioned_;  // pose that the last question reported
   int retake_rounds_ = 0;
   std::vector<Calibration> calibrations_;
 

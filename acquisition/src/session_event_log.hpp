@@ -9,10 +9,10 @@
 
 namespace axiscal {
 
-/// The events of a session, and the current problems.
+/// The events of a session and its current alarms.
 class SessionEventLog {
  public:
-  /// From now on it is this time.
+  /// Sets the time of the events that follow.
   void set_time(double now_s) { now_s_ = now_s; }
 
   void tell(const std::string& kind,
@@ -20,16 +20,18 @@ class SessionEventLog {
             std::optional<int> run = {},
             std::optional<DesignPoint> point = {});
 
-  /// An alarm begins or changes; an empty text ends it.
+  /// Begins or changes an alarm. An empty text ends it.
   void set_alarm(const std::string& code, const std::string& text);
 
-  /// Nothing has come for this long, of a source whose samples come this often (Hz, 0: unknown).
+  /// Sets the alarm "silent" if no sample has arrived for too long.
+  /// @param seconds  time since the last sample.
+  /// @param rate_hz  sample rate of the source; 0 if unknown.
   void set_silence(double seconds, double rate_hz);
 
-  /// All current problems of the sources.
+  /// Replaces the alarms of the sources.
   void set_source_alarms(const std::vector<SessionAlarm>& alarms) { source_alarms_ = alarms; }
 
-  /// @return all alarms, the sources' first.
+  /// @return all alarms; those of the sources are first.
   [[nodiscard]] std::vector<SessionAlarm> alarms() const;
 
   /// @return the events since the last call.

@@ -99,8 +99,8 @@ PlacedReading SessionKnowledge::placed(const CapturedReading& reading) const {
           .field_turn = change_of_field(setup_.experiment, field_at_s_, reading.start_s)};
 }
 
-// A pose is judged by three blocks. Earlier ones would mislead if the instrument drifted since. So
-// a capture costs the same however many readings there are.
+// The latest 36 readings, i.e. three blocks of 12. Earlier readings would mislead if the instrument
+// has drifted. The limit also bounds the time for a capture.
 std::vector<CapturedReading> SessionKnowledge::latest(
     const std::vector<CapturedReading>& readings) {
   constexpr std::size_t most = 36;
@@ -155,7 +155,7 @@ std::optional<SessionKnowledge::Suspect> SessionKnowledge::learn(
   if (readings.size() < enough) {
     return std::nullopt;
   }
-  std::optional<PoseJudgement> worst;  // one at a time
+  std::optional<PoseJudgement> worst;  // each call reports only the worst reading
   int worst_run = 0;
   for (const CapturedReading& reading : readings) {
     if (suspects_.contains(reading.run) || insisted_.contains(reading.run)) {

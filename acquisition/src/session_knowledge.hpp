@@ -12,17 +12,17 @@
 
 namespace axiscal {
 
-/// The knowledge of a session about its instrument and field: the prior, and the readings so far.
+/// The estimates of instrument and field in a session, from the prior and the readings so far.
 class SessionKnowledge {
  public:
-  /// @param setup, stillness  must outlive it.
+  /// @param setup, stillness  must outlive this object.
   /// @throws SetupError  as make_field_description().
   SessionKnowledge(const SessionSetup& setup, const Stillness& stillness);
 
   /// True if the field moves, as the sun does.
   [[nodiscard]] bool field_moves() const;
 
-  /// From now on it knows a moving field as it stood then [s since 1970, UTC].
+  /// Sets a moving field to its value at a time [s since 1970, UTC].
   void find_field_at(double time_s);
 
   /// @return the rotation of a moving field between two times [rad]; otherwise 0.
@@ -31,21 +31,25 @@ class SessionKnowledge {
   /// @return the effect of the field on a reading [unit]; 0 if it is unknown.
   [[nodiscard]] double response_scale() const;
 
-  /// @return how long a reading is to be taken [s].
+  /// @return the required duration of a reading [s].
   [[nodiscard]] double dwell_needed() const;
 
-  /// @param level  of the point that is wanted.
-  /// @return a message about the unit from the length of a still reading, empty without a problem;
-  ///         nullopt if it cannot be checked.
+  /// Checks the unit by the magnitude of a reading at rest.
+  /// @param level  field level of the requested point.
+  /// @return a message if the unit seems wrong; otherwise empty; nullopt if it cannot be checked.
   [[nodiscard]] std::optional<std::string> unit_text(double level) const;
 
-  /// @param now_s  when the other one would be taken, as a reading's start_s.
-  /// @return true if a point must differ from a reading, by the current knowledge.
+  /// @param entry  a point at which another reading would be taken.
+  /// @param now_s  time of that reading, as CapturedReading::start_s.
+  /// @return true if the two readings must differ, by the current estimates.
   [[nodiscard]] bool is_distinguishable_from(const CapturedReading& reading,
                                              const DesignEntry& entry,
                                              double now_s) const;
 
-  /// @return the match of a new reading with the earlier ones; nullopt while they are not enough.
+  /// @param readings  the earlier readings.
+  /// @param reading   the new reading.
+  /// @return the match of the new reading with the 24 poses; nullopt if the earlier readings do not
+  ///         allow a prediction.
   [[nodiscard]] std::optional<PoseJudgement> judge(const std::vector<CapturedReading>& readings,
                                                    const CapturedReading& reading) const;
 
@@ -55,20 +59,20 @@ class SessionKnowledge {
     DesignPoint looks_like;
   };
 
-  /// Takes up all readings so far.
-  /// @return the one that looks like another pose now that more is known.
+  /// Updates the estimates from all readings so far.
+  /// @return the reading that now looks like another pose; nullopt if all readings fit.
   std::optional<Suspect> learn(const std::vector<CapturedReading>& readings);
 
-  /// A run is taken as right, whatever it looks like: it becomes no suspect.
+  /// Accepts the stated pose of a run. The run never becomes a suspect.
   void accept_run(int run) { insisted_.insert(run); }
 
-  /// A run was dropped.
+  /// Removes a dropped run from the suspects.
   void forget(int run) { suspects_.erase(run); }
 
   [[nodiscard]] const std::set<int>& suspects() const { return suspects_; }
 
-  /// Sets the parts of a view that depend on it: suspects, the table's slope, the uncertainty at
-  /// the end.
+  /// Sets the parts of a view that depend on the estimates: the suspects, the slope of the table,
+  /// and the predicted uncertainty at the end.
   void show(const std::vector<CapturedReading>& readings,
             const std::vector<SessionStep>& steps,
             SessionView& view) const;
@@ -90,8 +94,8 @@ class SessionKnowledge {
   double field_at_s_ = 0.0;  // time of the field in field_ [s since 1970, UTC]
   std::optional<double> nominal_;
   PoseModel model_;
-  std::vector<PoseModelFit> fits_;  // by the readings so far, the best one first
-  std::set<int> insisted_;          // runs that are taken as right
+  std::vector<PoseModelFit> fits_;  // fits to the readings so far, the best fit first
+  std::set<int> insisted_;          // runs whose stated pose was accepted
   std::set<int> suspects_;
 };
 

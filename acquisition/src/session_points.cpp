@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The way of a point: asked for, laid, still, taken, judged, stored.
+// The steps of a point: request, laying, settling, dwell, pose check, storing.
 #include <algorithm>
 #include <cmath>
 
@@ -11,11 +11,11 @@
 namespace axiscal {
 namespace {
 
-constexpr double settle_parts = 0.4;  // this part of the window is left out after it became still
-constexpr double first_floor_age_s = 3.0;  // before a first reading the noise floor must stand
-constexpr double laying_anew_s = 1.0;      // motion that lasts less is a bump
+constexpr double settle_parts = 0.4;  // wait after the cube became still, relative to the window
+constexpr double first_floor_age_s = 3.0;  // required Stillness::floor_age_s() at the first reading
+constexpr double laying_anew_s = 1.0;      // a shorter motion is a bump
 constexpr double store_again_s = 0.5;
-constexpr double telling_drift = 5.0;  // standard errors
+constexpr double telling_drift = 5.0;  // limit of DwellSums::drift()
 constexpr int most_drift_restarts = 5;
 
 }  // namespace
@@ -142,7 +142,7 @@ void Session::Engine::dwell() {
       dwell_.samples() < fewest_samples_of_dwell) {
     return;
   }
-  const bool may_drift = knowledge_.field_moves();  // with the sun
+  const bool may_drift = knowledge_.field_moves();  // a moving field changes the reading
   if (!may_drift && dwell_.drift() > telling_drift && drift_restarts_ < most_drift_restarts) {
     ++drift_restarts_;
     news_.tell("drift", drift_restarts_ < most_drift_restarts
@@ -190,7 +190,7 @@ bool Session::Engine::has_moved() const {
     return stillness_.is_ready();
   }
   if (knowledge_.field_moves()) {
-    return false;  // another mean may be the sun's doing
+    return false;  // the motion of the field changes the mean too
   }
   constexpr double clearly = 10.0;
   return ((stillness_.mean() - last_->mean).array().abs() >
@@ -212,7 +212,7 @@ void Session::Engine::complete() {
   pending_ = reading;
   judgement_ = knowledge_.judge(list_.readings(), reading);
   if (judgement_ && (judgement_->looks_like_another || judgement_->fits_none)) {
-    // The cube was laid again with the same result: the doubt then concerns an earlier reading.
+    // The cube was laid again with the same result, so that an earlier reading is probably wrong.
     if (questioned_ == judgement_->best) {
       knowledge_.accept_run(reading.run);
       store();

@@ -16,19 +16,19 @@ namespace axiscal {
 struct SessionState {
   SessionPhase phase;
   const ReadingList& list;
-  const RunSheetRow* wanted;  ///< the requested point; null if there is none
+  const RunSheetRow* wanted;  ///< the requested point; null without a request
   std::optional<DesignPoint> present;
   const Stillness& stillness;
   const SoakWatch& soak;
   bool has_temperature;
-  double dwell_s;                        ///< how long the reading is to be taken
-  double dwelt_s;                        ///< for how long it has been
+  double dwell_s;                        ///< required duration of the reading
+  double dwelt_s;                        ///< duration of the current reading so far
   std::optional<double> median_point_s;  ///< median time per point so far [s]
   const PoseJudgement* judgement;
   bool has_quit;
 };
 
-/// Sets the parts of a view that follow from the state. Parts that depend on readings stay.
+/// Sets the parts of a view that follow from the state. SessionKnowledge::show() sets other parts.
 void refresh(const SessionState& state, SessionView& view);
 
 }  // namespace axiscal

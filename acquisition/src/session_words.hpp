@@ -8,10 +8,10 @@
 
 namespace axiscal {
 
-/// The inputs of the words that a view does not contain.
+/// The inputs of set_next_step_text() that a view does not contain.
 struct MessageContext {
-  const PoseJudgement* judgement = nullptr;  ///< the model's assessment of the doubtful reading
-  double soak_remaining_s = 0.0;             ///< until the temperature is steady; 0: not known
+  const PoseJudgement* judgement = nullptr;  ///< the model's judgement of the doubtful reading
+  double soak_remaining_s = 0.0;             ///< time until the temperature is steady; 0: unknown
   bool has_temperature = false;
   bool has_quit = false;
 };
@@ -19,8 +19,8 @@ struct MessageContext {
 /// @return "run 7".
 [[nodiscard]] std::string run_text(int run);
 
-/// @return why a reading is in question.
-/// @param stated  the point that was asked for.
+/// @return the question to the person about a doubtful reading.
+/// @param stated  the requested point.
 [[nodiscard]] std::string question_text(const PoseJudgement& judgement, const DesignPoint& stated);
 
 /// Sets a view's headline and detail: the instruction and its reason.

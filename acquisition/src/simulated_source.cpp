@@ -18,12 +18,12 @@ namespace {
 
 constexpr double reaction_s = 0.8;
 constexpr double move_s = 2.0;
-constexpr double handling_sd = 0.05;  // shaking of a cube in the hands [g]
+constexpr double handling_sd = 0.05;  // standard deviation of accelerations by hand [g]
 constexpr double knock_g = 0.02;
-constexpr double impatience_s = 300.0;  // nothing was taken: it must lie wrong
+constexpr double impatience_s = 300.0;  // without a reading for this time, the cube is laid again
 constexpr std::size_t samples_a_read = 50;
 
-constexpr double turn_s = 1.4;  // in the hand, from one direction to the next
+constexpr double turn_s = 1.4;  // duration of a turn in the hand
 constexpr double hold_s = 2.6;
 
 Eigen::Vector3d normal_vector(RandomStream& random, double sd) {
@@ -135,7 +135,7 @@ void SimulatedSource::roam(bool by_rests) {
   roams_by_rests_ = by_rests;
 }
 
-// From one direction to the next, held still between them where readings are rests.
+// Turns the instrument to random directions. If readings are rests, holds it still between turns.
 void SimulatedSource::turn_freely() {
   if (time_s_ < moves_until_s_ + (*roams_by_rests_ ? hold_s : 0.0)) {
     return;
@@ -166,9 +166,9 @@ void SimulatedSource::sample(SampleBatch& batch) {
       } while (point == wanted_->point);
       mistakes_.push_back({.wanted = wanted_->point, .laid = point});
     }
-    lays_right_ = true;  // whoever does it again takes care
+    lays_right_ = true;  // a second attempt is always right
     if (!sets_level || !(point == lies_)) {
-      start_moving(point);  // where only the level changes the cube is not touched
+      start_moving(point);  // if only the level changes, the cube stays where it is
     }
   }
   Eigen::Quaterniond rotation_table_from_positioner = to_;
@@ -176,7 +176,7 @@ void SimulatedSource::sample(SampleBatch& batch) {
   if (time_s_ < moves_until_s_) {
     const double part = (time_s_ - moves_from_s_) / (moves_until_s_ - moves_from_s_);
     rotation_table_from_positioner = from_.slerp(part, to_);
-    // A field is not shaken by hands; gravity is.
+    // Hands disturb an accelerometer, but not a magnetometer, which is turned without rests.
     shaking = normal_vector(random_, roams_by_rests_ && !*roams_by_rests_ ? 0.0 : handling_sd);
   } else if (knock_at_s_ >= 0.0 && time_s_ >= knock_at_s_) {
     shaking = normal_vector(random_, knock_g);
@@ -212,7 +212,7 @@ SourceReport SimulatedSource::read(SampleBatch& batch, std::chrono::milliseconds
       return {};
     }
     constexpr double most_at_once =
-        65536.0;  // a machine that slept does not make up for it at once
+        65536.0;  // limits the samples of one call, for example after the machine slept
     count = static_cast<std::size_t>(std::min(due_s * setup_.rate_hz, most_at_once)) + 1;
   }
   for (std::size_t i = 0; i < count; ++i) {

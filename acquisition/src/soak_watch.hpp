@@ -10,38 +10,38 @@
 
 namespace axiscal {
 
-/// Watches the temperature of a session: is it steady?
+/// Detects whether the temperature in a session is steady.
 class SoakWatch {
  public:
   SoakWatch(double window_s, double tolerance) : window_s_(window_s), tolerance_(tolerance) {}
 
-  /// @param temperature  finite, of as many sensors each time.
+  /// @param temperature  finite; the number of sensors is the same in each call.
   void add(double time_s, const SensorTemperature& temperature);
 
-  /// Restarts mean().
+  /// Begins a new mean().
   void begin_mean();
 
   /// @return the mean since begin_mean(); nullopt without samples.
   [[nodiscard]] std::optional<SensorTemperature> mean() const;
 
-  /// @return the last temperature, the mean of several sensors, if there is one.
+  /// @return the last temperature (the mean of several sensors); nullopt before the first add().
   [[nodiscard]] std::optional<double> temperature() const { return last_; }
 
-  /// Looks again where something new has come since.
-  /// @return true if the temperature is steady over the window, as soak_state().
+  /// Updates the state if new temperatures have arrived.
+  /// @return true if the temperature is steady over the window, as by soak_state().
   bool look();
 
-  /// @return the state at that time.
+  /// @return the state at the last look().
   [[nodiscard]] const SoakState& state() const { return state_; }
 
  private:
   double window_s_;
   double tolerance_;
   std::optional<double> last_;
-  std::deque<double> time_s_;  // one a second
+  std::deque<double> time_s_;  // at most one time per second
   std::deque<double> temperature_;
   double sum_ = 0.0;
-  std::vector<double> sum_of_axes_;  // if each axis has its own sensor
+  std::vector<double> sum_of_axes_;  // empty unless each axis has its own sensor
   std::size_t count_ = 0;
   bool is_news_ = false;
   SoakState state_;

@@ -11,11 +11,11 @@
 
 namespace axiscal {
 
-/// An address in its parts: SCHEME:PLACE?OPTION=VALUE&...
+/// The parts of an address SCHEME:PLACE?OPTION=VALUE&...
 struct SourceAddress {
-  std::string text;    ///< as given
+  std::string text;    ///< the whole address
   std::string scheme;  ///< empty for `-` and paths
-  std::string place;   ///< without leading slashes after `SCHEME:` where it is host and port
+  std::string place;   ///< the part before `?`, without a leading `//`
   std::vector<std::pair<std::string, std::string>> options;
 
   [[nodiscard]] std::optional<std::string> find(std::string_view option) const;
@@ -26,14 +26,16 @@ struct SourceAddress {
                                  double otherwise,
                                  double low,
                                  double high) const;
-  [[nodiscard]] bool flag(std::string_view option) const;  ///< "1", "yes", "true" or nothing
-  [[nodiscard]] std::vector<std::string> names(std::string_view option) const;  ///< A,B,..
+  /// @return true if the value is "1", "yes", "true" or empty; false if the option is missing.
+  [[nodiscard]] bool flag(std::string_view option) const;
+  /// @return the parts of a value A,B,..
+  [[nodiscard]] std::vector<std::string> names(std::string_view option) const;
 
-  /// @throws DomainError  `ADDRESS: what`.
+  /// @throws DomainError  always, with the message `ADDRESS: what`.
   [[noreturn]] void fail(const std::string& what, std::vector<Setting> settings = {}) const;
 };
 
-/// @param schemes  that there are; another word before a colon makes a path.
+/// @param schemes  the existing schemes. If another word is before the colon, the text is a path.
 [[nodiscard]] SourceAddress parse_source_address(const std::string& text,
                                                  const std::vector<std::string>& schemes);
 
@@ -42,8 +44,9 @@ struct HostAndPort {
   std::string port;
 };
 
-/// @return the place as HOST:PORT, [ADDRESS]:PORT; the port may be missing where one is usual.
-/// @throws DomainError  if the port is missing and the scheme lacks a default.
+/// @return the host and port of a place HOST:PORT or [ADDRESS]:PORT.
+/// @param usual_port  the port if the place does not contain one; may be empty.
+/// @throws DomainError  if the port is invalid, or is missing and usual_port is empty.
 [[nodiscard]] HostAndPort host_and_port(const SourceAddress& address,
                                         const std::string& usual_port = "");
 

@@ -12,8 +12,8 @@
 namespace axiscal {
 namespace {
 
-constexpr std::size_t most_values_waiting = 1U << 20U;  // 8 MiB a source
-constexpr double shown_for_s = 3.0;                     // a defect that is over
+constexpr std::size_t most_values_waiting = 1U << 20U;  // 8 MiB for each source
+constexpr double shown_for_s = 3.0;                     // duration of an alarm after a defect
 constexpr double rate_window_s = 0.9;
 constexpr double rate_tolerance = 0.05;
 constexpr double no_sample_s = 1.0;
@@ -28,7 +28,7 @@ SourceReader::SourceReader(std::unique_ptr<Source> source) : source_(std::move(s
 
 SourceReader::~SourceReader() {
   {
-    const std::lock_guard lock(mutex_);  // else it could miss that it is to stop, and sleep on
+    const std::lock_guard lock(mutex_);  // without it, the thread could miss the notification
     stop_ = true;
   }
   room_.notify_all();
@@ -133,7 +133,7 @@ void SourceReader::add_alarms(std::vector<SessionAlarm>& alarms) const {
   }
 }
 
-// A thread that throws would end the program.
+// Catches all exceptions, because an exception that leaves a thread ends the program.
 void SourceReader::run() {
   try {
     read_until_the_end();
@@ -156,8 +156,8 @@ void SourceReader::read_until_the_end() {
     }
     const SourceReport report = source_->read(batch, patience);
     std::unique_lock lock(mutex_);
-    // A reader that is late stops the source, never the memory. It learns of the end with the last
-    // batch, not before.
+    // If the queue is full, the source waits, so that the memory stays limited. The end is reported
+    // together with the last batch.
     room_.wait(lock, [this] { return stop_ || waiting_.values.size() < most_values_waiting; });
     note(report, batch.size());
     waiting_.append(batch);
@@ -195,7 +195,7 @@ void SourceReader::note(const SourceReport& report, std::size_t samples) {
     if (channels_.empty()) {
       channels_ = source_->channels();
       for (Channel& channel : channels_) {
-        channel.name = shown_name(channel.name);  // a device's words reach terminals
+        channel.name = shown_name(channel.name);  // removes control characters for terminals
       }
     }
     if (rate_from_s_ == 0.0) {

@@ -28,20 +28,23 @@ class SourceReader {
   [[nodiscard]] bool is_recorded() const { return source_->is_recorded(); }
   [[nodiscard]] const std::string& name() const { return source_->name(); }
 
-  /// Moves what has come into a batch; of a source that is not live it reads the next.
-  /// @throws the exception of the source, after all earlier samples are taken.
+  /// Moves the waiting samples of a live source to `batch`, or reads the next samples of another
+  /// source.
+  /// @throws the exception of the source, after all earlier samples were taken.
   void take(SampleBatch& batch, std::chrono::milliseconds patience);
 
   [[nodiscard]] std::vector<Channel> channels() const;
-  [[nodiscard]] bool has_ended() const;  ///< and all of it is taken
+  /// @return true after the source has ended and all its samples were taken.
+  [[nodiscard]] bool has_ended() const;
   [[nodiscard]] std::optional<double> time_at_zero() const;
-  [[nodiscard]] double silence_s() const;  ///< since its last sample; 0 of one that is not live
+  /// @return the time since the last sample; 0 if the source is not live.
+  [[nodiscard]] double silence_s() const;
   [[nodiscard]] SampleFeed::Counts counts() const;
 
-  /// As Source::request(), in the source's own thread.
+  /// Calls Source::request() in the source's own thread.
   void request(const DesignEntry* entry, bool warned);
 
-  /// Appends what is wrong with it now, or was a moment ago.
+  /// Appends the current and the recent problems of the source.
   void add_alarms(std::vector<SessionAlarm>& alarms) const;
 
  private:

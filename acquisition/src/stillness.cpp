@@ -86,7 +86,7 @@ void Stillness::add(double time_s, std::span<const double> values) {
     sum_of_squares_ -= gone.cwiseAbs2();
     window_.pop_front();
   }
-  if (window_.size() > most_samples_at_rest) {  // every second one will do
+  if (window_.size() > most_samples_at_rest) {  // keeps every second sample
     std::deque<Sample> half;
     for (std::size_t i = 0; i < window_.size(); i += 2) {
       half.push_back(std::move(window_[i]));
@@ -133,7 +133,7 @@ void Stillness::update_floor() {
   }
   Eigen::VectorXd sd = sd_;
   for (Eigen::Index k = 0; k < axes_; ++k) {
-    // Values that stand on one step of the converter: as if rounded from anywhere within it.
+    // The scatter is at least that of rounding to the converter's step, step / sqrt(12).
     if (std::isfinite(step_(k))) {
       sd(k) = std::max(sd(k), step_(k) / std::sqrt(12.0));
     }
@@ -151,7 +151,7 @@ void Stillness::learn(const Eigen::VectorXd& sd) {
     const double least = std::isfinite(step_(k)) ? step_(k) / std::sqrt(12.0) : 0.0;
     const double shown = std::max(sd(k), least);
     if (shown > 0.0 && (options_.noise_sd.size() == 0)) {
-      // A louder rest does not raise the floor by more than a half.
+      // A noisier rest raises the floor by at most 50 %.
       floor_(k) = floor_(k) > 0.0 ? std::min(shown, 1.5 * floor_(k)) : shown;
     }
   }

@@ -12,7 +12,7 @@
 
 namespace axiscal {
 
-/// Bytes of a link, decoded.
+/// A source that decodes the bytes of a link.
 class StreamSource final : public Source {
  public:
   StreamSource(const SourceAddress& address, std::unique_ptr<ByteLink> link);

@@ -10,18 +10,18 @@
 
 namespace axiscal {
 
-/// Watches for axes that stay at one value to the last digit.
+/// Detects axes whose value does not change at all.
 class StuckWatch {
  public:
-  /// @param axes, stillness  must outlive it.
+  /// @param axes, stillness  must outlive this object.
   StuckWatch(const std::vector<std::string>& axes, const Stillness& stillness)
       : axes_(axes), stillness_(stillness) {}
 
-  /// An axis whose readings scatter is stuck when they stop to.
-  /// @param sd  of a reading, m entries.
+  /// Records which axes scatter. Only such an axis can later be stuck.
+  /// @param sd  standard deviations of a reading, m entries.
   void learn(const Eigen::VectorXd& sd);
 
-  /// Looks again, after a sample.
+  /// Updates the list of stuck axes. Must be called after each sample.
   void look();
 
   [[nodiscard]] bool is_stuck() const { return !stuck_.empty(); }
@@ -32,7 +32,7 @@ class StuckWatch {
  private:
   const std::vector<std::string>& axes_;
   const Stillness& stillness_;
-  Eigen::Array<bool, Eigen::Dynamic, 1> scattered_;  // axes whose readings did; empty before one
+  Eigen::Array<bool, Eigen::Dynamic, 1> scattered_;  // axes that scattered; empty before learn()
   std::vector<std::string> stuck_;
 };
 

@@ -17,7 +17,7 @@
 #include "axiscal/positioner/facing.hpp"
 
 #ifdef AXISCAL_NCURSES
-#define NCURSES_NOMACROS 1  // erase(), move() and similar names exist elsewhere too
+#define NCURSES_NOMACROS 1  // no macros erase(), move() etc., which replace other functions' names
 #include <ncurses.h>
 
 #include "axiscal/acquisition/settings.hpp"
@@ -175,7 +175,7 @@ class TerminalFace final : public SessionFace {
     ::attroff(style);
   }
 
-  // Bytes of the first characters of a text in UTF-8.
+  // Number of bytes of the first `characters` characters of a text in UTF-8.
   static std::size_t bytes_of(const std::string& text, int characters) {
     std::size_t bytes = 0;
     for (; bytes < text.size(); ++bytes) {
@@ -238,7 +238,7 @@ class TerminalFace final : public SessionFace {
     return line;
   }
 
-  // Broken at blanks into at most so many lines.
+  // Draws a text in at most `most` lines, broken at blanks. Returns the number of the next line.
   static int put_wrapped(int line, int most, const std::string& text, int style = 0) {
     std::string left = text;
     const auto width = static_cast<std::size_t>(COLS - 2);
@@ -287,7 +287,7 @@ class TerminalFace final : public SessionFace {
     draw_keys();
   }
 
-  // Verdict and coefficients, one block a slot.
+  // Draws the verdict and the coefficients of each slot.
   static int draw_results(int line, const SessionView& view) {
     for (const SessionOutcome& outcome : view.outcomes) {
       const int style = static_cast<int>(COLOR_PAIR(outcome.status == "ok"        ? good
@@ -352,7 +352,7 @@ class TerminalFace final : public SessionFace {
         static_cast<int>(A_BOLD) | static_cast<int>(COLOR_PAIR(rest)));
   }
 
-  // The sphere as a map of equal areas: the readings, the current direction, the requested
+  // Draws the sphere as an equal-area map, with the readings, the current and the requested
   // direction.
   static void draw_sphere(const FreeView& free) {
     constexpr int columns = 36;
@@ -407,7 +407,7 @@ class TerminalFace final : public SessionFace {
     constexpr int column = 34;
     constexpr int width = 24;
     const bool is_still = view.stillness <= 1.0;
-    // By decades: three of them above what counts as still.
+    // Logarithmic scale: three decades above the limit of stillness.
     const double motion = std::log10(std::max(1.0, view.stillness)) / 3.0;
     put(7, column, std::string(is_still ? "still  " : "moving ") + bar(motion, width),
         static_cast<int>(COLOR_PAIR(is_still ? good : warn)));

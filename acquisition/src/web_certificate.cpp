@@ -96,7 +96,7 @@ WebCertificate make_certificate(const std::vector<std::string>& names) {
   must(X509_set_version(certificate.get(), 2) == 1);
   std::array<unsigned char, 16> serial{};
   must(RAND_bytes(serial.data(), static_cast<int>(serial.size())) == 1);
-  serial[0] &= 0x7FU;  // positive
+  serial[0] &= 0x7FU;  // makes the number positive
   const std::unique_ptr<BIGNUM, void (*)(BIGNUM*)> number(
       BN_bin2bn(serial.data(), static_cast<int>(serial.size()), nullptr), BN_free);
   must(number && BN_to_ASN1_INTEGER(number.get(), X509_get_serialNumber(certificate.get())));

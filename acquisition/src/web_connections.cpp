@@ -22,7 +22,7 @@ void WebConnections::remove(const WebConnection* connection) {
 }
 
 void WebConnections::wake_all() {
-  const std::list<std::shared_ptr<WebConnection>> now = all_;  // some may close
+  const std::list<std::shared_ptr<WebConnection>> now = all_;  // a copy: wake() may change all_
   for (const std::shared_ptr<WebConnection>& one : now) {
     one->wake();
   }
@@ -61,7 +61,7 @@ bool WebConnections::close_oldest(const std::string& network) {
   if (found == all_.end()) {
     return false;
   }
-  const std::shared_ptr<WebConnection> oldest = *found;  // close() takes it out of the list
+  const std::shared_ptr<WebConnection> oldest = *found;  // keeps it: close() removes it from all_
   oldest->close();
   return true;
 }

@@ -15,7 +15,7 @@ namespace axiscal {
 /// One client of the page. All of its functions run in the server's thread.
 class WebConnection {
  public:
-  /// @param network  where it comes from; make_room() limits the connections of each network.
+  /// @param network  network of the client; make_room() limits the connections of each network.
   explicit WebConnection(std::string network) : network_(std::move(network)) {}
   virtual ~WebConnection() = default;
   WebConnection(const WebConnection&) = delete;
@@ -23,7 +23,7 @@ class WebConnection {
 
   virtual void start() = 0;
   virtual void close() = 0;
-  /// Something is new, or the server ends.
+  /// Must be called if new data exist or the server ends.
   virtual void wake() = 0;
 
   [[nodiscard]] const std::string& network() const { return network_; }
@@ -36,28 +36,29 @@ class WebConnection {
   std::string network_;
 };
 
-/// The clients, and their shared state.
+/// All clients and their shared state.
 class WebConnections {
  public:
   WebPage* page = nullptr;                ///< the page served to the clients
-  std::atomic<std::size_t> watchers = 0;  ///< browsers that watch; read by other threads too
-  bool stopping = false;                  ///< the server ends
+  std::atomic<std::size_t> watchers = 0;  ///< number of watching browsers; several threads read it
+  bool stopping = false;                  ///< true if the server is ending
 
   void add(std::shared_ptr<WebConnection> connection);
   void remove(const WebConnection* connection);
   void clear() { all_.clear(); }
   void wake_all();
 
-  /// Makes room for one more connection of a network: the oldest of this network, or of the network
-  /// with most connections, is closed, unless it watches.
-  /// @return false where there is none to be had.
+  /// Makes room for one more connection of a network. If this network has too many connections, it
+  /// closes its oldest connection. If all networks together have too many, it closes the oldest
+  /// connection of the largest network. Connections that watch are not closed.
+  /// @return false if no connection can be closed.
   [[nodiscard]] bool make_room(const std::string& network);
 
  private:
   [[nodiscard]] std::size_t count_of(const std::string& network) const;
   bool close_oldest(const std::string& network);
 
-  std::list<std::shared_ptr<WebConnection>> all_;  // in the order of their coming
+  std::list<std::shared_ptr<WebConnection>> all_;  // oldest first
 };
 
 }  // namespace axiscal

@@ -24,9 +24,9 @@ namespace {
 
 constexpr int usual_port = 8712;
 constexpr int ports_tried = 20;
-constexpr std::chrono::milliseconds spacing{80};  // views are made into text no more often
+constexpr std::chrono::milliseconds spacing{80};  // least time between two views in JSON
 
-// The names that a browser may call this machine by when it listens at an address.
+// The host names by which browsers may address the server, for its certificate.
 std::vector<std::string> names_of(const std::string& address) {
   std::vector<std::string> names;
   for (const std::string& name : {is_any_address(address) ? host_name() : address, host_name(),
@@ -41,7 +41,7 @@ std::vector<std::string> names_of(const std::string& address) {
   return names;
 }
 
-// Browsers by the hundred must leave file descriptors for the session's files.
+// Raises the limit of open files, so that many browsers do not use up the file descriptors.
 void raise_descriptor_limit() {
   rlimit limit{};
   if (::getrlimit(RLIMIT_NOFILE, &limit) == 0) {
@@ -76,7 +76,7 @@ class WebFace final : public SessionFace {
     server_->start(page_);
   }
 
-  ~WebFace() override { server_.reset(); }  // it answers with the page
+  ~WebFace() override { server_.reset(); }  // first, because the server uses page_
 
   void show(const SessionView& view, const std::vector<SessionEvent>& events) override {
     const auto now = std::chrono::steady_clock::now();
@@ -91,10 +91,10 @@ class WebFace final : public SessionFace {
 
   std::vector<SessionCommand> commands() override { return page_.commands(); }
 
-  // Until the browser that controls says so, or all of them have gone.
+  // Returns after the controlling browser has answered, or all browsers are gone.
   bool conclude(const SessionView& view, const std::vector<SessionFile>& files) override {
     constexpr std::chrono::milliseconds patience{50};
-    constexpr std::chrono::seconds gone_for_good{8};  // a reloaded page is back by then
+    constexpr std::chrono::seconds gone_for_good{8};  // longer than the reload of a page
     if (!page_.is_watched() || files.empty()) {
       return false;
     }
@@ -117,7 +117,7 @@ class WebFace final : public SessionFace {
   std::optional<WebServer> server_;
   WebPage page_;
   std::chrono::steady_clock::time_point next_;
-  bool concluded_ = false;  // the end was shown
+  bool concluded_ = false;  // true if the end of the session was displayed
 };
 
 }  // namespace

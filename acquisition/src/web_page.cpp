@@ -25,7 +25,7 @@ constexpr std::size_t most_sessions = 64;
 constexpr std::size_t most_events = 64;
 constexpr std::size_t most_commands = 64;
 constexpr std::string_view files_path = "/files/";
-constexpr std::chrono::seconds control_kept{7};  // by a browser that is not heard
+constexpr std::chrono::seconds control_kept{7};  // a silent browser keeps control for this time
 
 std::string random_key() {
   std::random_device device;
@@ -40,7 +40,7 @@ std::string random_key() {
   return key;
 }
 
-// Takes as long for a wrong key as for the right one.
+// Compares two keys in constant time.
 bool same_key(const std::string& a, const std::string& b) {
   unsigned difference = a.size() == b.size() ? 0U : 1U;
   for (std::size_t i = 0; i < std::min(a.size(), b.size()); ++i) {
@@ -53,7 +53,7 @@ std::string in_url(const std::string& address) {
   return address.find(':') == std::string::npos ? address : formatted("[{}]", address);
 }
 
-// A name may be bound to any address by its owner, an address by nobody.
+// True for a numeric address. DNS rebinding is possible only with a name.
 bool is_numeric(const std::string& host) {
   return host.starts_with('[') || host.find_first_not_of("0123456789.:") == std::string::npos;
 }
@@ -76,7 +76,7 @@ std::string cookie_value(const WebRequest& request, const std::string& name) {
   return "";
 }
 
-// Posts are made by the page's script only: a form of another site cannot set this header.
+// True if the page's script sent the request. A form of another site cannot set this header.
 bool is_by_script(const WebRequest& request) {
   return request.has_header("X-Axiscal") &&
          request.header("Content-Type").starts_with("application/json");
@@ -89,7 +89,7 @@ std::string text_of(const WebRequest& request, const char* key) {
              : "";
 }
 
-// %20 and similar codes; invalid codes stay unchanged.
+// Decodes %20 and similar codes. Invalid codes stay unchanged.
 std::string decoded(const std::string& text) {
   std::string plain;
   for (std::size_t i = 0; i < text.size(); ++i) {
@@ -171,7 +171,7 @@ std::optional<WebAnswer> WebPage::early_refusal(const WebRequest& request) const
       names.push_back(host);
     }
   }
-  // Browsers leave out the port that is usual.
+  // Browsers omit the default port of the scheme.
   const int usual_port = place_.scheme == "https" ? 443 : 80;
   if (place_.port == usual_port) {
     for (std::size_t i = 0, count = names.size(); i < count; ++i) {
@@ -215,7 +215,7 @@ std::string WebPage::cookie_name() const {
   return formatted("axiscal-{}", place_.port);
 }
 
-// The session of a browser that has the key; empty for another. Under the lock.
+// The session of the requesting browser; empty if it has not logged in. Call with the lock.
 std::string WebPage::session_of(const WebRequest& request) const {
   const std::string value = cookie_value(request, cookie_name());
   const auto found = std::find_if(sessions_.begin(), sessions_.end(),
@@ -267,7 +267,7 @@ WebAnswer WebPage::take_control(const WebRequest& request) {
   return {};
 }
 
-// Refuses a request from another browser than the one that controls. Call with the lock.
+// Refuses a request of a browser that does not control the session. Call with the lock.
 std::optional<WebAnswer> WebPage::refused_control(const WebRequest& request) const {
   const std::string session = session_of(request);
   if (session.empty() || !is_by_script(request)) {
@@ -300,8 +300,8 @@ WebAnswer WebPage::take_command(const WebRequest& request) {
   return {};
 }
 
-// Each page says every few seconds that it is there. Control comes back to the owner that was not
-// heard for a while, as long as nobody used it.
+// Each page sends a heartbeat every few seconds. An owner that was silent gets control back with
+// its next heartbeat, unless another browser has used the control.
 WebAnswer WebPage::handle_heartbeat(const WebRequest& request) {
   const std::lock_guard lock(mutex_);
   const std::string session = session_of(request);
@@ -332,7 +332,7 @@ WebAnswer WebPage::take_wish(const WebRequest& request) {
   return {};
 }
 
-// A report has its script and style within; it can reach nothing but itself.
+// Serves an output file. The policy allows a report only its own inline script and style.
 WebAnswer WebPage::file(const WebRequest& request, const std::string& name) const {
   const std::lock_guard lock(mutex_);
   if (session_of(request).empty()) {
@@ -385,7 +385,7 @@ void WebPage::offer(std::vector<SessionFile> files) {
   const std::lock_guard lock(mutex_);
   files_ = std::move(files);
   wish_.clear();
-  commands_.clear();  // late commands were meant for the finished session
+  commands_.clear();  // they belong to the finished session
   ++version_;
 }
 
@@ -400,7 +400,7 @@ WebAnswer WebPage::stream(const WebRequest& request) const {
   if (session.empty()) {
     return refusal(403, "no key: open the address that the terminal shows");
   }
-  // A browser that was connected gets only the events after the last one that it received.
+  // A browser that reconnects gets only the events after the last one that it received.
   const std::optional<int> seen = parse_integer(request.header("Last-Event-ID"));
   const std::size_t last = seen ? static_cast<std::size_t>(std::max(*seen, 0)) : last_event_;
   return {.type = "text/event-stream",
@@ -427,7 +427,7 @@ std::string WebPage::news_for(Watcher& watcher) const {
     }
   }
   watcher.event = last_event_;
-  // Points that this browser has not seen; all of them where some were dropped.
+  // Sends the points that this browser has not received. If points were dropped, sends all points.
   if (watcher.dropped != dropped_ || watcher.points > points_.size()) {
     watcher.points = 0;
     watcher.dropped = dropped_;
@@ -466,7 +466,7 @@ void WebPage::show(const SessionView& view, const std::vector<SessionEvent>& eve
   }
 }
 
-// Under the lock.
+// Copies new points of a FreeSession. Call with the lock.
 void WebPage::take_points(const FreeView* free) {
   const std::size_t count = free == nullptr ? 0 : free->points.size();
   const std::size_t dropped = free == nullptr ? 0 : free->dropped;

@@ -14,66 +14,67 @@
 
 namespace axiscal {
 
-/// The address and the name of a page.
+/// The address and the title of a page.
 struct WebPlace {
   std::string title;    ///< name of the session
   std::string scheme;   ///< "http" or "https"
-  std::string address;  ///< listened at, without brackets
+  std::string address;  ///< address to listen on, without brackets
   int port = 0;
-  bool is_loopback = true;  ///< nobody but this machine
-  /// Called with the page's address, key included: when it can be opened first, and when a one-time
-  /// key was used. May be called from another thread.
+  bool is_loopback = true;  ///< true if only this machine can connect
+  /// Called with the page's address, which includes the key: when the page can be opened, and each
+  /// time a one-time key was used. May be called from another thread.
   std::function<void(const std::string& url)> announce;
   std::function<std::chrono::steady_clock::time_point()> now = std::chrono::steady_clock::now;
 };
 
-/// The session's page without the network: the answer to each request, the browser in control, new
-/// events.
+/// The session's page without the network: it answers requests, passes control between browsers and
+/// collects events.
 ///
-/// Its functions may be called from several threads; none waits for anything but the others.
+/// The functions may be called from several threads. They wait only for each other.
 class WebPage {
  public:
   explicit WebPage(WebPlace place);
 
-  /// Says where the page is.
+  /// Calls WebPlace::announce with the address of the page.
   void announce() const;
 
   /// The answer to a request. Requests for another host, from another site or without the key are
   /// rejected.
   [[nodiscard]] WebAnswer answer(const WebRequest& request);
 
-  /// The last event that a watching browser has received.
+  /// The state of a watching browser: the data that it has received.
   struct Watcher {
     std::string session;
     std::size_t event = 0;
     std::size_t version = 0;
-    std::size_t points = 0;  ///< of a free session
+    std::size_t points = 0;  ///< number of points of a FreeSession
     std::size_t dropped = 0;
   };
 
   /// @return a watcher for an answer that is a stream.
   [[nodiscard]] Watcher watcher_for(const WebAnswer& answer) const;
 
-  /// @return the event stream's next message for a browser; empty without news.
+  /// @return the next message of the event stream to a browser; empty without new data.
   [[nodiscard]] std::string news_for(Watcher& watcher) const;
 
-  /// Takes a view of the session and its events, for all browsers.
+  /// Stores a view of the session and its events, to be sent to all browsers.
   void show(const SessionView& view, const std::vector<SessionEvent>& events);
 
-  /// A browser that watches has come, or gone.
+  /// Must be called when a browser begins to watch, and when it stops.
   void came(const Watcher& watcher);
   void gone(const Watcher& watcher);
 
   /// @return true if a browser is watching.
   [[nodiscard]] bool is_watched() const;
 
-  /// Offers files at the end of a session; without files a new session starts.
+  /// Offers files for download at the end of a session. An empty list begins a new session.
   void offer(std::vector<SessionFile> files);
 
-  /// @return the choice of the browser in control after the end: "again" or "leave"; empty: open.
+  /// @return the choice of the controlling browser after the end: "again" or "leave"; empty before
+  ///         the choice.
   [[nodiscard]] std::string wish() const;
 
-  /// @return the commands of the browser in control since the last call.
+  /// @return the commands of the controlling browser since the last call.
   [[nodiscard]] std::vector<SessionCommand> commands();
 
  private:
@@ -96,29 +97,29 @@ class WebPage {
   mutable std::mutex mutex_;
   std::string key_;
   std::deque<std::string> sessions_;
-  std::string owner_;       // of control: it came first, took it, or used it last
-  std::string controller_;  // another than the owner while that one is not heard
+  std::string owner_;       // session that logged in first, or last took or used the control
+  std::string controller_;  // session that controls; not owner_ while the owner is silent
   std::string view_ = "null";
-  std::vector<std::string> points_;  // of a free session, "x,y,z"
+  std::vector<std::string> points_;  // points of a FreeSession, as "x,y,z"
   std::size_t dropped_ = 0;
   std::size_t version_ = 1;
   std::deque<std::pair<std::size_t, std::string>> events_;
   std::size_t last_event_ = 0;
   std::vector<SessionCommand> commands_;
-  std::vector<std::string> watching_;  // a browser's session for each of its pages, oldest first
-  std::chrono::steady_clock::time_point heard_;  // of the browser that controls
+  std::vector<std::string> watching_;  // sessions of all pages that watch, oldest first
+  std::chrono::steady_clock::time_point heard_;  // last request of the controlling browser
   std::vector<SessionFile> files_;
   std::string wish_;
 };
 
-/// @return an address without the brackets of IPv6 and as browsers write it: ::1 for
-/// 0:0:0:0:0:0:0:1.
+/// @return an address without the brackets of IPv6, in the form that browsers use: ::1 instead of
+///         0:0:0:0:0:0:0:1.
 [[nodiscard]] std::string bare_address(const std::string& address);
 
 /// @return the name of this machine.
 [[nodiscard]] std::string host_name();
 
-/// @return true if an address means all addresses of this machine.
+/// @return true if an address stands for all addresses of this machine, as 0.0.0.0.
 [[nodiscard]] bool is_any_address(const std::string& address);
 
 }  // namespace axiscal

@@ -99,7 +99,7 @@ std::string answer_chunk(const std::string& text) {
 
 struct RequestReader::Parser {
   http::request_parser<http::string_body> request;
-  std::string bytes;  // not yet understood, as a line that is not whole
+  std::string bytes;  // bytes that are not parsed yet, such as an incomplete line
 };
 
 RequestReader::RequestReader() : parser_(std::make_unique<Parser>()) {
@@ -120,7 +120,7 @@ RequestReader::State RequestReader::add(std::string_view bytes) {
     const std::size_t used = parser_->request.put(boost::asio::buffer(all), error);
     all.erase(0, used);
     if (error == http::error::need_more) {
-      // The parser's own limit on the head counts only what it has looked through.
+      // The parser's own limit on the head counts only the bytes that it has parsed.
       return all.size() > longest_request_head ? State::too_long : State::needs_more;
     }
     if (error) {

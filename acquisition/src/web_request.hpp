@@ -10,19 +10,19 @@
 
 namespace axiscal {
 
-/// The most that is taken of a request: its first line and headers, and its body.
+/// The largest sizes of a request's head (first line and headers) and of its body [bytes].
 inline constexpr std::size_t longest_request_head = 8192;
 inline constexpr std::size_t longest_request_body = 4096;
 
-/// A request of HTTP/1.1, read whole.
+/// A complete request of HTTP/1.1.
 struct WebRequest {
   std::string method;  ///< "GET", ...
   std::string target;  ///< path and query, as sent
   std::vector<std::pair<std::string, std::string>> headers;
   std::string body;
-  bool keeps_alive = false;  ///< the client may ask again on this connection
+  bool keeps_alive = false;  ///< true if the connection may stay open for more requests
 
-  /// @return the value of a header, whatever its letters' case; empty where there is none.
+  /// @return the value of a header; empty without this header. Names are case-insensitive.
   [[nodiscard]] std::string header(std::string_view name) const;
   [[nodiscard]] bool has_header(std::string_view name) const;
 };
@@ -33,22 +33,22 @@ struct WebAnswer {
   std::string type = "application/json";
   std::string body = "{}";
   std::vector<std::pair<std::string, std::string>> headers;
-  std::string policy;          ///< Content-Security-Policy; empty: the session's page's
-  bool is_stream = false;      ///< events follow instead of the body
-  std::string session;         ///< names the browser that a stream is for
-  std::size_t last_event = 0;  ///< the last one that this browser has seen
+  std::string policy;          ///< Content-Security-Policy; empty: that of the session's page
+  bool is_stream = false;      ///< true: a stream of events follows instead of the body
+  std::string session;         ///< session of the browser that receives the stream
+  std::size_t last_event = 0;  ///< number of the last event that this browser has received
 };
 
-/// @return an answer that says why nothing else is.
+/// @return an error answer with its reason.
 [[nodiscard]] WebAnswer refusal(int status, std::string_view why);
 
 /// @return an answer's first line and headers, with the security restrictions for the browser.
 [[nodiscard]] std::string answer_head(const WebAnswer& answer, bool keeps_alive);
 
-/// @return a part of a body whose length is not known beforehand; of an empty text the end.
+/// @return a chunk of a body of unknown length; for an empty text the last chunk.
 [[nodiscard]] std::string answer_chunk(const std::string& text);
 
-/// Makes a request of bytes as they come: Boost.Beast's parser with limits on head and body.
+/// Parses a request from bytes as they arrive, by Boost.Beast with limits on head and body.
 class RequestReader {
  public:
   RequestReader();
@@ -58,13 +58,13 @@ class RequestReader {
 
   enum class State { needs_more, complete, malformed, too_long };
 
-  /// Takes the next bytes; to be called until it says something else than needs_more.
+  /// Parses the next bytes. To be called until it returns another state than needs_more.
   State add(std::string_view bytes);
 
-  /// @return the request once it is complete.
+  /// @return the request, after add() has returned complete.
   [[nodiscard]] WebRequest take();
 
-  /// @return whether bytes came behind the request's end: another one, or noise.
+  /// @return true if bytes follow the end of the request.
   [[nodiscard]] bool has_more() const;
 
  private:

@@ -42,10 +42,10 @@ constexpr std::chrono::seconds request_deadline{5};
 constexpr std::chrono::seconds answer_deadline{20};
 constexpr std::chrono::seconds event_deadline{5};
 constexpr std::chrono::seconds goodbye_deadline{1};
-constexpr std::chrono::milliseconds event_spacing{80};  // a browser is sent nothing more often
+constexpr std::chrono::milliseconds event_spacing{80};  // least time between messages to a browser
 constexpr std::chrono::seconds heartbeat{2};
 
-// Who connects: an address of IPv4, or the network of one of IPv6 that one customer has.
+// The network of a client: an IPv4 address, or the first 64 bits of an IPv6 address.
 std::string network_of(const asio::ip::address& address) {
   if (address.is_v4()) {
     return address.to_string();
@@ -105,7 +105,7 @@ class StreamConnection final : public WebConnection,
  private:
   beast::tcp_stream& socket() { return beast::get_lowest_layer(stream_); }
 
-  // One deadline for the whole request: it is set where the waiting for it begins.
+  // Sets no deadline: one deadline, set before the first read, applies to the whole request.
   void read() {
     stream_.async_read_some(asio::buffer(bytes_),
                             [self = this->shared_from_this()](ErrorCode error, std::size_t count) {
@@ -113,7 +113,7 @@ class StreamConnection final : public WebConnection,
                             });
   }
 
-  // An error while one client is served, as memory ran out, ends this client.
+  // An exception, for example if memory runs out, closes only this connection.
   void take(std::string_view bytes) {
     if (closed_) {
       return;
@@ -143,7 +143,7 @@ class StreamConnection final : public WebConnection,
     const WebRequest request = reader_.take();
     const WebAnswer found = shared_.page->answer(request);
     if (request.method == "POST") {
-      shared_.wake_all();  // another browser may control now
+      shared_.wake_all();  // control may have passed to another browser
     }
     if (found.is_stream) {
       watch(found);
@@ -226,7 +226,7 @@ class StreamConnection final : public WebConnection,
                       });
   }
 
-  // Sends what is new, not too often; now and then that we are still here.
+  // Sends new data, at most once in event_spacing. Without new data, sends a heartbeat.
   void pump() {
     const Clock::time_point now = Clock::now();
     if (now < sent_ + event_spacing && !shared_.stopping) {
@@ -287,7 +287,7 @@ class WebServer::Listener {
       acceptor_.close(ignored);
       shared_.wake_all();
     });
-    // Browsers get the last view and a good end; but not for long.
+    // Waits, half a second at most, until the browsers have received the last view.
     constexpr int tries = 50;
     for (int i = 0; i < tries && shared_.watchers > 0; ++i) {
       std::this_thread::sleep_for(std::chrono::milliseconds(10));
@@ -296,7 +296,7 @@ class WebServer::Listener {
     if (thread_.joinable()) {
       thread_.join();
     }
-    shared_.clear();  // before what they run in
+    shared_.clear();  // the connections must end before context_
   }
 
   Listener(const Listener&) = delete;
@@ -313,7 +313,7 @@ class WebServer::Listener {
           context_.run();
           done = true;
         } catch (const std::exception&) {
-          // Memory ran out for one client, say; the others go on.
+          // For example out of memory for one client. The server continues with the others.
         }
       }
     });
@@ -340,8 +340,8 @@ class WebServer::Listener {
       acceptor_.set_option(Tcp::acceptor::reuse_address(true), failed);
       acceptor_.bind(endpoint, failed);
       if (!failed) {
-        // As many as the system lets wait: where a crowd fills the queue, the system drops a user's
-        // first packet, which comes again a second later. Some systems' own constant is small.
+        // The queue of waiting clients is as long as the system allows, but at least 256. If it is
+        // full, the system drops a client's first packet, and the client repeats it a second later.
         constexpr int at_least = 256;
         acceptor_.listen(std::max<int>(at_least, Tcp::acceptor::max_listen_connections), failed);
       }
@@ -360,7 +360,7 @@ class WebServer::Listener {
       if (shared_.stopping) {
         return;
       }
-      if (error) {  // no descriptor is left, say
+      if (error) {  // for example no free file descriptor
         constexpr std::chrono::milliseconds moment{100};
         pause_.expires_after(moment);
         pause_.async_wait([this](ErrorCode) { accept(); });
@@ -370,7 +370,7 @@ class WebServer::Listener {
       try {
         take(std::move(socket));
       } catch (const std::exception&) {
-        // If memory is short, this connection is dropped; the next one may be accepted.
+        // If memory runs out, only this connection is dropped.
       }
     });
   }

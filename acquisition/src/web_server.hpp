@@ -9,7 +9,7 @@
 
 namespace axiscal {
 
-/// Where to listen.
+/// The address and the ports to listen on.
 struct WebListening {
   std::string address;  ///< without brackets
   int first_port = 0;
@@ -19,29 +19,29 @@ struct WebListening {
 
 /// Serves a page: HTTP/1.1 by Boost.Beast, in its own thread.
 ///
-/// A request must be complete within five seconds, including the greeting of TLS. Head and body
-/// have limits (web_request.hpp). A network address may have 32 connections, all together 512. If
-/// one more arrives, the oldest connection of that address, or of the address with most
-/// connections, is closed, unless it is a browser that watches. So a new client is answered even if
-/// many others hold connections.
+/// A request must be complete within five seconds, including the TLS handshake. web_request.hpp
+/// limits the sizes of head and body. One network may have 32 connections, all networks together
+/// 512. For one connection more, the server closes the oldest connection of that network, or of the
+/// network with the most connections. It does not close browsers that watch. A new client is
+/// therefore answered even if other clients keep many connections open.
 class WebServer {
  public:
-  /// Takes a port. Nobody is answered yet.
-  /// @throws OutputError  if no such port can be listened at.
+  /// Listens on a port. Requests are answered only after start().
+  /// @throws OutputError  if the server cannot listen on any of the ports.
   explicit WebServer(const WebListening& listening);
 
-  /// Sends browsers that watch what is new to them, and ends; waits for it half a second at most.
+  /// Sends the last data to the watching browsers, for half a second at most, and ends.
   ~WebServer();
   WebServer(const WebServer&) = delete;
   WebServer& operator=(const WebServer&) = delete;
 
   [[nodiscard]] int port() const;
 
-  /// Begins to answer.
+  /// Starts to answer requests.
   /// @param page  must outlive the server.
   void start(WebPage& page);
 
-  /// Tells the browsers that watch that something is new; may be called from any thread.
+  /// Sends new data of the page to the watching browsers. May be called from any thread.
   void publish();
 
  private:

@@ -7,8 +7,9 @@
 
 namespace axiscal {
 
-/// calibrate() without its findings, for studies: coefficients, covariance, intervals, uncertainty
-/// budget and slopes. Residuals, tests, warnings and status are left out.
+/// Calibrates like calibrate(), but without findings, for studies.
+/// @return a record with coefficients, covariance, intervals, uncertainty budget and levelness. It
+///         lacks residuals, tests, warnings and status.
 /// @throws as calibrate().
 [[nodiscard]] Calibration fitted_record(const Experiment& experiment,
                                         const Observations& observations);

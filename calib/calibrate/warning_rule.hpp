@@ -14,22 +14,22 @@
 
 namespace axiscal {
 
-/// Tests of a fit that its uncertainty does not depend on.
+/// Results of tests that do not affect the uncertainty of a fit.
 struct FitTests {
   std::vector<SaturatedAxis> saturated;
   std::optional<CurvatureTest> curvature;
 };
 
-/// A finished fit that is judged.
+/// The input of the warning rules: a finished fit and its tests.
 struct JudgedRun {
-  const Calibration& calibration;  ///< with coefficients, statistics and residuals
+  const Calibration& calibration;  ///< has coefficients, statistics and residuals
   const Estimate& estimate;
   const FitTests& tests;
   const MistakeSearch& mistakes;
-  const std::vector<CalibrationWarning>& taken_in;  ///< of mistakes that the fit has terms for
+  const std::vector<CalibrationWarning>& taken_in;  ///< for mistakes that are terms of the fit
   bool searched = false;           ///< true if the readings were searched for mistakes
-  std::vector<int> unpaired_runs;  ///< left out by method paired
-  bool field_varies = false;       ///< true if the readings bring fields of different lengths
+  std::vector<int> unpaired_runs;  ///< runs that method paired left out
+  bool field_varies = false;       ///< true if the readings state fields of different lengths
 };
 
 /// The warnings that rules find.
@@ -41,20 +41,20 @@ struct Warnings {
   std::vector<CalibrationWarning> all;
 };
 
-/// A test of a finished fit: its level, and its words. Each is one file and one line in
-/// warning_rules(). Codes and levels are listed in docs/messages.md.
+/// A test of a finished fit that can add warnings. Each rule is one file in src/rules/ and one line
+/// in src/rules/rules.cpp. docs/messages.md lists the codes and the significance levels.
 struct WarningRule {
   std::string_view name;
   void (*find)(const JudgedRun& run, Warnings& found) = nullptr;
 };
 
-/// @return all rules, the gravest first.
+/// @return all rules, the most serious first.
 [[nodiscard]] std::span<const WarningRule> warning_rules();
 
-/// Adds a rule of a program's own behind the others. Not while other threads calibrate.
+/// Adds a program's own rule after the others. Do not call it while other threads calibrate.
 void add_warning_rule(const WarningRule& rule);
 
-/// @return the warnings of all rules, in their order; empty for a good run.
+/// @return the warnings of all rules, in the order of the rules; empty for a good run.
 [[nodiscard]] std::vector<CalibrationWarning> find_warnings(const JudgedRun& run);
 
 }  // namespace axiscal

@@ -8,7 +8,7 @@
 
 namespace axiscal {
 
-/// Adds a warning to a finished calibration, whose status is then no longer "ok".
+/// Adds a warning to a finished calibration. A status "ok" becomes "warning".
 void add_warning(Calibration& calibration, CalibrationWarning warning);
 
 /// @return "run 7", "runs 3 and 8", "runs 1, 4 and 9".

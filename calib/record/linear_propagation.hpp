@@ -14,19 +14,19 @@ namespace axiscal {
 /// The readings' covariance is computed once for any number of functions.
 class LinearPropagation {
  public:
-  /// @param calibration  with statistics; must outlive it.
+  /// @param calibration  has statistics; must outlive this object.
   explicit LinearPropagation(const Calibration& calibration);
 
-  /// @return of the fit alone.
+  /// @return the shares of the variance from the scatter of the fit.
   [[nodiscard]] VarianceShares scatter(const Eigen::RowVectorXd& gradient) const;
 
-  /// @return of all sources of the budget.
-  /// @param by_source  receives the contribution of each source.
+  /// @return the shares of the variance from all sources of the budget.
+  /// @param by_source  receives the standard uncertainty from each source.
   [[nodiscard]] VarianceShares all(const Eigen::RowVectorXd& gradient,
                                    std::vector<double>& by_source) const;
 
  private:
-  // @param places  of the parameters on which the function depends.
+  // @param places  indices of the parameters on which the function depends.
   [[nodiscard]] VarianceShares scatter(const Eigen::RowVectorXd& gradient,
                                        const std::vector<Eigen::Index>& places) const;
 
@@ -34,7 +34,7 @@ class LinearPropagation {
 
   const Calibration& calibration_;
   Eigen::MatrixXd of_readings_;
-  std::vector<std::vector<Eigen::Index>> own_;  // the parameters of each axis
+  std::vector<std::vector<Eigen::Index>> own_;  // indices of the parameters of each axis
 };
 
 }  // namespace axiscal

@@ -81,7 +81,7 @@ std::string run_section(const Calibration& calibration) {
   }
   std::vector<std::string> notes;
   for (const CalibrationNote& note : calibration.findings.notes) {
-    if (note.code != NoteCode::not_counted) {  // the section on the verdict shows it
+    if (note.code != NoteCode::not_counted) {  // verdict_section() shows this note
       notes.push_back(note.message);
     }
   }
@@ -90,7 +90,7 @@ std::string run_section(const Calibration& calibration) {
 
 // ---- levelness, uncertainty ----
 
-// The fit's own figures, besides its residuals.
+// Sentences on the size of the field and on the confirmation readings.
 std::string words_on_fit(const Calibration& calibration) {
   std::string html;
   for (const std::string& words :
@@ -141,7 +141,7 @@ std::string levelness_section(const Calibration& calibration,
                              : "The faces do not agree: a face, or the table, moved.";
   }
   const std::optional<Plot> faces = faces_plot(calibration);
-  // If the faces contradict the slope, screws must not be turned.
+  // The adjusters are listed only if the faces agree; otherwise the slope is doubtful.
   const bool turns = table && level.consistent &&
                      calibration.findings.status != CalibrationStatus::refused && slope;
   return paragraph(text) + (faces ? figures.add(*faces) : "") +

@@ -138,7 +138,7 @@ std::string method_text(const Calibration& calibration) {
                    method_kind(calibration.fit.method).by_turns ? " turns" : " readings");
 }
 
-// The expanded uncertainties of coefficients, of axes' sensitivities and of angles between axes.
+// The expanded uncertainties of coefficients, sensitivities and angles between axes, by name.
 std::map<std::string, double, std::less<>> expanded_uncertainties(const Calibration& calibration) {
   std::map<std::string, double, std::less<>> expanded;
   for (const ParameterUncertainty& one : parameter_uncertainties(calibration)) {
@@ -151,7 +151,7 @@ std::map<std::string, double, std::less<>> expanded_uncertainties(const Calibrat
   return expanded;
 }
 
-// The unit of a limit in a certificate, which states angles in degrees; and the factor to it.
+// The unit of a limit in a certificate (degrees for angles), and the factor from the record's unit.
 std::pair<std::string, double> unit_of_limit(const Calibration& calibration,
                                              const std::string& name) {
   if (name.starts_with("angle.") || name.starts_with("levelness.")) {
@@ -172,7 +172,7 @@ std::pair<std::string, double> unit_of_limit(const Calibration& calibration,
           1.0};
 }
 
-// Each value with its U, its limits, and the range that is accepted under a guarded rule.
+// One row for each limit: value, U, unit, limits, for a guarded rule the accepted range, verdict.
 std::vector<std::vector<std::string>> limit_rows(const Calibration& calibration,
                                                  const Verdict& verdict) {
   const auto all = expanded_uncertainties(calibration);
@@ -413,7 +413,7 @@ std::vector<std::string> missing_details(const Calibration& calibration,
 #ifdef AXISCAL_CAIRO
 namespace {
 
-// The certificate for machines; empty if this build cannot write it, or the record does not fit.
+// The digital calibration certificate (DCC); empty if it cannot be made for this record or build.
 PdfAttachment dcc_of(const Calibration& calibration, const CertificateDetails& details) {
   try {
     return {.name = "certificate-dcc.xml",

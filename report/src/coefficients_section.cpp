@@ -19,7 +19,7 @@
 namespace axiscal {
 namespace {
 
-// The reference of the temperature terms.
+// The reference temperatures of the temperature terms, as text.
 std::string reference_temperatures(const Calibration& calibration) {
   return span_text(*calibration.sensor.temperature, calibration.sensor.instrument.axes,
                    [](const TemperatureSpan& span) { return rounded(span.reference, 6); });
@@ -117,7 +117,7 @@ std::string correlation_table(const Calibration& calibration) {
   return html_table("Correlation of the coefficients", head, rows);
 }
 
-// The rotation of the other instruments of the assembly against this one.
+// The rotations of the assembly's other instruments relative to this instrument.
 std::string alignments_table(const Calibration& calibration) {
   std::vector<std::vector<Cell>> rows;
   for (const SlotAlignment& other : calibration.fit.slot_alignments) {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What was found: the coefficients as a matrix, and the other ways in which people state them.
+// The report's sections on the coefficients: as a matrix, and in other common forms.
 #pragma once
 
 #include <string>
@@ -8,11 +8,11 @@
 
 namespace axiscal {
 
-/// One row an axis: bias and sensitivities with their expanded uncertainties.
+/// A table with one row per axis: bias and sensitivities with their expanded uncertainties.
 std::string coefficients_matrix(const Calibration& calibration);
 
-/// All parameters with u, U and degrees of freedom; independent of the mounting; polar; alignments;
-/// correlations.
+/// Tables of all parameters with u, U and degrees of freedom, of the parameters independent of the
+/// mounting, of the polar form, of the alignments and of the correlations.
 std::string more_coefficients(const Calibration& calibration);
 
 }  // namespace axiscal

@@ -79,11 +79,11 @@ Cell number_cell(double value, int digits) {
 
 namespace {
 
-// A number's text, and how much stands before and behind its decimal point.
+// The text of a number, and its numbers of characters before and after the decimal point.
 struct Figure {
   std::string text;
   std::size_t before = 0;
-  std::size_t behind = 0;  // with the point
+  std::size_t behind = 0;  // includes the point
 };
 
 Figure figure_of(const std::string& plain) {
@@ -91,7 +91,7 @@ Figure figure_of(const std::string& plain) {
   return {typographic_minus(plain), point, plain.size() - point};
 }
 
-// Blanks as wide as figures; the first for a missing point is as wide as a point.
+// Blanks as wide as digits. With `with_point`, the first blank is as wide as a decimal point.
 std::string blanks(std::size_t count, bool with_point) {
   std::string text;
   for (std::size_t i = 0; i < count; ++i) {
@@ -145,7 +145,7 @@ namespace {
 std::string table_of(std::string_view caption,
                      const std::vector<std::string>& head,
                      std::span<const std::string> rows) {
-  constexpr std::size_t columns_of_page = 10;  // of paper; more are printed smaller
+  constexpr std::size_t columns_of_page = 10;  // wider tables are printed smaller
   std::string html =
       head.size() > columns_of_page ? "<table class=\"wide\" data-copy>" : "<table data-copy>";
   if (!caption.empty()) {

@@ -8,7 +8,7 @@
 namespace axiscal {
 namespace {
 
-// JSON within a script element: no tag can start in it.
+// JSON for a script element. `<` is escaped, so that the JSON cannot contain a tag.
 std::string within_script(const nlohmann::ordered_json& json) {
   std::string text = json.dump(-1, ' ', true, nlohmann::ordered_json::error_handler_t::replace);
   for (std::size_t at = text.find('<'); at != std::string::npos; at = text.find('<', at)) {
@@ -17,7 +17,7 @@ std::string within_script(const nlohmann::ordered_json& json) {
   return text;
 }
 
-// The head of each printed page.
+// The style that prints the title at the head of each page.
 std::string page_margins(const std::string& title) {
   return formatted("@page {{ @top-left {{ content: {}; }} }}\n", css_string(title));
 }

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// A page around its content: one file with its style, its script and the script's data. It asks for
-// no other file.
+// An HTML page in one file, with its style, its script and the script's data. It does not load
+// other files.
 #pragma once
 
 #include <string>
@@ -10,10 +10,10 @@
 namespace axiscal {
 
 struct HtmlPage {
-  std::string title;                      ///< as it is to be read; also on each printed page
-  std::string subtitle;                   ///< as it is to be read
-  std::string body;                       ///< of pieces that are escaped
-  nlohmann::ordered_json cube = nullptr;  ///< cube_json(); null without one
+  std::string title;                      ///< plain text; also on each printed page
+  std::string subtitle;                   ///< plain text
+  std::string body;                       ///< HTML
+  nlohmann::ordered_json cube = nullptr;  ///< cube_json(); null without a cube
 };
 
 std::string html_page(const HtmlPage& page);

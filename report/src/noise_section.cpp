@@ -23,7 +23,7 @@
 namespace axiscal {
 namespace {
 
-// Columns of one kind and unit stand in one table and one chart.
+// At most six columns of the same kind and unit, which share one table and one chart.
 using NoiseGroup = std::vector<const ColumnNoise*>;
 
 std::vector<NoiseGroup> groups_of(const LogNoise& noise) {
@@ -42,7 +42,7 @@ std::vector<NoiseGroup> groups_of(const LogNoise& noise) {
   return groups;
 }
 
-// The Allan deviation of a temperature shows the room, not the sensor.
+// True for a temperature. Its Allan deviation shows the room's temperature, not the sensor's noise.
 bool is_temperature(const ColumnNoise& column) {
   const std::string name = in_small_letters(column.name);
   return column.kind == "temperature" || name.find("temp") != std::string::npos ||
@@ -83,7 +83,8 @@ std::string coefficients_of(const NoiseGroup& group) {
       head, rows);
 }
 
-// Where a data sheet reads a coefficient off the curve: N at 1 s, K at 3 s, B at the lowest point.
+// Marks the points at which data sheets read the coefficients from the curve: N at 1 s, K at 3 s, B
+// at the lowest point.
 void mark_coefficients(const ColumnNoise& column, Plot& plot, PlotSeries& marks) {
   double lowest_tau = 0.0;
   double lowest = 0.0;
@@ -146,7 +147,7 @@ Plot allan_plot(const NoiseGroup& group, std::size_t number) {
     }
     const std::size_t labels = k == 0 ? std::string::npos : plot.labels.size();
     mark_coefficients(*column, plot, marks);
-    plot.labels.resize(std::min(labels, plot.labels.size()));  // the first axis names all marks
+    plot.labels.resize(std::min(labels, plot.labels.size()));  // only the first axis has labels
     bands.push_back(std::move(band));
     points.push_back(std::move(measured));
     fits.push_back(std::move(fitted));

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The noise of an instrument at rest: a table as data sheets print it, and its Allan deviations.
+// The report's section on the noise of an instrument at rest: coefficients in the form of data
+// sheets, and charts of the Allan deviations.
 #pragma once
 
 #include <string>

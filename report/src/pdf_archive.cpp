@@ -17,8 +17,8 @@ namespace axiscal {
 #ifdef AXISCAL_QPDF
 namespace {
 
-// The description of the document as XMP. It is the only place of these data, so that they cannot
-// contradict each other.
+// The metadata of the document as XMP. pdf_archive_of() removes the PDF's Info dictionary, so that
+// the two cannot contradict each other.
 std::string metadata_of(const std::string& title, const std::string& now) {
   return formatted(
       "<?xpacket begin=\"\xEF\xBB\xBF\" id=\"W5M0MpCehiHzreSzNTczkc9d\"?>\n"

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A PDF as an archive keeps it.
+// The conversion of a PDF to PDF/A, the format for archives.
 #pragma once
 
 #include <string>
@@ -8,15 +8,15 @@ namespace axiscal {
 
 struct PdfAttachment {
   std::string name;         ///< "certificate.xml"
-  std::string description;  ///< for people
+  std::string description;  ///< text that PDF viewers display
   std::string type;         ///< "text/xml"
   std::string content;
 };
 
-/// @param pdf         as cairo writes it: its fonts are within.
-/// @param attachment  goes into the document; left out if its content is empty.
-/// @return the document written to PDF/A-3b (ISO 19005-3): metadata as XMP, colours by sRGB, the
-///         attachment as an associated file. The same document in a build without qpdf.
+/// @param pdf         a PDF by cairo, with embedded fonts.
+/// @param attachment  file to attach; not attached if its content is empty.
+/// @return the document as PDF/A-3b (ISO 19005-3) with XMP metadata, an sRGB output intent and the
+///         attachment as an associated file; `pdf` unchanged in a build without qpdf.
 std::string archived_pdf(const std::string& pdf,
                          const std::string& title,
                          const PdfAttachment& attachment);

@@ -16,7 +16,7 @@
 namespace axiscal {
 namespace {
 
-// Points of 1/72 inch.
+// All lengths are in points, 1/72 inch.
 constexpr double page_width = 595.28;
 constexpr double page_height = 841.89;
 constexpr double margin = 56.7;  // 20 mm
@@ -30,7 +30,8 @@ cairo_status_t append(void* to, const unsigned char* data, unsigned int size) {
   return CAIRO_STATUS_SUCCESS;
 }
 
-// Cairo accepts only valid UTF-8, and control characters do not have a shape.
+// Replaces invalid UTF-8 by `?`, because cairo accepts only valid UTF-8, and control characters by
+// blanks.
 std::string printable(const std::string& text) {
   std::string safe;
   for (std::size_t i = 0; i < text.size();) {
@@ -92,7 +93,7 @@ class PdfPages::Page {
     return static_cast<double>(extents.width) / PANGO_SCALE;
   }
 
-  // Makes room for a block, and draws the heading that stands above it.
+  // Starts a new page if a block of this height does not fit, and draws the pending heading.
   void begin(double height) {
     constexpr double of_heading = 30.0;
     need(height + (heading_.empty() ? 0.0 : of_heading));
@@ -104,14 +105,14 @@ class PdfPages::Page {
     }
   }
 
-  // One line, its baseline at y.
+  // Draws one line of text with its baseline at y.
   void put(double x, double y, const std::string& text) {
     set_text(text, -1.0);
     cairo_move_to(pen_, x, y);
     pango_cairo_show_layout_line(pen_, pango_layout_get_line_readonly(layout_, 0));
   }
 
-  // Starts the next page unless so much room is left; `again` is drawn at its top.
+  // Starts a new page if `height` does not fit on this one, and then calls `again`.
   void need(double height, const std::function<void()>& again = {}) {
     if (y_ + height > bottom) {
       const double size = size_;
@@ -125,11 +126,11 @@ class PdfPages::Page {
     }
   }
 
-  // Broken into the width, at blanks where it can be.
+  // Draws a text in lines of the given width, broken at blanks if possible.
   void text_block(double x, double width, const std::string& text) {
     const std::string whole = printable(text);
     set_text(whole, width);
-    // The lines' places first: a new page's header is set in the same layout.
+    // Copies all lines first, because the header of a new page uses the same layout.
     std::vector<std::string> lines;
     for (int i = 0; i < pango_layout_get_line_count(layout_); ++i) {
       const PangoLayoutLine* const line = pango_layout_get_line_readonly(layout_, i);
@@ -150,7 +151,8 @@ class PdfPages::Page {
     cairo_stroke(pen_);
   }
 
-  // At most so wide and high; its left, or its right edge at x. @return its height.
+  // Draws a picture of at most `wide` x `high`, with its left edge at x, or its right edge if
+  // `to_the_right`. @return the height of the picture.
   double picture(const std::string& path, double x, bool to_the_right, double wide, double high) {
     cairo_surface_t* const image = cairo_image_surface_create_from_png(path.c_str());
     if (cairo_surface_status(image) != CAIRO_STATUS_SUCCESS) {
@@ -182,7 +184,7 @@ class PdfPages::Page {
   }
 
   double y_ = 0.0;
-  std::string heading_;  // that what comes next belongs to
+  std::string heading_;  // heading to be drawn above the next block
   std::string content_;
 
  private:
@@ -193,7 +195,7 @@ class PdfPages::Page {
     pango_layout_set_text(layout_, text.c_str(), static_cast<int>(text.size()));
   }
 
-  // Light, and below what is written over it.
+  // Draws the watermark in light grey, before the text, which covers it.
   void put_watermark() {
     font(110.0, true);
     const double width = width_of(watermark_);
@@ -253,7 +255,7 @@ void PdfPages::title(const std::string& text) {
   page_->y_ += 8.0;
 }
 
-// A heading is drawn together with its content.
+// The heading is drawn by the block that follows.
 void PdfPages::heading(const std::string& text) {
   page_->heading_ = text;
 }

@@ -16,7 +16,7 @@ namespace {
 
 constexpr double height = 300.0;
 
-// The drawn area, in the drawing's units.
+// The area of the plot within the drawing, in units of the drawing.
 struct Frame {
   explicit Frame(bool narrow = false) : width(narrow ? 360.0 : 540.0), right(width - 12.0) {}
 
@@ -48,7 +48,7 @@ struct Range {
   }
 };
 
-// Round numbers 1, 2, 5 times a power of ten.
+// Positions of ticks: multiples of 1, 2 or 5 times a power of ten.
 std::vector<double> ticks_of(const Range& range, int about) {
   const double raw = (range.high - range.low) / about;
   const double power = std::pow(10.0, std::floor(std::log10(raw)));
@@ -86,9 +86,9 @@ std::string upright(double x, double y, const std::string& text) {
                    svg_number(x), svg_number(y), escaped(text));
 }
 
-// Circle, square or triangle: colours alone do not tell series apart.
-// @param size     1: radius 4.
-// @param content  further attributes, and the element's content.
+// Draws a circle, square, triangle or diamond, so that series differ not only by colour.
+// @param size     1 for a radius of 4.
+// @param content  further attributes and the content of the element.
 struct MarkContent {
   std::string attributes, title;
 };
@@ -120,7 +120,7 @@ std::string title_of(const std::string& words) {
   return formatted("<title>{}</title>", escaped(words));
 }
 
-// The run and the words of a point.
+// The run and the tooltip of a point.
 MarkContent content_of(const Plot& plot, const PlotSeries& series, std::size_t i) {
   MarkContent content;
   std::string words = series.name + ": ";
@@ -136,7 +136,7 @@ MarkContent content_of(const Plot& plot, const PlotSeries& series, std::size_t i
   return content;
 }
 
-// Numbers of a plot to places in the drawing.
+// Maps the values of a plot to coordinates of the drawing.
 class Scales {
  public:
   explicit Scales(const Plot& plot) : frame_(plot.narrow), logarithmic_(plot.logarithmic) {
@@ -183,7 +183,8 @@ class Scales {
       svg += svg_line("grid", x(mark), frame_.top, x(mark), frame_.bottom);
       const std::string text =
           plot.x_names.empty() ? tick_text(mark) : plot.x_names[static_cast<std::size_t>(mark)];
-      // A text of 12 pixels takes about 6.4 a letter; a long one at the right end would be cut off.
+      // A letter of 12 pixels is about 6.4 wide. A long text at the right end is moved to the left,
+      // so that it is not cut off.
       const double half = 3.2 * static_cast<double>(text.size());
       svg += svg_text("tick middle", std::min(x(mark), frame_.width - half), frame_.bottom + 17.0,
                       text);
@@ -201,7 +202,8 @@ class Scales {
     return logarithmic_ ? std::log10(value) : value;
   }
 
-  // Of a logarithmic axis the powers of ten; of a short one 1, 2 and 5 times them.
+  // Positions of ticks. A logarithmic axis has ticks at powers of ten; an axis of less than two
+  // decades also at 2 and 5 times these.
   [[nodiscard]] std::vector<double> marks_of(const Range& range, int about) const {
     if (!logarithmic_) {
       return ticks_of(range, about);
@@ -271,7 +273,7 @@ std::string drawn(const Plot& plot, const PlotSeries& series, std::size_t k, con
 
 struct LegendEntry {
   std::string name;
-  std::string sign;  // in a box of 12 by 12
+  std::string sign;  // SVG in a box of 12 x 12
 };
 
 std::string legend(const std::vector<LegendEntry>& entries) {
@@ -313,7 +315,7 @@ void keep(const PlotSeries& series, std::size_t i, PlotSeries& kept) {
   }
 }
 
-// Each `step`-th point of a cloud: its shape stays.
+// Keeps each `step`-th point of a cloud. The cloud keeps its shape.
 Plot thinned_cloud(Plot plot, std::size_t step) {
   for (PlotSeries& series : plot.series) {
     if (series.line || series.x.size() <= step) {
@@ -501,8 +503,7 @@ std::string Figures::add(const HeatMap& map) {
   }
   const double low = range.low;
   const double high = range.high;
-  // From next to nothing to the full colour of the page's light or dark, so that it reads without
-  // colours.
+  // The opacity of a cell, from 6 % to 100 %. The map is therefore readable without colours.
   const auto shade = [&](double value) {
     const double share = high > low ? (value - low) / (high - low) : 0.0;
     return number_text(std::round(100.0 * (0.06 + 0.94 * share)) / 100.0);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// A plot is described once, and is drawn as SVG and written as a table. The page's script and the
-// printer show the same drawing.
+// Plots. Each plot is drawn as SVG and written as a table. The screen and the printer show the same
+// drawing.
 #pragma once
 
 #include <cstddef>
@@ -12,15 +12,15 @@ namespace axiscal {
 
 struct PlotSeries {
   std::string name;
-  bool line = false;                 ///< else points
-  std::vector<double> x, y;          ///< y of NaN is left out
+  bool line = false;                 ///< true: a line; false: points
+  std::vector<double> x, y;          ///< points with y = NaN are left out
   std::vector<double> high;          ///< if not empty: a band from y to high
-  std::vector<int> runs;             ///< of each point, where points are readings; else empty
-  std::optional<std::size_t> style;  ///< of colour and marker; its place among the series
+  std::vector<int> runs;             ///< run of each point if points are readings; else empty
+  std::optional<std::size_t> style;  ///< number of colour and marker; nullopt: that of the series
   bool in_legend = true;
 };
 
-/// A word at a point of a plot.
+/// A text at a point of a plot.
 struct PlotLabel {
   double x = 0.0, y = 0.0;
   std::string text;
@@ -35,9 +35,9 @@ struct Plot {
   std::vector<std::string> x_names;  ///< names of x = 0, 1, ..; empty: numbers
   bool equal_aspect = false;
   bool logarithmic = false;  ///< both axes
-  bool narrow = false;       ///< one of three side by side
+  bool narrow = false;       ///< for three plots side by side
   std::vector<PlotLabel> labels;
-  std::string note;  ///< small, beneath it
+  std::string note;  ///< small text below the plot
 };
 
 /// Bars side by side: one group for each name, one bar in it for each series.
@@ -55,13 +55,13 @@ struct HeatMap {
   std::vector<std::vector<double>> values;  ///< one list for each y, one number for each x
 };
 
-/// @return a plot with at most some hundred points in all. Of more, those of each stretch along x
-///         that are lowest and highest and two others, so that no extreme is lost; with equal
-///         scales, where points are a cloud, each so many-th. A note says how many.
+/// @return a plot with at most some hundred points. If there are more, it keeps four points of each
+///         part along x, including the lowest and the highest one. In a plot with equal_aspect, it
+///         keeps each n-th point. A note states the numbers.
 [[nodiscard]] Plot thinned(Plot plot);
 
-/// The figures of a page: each is a title, a drawing and a data table. Each mark of a drawing has
-/// its words as a title.
+/// Writes the figures of a page. A figure has a title, a drawing and a data table. Each mark of the
+/// drawing has a tooltip.
 class Figures {
  public:
   /// @return the figure, thinned; empty for a plot without points.
@@ -69,7 +69,7 @@ class Figures {
   static std::string add(const BarPlot& plot);
   static std::string add(const HeatMap& map);
 
-  /// @return several side by side.
+  /// @return several figures side by side.
   template <typename Plots>
   static std::string add_all(const Plots& plots, const char* style = "plots") {
     std::string html;

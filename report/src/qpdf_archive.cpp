@@ -1,13 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-// All that touches qpdf. Its headers (11) are C++17: clang 14 refuses them in C++20, for a vector
-// of what is not yet complete. So this source is C++17 too, and includes nothing of ours that is
-// not.
+// All code that uses qpdf. It is compiled as C++17, because clang 14 rejects the headers of qpdf 11
+// in C++20 (a vector of an incomplete type). It may therefore include only C++17 headers.
 #include "report/src/qpdf_archive.hpp"
 
 #include <lcms2.h>
 #include <memory>
 #include <string>
-#define POINTERHOLDER_TRANSITION 4  // qpdf's pointers are std::shared_ptr
+#define POINTERHOLDER_TRANSITION 4  // makes qpdf use std::shared_ptr
 #include <qpdf/Buffer.hh>
 #include <qpdf/QPDF.hh>
 #include <qpdf/QPDFEFStreamObjectHelper.hh>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The part of a PDF archive that qpdf makes. This is C++17, as its source is.
+// The functions that use qpdf. This header must be valid C++17, see qpdf_archive.cpp.
 #pragma once
 
 #include <string>
@@ -8,9 +8,9 @@ namespace axiscal {
 
 /// The parts of an archive's PDF.
 struct PdfArchiveParts {
-  std::string pdf;       ///< as cairo writes it, with its fonts
+  std::string pdf;       ///< a PDF by cairo, with embedded fonts
   std::string metadata;  ///< XMP
-  std::string date;      ///< of the attachment, in PDF's form: "D:20261126020000Z"
+  std::string date;      ///< date of the attachment in PDF's format, "D:20261126020000Z"
   std::string attachment_name;
   std::string attachment_description;
   std::string attachment_type;
@@ -18,7 +18,7 @@ struct PdfArchiveParts {
 };
 
 /// @return the document as PDF/A-3b.
-/// @throws std::exception  of qpdf, if the PDF is damaged.
+/// @throws std::exception  from qpdf, if the PDF is damaged.
 [[nodiscard]] std::string pdf_archive_of(const PdfArchiveParts& parts);
 
 }  // namespace axiscal

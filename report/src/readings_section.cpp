@@ -19,7 +19,7 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-// The words of one reading: for the cube's view, and for those who do not see it.
+// The description of one reading, for the cube's view and for screen readers.
 std::string words_of(const Calibration& calibration, const ReadingResidual& residual) {
   std::string text = formatted("Run {}", residual.run);
   if (residual.point) {
@@ -45,8 +45,8 @@ std::set<int> suspects(const Calibration& calibration) {
   return runs;
 }
 
-// Which readings the cube is turned to: all, or of many the first of each seat and those that are
-// named.
+// Selects the readings that the cube can show. If there are too many, these are the first reading
+// of each pose and the readings that a warning names.
 std::vector<bool> readings_of_cube(const Calibration& calibration) {
   const std::vector<ReadingResidual>& all = calibration.fit.residuals;
   const bool few = all.size() <= rows_of_page;
@@ -65,7 +65,8 @@ std::vector<bool> readings_of_cube(const Calibration& calibration) {
   return chosen;
 }
 
-// One reading's row; of many readings without buttons and without digits that nobody sees.
+// The table row of one reading. In a long table, rows without a button have a short form without
+// attributes and end tags.
 std::string reading_row(const Calibration& calibration,
                         const ReadingResidual& residual,
                         const Observations* observations,
@@ -104,8 +105,8 @@ std::string reading_row(const Calibration& calibration,
   return html + (short_form ? "" : "</td></tr>");
 }
 
-// Of many readings those that are named or shown by the cube come first, then the largest
-// residuals.
+// The order of readings by importance: first the readings that a warning names or the cube shows,
+// then the readings with the largest residuals.
 std::vector<std::size_t> by_importance(const Calibration& calibration,
                                        const std::set<int>& named,
                                        const std::vector<bool>& in_cube) {
@@ -212,7 +213,7 @@ Json cube_json(const Calibration& calibration) {
 
 namespace {
 
-// The meaning of the blue arrow next to the cube.
+// The explanation of the blue arrow next to the cube.
 std::string words_of_arrow(const Calibration& calibration) {
   const FieldDescription& field = calibration.sensor.field;
   if (!field.in_table) {

@@ -10,12 +10,12 @@
 
 namespace axiscal {
 
-/// The readings and the cube's seats, as the report shows them.
-/// @param observations  what was read; null: only what the record holds.
+/// The report's section with the readings and the poses of the cube.
+/// @param observations  the readings; null: only the residuals in the record are shown.
 [[nodiscard]] std::string cube_section(const Calibration& calibration,
                                        const Observations* observations);
 
-/// As above, for the drawing in three dimensions.
+/// The poses of the readings and the direction of the field, for the script that turns the cube.
 [[nodiscard]] nlohmann::ordered_json cube_json(const Calibration& calibration);
 
 }  // namespace axiscal

@@ -46,7 +46,7 @@ namespace {
 
 constexpr double milli = 1e3;
 
-// The slope of the table by face, their mean, and its 95 % ellipse.
+// The slopes of the table by face, their mean, and the 95 % ellipse of the mean.
 std::vector<PlotSeries> faces_and_mean(const Levelness& level) {
   PlotSeries estimates{.name = "one face"};
   for (const LevelnessEstimate& estimate : level.estimates) {
@@ -57,7 +57,7 @@ std::vector<PlotSeries> faces_and_mean(const Levelness& level) {
       std::move(estimates),
       {.name = "mean", .x = {milli * level.mean_x}, .y = {milli * level.mean_y}}};
   if (std::isfinite(level.standard_error_x) && level.degrees_of_freedom >= 1.0) {
-    // Both coordinates together: Hotelling's ellipse, whose 2 F(0.95; 2, dof) is so.
+    // Hotelling's ellipse for both coordinates together: k^2 = 2 F(0.95; 2, dof) in closed form.
     const double dof = level.degrees_of_freedom;
     const double k = std::sqrt(dof * (std::pow(0.05, -2.0 / dof) - 1.0));
     PlotSeries ellipse{.name = "95 % of the mean", .line = true};
@@ -155,7 +155,7 @@ std::optional<BarPlot> budget_plot(const Calibration& calibration) {
       plot.values.push_back(quantity.uncertainty.by_source);
     }
   }
-  // A single source gives one bar per quantity, without a comparison.
+  // With a single source there is nothing to compare, and the plot is left out.
   return plot.names.empty() || plot.series.size() < 2 ? std::nullopt : std::optional(plot);
 }
 
@@ -217,7 +217,7 @@ std::vector<HeatMap> maps_of(const Calibration& calibration) {
   return {map};
 }
 
-// A map of one colour does not show more than its number.
+// True if all values are nearly equal. A map would then show no more than one number.
 bool is_flat(const HeatMap& map) {
   double low = std::numeric_limits<double>::infinity();
   double high = -low;
@@ -291,7 +291,7 @@ std::vector<Plot> temperature_plots(const Calibration& calibration) {
         if (!calibration.fit.statistics || extrapolated) {
           continue;
         }
-        // The curve's change with its own terms.
+        // The derivative of the curve with respect to its coefficients.
         Eigen::RowVectorXd gradient = Eigen::RowVectorXd::Zero(
             static_cast<Eigen::Index>(calibration.fit.statistics->parameter_names.size()));
         double power = 1.0;
@@ -314,7 +314,7 @@ std::vector<Plot> temperature_plots(const Calibration& calibration) {
         plot.series.push_back(std::move(band));
       }
       plot.series.push_back(std::move(within));
-      // The line is cut where the range lies.
+      // Interrupts the extrapolated line within the calibrated range.
       const auto gap =
           std::find_if(below.x.begin(), below.x.end(), [&](double t) { return t > span.high; });
       const auto cut = gap - below.x.begin();
@@ -371,7 +371,7 @@ std::vector<Plot> turn_plots(const Calibration& calibration) {
 }
 
 std::vector<Plot> history_plots(const UnitHistory& unit) {
-  std::vector<Plot> plots;  // one an axis
+  std::vector<Plot> plots;  // one for each axis
   for (const ParameterTrend& trend : unit.trends) {
     PlotSeries series{.name = trend.parameter};
     for (std::size_t i = 0; i < trend.values.size(); ++i) {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What a calibration shows, as plots.
+// The plots of a calibration report.
 #pragma once
 
 #include <optional>
@@ -15,25 +15,25 @@ inline const std::string& axis_name(const Calibration& calibration, Eigen::Index
   return calibration.sensor.instrument.axes[static_cast<std::size_t>(k)];
 }
 
-/// Residuals by run, face, time, temperature; their normal plot; leverage against residual: those
-/// that can tell something in this run.
+/// Plots of the residuals by run, face, time and temperature, their normal plot, and residuals over
+/// leverage. A plot without information in this run is left out.
 std::vector<Plot> residual_plots(const Calibration& calibration, const Observations* observations);
 
-/// The table's slope from level; nullopt without levelness.
+/// The slope of the table as a line from level; nullopt without levelness.
 std::optional<Plot> slope_plot(const Calibration& calibration);
 
-/// The slopes by face, enlarged.
+/// The slopes by face, enlarged; nullopt with fewer than two faces.
 std::optional<Plot> faces_plot(const Calibration& calibration);
 
-/// Which source makes how much of the uncertainty of one reading.
+/// The contribution of each source to the uncertainty of one reading.
 std::optional<BarPlot> budget_plot(const Calibration& calibration);
 
-/// Expanded uncertainty over attitudes, if it varies over the attitudes.
+/// Maps of the expanded uncertainty over attitudes. A map without variation is left out.
 std::vector<HeatMap> uncertainty_maps(const Calibration& calibration);
 
 std::vector<Plot> temperature_plots(const Calibration& calibration);
 
-/// Of method magnitude: the calibrated magnitudes.
+/// The calibrated magnitudes; nullopt unless the method is magnitude.
 std::optional<Plot> magnitude_plot(const Calibration& calibration);
 
 /// Attitude errors after the turns of a gyroscope.

@@ -31,8 +31,7 @@ std::vector<PlotSeries> series_by_axis(const Calibration& calibration, const XOf
   return all;
 }
 
-// Whether points lie at different places along x: else the plot shows nothing that another does
-// not.
+// Whether the points differ in x. If not, the plot shows no more than another plot.
 bool differ_along_x(const std::vector<PlotSeries>& series) {
   return std::any_of(series.begin(), series.end(), [](const PlotSeries& one) {
     const auto [low, high] = std::minmax_element(one.x.begin(), one.x.end());
@@ -42,7 +41,8 @@ bool differ_along_x(const std::vector<PlotSeries>& series) {
   });
 }
 
-// Whether times tell more than the order of the readings does: there are breaks between them.
+// Whether there are breaks between the readings. If not, a plot over time shows no more than the
+// plot over runs.
 bool have_breaks(std::vector<double> times) {
   std::sort(times.begin(), times.end());
   std::vector<double> steps;
@@ -91,7 +91,7 @@ void sort_by_y(PlotSeries& series) {
   }
 }
 
-// Blom's positions of a sorted sample on the normal scale.
+// Plots the sorted residuals over the normal quantiles at Blom's plotting positions.
 Plot normal_plot(const Calibration& calibration) {
   Plot plot{.id = "residuals-normal",
             .title = "Normal plot of the residuals",
@@ -122,7 +122,8 @@ Plot normal_plot(const Calibration& calibration) {
   return plot;
 }
 
-// Number of parameters of an axis's regression: the sum of its leverages, the mean over the axes.
+// Number of parameters in the regression of one axis: the sum of all leverages over the number of
+// axes.
 double parameters_of_axis(const Eigen::MatrixXd& leverage) {
   const double sum = leverage.array().isFinite().select(leverage.array(), 0.0).sum();
   return leverage.cols() > 0 ? sum / static_cast<double>(leverage.cols()) : 0.0;
@@ -138,7 +139,7 @@ Plot leverage_plot(const Calibration& calibration) {
             .y_label = "studentised residual"};
   const FitStatistics& statistics = *calibration.fit.statistics;
   double largest = 0.0;
-  double in_sight = 0.0;  // of the curves: three times the largest residual
+  double in_sight = 0.0;  // upper end of the curves: three times the largest residual
   for (Eigen::Index k = 0; k < calibration.sensor.instrument.axis_count(); ++k) {
     PlotSeries series{.name = axis_name(calibration, k)};
     for (Eigen::Index i = 0; i < statistics.studentized.rows(); ++i) {
@@ -163,8 +164,8 @@ Plot leverage_plot(const Calibration& calibration) {
         const double h = largest * (0.3 + 0.75 * i / 40.0);
         if (h > 0.0 && h < 1.0) {
           curve.x.push_back(h);
-          // Cook's distance is of the internally studentised residual r, t^2 = r^2 (nu - 1) / (nu -
-          // r^2); r^2 is below nu whatever t is.
+          // Cook's distance uses the internally studentised residual r. The plot shows the external
+          // one, t^2 = r^2 (nu - 1) / (nu - r^2). r^2 is always below nu.
           const double r_squared = distance * parameters * (1.0 - h) / h;
           const double t =
               r_squared < nu ? std::sqrt(r_squared * (nu - 1.0) / (nu - r_squared)) : std::nan("");
@@ -233,8 +234,8 @@ std::vector<Plot> residual_plots(const Calibration& calibration, const Observati
       }));
   const FitStatistics* const statistics =
       calibration.fit.statistics ? &*calibration.fit.statistics : nullptr;
-  // With two or three degrees of freedom residuals are alike by their sums, not by their noise, and
-  // a studentised one can be any number.
+  // With fewer than four degrees of freedom, the constraints of the fit determine the residuals
+  // more than the noise does, and a studentised residual can have any value.
   constexpr double fewest = 4.0;
   if (statistics == nullptr || statistics->degrees_of_freedom.minCoeff() >= fewest) {
     plots.push_back(normal_plot(calibration));

@@ -14,7 +14,8 @@
 namespace axiscal {
 namespace {
 
-// Seen from the front, the right and above: the cube from -1 to 1 in the table's frame.
+// A point of the drawing. The view is from the front, right and above. The cube extends from -1 to
+// 1 in the table's frame.
 struct Spot {
   double x;
   double y;
@@ -46,7 +47,7 @@ std::string label(const std::string& style, const Spot& at, const std::string& t
                    svg_number(at.y), text);
 }
 
-// The name of the face that looks along an axis of the table.
+// The name of the face that looks in a direction of the table's frame.
 std::string name_towards(const DesignPoint& point, const Eigen::Vector3d& direction_in_table) {
   return typographic_face(face_name(face_towards(point, direction_in_table)));
 }
@@ -62,7 +63,7 @@ std::string seat_svg(const DesignPoint& point) {
                            seen(-1.5, 1.0, -1.0)});
   svg += polygon("wall", {seen(-1.5, 1.0, -1.0), seen(1.5, 1.0, -1.0), seen(1.5, 1.0, 1.35),
                           seen(-1.5, 1.0, 1.35)});
-  // The two faces that are marked lie behind and below: their edges show.
+  // The two marked faces are behind and below, so that only their edges are drawn.
   svg += line("fence", {seen(-1.0, 1.0, -1.0), seen(-1.0, 1.0, 1.0), seen(1.0, 1.0, 1.0),
                         seen(1.0, 1.0, -1.0)});
   svg += polygon("top", {seen(-1.0, -1.0, 1.0), seen(1.0, -1.0, 1.0), seen(1.0, 1.0, 1.0),
@@ -86,7 +87,7 @@ std::string seat_svg(const DesignPoint& point) {
 
 namespace {
 
-// A field to type in, or to write on when it is printed.
+// An input field. In print it is a line to write on.
 std::string field(const std::string& name,
                   const std::string& label,
                   const std::string& value,
@@ -126,7 +127,7 @@ std::string run_sheet_page(const std::vector<RunSheetRow>& sheet,
     return row.entry.level != FieldLevel(1.0);
   });
   const RunSheetCells cells = run_sheet_cells(sheet);
-  // The typed values belong to this order of the points.
+  // A hash of the points and their order. The script stores typed values under this hash.
   std::size_t order = 0;
   for (const std::vector<std::string>& row : cells.rows) {
     order = 31 * order + std::hash<std::string>()(joined(row, ","));

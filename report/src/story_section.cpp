@@ -28,11 +28,11 @@ namespace {
 
 // ---- measured against expected ----
 
-// The fitted reading at a design point, in the field of the table.
+// The reading that the fit predicts at a design point; nullopt if the record is not sufficient.
 std::optional<Eigen::VectorXd> expected_at(const Calibration& calibration,
                                            const ReadingResidual& residual) {
   const FieldDescription& field = calibration.sensor.field;
-  // Only in this simple case; otherwise the readings must be given.
+  // The prediction is possible only in the simplest case. Otherwise the report needs the readings.
   if (!residual.point || !field.in_table || residual.level || !calibration.sensor.also.empty() ||
       calibration.sensor.temperature || !calibration.provenance.positioner.empty() ||
       !calibration.provenance.slot.empty()) {
@@ -99,7 +99,7 @@ std::optional<Plot> measured_plot(const Calibration& calibration,
 
 // ---- the axes in space ----
 
-// A direction as seen from the front, the right and above; x to the right, z up.
+// A point of the drawing. The view is from the front, right and above; x is to the right, z is up.
 struct Seen {
   double x;
   double y;
@@ -111,7 +111,7 @@ Seen in_view(const Eigen::Vector3d& v) {
           196.0 - unit * (v.z() + 0.42 * v.y() - 0.2 * v.x())};
 }
 
-// A round factor by which small angles become visible ones.
+// A round factor that enlarges small angles to visible angles.
 double exaggeration_of(double largest_rad) {
   constexpr double wanted_rad = 0.3;
   if (!(largest_rad > 0.0) || largest_rad >= wanted_rad) {
@@ -202,11 +202,11 @@ std::string axes_figure(const Calibration& calibration) {
 
 // ---- the cloud before and after ----
 
-// Readings in the scale of the field, and the calibrated fields.
+// The readings, scaled to the unit of the field, and the calibrated fields.
 struct Cloud {
   Eigen::MatrixXd before;  // n x 3 [field unit]
   Eigen::MatrixXd after;
-  Eigen::Vector3d moved = Eigen::Vector3d::Zero();  // by which `before` was moved to be in sight
+  Eigen::Vector3d moved = Eigen::Vector3d::Zero();  // subtracted from `before` to fit in the plot
 };
 
 Cloud cloud_of(const Calibration& calibration, const Observations& observations) {
@@ -215,7 +215,7 @@ Cloud cloud_of(const Calibration& calibration, const Observations& observations)
   cloud.before.resize(n, 3);
   cloud.after.resize(n, 3);
   const SensorModel& sensor = calibration.sensor;
-  // One scale for all axes, so that what is an ellipsoid looks like one.
+  // One scale for all axes, so that an ellipsoid keeps its shape.
   const double scale = std::cbrt(std::abs(sensor.response.sensitivity.determinant()));
   const Eigen::Vector3d centre = sensor.response.bias / scale;
   constexpr double in_sight = 3.0;
@@ -232,8 +232,8 @@ Cloud cloud_of(const Calibration& calibration, const Observations& observations)
   return cloud;
 }
 
-// Distance between the centre of the calibrated readings and the sphere's, over regions of equal
-// area, so that a side with more readings does not have more weight; relative to F.
+// Offset of the calibrated readings' centre from the origin, relative to F. It is computed over
+// regions of equal area, so that a side with more readings does not have more weight.
 double wobble_of(const Eigen::MatrixXd& after, double magnitude) {
   constexpr int bands = 8;
   constexpr int sectors = 12;
@@ -250,8 +250,8 @@ double wobble_of(const Eigen::MatrixXd& after, double magnitude) {
     sum += f - magnitude * direction;
     ++count;
   }
-  // The remaining bias moves all readings by the same vector. Each region shows the component along
-  // its direction. Least squares over the regions' means.
+  // A remaining bias moves all readings by the same vector. The mean of each region gives the
+  // component along its direction. Solves for the vector by least squares.
   Eigen::Matrix3d normal = Eigen::Matrix3d::Zero();
   Eigen::Vector3d right = Eigen::Vector3d::Zero();
   for (const auto& [region, sums] : regions) {
@@ -304,7 +304,7 @@ std::string percent(double share) {
   return formatted("{} %", rounded(100.0 * share));
 }
 
-// The four figures that users of compass calibrators look for.
+// The four figures that compass calibration programs usually state.
 std::string plain_numbers(const OrientationQuality& quality,
                           const Calibration& calibration,
                           const Cloud* cloud) {

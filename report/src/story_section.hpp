@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What a run says, at a glance: measured against expected, the axes in space, the slope of the
-// table; where the orientations are unknown, the cloud of readings before and after.
+// An overview of a run: measured against expected values, the axes in space, and the slope of the
+// table. If the orientations are unknown: the cloud of readings before and after the calibration.
 #pragma once
 
 #include <string>
@@ -11,8 +11,8 @@
 
 namespace axiscal {
 
-/// @param observations  the readings; null if missing: the measured values are then those of fit
-///                      and residuals, without the cloud.
+/// @param observations  the readings; may be null. Measured values are then computed from the fit
+///                      and its residuals, and the cloud is left out.
 std::string story_section(const Calibration& calibration,
                           const Observations* observations,
                           Figures& figures);

@@ -35,7 +35,7 @@ std::string what_it_is_fit_for(const Calibration& calibration) {
       calibration.sensor.temperature ? ". That is at the reference temperature." : ".");
 }
 
-// @param said  a warning that stands above already.
+// @param said  a warning that the page shows already; it is left out.
 std::vector<std::string> what_to_watch(const Calibration& calibration, const std::string& said) {
   std::vector<std::string> lines;
   for (const CalibrationWarning& warning : calibration.findings.warnings) {
@@ -80,7 +80,7 @@ std::string limits_table(const Verdict& verdict) {
                     {"limit", "value", "u", "low", "high", "verdict"}, rows);
 }
 
-// ---- as labelled, and as it probably lay ----
+// ---- the stated and the probable pose ----
 
 const ReadingResidual* residual_of(const Calibration& calibration, int run) {
   const auto at = std::find_if(calibration.fit.residuals.begin(), calibration.fit.residuals.end(),
@@ -88,11 +88,11 @@ const ReadingResidual* residual_of(const Calibration& calibration, int run) {
   return at == calibration.fit.residuals.end() ? nullptr : &*at;
 }
 
-// Runs and the points at which they were probably taken.
+// The suspect runs, each with the point at which it was probably taken.
 std::vector<std::pair<int, DesignPoint>> probable_points(const Calibration& calibration) {
   const Correction& suggestion = *calibration.findings.suggestion;
   std::vector<std::pair<int, DesignPoint>> points = suggestion.points;
-  // Exchanged readings: each was taken where the other one stands.
+  // Of two exchanged readings, each was probably taken at the stated point of the other.
   if (points.empty() && suggestion.code == WarningCode::exchanged && suggestion.runs.size() == 2) {
     for (const std::size_t i : {0U, 1U}) {
       const ReadingResidual* const other = residual_of(calibration, suggestion.runs[1 - i]);
@@ -109,7 +109,7 @@ std::string pose_words(const DesignPoint& point) {
                    typographic_face(face_name(point.fence())));
 }
 
-// The wrong value and the probable value of a reading.
+// The probable values of wrong readings.
 std::string values_table(const Calibration& calibration) {
   const Correction& suggestion = *calibration.findings.suggestion;
   std::vector<std::vector<Cell>> rows;
@@ -155,7 +155,7 @@ std::string as_it_probably_was(const Calibration& calibration) {
 }  // namespace
 
 std::string verdict_section(const Calibration& calibration) {
-  // The colour of the verdict: from the readings, from their absence, or from a missed limit.
+  // The colour of the verdict. Missing statistics and missed limits change the status.
   std::string state(status_name(calibration.findings.status));
   if (state == "ok" && !calibration.fit.statistics) {
     state = "warning";

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Whether the calibration holds, in words; of a refused run how its readings probably lay.
+// The report's section on the verdict. For a refused run, it shows the probable poses or values of
+// wrong readings.
 #pragma once
 
 #include <string>

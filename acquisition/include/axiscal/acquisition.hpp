@@ -18,11 +18,13 @@
 #include "axiscal/acquisition/web_face.hpp"
 
 /// @file
-/// A live instrument: sources of samples, the guided session, its journal and its faces.
+/// Data collection from live instruments: sources, the guided session, its journal and its user
+/// interfaces.
 ///
-/// A Source is a serial port, a socket, a file, a simulation, by its address; a SampleFeed reads
-/// several as one; a Session takes samples and commands and gives a view, events, and at the end a
-/// calibration; faces show it on a terminal or in a browser.
+/// open_source() opens a Source by its address: a serial port, a socket, a file or a simulation. A
+/// SampleFeed merges several sources. A Session receives samples and commands, and provides a view,
+/// events and, at the end, a calibration. A SessionFace displays the session on a terminal or in a
+/// browser.
 ///
 /// @code
 /// for (const axiscal::SourceKind& kind : axiscal::source_kinds()) {
@@ -31,7 +33,7 @@
 /// @endcode
 ///
 /// Traps:
-/// - A reading is said to be captured only when the journal has it on the disk; a full disk stops
-///   the session, not the program.
-/// - The same samples and commands give the same readings: a journal with raw samples can be run
-///   again.
+/// - A session reports a reading as captured only after the reading is on the disk. If the disk is
+///   full, the session waits, and the program keeps running.
+/// - The same samples and commands give the same readings. A journal with raw samples can therefore
+///   be replayed.

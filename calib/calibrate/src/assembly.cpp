@@ -27,7 +27,7 @@ namespace {
 constexpr double disagreement_below = 0.001;
 constexpr double rounding_rad = 1e-12;  // slopes that differ by less are the same
 
-// A mean of slopes with its variances (the two components are independent).
+// A weighted mean of slopes and its variances. The components x and y are independent.
 struct Mean {
   Eigen::Array2d value = Eigen::Array2d::Zero();
   Eigen::Array2d variance = Eigen::Array2d::Zero();
@@ -39,7 +39,7 @@ Eigen::Array2d slope_of(const Levelness& levelness) {
   return {now.x, now.y};
 }
 
-// Without noise all weigh alike.
+// The lower limit gives all slots equal weights if there is no noise.
 Eigen::Array2d variance_of(const Levelness& levelness) {
   const BlockLevelness now = levelness.current_levelness();
   return Eigen::Array2d(now.standard_error_x, now.standard_error_y)
@@ -50,7 +50,7 @@ Eigen::Array2d variance_of(const Levelness& levelness) {
 Mean mean_without(const std::vector<SlotLevelness>& slots, std::size_t without) {
   Mean mean;
   Eigen::Array2d weights = Eigen::Array2d::Zero();
-  double over_dof = 0.0;  // Welch and Satterthwaite
+  double over_dof = 0.0;  // sum in the formula of Welch and Satterthwaite
   for (std::size_t i = 0; i < slots.size(); ++i) {
     if (i == without) {
       continue;
@@ -221,15 +221,16 @@ CombinedLevelness combine_levelness(const std::vector<SlotLevelness>& slots) {
 
 namespace {
 
-// The rotation to the frame of an instrument's own axes from that of the cube; its axes are rows of
-// unit length.
+// The rotation from the cube's frame to the frame of the instrument's axes. The axes are the rows
+// of S, scaled to length 1.
 Eigen::Matrix3d axes_from_cube(const Calibration& calibration, const LinearResponse& response) {
   const Eigen::Matrix3d mount =
       calibration.sensor.rotation_sensor_from_assembly.value_or(Eigen::Matrix3d::Identity());
   return nearest_rotation(Eigen::Matrix3d(response.sensitivity.rowwise().normalized()) * mount);
 }
 
-// How that frame turns with the coefficients b, S of all axes, 3 x 12 [rad], about its own axes.
+// The derivative of this rotation, about the frame's axes, by the coefficients of all axes; 3 x 3 p
+// for p coefficients of each axis [rad per unit of the coefficient].
 Eigen::MatrixXd turn_with_parameters(const Calibration& calibration) {
   const LinearResponse& response = calibration.sensor.response;
   const Eigen::Matrix3d R = axes_from_cube(calibration, response);
@@ -241,7 +242,7 @@ Eigen::MatrixXd turn_with_parameters(const Calibration& calibration) {
       LinearResponse moved = response;
       moved.sensitivity(k, j) += step;
       const Eigen::Matrix3d turned = axes_from_cube(calibration, moved) * R.transpose();
-      const Eigen::Matrix3d twice = turned - turned.transpose();  // of a small turn
+      const Eigen::Matrix3d twice = turned - turned.transpose();  // twice the small turn
       turns.col(p * k + 1 + j) =
           Eigen::Vector3d(twice(2, 1), twice(0, 2), twice(1, 0)) / (2.0 * step);
     }
@@ -257,12 +258,12 @@ bool has_alignment(const Calibration& calibration) {
          calibration.sensor.response.sensitivity.determinant() > 0.0;
 }
 
-// A field that stands on the table's normal and shows its slope.
+// True if the record has the slope of the table from a vertical field.
 bool shows_slope(const Calibration& calibration) {
   return calibration.fit.levelness && field_kind(calibration.sensor.field.kind).vertical;
 }
 
-// The part of a single slot.
+// The experiment of a single slot.
 Experiment experiment_of_slot(const Experiment& experiment, const std::string& slot) {
   Experiment own = experiment;
   own.slots.clear();
@@ -301,7 +302,7 @@ Calibration calibrate_slot(const Experiment& own,
   }
 }
 
-// The levelness of the slots in one kind of vertical field, put together.
+// Combines the levelness of the slots in a vertical field, and adds it to their records.
 std::optional<CombinedLevelness> combined_levelness(std::vector<Calibration>& calibrations) {
   std::vector<SlotLevelness> levelness;
   for (const Calibration& calibration : calibrations) {
@@ -323,7 +324,7 @@ std::optional<CombinedLevelness> combined_levelness(std::vector<Calibration>& ca
   return combined;
 }
 
-// The slope that the slots measured, for those whose field is known at the site.
+// Sets the slope that other slots measured, for a slot whose field is not vertical.
 void take_slope(const std::vector<Calibration>& calibrations,
                 const std::optional<CombinedLevelness>& combined,
                 Experiment& experiment) {
@@ -392,7 +393,7 @@ std::vector<Calibration> calibrate_assembly(const Experiment& experiment,
           "several slots; give each slot a file of its own");
     }
   }
-  // Those that can show the table's slope come first.
+  // Slots in a vertical field come first, because they measure the table's slope.
   std::vector<Calibration> calibrations(slots.size());
   std::vector<Calibration> showing;
   std::optional<CombinedLevelness> combined;

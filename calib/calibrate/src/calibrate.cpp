@@ -23,7 +23,7 @@
 namespace axiscal {
 namespace {
 
-// The biases alone, from readings at rest in one pose.
+// Estimates only the biases, from readings at rest in one pose.
 Calibration calibration_of_biases(const PreparedRun& run) {
   const std::vector<Reading>& readings = run.observations().readings;
   if (std::any_of(readings.begin(), readings.end(),
@@ -37,7 +37,7 @@ Calibration calibration_of_biases(const PreparedRun& run) {
   return record;
 }
 
-// A run with the model that its readings ask for.
+// The model that was chosen for a run, its fit, and the search for mistakes.
 struct SolvedRun {
   ChosenModel model;
   FittedRun fit;
@@ -65,7 +65,7 @@ SolvedRun solved(const PreparedRun& run) {
 
 Calibration calibrated(const Experiment& experiment, const Observations& observations);
 
-// Calibrates without some rows. Warnings give the reasons.
+// Calibrates without the rows `rows`, and adds the reasons as warnings.
 Calibration calibrated_without(const Experiment& experiment,
                                const Observations& observations,
                                const std::vector<std::size_t>& rows,
@@ -88,7 +88,7 @@ Calibration calibrated_without(const Experiment& experiment,
 }
 
 Calibration calibrated(const Experiment& experiment, const Observations& observations) {
-  const PreparedRun run(experiment, observations);  // which readings count, and how each lay
+  const PreparedRun run(experiment, observations);  // checks, readings to use, method, field
   if (!run.method().fits_sensitivity) {
     return calibration_of_biases(run);
   }

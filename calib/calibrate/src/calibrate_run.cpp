@@ -35,14 +35,14 @@ std::vector<Calibration> calibrate_one(Experiment experiment,
                      "the positioner's mounts are not used, as no slot is stated: the instrument's "
                      "frame is taken as the cube's"});
   }
-  std::vector<Calibration> one;  // a list would copy it
+  std::vector<Calibration> one;  // an initializer list would copy the record
   one.push_back(suggestions == Suggestions::accept
                     ? calibrate_with_suggestions(experiment, run.observations)
                     : calibrate(experiment, run.observations));
   return one;
 }
 
-// A slot that is called as columns of another kind of instrument would be calibrated as this one.
+// Checks that no slot's name belongs to another kind of instrument than `kind`.
 void require_one_kind(const std::string& kind, const std::vector<std::string>& slots) {
   const VehicleSensor own = find_instrument_kind(kind).sensor;
   for (const std::string& slot : slots) {

@@ -38,7 +38,7 @@ std::string degrees(double angle_rad) {
   return number_text(std::round(angle_rad * deg_per_rad * 1e3) * 1e-3);
 }
 
-// A draw of the companion's coefficients, where its record says how good they are.
+// Draws the companion's coefficients by their covariance. They do not vary without a covariance.
 LinearResponse drawn(const Calibration& companion, RandomStream& random) {
   LinearResponse response = companion.sensor.response;
   if (!companion.fit.statistics || companion.fit.statistics->covariance.rows() != 12 ||
@@ -57,15 +57,15 @@ LinearResponse drawn(const Calibration& companion, RandomStream& random) {
   return response;
 }
 
-// Covariance of b and S in the companion's frame before it is turned there: fit and alignment are
-// simulated together (JCGM 101), as the rotation follows from the same readings; the companion's
-// own readings and coefficients vary as its record says.
+// The covariance of b and S, including the error of the rotation, in the instrument's own frame.
+// Fit and alignment are simulated together (JCGM 101), because both follow from the same readings.
+// The companion's readings and coefficients vary by the uncertainties in its record.
 Eigen::MatrixXd covariance_by_simulation(const Calibration& calibration,
                                          const Eigen::MatrixXd& readings,
                                          const Calibration& companion,
                                          const Eigen::MatrixXd& companions,
                                          const Alignment& alignment) {
-  // Noise makes the covariance in proportion to 1 / n: so many readings are enough to see it.
+  // The covariance is proportional to 1 / n, so the simulation needs no more than these readings.
   constexpr Eigen::Index most_rows = 1000;
   const Eigen::Index step = 1 + (readings.rows() - 1) / most_rows;
   const Eigen::Index n = (readings.rows() + step - 1) / step;
@@ -88,7 +88,7 @@ Eigen::MatrixXd covariance_by_simulation(const Calibration& calibration,
     }
     return rows;
   };
-  // The companion's noise is what the angle scatters by beyond this instrument's own.
+  // The companion's noise: the scatter of the angle minus this instrument's own noise, in squares.
   const double own_noise = sd.norm() / (F * own.sensitivity.norm());
   const double in_all = alignment.residual_sd / std::max(std::sin(alignment.angle_rad), 1e-3);
   const double theirs = std::sqrt(std::max(0.0, in_all * in_all - own_noise * own_noise));
@@ -113,8 +113,8 @@ Eigen::MatrixXd covariance_by_simulation(const Calibration& calibration,
          centred / (trials - 1);
 }
 
-// A mirrored instrument fits equally well, with 180 degrees minus the angle. Only the dip of a
-// model shows the mirroring.
+// A mirrored instrument fits equally well, but the angle is then 180 degrees minus the true angle.
+// Only the angle of a field model shows the mirroring.
 void warn_of_mirrored_axes(Calibration& calibration,
                            const Calibration& companion,
                            const Alignment& alignment) {
@@ -143,7 +143,7 @@ void warn_of_mirrored_axes(Calibration& calibration,
                               "times?")});
 }
 
-// The readings that both instruments give.
+// The rows of the readings that both instruments can use.
 std::vector<Eigen::Index> used_of_both(const Calibration& calibration,
                                        const Calibration& companion,
                                        const Observations& companions) {
@@ -162,9 +162,8 @@ std::vector<Eigen::Index> used_of_both(const Calibration& calibration,
   return used;
 }
 
-// Turns response, covariance and sources to the companion's frame.
-// @param simulated  the future covariance, with the rotation's part; nullopt if it was not
-//                   simulated.
+// Rotates response, covariance and sources to the companion's frame.
+// @param simulated  the covariance with the error of the rotation; nullopt if it was not simulated.
 void turn_to_companion(const Alignment& alignment,
                        const std::optional<Eigen::MatrixXd>& simulated,
                        Calibration& calibration) {
@@ -191,8 +190,7 @@ void turn_to_companion(const Alignment& alignment,
   } else if (statistics.components.empty()) {
     statistics.covariance = covariance;
   } else {
-    // The simulation's noise is white. If the uncertainty from the readings' order is larger, it is
-    // kept.
+    // The simulated noise is white. The variance from correlated readings is kept if it is larger.
     const Eigen::VectorXd variances =
         covariance.diagonal().cwiseMax(statistics.covariance.diagonal());
     statistics.covariance = rescaled_covariance(covariance, variances.cwiseSqrt());

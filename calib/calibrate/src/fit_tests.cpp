@@ -52,7 +52,7 @@ void confirm(const PreparedRun& run,
                                compared.notes.end());
 }
 
-// Which readings of the file each axis used.
+// n x m: true if an axis used a reading of the file.
 AxisMask used_by_axes(const PreparedRun& run, const FittedRun& fit, const Estimate& estimate) {
   const Observations& observations = run.observations();
   AxisMask used = AxisMask::Constant(observations.size(), observations.response.cols(), false);
@@ -70,7 +70,7 @@ AxisMask used_by_axes(const PreparedRun& run, const FittedRun& fit, const Estima
   return used;
 }
 
-// The readings of the fit without those of robust weight 0.
+// The responses of the fit, without readings of robust weight 0.
 Eigen::MatrixXd weighed_responses(const FittedRun& fit, const Calibration& record) {
   const Eigen::MatrixXd& robust = record.fit.statistics->robust_weight;
   if (robust.rows() != fit.set->response.rows()) {
@@ -99,7 +99,7 @@ void put_residuals(const PreparedRun& run,
   }
 }
 
-// The known-art form, fitted to the same readings in the field as fitted.
+// Fits the known-art form to the same readings, with the fitted field.
 void compare_polar_fit(const ReadingSet& set, const TableField& field, Calibration& record) {
   if (record.sensor.temperature || !record.sensor.also.empty() || set.has_excluded_readings() ||
       (!field.has_vectors() && !set.rotation_sensor_from_table.empty())) {
@@ -126,7 +126,7 @@ std::vector<int> unpaired_runs(const PreparedRun& run,
 }
 
 CalibrationStatus status_of(const Calibration& record, const MistakeSearch& mistakes) {
-  // The effect of a mistake on the coefficients, in parts of the full response.
+  // Largest permitted effect of a mistake on the coefficients, in parts of the full response.
   constexpr double largest_effect = 0.005;
   const std::vector<CalibrationWarning>& warnings = record.findings.warnings;
   const bool refused =
@@ -139,7 +139,7 @@ CalibrationStatus status_of(const Calibration& record, const MistakeSearch& mist
                             : CalibrationStatus::warning;
 }
 
-// True if errors of rounding can bend the response so far.
+// True if rounding errors can cause these bends of the response.
 bool is_within_steps(const PreparedRun& run, const FittedRun& fit, const Eigen::VectorXd& bends) {
   const Eigen::MatrixXd steps =
       detect_rounding_steps(fit.set->response, fit.set->weights, run.experiment().stated.resolution,

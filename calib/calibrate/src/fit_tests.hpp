@@ -9,17 +9,17 @@
 
 namespace axiscal {
 
-/// @return the fit with the tests of its levelness and of its lack of fit.
+/// @return the fit with the results of its tests of levelness and lack of fit.
 [[nodiscard]] FittedRun tested(const PreparedRun& run, FittedRun fit, const SearchedRun& search);
 
-/// The tests that no part of the uncertainty depends on.
-/// @param counted  the estimate of the fit with its uncertainty.
+/// Tests saturation and curvature. The uncertainty does not depend on these tests.
+/// @param counted  the estimate after counted_scatter().
 [[nodiscard]] FitTests tests_of(const PreparedRun& run,
                                 const FittedRun& fit,
                                 const CountedEstimate& counted);
 
-/// Puts into a record the findings of a run: confirmation, check of the field's size, residuals,
-/// notes, warnings, suggestion and status.
+/// Adds the findings of a run to its record: confirmation, check of the field's magnitude,
+/// residuals, notes, warnings, suggestion and status.
 void judge(const PreparedRun& run,
            const ChosenModel& model,
            const FittedRun& fit,
@@ -28,7 +28,7 @@ void judge(const PreparedRun& run,
            const FitTests& tests,
            Calibration& record);
 
-/// Puts the findings on the field into a record of biases.
+/// Adds the findings on the field, and the status, to a record of method bias.
 void judge_biases(const Experiment& experiment, Calibration& record);
 
 }  // namespace axiscal

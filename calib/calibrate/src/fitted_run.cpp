@@ -32,7 +32,7 @@ Eigen::Matrix3d noise_of(const Observations& observations) {
   return observations.response_sd->cwiseAbs2().colwise().mean().asDiagonal();
 }
 
-// Stores the parts of the estimate that later steps need in the readings.
+// Copies the parts of the estimate that later steps need into the readings.
 FittedRun completed(FittedRun fit, ReadingSet set) {
   set.seen = fit.estimate.sight.seen;
   set.visible = fit.estimate.sight.visible;
@@ -58,7 +58,7 @@ FittedRun solved_once(const PreparedRun& run, ReadingSource source) {
   return completed(std::move(fit), std::move(set));
 }
 
-// With the turns of the instrument in its mounts, until only the weights of the axes change.
+// Fits the turns of the instrument in its mounts. The fit is repeated until the turns are constant.
 FittedRun with_mounts(const PreparedRun& run, FittedRun fit) {
   if (run.experiment().fit.robust || fit.seen.size() > 0 || fit.set->seen.cols() > 0 ||
       fit.set->temperature.order > 0) {
@@ -139,8 +139,9 @@ FittedRun solved_without_labels(const PreparedRun& run) {
   return completed(std::move(fit), std::move(set));
 }
 
-// The part of the mean variance of a reading that samples do not average, by the likelihood of the
-// residuals of a fit with equal weights (method.md, section 4.1). 0 if the evidence is weak.
+// The part of the mean variance of a reading that more samples do not reduce. It maximises the
+// likelihood of the residuals of a fit with equal weights (method.md, section 4.1). 0 if the
+// evidence is weak.
 double floor_of_samples(const PreparedRun& run, ChosenModel model) {
   const std::optional<Eigen::VectorXd>& samples = run.observations().samples;
   if (run.weighting() != Weighting::samples || run.experiment().fit.weighting ||
@@ -163,7 +164,7 @@ double floor_of_samples(const PreparedRun& run, ChosenModel model) {
     }
     return sum;
   };
-  constexpr double clear_gain = 2.0;  // of the log likelihood
+  constexpr double clear_gain = 2.0;  // least gain of the log likelihood
   constexpr std::array<double, 6> floors = {0.1, 0.25, 0.5, 0.75, 0.9, 1.0};
   double best = 0.0;
   double highest = likelihood(0.0) + clear_gain;
@@ -264,7 +265,7 @@ SearchedRun find_mistakes(const PreparedRun& run, const FittedRun& fit) {
 
 namespace {
 
-// One effect of the run for each axis: "x 0.0012, y -0.0003, z 0.0001".
+// The text of one effect of the run for each axis: "x 0.0012, y -0.0003, z 0.0001".
 std::string effect_by_axis(const PreparedRun& run,
                            const FittedRun& fit,
                            Eigen::Index effect,

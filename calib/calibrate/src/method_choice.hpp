@@ -5,13 +5,13 @@
 
 namespace axiscal {
 
-/// @return true if each reading states the field that it met.
+/// @return true if each reading states its field in the sensor.
 [[nodiscard]] bool has_stated_fields(const Observations& observations);
 
-/// @return true if each reading states the point at which it was taken.
+/// @return true if each reading states its design point.
 [[nodiscard]] bool has_labels(const Observations& observations);
 
-/// Says in the record what the method takes for granted of the readings.
+/// Adds a note to the record if the table is taken as level because fence faces are missing.
 /// @param used  the readings that are not left out.
 void note_choice_of_method(const Observations& used, Method method, Calibration& calibration);
 

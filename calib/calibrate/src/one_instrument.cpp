@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Whether the files of a run are blocks of one instrument.
+// Checks that the files of a run are blocks of one instrument.
 #include <algorithm>
 #include <cmath>
 #include <optional>
@@ -15,34 +15,33 @@
 namespace axiscal {
 namespace {
 
-// One instrument stays within these from day to day and from mount to mount; two of a batch seldom
-// do.
+// Largest changes of one instrument from day to day and from mount to mount. Two instruments of a
+// batch seldom agree within these limits.
 constexpr double largest_size_change = 2e-3;   // of |S_k|, relative
 constexpr double largest_angle_change = 5e-3;  // between two axes [rad]
 constexpr double largest_bias_change = 5e-2;   // in parts of the full response
-// Below so many standard errors of the difference a change may be noise.
+// A change of fewer standard errors of the difference than this may be noise.
 constexpr double clear = 6.0;
 
-// The calibration of one file alone; none if its readings do not determine one.
+// The calibration of one file; nullopt if its readings do not determine a calibration.
 std::optional<Calibration> calibration_of(Experiment experiment, const Observations& readings) {
   experiment.fit.search_for_mistakes = false;
   experiment.fit.seats = SeatSetup::none;
   experiment.fit.process.reset();
-  experiment.leave_out.clear();  // run numbers are those of the joined run
+  experiment.leave_out.clear();  // these run numbers are those of the joined run
   for (const std::optional<Method> method :
        {experiment.fit.method, std::optional<Method>(Method::known)}) {
     try {
       experiment.fit.method = method;
       return fitted_record(experiment, readings);
-    } catch (const Error&) {  // six faces, one fence face each, are taken as on a level table
+    } catch (const Error&) {  // e.g. six faces with one fence face each: then on a level table
       continue;
     }
   }
   return std::nullopt;
 }
 
-// @return the first difference that is too large for one instrument, in words; empty if there is
-// none.
+// @return the first difference that is too large for one instrument, in words; else empty.
 std::string difference_between(const Calibration& first, const Calibration& other) {
   const SensitivityMatrix& S = first.sensor.response.sensitivity;
   const SensitivityMatrix& T = other.sensor.response.sensitivity;

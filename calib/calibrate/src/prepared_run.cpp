@@ -25,7 +25,7 @@ std::optional<Observations> with_fields(const Experiment& experiment,
              : std::nullopt;
 }
 
-// Checks what does not depend on the method.
+// Runs the checks that do not depend on the method.
 const Observations& checked(const Experiment& experiment, const Observations& observations) {
   check_run(experiment, observations);
   return observations;
@@ -55,7 +55,7 @@ std::optional<Observations> without_left_out(const Experiment& experiment,
   return used;
 }
 
-// The lengths of the fields that readings bring. A field of length 0 does not count.
+// The lengths of the fields that readings state, without fields of length 0.
 struct MetFields {
   double least = 0.0;
   double largest = 0.0;

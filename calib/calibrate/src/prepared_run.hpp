@@ -13,12 +13,11 @@
 
 namespace axiscal {
 
-/// @return true if both readings met the field in one pose: one design point, level and stated
-/// field.
+/// @return true if both readings have the same design point, level and stated field.
 [[nodiscard]] bool in_one_pose(const Reading& a, const Reading& b);
 
-/// A run that is checked and ready to be fitted: the readings that count, their weights, the
-/// method, and the field as far as it is known.
+/// A run that has passed its checks and can be fitted: the readings to use, their weights, the
+/// method, and the field before the fit.
 class PreparedRun {
  public:
   /// @param experiment, observations  must outlive the run.
@@ -30,13 +29,13 @@ class PreparedRun {
 
   [[nodiscard]] const Experiment& experiment() const { return experiment_; }
 
-  /// @return all observations, with the fields that their attitudes give.
+  /// @return all observations. Stated attitudes are converted to fields.
   [[nodiscard]] const Observations& observations() const {
     return with_fields_ ? *with_fields_ : given_;
   }
 
-  /// @return those that are not left out and not kept out to confirm the fit. The responses are
-  ///         not copied.
+  /// @return the observations of the fit: neither left out nor kept out to confirm the fit. Only
+  ///         their `readings` and `has_fence` are valid.
   [[nodiscard]] const Observations& used() const { return used_ ? *used_ : observations(); }
 
   /// @return the rows of observations() whose runs the experiment does not leave out.
@@ -45,16 +44,16 @@ class PreparedRun {
   [[nodiscard]] const MethodKind& method() const { return method_kind(method_); }
   [[nodiscard]] Weighting weighting() const { return weighting_; }
 
-  /// @return true if the readings bring their fields.
+  /// @return true if the readings state their fields.
   [[nodiscard]] bool by_field() const { return source_.by_field(); }
 
-  /// @return whether these are of different lengths, as on a rate table.
+  /// @return true if the stated fields have different lengths, as on a rate table.
   [[nodiscard]] bool field_varies() const { return field_varies_; }
 
-  /// @return the readings without temperature terms and effects of the run.
+  /// @return the readings under the model without temperature terms and effects of the run.
   [[nodiscard]] const ReadingSource& source() const { return source_; }
 
-  /// @return the field, part by part.
+  /// @return the parts of the field before the fit.
   [[nodiscard]] const std::vector<FieldDescription>& parts() const { return parts_; }
 
   /// @return the record before the fit: instrument, field, method, weights, and notes on them.

@@ -21,10 +21,10 @@ double magnitude_of(const PreparedRun& run) {
   return describe_field(run.experiment().table, run.parts()).magnitude;
 }
 
-// The field as fitted, part by part, and their sum at level 1.
+// Sets the fitted vectors of the field's parts, and their sum at level 1.
 void put_field(const TableField& fitted, FieldDescription& field) {
   if (!fitted.has_vectors()) {
-    field.in_table.reset();  // the readings bring theirs
+    field.in_table.reset();  // the readings state their fields
     return;
   }
   for (std::size_t p = 0; p < field.parts.size(); ++p) {
@@ -91,7 +91,7 @@ CalibrationConditions conditions_of_sessions(const Estimate& estimate) {
   return conditions;
 }
 
-// Bias and scale by the lengths of the field on six faces.
+// Computes bias and scale from the lengths of the field on six faces.
 void take_face_lengths(const PreparedRun& run, const FittedRun& fit, CountedEstimate& counted) {
   counted.by_lengths = fit_face_lengths(*fit.set, magnitude_of(run), counted.estimate);
   if (!counted.by_lengths && run.experiment().fit.method) {

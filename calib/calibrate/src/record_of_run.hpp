@@ -8,15 +8,15 @@
 
 namespace axiscal {
 
-/// Adds the causes of scatter to the uncertainty of a fit. Method magnitude does not use them.
-/// Method faces takes bias and scale from the lengths here.
+/// Adds the causes of scatter to the uncertainty of a fit, except for method magnitude. For method
+/// faces, it also computes bias and scale from the lengths of the field.
 [[nodiscard]] CountedEstimate counted_scatter(const PreparedRun& run,
                                               const FittedRun& fit,
                                               const SearchedRun& search);
 
 /// The record of a fit: sensor, statistics, levelness, conditions and uncertainty budget. It lacks
 /// residuals and findings, except notes on the calibration.
-/// @param counted  its parts are moved to the record; `seen`, `direction` and notes stay.
+/// @param counted  statistics and weighed inputs are moved to the record. The other members stay.
 [[nodiscard]] Calibration record_of(const PreparedRun& run,
                                     const ChosenModel& model,
                                     const FittedRun& fit,

@@ -40,7 +40,7 @@ void note_field_uncertainty(Calibration& calibration) {
                  field.model.empty() ? "" : ", model " + field.model, share)});
 }
 
-// Adds one note for each axis; of many readings it names the first and says how many there are.
+// Adds one note for each axis. A note names at most five readings and the number of the others.
 void note_readings_without_weight(Calibration& calibration) {
   const FitStatistics& statistics = *calibration.fit.statistics;
   if (statistics.robust_weight.size() == 0) {
@@ -72,7 +72,7 @@ void note_readings_without_weight(Calibration& calibration) {
   }
 }
 
-// Averages of few readings leave few degrees of freedom where all readings have more.
+// Adds a note if the averages leave few degrees of freedom and all readings have more.
 void note_few_averages(Calibration& calibration) {
   constexpr double few = 5.0;
   const FitStatistics& statistics = *calibration.fit.statistics;
@@ -93,8 +93,8 @@ void note_few_averages(Calibration& calibration) {
   }
 }
 
-// A disturbance that repeats, as of a heating, goes into the coefficients unseen where points were
-// taken in one fixed order: that of the design, or the same in each block.
+// Adds a note if points were taken in the order of the design, or in the same order in each block.
+// A periodic disturbance, for example a heating, then changes the coefficients unnoticed.
 void note_fixed_order(const Observations& observations, Calibration& calibration) {
   std::map<int, std::vector<DesignPoint>> blocks;
   for (const Reading& reading : observations.readings) {
@@ -151,7 +151,7 @@ void add_notes(Calibration& calibration,
   note_few_averages(calibration);
   note_conditions(calibration);
   note_fixed_order(observations, calibration);
-  std::set<DesignPoint> rocking;  // mostly none: a tree of all points costs a small run its time
+  std::set<DesignPoint> rocking;  // mostly empty, so that small runs stay fast
   for (const Reading& reading : observations.readings) {
     if (reading.point && positioner.seat(*reading.point).rocks) {
       rocking.insert(*reading.point);
@@ -239,7 +239,7 @@ void remark_on_magnitude(const Experiment& experiment, Calibration& calibration)
   const FieldDescription& found = calibration.sensor.field;
   for (const FieldDescription& part : found.as_parts()) {
     const FieldKind& kind = field_kind(part.kind);
-    // Two axes that were turned in a plane meet the part of the field in it alone.
+    // Two axes that were turned in a plane measure only the field's component in the plane.
     const bool is_in_plane = method_kind(calibration.fit.method).by_magnitude &&
                              calibration.sensor.instrument.axis_count() == 2;
     if (!part.free_length && !is_in_plane &&
@@ -309,7 +309,7 @@ void warn_of_other_sensitivity(const Experiment& experiment, Calibration& calibr
     const double ratio =
         calibration.sensor.response.sensitivity.row(k).norm() / std::abs(*expected);
     const double off = std::abs(ratio - 1.0);
-    // A partial design may not show the component that the axis is named for.
+    // A partial design may not determine the sensitivity to the axis's nominal component.
     const std::optional<int> own = nominal_axis(calibration.sensor.instrument, k);
     const bool is_seen = !own || !calibration.fit.statistics ||
                          !std::isnan(calibration.fit.statistics->sensitivity_se(k, *own));

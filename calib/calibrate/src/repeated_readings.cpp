@@ -17,7 +17,8 @@
 namespace axiscal {
 namespace {
 
-// Stretches of readings that have the responses of other ones at one distance before them.
+// Finds stretches of readings whose responses equal those of earlier readings in the same pose, at
+// one distance in rows.
 std::vector<RepeatedReadings> equal_readings(const PreparedRun& run) {
   const Observations& observations = run.observations();
   const Eigen::MatrixXd& y = observations.response;
@@ -36,7 +37,7 @@ std::vector<RepeatedReadings> equal_readings(const PreparedRun& run) {
     const int by_value = compare(a, b);
     return by_value != 0 ? by_value < 0 : a < b;
   });
-  std::map<std::size_t, std::set<std::size_t>> copies;  // by their distances
+  std::map<std::size_t, std::set<std::size_t>> copies;  // rows of copies by distance
   for (std::size_t i = 1; i < order.size(); ++i) {
     const std::size_t original = order[i - 1];
     const std::size_t copy = order[i];
@@ -57,7 +58,7 @@ std::vector<RepeatedReadings> equal_readings(const PreparedRun& run) {
   return equal;
 }
 
-// The noise of each axis by the median residual. A few wrong readings do not change the median.
+// The noise of each axis from the median residual, which a few wrong readings hardly change.
 Eigen::VectorXd noise_of(const PreparedRun& run, const FittedRun& fit) {
   Eigen::VectorXd sd = fit.estimate.statistics.residual_sd;
   if (run.method().by_magnitude || fit.set->seen.cols() > 0) {
@@ -74,7 +75,8 @@ Eigen::VectorXd noise_of(const PreparedRun& run, const FittedRun& fit) {
   return sd;
 }
 
-// The probability that another reading in the pose of a reading agrees with it in every axis, n.
+// For each of the n readings, the probability that another reading in the same pose equals it in
+// every axis.
 Eigen::VectorXd chances_of_equal(const PreparedRun& run, const FittedRun& fit) {
   const Eigen::VectorXd noise = noise_of(run, fit);
   const Eigen::MatrixXd& response = run.observations().response;
@@ -84,7 +86,7 @@ Eigen::VectorXd chances_of_equal(const PreparedRun& run, const FittedRun& fit) {
   Eigen::VectorXd chances = Eigen::VectorXd::Ones(steps.rows());
   for (Eigen::Index k = 0; k < steps.cols(); ++k) {
     if (!(noise(k) > 0.0)) {
-      continue;  // all readings in one pose agree
+      continue;  // without noise, all readings in one pose are equal
     }
     constexpr double digits_of_a_number = 16.0 * std::numeric_limits<double>::epsilon();
     const double least = digits_of_a_number * response.col(k).cwiseAbs().maxCoeff();
@@ -124,7 +126,7 @@ CalibrationWarning warning_of(const RepeatedReadings& repeats, const Observation
     originals.push_back(run_of(original));
     copies.push_back(run_of(copy));
   }
-  if (originals == copies) {  // the column of the run was copied too
+  if (originals == copies) {  // the run numbers were copied too
     for (std::size_t i = 0; i < copies.size(); ++i) {
       originals[i] = static_cast<int>(repeats.rows[i].first) + 1;
       copies[i] = static_cast<int>(repeats.rows[i].second) + 1;
@@ -162,7 +164,7 @@ std::vector<RepeatedReadings> find_repeats(const PreparedRun& run, const FittedR
     for (const auto& [original, copy] : repeats.rows) {
       probability *= chances(static_cast<Eigen::Index>(copy));
     }
-    // Most are not rare with one pair already, and need no count of pairs.
+    // Most stretches fail the first condition, so pairs are counted only for the others.
     const auto& [original, copy] = repeats.rows.front();
     if (probability < rarest &&
         probability * pairs_in_one_pose(observations.readings, copy - original) < rarest) {

@@ -14,15 +14,14 @@ namespace axiscal {
 
 /// A stretch of consecutive copies, for example of a block of rows that was pasted twice.
 struct RepeatedReadings {
-  /// Row of the original and row of the copy, in the order of the copies.
+  /// Pairs of rows, original and copy, in the order of the copies.
   std::vector<std::pair<std::size_t, std::size_t>> rows;
 };
 
-/// Finds copies. Two readings in one pose that agree in every digit of every axis are copies if
-/// noise and rounding give so many of them in fewer than 1 of 1,000 runs
-/// (docs/method/repeats.md).
+/// Finds copies. Readings in one pose that agree in every digit of every axis are copies if noise
+/// and rounding cause such an agreement in fewer than 1 of 1,000 runs (docs/method/repeats.md).
 ///
-/// @param fit  of the run; its residuals tell the noise.
+/// @param fit  the fit of the run; its residuals give the noise.
 /// @return one entry for each stretch of copies; empty if none was found.
 [[nodiscard]] std::vector<RepeatedReadings> find_repeats(const PreparedRun& run,
                                                          const FittedRun& fit);

@@ -23,12 +23,12 @@
 namespace axiscal {
 namespace {
 
-// A field that no one can set, without another that can.
+// True if the field is one local field, whose level cannot be set.
 bool is_local(const FieldSetup& field) {
   return field.others.empty() && field_kind(field.kind()).local;
 }
 
-// A column level.NAME is of a part of that name.
+// Checks that each column level.NAME has the name of a part of the field.
 void check_level_names(const Experiment& experiment, const Observations& observations) {
   std::set<std::string> stated;
   for (const Reading& reading : observations.readings) {
@@ -95,7 +95,7 @@ void check_sizes(const Instrument& instrument, const Observations& observations)
 }
 
 void check_values(const Observations& observations) {
-  // Beyond this squares overflow; no instrument reads such numbers.
+  // The squares of larger numbers overflow. No instrument has such readings.
   constexpr double largest = 1e150;
   for (std::size_t i = 0; i < observations.readings.size(); ++i) {
     const Reading& reading = observations.readings[i];
@@ -128,7 +128,7 @@ void check_readings(const Experiment& experiment, const Observations& observatio
   }
 }
 
-// Which face is at the fence does not matter to a vertical field on a level table alone.
+// Fence faces may be missing only if the field lies along the normal of a level table.
 void check_without_fence(const Experiment& experiment, Method method) {
   constexpr const char* advice = "give the column 'fence', the face at the fence";
   if (!method_kind(method).directions_known) {

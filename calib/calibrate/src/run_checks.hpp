@@ -5,20 +5,20 @@
 
 namespace axiscal {
 
-/// Refuses an experiment that contradicts itself or its readings, whatever the method.
+/// Checks for every method that an experiment does not contradict itself or its readings.
 /// @throws SetupError, DomainError, RefusedError
 void check_run(const Experiment& experiment, const Observations& observations);
 
-/// Refuses temperature terms that the readings or the method cannot have.
+/// Checks that the readings and the method allow the requested temperature terms.
 /// @throws SetupError, RefusedError
 void check_temperature(const Experiment& experiment,
                        const std::vector<Reading>& readings,
                        Method method);
 
-/// Refuses what a method cannot do.
+/// Checks that the method supports the experiment and the readings.
 ///
 /// @param used      the readings that are not left out.
-/// @param by_field  whether the readings bring their fields.
+/// @param by_field  true if the readings state their fields.
 /// @throws SetupError, RefusedError
 void check_method(const Experiment& experiment,
                   const Observations& observations,
@@ -26,11 +26,11 @@ void check_method(const Experiment& experiment,
                   Method method,
                   bool by_field);
 
-/// Refuses readings in a unit of another quantity than the field's; volts may be of any.
+/// Checks that the readings' unit is a unit of the field's quantity. Volts are always allowed.
 /// @throws SetupError
 void check_unit(const Instrument& instrument, const FieldDescription& field);
 
-/// Refuses a field that is stated with two lengths.
+/// Checks that a field's stated vector and stated magnitude agree.
 /// @throws SetupError
 
 void check_known_magnitude(const FieldDescription& field);

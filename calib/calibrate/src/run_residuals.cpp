@@ -11,7 +11,7 @@
 namespace axiscal {
 namespace {
 
-// The reading predicted by the fit. Without labels the direction comes from the reading itself.
+// The reading that the fit predicts.
 Eigen::VectorXd fitted_response(const Calibration& calibration,
                                 const ReadingSource& source,
                                 const Reading& reading,
@@ -42,14 +42,14 @@ std::vector<ReadingResidual> residuals_of(const Observations& observations,
   const bool has_magnitude = rank == 3;
   const bool by_magnitude = (!fitted.has_vectors() && !source.by_field()) ||
                             (method_kind(calibration.fit.method).by_length && has_magnitude);
-  // Most responses are those of S and the field alone.
+  // Most instruments need only bias, S and the field.
   const bool plain = !calibration.sensor.temperature && calibration.sensor.also.empty() &&
                      !calibration.sensor.instrument.one_sided;
   std::vector<ReadingResidual> residuals;
   residuals.reserve(observations.readings.size());
   Eigen::VectorXd v;
   Eigen::VectorXd left;
-  // Of two axes that were turned in a plane: the field in it.
+  // For two axes that were turned in a plane: converts readings to the field in that plane.
   const Eigen::MatrixXd in_plane =
       method_kind(calibration.fit.method).by_magnitude && !has_magnitude ? inverse
                                                                          : Eigen::MatrixXd();
@@ -60,7 +60,7 @@ std::vector<ReadingResidual> residuals_of(const Observations& observations,
     residual.used = used.row(row).any();
     residual.magnitude = not_a_number;
     if (!residual.used && reading.point && !positioner.seat(*reading.point).defect.empty()) {
-      // Left out because the cube cannot lie so: a field for comparison does not exist.
+      // The cube cannot lie at this point, so the reading was left out and has no predicted field.
       residual.response = Eigen::VectorXd::Constant(response.bias.size(), not_a_number);
       residuals.push_back(std::move(residual));
       continue;
@@ -86,8 +86,8 @@ std::vector<ReadingResidual> residuals_of(const Observations& observations,
     }
     residual.response = v - left;
     for (Eigen::Index k = 0; k < left.size(); ++k) {
-      // An axis that does not see or cannot read the field has residual NaN. A reading without
-      // weight keeps its residual.
+      // The residual is NaN if an axis does not see the field or is out of range. A reading of
+      // weight 0 keeps its residual.
       if (!source.in_range()(row, k) || (residual.used && !used(row, k))) {
         residual.response(k) = not_a_number;
       }

@@ -9,10 +9,10 @@
 
 namespace axiscal {
 
-/// Residuals of all readings, left out or not, in the order of the file.
+/// The residuals of all readings, including those left out, in the order of the file.
 ///
-/// @param fields  in the table, as fitted; empty: the readings bring their fields, or lack labels.
-/// @param used    which readings each axis used, a row for each of the observations.
+/// @param field  as fitted; without vectors if the readings state their fields or lack labels.
+/// @param used   n x m: true if an axis used a reading.
 [[nodiscard]] std::vector<ReadingResidual> residuals_of(const Observations& observations,
                                                         const ReadingSource& source,
                                                         const TableField& field,

@@ -6,19 +6,18 @@
 
 namespace axiscal {
 
-/// @return true if the readings state their attitudes.
+/// @return true if a reading states its attitude.
 [[nodiscard]] bool has_attitudes(const Observations& observations);
 
-/// @return true if the attitudes give the field of each reading. The methods known and bias use
-/// them.
-///         A field of rotation also needs a site or a vector.
+/// @return true if the stated attitudes are converted to fields: by the methods known and bias.
+///         Method bias in a field of rotation also needs a site or a vector.
 [[nodiscard]] bool takes_attitudes(const Experiment& experiment, const Observations& observations);
 
-/// The readings, with the experiment's field turned to their attitudes: a dividing head or a sine
-/// plate stands on a level table, or on one with a stated slope.
+/// Computes the field of each reading from its stated attitude. The dividing head or sine plate
+/// stands on a level table, or on a table with a stated slope.
 ///
-/// @throws RefusedError  where a field that is not vertical needs a heading that is not there.
-/// @throws SetupError    where nothing says how the field lies in the table, or it moves.
+/// @throws RefusedError  if the field is not vertical and a reading lacks a heading.
+/// @throws SetupError    if the direction of the field in the table is unknown, or if it moves.
 [[nodiscard]] Observations with_fields_of_attitudes(const Experiment& experiment,
                                                     Observations observations);
 

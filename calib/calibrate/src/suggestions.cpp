@@ -16,7 +16,7 @@ void follow(const Correction& correction, Experiment& experiment, Observations& 
 Calibration calibrate_with_suggestions(Experiment experiment, Observations observations) {
   std::vector<Correction> made;
   Calibration calibration = calibrate(experiment, observations);
-  constexpr std::size_t most = 3;  // a run with more mistakes is to be taken again
+  constexpr std::size_t most = 3;  // a run with more mistakes should be repeated
   while (calibration.findings.suggestion && made.size() < most) {
     const Correction correction = *calibration.findings.suggestion;
     const bool mends = !correction.points.empty() || !correction.responses.empty() ||

@@ -55,7 +55,7 @@ class Summary {
     label_width_ = std::min(label_width_, longest_label + 1);
   }
 
-  // On a screen.
+  // The summary for one screen.
   std::string brief() {
     append_readings_sentence();
     text_ = wrapped(in_one_line(text_), 80) + "\n";
@@ -180,7 +180,7 @@ class Summary {
     return line;
   }
 
-  // One line an axis where there is room for it.
+  // One line for each axis, if the lines fit into 80 columns.
   void add_matrix() {
     constexpr std::size_t most_axes = 6;
     const std::size_t m = c_.sensor.instrument.axes.size();
@@ -229,7 +229,7 @@ class Summary {
     text_ += uncertainties_.empty() ? "\n" : "  +- U, the expanded uncertainty (95 %)\n\n";
   }
 
-  // Of a long name the end tells more than the beginning.
+  // Shortens a long name at its beginning, because its end is more distinctive.
   [[nodiscard]] std::string short_name(std::size_t axis) const {
     constexpr std::size_t longest = 10;
     const std::string& name = c_.sensor.instrument.axes[axis];
@@ -240,7 +240,7 @@ class Summary {
     return std::isfinite(U) ? " +-" + rounded_uncertainty(U) : "";
   }
 
-  // Noise, misalignment, slope, orientations: a line each.
+  // One line each for noise, misalignment, slope and orientations.
   void add_in_short() {
     const auto m = static_cast<std::size_t>(c_.sensor.response.bias.size());
     constexpr std::size_t few = 3;
@@ -254,7 +254,7 @@ class Summary {
         const PolarForm polar =
             polar_from_sensitivity(c_.sensor.response.sensitivity.row(k).transpose(), nominal,
                                    c_.sensor.instrument.convention);
-        // An axis that no field met along its nominal direction is anywhere.
+        // Without a field along its nominal direction, the direction of an axis is unknown.
         const bool is_seen = statistics_.sensitivity_se.rows() <= k ||
                              std::isfinite(statistics_.sensitivity_se(k, nominal));
         off.push_back(is_seen ? formatted("{:.3g}", polar.coning_angle_rad * deg_per_rad)
@@ -314,7 +314,7 @@ class Summary {
     return formatted(".{}.{}", what, "xyz"[j]);
   }
 
-  // Expanded uncertainty of a parameter of axis k, scatter and stated inputs together.
+  // Expanded uncertainty of a parameter of axis k, from scatter and stated inputs.
   [[nodiscard]] double half_width(Eigen::Index k, const std::string& what) const {
     const std::string name = c_.sensor.instrument.axes[static_cast<std::size_t>(k)] + what;
     const auto at = std::find_if(uncertainties_.begin(), uncertainties_.end(),
@@ -359,7 +359,7 @@ class Summary {
     }
   }
 
-  // The quantities, by their usual names for this kind of instrument.
+  // The coefficients in the usual terms of this kind of instrument.
   void add_quantities() {
     const std::vector<KindQuantity> quantities = quantities_of(c_);
     if (quantities.empty()) {
@@ -459,7 +459,7 @@ class Summary {
     }
   }
 
-  // The turns of the frames of an assembly's instruments relative to this one's.
+  // The rotations of the other instruments' frames relative to this instrument's frame.
   void add_alignments() {
     if (c_.fit.slot_alignments.empty()) {
       return;
@@ -509,7 +509,7 @@ class Summary {
       dof.push_back(formatted("{:.4g}", statistics_.degrees_of_freedom(k)));
       const double r_squared = statistics_.r_squared(k);
       unexplained.push_back(std::isnan(r_squared) ? "-" : formatted("{:.1e}", 1.0 - r_squared));
-      // With very few degrees of freedom these are huge by chance and useless.
+      // With few degrees of freedom, studentised residuals are huge by chance and useless.
       constexpr double fewest_degrees_of_freedom = 4.0;
       double largest = std::nan("");
       for (Eigen::Index row = 0; row < statistics_.studentized.rows(); ++row) {
@@ -587,7 +587,7 @@ class Summary {
   }
 
   const Calibration& c_;
-  const FitStatistics blank_;  // where another software made the record
+  const FitStatistics blank_;  // for a record of other software
   const FitStatistics& statistics_;
   std::vector<ParameterUncertainty> uncertainties_;
   std::size_t label_width_ = 4;
@@ -630,7 +630,7 @@ std::string words_of_field_size(const Calibration& calibration) {
                                                               ppm < 10.0 ? 2 : 4));
   };
   constexpr double unlikely = 0.01;
-  constexpr double next_to_nothing = 1e-6;  // a slope that turns all alike
+  constexpr double next_to_nothing = 1e-6;  // a slope does not change the magnitudes
   return formatted(
       "The reading of {} agrees over {} orientations to {}; the noise of the readings "
       "explains {}{}{}.",

@@ -22,7 +22,7 @@ bool nothing_is_said(const TemperatureSetup& setup) {
   return setup.order == 0 && !setup.automatic && !setup.ignored;
 }
 
-// The temperatures of the readings that are used; none where one of them lacks its own.
+// The temperatures of the readings that are not left out; empty if a reading lacks one.
 std::vector<double> temperatures_of(const std::vector<Reading>& readings,
                                     const std::vector<int>& left_out) {
   std::vector<double> temperatures;
@@ -38,7 +38,8 @@ std::vector<double> temperatures_of(const std::vector<Reading>& readings,
   return temperatures;
 }
 
-// Probability that the residuals of some axis follow the temperature so closely by chance.
+// p-value of the test that the residuals of an axis follow the temperature: the least of all axes,
+// with Bonferroni's correction.
 double p_of_following(const ReadingSet& set,
                       const TableField& field,
                       const std::vector<double>& temperatures) {
@@ -55,7 +56,7 @@ double p_of_following(const ReadingSet& set,
     const Eigen::VectorXd y = root.asDiagonal() * set.response.col(k);
     const Eigen::VectorXd r = y - X * (inverse * y);
     const double free = static_cast<double>((root.array() > 0.0).count() - rank) - 1.0;
-    constexpr double independent = 1e-6;  // else the poses themselves follow the temperature
+    constexpr double independent = 1e-6;  // if less, the poses follow the temperature
     if (!(free >= 1.0) || !(d.squaredNorm() > independent * centred.squaredNorm())) {
       continue;
     }
@@ -89,7 +90,7 @@ bool has_temperatures_enough(const Experiment& experiment, const Observations& o
 }
 
 bool clearly_needed(const std::vector<TemperatureOrderTrial>& trials) {
-  // Six slopes more, of three axes, gain so much by chance in 0.1 % of runs.
+  // Without an effect of temperature, six more slopes (three axes) gain this in 0.1 % of runs.
   constexpr double clear_gain = 10.0;
   return !trials.empty() &&
          std::any_of(trials.begin(), trials.end(), [&](const TemperatureOrderTrial& trial) {
@@ -106,7 +107,7 @@ void warn_of_ignored_temperature(const Experiment& experiment,
     return;
   }
   const auto [low, high] = std::minmax_element(temperatures.begin(), temperatures.end());
-  // In degrees; a sensor's own output may span what it likes.
+  // Limits in degrees. The output of a sensor in another unit may have any span.
   constexpr double much = 5.0;
   constexpr double coldest = -100.0;
   constexpr double hottest = 200.0;

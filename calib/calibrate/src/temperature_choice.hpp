@@ -12,8 +12,9 @@
 
 namespace axiscal {
 
-/// @return whether nobody said how temperatures are to be taken, and labelled readings bring enough
-///         of them to look: at two soak levels or more, or 24 readings at temperatures that vary.
+/// @return true if the temperature options are not stated and the readings have enough temperatures
+///         to choose an order: two or more soak levels, or 24 or more readings at temperatures that
+///         vary.
 [[nodiscard]] bool has_temperatures_enough(const Experiment& experiment,
                                            const Observations& observations);
 
@@ -21,9 +22,9 @@ namespace axiscal {
 ///         one run in a thousand would show such an improvement.
 [[nodiscard]] bool clearly_needed(const std::vector<TemperatureOrderTrial>& trials);
 
-/// Warns where readings have temperatures that no term of the fit describes, although they span
-/// much or the residuals follow them.
-/// @param fields  in the table, as fitted.
+/// Warns if the fit lacks temperature terms although the temperatures span a wide range or the
+/// residuals follow them.
+/// @param field  in the table, as fitted.
 void warn_of_ignored_temperature(const Experiment& experiment,
                                  const ReadingSet& set,
                                  const TableField& field,

@@ -11,16 +11,16 @@
 namespace axiscal {
 namespace {
 
-constexpr Eigen::Index fewest_readings = 4;  // of a laying
+constexpr Eigen::Index fewest_readings = 4;  // in a laying
 constexpr std::size_t fewest_layings = 6;
 
 // Consecutive readings in one pose.
 struct Laying {
-  Eigen::Index first = 0;  // in the list of rows
+  Eigen::Index first = 0;  // index in the list of rows
   Eigen::Index readings = 0;
 };
 
-// Those with enough readings.
+// The layings with enough readings.
 std::vector<Laying> long_layings(const std::vector<Reading>& readings,
                                  const std::vector<std::size_t>& rows) {
   const auto continues = [](const Reading& before, const Reading& now) {
@@ -41,13 +41,14 @@ std::vector<Laying> long_layings(const std::vector<Reading>& readings,
   return layings;
 }
 
-// The first and the last reading of each laying, less the mean of the others; layings x m.
+// The first and the last reading of each laying, minus the mean of its other readings. Each matrix
+// has a row for each laying and m columns.
 struct Ends {
   Eigen::MatrixXd first;
   Eigen::MatrixXd last;
 };
 
-// @param left_out  readings at the start of each laying.
+// @param left_out  number of readings to ignore at the start of each laying.
 Ends ends_of(const std::vector<Laying>& layings,
              const Eigen::MatrixXd& response,
              Eigen::Index left_out) {

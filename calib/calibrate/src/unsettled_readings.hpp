@@ -17,11 +17,11 @@ struct UnsettledReadings {
 };
 
 /// Finds readings at the start of each laying that differ from the later ones. The test compares
-/// the first reading of a laying less the mean of the others with the last one less the mean of the
-/// others; noise and drifts make both alike (docs/method/settling.md).
+/// two differences of each laying: first reading minus mean of the others, and last reading minus
+/// mean of the others. Noise and drift have the same effect on both (docs/method/settling.md).
 ///
-/// Layings of at least four consecutive readings count. Readings need design points.
-/// @return nullopt if the readings had settled, or if there are too few layings to tell.
+/// Only layings of at least four consecutive readings are used. Readings need design points.
+/// @return nullopt if the readings had settled, or if there are too few layings for the test.
 [[nodiscard]] std::optional<UnsettledReadings> find_unsettled(const PreparedRun& run);
 
 }  // namespace axiscal

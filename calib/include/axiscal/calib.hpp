@@ -60,7 +60,8 @@
 #include "axiscal/field/table_field.hpp"
 
 /// @file
-/// From readings to bias and sensitivity with their uncertainty, and from these to angles.
+/// Estimates bias and sensitivity with their uncertainty from readings. Converts later readings to
+/// fields and angles.
 ///
 /// calibrate() takes an Experiment (instrument, field, cube, method) and readings, and returns a
 /// Calibration: the sensor (SensorModel), the fit (CalibrationFit), the findings (Findings) and the
@@ -69,7 +70,7 @@
 /// predict the uncertainty before the experiment. docs/method.md describes the mathematics.
 ///
 /// @code
-/// axiscal::SensorModel truth;  // an ideal instrument, to have something to read
+/// axiscal::SensorModel truth;  // an instrument whose readings are simulated
 /// truth.instrument = {.kind = "accelerometer", .unit = "V"};
 /// truth.response = {Eigen::Vector3d(0.1, -0.2, 0.3), 2.5 * Eigen::Matrix3d::Identity()};
 /// const std::vector<axiscal::RunSheetRow> sheet =
@@ -87,9 +88,9 @@
 /// @endcode
 ///
 /// Traps:
-/// - Check `status` before the coefficients: a refused calibration has them too.
-/// - 12 readings by `paired` have two degrees of freedom, and t is 4.3: the intervals are wide.
-/// - Standard errors in FitStatistics are for white noise. CalibrationFit::uncertainty includes the
-///   contributions of the cube and of g.
-/// - Readings are in the instrument's unit and the field is in its own unit. A Reducer answers in
-///   the record's units.
+/// - Check `status` before you use coefficients: a refused calibration also contains coefficients.
+/// - Method `paired` leaves two degrees of freedom for 12 readings. Student's t is then 4.3, so the
+///   intervals are wide.
+/// - Standard errors in FitStatistics include only the scatter of the readings.
+///   CalibrationFit::uncertainty also includes the stated uncertainties of the cube and of g.
+/// - Readings are in the instrument's unit. A Reducer returns fields in the record's field unit.

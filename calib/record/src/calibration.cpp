@@ -10,7 +10,7 @@
 namespace axiscal {
 namespace {
 
-// The covariance of bias and sensitivity alone, 4 parameters for each axis.
+// The covariance of bias and sensitivity, 4 m x 4 m; empty if a parameter is missing.
 Eigen::MatrixXd covariance_of(const Calibration& calibration) {
   if (!calibration.fit.statistics) {
     return {};
@@ -39,7 +39,7 @@ void require_unrefused(const Calibration& calibration, Force force) {
 }
 
 bool gives_field(const Calibration& calibration) {
-  // Sensitivities are among its parameters only where another record gave them.
+  // A record of method bias has sensitivity parameters only if another record gave them.
   return method_kind(calibration.fit.method).fits_sensitivity ||
          (calibration.fit.statistics &&
           calibration.fit.statistics->position_of(calibration.sensor.instrument.axes.front() +

@@ -17,8 +17,8 @@
 namespace axiscal {
 namespace {
 
-// Each struct's members(), in the order of the file, serve for writing and for reading. Derived
-// members are only written; they are inserted while the table writes.
+// A function members() reads or writes the members of a struct in the order of the file. Members
+// that are derived from others are only written.
 
 void members(JsonMembers& io, OrientationQuality& quality) {
   io.number("fit_error", quality.fit_error);
@@ -40,8 +40,8 @@ void members(JsonMembers& io, CompanionAlignment& companion) {
   io.number("residual_sd", alignment.residual_sd);
 }
 
-// The texts of notes, and a second list with the subject of each; files of earlier versions lack
-// the second list.
+// The texts of notes, and a list with the code of each note. Files of earlier versions lack the
+// codes.
 void notes_members(JsonMembers& io, std::vector<CalibrationNote>& notes) {
   std::vector<std::string> messages;
   std::vector<std::string> codes;
@@ -61,7 +61,7 @@ void notes_members(JsonMembers& io, std::vector<CalibrationNote>& notes) {
   }
 }
 
-// The quantities, by their usual names for this kind of instrument.
+// The coefficients in the usual terms of this kind of instrument.
 Json quantities_json(const Calibration& calibration) {
   Json list = Json::array();
   for (const KindQuantity& quantity : quantities_of(calibration)) {
@@ -100,7 +100,7 @@ void members(JsonMembers& io, TemperatureOrderTrial& trial) {
   io.number("lack_of_fit_p_value", trial.lack_of_fit_p_value);
 }
 
-// One reference and range, or lists of one for each axis.
+// One reference and range for all axes, or lists with one for each axis.
 void span_members(JsonMembers& io, std::vector<TemperatureSpan>& spans, Eigen::Index m) {
   const bool own = io.reads() ? io.from().at("reference").is_array() : spans.size() > 1;
   if (!own) {
@@ -169,13 +169,13 @@ void members(JsonMembers& io, UncertaintySource& source, Eigen::Index parameters
   io.number("input_u", source.input_u);
   io.value_if_any("input_unit", source.input_unit);
   const bool from_scatter = source.type == "A";
-  // An infinite number is null in JSON, as one that does not exist.
+  // JSON has only null for an infinite number and for NaN, so `type` decides between them.
   io.number("degrees_of_freedom", source.degrees_of_freedom);
   if (io.reads()) {
     source.degrees_of_freedom =
         from_scatter ? not_a_number : std::numeric_limits<double>::infinity();
   }
-  if (!from_scatter) {  // the fit's is in the statistics
+  if (!from_scatter) {  // the covariance of the fit is in the statistics
     io.need_matrix("covariance", source.covariance, parameters, parameters);
   }
 }
@@ -206,7 +206,7 @@ void budget_members(JsonMembers& io, Calibration& calibration) {
   }
 }
 
-// @param with_values  else the face alone.
+// @param with_values  false: x and y are not written.
 void members(JsonMembers& io, LevelnessEstimate& estimate, bool with_values) {
   std::optional<DesignPoint> point = estimate.point;
   if (io.reads()) {
@@ -297,19 +297,19 @@ void members(JsonMembers& io, Verdict& verdict) {
   io.value_if_any("not_counted", verdict.not_counted);
 }
 
-// Any word is taken: it may be of a later version.
+// Accepts unknown names, because a later version may have written them.
 std::optional<WarningCode> parse_warning(std::string_view name) {
   return warning_code_of(name);
 }
 
-// A correction that was made; the file holds what was corrected, not how.
+// A correction that was made. The file does not contain the corrected points, values or levels.
 void members(JsonMembers& io, Correction& correction) {
   io.choice("code", correction.code, warning_name, parse_warning);
   io.need("runs", correction.runs);
   io.value("message", correction.message);
 }
 
-// The remedy for the run, with the probable poses or the proposed values of its readings.
+// A suggested correction, with the probable poses or the proposed values of its readings.
 void suggestion_members(JsonMembers& io, Correction& correction, Eigen::Index m) {
   members(io, correction);
   io.list_if_any(
@@ -329,7 +329,7 @@ void suggestion_members(JsonMembers& io, Correction& correction, Eigen::Index m)
   io.value_if_any("leave_out", correction.leave_out);
 }
 
-// A warning about one reading has the key `run`, one about several `runs`.
+// A warning about one reading has the key `run`. A warning about several has the key `runs`.
 void members(JsonMembers& io, CalibrationWarning& warning) {
   io.choice("code", warning.code, warning_name, parse_warning);
   std::optional<int> run =
@@ -353,7 +353,7 @@ void members(JsonMembers& io, PolarFit& fit) {
   io.need("converged", fit.converged);
 }
 
-// A flag that stands in the file as a word.
+// A flag that is a word in the file if it is true.
 void word_members(JsonMembers& io, const char* key, bool& flag, const char* word) {
   std::string text = flag ? word : "";
   io.value_if_any(key, text);
@@ -393,7 +393,7 @@ void members(JsonMembers& io, CalibrationConditions& conditions, Eigen::Index m)
   }
 }
 
-// The fit and its quality.
+// The members for the fit and its quality.
 void result_members(JsonMembers& io, Calibration& calibration) {
   const Eigen::Index m = calibration.sensor.instrument.axis_count();
   io.need_object("coefficients", [&](JsonMembers& one) { coefficient_members(one, calibration); });
@@ -441,7 +441,7 @@ void members(JsonMembers& io, FieldSizeCheck& check) {
   io.number("p_value", check.p_value);
 }
 
-// `readings` is the number; `details` holds the result of each.
+// `readings` is the number of readings. `details` contains the result of each reading.
 void members(JsonMembers& io, Confirmation& confirmation, Eigen::Index m) {
   if (!io.reads()) {
     io.to()["readings"] = confirmation.readings.size();
@@ -478,7 +478,7 @@ void turn_members(JsonMembers& io, std::vector<Eigen::Vector3d>& errors) {
   }
 }
 
-// An experiment's file within the record; only who wants to do it again reads what is in it.
+// The experiment as a member of the record. It is kept as text and not parsed here.
 void experiment_member(JsonMembers& io, std::string& experiment) {
   if (!io.reads()) {
     if (!experiment.empty()) {
@@ -570,19 +570,19 @@ namespace {
 
 Json document_of(const Calibration& calibration) {
   const bool newer = calibration.sensor.temperature &&
-                     calibration.sensor.temperature->has_own_sensors();  // 0.1 would misread it
+                     calibration.sensor.temperature->has_own_sensors();  // version 0.1 misreads it
   Json json = {{"format", "axiscal-calibration"}, {"version", newer ? 2 : 1}};
   constexpr std::size_t most_members = 64;
-  json.get_ref<Json::object_t&>().reserve(most_members);  // which copies when it grows
+  json.get_ref<Json::object_t&>().reserve(most_members);  // an object copies when it grows
   JsonMembers io(json);
-  // One table serves both directions; writing does not change the calibration.
+  // members() also reads, so its parameter is not const. Writing does not change the calibration.
   members(io,
           const_cast<Calibration&>(calibration));  // NOLINT(cppcoreguidelines-pro-type-const-cast)
   return json;
 }
 
-// Only readable records are stored.
-// @param json  after its text was made.
+// Throws an error if the record could not be read back.
+// @param json  the record, after it was written as text.
 void require_readable(Json json) {
   constexpr std::string_view name = "the record";
   try {
@@ -624,7 +624,7 @@ Calibration read_calibration(const std::string& path) {
   const std::size_t first = text.find_first_not_of(" \t\r\n\xEF\xBB\xBF");
   const std::size_t end = std::min(text.find('\n'), text.size());
   const std::string_view line = std::string_view(text).substr(0, end);
-  // A first line of cells, as no JSON begins.
+  // The first line has several cells and does not begin like JSON, so the file is a table.
   if (first != std::string::npos && text[first] != '{' && text[first] != '[' &&
       line.find_first_of(",;\t") != std::string_view::npos &&
       line.find('\0') == std::string_view::npos) {

@@ -12,7 +12,7 @@
 namespace axiscal {
 namespace {
 
-// The template's places that are still to be filled in, such as "<name>", count as empty.
+// Placeholders of the template, such as "<name>", count as empty.
 std::string stated(std::string text) {
   return text.starts_with('<') && text.ends_with('>') ? std::string() : text;
 }
@@ -27,7 +27,7 @@ std::vector<std::string> stated(const std::vector<std::string>& texts) {
   return all;
 }
 
-// @param folder  that pictures are named from.
+// @param folder  the folder to which paths of pictures are relative.
 CertificateParty party_from(const JsonValue& json, const std::filesystem::path& folder) {
   constexpr std::array<std::string_view, 5> keys = {"name", "address", "accreditation", "logo",
                                                     "accreditation_mark"};

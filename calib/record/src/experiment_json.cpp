@@ -57,7 +57,7 @@ constexpr std::array<std::string_view, 31> keys_of_experiment = {"format",
                                                                  "slots",
                                                                  "face_names"};
 
-// The table of members serves for reading and for writing.
+// Reads or writes the members of an experiment file.
 class ExperimentMembers {
  public:
   ExperimentMembers(JsonMembers& io, ExperimentFile& file, std::string path)
@@ -120,7 +120,8 @@ class ExperimentMembers {
 
   void instrument() { instrument_member(io_, e_.instrument); }
 
-  // By the slots' names. Missing parts of a slot's instrument or field have their defaults.
+  // An object with one member for each slot. Missing members of a slot's instrument or field have
+  // their defaults.
   void slots() {
     io_.object("slots", !e_.slots.empty(), [&](JsonMembers& all) {
       if (all.reads()) {
@@ -213,7 +214,7 @@ class ExperimentMembers {
     });
   }
 
-  // A file's name, or the cube itself.
+  // The name of a positioner file, or the positioner as an object.
   void positioner() {
     if (!io_.reads()) {
       if (!e_.positioner.is_nominal() || !e_.positioner.id().empty() ||
@@ -341,7 +342,7 @@ class ExperimentMembers {
     });
   }
 
-  // A record's file name, or the record itself.
+  // The name of a record file, or the record as an object.
   void from() {
     if (!io_.reads()) {
       if (e_.from) {

@@ -13,7 +13,7 @@
 namespace axiscal {
 namespace {
 
-// Without blanks at its ends, in small letters.
+// The text in lower case, without blanks at its ends.
 std::string plain_word(std::string_view text) {
   constexpr std::string_view blanks = " \t";
   const std::size_t first = text.find_first_not_of(blanks);
@@ -52,8 +52,8 @@ FaceNames parse_face_names(std::string_view text) {
 
 namespace {
 
-// The words of a text in small letters, and its signs: "x", "+", "up" of "+X_up". A sign stands
-// before a letter, or behind it at the end of a word; between words it parts them.
+// The words and signs of a text in lower case, for example "+", "x", "up" for "+X_up". A sign
+// counts before the first or after the last letter of a word. Between words it is a separator.
 std::vector<std::string> tokens_of(std::string_view text) {
   const std::string word = plain_word(text);
   std::vector<std::string> tokens;
@@ -114,7 +114,7 @@ FaceWord word_of(const std::string& token) {
   return FaceWord::unknown;
 }
 
-// "xup", "posx", "zdown": an axis's letter at either end of a word.
+// Splits the letter of an axis from either end of a word: "xup" into "x" and "up".
 std::vector<std::string> split_axis(const std::string& token) {
   if (word_of(token) != FaceWord::unknown || token.size() < 2) {
     return {token};

@@ -17,13 +17,13 @@
 namespace axiscal {
 namespace {
 
-// @param of     the names of the variances' parameters; empty where there are none.
-// @param names  of those that are wanted.
+// @param of     names of the parameters of `variances`; may be empty.
+// @param names  names of the wanted parameters.
 Eigen::VectorXd uncertainties(const std::vector<std::string>& of,
                               const Eigen::VectorXd& variances,
                               const std::vector<std::string>& names) {
   Eigen::VectorXd u(static_cast<Eigen::Index>(names.size()));
-  std::size_t next = 0;  // most records have them in this order
+  std::size_t next = 0;  // most records have the parameters in this order
   for (std::size_t i = 0; i < names.size(); ++i) {
     if (next >= of.size() || of[next] != names[i]) {
       next = static_cast<std::size_t>(std::find(of.begin(), of.end(), names[i]) - of.begin());
@@ -64,7 +64,8 @@ bool are_good(const std::vector<std::string>& axes) {
   }
 }
 
-// The variances that a budget's sources add to the fit's; nullopt if they are not plain.
+// The variances that the budget's sources add to the fit; nullopt if the general reader must parse
+// them.
 std::optional<Eigen::VectorXd> variances_of_sources(std::string_view sources, Eigen::Index size) {
   Eigen::VectorXd sum = Eigen::VectorXd::Zero(size);
   if (sources.empty()) {
@@ -83,7 +84,7 @@ std::optional<Eigen::VectorXd> variances_of_sources(std::string_view sources, Ei
     const auto& [type, own] = *pieces;
     const auto plain_type = text_of_piece(type);
     if (plain_type == "A") {
-      continue;  // the fit's own
+      continue;  // the fit, whose covariance is in the statistics
     }
     const auto covariance = matrix_of_piece(own, size, size);
     if (!plain_type || !covariance || !covariance->allFinite()) {
@@ -94,7 +95,7 @@ std::optional<Eigen::VectorXd> variances_of_sources(std::string_view sources, Ei
   return sum;
 }
 
-// For a record written by this program; nullopt if the general reader must parse it.
+// Reads a record in the form that this program writes; nullopt if the general reader must parse it.
 std::optional<FittedParameters> quickly_read(std::string_view text) {
   static constexpr std::array<std::string_view, 11> members = {"/format",
                                                                "/version",

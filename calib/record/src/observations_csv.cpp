@@ -22,10 +22,10 @@
 namespace axiscal {
 namespace {
 
-// A table whose columns are asked for by name; every complaint says line and column.
+// A table whose columns are found by name. Each error message contains the line and the column.
 class Table {
  public:
-  // @param faces  words that stand for faces.
+  // @param faces  words for faces.
   explicit Table(CsvReader& csv, FaceNames faces = {})
       : csv_(csv), used_(csv.header().size(), false), faces_(std::move(faces)) {}
 
@@ -60,7 +60,7 @@ class Table {
   bool next() {
     CsvReader::Row row = csv_.next();
     while (row == CsvReader::Row::good && csv_.cell_count() > 1 && is_empty(csv_.cells())) {
-      row = csv_.next();  // empty cells that spreadsheets append to a table
+      row = csv_.next();  // skips rows of empty cells, which spreadsheets append
     }
     if (row == CsvReader::Row::defective) {
       const bool longer = csv_.cell_count() > csv_.header().size();
@@ -112,7 +112,7 @@ class Table {
     return static_cast<int>(*number);
   }
 
-  // 1 or 0; empty is 0.
+  // 1 or 0; an empty cell is 0.
   [[nodiscard]] bool flag(std::size_t column) const {
     const std::string_view cell = text(column);
     if (!cell.empty() && cell != "0" && cell != "1") {
@@ -172,7 +172,7 @@ class Table {
 
   [[nodiscard]] std::size_t line() const { return csv_.line(); }
 
-  // The rest of each column name that begins with a prefix, in order.
+  // The names of the columns that begin with a prefix, without the prefix, in the columns' order.
   [[nodiscard]] std::vector<std::string> names_after(const std::string& prefix) const {
     std::vector<std::string> names;
     for (const std::string& name : csv_.header()) {
@@ -183,7 +183,7 @@ class Table {
     return names;
   }
 
-  // Slots whose SLOT.axis are there for the first axis, in the columns' order.
+  // The slots of all columns SLOT.axis for one axis, in the columns' order.
   [[nodiscard]] std::vector<std::string> slots_of(const std::string& axis) const {
     std::vector<std::string> slots;
     for (const std::string& name : csv_.header()) {
@@ -215,8 +215,7 @@ class Table {
   FaceNames faces_;
 };
 
-// Where a reading's level stands: in `level`, and of parts with levels of their own in
-// `level.NAME`.
+// The columns of a reading's level: `level`, and `level.NAME` for parts with their own level.
 class LevelColumns {
  public:
   LevelColumns() = default;
@@ -245,12 +244,12 @@ class LevelColumns {
   std::vector<std::pair<std::string, std::size_t>> of_parts_;
 };
 
-// Where what temperature sensors say stands: in `temperature`, for each axis in AXIS_temperature or
-// temperature_AXIS, of a slot in SLOT.temperature.
+// The columns of temperature sensors: `temperature` for all axes, AXIS_temperature or
+// temperature_AXIS for one axis, SLOT.temperature or SLOT.temperature_AXIS in an assembly.
 class TemperatureColumns {
  public:
   TemperatureColumns() = default;
-  // @param slots  one for each axis; empty: there are none.
+  // @param slots  the slot of each axis; empty without slots.
   TemperatureColumns(Table& table,
                      const std::vector<std::string>& axes,
                      const std::vector<std::string>& slots,
@@ -283,7 +282,7 @@ class TemperatureColumns {
     of_axes_ = std::move(own);
   }
 
-  // A sheet has room for temperatures that need not be noted: in all rows, or in none.
+  // The column `temperature` of a sheet may stay empty, but then in all rows.
   [[nodiscard]] std::optional<SensorTemperature> read(const Table& table) {
     if (of_all_ && !is_blank_) {
       is_blank_ = may_be_blank_ && table.text(*of_all_).empty();
@@ -309,13 +308,13 @@ class TemperatureColumns {
   std::optional<std::size_t> of_all_;
   std::vector<std::size_t> of_axes_;
   bool may_be_blank_ = true;
-  std::optional<bool> is_blank_;  // by the first row
+  std::optional<bool> is_blank_;  // from the first row
 };
 
-// A column that says how large a known field was, as rate tables, coils and lamps have it.
+// A column with the magnitude of a known field, for example of a rate table, a coil or a lamp.
 struct SizeColumn {
   std::string_view name;
-  std::string_view unit;  // empty: the field's
+  std::string_view unit;  // empty: the unit of the field
 };
 constexpr std::array size_columns = {SizeColumn{"rate", ""},
                                      SizeColumn{"rate_dps", "deg/s"},
@@ -329,7 +328,7 @@ constexpr std::array size_columns = {SizeColumn{"rate", ""},
                                      SizeColumn{"field_nT", "nT"},
                                      SizeColumn{"field_uT", "uT"}};
 
-// A column of the one angle that an instrument was tilted by.
+// A column with the angle of a tilt about one axis.
 struct AngleColumn {
   std::string_view name;
   double in_rad;
@@ -340,24 +339,25 @@ constexpr std::array angle_columns = {
     AngleColumn{"tilt_deg", rad_per_deg},  AngleColumn{"tilt_rad", 1.0},
     AngleColumn{"theta_deg", rad_per_deg}, AngleColumn{"theta_rad", 1.0}};
 
-// Where the columns of observations are.
+// The indices of the columns of observations.
 struct Columns {
   std::optional<std::size_t> rest, fence, run, block, mount, time, samples, serial, confirm, date,
       operated_by;
   std::optional<std::size_t> pitch, roll, heading;
-  double angle_in_rad = rad_per_deg;       // of pitch and roll
-  std::optional<std::size_t> size, along;  // of a known field: how large, along which axis
+  double angle_in_rad = rad_per_deg;       // unit of pitch and roll
+  std::optional<std::size_t> size, along;  // magnitude and axis of a known field
   Eigen::Vector3d along_all =
-      Eigen::Vector3d::Zero();  // its direction if it is not stated in a column
+      Eigen::Vector3d::Zero();  // direction of a known field if `along` is nullopt
   TemperatureColumns temperature;
   LevelColumns level;
   std::vector<std::size_t> axes;
-  std::vector<std::optional<std::size_t>> minus;  // for each axis that is a difference
-  std::vector<std::size_t> axes_sd;               // empty unless every axis has one
-  std::vector<std::size_t> field;                 // empty or three
+  std::vector<std::optional<std::size_t>> minus;  // subtracted column of each axis, if any
+  std::vector<std::size_t> axes_sd;               // empty unless each axis has a column AXIS_sd
+  std::vector<std::size_t> field;                 // fx, fy, fz; or empty
 };
 
-// Where pitch and roll are the labels, and not what an inclinometer reads.
+// Finds the columns of stated attitudes. If pitch_deg or roll_deg is an axis of the instrument, it
+// is a reading and not an attitude.
 void find_attitude(Table& table, const std::vector<std::string>& axes, Columns& columns) {
   const auto is_axis = [&](const char* name) {
     return std::find(axes.begin(), axes.end(), name) != axes.end();
@@ -373,7 +373,7 @@ void find_attitude(Table& table, const std::vector<std::string>& axes, Columns& 
     if (columns.pitch || columns.roll || has_labels || is_own) {
       continue;
     }
-    // One angle is the pitch; of an instrument that senses y alone it is the roll.
+    // A single angle is the pitch. It is the roll if the instrument has only axis y.
     const bool rolls = axes.size() == 1 && (axes.front() == "y" || axes.front() == "Y");
     (rolls ? columns.roll : columns.pitch) = table.find(angle.name);
     columns.angle_in_rad = angle.in_rad;
@@ -392,7 +392,7 @@ void find_attitude(Table& table, const std::vector<std::string>& axes, Columns& 
   }
 }
 
-// "x", "-Z", or the name of an axis: a direction of the sensor's frame.
+// Parses a direction in the sensor's frame: "x", "-Z", or the name of an axis.
 std::optional<Eigen::Vector3d> direction_of(std::string_view word,
                                             const std::vector<std::string>& axes) {
   double sign = 1.0;
@@ -411,7 +411,7 @@ std::optional<Eigen::Vector3d> direction_of(std::string_view word,
   return sign * Eigen::Vector3d::Unit(axis - axes.begin());
 }
 
-// Where the size of a known field stands, and along which axis it was.
+// Finds the columns with the magnitude and the axis of a known field.
 void find_size(Table& table, const std::vector<std::string>& axes, Columns& columns, Run& run) {
   if (columns.rest || !columns.field.empty() || columns.pitch || columns.roll) {
     return;
@@ -436,7 +436,7 @@ void find_size(Table& table, const std::vector<std::string>& axes, Columns& colu
   }
 }
 
-// The slot of each axis; empty where there are none.
+// The slot of each axis; empty without slots.
 std::vector<std::string> slot_of_axes(const ObservationColumns& wanted) {
   std::vector<std::string> slots;
   for (const SlotColumns& slot : wanted.slots) {
@@ -508,7 +508,7 @@ Columns find_columns(Table& table, const ObservationColumns& wanted, Run& run) {
   return columns;
 }
 
-// The face at the fence is not known, and does not matter on a level table.
+// A design point with an arbitrary fence face, which does not matter on a level table.
 DesignPoint any_point_on(Face rest) {
   return {rest, face_of((axis_of(rest) + 1) % 3, true)};
 }
@@ -787,7 +787,7 @@ std::string run_sheet_csv(const std::vector<RunSheetRow>& sheet,
   append_cells(text, header);
   for (std::size_t i = 0; i < sheet.size(); ++i) {
     std::vector<std::string> row = cells.rows[i];
-    row.resize(row.size() + axes.size());  // to be filled in
+    row.resize(row.size() + axes.size());  // empty cells for the readings
     if (with_temperature) {
       row.push_back(sheet[i].temperature ? number_text(*sheet[i].temperature) : "");
     }

@@ -41,8 +41,8 @@ void note_ignored_columns(const Run& file, std::vector<std::string>& notes) {
   }
 }
 
-// A file's statement about every reading joins those of earlier files. An empty text stands for the
-// readings of a file without the column.
+// Appends a file's column of texts to the columns of earlier files. If a file lacks the column, its
+// readings get an empty text.
 void join_texts(std::vector<std::string> texts,
                 std::size_t size,
                 std::size_t size_before,
@@ -139,7 +139,7 @@ ObservationColumns observation_columns(const Experiment& experiment, Units units
 Run join_runs(std::vector<Run> files, Units units) {
   Run run;
   std::vector<Observations> parts;
-  std::string without_serial;  // a file without that column
+  std::string without_serial;  // path of a file without the column 'serial'
   std::size_t size = 0;        // readings of the files so far
   for (Run& file : files) {
     if (units == Units::one) {
@@ -176,7 +176,7 @@ Run join_runs(std::vector<Run> files, Units units) {
       throw DataError(without_serial,
                       "column 'serial' is missing: of which of the units are these readings?");
     }
-    run.serials.clear();  // all are of the one unit
+    run.serials.clear();  // all readings are of one unit
   }
   run.observations = concatenate(std::move(parts));
   return run;
@@ -192,10 +192,10 @@ UnitsOfRun::UnitsOfRun(Run run, const std::string& stated_serial) : run_(std::mo
     serials_.push_back(stated_serial.empty() ? run_.serial : stated_serial);
     return;
   }
-  // Thousands of units in one file: each row is looked at once.
+  // A file may have thousands of units, so each row is visited only once.
   const std::vector<std::string> of_rows = std::exchange(run_.serials, {});
   std::unordered_map<std::string_view, std::size_t> places;
-  std::vector<std::size_t> units;  // of each row
+  std::vector<std::size_t> units;  // index of the unit of each row
   units.reserve(of_rows.size());
   for (const std::string& serial : of_rows) {
     const auto [found, is_new] = places.emplace(serial, serials_.size());

@@ -43,7 +43,7 @@ void range_members(JsonMembers& io, Instrument& instrument) {
   io.flag_unless("one_sided", instrument.one_sided, false);
 }
 
-// Returns the axes as set_axes() takes them.
+// Returns the axes in the form of set_axes(): "x", or "d=p-n" for a difference.
 std::vector<std::string> axis_texts(const Instrument& instrument) {
   std::vector<std::string> texts;
   for (const std::string& axis : instrument.axes) {
@@ -57,7 +57,7 @@ std::vector<std::string> axis_texts(const Instrument& instrument) {
   return texts;
 }
 
-// One part of a sum; the common members are written once, for the sum.
+// The members of one part of a sum. Members that all parts share are members of the sum.
 void part_members(JsonMembers& io, FieldDescription& part) {
   io.need("kind", part.kind);
   io.value_if_any("name", part.name);
@@ -147,7 +147,7 @@ void members(JsonMembers& io, FieldDescription& field) {
   io.value_if_any("date", field.date);
 }
 
-// By the second field's kind.
+// An object with one member for each kind of second field.
 void also_members(JsonMembers& io, std::vector<AlsoResponse>& all, Eigen::Index m) {
   if (io.reads()) {
     for (const std::string& kind : io.from().keys()) {

@@ -8,15 +8,15 @@
 
 namespace axiscal {
 
-/// The instrument and the field in a record's file, for both directions.
+/// Reads or writes the instrument or the field of a record file.
 void members(JsonMembers& io, Instrument& instrument);
 void members(JsonMembers& io, FieldDescription& field);
 
-/// An instrument in an experiment file: the stated members, with its axes in the form that
-/// set_axes() takes.
+/// Reads or writes the instrument of an experiment file, in which all members are optional. Axes
+/// have the form of set_axes().
 void stated_members(JsonMembers& io, Instrument& instrument);
 
-/// Second fields that the instrument answers to.
+/// Reads or writes the responses to second fields.
 /// @param m  number of axes.
 void also_members(JsonMembers& io, std::vector<AlsoResponse>& all, Eigen::Index m);
 

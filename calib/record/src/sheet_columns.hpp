@@ -12,14 +12,14 @@
 
 namespace axiscal {
 
-/// A part of the field that has its own level has the column level.NAME.
+/// The column level.NAME has the level of the part NAME of the field.
 inline const std::string level_column_prefix = "level.";
 
-/// The columns that every table of readings begins with; design point, mount, level and temperature
-/// where they say something.
+/// The first columns of every table of readings: run and block. Design point, mount, level, confirm
+/// and temperature are added if a reading needs them.
 class SheetColumns {
  public:
-  /// @param axes  of the responses, for the columns of their temperatures.
+  /// @param axes  names of the axes, for the columns AXIS_temperature.
   explicit SheetColumns(const std::vector<Reading>& readings, std::vector<std::string> axes = {})
       : axes_(std::move(axes)) {
     for (const Reading& reading : readings) {
@@ -68,7 +68,7 @@ class SheetColumns {
 
   [[nodiscard]] std::vector<std::string> cells(const Reading& reading) const {
     std::vector<std::string> cells = {std::to_string(reading.run), std::to_string(reading.block)};
-    if (with_point_) {  // a free pose among labelled ones has neither label
+    if (with_point_) {  // empty for a reading without a design point
       cells.emplace_back(reading.point ? face_name(reading.point->rest()) : "");
       cells.emplace_back(reading.point ? face_name(reading.point->fence()) : "");
     }
@@ -101,9 +101,9 @@ class SheetColumns {
   bool with_level_ = false;
   bool with_temperature_ = false;
   bool with_confirm_ = false;
-  std::size_t own_temperatures_ = 0;  // of each axis; 0: one sensor for all
+  std::size_t own_temperatures_ = 0;  // sensors of single axes; 0: one sensor for all axes
   std::vector<std::string> axes_;
-  std::set<std::string> parts_;  // that have levels of their own
+  std::set<std::string> parts_;  // names of the parts with their own level
 };
 
 }  // namespace axiscal

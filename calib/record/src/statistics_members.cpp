@@ -11,7 +11,7 @@
 namespace axiscal {
 namespace {
 
-// A matrix in a file: each row of a list has a vector of m numbers.
+// A matrix in a file: each element of a list has a row of the matrix, a vector of m numbers.
 class RowVectors {
  public:
   RowVectors(const char* key, Eigen::MatrixXd& matrix, Eigen::Index m)
@@ -33,7 +33,7 @@ class RowVectors {
     }
   }
 
-  // The values become the matrix, if every row has one.
+  // Sets the matrix from the vectors that were read, if each element had one.
   void finish(std::size_t rows) {
     if (rows > 0 && taken_.size() == rows * static_cast<std::size_t>(m_)) {
       using ByRow = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
@@ -94,7 +94,7 @@ void error_members(JsonMembers& io, FitStatistics& statistics, Eigen::Index m) {
   io.vector("coverage_factor_95", statistics.coverage_factor, m);
 }
 
-// A record of 0.1 has the intervals of each axis's scatter.
+// Records of version 0.1 lack `interval_dof`: their intervals use each axis's degrees of freedom.
 void interval_members(JsonMembers& io, FitStatistics& statistics, Eigen::Index m) {
   const Eigen::Index count = statistics.covariance.rows();
   const Eigen::Index p = m > 0 ? count / m : 0;
@@ -109,7 +109,8 @@ void interval_members(JsonMembers& io, FitStatistics& statistics, Eigen::Index m
   if (p < 1 || statistics.interval_95.size() != count) {
     return;
   }
-  // Biases of method `bias` are without sensitivities. A transfer has fewer than three.
+  // Method `bias` has no sensitivity parameters. If the fields span fewer than three directions,
+  // each axis has fewer than three.
   Eigen::Index sensitivities = 0;
   while (1 + sensitivities < p &&
          statistics.parameter_names[static_cast<std::size_t>(1 + sensitivities)].find(
@@ -187,7 +188,7 @@ void members(JsonMembers& io, FitStatistics& statistics, Eigen::Index m) {
   io.vector("r_squared", statistics.r_squared, m);
   error_members(io, statistics, m);
   io.value("parameter_names", statistics.parameter_names);
-  // Without names nobody knows what the covariance is of.
+  // A covariance without parameter names has no meaning, so it is not read.
   const auto parameters = static_cast<Eigen::Index>(statistics.parameter_names.size());
   if (!io.reads() || parameters > 0) {
     io.matrix("covariance", statistics.covariance, parameters, parameters);

@@ -8,10 +8,10 @@
 
 namespace axiscal {
 
-/// `rest` and `fence` of a design point; nullopt if the file lacks them.
+/// Reads or writes `rest` and `fence` of a design point; nullopt if the file lacks them.
 void point_members(JsonMembers& io, std::optional<DesignPoint>& point);
 
-/// The statistics of a fit, as a record's file has them; for both directions.
+/// Reads or writes the statistics of a fit in a record file.
 /// @param m  number of axes.
 void members(JsonMembers& io, FitStatistics& statistics, Eigen::Index m);
 

@@ -16,7 +16,7 @@
 namespace axiscal {
 namespace {
 
-// The line through the readings of a window that ends at `last`.
+// The line that is fitted to the readings of a window.
 struct Line {
   double rate = 0.0;
   double rate_se = 0.0;  // NaN with two readings or fewer
@@ -98,8 +98,8 @@ std::vector<int> soak_levels(const std::vector<double>& temperatures) {
   if (n == 0 || temperatures[order.front()] == temperatures[order.back()]) {
     return std::vector<int>(n, 0);
   }
-  // The wider gaps separate the levels, if they are clearly wider than the gaps within levels: the
-  // cut is at the largest ratio between neighbours in the sorted list of gaps.
+  // Gaps between levels must be clearly wider than gaps within levels. The limit is at the largest
+  // ratio of successive gaps in the sorted list of gaps.
   std::vector<double> gaps;
   for (std::size_t i = 1; i < n; ++i) {
     gaps.push_back(temperatures[order[i]] - temperatures[order[i - 1]]);
@@ -133,7 +133,7 @@ std::vector<int> soak_levels(const std::vector<double>& temperatures) {
     widest = std::max(widest, t - lowest);
     level[order[i]] = current;
   }
-  // If a level is as wide as the gap to the next, the temperature was not held.
+  // If a level is wider than half of the narrowest gap between levels, no temperature was held.
   const bool held = widest <= 0.5 * split && static_cast<std::size_t>(current) + 1 < n;
   return held ? level : std::vector<int>{};
 }
@@ -172,7 +172,7 @@ SoakState soak_state(std::span<const double> time_s,
     state.remaining_s = 0.0;
     return state;
   }
-  // An approach like exp(-t / tau): the rate a window ago says how fast it falls.
+  // An approach like exp(-t / tau): tau follows from the rate now and the rate one window ago.
   const double earlier_end = t.front();
   const std::size_t earlier = start_of(earlier_end);
   if (from >= earlier + 3 && time_s[from - 1] - time_s[earlier] > 0.5 * window_s) {

@@ -19,7 +19,7 @@
 namespace axiscal {
 namespace {
 
-// The positions of an axis's parameters.
+// The indices of the parameters of an axis.
 std::vector<Eigen::Index> places_of_axis(const FitStatistics& statistics, const std::string& axis) {
   std::vector<Eigen::Index> places;
   for (std::size_t i = 0; i < statistics.parameter_names.size(); ++i) {
@@ -31,8 +31,8 @@ std::vector<Eigen::Index> places_of_axis(const FitStatistics& statistics, const 
   return places;
 }
 
-// Of a function whose gradient is often 0.
-// @param places  of the parameters that count.
+// The variance of a linear function whose gradient is mostly 0.
+// @param places  indices of the parameters that contribute to the variance.
 double variance(const Eigen::RowVectorXd& gradient,
                 const Eigen::MatrixXd& covariance,
                 const std::vector<Eigen::Index>& places) {
@@ -50,7 +50,7 @@ double variance(const Eigen::RowVectorXd& gradient,
   return sum;
 }
 
-// The parameters on which a function depends: that of a coefficient's gradient is one.
+// The indices of the parameters with a nonzero gradient.
 std::vector<Eigen::Index> places_that_count(const Eigen::RowVectorXd& gradient) {
   std::vector<Eigen::Index> places;
   places.reserve(static_cast<std::size_t>((gradient.array() != 0.0).count()));
@@ -73,7 +73,8 @@ bool has_source(const Calibration& calibration, std::string_view beginning) {
 
 constexpr double as_good_as_infinite = 1e6;
 
-// Welch's and Satterthwaite's degrees of freedom, and whether each share has enough for them.
+// The degrees of freedom by Welch and Satterthwaite. by_welch is true if each share has enough
+// degrees of freedom for this formula.
 struct EffectiveFreedom {
   double variance = 0.0;
   double degrees_of_freedom = std::numeric_limits<double>::infinity();
@@ -101,7 +102,7 @@ EffectiveFreedom effective_freedom(const VarianceShares& shares) {
   return result;
 }
 
-// @param factor  Student's t of degrees of freedom.
+// @param factor  function that returns Student's t for degrees of freedom.
 template <typename Factor>
 double half_width(const VarianceShares& shares, const EffectiveFreedom& freedom, Factor factor) {
   const auto t = [&](double nu) { return factor(std::min(nu, as_good_as_infinite)); };
@@ -151,8 +152,8 @@ VarianceShares LinearPropagation::scatter(const Eigen::RowVectorXd& gradient,
         {.variance = share,
          .degrees_of_freedom = statistics().degrees_of_freedom(static_cast<Eigen::Index>(k))});
   }
-  // `joint`: the axes share a part through the field's direction; it is divided among them in
-  // proportion.
+  // Method joint: the fitted direction of the field adds a variance that the axes share. It is
+  // divided among the axes in proportion to their own variances.
   const double all = variance(gradient, of_readings_, places);
   for (VarianceShare& share : shares.axes) {
     share.variance *= sum > 0.0 ? all / sum : 1.0;
@@ -164,7 +165,7 @@ VarianceShares LinearPropagation::all(const Eigen::RowVectorXd& gradient,
                                       std::vector<double>& by_source) const {
   const std::vector<Eigen::Index> places = places_that_count(gradient);
   VarianceShares own = scatter(gradient, places);
-  // Without components the covariance is that of the readings: the sum of the axes' shares.
+  // Without components, the variance of the fit is the sum of the axes' shares.
   const double variance_of_fit =
       own.components.empty()
           ? std::accumulate(own.axes.begin(), own.axes.end(), 0.0,
@@ -291,8 +292,8 @@ bool counts_magnitude(const Calibration& calibration) {
 
 namespace {
 
-// The reference that readings in an electrical unit rest on, as "the voltage reference" of mV and
-// mV/V; empty for another unit.
+// The reference of readings in an electrical unit, for example "the voltage reference" for mV and
+// mV/V; empty for other units.
 std::string reference_of_unit(std::string_view unit) {
   unit = unit.substr(0, unit.find('/'));
   for (const std::string_view prefix : {"n", "u", "\u00b5", "\u03bc", "m", "k", "M"}) {
@@ -388,7 +389,7 @@ CombinedUncertainty uncertainty_of(const LinearPropagation& inheritance,
     uncertainty.by_source = std::move(by_source);
     return uncertainty;
   }
-  // The fit states the interval; it is more accurate than the shares.
+  // The interval of the fit is more accurate than an interval from the shares.
   uncertainty.u = std::sqrt(effective_freedom(all).variance);
   uncertainty.by_source = std::move(by_source);
   const double nu = statistics.interval_dof(parameter);
@@ -472,7 +473,7 @@ Advice advice_to_halve(const CombinedUncertainty& uncertainty,
                             advice.source, number_text(100.0 * std::sqrt((all - own) / all), 2));
     return advice;
   }
-  const double factor = own / allowed;  // the factor of the variance
+  const double factor = own / allowed;  // the required reduction of the variance
   if (advice.source == "fit") {
     advice.text = formatted(
         "it halves with {} readings instead of {}, or a reading's noise divided by {}",

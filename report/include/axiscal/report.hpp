@@ -7,8 +7,8 @@
 #include "axiscal/report/run_sheet_page.hpp"
 
 /// @file
-/// What people look at: a calibration, or a log's noise, as one HTML page, a certificate as PDF, a
-/// run sheet to print.
+/// Output for people: reports of a calibration or of a log's noise as one HTML page, certificates
+/// as PDF, and run sheets to print.
 ///
 /// @code
 /// axiscal::Calibration calibration;
@@ -19,5 +19,5 @@
 /// @endcode
 ///
 /// Traps:
-/// - A certificate states what its details say; missing_details() lists what ISO/IEC 17025 asks
-///   for.
+/// - A certificate contains the details that the caller states. missing_details() lists the details
+///   that ISO/IEC 17025 requires and that are missing.

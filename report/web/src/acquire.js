@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
-// The page of a live session: shows what the engine says, sends what the person asks for. All text is set
-// as text, never as markup.
+// The page of a live session. It displays views and events, and sends commands. All text is inserted as
+// text, never as markup.
 import { makeGuidedCube } from "./guided_cube.js";
 import { makeSphere } from "./sphere.js";
 import { makeTraces } from "./traces.js";
 
 const at = (id) => document.getElementById(id);
 const face = (name) => name.replace("-", "\u2212");
-// The true minus sign before numbers and faces.
+// Replaces the hyphen before numbers and faces by a minus sign.
 const minus = (text) => text.replace(/(^|[\s(,=])-(?=[\d.]|[XYZxyz]\b)/g, "$1\u2212");
 const WORDS = {
   capture: "Take reading", accept: "It lies right", "as-seen": "Take it as it looks", retake: "Retake last",
@@ -96,7 +96,7 @@ at("control").addEventListener("click", async () => {
   }
 });
 
-// Whether a part of the page is to show something else than it does.
+// True if the data of a part of the page differ from the displayed data.
 const shown = {};
 function isNews(part, what) {
   const key = JSON.stringify(what);
@@ -220,7 +220,7 @@ function showOutcomes(outcomes) {
   }
 }
 
-// What the session left, and what may follow.
+// Shows the output files of the session and the choices after the end.
 function showFiles(files) {
   if (!isNews("files", [files, controls])) {
     return;
@@ -248,7 +248,7 @@ function showFiles(files) {
   at("wishes").replaceChildren(wish("Again, the same instrument", "again", ""), wish("Close", "leave", "first"));
 }
 
-// The verdict stands above already.
+// Lines of the result that repeat the verdict. The page shows the verdict already.
 const SAID = new Set(["calibrated", "calibrated, with warnings", "refused"]);
 
 function showResult(lines) {
@@ -302,7 +302,7 @@ function show(message) {
 
 const percent = (share) => `${Number((100 * share).toPrecision(2))} %`;
 
-// A session without a cube: the sphere, and four plain numbers.
+// Displays a session without a cube: the sphere and its numbers.
 function showFree(free, message) {
   document.body.classList.toggle("free", Boolean(free));
   if (!free) {
@@ -329,7 +329,7 @@ function showFree(free, message) {
 }
 window.axiscalSphere = sphere; // for tests: what is drawn
 
-// In words, what the two traces show.
+// Describes the two traces in words.
 function whyItWaits(view) {
   if (view.stillness === null || (view.free && view.phase !== "dwelling") || view.phase === "over" || view.phase === "review") {
     return "";
@@ -366,7 +366,7 @@ function watch() {
       source.close();
       setLink("the session is over", false);
     } else if (source.readyState === EventSource.CLOSED) {
-      // Refused, not lost: another try may do, the browser makes none.
+      // The server refused the stream. The page tries again, because the browser does not.
       setLink("not connected: open the address that the terminal shows", true);
       again = setTimeout(watch, 2000);
     } else {
@@ -375,7 +375,7 @@ function watch() {
   });
 }
 
-// A dead connection may take long to be told of.
+// Reconnects if no message arrives for a while, because browsers may detect a dead connection late.
 setInterval(() => {
   if (source && !finished && performance.now() - alive > 6000 && alive > 0 && !document.hidden) {
     setLink("nothing comes any more; trying again", true);
@@ -384,7 +384,8 @@ setInterval(() => {
   }
 }, 1000);
 
-// Control is lent by a page that is not heard, and comes back when it is. Browsers slow down the clock of a hidden page.
+// Sends heartbeats. A silent page lends its control to another page and gets it back with the next heartbeat.
+// A page also sends one when it becomes visible, because browsers slow down the timers of hidden pages.
 const sayAlive = () => !finished && post("/alive", {});
 setInterval(sayAlive, 2000);
 addEventListener("visibilitychange", () => !document.hidden && sayAlive());

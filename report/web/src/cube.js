@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The cube on its table, in the pose of the reading that is chosen; drag or arrow keys turn the view.
-// Without scripts the drawn poses stay.
+// Draws the cube on its table in the pose of the selected reading. Dragging and arrow keys turn the view.
+// Without scripts, the page shows the drawings of the poses.
 import { between, drawScene, quaternionOf } from "./scene.js";
 
 const TURN_MS = 600;

@@ -1,9 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-// The cube of a live session: it turns from how it lies to how it is to lie, the face for the table and
-// the face for the fence marked. The words beside it say the same.
+// The cube of a live session. It turns from the present pose to the requested pose. The face for the table
+// and the face for the fence are marked. The text next to it has the same content.
 import { angleBetween, between, cross, drawScene, normalOf, quaternionOf } from "./scene.js";
 
-// Rows x, y, z of the table in the cube's frame: z away from the rest face, y to the fence.
+// The rotation matrix table from cube. Its rows are the table's x, y, z axes in the cube's frame: z points away
+// from the rest face, y points to the fence.
 export function rotationOf({ rest, fence }) {
   const z = normalOf(rest).map((v) => -v);
   const y = normalOf(fence);
@@ -29,7 +30,7 @@ export function makeGuidedCube(place) {
   let looping = false;
 
   function draw(time) {
-    // It stays as it lies for a while, turns, and stays as it is to lie; then again.
+    // The animation shows the present pose, the turn and the requested pose, and repeats.
     const share = still || !from ? 1 : Math.min(1, Math.max(0, (time - WAIT_S) / TURN_S));
     const moves = !still && from && angleBetween(from, to) > 0.01;
     drawScene(
@@ -45,7 +46,7 @@ export function makeGuidedCube(place) {
     );
   }
 
-  // Some frames a second are enough, and none while nothing moves: the page may run on a small machine.
+  // Draws 20 frames a second, and only while the cube moves, because the page may run on a slow machine.
   function loop() {
     const time = ((performance.now() - started) / 1000) % ROUND_S;
     if (!document.hidden && (drawn !== shown || (time > WAIT_S && time < WAIT_S + TURN_S + 0.2))) {

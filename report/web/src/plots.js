@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Words for the drawn figures: the mark that the pointer is near is named below its figure, and marks of
-// the same run are shown in all figures and tables.
+// Readouts for the figures. The values of the mark next to the pointer are displayed below the figure, and
+// its run is highlighted in all figures and tables.
 const REACH_PX = 24;
 let pointed = null;
 
@@ -11,7 +11,7 @@ function pointAt(run) {
   }
 }
 
-// Distance of a place to a box, in the drawing's units; 0 inside.
+// Distance from a point to a box, in the drawing's units; 0 inside the box.
 function distance({ x, y }, box) {
   const past = (at, from, size) => Math.max(from - at, 0, at - from - size);
   return Math.hypot(past(x, box.x, box.width), past(y, box.y, box.height));
@@ -32,7 +32,7 @@ function nearest(marks, event, svg) {
 }
 
 function showFigure(svg) {
-  // The script says the words at once; the title of a mark would say them once more.
+  // Removes the tooltips of the marks, because the readout displays the same text.
   const marks = [...svg.querySelectorAll("title")].map((title) => {
     const element = title.parentElement;
     title.remove();
@@ -56,7 +56,7 @@ function showFigure(svg) {
   svg.addEventListener("pointerleave", () => say(null));
 }
 
-// A figure that is chosen takes the width of the page.
+// Adds a button that enlarges a figure to the width of the page.
 function addEnlarging(figure) {
   const button = document.createElement("button");
   button.type = "button";

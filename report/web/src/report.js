@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The page is whole without this script. It names the marks of figures, turns the cube, copies tables, and
-// opens folded parts for links and for the printer.
+// The page is complete without this script. The script displays the values of marks, turns the cube, copies
+// tables, and opens folded parts for links and for printing.
 import { showCube } from "./cube.js";
 import { showPlots } from "./plots.js";
 
@@ -23,7 +23,7 @@ function addCopyButtons() {
   }
 }
 
-// From a file on disk the clipboard may be closed to scripts; a selection is not.
+// A page from a file may not have access to the clipboard API. The fallback copies a selection.
 async function copied(text) {
   try {
     await navigator.clipboard.writeText(text);
@@ -51,7 +51,7 @@ function openPart(hash) {
 document.querySelectorAll("nav a").forEach((link) => link.addEventListener("click", () => openPart(link.hash)));
 openPart(location.hash);
 
-// A printed page shows all parts; afterwards they are folded as they were.
+// Opens all folded parts for printing, and folds them again afterwards.
 let folded = [];
 addEventListener("beforeprint", () => {
   folded = [...document.querySelectorAll("details.part:not([open])")];
@@ -59,7 +59,7 @@ addEventListener("beforeprint", () => {
 });
 addEventListener("afterprint", () => folded.forEach((part) => (part.open = false)));
 
-// A table that is wider than the page is scrolled by keys too.
+// Makes tables that are wider than the page focusable, so that keys can scroll them.
 function reachWideTables() {
   for (const table of document.querySelectorAll("table")) {
     if (table.closest("details:not([open])")) {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// A run sheet that is filled in on a phone: what is typed stays in the browser, and becomes the CSV that
-// `axiscal calibrate` reads. Without this script the sheet is for pencils.
+// Lets a person fill in the run sheet on a phone. The browser stores the typed values. The page saves them as
+// the CSV that `axiscal calibrate` reads. Without this script the sheet can be printed and filled in by hand.
 (() => {
   const form = document.getElementById("sheet");
   const inputs = [...form.querySelectorAll("input")];
@@ -13,7 +13,7 @@
     }
   })();
   const tell = (text) => (document.getElementById("told").textContent = text);
-  // Commas as people type them in many countries; the CSV has points.
+  // Replaces a decimal comma by a point.
   const number = (text) => text.trim().replace(/^\u2212/, "-").replace(",", ".");
   const isNumber = (text) => text !== "" && Number.isFinite(Number(text));
 
@@ -21,7 +21,7 @@
     try {
       localStorage.setItem(key, JSON.stringify(Object.fromEntries(inputs.map((input) => [input.name, input.type === "checkbox" ? input.checked : input.value]))));
     } catch {
-      // A browser that keeps nothing: what is typed lasts as long as the page.
+      // The browser does not allow storage. Typed values are lost when the page is closed.
     }
   }
 
@@ -43,13 +43,14 @@
     return { steps, filled };
   }
 
-  // @return the CSV of the readings that are whole, and how many these are; half a run is worth keeping.
+  // @return the CSV of the complete readings, their number (kept), and the number of steps (all). The CSV may
+  // contain a part of the run.
   function csv() {
     const readings = (step) => [...step.querySelectorAll("input[data-axis]")].map((input) => number(input.value));
     const steps = [...form.querySelectorAll("li")].filter((step) => readings(step).every(isNumber));
     const temperature = (step) => number(step.querySelector("input[data-temperature]")?.value ?? "");
     const withTemperature = steps.length > 0 && steps.every((step) => isNumber(temperature(step)));
-    // Whose readings they are goes with each of them; the record takes its serial number from there.
+    // Each row repeats the serial number, the operator and the date. The record takes its serial number from here.
     const about = ["serial", "operator", "date"].filter((name) => form.elements[name].value.trim() !== "");
     const head = [form.dataset.header, ...form.dataset.axes.split("\t").map(cell), ...(withTemperature ? ["temperature"] : []), ...about];
     const lines = [head.join(",")];

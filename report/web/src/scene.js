@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The cube on its table before the fence, drawn on a canvas in parallel projection. Table frame: x right,
-// y to the fence, z up. A pose is the unit quaternion [w, x, y, z] of table from cube.
+// Draws the cube on its table in front of the fence, on a canvas in parallel projection. Table frame: x right,
+// y to the fence, z up. A pose is a unit quaternion [w, x, y, z], the rotation table from cube.
 const FACES = {
   "+X": [[1, 0, 0], [0, 1, 0]],
   "-X": [[-1, 0, 0], [0, 1, 0]],
@@ -18,7 +18,7 @@ const times = (a, factor) => a.map((v) => v * factor);
 const plus = (...all) => [0, 1, 2].map((i) => all.reduce((sum, v) => sum + v[i], 0));
 export const normalOf = (face) => FACES[face][0];
 
-// Rows of the rotation matrix -> quaternion, by its largest part.
+// Converts a rotation matrix, given by its rows, to a quaternion.
 export function quaternionOf([a, b, c]) {
   const parts = [
     [1 + a[0] + b[1] + c[2], c[1] - b[2], a[2] - c[0], b[0] - a[1]],
@@ -39,7 +39,7 @@ export function turned([w, ...q], v) {
 const fourDot = (a, b) => a.reduce((sum, v, i) => sum + v * b[i], 0);
 export const angleBetween = (a, b) => 2 * Math.acos(Math.min(1, Math.abs(fourDot(a, b))));
 
-// From one pose to another by the shorter way.
+// Interpolates between two poses along the shorter way (slerp).
 export function between(from, to, share) {
   const sign = fourDot(from, to) < 0 ? -1 : 1;
   const angle = Math.acos(Math.min(1, Math.abs(fourDot(from, to))));
@@ -49,8 +49,8 @@ export function between(from, to, share) {
   return mixed.map((v) => v / length);
 }
 
-// Of the four ways to write on a face the one that stands upright: up at the sides, away from the
-// viewer on the top.
+// Selects one of the four orientations of the letters on a face: upright on the sides, away from the viewer on
+// the top.
 function lettersOf(face, pose) {
   const [normal, edge] = FACES[face];
   const wanted = Math.abs(turned(pose, normal)[2]) > 0.7 ? [0, 1, 0] : [0, 0, 1];
@@ -60,9 +60,9 @@ function lettersOf(face, pose) {
 }
 
 // Draws the scene and fits the canvas to its width.
-// @param scene  pose; letters: the pose in which the letters stand upright; lift above the table;
-//               view: {around, above} in radians; field: arrow in the table's frame; rest, fence: faces
-//               to mark, with their places on the table and at the fence.
+// @param scene  pose: of the cube; letters: pose in which the letters are upright; lift: height above the
+//               table; view: angles {around, above} in radians; field: arrow in the table's frame; rest,
+//               fence: faces to be marked. The places on the table and at the fence are marked too.
 export function drawScene(canvas, scene, aspect) {
   const ratio = Math.min(devicePixelRatio, 2);
   const width = canvas.clientWidth || 600;
@@ -173,7 +173,7 @@ export function drawScene(canvas, scene, aspect) {
   if (eye[1] <= 0) {
     fence();
   }
-  // Hidden feet, faces, then the feet of the faces that are seen.
+  // Draws the feet of the hidden faces, then the visible faces, then their feet.
   const seen = Object.keys(FACES).filter((name) => dot(turned(scene.pose, normalOf(name)), eye) > 0);
   const feetOf = (name) => {
     const [normal, edge] = FACES[name];

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The sphere of a session without a cube: readings on it, regions that none has met yet glow, and a
-// marker where the instrument points now. Drawn by hand, thirty times a second with thousands of points,
-// so that it needs no WebGL.
+// The sphere of a session without a cube: the readings, glowing regions without readings, and a marker at the
+// current direction of the instrument. It is drawn on a 2D canvas thirty times a second, without WebGL.
 const FRAME_MS = 33;
 const CELLS = 160; // directions all over the sphere
 const NEAR = Math.cos((20 * Math.PI) / 180); // a reading this near fills a cell
@@ -10,7 +9,7 @@ function color(name) {
   return getComputedStyle(document.documentElement).getPropertyValue(name).trim();
 }
 
-// Spread evenly: the golden spiral.
+// Returns directions that are evenly spread over the sphere (golden spiral).
 function directions(count) {
   const golden = Math.PI * (3 - Math.sqrt(5));
   return Array.from({ length: count }, (_, i) => {
@@ -55,14 +54,14 @@ export function makeSphere(canvas) {
       canvas.width = Math.round(width * ratio);
       canvas.height = Math.round(height * ratio);
     }
-    // Thousands of small squares are drawn faster without a graphics card's help.
+    // The CPU draws thousands of small squares faster than a graphics card does.
     const pen = canvas.getContext("2d", { willReadFrequently: true });
     pen.setTransform(ratio, 0, 0, ratio, 0, 0);
     pen.clearRect(0, 0, width, height);
     const radius = 0.42 * Math.min(width, height);
     const [cx, cy] = [width / 2, height / 2];
     const [ct, st, ca, sa] = [Math.cos(turn), Math.sin(turn), Math.cos(tilt), Math.sin(tilt)];
-    // To the eye: x right, y up, depth towards the one who looks.
+    // Projects a direction to the canvas: x right, y up, depth towards the viewer.
     const seen = (x, y, z) => {
       const right = ct * x + st * y;
       const away = -st * x + ct * y;
@@ -72,7 +71,7 @@ export function makeSphere(canvas) {
     pen.beginPath();
     pen.arc(cx, cy, radius, 0, 2 * Math.PI);
     pen.fill();
-    // Gaps glow, and breathe.
+    // Draws the gaps with a pulsating glow.
     const breath = 0.55 + 0.25 * Math.sin(now / 350);
     pen.fillStyle = color("--fence");
     cells.forEach((cell, k) => {
@@ -86,7 +85,7 @@ export function makeSphere(canvas) {
     });
     const size = raw.length > 1500 ? 2 : 3;
     pen.fillStyle = color("--rest");
-    // Those behind first, then those before.
+    // Draws the readings at the back of the sphere first, then those at the front.
     for (const front of [false, true]) {
       pen.globalAlpha = front ? 0.9 : 0.25;
       for (let i = 0; i < 3 * raw.length; i += 3) {
@@ -158,7 +157,7 @@ export function makeSphere(canvas) {
   canvas.addEventListener("pointerup", () => (grip = null));
 
   return {
-    // What came since the last time, and how the sphere lies now.
+    // Takes the new readings and the current map to the sphere.
     take(view, from, points) {
       if (from !== raw.length) {
         raw = raw.slice(0, from);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The last half minute of a live session: each axis against its own mean, and the noise against what
-// counts as still.
+// Draws the last half minute of a live session: each axis relative to its mean, and the noise relative to the
+// limit of stillness.
 const SPAN_MS = 30000;
 
 function color(name) {
@@ -41,7 +41,7 @@ export function makeTraces(reading, noise) {
         const x = width - ((samples.at(-1).at - one.at) / SPAN_MS) * width;
         const off = (one.reading[k] - mean) / reach;
         const y = middle - 0.42 * (height / axes) * Math.max(-1, Math.min(1, off));
-        Math.abs(off) > 1 ? pen.moveTo(x, y) : pen.lineTo(x, y);  // a motion beyond the scale is a gap
+        Math.abs(off) > 1 ? pen.moveTo(x, y) : pen.lineTo(x, y);  // a gap during motion beyond the scale
       }
       pen.stroke();
       pen.fillStyle = color("--quiet");
@@ -49,7 +49,7 @@ export function makeTraces(reading, noise) {
     }
   }
 
-  // Four decades: one below what counts as still, three above.
+  // Draws the noise on a logarithmic scale: one decade below the limit of stillness, three decades above.
   function drawNoise() {
     const { pen, width, height } = begin(noise);
     const y = (ratio) => height * (0.75 - 0.25 * Math.log10(Math.min(1000, Math.max(0.1, ratio))));

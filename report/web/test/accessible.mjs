@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-// axe-core's check of a page as it stands now.
+// Checks the accessibility of a page in its current state by axe-core.
 import assert from "node:assert/strict";
 import { readFileSync } from "node:fs";
 import { createRequire } from "node:module";
 import { join } from "node:path";
 
-// FOLDER has node_modules. The page's context must be made with { bypassCSP: true }: the check is a script
-// that the page would refuse.
+// FOLDER contains node_modules. The page's context must be created with { bypassCSP: true }, because the page's
+// policy blocks the script of axe-core.
 export async function assertAccessible(folder, page, name) {
   await page.evaluate(readFileSync(createRequire(join(folder, "package.json")).resolve("axe-core/axe.min.js"), "utf8"));
   const { violations } = await page.evaluate(() => window.axe.run());

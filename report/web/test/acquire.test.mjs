@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// node acquire.test.mjs FOLDER AXISCAL [PICTURES]: a session by clicks in headless Chromium, a watcher
-// beside it, a reload and a lost connection in the middle, and a server that is not impressed. FOLDER has
-// node_modules; pictures are kept where a folder for them is given. Exit status 77 without Chromium.
+// node acquire.test.mjs FOLDER AXISCAL [PICTURES]: runs a session by clicks in headless Chromium, with a second
+// browser that watches, a reload and a lost connection, and attacks the server. FOLDER contains node_modules.
+// PICTURES is a folder for screenshots. Exits with status 77 without Chromium.
 import assert from "node:assert/strict";
 import { spawn } from "node:child_process";
 import { mkdtempSync, readFileSync, rmSync } from "node:fs";
@@ -17,7 +17,7 @@ const [folder, axiscal, pictures] = process.argv.slice(2).map((argument) => reso
 const scratch = mkdtempSync(join(tmpdir(), "axiscal-acquire-"));
 
 const programs = [];
-// A session with a page; its address comes on stderr.
+// Starts a session with a page. The program prints the page's address to stderr.
 async function start(name, source, ...more) {
   const program = spawn(axiscal, ["acquire", "--connect", source, "--web", "--json", "--name", join(scratch, name), ...more], {
     cwd: scratch,
@@ -58,7 +58,7 @@ async function open(browser, session, options = {}) {
   const context = await browser.newContext(options);
   const page = await context.newPage();
   const heard = listen(page);
-  // Every line of the log, however soon it is gone.
+  // Records all lines of the page's log, which displays only the last ones.
   const log = [];
   await page.exposeFunction("logged", (text) => log.push(text));
   await page.addInitScript(() =>
@@ -92,7 +92,7 @@ async function aSessionByClicks(browser) {
   assert.ok(await watcher.locator("#control").isVisible(), "the second browser watches");
   assert.ok(await watcher.locator("#actions button").first().isDisabled());
   await page.click("#sound");
-  // A knock takes a reading away, and the simulated person lays a doubted one anew: asked again.
+  // Takes one reading. A knock or a doubted pose may prevent a reading, so that it is tried again.
   const takeOne = async (name = null) => {
     const before = session.count("captured");
     for (let tries = 0; session.count("captured") === before; ++tries) {
@@ -120,7 +120,7 @@ async function aSessionByClicks(browser) {
       await doneIs(page, 4);
     }
     if (done === 5) {
-      // The page that controls is lost: the session goes on, and the page comes back by itself.
+      // The controlling page loses its connection. The session goes on, and the page reconnects by itself.
       await mine.context.setOffline(true);
       await watcher.waitForSelector("html[data-ready]");
       await pause(1500);
@@ -145,7 +145,7 @@ async function aSessionByClicks(browser) {
     }
   }
   await phaseIs(page, "review");
-  // A mistake that no question found is named now: that reading alone is taken again.
+  // The review names a wrong reading that no question has detected. Only this reading is taken again.
   const isSuggested = async () => (await page.locator('#actions [data-action="retake-suggested"]').count()) > 0;
   for (let rounds = 0; rounds < 3 && (await isSuggested()); ++rounds) {
     await click(page, "retake-suggested");
@@ -160,7 +160,7 @@ async function aSessionByClicks(browser) {
   assert.match(await page.textContent("#outcomes tr:nth-child(2) td"), /^\u2212?\d[\d.]* \u00b1 \d/);
   await picture(page, "acquire-review");
   await click(page, "finish");
-  // It ends with its result: files to open, and what may follow.
+  // At the end the page offers files and the choice of a new session.
   await page.waitForSelector("#files:not([hidden])");
   assert.deepEqual(await page.locator("#file-links a").allTextContents(), ["Report", "Certificate (draft)", "C header", "Record", "Readings"]);
   await picture(page, "acquire-result");
@@ -171,13 +171,13 @@ async function aSessionByClicks(browser) {
   const fetched = await page.evaluate(async () => (await fetch("/files/clicks%20%C3%BC.json")).status);
   assert.equal(fetched, 200);
   assert.ok(await watcher.locator("[data-wish=leave]").isDisabled(), "one controls");
-  // Once more with the same instrument, in the same page; then it is closed.
+  // Starts a second session with the same instrument in the same page.
   await page.click("[data-wish=again]");
   await doneIs(page, 0);
   await takeOne();
   await doneIs(page, 1);
   await mine.context.setOffline(true);
-  // Control passes on when its browser is gone.
+  // Control passes to the other browser when the controlling browser is gone.
   await watcher.waitForSelector("#control", { state: "hidden" });
   await click(watcher, "quit");
   await click(watcher, "quit");
@@ -192,14 +192,14 @@ async function aSessionByClicks(browser) {
   const own = new URL(session.url).host;
   const others = mine.requests.map((text) => new URL(text)).filter((url) => url.protocol !== "data:" && url.host !== own);
   assert.deepEqual(others, [], "no request leaves the page's own server");
-  // Offline the browser itself says that requests fail.
+  // The browser itself reports failed requests while it is offline.
   const complaints = [...mine.complaints, ...other.complaints];
   assert.deepEqual(complaints.filter((text) => !/ERR_|Failed to load|disconnected/.test(text)), []);
   await mine.context.close();
   await other.context.close();
 }
 
-// Targets for gloves, words for three metres.
+// Buttons are large enough for gloves, and the headline is readable from three metres.
 async function largeEnough(browser) {
   const session = await start("large", "sim:?speed=5");
   const { page, context } = await open(browser, session, { viewport: { width: 1280, height: 900 }, bypassCSP: true });
@@ -224,7 +224,7 @@ async function largeEnough(browser) {
   await context.close();
 }
 
-// Without a cube: points fill the sphere, what is asked for changes, and the same record comes of it.
+// A session without a cube: readings fill the sphere until the target is reached, and give a record.
 async function aFreeSession(browser) {
   const session = await start("free", "sim:?speed=4&seed=2&noise=0.003", "--free", "--instrument", "magnetometer", "--field", "geomagnetic", "--field-magnitude", "48", "--field-unit", "uT", "--unit", "uT");
   const { page, context, complaints } = await open(browser, session, { viewport: { width: 1280, height: 900 } });
@@ -296,7 +296,7 @@ async function theServerIsNotImpressed() {
   assert.equal((await ask(watcher, "quit")).status, 409, "one controls");
   assert.equal((await ask(cookie, "explode")).status, 400);
 
-  // Slow ones, half requests and noise by the thousand; the readings are taken meanwhile.
+  // The session takes readings during thousands of slow, incomplete and random requests.
   const before = session.count("captured");
   const sockets = [];
   for (let i = 0; i < 60; ++i) {
@@ -318,7 +318,7 @@ async function theServerIsNotImpressed() {
   assert.ok(await comesTrue(() => session.ended !== null || session.count("captured") >= more), "the session goes on");
   assert.equal(session.ended, null);
   sockets.forEach((socket) => socket.destroy());
-  // When they are gone (or timed out) the page is served again.
+  // After these connections have ended or timed out, the page is served again.
   let answer = { status: 0 };
   await comesTrue(async () => (answer = await request(session)).status === 200);
   assert.equal(answer.status, 200, `${answer.text} ${session.ended} ${session.err}`);
@@ -326,8 +326,8 @@ async function theServerIsNotImpressed() {
   assert.equal(await session.over, 1, "stopped by the one who controls");
 }
 
-// At an address of IPv6: encrypted, by its own name, and by no other; in a browser that was told to take
-// the certificate, as its user is asked to.
+// At an IPv6 address the page is encrypted and is served only under its own host name. The browser accepts the
+// certificate, as the user is asked to do.
 async function atAnotherAddress(browser) {
   const session = await start("six", "sim:?speed=5", "--listen", "::1");
   const { hostname, host } = new URL(session.url);

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-// What the tests of the pages share: a browser, patience, and whether a canvas shows something.
+// Common functions of the page tests: they start a browser, wait for conditions and check canvases.
 import { existsSync } from "node:fs";
 import { createRequire } from "node:module";
 import { join } from "node:path";
 
 const executablePath = ["/usr/bin/chromium", "/usr/bin/chromium-browser"].find((path) => existsSync(path));
 
-// FOLDER has node_modules. With { webgl: false } there is no 3-D at all. Exit status 77 without Chromium.
+// FOLDER contains node_modules. { webgl: false } disables WebGL. Exits with status 77 without Chromium.
 export function launch(folder, { webgl = true } = {}) {
   if (!executablePath) {
     console.log("skipped: no Chromium");
@@ -22,8 +22,8 @@ export function launch(folder, { webgl = true } = {}) {
 
 export const pause = (ms) => new Promise((done) => setTimeout(done, ms));
 
-// Until something holds of a page, or of the program behind it; false where it never does. A page is drawn
-// at the next frame that the browser has time for, not when its data come.
+// Waits until a condition is true. @return false if it is not true in time. A page may be drawn some time after
+// its data have arrived.
 export async function comesTrue(what, seconds = 20) {
   for (const end = Date.now() + 1000 * seconds; Date.now() < end; await pause(25)) {
     if (await what()) {
@@ -33,7 +33,7 @@ export async function comesTrue(what, seconds = 20) {
   return false;
 }
 
-// What a page complains of and asks for.
+// Records the errors and the requests of a page.
 export function listen(page) {
   const heard = { complaints: [], requests: [] };
   page.on("console", (message) => message.type() === "error" && heard.complaints.push(message.text()));
@@ -42,7 +42,7 @@ export function listen(page) {
   return heard;
 }
 
-// Share of pixels that differ from the first one: 0 for an empty canvas. To be evaluated in the page.
+// The share of pixels that differ from the first pixel: 0 for an empty canvas. To be evaluated in the page.
 export function inked(canvas) {
   const copy = document.createElement("canvas");
   [copy.width, copy.height] = [canvas.width, canvas.height];

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// node report.test.mjs FOLDER AXISCAL: makes reports and uses them in headless Chromium. FOLDER has
-// node_modules. Exit status 77 where there is no Chromium.
+// node report.test.mjs FOLDER AXISCAL: makes reports with the program AXISCAL and uses them in headless
+// Chromium. FOLDER contains node_modules. Exits with status 77 without Chromium.
 import assert from "node:assert/strict";
 import { execFileSync } from "node:child_process";
 import { mkdtempSync, readFileSync, rmSync, statSync, writeFileSync } from "node:fs";
@@ -57,7 +57,7 @@ async function withScript(browser) {
   await page.locator("nav a[href='#residuals']").click();
   assert.ok(await page.locator("#residuals-by-run").isVisible());
   await unfold(page);
-  // A reading that is pointed at is named, and shown in its row of the table and in the other figures.
+  // A reading under the pointer has a readout, and is highlighted in the table and in the other figures.
   const mark = page.locator("#residuals-by-run .mark").nth(4);
   await mark.scrollIntoViewIfNeeded();
   const area = await mark.boundingBox();
@@ -70,13 +70,13 @@ async function withScript(browser) {
   await page.mouse.move(0, 0);
   assert.equal(await page.locator(".pointed").count(), 0);
   assert.equal(await page.locator("svg.drawn title").count(), 0, "no mark is named twice");
-  // A figure can be larger; it is printed as it is drawn.
+  // A button enlarges a figure.
   const figure = page.locator("#residuals-by-run");
   const small = (await figure.boundingBox()).width;
   await figure.locator("button.enlarge").click();
   assert.ok((await figure.boundingBox()).width > 1.5 * small);
   await figure.locator("button.enlarge").click();
-  // The cube: it is drawn, turns with the mouse and the keys, and takes the pose that is chosen.
+  // The cube is drawn, turns with the mouse and the keys, and takes the pose of the selected reading.
   const canvas = page.locator("#cube-view canvas");
   await canvas.scrollIntoViewIfNeeded();
   assert.ok(await comesTrue(async () => (await canvas.evaluate(inked)) > 0.1), "the cube has pixels");
@@ -100,7 +100,7 @@ async function withScript(browser) {
   assert.ok(said.includes(await row.locator("td").first().textContent()));
   await page.locator("#cube-next").click();
   assert.equal(await page.evaluate(() => window.axiscalReport.cube.chosen()), 6);
-  // Every plot has words and a table.
+  // Each plot has a description and a table.
   for (const figure of await page.locator("figure").all()) {
     assert.ok((await figure.locator("svg[role=img]").first().getAttribute("aria-label")).length > 20);
     assert.ok((await figure.locator("details table tbody tr").count()) > 0);
@@ -168,7 +168,7 @@ async function withoutScript(browser) {
   await context.close();
 }
 
-// Without WebGL the page is the same: nothing needs it.
+// The page works without WebGL.
 async function withoutWebGL() {
   const browser = await launch(folder, { webgl: false });
   const { page, complaints } = await open(browser);
@@ -180,7 +180,7 @@ async function withoutWebGL() {
   await browser.close();
 }
 
-// A sheet is filled in on a phone; what is typed survives a reload, and the CSV is what calibrate reads.
+// Fills in a run sheet on a phone. Typed values survive a reload, and calibrate reads the saved CSV.
 async function runSheet(browser) {
   run("plan", "--seed", "5", "-o", "sheet.csv", "--page", "sheet.html");
   run("simulate", "--truth", "truth.json", "--noise", "1e-4", "--seed", "5", "-o", "filled.csv");
@@ -200,7 +200,7 @@ async function runSheet(browser) {
     const [, , rest, fence] = (await steps.nth(i).getAttribute("data-cells")).split(",");
     const fields = steps.nth(i).locator("input[data-axis]");
     for (let k = 0; k < 3; ++k) {
-      // One with a comma, as people type it in many countries.
+      // The first reading has decimal commas.
       const typed = values.get(`${rest},${fence}`)[k];
       await fields.nth(k).fill(i === 0 ? typed.replace(".", ",") : typed);
     }
@@ -223,7 +223,7 @@ async function runSheet(browser) {
   assert.deepEqual(complaints, []);
   assert.ok(requests.every((url) => /^(file|data|blob):/.test(url)));
   assert.ok((await page.evaluate(() => document.documentElement.scrollWidth)) <= 390);
-  // The sheet's own CSV has the same columns, empty.
+  // The CSV of the empty sheet has the same columns for the axes.
   assert.equal(readFileSync(path("sheet.csv"), "utf8").split("\n")[0], "run,block,rest,fence,x,y,z,temperature");
   await context.close();
 }

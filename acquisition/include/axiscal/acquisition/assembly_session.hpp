@@ -9,23 +9,23 @@
 #include "axiscal/calib/observations.hpp"
 #include "axiscal/calib/run.hpp"
 
-// A session of several instruments in one cube is that of one instrument with all their axes,
-// called SLOT.axis: one pose check sees what each of them says.
+// A session treats several instruments in one cube as one instrument. Its axes are named SLOT.axis.
+// One pose check therefore uses the readings of all instruments.
 namespace axiscal {
 
-/// @param experiment  of one instrument; its positioner has the mounts of the slots.
-/// @param slots       two or more.
-/// @return the joint experiment: the axes of its instrument are those of all slots.
+/// @param experiment  has one instrument; its positioner contains the mounts of all slots.
+/// @param slots       the names of two or more slots.
+/// @return the joint experiment; its instrument has the axes of all slots.
 [[nodiscard]] Experiment assembled(Experiment experiment, const std::vector<std::string>& slots);
 
-/// @return the slots of an assembled instrument with their axes; none for a single instrument.
+/// @return the slots of an assembled instrument with their axes; empty for a single instrument.
 [[nodiscard]] std::vector<SlotColumns> slots_of(const Instrument& instrument);
 
-/// @return the nominal direction of each axis in the frame of the experiment's mount, m x 3: a
-///         component, rotated by the mount of the slot; a row of zeros if it is unknown.
+/// @return the nominal unit direction of each axis in the frame of the experiment's mount, m x 3,
+///         rotated by the mount of the axis's slot; a row of zeros if the direction is unknown.
 [[nodiscard]] SensitivityMatrix nominal_axes(const Experiment& experiment);
 
-/// Calibrates what a session took: one instrument, or each slot of an assembled one.
+/// Calibrates one instrument, or each slot of an assembled instrument, from a session's readings.
 /// @throws SetupError, RefusedError  as calibrate(), calibrate_assembly().
 [[nodiscard]] std::vector<Calibration> calibrate_session(const Experiment& experiment,
                                                          const Observations& observations);

@@ -13,25 +13,26 @@ namespace axiscal {
 
 /// The inputs of a session without a cube.
 struct FreeSetup {
-  Experiment experiment;  ///< of one instrument of three axes; method magnitude
+  Experiment experiment;  ///< has one instrument with three axes; the method becomes magnitude
   StillnessOptions stillness;
-  /// Readings are the means of rests found on the way, as an accelerometer needs; else samples as
-  /// they come.
+  /// True: a reading is the mean over one rest, as an accelerometer needs. False: a reading is one
+  /// sample.
   bool by_rests = false;
-  double dwell_s = 1.0;            ///< of a rest
-  double wanted_u_deg = 0.5;       ///< FreeView::u_deg that is enough
-  std::size_t most_points = 5000;  ///< of which no more are kept
-  bool unattended = false;         ///< ends by itself when it is enough
+  double dwell_s = 1.0;            ///< duration of the reading at a rest
+  double wanted_u_deg = 0.5;       ///< target for FreeView::u_deg
+  std::size_t most_points = 5000;  ///< largest number of readings that are kept
+  bool unattended = false;         ///< the session ends by itself at the target
 };
 
-/// Calibrates by turning the instrument in the hand: readings fill the sphere of directions, the
-/// fit to a constant magnitude is made again and again, and the largest gap is asked for next.
+/// Calibrates an instrument that a person turns in the hand. The session repeats the fit to a
+/// constant magnitude as readings arrive, and asks for the direction of the largest gap next.
 ///
-/// The readings are in the journal within a second; it can be resumed.
+/// Readings are written to the journal within a second. The session can be resumed from the
+/// journal.
 class FreeSession final : public LiveSession {
  public:
-  /// @param journal  must outlive it.
-  /// @throws SetupError  for an instrument that has not three axes, or several instruments.
+  /// @param journal  must outlive the session.
+  /// @throws SetupError  if the instrument does not have three axes, or for several instruments.
   FreeSession(FreeSetup setup, Journal& journal);
   ~FreeSession() override;
 
@@ -41,7 +42,7 @@ class FreeSession final : public LiveSession {
   void add(double time_s, std::span<const double> values) override;
   void idle(double seconds) override;
   void set_source_alarms(const std::vector<SessionAlarm>& alarms) override;
-  /// Takes finish, go_on, undo (the last rest), pause and quit.
+  /// Accepts finish, go_on, undo (drops the last rest), pause and quit; refuses other commands.
   void command(const SessionCommand& command) override;
   void no_more_samples() override;
   [[nodiscard]] bool is_over() const override;

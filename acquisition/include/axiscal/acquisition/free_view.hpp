@@ -13,26 +13,27 @@
 
 namespace axiscal {
 
-/// The progress of a calibration in the hand: the sphere so far.
+/// The progress of a FreeSession.
 struct FreeView {
   std::vector<Eigen::Vector3d> points;            ///< readings kept, in the order taken [unit]
-  std::size_t dropped = 0;                        ///< how often points were dropped again
+  std::size_t dropped = 0;                        ///< number of readings dropped by undo
   Eigen::Vector3d now = Eigen::Vector3d::Zero();  ///< current reading [unit]
-  /// Maps a reading v to the sphere of radius 1: to_sphere (v - centre). Before the fit it uses the
-  /// middle and the half span of the readings.
+  /// The map of a reading v to the unit sphere: to_sphere (v - centre). Before the first fit,
+  /// centre is the middle of the readings, and to_sphere divides by half their largest span.
   Eigen::Vector3d centre = Eigen::Vector3d::Zero();
   Eigen::Matrix3d to_sphere = Eigen::Matrix3d::Identity();
   bool is_fitted = false;
-  bool takes_rests = false;  ///< readings are rests, the last of which can be undone
+  bool takes_rests = false;  ///< each reading is a rest; undo drops the last one
   double coverage = 0.0;     ///< share of the sphere within 30 degrees of a reading
   double largest_gap_rad = 0.0;
-  Eigen::Vector3d gap = Eigen::Vector3d::UnitZ();  ///< direction, frame sensor, that is asked for
+  Eigen::Vector3d gap = Eigen::Vector3d::UnitZ();  ///< direction to be read next, frame sensor
   std::optional<double> fit_error;                 ///< rms of |f| - F, relative to F
-  /// Expanded uncertainty (95 %) of the worst direction by the coefficients alone [deg].
+  /// Expanded uncertainty (95 %) of the worst direction [deg], from the uncertainty of the
+  /// coefficients only; nullopt without a fit.
   std::optional<double> u_deg;
   double wanted_deg = 0.0;
   bool is_enough = false;
-  std::vector<std::pair<std::string, std::string>> numbers;  ///< "Hard iron [uT]" and the like
+  std::vector<std::pair<std::string, std::string>> numbers;  ///< label ("Hard iron [uT]") and value
 };
 
 }  // namespace axiscal

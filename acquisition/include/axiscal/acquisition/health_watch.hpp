@@ -17,24 +17,24 @@
 namespace axiscal {
 
 struct HealthWatchSetup {
-  Calibration calibration;  ///< three axes or more, with its covariance
+  Calibration calibration;  ///< a record of three axes or more, with covariance
   StillnessOptions stillness;
-  double dwell_s = 2.0;  ///< how long each reading is taken
-  double alpha = 0.01;   ///< as check_in_situ()
-  std::vector<std::string> temperature_channels = {"temperature"};  ///< as of a session
+  double dwell_s = 2.0;  ///< duration of each reading
+  double alpha = 0.01;   ///< significance level, as in check_in_situ()
+  std::vector<std::string> temperature_channels = {"temperature"};  ///< as in SessionSetup
 };
 
 /// The current condition of an installed instrument.
 struct HealthView {
   bool is_still = false;
   double progress = 0.0;  ///< completed part of the reading, 0 .. 1
-  ReducedReading now;     ///< result of the last moments
+  ReducedReading now;     ///< reduction of the mean over the stillness window
   std::size_t readings = 0;
-  std::optional<InSituCheck> check;  ///< result of the readings so far
+  std::optional<InSituCheck> check;  ///< from all readings so far; nullopt before the first
 };
 
-/// Watches an installed instrument in whatever pose it is: readings at rest, reduced, their
-/// residuals against the control limits.
+/// Monitors an installed instrument in any pose. It takes readings at rest, reduces them and
+/// compares their residuals with the control limits.
 class HealthWatch {
  public:
   /// @throws DomainError  as Reducer, check_in_situ().
@@ -43,11 +43,11 @@ class HealthWatch {
   HealthWatch(const HealthWatch&) = delete;
   HealthWatch& operator=(const HealthWatch&) = delete;
 
-  /// @throws DomainError  if an axis is not among them.
+  /// @throws DomainError  if no channel exists for an axis.
   void set_channels(const std::vector<Channel>& channels);
 
-  /// @param time_s  not decreasing.
-  /// @param values  one for each channel.
+  /// @param time_s  time of the sample; must not decrease.
+  /// @param values  one value for each channel.
   void add(double time_s, std::span<const double> values);
 
   [[nodiscard]] const HealthView& view();
@@ -58,15 +58,16 @@ class HealthWatch {
 };
 
 struct HealthRun {
-  std::size_t readings = 3;                     ///< at rest, until the verdict
-  double patience_s = 60.0;                     ///< then it gives up; a recording's own times count
+  std::size_t readings = 3;                     ///< number of readings to take
+  double patience_s = 60.0;                     ///< time limit; of a recording, by its own times
   std::function<void(const HealthView&)> show;  ///< called about once a second
-  std::function<void(const std::string&)> warn;  ///< told what is wrong with the sources, once each
+  std::function<void(const std::string&)> warn;  ///< called with each new alarm of the sources
 };
 
-/// Feeds a watch until it has readings enough, its sources end, or patience does.
+/// Feeds samples to a watch until it has enough readings, the sources end, or the time limit is
+/// reached.
 ///
-/// @return the observations and the check.
+/// @return the final view of the watch.
 /// @throws DomainError   as HealthWatch::set_channels().
 /// @throws RefusedError  if the watch did not get a reading: samples were missing, or the
 ///                       instrument was never at rest.

@@ -7,39 +7,40 @@
 
 namespace axiscal {
 
-/// The content of the first line of a session's journal: {"format": "axiscal-journal", ..}.
+/// The value of "format" in the first line of a session's journal.
 inline constexpr std::string_view journal_format = "axiscal-journal";
 
-/// A file that only grows: one JSON object a line, on the disk before append() returns.
+/// An append-only file with one JSON object per line. append() returns after the line is on the
+/// disk.
 ///
-/// Appended entries survive a crash, kill -9 and a full disk. An incomplete last line is cut off,
-/// at once or when the journal is opened the next time.
+/// Appended entries survive a crash, kill -9 and a full disk. An incomplete last line is removed
+/// immediately, or when the journal is opened again.
 class Journal {
  public:
   /// Starts a new journal.
-  /// @throws OutputError  if the file is there already, or cannot be written.
+  /// @throws OutputError  if the file exists already, or cannot be written.
   [[nodiscard]] static Journal create(const std::string& path);
 
-  /// Opens an existing journal for appending, with a lock.
-  /// @param path   of the journal.
+  /// Opens an existing journal for appending, and locks it against other programs.
+  /// @param path   the journal's file name.
   /// @param lines  receives the content without an incomplete last line.
-  /// @throws DataError    if there is no such file, or its first line is not that of a journal; it
-  ///                      is then left as it is.
-  /// @throws OutputError  if it cannot be written, or another program has it open.
+  /// @throws DataError    if the file does not exist, or its first line is not that of a journal.
+  ///                      The file stays unchanged.
+  /// @throws OutputError  if the file cannot be written, or another program has locked it.
   [[nodiscard]] static Journal open(const std::string& path, std::vector<std::string>& lines);
 
   ~Journal();
   Journal(Journal&& other) noexcept;
   Journal& operator=(Journal&&) = delete;
 
-  /// Appends a line and waits until the disk has it.
+  /// Appends a line and waits until it is on the disk.
   ///
-  /// @param line  without a line end.
-  /// @return the reason if the line is not stored (disk full, ...); empty if it is. Earlier lines
-  ///         stay stored, and the line may be tried again.
+  /// @param line  a line without a line feed.
+  /// @return empty on success; otherwise the reason (disk full, ...). A failure does not affect
+  ///         earlier lines, and the caller may append the line again.
   [[nodiscard]] std::string append(std::string_view line);
 
-  /// As append(), but does not wait for the disk: for raw samples.
+  /// Appends a line without waiting until it is on the disk. Raw samples use it.
   [[nodiscard]] std::string append_later(std::string_view line);
 
   [[nodiscard]] const std::string& path() const { return path_; }

@@ -18,8 +18,8 @@ struct SessionCommand;
 struct SessionEvent;
 struct SessionView;
 
-/// The engine of a live calibration, whatever it asks of the person: samples and commands go in, a
-/// view and events come out. It knows neither where samples come from nor who looks.
+/// The interface of a live calibration. It receives samples and commands, and provides a view and
+/// events. It does not depend on the source of the samples or on the user interface.
 class LiveSession {
  public:
   LiveSession() = default;
@@ -27,37 +27,39 @@ class LiveSession {
   LiveSession(const LiveSession&) = delete;
   LiveSession& operator=(const LiveSession&) = delete;
 
-  /// @param channels  of the samples that will come.
-  /// @param time_at_zero  when second 0 of their times was, as SampleFeed::time_at_zero().
-  /// @throws DomainError  if an axis is not among them; the message lists what there is. Or if the
-  ///                      field moves and the times are not in UTC.
-  /// @throws SetupError   if how it moves in the table cannot be told.
+  /// @param channels  the channels of the samples that add() will receive.
+  /// @param time_at_zero  the time of the samples' second 0, as SampleFeed::time_at_zero().
+  /// @throws DomainError  if no channel exists for an axis (the message lists the channels), or if
+  ///                      the field moves and the times are not in UTC.
+  /// @throws SetupError   if the motion of the field in the table cannot be computed.
   virtual void set_channels(const std::vector<Channel>& channels,
                             std::optional<double> time_at_zero) = 0;
 
-  /// Takes up what a journal holds, before the first sample.
-  /// @param lines  of the journal, behind its first one.
-  /// @param path   for messages.
-  /// @throws DataError  `PATH:LINE:` for a line that is none of ours.
+  /// Restores the session from the lines of a journal. Must be called before the first sample.
+  /// @param lines  all lines of the journal; the first one, the header, is skipped.
+  /// @param path   the journal's file name, for messages.
+  /// @throws DataError  for an invalid line; the message begins with `PATH:LINE:`.
   virtual void restore(const std::vector<std::string>& lines, const std::string& path) = 0;
 
-  /// @param time_s  not decreasing.
-  /// @param values  one for each channel.
-  /// @throws RefusedError  if the field is the sun's, and it is below the horizon at the first one.
+  /// @param time_s  time of the sample; must not decrease.
+  /// @param values  one value for each channel.
+  /// @throws RefusedError  if the field is the sun's and the sun is below the horizon at the time
+  ///                       of the first sample.
   virtual void add(double time_s, std::span<const double> values) = 0;
 
-  /// Tells that nothing has come for so long, and tries again what could not be stored.
+  /// Reports that no sample has arrived for `seconds`. The session tries again to store readings
+  /// that could not be stored.
   virtual void idle(double seconds) = 0;
 
-  /// All current problems of the sources; they replace the earlier ones.
+  /// Replaces the alarms of the sources by their current problems.
   virtual void set_source_alarms(const std::vector<SessionAlarm>& alarms) = 0;
 
   virtual void command(const SessionCommand& command) = 0;
 
-  /// The samples have ended: readings cannot be taken again.
+  /// Reports that the samples have ended. Readings cannot be retaken after this call.
   virtual void no_more_samples() = 0;
 
-  /// All points were asked for, or the person left.
+  /// @return true after the session was finished or stopped.
   [[nodiscard]] virtual bool is_over() const = 0;
   [[nodiscard]] virtual bool has_quit() const = 0;
 
@@ -67,8 +69,8 @@ class LiveSession {
   /// @return the readings so far, in the order taken.
   [[nodiscard]] virtual Observations observations() const = 0;
 
-  /// @return the calibration at the end, of several instruments one each; none where it was refused
-  ///         with an error, see view().
+  /// @return the calibrations at the end, one for each instrument; empty before the end, or if the
+  ///         calibration failed with an error, which view() contains.
   [[nodiscard]] virtual const std::vector<Calibration>& calibrations() const = 0;
 };
 

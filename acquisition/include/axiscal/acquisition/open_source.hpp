@@ -9,13 +9,13 @@
 
 namespace axiscal {
 
-/// A kind of source, and how its address is written.
+/// A kind of source and the form of its address.
 struct SourceKind {
   std::string scheme;   ///< "serial", "tcp", ...
   std::string address;  ///< "serial:/dev/ttyUSB0?baud=115200"
   std::string help;
-  std::vector<std::string> options;  ///< that may stand behind the question mark
-  bool available = true;             ///< whether this build has it
+  std::vector<std::string> options;  ///< names allowed after the question mark
+  bool available = true;             ///< true if this build supports it
 };
 
 /// @return all kinds, in the order of the documentation.
@@ -23,16 +23,18 @@ struct SourceKind {
 
 /// Opens a source by its address: SCHEME:PLACE?OPTION=VALUE&OPTION=VALUE.
 ///
-/// `-` is standard input. A path without a scheme is a file. The code `%XX` in an option is a byte.
-/// A missing source is not an error: read() reports it and keeps trying.
-/// @throws DomainError  for an unknown scheme, option or value, or one that this build has not.
+/// `-` is standard input. A path without a scheme is a file. In an option, `%XX` is the byte with
+/// the hexadecimal code XX. A source that is not connected is not an error: read() reports it and
+/// keeps trying.
+/// @throws DomainError  for an unknown scheme, option or value, or if this build does not support
+///                      the scheme.
 /// @throws DataError    for a file that is missing or malformed.
 [[nodiscard]] std::unique_ptr<Source> open_source(const std::string& address);
 
-/// Something that is connected to this machine.
+/// A source that find_sources() found.
 struct FoundSource {
-  std::string address;      ///< as open_source() takes it
-  std::string description;  ///< maker, model
+  std::string address;      ///< argument for open_source()
+  std::string description;  ///< for example maker and model
 };
 
 /// Looks for serial ports, IIO devices and devices that announce themselves on the local network.

@@ -8,10 +8,10 @@
 
 namespace axiscal {
 
-/// A turn of the cube as a person standing in front of the table makes it, the fence at the back.
+/// A turn of the cube, as seen by a person in front of the table. The fence is at the far side.
 enum class CubeTurn {
   tip_away,     ///< a quarter turn over its far edge, towards the fence
-  tip_towards,  ///< towards the person
+  tip_towards,  ///< a quarter turn over its near edge, towards the person
   tip_left,
   tip_right,
   turn_left,  ///< a quarter turn on its rest face, counter-clockwise seen from above
@@ -19,13 +19,13 @@ enum class CubeTurn {
   turn_round,  ///< half a turn on its rest face
 };
 
-/// @return "tip it away from you", ...
+/// @return the instruction for a turn: "tip it away from you", ...
 [[nodiscard]] std::string_view turn_words(CubeTurn turn);
 
 /// @return the pose of the cube after a turn.
 [[nodiscard]] DesignPoint after_turn(const DesignPoint& point, CubeTurn turn);
 
-/// The fewest turns from one way to lie to another; at most three.
+/// @return the shortest sequence of turns from one pose to another; at most three turns.
 [[nodiscard]] std::vector<CubeTurn> fewest_turns(const DesignPoint& from, const DesignPoint& to);
 
 }  // namespace axiscal

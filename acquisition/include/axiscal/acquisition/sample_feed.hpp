@@ -11,46 +11,48 @@
 
 namespace axiscal {
 
-/// Several sources as one: the channels of all sources, at the times of the first.
+/// Merges several sources: it delivers the channels of all sources at the sample times of the first
+/// source.
 ///
-/// Each live source has a thread of its own, so that sources do not wait for each other or for the
-/// disk. A queue of limited length connects it to the session. The channels of the other sources
-/// are interpolated to the times of the first.
+/// Each live source has its own thread, so that sources do not wait for each other or for the disk.
+/// A queue of limited length passes the samples to the session. The channels of the other sources
+/// are interpolated to the sample times of the first source.
 class SampleFeed {
  public:
-  /// @param sources  one or more; the first sets the pace.
+  /// @param sources  one or more; the first one determines the sample times.
   explicit SampleFeed(std::vector<std::unique_ptr<Source>> sources);
   ~SampleFeed();
   SampleFeed(const SampleFeed&) = delete;
   SampleFeed& operator=(const SampleFeed&) = delete;
 
-  /// Waits for samples, at most so long, and appends them.
-  /// @throws DomainError  if a channel comes from two sources.
-  /// @throws Error        what a source throws.
+  /// Waits for samples, at most for `patience`, and appends them to `batch`.
+  /// @throws DomainError  if two sources have a channel of the same name.
+  /// @throws Error        any error that a source throws.
   void read(SampleBatch& batch, std::chrono::milliseconds patience);
 
   /// @return the channels of all sources; empty until all are known.
   [[nodiscard]] const std::vector<Channel>& channels() const;
 
-  /// @return the current problems of the sources: unplugged, bytes without samples, wrong rate,
-  ///         clock set, invalid lines.
+  /// @return the current problems of the sources: unplugged, bytes without samples, wrong sample
+  ///         rate, a clock that was changed, invalid lines.
   [[nodiscard]] std::vector<SessionAlarm> alarms() const;
 
-  /// @return whether no source will deliver more.
+  /// @return true if no more samples will come.
   [[nodiscard]] bool has_ended() const;
 
-  /// @return whether samples come in their own time; else they wait for the reader.
+  /// @return true if the samples of the first source arrive in real time; false if that source
+  ///         waits for its reader, as a file does.
   [[nodiscard]] bool is_live() const;
 
-  /// @return the time of the session's second 0: [s since 1970, UTC] by this machine's clock, or by
-  ///         the clock of a recording; nullopt if the recording lacks a clock, and before the
-  ///         channels are known.
+  /// @return the time of the samples' second 0. For live samples it is in UTC [s since 1970]. For a
+  ///         recording it is by the recording's clock. nullopt before the channels are known, or if
+  ///         the recording lacks a clock.
   [[nodiscard]] std::optional<double> time_at_zero() const;
 
-  /// @return for how long nothing has come from the first source [s]; 0 where it is not live.
+  /// @return the time since the last sample of the first source [s]; 0 if it is not live.
   [[nodiscard]] double silence_s() const;
 
-  /// Samples that came in all, and those that are none, of all sources.
+  /// Numbers of samples, of invalid lines or frames, and of repeated samples, over all sources.
   struct Counts {
     std::size_t samples = 0;
     std::size_t defects = 0;
@@ -58,7 +60,7 @@ class SampleFeed {
   };
   [[nodiscard]] Counts counts() const;
 
-  /// As Source::request(), of all sources.
+  /// Calls Source::request() of each source.
   void request(const DesignEntry* entry, bool warned);
 
  private:

@@ -27,41 +27,42 @@ namespace axiscal {
 
 /// The inputs of a guided session.
 struct SessionSetup {
-  Experiment experiment;           ///< of several instruments in one cube: see assembled()
-  std::vector<RunSheetRow> sheet;  ///< the points in the order in which they are asked for
+  Experiment experiment;           ///< for several instruments in one cube: see assembled()
+  std::vector<RunSheetRow> sheet;  ///< the points in the order of the requests
   StillnessOptions stillness;
-  /// How long each reading is taken [s]; nothing: as long as the noise asks for, see reading_u.
+  /// Duration of each reading [s]; nullopt: computed from the noise and reading_u.
   std::optional<double> dwell_s;
   /// Target for the standard uncertainty of a reading from noise, relative to the effect of the
   /// field.
   double reading_u = 5e-5;
   double shortest_dwell_s = 1.0;
   double longest_dwell_s = 20.0;
-  bool automatic = true;  ///< readings are taken when it is still; else on command
-  /// Nobody answers: at the end what looks wrong is asked for again, twice at most.
+  bool automatic = true;  ///< true: readings are taken when the cube is still; false: on command
+  /// No person answers questions. In the review the session retakes suspect readings by itself, at
+  /// most twice.
   bool unattended = false;
-  bool keep_raw = false;  ///< raw samples go to the journal too
-  /// Channel of the temperature, or of each axis's sensor. If there is none of that name,
-  /// AXIS_temperature of all axes.
+  bool keep_raw = false;  ///< raw samples are written to the journal too
+  /// One channel of the temperature, or one for each axis. If a single channel is named and does
+  /// not exist, the channels AXIS_temperature of all axes are used.
   std::vector<std::string> temperature_channels = {"temperature"};
   double soak_window_s = 300.0;    ///< length of the window, as in soak_state()
-  double soak_tolerance = 0.1;     ///< largest change of the output in that time
-  double placement_sd_rad = 3e-5;  ///< repeatability of a seat
+  double soak_tolerance = 0.1;     ///< largest change of the temperature within the window
+  double placement_sd_rad = 3e-5;  ///< repeatability of the cube's orientation
 };
 
 /// The commands of a session.
 enum class SessionAction {
-  capture,           ///< take the reading now (where it is not automatic, or it drifts)
-  accept,            ///< it lies as asked for, whatever it looks like
-  as_seen,           ///< take it for the point that it looks like
-  retake,            ///< a run anew
-  retake_suggested,  ///< those that look wrong at the end
+  capture,           ///< take the reading now, even if the dwell is not complete
+  accept,            ///< store the doubted reading under the requested point
+  as_seen,           ///< store the doubted reading under the point that it looks like
+  retake,            ///< drop a run and ask for its point again
+  retake_suggested,  ///< drop all SessionView::suspects and ask for their points again
   undo,              ///< drop the last reading and ask for its point again
-  skip,              ///< go on without this point
-  replicate,         ///< the whole design once more
+  skip,              ///< continue without this point
+  replicate,         ///< append one more replicate of the design
   pause,
   go_on,
-  finish,  ///< finish with the readings so far; at the end: accept the result
+  finish,  ///< end with the readings so far; in the review: accept the result
   toggle_automatic,
   quit,  ///< stop; the journal can be resumed
 };
@@ -72,33 +73,33 @@ enum class SessionAction {
 
 struct SessionCommand {
   SessionAction action = SessionAction::capture;
-  std::optional<int> run;  ///< which reading `retake` is about
+  std::optional<int> run;  ///< run number for `retake`; nullopt: the last run
 };
 
 enum class SessionPhase {
-  waiting,   ///< for the first sample
-  soaking,   ///< for the temperature
-  laying,    ///< the cube is being laid, or still to be
-  settling,  ///< it is still; is it quiet enough for a first reading?
+  waiting,   ///< waiting for the first sample
+  soaking,   ///< waiting for the planned temperature
+  laying,    ///< the person has to lay the cube, or is laying it
+  settling,  ///< the cube is still; the window and the noise floor have to settle
   dwelling,  ///< the reading is being taken
-  ready,     ///< it may be taken on command
-  question,  ///< it looks like another point
+  ready,     ///< the reading may be taken on command
+  question,  ///< the reading looks like another point, or fits no point
   storing,   ///< a reading cannot be stored yet
   paused,
-  review,  ///< all points are done: is it good so?
+  review,  ///< all points are done; the person accepts the result or retakes readings
   over,
 };
 
 /// @return "waiting", "soaking", ...
 [[nodiscard]] std::string_view phase_name(SessionPhase phase);
 
-/// Something that is wrong right now.
+/// A current problem of the session.
 struct SessionAlarm {
   std::string code;  ///< "unplugged", "silent", "saturated", "stuck", "rate", "unit", "disk", ...
   std::string text;  ///< the problem and the remedy
 };
 
-/// Something that happened.
+/// An event of the session.
 struct SessionEvent {
   std::string kind;  ///< "ask", "captured", "question", "knock", "drift", "alarm", ...
   std::string text;
@@ -111,67 +112,68 @@ struct SessionEvent {
 struct CapturedReading {
   int run = 1;  ///< in the order taken
   std::size_t step = 0;
-  RunSheetRow row;  ///< the point, level and block that it is of
+  RunSheetRow row;  ///< point, level and block of the reading
   Eigen::VectorXd mean;
   Eigen::VectorXd sd;
   std::size_t samples = 0;
-  double start_s = 0.0;  ///< since 1970, UTC; of a recording by its own clock
+  double start_s = 0.0;  ///< since 1970, UTC; for a recording by its own clock
   double end_s = 0.0;
   std::optional<SensorTemperature> temperature;
 };
 
-/// A point to be done.
+/// One point of the session.
 struct SessionStep {
   RunSheetRow row;
   bool skipped = false;
-  std::optional<int> run;  ///< its reading
+  std::optional<int> run;  ///< run number of its reading; nullopt without a reading
 };
 
 /// The view of the session for display; updated with every sample.
 struct SessionView {
   SessionPhase phase = SessionPhase::waiting;
   std::string headline;  ///< the current instruction, one sentence
-  std::string detail;    ///< how, or why
+  std::string detail;    ///< how to do it, or the reason
   std::optional<RunSheetRow> wanted;
-  std::optional<DesignPoint> present;     ///< pose of the cube, as far as it is known
-  std::optional<DesignPoint> looks_like;  ///< in a question
-  bool lies_as_before = false;            ///< it was touched, but lies as at the last reading
+  std::optional<DesignPoint> present;     ///< pose of the cube; nullopt if it is unknown
+  std::optional<DesignPoint> looks_like;  ///< in phase question: the pose that fits best
+  bool lies_as_before = false;            ///< the cube still lies as at the last reading
   std::vector<CubeTurn> turns;            ///< from the present pose to the wanted one
-  double stillness = 0.0;                 ///< scatter over what counts as still; at most 1 is still
+  double stillness = 0.0;                 ///< scatter divided by its limit; still if at most 1
   double progress = 0.0;                  ///< completed part of the dwell time, 0 .. 1
   double dwell_s = 0.0;
   double rate_hz = 0.0;
   bool automatic = true;
-  std::vector<double> reading;  ///< mean of the last moments, of each axis
+  std::vector<double> reading;  ///< mean over the stillness window, one value per axis
   std::optional<double> temperature;
   std::vector<SessionStep> steps;
   std::size_t done = 0;
   std::size_t left = 0;
   std::optional<double> remaining_s;
-  std::optional<Eigen::Vector2d> slope;  ///< the table's, as the readings so far have it [rad]
+  std::optional<Eigen::Vector2d> slope;  ///< slope of the table from the readings so far [rad]
   Eigen::Vector2d slope_u = Eigen::Vector2d::Zero();
-  std::optional<double> forecast_deg;  ///< largest standard uncertainty of a direction at the end
+  /// Predicted largest standard uncertainty of a direction at the end of the session.
+  std::optional<double> forecast_deg;
   std::vector<SessionAlarm> alarms;
   std::vector<int> suspects;                ///< runs that later readings contradict
   std::vector<std::string> result;          ///< at the end: verdict and warnings
   std::vector<SessionOutcome> outcomes;     ///< at the end: coefficients, one for each instrument
-  std::optional<FreeView> free;             ///< of a session without a cube: the sphere so far
-  std::optional<FieldLevel> present_level;  ///< of the field at the last reading
+  std::optional<FreeView> free;             ///< progress of a FreeSession; nullopt with a cube
+  std::optional<FieldLevel> present_level;  ///< field level at the last reading
 };
 
-/// The engine of a guided calibration: samples and commands go in, a view and events come out. It
-/// knows neither where samples come from nor who looks.
+/// A guided calibration with a cube. It does not depend on the source of the samples or on the user
+/// interface.
 ///
-/// For each point of the sheet it waits until the cube was moved and is still again, takes the
-/// reading for the dwell time, restarts on knocks and drift, holds it against what each of the 24
-/// poses should read (PoseModel), stores it in the journal, and only then says "captured". At the
-/// end it calibrates and says what to take again.
+/// For each point of the sheet, the session waits until the cube was moved and is still again. It
+/// averages the samples over the dwell time, and starts again after a knock or a drift. It compares
+/// the reading with the predictions for all 24 poses (PoseModel), stores it in the journal, and
+/// only then reports it as captured. At the end it calibrates and suggests readings to retake.
 ///
 /// The same samples and commands give the same readings.
 class Session final : public LiveSession {
  public:
   /// @param setup    the sheet must not be empty.
-  /// @param journal  must outlive it.
+  /// @param journal  must outlive the session.
   /// @throws SetupError  as make_field_description().
   Session(SessionSetup setup, Journal& journal);
   ~Session() override;
@@ -189,7 +191,8 @@ class Session final : public LiveSession {
   [[nodiscard]] const SessionView& view() override;
   [[nodiscard]] std::vector<SessionEvent> take_events() override;
 
-  /// @return the readings so far, in the order taken; with samples, AXIS_sd, times, temperatures.
+  /// @return the readings so far in the order taken, with the numbers of samples, the standard
+  ///         deviations, the times and the temperatures.
   [[nodiscard]] Observations observations() const override;
   [[nodiscard]] const std::vector<CapturedReading>& readings() const;
   [[nodiscard]] const std::vector<Calibration>& calibrations() const override;

@@ -20,46 +20,49 @@ class SessionFace {
   SessionFace(const SessionFace&) = delete;
   SessionFace& operator=(const SessionFace&) = delete;
 
-  /// Displays the state, about twenty times a second, and the events since the last call. Must not
-  /// block.
+  /// Displays the view and the events since the last call. It is called about twenty times a second
+  /// and must not block.
   virtual void show(const SessionView& view, const std::vector<SessionEvent>& events) = 0;
 
   /// @return the commands since the last call. Must not block.
   virtual std::vector<SessionCommand> commands() = 0;
 
-  /// Displays the result of a session until a person has seen it, if there is one.
-  /// @param files  that it leaves.
-  /// @return true if another session is wanted.
+  /// Displays the result of a session. If a person uses this face, it returns after the person has
+  /// answered.
+  /// @param files  the output files of the session.
+  /// @return true if the person wants another session.
   [[nodiscard]] virtual bool conclude(const SessionView& /*view*/,
                                       const std::vector<SessionFile>& /*files*/) {
     return false;
   }
 
-  /// @return whether anything can still be asked for.
+  /// @return true if the face can still receive commands.
   [[nodiscard]] virtual bool can_answer() const { return true; }
 };
 
-/// Lines of words on standard output, commands as words on standard input: for screen readers and
-/// scripts.
-/// @param reads_commands  whether standard input has commands (it may have the samples).
+/// Makes a face for screen readers and scripts. It prints lines of text to standard output and
+/// reads commands as words from standard input.
+/// @param reads_commands  false if standard input delivers samples instead of commands.
 [[nodiscard]] std::unique_ptr<SessionFace> make_plain_face(bool reads_commands);
 
-/// Events as JSON lines on standard output, and a view with each; commands as make_plain_face().
+/// Makes a face that prints events and views as JSON lines to standard output. It reads commands as
+/// make_plain_face() does.
 [[nodiscard]] std::unique_ptr<SessionFace> make_json_face(bool reads_commands);
 
-/// A whole terminal of 80 x 24 or more, by ncurses.
+/// Makes a full-screen face for a terminal of 80 x 24 characters or more, by ncurses.
 /// @param title  of the session.
 /// @throws DomainError  if this build lacks ncurses, or the terminal is unknown.
 [[nodiscard]] std::unique_ptr<SessionFace> make_terminal_face(const std::string& title);
 
 /// Runs a session until it is over: samples from the feed, commands from the faces.
 ///
-/// A recording may end before the session. The faces then decide; without a person the session
-/// finishes with the readings so far. If standard input is closed, an open question ends the
-/// session after some seconds: a review is finished, other phases can be resumed.
-/// @param unattended  nobody answers.
-/// @param reviewed    is called each time a review begins, so that results can be stored before
-///                    anybody answers it; may be empty.
+/// A recording may end before the session does. A person can then finish or stop the session.
+/// Without a person, the session finishes with the readings so far. If no face can receive
+/// commands, a session that waits for an answer ends after some seconds: a review is finished, and
+/// in other phases the session stops and can be resumed.
+/// @param unattended  true if no person answers.
+/// @param reviewed    called each time a review begins, so that the caller can store results before
+///                    a person answers; may be empty.
 /// @throws Error  as Session::set_channels(), Session::add(), SampleFeed::read().
 void run_session(LiveSession& session,
                  SampleFeed& feed,

@@ -16,7 +16,7 @@ namespace axiscal {
 [[nodiscard]] std::string event_json(const SessionEvent& event);
 
 /// @param text  "capture", "retake 7", ...
-/// @return nothing for another text.
+/// @return nullopt if the text is not a command.
 [[nodiscard]] std::optional<SessionCommand> parse_command(std::string_view text);
 
 /// @return the possible commands in this phase, the most likely first.

@@ -8,18 +8,18 @@
 
 namespace axiscal {
 
-/// The result of a session for one instrument, for its faces.
+/// The result of a session for one instrument, as the user interfaces display it.
 struct SessionOutcome {
-  std::string slot;                            ///< of an assembly; empty for one instrument
+  std::string slot;                            ///< slot in an assembly; empty without one
   std::string status;                          ///< "ok", "warning", "refused"
-  std::string verdict;                         ///< in a sentence
+  std::string verdict;                         ///< one sentence
   std::vector<std::string> head;               ///< "axis", "bias [V]", "Sx [V/g]", ...
   std::vector<std::vector<std::string>> rows;  ///< the axis, then "0.01196 \u00b1 0.00027", ...
 };
 
 [[nodiscard]] SessionOutcome outcome_of(const Calibration& calibration);
 
-/// A file that a session leaves, as a page offers it.
+/// An output file of a session, as the page offers it for download.
 struct SessionFile {
   std::string name;   ///< "cal.html", without its folder
   std::string label;  ///< "Report"

@@ -18,30 +18,32 @@
 
 namespace axiscal {
 
-/// A simulated instrument in a cube, on a tilted table, in the hands of a simulated person: an
-/// accelerometer, unless play() says what it is. Lengths of the field are in parts of F.
+/// A simulated instrument in a cube, on a tilted table, handled by a simulated person. It is an
+/// accelerometer unless play() sets another instrument. For another field, values in g are relative
+/// to the field's magnitude.
 struct SimulationSetup {
   std::uint64_t seed = 1;
   double noise_sd = 1e-4;  ///< scatter of one sample [g]
   double rate_hz = 100.0;
-  double speed = 0.0;                    ///< times real time; 0: as fast as can be
+  double speed = 0.0;                    ///< speed relative to real time; 0: as fast as possible
   Eigen::Vector2d slope{0.003, -0.002};  ///< slope of the table [rad]
-  double error_rate = 0.0;               ///< how often the person lays the cube wrong
-  double knock_rate = 0.0;               ///< how often the table is knocked during a rest
-  double placement_sd_rad = 2e-5;        ///< repeatability of a seat
-  double sensitivity = 1.0;              ///< about [unit per g]
-  std::optional<double> temperature;     ///< gives a channel of that name
+  double error_rate = 0.0;               ///< probability that the person lays the cube wrong
+  double knock_rate = 0.0;               ///< probability of a knock after the cube was laid
+  double placement_sd_rad = 2e-5;        ///< repeatability of the cube's orientation
+  double sensitivity = 1.0;              ///< approximate sensitivity [unit per g]
+  std::optional<double> temperature;     ///< adds a channel `temperature` [degC]
 };
 
 /// A mistake that the simulated person made.
 struct SimulatedMistake {
   DesignPoint wanted;
   DesignPoint laid;
-  bool was_warned = false;  ///< before the next point was asked for
+  bool was_warned = false;  ///< true if the session warned before it asked for the next point
 };
 
-/// The person lays the cube as asked, or wrong at the given rate; told so, lays it right. The time
-/// of the samples is the simulation's.
+/// A source with a simulated instrument. The simulated person lays the cube as requested, or wrong
+/// with the probability error_rate; after a warning, the person lays it right. Sample times are
+/// simulated times.
 class SimulatedSource final : public Source {
  public:
   SimulatedSource(std::string name, const SimulationSetup& setup);
@@ -54,8 +56,8 @@ class SimulatedSource final : public Source {
 
   void roam(bool by_rests) override;
 
-  /// Takes the experiment's axes, units and field, with the requested levels. If the direction of
-  /// the field is unknown, the seed chooses one.
+  /// Simulates the axes, units and field of an experiment, with the requested levels. If the
+  /// direction of the field is unknown, it is drawn at random from the seed.
   /// @throws SetupError  for a field that moves, because a simulation lacks the time of day.
   void play(const Experiment& experiment) override;
 
@@ -72,28 +74,28 @@ class SimulatedSource final : public Source {
   std::string name_;
   SimulationSetup setup_;
   std::vector<Channel> channels_;
-  RandomStream random_;  // draws the instrument and its seats
-  RandomStream person_;  // errs alike, however many samples there were
+  RandomStream random_;  // for the instrument, the placement of the cube and the noise
+  RandomStream person_;  // for the person's mistakes; independent of the number of samples
   LinearResponse truth_;
-  FieldDescription field_;    // in_table is always there
-  double sensitivity_ = 1.0;  // about [unit per field unit]
+  FieldDescription field_;    // in_table always has a value
+  double sensitivity_ = 1.0;  // approximate sensitivity [unit per field unit]
   bool one_sided_ = false;
   std::vector<SimulatedMistake> mistakes_;
 
   double time_s_ = 0.0;
-  double started_s_ = -1.0;  // when it began, by the clock on the wall
+  double started_s_ = -1.0;  // session_seconds() at the first read(); negative before it
   std::optional<DesignEntry> wanted_;
   FieldLevel level_;
-  TableField in_table_;  // the field as it is stated
+  TableField in_table_;  // the field in the table
   DesignPoint lies_{Face::minus_z, Face::plus_y};
   Eigen::Quaterniond from_ = Eigen::Quaterniond::Identity();  // table from positioner
   Eigen::Quaterniond to_ = Eigen::Quaterniond::Identity();
   double moves_from_s_ = -1.0;
   double moves_until_s_ = -1.0;
-  double acts_at_s_ = -1.0;  // when the person does what was asked
+  double acts_at_s_ = -1.0;  // time at which the person follows the request; negative: no request
   double knock_at_s_ = -1.0;
   bool lays_right_ = false;
-  std::optional<bool> roams_by_rests_;  // nothing: it lies in its cube
+  std::optional<bool> roams_by_rests_;  // argument of roam(); nullopt: the instrument is in a cube
 };
 
 }  // namespace axiscal

@@ -21,18 +21,18 @@ struct Channel {
 
 /// Samples of all channels of a source, in the order in which they were taken.
 struct SampleBatch {
-  std::vector<double> time_s;  ///< n, not decreasing, from the start of the session [s]
-  std::vector<double> values;  ///< n x channels, sample by sample; NaN where a sample lacks one
+  std::vector<double> time_s;  ///< n times since the start of the session, not decreasing [s]
+  std::vector<double> values;  ///< n x channels, sample by sample; NaN for a missing value
 
   [[nodiscard]] std::size_t size() const { return time_s.size(); }
   [[nodiscard]] std::span<const double> row(std::size_t i) const {
     const std::size_t width = time_s.empty() ? 0 : values.size() / time_s.size();
     return {values.data() + i * width, width};
   }
-  /// @param sample_time_s  not before that of the last one [s].
-  /// @param sample         a value for each channel.
+  /// @param sample_time_s  not before the time of the last sample [s].
+  /// @param sample         one value for each channel.
   void add(double sample_time_s, std::span<const double> sample);
-  /// @param later  of the same channels.
+  /// @param later  a batch of the same channels.
   void append(const SampleBatch& later);
   void clear() {
     time_s.clear();
@@ -40,11 +40,11 @@ struct SampleBatch {
   }
 };
 
-/// The connection of a source.
+/// The state of a source's connection.
 enum class LinkState {
   waiting,  ///< not yet connected
   open,
-  lost,   ///< was connected; being tried again
+  lost,   ///< was connected; the source is trying to reconnect
   ended,  ///< no more samples will come
 };
 
@@ -53,17 +53,17 @@ struct SourceReport {
   LinkState state = LinkState::open;
   std::string message;         ///< the problem and the remedy; empty without a problem
   std::size_t defects = 0;     ///< since the last report: invalid lines or frames
-  std::size_t duplicates = 0;  ///< since the last report: samples that came twice, left out
-  bool clock_stepped = false;  ///< the source's own clock jumped; times go on without the jump
+  std::size_t duplicates = 0;  ///< since the last report: repeated samples, which are left out
+  bool clock_stepped = false;  ///< the source's own clock jumped; the jump is removed
   std::size_t bytes = 0;       ///< since the last report: bytes received, valid or not
   /// The time of second 0 of the samples, reported once: for live samples in UTC [s since 1970],
   /// for a recording by its own clock; nullopt without a clock.
   std::optional<double> time_at_zero;
 };
 
-/// Where samples come from: an instrument, a data system, a file. Users add their own.
+/// A source of samples: an instrument, a data system or a file. Users can derive their own classes.
 ///
-/// read() is called from one thread; it may be another than the session's.
+/// read() is always called from the same thread, which may differ from the session's thread.
 class Source {
  public:
   Source() = default;
@@ -77,30 +77,33 @@ class Source {
   /// @return a name for messages: the address as given.
   [[nodiscard]] virtual const std::string& name() const = 0;
 
-  /// Waits for samples, at most so long, and appends what is there to a batch. A lost connection
-  /// is tried again by itself.
+  /// Waits for samples, at most for `patience`, and appends them to `batch`. The source reopens a
+  /// lost connection by itself.
   virtual SourceReport read(SampleBatch& batch, std::chrono::milliseconds patience) = 0;
 
-  /// @return false where the source waits for its reader: a file, a simulation as fast as can be.
+  /// @return true if samples arrive in real time; false if the source waits for its reader, as a
+  ///         file or a simulation at full speed does.
   [[nodiscard]] virtual bool is_live() const { return true; }
 
   /// @return true for recorded samples, at any speed of replay.
   [[nodiscard]] virtual bool is_recorded() const { return false; }
 
-  /// @return samples a second that the source should deliver; 0 where it is not stated.
+  /// @return the stated sample rate; 0 if no rate is stated.
   [[nodiscard]] virtual double stated_rate_hz() const { return 0.0; }
 
-  /// The current instruction to the person. Only a simulated person uses it.
+  /// Passes the current instruction to a simulated person. Other sources ignore it.
   ///
   /// @param entry   the requested pose; null without a request.
-  /// @param warned  whether the person was just told that the cube lies wrong, or to lift it.
+  /// @param warned  true if the session has just told the person that the cube lies wrong, or that
+  ///                it was not moved.
   virtual void request(const DesignEntry* entry, bool warned);
 
-  /// From now on the person turns the instrument in the hand, holding it still now and then where
-  /// readings are rests; only a simulated person needs to know.
+  /// Makes a simulated person turn the instrument in the hand. Other sources ignore it.
+  /// @param by_rests  true if the person holds the instrument still between turns.
   virtual void roam(bool by_rests);
 
-  /// The calibrated instrument. Only a simulated instrument uses it, before channels() is called.
+  /// Passes the experiment to a simulated instrument, before channels() is called. Other sources
+  /// ignore it.
   /// @throws SetupError  for a field that cannot be simulated.
   virtual void play(const Experiment& experiment);
 };

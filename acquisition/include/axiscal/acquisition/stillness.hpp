@@ -14,41 +14,43 @@
 namespace axiscal {
 
 struct StillnessOptions {
-  double window_s = 0.5;  ///< length of the sliding variance's window
+  double window_s = 0.5;  ///< length of the sliding window for the scatter
   /// Standard deviation of one sample at rest, m entries [unit]; empty: learned from the quietest
   /// windows.
   Eigen::VectorXd noise_sd;
-  double factor = 4.0;  ///< still is where no axis scatters more than this times its noise
+  double factor = 4.0;  ///< still if no axis's scatter exceeds its noise by more than this factor
 };
 
-/// Tells live whether an instrument stands still: the scatter within a sliding window against the
-/// instrument's own noise floor.
+/// Detects in real time whether an instrument is still. It compares the scatter within a sliding
+/// window with the instrument's noise floor.
 ///
-/// The floor is stated, or it is the level of the quietest window so far, and after the first rest
-/// the level of that rest. The memory is constant at any rate.
+/// The noise floor is StillnessOptions::noise_sd if that is stated. Otherwise it is the scatter of
+/// the quietest window so far, until learn() sets it. The memory is constant at any sample rate.
 class Stillness {
  public:
-  /// @param axes     m.
+  /// @param axes     number of axes, m.
   /// @param options  window, noise, and the threshold for stillness.
-  /// @throws DomainError  if the window or factor is not positive, or noise_sd has not m entries.
+  /// @throws DomainError  if the window or factor is not positive, or if noise_sd is not empty and
+  ///                      does not have m positive entries.
   explicit Stillness(std::size_t axes, const StillnessOptions& options = {});
 
-  /// @param time_s  not decreasing.
-  /// @param values  m, finite.
+  /// @param time_s  time of the sample; must not decrease.
+  /// @param values  m finite values.
   void add(double time_s, std::span<const double> values);
 
-  /// Clears the window: the next samples do not continue the earlier ones (a gap, a lost cable).
+  /// Clears the window. Must be called if the samples have a gap.
   void restart();
 
-  /// A rest showed this scatter: the floor from now on.
-  /// @param sd  of its samples, m entries.
+  /// Sets the noise floor to the scatter of a rest, but to at most 1.5 times the earlier floor. No
+  /// effect if noise_sd is stated.
+  /// @param sd  standard deviation of the samples of the rest, m entries [unit].
   void learn(const Eigen::VectorXd& sd);
 
-  /// @return whether there is a whole window, so that ratio() means something.
+  /// @return true if the window is complete, so that ratio() is defined.
   [[nodiscard]] bool is_ready() const;
 
-  /// @return the largest scatter of an axis within the window over its noise floor; infinite until
-  ///         is_ready().
+  /// @return the largest ratio of an axis's scatter within the window to its noise floor; infinite
+  ///         until is_ready().
   [[nodiscard]] double ratio() const;
 
   [[nodiscard]] bool is_still() const { return is_ready() && ratio() <= options_.factor; }
@@ -57,25 +59,25 @@ class Stillness {
   /// @return the mean of the window, m entries [unit].
   [[nodiscard]] Eigen::VectorXd mean() const;
 
-  /// @return the noise floor, m entries [unit]; 0 until something is known.
+  /// @return the noise floor, m entries [unit]; 0 while it is unknown.
   [[nodiscard]] const Eigen::VectorXd& floor() const { return floor_; }
 
   /// @return the smallest observed change of a value, m entries [unit]: an upper limit of the
   ///         converter's step; infinite until a value changes.
   [[nodiscard]] const Eigen::VectorXd& step() const { return step_; }
 
-  /// @return for how long the floor has not fallen by half; the first rest should not be taken
-  ///         while it still falls [s].
+  /// @return the time since the noise floor last fell by half [s]. While this time is short, no
+  ///         first reading should be taken.
   [[nodiscard]] double floor_age_s() const { return last_s_ - floor_fell_s_; }
 
-  /// @return for how long an axis has shown the very same value, and how many samples.
+  /// The time and the number of samples during which the value of an axis has not changed.
   struct Unchanged {
     double seconds = 0.0;
     std::size_t samples = 0;
   };
   [[nodiscard]] Unchanged unchanged(std::size_t axis) const;
 
-  /// @return samples a second within the window; 0 until is_ready().
+  /// @return the sample rate; 0 until the first window has passed.
   [[nodiscard]] double rate_hz() const;
 
  private:
@@ -90,16 +92,15 @@ class Stillness {
   StillnessOptions options_;
   Eigen::Index axes_;
   std::deque<Sample> window_;
-  std::size_t stride_ =
-      1;  // every so many samples one goes into the window, so that it stays small
+  std::size_t stride_ = 1;  // each stride_-th sample enters the window, so that it stays small
   std::size_t skipped_ = 0;
   std::size_t since_sums_ = 0;
   Eigen::VectorXd reference_;  // reference value of the sums
   Eigen::VectorXd sum_;
   Eigen::VectorXd sum_of_squares_;
-  Eigen::VectorXd sd_;  // scatter within the window, once it is whole
+  Eigen::VectorXd sd_;  // scatter within the window, once the window is complete
   Eigen::VectorXd floor_;
-  Eigen::VectorXd step_;  // smallest change of a value that was seen
+  Eigen::VectorXd step_;  // smallest observed change of a value
   bool floor_known_ = false;
   double floor_fell_s_ = 0.0;
   double last_s_ = 0.0;

@@ -14,7 +14,7 @@ namespace {
 constexpr double false_lack_of_fit = 1e-3;
 
 void find_lack_of_fit(const JudgedRun& run, Warnings& found) {
-  // A curved response looks like a limited axis; repeats show that it is not chance.
+  // A nonlinear response can look like a saturated axis, so that finding does not end the test.
   if (run.mistakes.culprit && run.mistakes.culprit->correction.code != WarningCode::saturated) {
     return;
   }

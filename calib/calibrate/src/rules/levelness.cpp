@@ -10,7 +10,7 @@
 namespace axiscal {
 namespace {
 
-// The readings of a rest face in a block.
+// The run numbers of the readings on one rest face in one block.
 std::vector<int> runs_of_face(const JudgedRun& run, const LevelnessEstimate& estimate) {
   std::vector<int> runs;
   for (const ReadingResidual& residual : run.calibration.fit.residuals) {

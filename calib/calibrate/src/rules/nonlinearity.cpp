@@ -14,11 +14,10 @@ constexpr double false_nonlinearity = 0.005;
 
 void find_nonlinearity(const JudgedRun& run, Warnings& found) {
   const std::optional<CurvatureTest>& curvature = run.tests.curvature;
-  // A response that bends looks like an axis that is limited; which of both it is nobody can
-  // tell.
+  // A nonlinear response and a saturated axis look alike, so a saturated axis does not explain it.
   const bool explained =
       run.mistakes.culprit && run.mistakes.culprit->correction.code != WarningCode::saturated;
-  // Where readings scatter more along the field, the ends of the response scatter as well.
+  // If readings scatter more along the field, the ends of the response also scatter more.
   const std::vector<ScatterComponent>& components = run.calibration.fit.statistics->components;
   const bool is_noisy_at_ends =
       std::any_of(components.begin(), components.end(),

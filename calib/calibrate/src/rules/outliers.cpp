@@ -14,13 +14,13 @@
 namespace axiscal {
 namespace {
 
-constexpr double false_outlier = 1e-4;         // in a run of normal noise
-constexpr double false_by_its_company = 0.01;  // in a run of its own tails
+constexpr double false_outlier = 1e-4;         // false alarms in runs with normal noise
+constexpr double false_by_its_company = 0.01;  // false alarms in runs with the tails of this run
 
 struct Outlier {
   const RegressionRow* row = nullptr;
   Eigen::Index axis = 0;
-  double deviation = 0.0;  // standard deviations from the others' prediction
+  double deviation = 0.0;  // from the other readings' prediction [standard deviations]
 };
 
 std::vector<Outlier> find_outliers(const Calibration& calibration) {
@@ -28,7 +28,7 @@ std::vector<Outlier> find_outliers(const Calibration& calibration) {
   const auto tests = static_cast<double>(statistics.rows.size()) *
                      static_cast<double>(calibration.sensor.response.bias.size());
   std::vector<Outlier> outliers;
-  std::optional<NoiseTails> tails;  // of all readings, once one stands out
+  std::optional<NoiseTails> tails;  // of all readings; computed for the first suspect
   const auto by_its_company = [&](double t) {
     if (!tails) {
       tails.emplace();
@@ -49,7 +49,7 @@ std::vector<Outlier> find_outliers(const Calibration& calibration) {
     for (Eigen::Index k = 0; k < statistics.studentized.cols(); ++k) {
       const double t = statistics.studentized(i, k);
       if (!(std::abs(t) > 3.0)) {
-        continue;  // never that unlikely
+        continue;  // too small for an outlier
       }
       const double p = student_t_two_sided_p(t, statistics.degrees_of_freedom(k) - 1.0);
       const double full_response = calibration.sensor.response.sensitivity.row(k).norm() *
@@ -69,8 +69,8 @@ std::vector<Outlier> find_outliers(const Calibration& calibration) {
   return outliers;
 }
 
-// With `paired`, a mistake shows in the differences, and the levelness test sees it. Otherwise it
-// spreads over averages that have too few degrees of freedom to name a reading.
+// Method paired is not tested: the levelness test finds mistakes in the differences, and the
+// averages have too few degrees of freedom to name a reading.
 std::optional<CalibrationWarning> warning_of_outliers(const Calibration& calibration) {
   std::vector<Outlier> outliers;
   if (!method_kind(calibration.fit.method).averages_pairs) {

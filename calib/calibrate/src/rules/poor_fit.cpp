@@ -18,7 +18,7 @@ namespace {
 // Residual scatter above this part of the full response is a mistake, not noise.
 constexpr double largest_residual_share = 0.02;
 
-// The readings that robust regression gives no weight for an axis.
+// The run numbers of the readings with robust weight 0 for an axis.
 std::set<int> runs_without_weight(const JudgedRun& run, Eigen::Index k) {
   std::set<int> runs;
   for (Eigen::Index i = 0; i < statistics_of(run).robust_weight.rows(); ++i) {
@@ -42,7 +42,7 @@ bool lacks_level(const JudgedRun& run) {
          !run.calibration.fit.residuals.empty() && !run.calibration.fit.residuals.front().level;
 }
 
-// Further reasons of large residuals, by the kind of field and instrument.
+// Further possible causes of large residuals for this kind of field and instrument.
 std::string other_reasons(const JudgedRun& run) {
   const InstrumentKind& kind = find_instrument_kind(run.calibration.sensor.instrument.kind);
   std::string reasons;
@@ -58,14 +58,14 @@ std::string other_reasons(const JudgedRun& run) {
   return reasons;
 }
 
-// Without labels a reading has one residual: that of the field's magnitude.
+// A reading without labels has only the residual of the field's magnitude.
 void find_poor_magnitude(const JudgedRun& run, Warnings& found) {
   double error =
       run.calibration.fit.orientations ? run.calibration.fit.orientations->fit_error : 0.0;
-  if (run.calibration.fit.robust) {  // readings that got no weight do not count
+  if (run.calibration.fit.robust) {  // without the readings of robust weight 0
     error = statistics_of(run).residual_sd.maxCoeff() / full_response(run, 0);
   }
-  // Beyond that the readings are not of one field at rest.
+  // Above this error, the readings were not taken at rest in one field.
   constexpr double hopeless = 0.1;
   if (error > hopeless) {
     found.add(
@@ -87,7 +87,7 @@ void find_poor_magnitude(const JudgedRun& run, Warnings& found) {
   }
 }
 
-// A mistake can hide in the averages of method paired, so the residuals of the readings count too.
+// The averages of method paired can hide a mistake, so the readings' residuals are also tested.
 void find_poor_fit(const JudgedRun& run, Warnings& found) {
   if (run.mistakes.culprit) {
     return;
@@ -120,7 +120,7 @@ void find_poor_fit(const JudgedRun& run, Warnings& found) {
       continue;
     }
     if (!determines_main_sensitivity(run, k)) {
-      continue;  // a full response is not known
+      continue;  // the full response is unknown
     }
     const double rms = std::sqrt(squares / static_cast<double>(count));
     const double share = std::fmax(statistics_of(run).residual_sd(k), rms) / full_response(run, k);
@@ -133,7 +133,7 @@ void find_poor_fit(const JudgedRun& run, Warnings& found) {
         runs.push_back(residual.run);
       }
     }
-    // Such a fit is unreliable in every respect.
+    // Above this share, the whole fit is unreliable.
     constexpr double hopeless = 0.2;
     found.add(
         share > hopeless ? WarningCode::no_fit : WarningCode::poor_fit, runs,

@@ -17,25 +17,25 @@ namespace axiscal {
 /// The direction of the field has a large standard error.
 [[nodiscard]] WarningRule uncertain_direction_rule();
 
-/// Two directions of the field fit alike.
+/// Two directions of the field fit equally well.
 [[nodiscard]] WarningRule two_solutions_rule();
 
-/// The readings that one-sided axes see do not settle.
+/// The set of readings that one-sided axes see does not converge.
 [[nodiscard]] WarningRule one_sided_unsettled_rule();
 
-/// No reading has the field near some direction.
+/// The orientations leave a large gap.
 [[nodiscard]] WarningRule gap_rule();
 
-/// The fields lack a component along an axis.
+/// No reading has a field component along an axis.
 [[nodiscard]] WarningRule unseen_axes_rule();
 
 /// The search for mistakes found one.
 [[nodiscard]] WarningRule mistake_rule();
 
-/// One face shows another slope of the table.
+/// One rest face shows another slope of the table than the other faces.
 [[nodiscard]] WarningRule levelness_rule();
 
-/// Single readings stand out, if no search judged them.
+/// Single readings are outliers, and no search for mistakes was made.
 [[nodiscard]] WarningRule outliers_rule();
 
 /// A sensitivity has a large standard error.
@@ -47,31 +47,31 @@ namespace axiscal {
 /// The slope of the table differs between blocks.
 [[nodiscard]] WarningRule moved_table_rule();
 
-/// An axis reads along another one, or reversed.
+/// An axis senses mostly along another axis, or with reversed sign.
 [[nodiscard]] WarningRule axes_rule();
 
-/// Repeats agree better than the model fits them.
+/// The readings deviate from the model by more than repeated readings differ.
 [[nodiscard]] WarningRule lack_of_fit_rule();
 
-/// The response is not straight.
+/// The response is not linear.
 [[nodiscard]] WarningRule nonlinearity_rule();
 
 /// Opposite readings contradict the given direction of the field.
 [[nodiscard]] WarningRule slope_rule();
 
-/// Readings without their opposite were left out.
+/// Method paired left out readings without an opposite reading.
 [[nodiscard]] WarningRule unpaired_rule();
 
-/// The fields that the readings bring have another length.
+/// The fields that the readings state have another length than the field's magnitude.
 [[nodiscard]] WarningRule field_magnitude_rule();
 
-/// The design hardly tells coefficients apart.
+/// The design is ill-conditioned.
 [[nodiscard]] WarningRule condition_rule();
 
-/// There are just as many readings as coefficients.
+/// The number of readings equals the number of coefficients.
 [[nodiscard]] WarningRule no_redundancy_rule();
 
-/// An axis reads its end value several times.
+/// Several readings of an axis stop at one value.
 [[nodiscard]] WarningRule saturated_rule();
 
 [[nodiscard]] inline const FitStatistics& statistics_of(const JudgedRun& run) {

@@ -7,7 +7,7 @@
 namespace axiscal {
 namespace {
 
-// Readings at one value although the prediction is beyond it.
+// Finds axes whose readings stop at one value although the predictions are beyond this value.
 void find_saturated(const JudgedRun& run, Warnings& found) {
   for (const SaturatedAxis& axis : run.tests.saturated) {
     found.add(

@@ -11,7 +11,7 @@ namespace {
 
 constexpr double false_slope = 0.005;
 
-// The stated uncertainty of a direction, x and y in the table [parts of the magnitude].
+// The stated standard uncertainty of the field's x and y in the table, divided by its magnitude.
 double stated_slope_u(const JudgedRun& run) {
   double variance = 0.0;
   if (run.calibration.fit.uncertainty) {
@@ -24,7 +24,7 @@ double stated_slope_u(const JudgedRun& run) {
   return std::sqrt(variance);
 }
 
-// F(2, nu) with the stated uncertainty added to that of the differences.
+// Tests the slope by F(2, nu). The variances of differences and stated slope are added.
 void find_slope(const JudgedRun& run, Warnings& found) {
   const std::optional<Levelness>& levelness = run.calibration.fit.levelness;
   if (!method_kind(run.calibration.fit.method).directions_known || !levelness ||

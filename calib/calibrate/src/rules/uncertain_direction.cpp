@@ -6,7 +6,7 @@
 namespace axiscal {
 namespace {
 
-// Above this standard error the direction of the field is unknown, and with it S.
+// Above this standard error, the direction of the field is unknown, and therefore S too.
 constexpr double largest_direction_se_rad = 0.05;
 
 void find_uncertain_direction(const JudgedRun& run, Warnings& found) {

@@ -6,7 +6,7 @@
 namespace axiscal {
 namespace {
 
-// The sensitivity may belong to another axis.
+// Warns of sensitivities with a large standard error.
 void find_uncertain_sensitivity(const JudgedRun& run, Warnings& found) {
   if (run.mistakes.culprit) {
     return;

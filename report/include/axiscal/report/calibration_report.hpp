@@ -14,13 +14,13 @@
 namespace axiscal {
 
 struct ReportOptions {
-  /// The readings, for their times and directions; null without them.
+  /// The readings of the calibration, for their values and times; may be null.
   const Observations* observations = nullptr;
-  /// Earlier records of the same unit, for its drift; their unit is the one of the report's serial.
+  /// Histories of units. The report shows the drift from the history with its own serial number.
   std::vector<UnitHistory> history;
-  /// Positions of the table's adjusters, to compute the turns that level it; nullopt without them.
+  /// Positions of the table's adjusters. The report then states the turns that level the table.
   std::optional<Surface> table;
-  /// Of the instrument at rest, for its Allan deviation; null without it.
+  /// The noise of the instrument at rest, for its Allan deviations; may be null.
   const LogNoise* noise = nullptr;
 };
 
@@ -28,20 +28,21 @@ struct ReportOptions {
 /// directions of the field.
 struct WorstAngleUncertainty {
   std::string quantity;       ///< "pitch", "roll", "yaw", or "direction of the field"
-  double expanded_deg = 0.0;  ///< NaN where the record states no uncertainty
+  double expanded_deg = 0.0;  ///< NaN if the record does not state uncertainties
 };
 
-/// @param calibration  of three axes.
-/// @return for instruments with pitch and roll the worst of the two (up to 80 degrees of pitch, to
-///         keep roll defined), else the angle between the field and the reduced reading.
+/// @param calibration  a record of three axes or more.
+/// @return for instruments with pitch and roll: the larger of their uncertainties, up to 80 degrees
+///         of pitch, so that roll is defined. For other instruments: the uncertainty of the angle
+///         between the field and the reduced reading.
 [[nodiscard]] WorstAngleUncertainty worst_angle_uncertainty(const Calibration& calibration);
 
-/// A calibration to look at: one page that needs nothing else, no request, no file.
+/// A report of a calibration as one HTML page. The page does not load other files.
 ///
-/// Verdict, instrument and run, the cube in its design points, coefficients, residuals, levelness,
-/// uncertainty, temperature, orientations, drift. Every plot is drawn, told in words and has its
-/// table; the page's script (where this build has one) makes the plots and the cube move. All text
-/// from the record is escaped.
+/// Sections: verdict, instrument and run, the cube in its design points, coefficients, residuals,
+/// levelness, uncertainty, temperature, orientations, drift. Each plot has a drawing, a description
+/// in words and a data table. A script, if this build has it, adds readouts and turns the cube. All
+/// text from the record is escaped.
 ///
 /// @return an HTML page, UTF-8.
 [[nodiscard]] std::string calibration_report(const Calibration& calibration,

@@ -9,11 +9,12 @@
 
 namespace axiscal {
 
-/// @return details that ISO/IEC 17025 requires and that are missing: "the customer's name", ...
+/// @return details that ISO/IEC 17025 requires and that are missing: "customer (name)", ...
 [[nodiscard]] std::vector<std::string> missing_details(const Calibration& calibration,
                                                        const CertificateDetails& details);
 
-/// A calibration certificate, as PDF: A4, each page with the number and "page x of y", an end mark.
+/// A calibration certificate as PDF in A4. Each page has the certificate's number and "page x of
+/// y"; the last page has an end mark.
 ///
 /// Missing details are left out, or shown as "not stated" if the standard requires them.
 ///

@@ -7,9 +7,9 @@
 
 namespace axiscal {
 
-/// A page of a log's noise alone: N, B and K as data sheets print them, the Allan deviations in one
-/// chart for each unit, how long to dwell. One file that asks for nothing, as calibration_report().
-/// @param source  what was recorded, for the title: a file's name.
+/// A report of a log's noise as one HTML page: N, B and K in the form of data sheets, a chart of
+/// the Allan deviations for each unit, and dwell times. The page does not load other files.
+/// @param source  the file name of the log, for the title.
 [[nodiscard]] std::string noise_report(const LogNoise& noise, const std::string& source);
 
 }  // namespace axiscal

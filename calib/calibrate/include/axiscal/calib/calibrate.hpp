@@ -14,20 +14,22 @@
 
 namespace axiscal {
 
-/// The method that suits an experiment where none is stated (formats.md, Experiment).
+/// The stated method; if no method is stated, the method that suits the readings (formats.md,
+/// Experiment).
 ///
-/// `known` if the readings bring their field or lack fence faces, `magnitude` if they lack labels,
-/// else `joint`. `paired`, the method of the patent, must be stated: its averages of 12 readings
-/// leave 2 degrees of freedom for an axis, `joint` 7.3 with the same estimates.
+/// It is `faces` for all six faces without fence faces, `known` for other readings that state their
+/// field or lack fence faces, `magnitude` for readings without labels, else `joint`. `paired`, the
+/// method of the patent, must be stated. For 12 readings, `paired` leaves 2 degrees of freedom for
+/// each axis, and `joint` leaves 7.3 with the same estimates.
 [[nodiscard]] AXISCAL_EXPORT Method choose_method(const Experiment& experiment,
                                                   const Observations& observations);
 
-/// Calibrates an instrument: from readings to bias and sensitivity with their uncertainty.
+/// Estimates bias and sensitivity of an instrument, with their uncertainty, from readings.
 ///
 /// The response is v = b + S f + e, f_i = R_sp R_i f_table(i). `paired` regresses the averages of
-/// opposite positions and puts the measured tilt back in; `joint` fits all readings with the
-/// direction of the field in the table as two more unknowns; `known` takes the field as given. All
-/// are one linear regression core (LeastSquaresDesign).
+/// opposite positions and then corrects for the measured tilt. `joint` fits all readings with the
+/// direction of the field in the table as two more unknowns. `known` takes the field as given. All
+/// methods use one linear regression core (LeastSquaresDesign).
 ///
 /// @code
 /// axiscal::Experiment experiment;
@@ -38,9 +40,9 @@ namespace axiscal {
 ///
 /// @param experiment    instrument, field, table, cube and method.
 /// @param observations  n readings of the instrument's m axes.
-/// @return coefficients, statistics, levelness, residuals and warnings; status "refused" where the
-///         direction of the field remains too uncertain for the coefficients to mean anything.
-/// @throws SetupError          if the experiment lacks what it needs.
+/// @return coefficients, statistics, levelness, residuals and warnings. The status is "refused" if
+///         the coefficients must not be used, for example for a too uncertain field direction.
+/// @throws SetupError          if the experiment lacks a required input.
 /// @throws RankDeficientError  if the design does not determine a coefficient; the message names
 ///         the coefficient and the readings to add.
 /// @throws RefusedError        if the readings are too few, or do not suit the method.
@@ -49,8 +51,8 @@ namespace axiscal {
 [[nodiscard]] AXISCAL_EXPORT Calibration calibrate(const Experiment& experiment,
                                                    const Observations& observations);
 
-/// As above, for arrays: reading i was taken at points[i], and row i of `response` holds its
-/// values.
+/// Calibrates an instrument from arrays. points[i] is the design point of reading i, and row i of
+/// `response` contains its values.
 ///
 /// @code
 /// std::vector<axiscal::DesignPoint> points;
@@ -60,20 +62,22 @@ namespace axiscal {
 /// const axiscal::Calibration calibration = axiscal::calibrate(experiment, points, response);
 /// @endcode
 ///
-/// @param response  n x m.
-/// @throws DomainError  if there are not as many points as rows; else as above.
+/// @param response  n x m [unit of the instrument].
+/// @throws DomainError  if the number of points differs from the number of rows; other errors as
+///         calibrate() for Observations.
 [[nodiscard]] AXISCAL_EXPORT Calibration
 calibrate(const Experiment& experiment,
           std::span<const DesignPoint> points,
           const Eigen::Ref<const Eigen::MatrixXd>& response);
 
-/// As above. If readings contradict each other, it applies the likeliest explanation and calibrates
-/// again: it corrects a label, a value or a level, or leaves the reading out. It does so up to
-/// three times. Findings::corrections and notes describe the changes.
+/// Calibrates like calibrate() for Observations, and applies suggested corrections. If readings
+/// contradict each other, it applies the likeliest explanation and calibrates again, up to three
+/// times: it corrects a label, a value or a level, or leaves the reading out. Findings::corrections
+/// and notes describe the changes.
 [[nodiscard]] AXISCAL_EXPORT Calibration calibrate_with_suggestions(Experiment experiment,
                                                                     Observations observations);
 
-/// A run of one instrument in one field, with all else as it usually is.
+/// Calibrates one instrument in one field from a run, with default options.
 ///
 /// @code
 /// const axiscal::Run run = axiscal::read_run("run.csv");
@@ -81,11 +85,12 @@ calibrate(const Experiment& experiment,
 ///     axiscal::calibrate(run, axiscal::accelerometer("V"), axiscal::gravity());
 /// @endcode
 ///
-/// @param instrument  where its axes are x, y, z, those of the run count.
-/// @param force       `yes` returns a refused calibration too, to be looked at.
-/// @throws RefusedError  if the readings contradict each other so much that the calibration is
-///                       refused; the message names the readings.
-/// @throws SetupError    for a run of several instruments; else as calibrate().
+/// @param instrument  if its axes are x, y, z (the default), the axes of the run are used.
+/// @param force       `yes` also returns a refused calibration.
+/// @throws RefusedError  if the calibration is refused and `force` is `no`; the message contains
+///                       its first warning.
+/// @throws SetupError    if the run is of several instruments; other errors as calibrate() for
+///                       Observations.
 [[nodiscard]] AXISCAL_EXPORT Calibration calibrate(const Run& run,
                                                    Instrument instrument,
                                                    FieldSetup field,

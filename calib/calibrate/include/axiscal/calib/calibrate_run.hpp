@@ -13,26 +13,27 @@ namespace axiscal {
 
 /// The treatment of readings that contradict each other.
 enum class Suggestions {
-  name,    ///< a warning says what is most likely wrong
-  accept,  ///< as calibrate_with_suggestions(), for one instrument, not for an assembly's slots
+  name,    ///< a warning describes the likeliest mistake
+  accept,  ///< as calibrate_with_suggestions(); only for one instrument, not for an assembly
 };
 
-/// @return the slot of a single instrument: the stated one, or that of the positioner's only mount
-///         (not of a reference instrument); empty where there is none, or columns state slots.
+/// @return the slot of a single instrument: the stated slot; else the slot of the positioner's only
+///         mount, unless it belongs to a reference instrument; else empty.
 [[nodiscard]] AXISCAL_EXPORT std::string slot_of(const Experiment& experiment, const Run& run);
 
-/// Calibrates each file of a run alone and compares the results. Blocks of one instrument agree in
-/// the sizes of the axes' sensitivities (0.2 %), the angles between the axes (5 mrad) and the
-/// biases (5 % of the full response), or differ by at most six standard errors. The mount and the
-/// table's slope may change from file to file. A file that determines no calibration alone is
-/// skipped.
+/// Calibrates each file of a run separately and compares the results. Blocks of one instrument
+/// agree in the sizes of the axes' sensitivities (0.2 %), the angles between the axes (5 mrad) and
+/// the biases (5 % of the full response), or differ by at most six standard errors. The mount and
+/// the table's slope may change from file to file. A file is skipped if it does not determine a
+/// calibration.
 /// @throws RefusedError  if two files do not agree; the message names them and the difference.
 AXISCAL_EXPORT void require_one_instrument(const Experiment& experiment, const Run& run);
 
-/// Calibrates a run: one record, or one for each slot of an assembly. Each record has the names of
-/// its files, and notes on assumptions about the mounts.
+/// Calibrates a run.
 ///
 /// @param experiment  its positioner has the mounts. If a slot is not stated, see slot_of().
+/// @return one record, or one record for each slot of an assembly. Each record has the names of the
+///         input files, and notes on assumptions about the mounts.
 /// @throws SetupError  if a slot is stated in addition to those of the columns, or if suggestions
 ///         are to be accepted for an assembly. Other errors as in calibrate() and
 ///         calibrate_assembly().

@@ -9,23 +9,24 @@
 
 namespace axiscal {
 
-/// Turns an instrument's frame to that of another instrument in the same recording: a
-/// magnetometer's to its accelerometer's, so that headings can be tilt-compensated.
+/// Rotates the frame of an instrument to the frame of a companion in the same recording, for
+/// example the frame of a magnetometer to that of an accelerometer for tilt-compensated headings.
 ///
-/// Method `magnitude` leaves the frame undetermined. The constant angle between the two fields
-/// determines it, except for a common rotation. Both instruments must have been read at the same
-/// times: row by row, without removing runs from one of the tables. Warnings are given if the
-/// rotation is uncertain, or if the angle differs from the site's.
+/// Method `magnitude` does not determine the frame. The constant angle between the two fields gives
+/// the rotation between the instruments. Row i of both tables must be of the same time.
+/// Warnings are added if the rotation is uncertain, or if the angle differs from the angle at the
+/// site.
 ///
-/// @param calibration   of the instrument, three axes; its sensitivity, covariance and quantities
-///                      come out in the companion's frame, and `alignment` says how it was turned.
-/// @param observations  its readings.
-/// @param companion     the other's record, three axes.
-/// @param companions    the other's readings, as many.
-/// @param record        the companion's name, for the record.
-/// @throws SetupError    unless it was calibrated by method magnitude without design points, S
-///                       taken as symmetric.
-/// @throws DomainError   if the readings are not as many, or either has not three axes.
+/// @param calibration   record of the instrument, three axes. Its sensitivity, covariance and
+///                      quantities are rotated to the companion's frame, and `alignment` is set.
+/// @param observations  readings of the instrument.
+/// @param companion     record of the companion, three axes.
+/// @param companions    readings of the companion, as many as `observations`.
+/// @param record        name of the companion's record, for `alignment`.
+/// @throws SetupError    unless the instrument was calibrated by method magnitude without design
+///                       points and with symmetric S.
+/// @throws DomainError   if the numbers of readings differ, or if an instrument does not have three
+///                       axes.
 /// @throws RefusedError  as align_by_constant_angle().
 AXISCAL_EXPORT void align_with_companion(Calibration& calibration,
                                          const Observations& observations,

@@ -9,14 +9,14 @@
 namespace axiscal {
 
 enum class SummaryDetail {
-  brief,  ///< the main results, on a screen of 80 x 24 for three axes
+  brief,  ///< the main results; three axes fit into 80 columns and 24 lines
   full,   ///< everything: sensing axes, levelness by block, quality of the fit
 };
 
-/// The end of a summary.
+/// The last part of a summary.
 enum class SummaryEnd {
   findings,  ///< with the warnings and the verdict
-  fit,       ///< without them: they are printed elsewhere
+  fit,       ///< without the warnings and the verdict
 };
 
 /// A report of a calibration as plain text, with tables of 80 columns: the procedure, coefficients
@@ -28,12 +28,11 @@ enum class SummaryEnd {
 /// @return the verdict as a sentence: "Calibrated. No problems found."
 [[nodiscard]] AXISCAL_EXPORT std::string words_of_verdict(const Calibration& calibration);
 
-/// FieldSizeCheck in a sentence: "the reading of g agrees over 24 orientations to 12 ppm; ...";
-/// empty where there is none.
+/// @return the FieldSizeCheck as a sentence: "The reading of g agrees over 24 orientations to
+///         12 ppm; ..."; empty if the record lacks this check.
 [[nodiscard]] AXISCAL_EXPORT std::string words_of_field_size(const Calibration& calibration);
 
-/// The result of the readings that were kept out of the fit, as a sentence; empty if there are
-/// none.
+/// @return the result of the confirmation as a sentence; empty if the record lacks a confirmation.
 [[nodiscard]] AXISCAL_EXPORT std::string words_of_confirmation(const Calibration& calibration);
 
 }  // namespace axiscal

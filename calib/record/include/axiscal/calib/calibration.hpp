@@ -16,62 +16,61 @@
 
 namespace axiscal {
 
-/// Something that asks for the user's attention.
+/// A finding that the user must look at.
 struct CalibrationWarning {
   WarningCode code = WarningCode::other;
-  std::vector<int> runs;  ///< the readings concerned; may be empty
-  std::string message;    ///< the finding and the action
+  std::vector<int> runs;  ///< numbers of the readings concerned; may be empty
+  std::string message;    ///< the finding and the recommended action
 };
 
-/// The findings of a calibration: whether it is valid, and the points to look at.
+/// The findings of a calibration: its status, its warnings and its notes.
 struct Findings {
   CalibrationStatus status = CalibrationStatus::ok;
-  std::optional<Verdict> verdict;            ///< where limits were applied
-  std::optional<Confirmation> confirmation;  ///< where readings were kept out of the fit for it
+  std::optional<Verdict> verdict;            ///< nullopt if no limits were applied
+  std::optional<Confirmation> confirmation;  ///< nullopt if no readings were kept out of the fit
   std::vector<CalibrationWarning> warnings;
-  std::optional<Correction> suggestion;  ///< the remedy for the run, if a mistake was found
-  std::vector<Correction> corrections;   ///< made on request; the corrected readings are
-                                         ///< not kept in the file
+  std::optional<Correction> suggestion;  ///< the proposed correction, if a mistake was found
+  std::vector<Correction> corrections;   ///< corrections that were made on request; a record file
+                                         ///< does not store the corrected values
   std::vector<CalibrationNote> notes;
 };
 
-/// A file that went into a calibration.
+/// An input file of a calibration.
 struct InputFileDigest {
   std::string path;
   std::string sha256;
-  bool is_log = false;  ///< true: a log, whose rests are the readings; false: a table of readings
+  bool is_log = false;  ///< true: a log whose rests give the readings; false: a table of readings
 };
 
-/// Where a calibration comes from.
+/// The origin of a calibration: its dates, software, input files and experiment.
 struct Provenance {
-  std::string created;      ///< when it was computed; ISO 8601, UTC
-  std::string measured;     ///< when the last reading was taken; ISO 8601, UTC; empty if not stated
+  std::string created;      ///< time of the computation; ISO 8601, UTC
+  std::string measured;     ///< time of the last reading; ISO 8601, UTC; empty if not stated
   std::string software;     ///< e.g. "axiscal 0.1.0"
-  std::string operated_by;  ///< who took the readings; empty if not stated
+  std::string operated_by;  ///< name of the person who took the readings; empty if not stated
   std::vector<InputFileDigest> inputs;
   /// The experiment as written by experiment_json(); empty if unknown.
   std::string experiment;
-  std::string positioner;  ///< its id; empty for the nominal cube
-  std::string slot;        ///< where in an assembly the instrument sat; may be empty
-  int instance = 0;        ///< number of the sensor among those of its kind in a log
-  std::string device;      ///< by which the vehicle's software knows the sensor; may be empty
+  std::string positioner;  ///< identifier of the positioner; empty for the nominal cube
+  std::string slot;        ///< slot of the instrument in an assembly; may be empty
+  int instance = 0;        ///< number of the sensor among the sensors of its kind in a log
+  std::string device;      ///< identifier of the sensor in the vehicle's software; may be empty
 
-  /// @return the date of the calibration: that of its readings, or if none is stated that of its
-  ///         computation.
+  /// @return the date of the readings; if it is not stated, the date of the computation.
   [[nodiscard]] const std::string& date() const { return measured.empty() ? created : measured; }
 };
 
-/// One number of a result with its uncertainty.
+/// A number of a result, with its uncertainty and unit.
 struct Quantity {
   double value = 0.0;
-  double u = 0.0;    ///< combined standard uncertainty; NaN where none is known
+  double u = 0.0;    ///< combined standard uncertainty; NaN if unknown
   double U = 0.0;    ///< expanded uncertainty, half the width of the 95 % interval; NaN if unknown
   double dof = 0.0;  ///< effective degrees of freedom; NaN if unknown
-  std::string unit;  ///< of value, u and U
+  std::string unit;  ///< the unit of value, u and U
 };
 
-/// The result of a calibration: the content of a record file (formats.md, Record). Each part can be
-/// used alone: the sensor to reduce readings, the fit to judge it.
+/// The result of a calibration: the content of a record file (formats.md, Record). Reductions need
+/// only `sensor`. `fit` describes the quality of the fit.
 struct AXISCAL_EXPORT Calibration {
   SensorModel sensor;
   CalibrationFit fit;
@@ -82,27 +81,29 @@ struct AXISCAL_EXPORT Calibration {
   [[nodiscard]] CalibrationStatus status() const { return findings.status; }
 
   /// @param name  "x.bias", "x.sensitivity.y", "z.scale.d2", ...
-  /// @return that parameter with its uncertainty, scatter and stated inputs together.
-  /// @throws DomainError  for a name that is none of the record's; the message suggests one.
+  /// @return the parameter of that name. Its uncertainty includes scatter and stated inputs.
+  /// @throws DomainError  if the record lacks that parameter; the message suggests a name.
   [[nodiscard]] Quantity parameter(const std::string& name) const;
 };
 
-/// The treatment of a refused calibration; `yes` uses it too.
+/// The treatment of a refused calibration: `no` throws an error, `yes` uses it.
 enum class Force { no, yes };
 
-/// @throws RefusedError  if a calibration was refused and `force` is `no`; the message is the first
-///                       of its warnings.
+/// @throws RefusedError  if the calibration was refused and `force` is `no`; the message contains
+///                       its first warning.
 AXISCAL_EXPORT void require_unrefused(const Calibration& calibration, Force force = Force::no);
 
-/// @return whether reduced readings are the field: not where a record of method bias, made without
-///         another one's sensitivities, has in its biases what the instrument met of the field.
+/// @return true if the reduced readings are the field. It is false for a record of method bias that
+///         was made without the sensitivities of another record: its biases contain the response to
+///         the field.
 [[nodiscard]] AXISCAL_EXPORT bool gives_field(const Calibration& calibration);
 
-/// @return true if a record was made from one of these files, by their SHA-256.
+/// @return true if the SHA-256 of an input file of the record equals the SHA-256 of one of
+///         these files.
 [[nodiscard]] AXISCAL_EXPORT bool is_made_from(const Calibration& calibration,
                                                const std::vector<InputFileDigest>& inputs);
 
-/// @return the usual names of the coefficients for this kind of instrument: hard iron,
+/// @return the coefficients in the usual terms of this kind of instrument: hard iron,
 ///         responsivity, ...
 [[nodiscard]] AXISCAL_EXPORT std::vector<KindQuantity> quantities_of(
     const Calibration& calibration);

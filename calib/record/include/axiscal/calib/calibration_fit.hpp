@@ -27,62 +27,63 @@ struct ReadingResidual {
   std::optional<FieldLevel> level;
   std::optional<int> block;
   std::optional<SensorTemperature> temperature;
-  Eigen::VectorXd response;  ///< response less the fit, m entries [unit]
+  Eigen::VectorXd response;  ///< response minus the fit, m entries [unit]
   double magnitude = 0.0;    ///< |f_hat| - F [field unit]; NaN for m < 3
   bool used = true;          ///< false: left out of the fit
 };
 
-/// One axis fitted in the known-art form: bias, sensitivity, coning angle, azimuth.
+/// The fit of one axis in the known-art form (method.md, section 3.1): bias, sensitivity, coning
+/// angle, azimuth.
 struct PolarFit {
   double bias = 0.0;  ///< [unit of the readings]
   PolarForm form;
-  double residual_sd = 0.0;  ///< scatter of one reading; NaN without degrees of freedom
-  int rounds = 0;            ///< that Gauss-Newton took
+  double residual_sd = 0.0;  ///< scatter of one reading; NaN for 0 degrees of freedom
+  int rounds = 0;            ///< number of Gauss-Newton iterations
   bool converged = false;
 };
 
-/// The coverage of the sphere by orientations without labels, and the quality of the fit: the
-/// figures known from magneto and MotionCal.
+/// The coverage of the sphere by unlabelled orientations, and the quality of the fit. The programs
+/// magneto and MotionCal show the same figures.
 struct AXISCAL_EXPORT OrientationQuality {
   double fit_error = 0.0;         ///< rms of |f| - F, relative to F
   double magnitude_spread = 0.0;  ///< standard deviation of |f|, relative to F
   double coverage = 0.0;          ///< share of the sphere that is within 30 degrees of a reading
-  double largest_gap_rad = 0.0;   ///< from a direction that no reading is near to the nearest one
-  Eigen::Vector3d gap = Eigen::Vector3d::UnitZ();  ///< that direction, frame sensor
+  double largest_gap_rad = 0.0;   ///< largest angle between a direction and its nearest reading
+  Eigen::Vector3d gap = Eigen::Vector3d::UnitZ();  ///< direction of the largest gap, frame sensor
 };
 
-/// How two instruments that were recorded together are turned against each other.
+/// The rotation between two instruments that were recorded together.
 struct AXISCAL_EXPORT Alignment {
   Eigen::Matrix3d rotation_companion_from_sensor = Eigen::Matrix3d::Identity();
   Eigen::Vector3d standard_error_rad = Eigen::Vector3d::Zero();  ///< about x, y, z of the companion
-  double angle_rad = 0.0;  ///< between the two fields; the dip is this less 90 degrees
+  double angle_rad = 0.0;  ///< angle between the two fields: the dip plus 90 degrees
   double angle_se_rad = 0.0;
-  double residual_sd = 0.0;  ///< scatter of the cosine of that angle
+  double residual_sd = 0.0;  ///< scatter of the cosine of angle_rad
 };
 
-/// The turn of the instrument's frame to that of another one in the same recording.
+/// The rotation between the instrument's frame and the frame of a companion in the same recording.
 struct CompanionAlignment {
-  std::string record;  ///< the companion's, as given
+  std::string record;  ///< name of the companion's record, as given
   Alignment alignment;
 };
 
-/// The turn between the frames of two instruments of one assembly.
+/// The rotation between the frames of two instruments of one assembly.
 struct AXISCAL_EXPORT SlotAlignment {
-  std::string slot;  ///< of the other instrument
+  std::string slot;  ///< slot of the other instrument
   Eigen::Matrix3d rotation_other_from_sensor = Eigen::Matrix3d::Identity();
-  Eigen::Vector3d u_rad = Eigen::Vector3d::Zero();  ///< standard uncertainty about its x, y, z
+  Eigen::Vector3d u_rad = Eigen::Vector3d::Zero();         ///< standard uncertainties about x, y, z
   Eigen::Vector3d expanded_rad = Eigen::Vector3d::Zero();  ///< half widths of 95 % intervals
 };
 
-/// The field's length, measured by the calibrated instrument in all orientations. It does not
-/// depend on the orientation, so it is a type A check of the stated uncertainties of cube and
-/// table.
+/// A check of the field's magnitude, which the calibrated instrument measures in all orientations.
+/// The true magnitude is the same in all orientations, so its scatter is a type A check of the
+/// stated uncertainties of cube and table.
 struct FieldSizeCheck {
-  int orientations = 0;           ///< readings of it
+  int orientations = 0;           ///< number of readings
   double relative_sd = 0.0;       ///< scatter of |f_hat| / F over the readings of the fit
-  double by_noise = 0.0;          ///< the part from the readings' scatter, relative
-  double by_inputs = 0.0;         ///< the part from the stated uncertainties of cube and table
-  double degrees_of_freedom = 0;  ///< of the scatter
+  double by_noise = 0.0;          ///< the relative_sd that the readings' scatter explains
+  double by_inputs = 0.0;         ///< the relative_sd that the stated uncertainties explain
+  double degrees_of_freedom = 0;  ///< degrees of freedom of relative_sd
   double p_value = 1.0;           ///< probability that noise and inputs give this scatter or more
 };
 
@@ -92,18 +93,19 @@ struct CalibrationFit {
   Weighting weights = Weighting::none;
   bool robust = false;
   bool level_by_block = false;          ///< true if each block has its own levelness
-  std::vector<int> left_out;            ///< runs not used
+  std::vector<int> left_out;            ///< numbers of the runs that are not used
   std::vector<PolarFit> polar_fit;      ///< the known-art fit of each axis, if it was requested
-  std::optional<MagnitudeShape> shape;  ///< how method magnitude takes S
+  std::optional<MagnitudeShape> shape;  ///< shape of S in method magnitude
   std::optional<FitStatistics> statistics;
-  std::optional<UncertaintyBudget> uncertainty;    ///< if there are statistics
-  CalibrationConditions conditions;                ///< of the scatter in the statistics
-  std::optional<OrientationQuality> orientations;  ///< method magnitude
-  /// Method turns: the attitude error after each turn [rad], in the sensor's frame before it.
+  std::optional<UncertaintyBudget> uncertainty;    ///< nullopt without statistics
+  CalibrationConditions conditions;                ///< conditions of the scatter in statistics
+  std::optional<OrientationQuality> orientations;  ///< only method magnitude
+  /// Only method turns: the attitude error after each turn [rad], in the sensor's frame before the
+  /// turn.
   std::vector<Eigen::Vector3d> turn_errors_rad;
-  std::optional<CompanionAlignment> alignment;  ///< with an instrument recorded together
-  std::vector<SlotAlignment> slot_alignments;   ///< with the other instruments of its assembly
-  std::optional<FieldSizeCheck> field_size;     ///< where three axes met the field by design points
+  std::optional<CompanionAlignment> alignment;  ///< with a companion in the same recording
+  std::vector<SlotAlignment> slot_alignments;   ///< with the other instruments of the assembly
+  std::optional<FieldSizeCheck> field_size;     ///< only for three axes and design points
   std::optional<Levelness> levelness;
   std::vector<ReadingResidual> residuals;
 };

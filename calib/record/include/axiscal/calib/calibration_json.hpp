@@ -10,33 +10,35 @@
 namespace axiscal {
 
 /// @return the record as JSON (formats.md, Record); NaN is written as null.
-/// @throws DomainError  if parse_calibration() would refuse it, for example a coefficient that is
-///         not a number.
+/// @throws DomainError  if parse_calibration() would reject the text, for example because a
+///         coefficient is NaN.
 [[nodiscard]] AXISCAL_EXPORT std::string calibration_json(const Calibration& calibration);
 
-/// @return a verdict as it stands in a record.
+/// @return a verdict as JSON, in the form that a record contains.
 [[nodiscard]] AXISCAL_EXPORT std::string verdict_json(const Verdict& verdict);
 
-/// Reads a record. A record written by calibration_json() is read and written again without a
+/// Reads a record. A record that calibration_json() wrote is read and written again without a
 /// change.
 ///
-/// Needed are `format`, `version`, `instrument.kind`, `.axes`, `.unit`, `field.kind`, `.unit`,
-/// `.magnitude` and `coefficients`; the rest is optional, unknown keys are passed over.
+/// The keys `format`, `version`, `instrument.kind`, `.axes`, `.unit`, `field.kind`, `.unit`,
+/// `.magnitude` and `coefficients` are required. All other keys are optional. Unknown keys are
+/// ignored.
 ///
 /// @param path  the file's name for messages.
-/// @throws DataError  if the text is no such record, or one that this version cannot use whole
-///                    (a later version, temperature terms).
+/// @throws DataError  if the text is not a valid record, or if its format version is later than
+///                    the versions that this library reads.
 [[nodiscard]] AXISCAL_EXPORT Calibration parse_calibration(std::string_view text,
                                                            const std::string& path);
 
-/// Writes a record's file. An existing file is replaced in one step or not at all.
+/// Writes a record file. An existing file is replaced in one step, or stays as it is.
 /// @throws RefusedError  if the calibration was refused and `force` is `no`.
-/// @throws OutputError   if it cannot be written; DomainError as calibration_json().
+/// @throws OutputError   if the file cannot be written.
+/// @throws DomainError   under the conditions of calibration_json().
 AXISCAL_EXPORT void write(const Calibration& calibration,
                           const std::string& path,
                           Force force = Force::no);
 
-/// As parse_calibration(), from a file; `-` is standard input.
+/// Reads a record from a file with parse_calibration(); `-` is standard input.
 [[nodiscard]] AXISCAL_EXPORT Calibration read_calibration(const std::string& path);
 
 }  // namespace axiscal

@@ -10,48 +10,47 @@
 
 namespace axiscal {
 
-/// A name and an address, line by line.
+/// A party of a certificate: the laboratory or the customer.
 struct CertificateParty {
   std::string name;
-  std::vector<std::string> address;
-  std::string accreditation;  ///< the laboratory's number, may be empty
-  std::string logo;           ///< a PNG file, its path
-  std::string mark;           ///< of the accreditation; a PNG file, its path
+  std::vector<std::string> address;  ///< one entry for each line
+  std::string accreditation;         ///< accreditation number of the laboratory; may be empty
+  std::string logo;                  ///< path of a PNG file
+  std::string mark;                  ///< accreditation mark: path of a PNG file
 };
 
 /// Data of a certificate that a record lacks (ISO/IEC 17025:2017, 7.8.2 and 7.8.4).
 struct CertificateDetails {
-  std::string number;  ///< unique, on every page
+  std::string number;  ///< unique number, printed on every page
   CertificateParty laboratory;
   CertificateParty customer;
-  std::string country;       ///< where the laboratory is, two letters (ISO 3166-1): "DE"
+  std::string country;       ///< country of the laboratory, two letters (ISO 3166-1): "DE"
   std::string place;         ///< place of the calibration, if it is not the laboratory
-  std::string manufacturer;  ///< who made the instrument
+  std::string manufacturer;  ///< manufacturer of the instrument
   std::string model;
-  std::string condition;   ///< condition of the instrument when received
-  std::string received;    ///< dates, ISO 8601
-  std::string calibrated;  ///< default: the record's, Provenance::date()
-  std::string issued;
-  std::string environment;                ///< temperature, humidity, ...
-  std::string procedure;                  ///< the laboratory's, besides the method
+  std::string condition;    ///< condition of the instrument when received
+  std::string received;     ///< date of receipt, ISO 8601
+  std::string calibrated;   ///< date of calibration, ISO 8601; empty: Provenance::date()
+  std::string issued;       ///< date of issue, ISO 8601
+  std::string environment;  ///< temperature, humidity, ...
+  std::string procedure;    ///< the laboratory's procedure; the method is added
   std::vector<std::string> traceability;  ///< one statement for each reference
-  std::string decision_rule;              ///< where a statement of conformity is made
+  std::string decision_rule;              ///< rule for a statement of conformity
   std::vector<std::string> remarks;
-  std::vector<std::pair<std::string, std::string>> authorised;  ///< name, function
+  std::vector<std::pair<std::string, std::string>> authorised;  ///< name and function of a person
 };
 
 /// Reads the details: `{"format": "axiscal-laboratory", "version": 1, "number": .., "laboratory":
 /// {"name": .., "address": [..], "accreditation": .., "logo": "logo.png", "accreditation_mark":
-/// "mark.png"} (files named from the folder of this one), "customer": {..}, "country", "place",
+/// "mark.png"} (paths relative to the folder of this file), "customer": {..}, "country", "place",
 /// "manufacturer", "model", "condition", "received", "calibrated", "issued", "environment",
 /// "procedure", "traceability": [..], "decision_rule", "remarks": [..], "authorised": [{"name",
-/// "function"}]}`. A text in angle brackets, as in the template ("<name>"), is still to be filled
-/// in and counts as empty.
-/// @throws DataError  for another file, an unknown key, a value of the wrong kind.
+/// "function"}]}`. A text in angle brackets, as in the template ("<name>"), counts as empty.
+/// @throws DataError  if the format differs, a key is unknown, or a value has the wrong type.
 [[nodiscard]] AXISCAL_EXPORT CertificateDetails read_certificate_details(const std::string& path);
 
-/// @throws RefusedError  if a certificate is not allowed: the calibration was refused, or it lacks
-///         an uncertainty.
+/// Checks that a certificate is allowed for a calibration.
+/// @throws RefusedError  if the calibration was refused, or if it lacks an uncertainty.
 AXISCAL_EXPORT void check_certifiable(const Calibration& calibration);
 
 }  // namespace axiscal

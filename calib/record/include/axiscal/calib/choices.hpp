@@ -6,7 +6,7 @@
 
 #include "axiscal/core/export.hpp"
 
-// The choices of an experiment, also stated in records, with their names in files and options.
+// The choices of an experiment, with their names in files and options. Records contain them too.
 namespace axiscal {
 
 /// The estimation method of the parameters (method.md, section 4).
@@ -16,24 +16,24 @@ enum class Method {
   known,
   magnitude,
   bias,
-  turns,  ///< a gyroscope's between rests, by calibrate_imu(); an experiment cannot choose it
-  faces,  ///< six faces that may lean: bias and scale by the length of the field
+  turns,  ///< gyroscope, turns between rests; only calibrate_imu() uses it
+  faces,  ///< six faces that may lean: bias and scale from the length of the field
 };
 
-/// @return "paired", "joint", "known", "magnitude", "bias", "turns", "faces"; empty for nothing.
+/// @return "paired", "joint", "known", "magnitude", "bias", "turns", "faces"; empty for nullopt.
 [[nodiscard]] AXISCAL_EXPORT std::string_view method_name(std::optional<Method> method);
 
 /// @return the method of that name, or nullopt.
 [[nodiscard]] AXISCAL_EXPORT std::optional<Method> parse_method(std::string_view name);
 
-/// @return the method of that name, if an experiment can choose it.
+/// @return the method of that name; nullopt if it is unknown or an experiment cannot choose it.
 [[nodiscard]] AXISCAL_EXPORT std::optional<Method> parse_chosen_method(std::string_view name);
 
 /// The status of a calibration.
 enum class CalibrationStatus {
   ok,
-  warning,  ///< something asks for attention, see its warnings
-  refused,  ///< nothing may rest on it
+  warning,  ///< usable, but read the warnings
+  refused,  ///< do not use its results
 };
 
 /// @return "ok", "warning", "refused".
@@ -44,8 +44,8 @@ enum class CalibrationStatus {
 
 /// The weights of readings.
 enum class Weighting {
-  none,     ///< all alike
-  samples,  ///< as many as samples were averaged
+  none,     ///< equal weights
+  samples,  ///< the number of samples that were averaged
   sd,       ///< 1 / AXIS_sd^2
 };
 
@@ -55,10 +55,10 @@ enum class Weighting {
 /// @return "none", "samples", "sd".
 [[nodiscard]] AXISCAL_EXPORT std::string_view weighting_name(Weighting weighting);
 
-/// The scope of one levelness of the table.
+/// The readings that share one levelness of the table.
 enum class LevelBy {
   run,    ///< all readings
-  block,  ///< each block its own: taken on different days, or the table moved between them
+  block,  ///< the readings of a block, for blocks between which the table may have moved
 };
 
 /// @return the choice of that name ("run", "block"), or nullopt.
@@ -69,7 +69,7 @@ enum class LevelBy {
 
 /// The term for a drift of the bias over the run.
 enum class DriftSetup {
-  automatic,  ///< where the readings show one
+  automatic,  ///< included if the readings show a drift
   none,
   linear,
 };
@@ -80,9 +80,9 @@ enum class DriftSetup {
 /// @return "auto", "none", "linear".
 [[nodiscard]] AXISCAL_EXPORT std::string_view drift_name(DriftSetup drift);
 
-/// The component of the scatter for the turn of the cube each time it is laid down.
+/// The component of the scatter for the small random turn of the cube each time it is laid down.
 enum class SeatSetup {
-  automatic,  ///< from 24 readings on
+  automatic,  ///< fitted for 24 readings or more
   fit,
   none,
 };
@@ -93,16 +93,17 @@ enum class SeatSetup {
 /// @return "auto", "fit", "none".
 [[nodiscard]] AXISCAL_EXPORT std::string_view seats_name(SeatSetup seats);
 
-/// The matrix that `magnitude` takes for S, as a rotation of it stays open.
+/// The shape of S in method `magnitude`. It fixes the rotation of the frame, which the readings do
+/// not determine.
 enum class MagnitudeShape {
-  symmetric,   ///< and positive: the frame that is turned least from the axes
-  triangular,  ///< upper triangular: z along its axis (Tedaldi et al. 2014)
+  symmetric,   ///< symmetric positive definite: the frame with the least rotation from the axes
+  triangular,  ///< upper triangular: axis z senses along z of the frame (Tedaldi et al. 2014)
 };
 
 /// @return the shape of that name ("symmetric", "triangular"), or nullopt.
 [[nodiscard]] AXISCAL_EXPORT std::optional<MagnitudeShape> parse_shape(std::string_view name);
 
-/// @return "symmetric", "triangular"; empty for nothing.
+/// @return "symmetric", "triangular"; empty for nullopt.
 [[nodiscard]] AXISCAL_EXPORT std::string_view shape_name(std::optional<MagnitudeShape> shape);
 
 }  // namespace axiscal

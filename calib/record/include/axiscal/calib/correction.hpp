@@ -15,19 +15,19 @@
 
 namespace axiscal {
 
-/// The remedy for a mistake in the readings. It is applied only on request.
+/// The correction of a mistake in the readings. It is applied only on request.
 struct Correction {
-  WarningCode code = WarningCode::other;                   ///< which warning suggests it
-  std::string message;                                     ///< the finding of that warning
-  std::vector<int> runs;                                   ///< the readings concerned
-  std::vector<std::pair<int, DesignPoint>> points;         ///< run and the point it was taken at
-  std::vector<std::pair<int, Eigen::VectorXd>> responses;  ///< the run and the proposed value
-  std::vector<std::pair<int, FieldLevel>> levels;          ///< run and the level it was taken at
-  std::vector<int> leave_out;                              ///< runs that only leaving out mends
+  WarningCode code = WarningCode::other;                   ///< code of the warning that suggests it
+  std::string message;                                     ///< message of that warning
+  std::vector<int> runs;                                   ///< numbers of the readings concerned
+  std::vector<std::pair<int, DesignPoint>> points;         ///< run and its corrected design point
+  std::vector<std::pair<int, Eigen::VectorXd>> responses;  ///< run and its corrected values
+  std::vector<std::pair<int, FieldLevel>> levels;          ///< run and its corrected level
+  std::vector<int> leave_out;                              ///< runs to leave out
 };
 
-/// @return the observations with points, responses and levels corrected. Readings to be left out
-///         are still in it.
+/// @return the observations with corrected points, responses and levels. They still include the
+///         runs in `leave_out`.
 [[nodiscard]] AXISCAL_EXPORT Observations corrected(Observations observations,
                                                     const Correction& correction);
 

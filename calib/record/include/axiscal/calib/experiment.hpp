@@ -24,29 +24,30 @@ namespace axiscal {
 
 /// Temperature terms (method.md, section 6).
 struct TemperatureSetup {
-  int order = 0;           ///< order of the polynomials of bias and scale; 0: none
-  bool automatic = false;  ///< the order that the readings ask for
-  /// Temperatures are passed over. Else, with order 0, they are looked at as by `automatic` where
-  /// readings at enough temperatures have them, and terms are fitted if they are clearly there.
+  int order = 0;           ///< order of the polynomials of bias and scale; 0: no terms
+  bool automatic = false;  ///< true: the order is chosen from the readings
+  /// True: temperatures are ignored. If it is false and `order` is 0, the order is also chosen from
+  /// the readings, if they have enough temperatures and the terms are highly significant.
   bool ignored = false;
-  std::optional<double> reference;  ///< t0; default: mean of the readings
+  std::optional<double> reference;  ///< t0; default: mean temperature of the readings
 };
 
 /// Standard uncertainties of inputs whose errors do not show in the readings' scatter; 0 means an
-/// exact input. The uncertainties of the field's magnitude, of face normals and of mounts are
-/// stated with these.
+/// exact input. FieldSetup and Positioner contain the uncertainties of the field's magnitude, of
+/// face normals and of mounts.
 struct StatedUncertainties {
-  double resolution = 0.0;  ///< smallest step of a reading [unit of the readings]; rectangular
-  double slope_u = 0.0;  ///< standard uncertainty of the known slope, x and y [rad]; method known
-  double direction_u_rad =
-      0.0;  ///< standard uncertainty of the known field's direction, about any axis; method known
+  double resolution = 0.0;  ///< smallest step of a reading [unit of the readings]
+  /// Only method known: standard uncertainty of the known slope, for x and y each [rad].
+  double slope_u = 0.0;
+  /// Only method known: standard uncertainty of the field's direction, about any axis.
+  double direction_u_rad = 0.0;
   double temperature_u = 0.0;  ///< standard uncertainty of the temperature output [its unit]
-  /// Relative standard uncertainty of the reference of the readings' unit (for example a
-  /// voltmeter): it scales biases and sensitivities together.
+  /// Relative standard uncertainty of the reference of the readings' unit, for example of a
+  /// voltmeter. Its error scales all biases and sensitivities by one factor.
   double reference_u = 0.0;
 };
 
-/// How coefficients are fitted to readings. The defaults suit nearly all runs.
+/// Options of the fit of coefficients to readings. The defaults suit nearly all runs.
 ///
 /// @par Example
 /// @code
@@ -57,20 +58,21 @@ struct StatedUncertainties {
 struct FitOptions {
   std::optional<Method> method;        ///< default: choose_method()
   std::optional<Weighting> weighting;  ///< default: `samples` if the readings state them
-  bool robust = false;                 ///< bisquare weights
+  bool robust = false;                 ///< true: robust regression with bisquare weights
   TemperatureSetup temperature;
-  LevelBy level_by = LevelBy::run;           ///< methods paired and joint
-  DriftSetup drift = DriftSetup::automatic;  ///< methods paired, joint and known
-  SeatSetup seats = SeatSetup::automatic;    ///< methods paired, joint and known
-  /// The scatter of biases between blocks in earlier calibrations. With it the intervals of a run
-  /// of one block include that scatter.
+  LevelBy level_by = LevelBy::run;           ///< only methods paired and joint
+  DriftSetup drift = DriftSetup::automatic;  ///< only methods paired, joint and known
+  SeatSetup seats = SeatSetup::automatic;    ///< only methods paired, joint and known
+  /// The scatter of biases between blocks in earlier calibrations. If it is set, the intervals of a
+  /// run with one block include this scatter.
   std::optional<ProcessScatter> process;
-  /// The ratio of the noise of the axes, m entries; empty: not known. With it mistakes show better.
+  /// Relative noise of the axes, m entries; empty: unknown. It makes the search for mistakes more
+  /// sensitive.
   Eigen::VectorXd noise_ratio;
-  bool search_for_mistakes = true;  ///< whether readings that contradict each other are looked for
-  MagnitudeShape shape = MagnitudeShape::symmetric;  ///< method magnitude: shape of S
-  bool squares = false;            ///< method magnitude: a squared term of each axis is fitted
-  bool compare_polar_fit = false;  ///< true fits the known-art form too, for comparison
+  bool search_for_mistakes = true;  ///< true: searches for readings that contradict each other
+  MagnitudeShape shape = MagnitudeShape::symmetric;  ///< only method magnitude: shape of S
+  bool squares = false;            ///< only method magnitude: true fits a squared term of each axis
+  bool compare_polar_fit = false;  ///< true: also fits the known-art form, for comparison
 };
 
 /// The settings of one instrument if instruments of several kinds share a run.
@@ -80,63 +82,64 @@ struct SlotSetup {
   FieldSetup field;
 };
 
-/// All that is not a reading.
+/// All inputs of a calibration except the readings.
 struct AXISCAL_EXPORT Experiment {
-  Instrument instrument;  ///< of all slots, where `slots` states none
+  Instrument instrument;  ///< the instrument in every slot if `slots` is empty
   FieldSetup field;
-  std::vector<FieldSetup> also;  ///< second fields that it answers to, known in the table
+  std::vector<FieldSetup> also;  ///< second fields that affect the readings; known in the table
   TablePlace table;              ///< the place of the table, its slope, and the date
-  /// The expected main sensitivities of the axes [unit per field unit]. They reveal mistakes that
-  /// affect a whole run. If not stated: see expected_sensitivity().
+  /// The expected main sensitivity of every axis [unit per field unit]. It reveals mistakes that
+  /// affect the whole run. If it is not stated, see expected_sensitivity().
   std::optional<double> nominal_sensitivity;
   Positioner positioner;
-  std::string slot;              ///< where in an assembly the instrument sits; may be empty
+  std::string slot;              ///< slot of the instrument in an assembly; may be empty
   std::vector<SlotSetup> slots;  ///< instruments of several kinds in one assembly
-  FaceNames face_names;          ///< words that the columns rest and fence have for faces
-  Eigen::Matrix3d rotation_sensor_from_positioner = Eigen::Matrix3d::Identity();  ///< its mount
+  FaceNames face_names;          ///< words for faces in the columns `rest` and `fence`
+  Eigen::Matrix3d rotation_sensor_from_positioner = Eigen::Matrix3d::Identity();  ///< the mount
   FitOptions fit;  ///< the options of the fit
   StatedUncertainties stated;
-  /// Source of the coefficients that are not fitted; method `bias` takes the sensitivity from it.
+  /// Record of the coefficients that are not fitted: method `bias` uses its sensitivities.
   std::shared_ptr<const Calibration> from;
-  std::vector<int> leave_out;  ///< runs not used
+  std::vector<int> leave_out;  ///< numbers of the runs that are not used
 };
 
-/// The expected sensitivities of the axes: the stated ones. Otherwise, if readings are in a unit of
-/// the field's quantity, the value of one field unit in that unit (standard gravity converts
-/// between g and m/s^2).
+/// The expected sensitivity of every axis: the stated nominal sensitivity. If it is not stated, and
+/// if readings are in a unit of the field's quantity, it is the factor between the two units
+/// (standard gravity converts between g and m/s^2).
 ///
-/// @param field_unit  of the reference field.
+/// @param field_unit  the unit of the reference field.
 /// @return [unit per field unit]; nullopt if neither is available.
 [[nodiscard]] AXISCAL_EXPORT std::optional<double> expected_sensitivity(
     const Experiment& experiment, const std::string& field_unit);
 
-/// States the field that the kind of instrument is usually calibrated in, if none is stated:
-/// gravity for accelerometers and inclinometers; for magnetometers the Earth's field if its
-/// magnitude, its unit or the site is stated, else a field of length 1.
+/// Sets the usual field of the kind of instrument if no field is stated: gravity for accelerometers
+/// and inclinometers. For magnetometers it is the Earth's field if the magnitude, the unit, the
+/// vector in the table or the site is stated, else a field of length 1.
 AXISCAL_EXPORT void take_usual_field(Experiment& experiment);
 AXISCAL_EXPORT void take_usual_field(const Instrument& instrument,
                                      const TablePlace& place,
                                      FieldSetup& field);
 
-/// The field of an experiment before anything is measured, part by part: resolve_field() at its
-/// table.
-/// @param time_s   for a field that moves, if the readings give it; otherwise the table's date.
-/// @param largest  length of the largest field that the readings bring, if they bring them.
+/// The parts of an experiment's field before the fit: resolve_field() for the experiment's table.
+/// @param time_s   time of the readings, for a field that moves; nullopt: the table's date.
+/// @param largest  length of the largest field that the readings state; nullopt if they state no
+///                 fields.
 [[nodiscard]] std::vector<FieldDescription> resolve_field(const Experiment& experiment,
                                                           std::optional<double> time_s = {},
                                                           std::optional<double> largest = {});
 
-/// The same in one, its parts together.
+/// The sum of the parts of an experiment's field before the fit.
 [[nodiscard]] FieldDescription make_field_description(const Experiment& experiment,
                                                       std::optional<double> time_s = {},
                                                       std::optional<double> largest = {});
 
-/// @return true if the field turns in the table during the readings, like the sun, or like a user's
-///         field that says so.
+/// @return true if the field turns in the table during the readings: the sun, or a field class of a
+///         user that is declared as moving.
 [[nodiscard]] AXISCAL_EXPORT bool field_moves(const Experiment& experiment);
 
-/// @return the change of the field from one time to the other, as change_of_field().
-/// @throws SetupError  also if second fields are combined with one that moves.
+/// @return the change of the experiment's field between two times, as change_of_field() for a
+///         FieldSetup.
+/// @throws SetupError  as that function, or if a moving field is combined with second fields.
 [[nodiscard]] AXISCAL_EXPORT Eigen::Matrix3d change_of_field(const Experiment& experiment,
                                                              double from_s,
                                                              double to_s);

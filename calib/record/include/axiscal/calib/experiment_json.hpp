@@ -10,39 +10,40 @@
 
 namespace axiscal {
 
-/// The files that an experiment file names. They are relative to it, and are read as such.
+/// The paths of other files in an experiment file. parse_experiment() resolves relative paths from
+/// the folder of the experiment file.
 struct ExperimentPaths {
   std::vector<std::string> observations;
-  std::string limits;  ///< the limits for a unit; may be empty
+  std::string limits;  ///< file of the limits for a unit; may be empty
 };
 
-/// An experiment with the files that it names.
+/// An experiment, and the paths of other files in its file.
 struct ExperimentFile {
   Experiment experiment;
   ExperimentPaths paths;
 };
 
-/// Reads an experiment file (formats.md, Experiment), with the positioner and the record that it
-/// names or contains. A file written by experiment_json() is read and written again without a
-/// change.
+/// Reads an experiment file (formats.md, Experiment). Its positioner and its record may be members
+/// of the file or separate files. A file that experiment_json() wrote is read and written again
+/// without a change.
 ///
 /// @param text  the file's content.
-/// @param path  its name, for messages and relative paths.
-/// @throws DataError  if the text is no such file, has an unknown key (the nearest known one is
-///                    suggested), or a value of the wrong type.
+/// @param path  the file's path, for messages and for relative paths.
+/// @throws DataError  if the text is not an experiment file, has an unknown key (the message
+///                    suggests the nearest known key), or has a value of the wrong type.
 [[nodiscard]] AXISCAL_EXPORT ExperimentFile parse_experiment(std::string_view text,
                                                              const std::string& path);
 
-/// As parse_experiment(), from a file.
+/// Reads an experiment file from a path with parse_experiment().
 [[nodiscard]] AXISCAL_EXPORT ExperimentFile read_experiment(const std::string& path);
 
-/// @return true if a file can hold the experiment. It cannot if a part of its fields is a program's
-///         class of a kind that was not added by add_field_kind().
+/// @return true if an experiment file can contain the experiment. A field class of a program can be
+///         contained only if add_field_kind() has added its kind.
 [[nodiscard]] AXISCAL_EXPORT bool can_be_stated(const Experiment& experiment);
 
-/// @return the experiment as such a file; a positioner that is not the nominal one and the record
-///         that it starts from stand in it whole.
-/// @throws DomainError  unless it can_be_stated().
+/// @return the text of an experiment file. It contains the whole record Experiment::from, and the
+///         whole positioner unless that is the nominal cube.
+/// @throws DomainError  unless can_be_stated() is true.
 [[nodiscard]] AXISCAL_EXPORT std::string experiment_json(const Experiment& experiment,
                                                          const ExperimentPaths& paths = {});
 

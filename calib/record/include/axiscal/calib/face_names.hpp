@@ -12,22 +12,22 @@
 
 namespace axiscal {
 
-/// The names of the cube's faces in a table of readings: "up", "nose down", ...; in small letters.
+/// Words for the cube's faces in a table of readings, for example "up" or "nose down"; lower case.
 using FaceNames = std::map<std::string, Face, std::less<>>;
 
-/// Reads "WORD=FACE,WORD=FACE", as "up=-Z,nose up=-X": the face that lies on the table where the
-/// column `rest` has the word.
-/// @throws DomainError  for a text of another form, or a word that occurs twice.
+/// Parses "WORD=FACE,WORD=FACE", for example "up=-Z,nose up=-X". FACE is the face that lies on the
+/// table if the column `rest` contains WORD.
+/// @throws DomainError  if the text has another form, or if a word occurs twice.
 [[nodiscard]] AXISCAL_EXPORT FaceNames parse_face_names(std::string_view text);
 
-/// @return the face of a word, or of a face's standard name; nullopt for other words.
+/// @return the face for a word in `names` or for a standard name ("+X"); nullopt for other words.
 [[nodiscard]] AXISCAL_EXPORT std::optional<Face> find_face(const FaceNames& names,
                                                            std::string_view word);
 
-/// A face as people call it.
+/// A face that was described in words.
 struct FaceInWords {
   Face face;
-  std::optional<bool> is_up;  ///< the direction in the words: up or down; nullopt: neither
+  std::optional<bool> is_up;  ///< true: "up", false: "down"; nullopt: the words contain neither
 };
 
 /// Reads a face in words: "X up", "x_down", "-Z up", "X+", "+x", "xpos", "neg_y", "face Z arriba".

@@ -15,73 +15,72 @@
 
 namespace axiscal {
 
-/// One row of the regression: a reading, or (`paired`) the average of opposite ones.
+/// One row of the regression: a reading, or for method `paired` an average of opposite readings.
 struct RegressionRow {
-  std::vector<int> runs;             ///< the readings in it
-  std::optional<DesignPoint> point;  ///< the first reading's
+  std::vector<int> runs;             ///< numbers of the readings in the row
+  std::optional<DesignPoint> point;  ///< design point of the first reading
   int block = 1;
 };
 
-/// Residual scatter of replicates against what the model leaves, for one axis.
+/// The lack-of-fit test of one axis: compares the residuals of the model with the scatter of
+/// repeated readings.
 struct LackOfFit {
-  double pure_error_sd = 0.0;  ///< scatter of a reading, from repeats alone [unit]
+  double pure_error_sd = 0.0;  ///< scatter of a reading, from repeated readings only [unit]
   double pure_error_dof = 0.0;
   double lack_of_fit_dof = 0.0;
   double f = 0.0;  ///< ratio of the mean squares
   double p_value = 0.0;
 };
 
-/// A cause of scatter that the residuals of one fit do not show as such, as the run shows it
-/// (method.md, section 4).
+/// A cause of scatter that residual_sd does not include, with its size in this run (method.md,
+/// section 4.1).
 struct ScatterComponent {
-  std::string name;            ///< as scatter_words.hpp lists them: "blocks", "seats", ...
-  Eigen::VectorXd sd;          ///< the estimated value: one for each axis, or one for all
-  std::string unit;            ///< of sd
-  Eigen::MatrixXd covariance;  ///< its part of the coefficients' covariance, in the same layout
+  std::string name;            ///< a name in scatter_words.cpp: "blocks", "seats", ...
+  Eigen::VectorXd sd;          ///< estimated standard deviation: m entries, or one for all axes
+  std::string unit;            ///< unit of sd
+  Eigen::MatrixXd covariance;  ///< part of FitStatistics::covariance, in the same layout
   double degrees_of_freedom = 0.0;
 };
 
-/// Under which conditions the scatter was seen (VIM 2.20, 2.22).
+/// The measurement conditions of the scatter (VIM 2.20, 2.22).
 struct AXISCAL_EXPORT CalibrationConditions {
-  int blocks = 1;  ///< over whose biases the scatter counts
-  int mounts = 1;  ///< in the cube; the scatter over their turns counts
-  /// Whether blocks or mounts were several, or earlier calibrations say how they scatter; else
-  /// repeatability.
+  int blocks = 1;  ///< number of blocks; uncertainties include the scatter of their biases
+  int mounts = 1;  ///< number of mountings in the cube; uncertainties include their turns
+  /// True for intermediate precision: several blocks, several mountings, or the scatter of earlier
+  /// calibrations. False for repeatability.
   bool intermediate = false;
-  int earlier = 0;  ///< earlier calibrations whose scatter between blocks counts
-  /// m: mean square of the blocks' biases about their mean [unit^2], with so many degrees of
-  /// freedom; empty with one block.
+  int earlier = 0;  ///< number of earlier calibrations that the scatter between blocks includes
+  /// Mean square of the blocks' biases about their mean, m entries [unit^2]; empty for one block.
   Eigen::VectorXd block_mean_square;
   double block_degrees_of_freedom = 0.0;
-  /// m x 3: as above, for the blocks' sensitivities, each from the block's readings.
+  /// Mean square of the blocks' sensitivities about their mean, m x 3; or empty.
   SensitivityMatrix sensitivity_mean_square = SensitivityMatrix(0, 3);
   double sensitivity_degrees_of_freedom = 0.0;
 };
 
-/// Statistics of the fit (method.md, section 5); m axes. NaN stands for a value that does not
-/// exist.
+/// Statistics of the fit of m axes (method.md, section 5). NaN means that a value does not exist.
 struct AXISCAL_EXPORT FitStatistics {
-  int observations = 0;                ///< readings used
-  Eigen::VectorXd degrees_of_freedom;  ///< per axis, of residual_sd
-  Eigen::VectorXd residual_sd;         ///< per axis, of one reading [unit]
-  Eigen::VectorXd r_squared;           ///< per axis
-  Eigen::VectorXd bias_se;             ///< standard errors [unit]
-  SensitivityMatrix sensitivity_se;    ///< [unit per field unit]
-  Eigen::VectorXd coverage_factor;     ///< per axis, Student's t for 95 %
-  Eigen::VectorXd interval_95;         ///< half width of each parameter's interval, of all scatter
-  Eigen::VectorXd interval_dof;        ///< degrees of freedom of each parameter's interval
-  std::vector<ScatterComponent> components;  ///< parts of the covariance besides residual_sd
-  std::vector<std::string> parameter_names;  ///< "x.bias", "x.sensitivity.x", ...: 4 m
-  Eigen::MatrixXd covariance;                ///< 4m x 4m, in that order
-  double condition_number = 1.0;             ///< the design's, its columns of length 1
-  SensitivityMatrix variance_inflation;      ///< one for each sensitivity column and axis
-  std::vector<LackOfFit> lack_of_fit;        ///< per axis; empty without replicates
-  std::vector<RegressionRow> rows;           ///< r of them
-  Eigen::MatrixXd leverage;                  ///< r x m, in the layout of the others
-  Eigen::MatrixXd studentized;               ///< externally studentised residuals
-  Eigen::MatrixXd cooks_distance;
-  Eigen::MatrixXd robust_weight;           ///< empty unless robust regression was asked for
-  std::vector<int> observations_per_axis;  ///< where axes leave readings out; else empty
+  int observations = 0;                      ///< readings used
+  Eigen::VectorXd degrees_of_freedom;        ///< per axis, degrees of freedom of residual_sd
+  Eigen::VectorXd residual_sd;               ///< per axis, residual sd of one reading [unit]
+  Eigen::VectorXd r_squared;                 ///< per axis
+  Eigen::VectorXd bias_se;                   ///< standard errors of the biases, m entries [unit]
+  SensitivityMatrix sensitivity_se;          ///< standard errors, m x 3 [unit per field unit]
+  Eigen::VectorXd coverage_factor;           ///< per axis, Student's t for 95 %
+  Eigen::VectorXd interval_95;               ///< half width of each parameter's 95 % interval
+  Eigen::VectorXd interval_dof;              ///< degrees of freedom of each parameter's interval
+  std::vector<ScatterComponent> components;  ///< parts of the covariance beyond residual_sd
+  std::vector<std::string> parameter_names;  ///< p names: "x.bias", "x.sensitivity.x", ...
+  Eigen::MatrixXd covariance;                ///< p x p, in the order of parameter_names
+  double condition_number = 1.0;             ///< of the design, scaled to columns of length 1
+  SensitivityMatrix variance_inflation;      ///< m x 3, for each axis and each column of S
+  std::vector<LackOfFit> lack_of_fit;        ///< per axis; empty without repeated readings
+  std::vector<RegressionRow> rows;           ///< r rows of the regression
+  Eigen::MatrixXd leverage;                  ///< r x m
+  Eigen::MatrixXd studentized;               ///< externally studentised residuals, r x m
+  Eigen::MatrixXd cooks_distance;            ///< r x m
+  Eigen::MatrixXd robust_weight;             ///< r x m; empty without robust regression
+  std::vector<int> observations_per_axis;    ///< readings used by each axis; empty if all are used
 
   /// @return the part of the covariance from the readings' scatter: the covariance minus its
   ///         components.

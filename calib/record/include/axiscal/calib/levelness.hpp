@@ -18,8 +18,8 @@ namespace axiscal {
 struct LevelnessEstimate {
   DesignPoint point;  ///< rest face and the first of the two fence faces
   int block = 1;
-  double x = 0.0;  ///< field along the table's x / F; for gravity the slope [rad]
-  double y = 0.0;
+  double x = 0.0;  ///< field along the table's x, divided by F; gravity: the slope [rad]
+  double y = 0.0;  ///< field along the table's y, divided by F
 };
 
 /// The levelness of one block, if each block has one.
@@ -31,41 +31,40 @@ struct BlockLevelness {
   double standard_error_y = 0.0;
 };
 
-/// The levelness that all instruments of an assembly say together: they stand on one table. Where
-/// each block has its own levelness it is that of the last block.
+/// The joint estimate of the levelness from all instruments of an assembly, which stand on one
+/// table. If each block has its own levelness, it is the levelness of the last block.
 struct CombinedLevelness {
   std::vector<std::string> slots;
-  double x = 0.0;  ///< mean, weighted by the slots' variances
+  double x = 0.0;  ///< mean of the slots, weighted by 1 / variance
   double y = 0.0;
   double standard_error_x = 0.0;
   double standard_error_y = 0.0;
-  double p_value = 1.0;    ///< that the slots differ so much by chance; NaN where not testable
-  bool consistent = true;  ///< p_value is not below 0.001
-  std::string suspect;     ///< where not consistent: the slot; of two nobody knows which, so empty
+  double p_value = 1.0;    ///< p-value of the test that the slots agree; NaN if not testable
+  bool consistent = true;  ///< true if p_value is 0.001 or more, or NaN
+  std::string suspect;     ///< slot that disagrees; empty if consistent, or for two slots
 };
 
-/// The field's components along the table's x and y, divided by its magnitude. For gravity slopes:
-/// x > 0 means that the table rises towards +x.
+/// The field's components along the table's x and y, divided by its magnitude. For gravity they are
+/// slopes: x > 0 means that the table rises towards +x.
 struct AXISCAL_EXPORT Levelness {
   std::vector<LevelnessEstimate> estimates;
   double mean_x = 0.0;
   double mean_y = 0.0;
-  double sd_x = 0.0;  ///< spread of the estimates; NaN for fewer than two
+  double sd_x = 0.0;  ///< standard deviation of the estimates; NaN for fewer than two
   double sd_y = 0.0;
-  double standard_error_x =
-      0.0;  ///< standard uncertainty of the mean, from the scatter within the differences
+  double standard_error_x = 0.0;  ///< standard error of mean_x, from the scatter of the readings
   double standard_error_y = 0.0;
-  double degrees_of_freedom = 0.0;  ///< those of the standard errors
-  bool consistent = true;           ///< p_value is not below 0.005
-  double p_value = 0.0;        ///< that estimates differ so much by chance; NaN where not testable
-  double block_p_value = 1.0;  ///< that blocks differ so much by chance; NaN where not testable
-  std::optional<LevelnessEstimate> suspect;  ///< where not consistent: the face that disagrees
+  double degrees_of_freedom = 0.0;  ///< degrees of freedom of the standard errors
+  bool consistent = true;           ///< true if p_value is 0.005 or more, or NaN
+  double p_value = 0.0;        ///< p-value of the test that the faces agree; NaN if not testable
+  double block_p_value = 1.0;  ///< p-value of the test that the blocks agree; NaN if not testable
+  std::optional<LevelnessEstimate> suspect;  ///< face that disagrees; nullopt if consistent
   std::vector<BlockLevelness>
       blocks;  ///< the levelness of each block, if each block has one; otherwise empty
   std::optional<CombinedLevelness> combined;  ///< the joint result of an assembly's slots
 
-  /// @return the slope of the table after the run: that of the last block if each block has one,
-  ///         otherwise the mean of the run.
+  /// @return the slope of the table after the run: the slope of the last block if each block has
+  ///         its own, otherwise the mean.
   [[nodiscard]] BlockLevelness current_levelness() const {
     return blocks.empty() ? BlockLevelness{.x = mean_x,
                                            .y = mean_y,
@@ -74,7 +73,7 @@ struct AXISCAL_EXPORT Levelness {
                           : blocks.back();
   }
 
-  /// @return the levelness of one block, by its position among them; the mean where there is one.
+  /// @return x and y of blocks[position]; mean_x and mean_y if `blocks` is empty.
   [[nodiscard]] Eigen::Vector2d of_block_at(std::size_t position) const {
     return blocks.empty() ? Eigen::Vector2d(mean_x, mean_y)
                           : Eigen::Vector2d(blocks.at(position).x, blocks.at(position).y);

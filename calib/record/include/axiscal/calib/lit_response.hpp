@@ -12,13 +12,13 @@
 
 namespace axiscal {
 
-/// The reading that one-sided axes give under the lights of a field: they read nothing from behind.
+/// The reading of one-sided axes under several lights. An axis does not see a light behind it.
 ///
-/// @param field  with its vectors; each of its parts is a light.
-/// @param level  at which they are set.
-/// @param rotation_sensor_from_table  how the instrument lies.
-/// @param temperature  of the sensor; without one the reference counts.
-/// @return v, m entries [unit]; without second fields.
+/// @param field  has vectors; each part is one light.
+/// @param level  the level of the lights.
+/// @param rotation_sensor_from_table  the orientation of the instrument.
+/// @param temperature  output of the temperature sensors; nullopt: the reference temperature.
+/// @return v, m entries [unit]; it does not include the responses to second fields.
 [[nodiscard]] AXISCAL_EXPORT Eigen::VectorXd lit_response_at(
     const SensorModel& sensor,
     const TableField& field,

@@ -9,32 +9,32 @@
 
 namespace axiscal {
 
-/// The properties of a method that do not depend on the data: one row for each method. Code that
-/// needs such a property reads it here.
+/// The properties of a method that do not depend on the data. A table has one row for each method.
 struct MethodKind {
   Method method = Method::joint;
   std::string_view name;
-  bool by_pose = false;           ///< needs to know how the instrument lay, or the field there
+  bool by_pose = false;           ///< needs the pose, or the field in the sensor, of each reading
   bool directions_known = false;  ///< the field's directions are given; else they are fitted
   bool averages_pairs = false;    ///< regresses on averages of opposite readings
   bool by_magnitude = false;      ///< only the field's magnitude is known
-  bool by_length = false;         ///< of faces that may lean, whose directions find mistakes alone
-  bool by_turns = false;          ///< a gyroscope's attitudes from rest to rest
-  bool fits_sensitivity = true;   ///< else biases alone
-  bool is_chosen = true;          ///< an experiment can choose it
-  std::string_view words{};       ///< the quantity on which it regresses
+  bool by_length = false;         ///< uses the field's length on faces that may lean
+  bool by_turns = false;          ///< uses a gyroscope's attitudes from rest to rest
+  bool fits_sensitivity = true;   ///< false: fits only biases
+  bool is_chosen = true;          ///< true if an experiment can choose the method
+  std::string_view words{};       ///< description in summaries and reports
 };
 
-/// Adds a method of a program's own to the table. Not while other threads calibrate.
-/// @param kind  `method` is assigned.
-/// @return its number.
+/// Adds a program's own method to the table. Do not call it while other threads calibrate.
+/// @param kind  the row; its `method` is ignored.
+/// @return the value of Method for the new row.
 /// @throws DomainError  if the name is empty or taken.
 AXISCAL_EXPORT Method add_method_kind(MethodKind kind);
 
 /// @return the row of a method.
 [[nodiscard]] AXISCAL_EXPORT const MethodKind& method_kind(Method method);
 
-/// @return the row of a record's method; where another software did it, of none: all is false.
+/// @return the row of a record's method; a row with default values and an empty name for nullopt (a
+///         record of other software).
 [[nodiscard]] AXISCAL_EXPORT const MethodKind& method_kind(std::optional<Method> method);
 
 }  // namespace axiscal

@@ -12,38 +12,38 @@ namespace axiscal {
 /// The subject of a record's note (docs/messages.md). A note does not require action.
 enum class NoteCode {
   input,          ///< the parts of the files that were used, joined or left out
-  imported,       ///< the contents and gaps of another software's file
-  axes,           ///< the limits of fewer than three axes
-  unseen,         ///< parameters that no reading shows
-  method,         ///< which method was taken, or would do better
-  conditions,     ///< repeatability only, how blocks differ, earlier calibrations
-  correlation,    ///< readings that are alike, recordings that are short for their noise
+  imported,       ///< the contents and gaps of a file of other software
+  axes,           ///< limits of an instrument with fewer than three axes
+  unseen,         ///< parameters that the readings do not determine
+  method,         ///< the method that was used, or a better one
+  conditions,     ///< repeatability only, differences between blocks, earlier calibrations
+  correlation,    ///< correlated readings, recordings that are too short for their noise
   not_counted,    ///< inputs without a stated uncertainty: the intervals do not include them
   stated,         ///< stated inputs that the readings contradict
   rounding,       ///< steps of the readings that are wider than their noise
-  seats,          ///< the repeatability of the cube's seat, or of the instrument in it
-  face_normals,   ///< errors of the cube's faces that are not counted
-  mount,          ///< in which frame the instrument is described
-  temperature,    ///< the order of its terms, soaks off their curve
-  hysteresis,     ///< biases on the way up and on the way down
-  drift,          ///< a drift that is part of the fit
-  field,          ///< its magnitude, unit and uncertainty
+  seats,          ///< repeatability of the cube's seats, or of the instrument in the cube
+  face_normals,   ///< errors of the cube's faces that the uncertainties do not include
+  mount,          ///< the frame of the coefficients
+  temperature,    ///< the order of the temperature terms, soaks that deviate from the polynomial
+  hysteresis,     ///< biases that differ between rising and falling temperature
+  drift,          ///< a drift that is a term of the fit
+  field,          ///< magnitude, unit and uncertainty of the field
   pose,           ///< method bias: the unknown part of the pose
-  weights,        ///< readings that the robust regression gives none
+  weights,        ///< weights of the readings, readings with robust weight 0
   tails,          ///< a reading that is wrong, or noise with heavy tails
-  corrected,      ///< a mistake that was mended as suggested
+  corrected,      ///< a mistake that was corrected as suggested
   estimate_bias,  ///< method magnitude: the error of the estimator itself
   turns,          ///< method turns: attitude errors, turns left out, g-sensitivity
-  other           ///< a program's own, or of an earlier version
+  other           ///< a note of a user's program, or of a record from another version
 };
 
-/// @return the code as records spell it, as "conditions".
+/// @return the name of the code in records, for example "conditions".
 [[nodiscard]] AXISCAL_EXPORT std::string_view note_name(NoteCode code);
 
-/// @return the code of that name.
+/// @return the code of that name; nullopt for an unknown name.
 [[nodiscard]] AXISCAL_EXPORT std::optional<NoteCode> parse_note_code(std::string_view name);
 
-/// A remark about a calibration that asks for nothing.
+/// A remark about a calibration that does not require action.
 struct CalibrationNote {
   NoteCode code = NoteCode::other;
   std::string message;

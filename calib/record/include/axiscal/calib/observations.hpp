@@ -20,21 +20,21 @@ namespace axiscal {
 struct StatedAttitude {
   double pitch_rad = 0.0;             ///< nose up is positive
   double roll_rad = 0.0;              ///< right side down is positive
-  std::optional<double> heading_rad;  ///< clockwise from north; a vertical field does without
+  std::optional<double> heading_rad;  ///< clockwise from north; not needed for a vertical field
 };
 
-/// The data of one reading besides its responses.
+/// The data of one reading except its responses.
 struct Reading {
   int run = 1;                                     ///< number of the reading, in the order taken
-  int block = 1;                                   ///< replicate of the whole design
+  int block = 1;                                   ///< number of the replicate of the design
   int mount = 1;                                   ///< number of the instrument's mounting
-  bool confirm = false;                            ///< left out of the fit, to test the fit
+  bool confirm = false;                            ///< true: not fitted, but used to test the fit
   std::optional<DesignPoint> point;                ///< the pose of the cube
   FieldLevel level;                                ///< multiple of the induced field
   std::optional<SensorTemperature> temperature;    ///< outputs of temperature sensors, any unit
-  std::optional<double> time_s;                    ///< when it was taken [s]
-  BoxedOptional<Eigen::Vector3d> field_in_sensor;  ///< instead of a design point [field unit]
-  BoxedOptional<StatedAttitude> attitude;          ///< instead of either
+  std::optional<double> time_s;                    ///< time of the reading [s]
+  BoxedOptional<Eigen::Vector3d> field_in_sensor;  ///< replaces a design point [field unit]
+  BoxedOptional<StatedAttitude> attitude;          ///< replaces a design point or a field
 };
 
 /// The readings of one run: n readings of an instrument with m axes.
@@ -42,26 +42,27 @@ struct AXISCAL_EXPORT Observations {
   std::vector<Reading> readings;               ///< n
   Eigen::MatrixXd response;                    ///< n x m [unit of the instrument]
   std::optional<Eigen::VectorXd> samples;      ///< number of samples averaged in each reading, n
-  std::optional<Eigen::MatrixXd> response_sd;  ///< their standard deviations, n x m [same unit]
-  /// n x m: readings of a differential axis one of whose two columns is at or beyond the range.
+  std::optional<Eigen::MatrixXd> response_sd;  ///< sd of the samples in a reading, n x m [unit]
+  /// n x m: true if a column of a differential axis is at the end of its range or beyond.
   std::optional<Eigen::Array<bool, Eigen::Dynamic, Eigen::Dynamic>> saturated;
-  bool has_block = false;  ///< whether blocks, levels were stated
-  bool has_level = false;
-  /// True if the fence faces were stated. If not, those of the points are meaningless, and the
-  /// table must be level.
+  bool has_block = false;  ///< true if blocks were stated
+  bool has_level = false;  ///< true if levels were stated
+  /// True if the fence faces were stated. If it is false, the fence faces in the points have no
+  /// meaning, and the table must be level.
   bool has_fence = true;
 
   [[nodiscard]] Eigen::Index size() const { return static_cast<Eigen::Index>(readings.size()); }
 };
 
-/// Puts several files of one run together: each is a block (or several), runs are numbered on.
+/// Joins the observations of several files of one run. Each file becomes one or more blocks. Run
+/// numbers and block numbers continue from file to file.
 ///
 /// @param parts  at least one; all with the same number of axes.
-/// @throws DomainError  if there are none, their numbers of axes differ, or only some of them state
-///                      samples.
+/// @throws DomainError  if `parts` is empty, if the numbers of axes differ, or if only some parts
+///                      state samples or saturation.
 [[nodiscard]] AXISCAL_EXPORT Observations concatenate(std::vector<Observations> parts);
 
-/// @return the readings of some rows, in that order.
+/// @return the readings in these rows, in the order of `rows`.
 [[nodiscard]] AXISCAL_EXPORT Observations select_rows(const Observations& observations,
                                                       const std::vector<std::size_t>& rows);
 

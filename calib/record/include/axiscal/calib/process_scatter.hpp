@@ -7,13 +7,13 @@
 
 namespace axiscal {
 
-/// The change of a unit's biases from block to block in earlier calibrations, for this unit or for
-/// units of its model: the process's standard deviation, found by a check standard (NIST/SEMATECH
-/// e-Handbook, 2.4.5).
+/// The scatter of biases between blocks in earlier calibrations of this unit, or of units of its
+/// model. It is the process standard deviation of a check standard (NIST/SEMATECH e-Handbook,
+/// 2.4.5).
 struct ProcessScatter {
-  Eigen::VectorXd mean_square;      ///< m: of blocks' biases about their mean [unit^2]
-  double degrees_of_freedom = 0.0;  ///< of each
-  int records = 0;                  ///< that it is from
+  Eigen::VectorXd mean_square;      ///< of the blocks' biases about their mean, m entries [unit^2]
+  double degrees_of_freedom = 0.0;  ///< degrees of freedom of each mean square
+  int records = 0;                  ///< number of earlier records
 };
 
 }  // namespace axiscal

@@ -17,55 +17,56 @@
 
 namespace axiscal {
 
-/// The readings of a run with the other contents of their files: for one instrument, for the slots
-/// of an assembly, or for many units one after another. A run is one file, or several joined.
+/// The readings of a run and the other contents of their files: for one instrument, for the slots
+/// of an assembly, or for many units one after another. A run is one file or several joined files.
 struct Run {
   Observations observations;
   std::vector<InputFileDigest> inputs;  ///< the files; empty for arrays
   /// The number of readings from each file, one file after another; empty if unknown.
   std::vector<std::size_t> rows_of_inputs;
   std::vector<std::string> notes;
-  std::vector<std::string> axes;     ///< the response columns' names; of an assembly one slot's
+  std::vector<std::string> axes;     ///< names of the response columns; of one slot in an assembly
   std::string field_unit;            ///< unit of the known fields, if a column's name states it
-  std::string serial;                ///< the unit under test, from the first reading that states it
-  std::vector<std::string> serials;  ///< every reading's; empty without such a column
+  std::string serial;                ///< serial number of the unit; if several, the first
+  std::vector<std::string> serials;  ///< column `serial` of every reading; empty without one
   std::vector<std::string> dates;    ///< column `date` of every reading; empty without one
   std::vector<std::string> operators;  ///< column `operator` of every reading; empty without one
-  std::string measured;                ///< stated date of the readings; else see measured_at()
-  /// Where the columns are SLOT.axis: the slots in the columns' order; the responses are those of
-  /// the first slot's axes, then the second's, ...
+  std::string measured;                ///< stated date of the readings; empty: see measured_at()
+  /// The slots in the order of the columns SLOT.axis; empty without such columns. The responses of
+  /// the first slot's axes come first, then those of the second slot, ...
   std::vector<std::string> slots;
-  /// The axes of each slot where they are not the same in all; else empty.
+  /// The axes of each slot; empty if all slots have the same axes.
   std::vector<std::vector<std::string>> axes_of_slots;
-  std::vector<std::string> ignored_columns;  ///< columns that nothing was done with
+  std::vector<std::string> ignored_columns;  ///< names of the columns that were not used
 };
 
-/// The columns of one instrument among several, each with SLOT. before it.
+/// The columns SLOT.axis of one instrument among several.
 struct SlotColumns {
   std::string slot;
   std::vector<std::string> axes;
 };
 
-/// When a run was measured: as stated; else the last time in the column `time` if its times are
-/// dates, or the last date in the column `date`.
+/// The date of a run: the stated one; else the last time in the column `time`, if its times include
+/// dates; else the last date in the column `date`.
 /// @return ISO 8601, UTC; empty if unknown.
 [[nodiscard]] AXISCAL_EXPORT std::string measured_at(const Run& run);
 
-/// @return the names in the column `operator`, each once: "A. Smith, B. Jones"; empty without one.
+/// @return the distinct names in the column `operator`, for example "A. Smith, B. Jones"; empty
+///         without that column.
 [[nodiscard]] AXISCAL_EXPORT std::string operators_of(const Run& run);
 
-/// Which columns a table of observations must have.
+/// The columns that a table of observations must have.
 struct ObservationColumns {
-  /// The response columns; where the first is missing, SLOT.axis of one slot or more.
+  /// The response columns. If the first one is missing, the columns SLOT.axis of slots are read.
   std::vector<std::string> axes = {"x", "y", "z"};
-  std::vector<SlotColumns> slots;             ///< stated; `axes` then counts for nothing
+  std::vector<SlotColumns> slots;             ///< stated slots; if not empty, `axes` is ignored
   FaceNames face_names;                       ///< words that stand for faces
   std::vector<DifferentialAxis> differences;  ///< axes that are the difference of two columns
-  std::optional<ReadingRange> range;          ///< each of their columns'
-  bool needs_labels = false;                  ///< `rest` and `fence`, even where the field is given
+  std::optional<ReadingRange> range;          ///< range of each of these columns
+  bool needs_labels = false;                  ///< `rest` and `fence`, even if the field is given
   bool needs_samples = false;                 ///< `samples`
   bool needs_temperature = false;             ///< `temperature`
-  bool takes_several_units = false;           ///< else a second `serial` is an error
+  bool takes_several_units = false;           ///< false: a second `serial` is an error
   bool needs_sd = false;                      ///< `AXIS_sd` for each axis, positive
 };
 
@@ -78,11 +79,11 @@ struct ObservationColumns {
 [[nodiscard]] AXISCAL_EXPORT Run read_run(const std::string& path,
                                           const ObservationColumns& columns = {});
 
-/// A run from arrays, as from a program's own acquisition.
+/// Makes a run from arrays, for example from a program's own acquisition.
 ///
-/// @param points    how the cube lay in each reading; n.
+/// @param points    the design point of each reading, n entries.
 /// @param response  the readings, n x m [unit of the instrument].
-/// @throws DomainError  if their numbers differ.
+/// @throws DomainError  if the number of points differs from the number of rows.
 [[nodiscard]] AXISCAL_EXPORT Run make_run(std::span<const DesignPoint> points,
                                           const Eigen::Ref<const Eigen::MatrixXd>& response);
 
@@ -93,18 +94,19 @@ enum class Units { one, several };
 [[nodiscard]] AXISCAL_EXPORT ObservationColumns observation_columns(const Experiment& experiment,
                                                                     Units units);
 
-/// Joins the files of a run, one or more; several are blocks.
+/// Joins the files of a run. Each file becomes one or more blocks.
 ///
-/// @throws DataError  if they are of other slots, or `serial` is missing from one where the others
-///                    are of several units, or is not the same where only one unit is taken.
+/// @throws DataError  if the files have different slots; if a file lacks the column `serial` and
+///                    the other files are of several units; if serial numbers differ and `units`
+///                    is `one`.
 [[nodiscard]] AXISCAL_EXPORT Run join_runs(std::vector<Run> files, Units units);
 
 /// @return true if the readings are from more than one unit under test.
 [[nodiscard]] AXISCAL_EXPORT bool has_several_units(const Run& run);
 
-/// The units of a run in the order in which they first come; without a column `serial` all readings
-/// are of one unit, of the serial that was stated. Each is made when it is asked for: thousands
-/// take no more memory than their run.
+/// The units of a run in the order of their first readings. Without a column `serial`, all readings
+/// are of one unit with the stated serial number. operator[] makes the run of a unit on demand, so
+/// thousands of units take no more memory than their run.
 class AXISCAL_EXPORT UnitsOfRun {
  public:
   UnitsOfRun(Run run, const std::string& stated_serial);
@@ -121,13 +123,13 @@ class AXISCAL_EXPORT UnitsOfRun {
   [[nodiscard]] std::size_t usual_readings() const;
 
  private:
-  Run run_;  // the serials of its readings are in the following lists
+  Run run_;  // without serials, which are in the following lists
   std::vector<std::string> serials_;
-  std::vector<std::size_t> rows_;    // of all units, one after another; empty without a column
-  std::vector<std::size_t> begins_;  // the first index of each unit in those, and the end
+  std::vector<std::size_t> rows_;    // rows of all units, unit by unit; empty without `serial`
+  std::vector<std::size_t> begins_;  // first index of each unit in rows_, and the end
 };
 
-/// @return all of them at once.
+/// @return the runs of all units, in the order of UnitsOfRun.
 [[nodiscard]] AXISCAL_EXPORT std::vector<Run> split_by_serial(const Run& run,
                                                               const std::string& stated_serial);
 

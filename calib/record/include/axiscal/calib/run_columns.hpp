@@ -12,13 +12,13 @@
 
 namespace axiscal {
 
-/// The data of a run besides its readings, as columns with one value a reading. Columns that are
-/// not known stay empty.
+/// The data of a run except its responses, as columns with one value for each reading. Unknown
+/// columns stay empty.
 struct RunColumns {
   std::vector<std::string> rest;               ///< face on the table: "+X", "-X", .. "-Z"
   std::vector<std::string> fence;              ///< face at the fence
-  std::optional<Eigen::VectorXi> run;          ///< numbers of the readings; else 1, 2, ..
-  std::optional<Eigen::VectorXi> block;        ///< replicate of the whole design
+  std::optional<Eigen::VectorXi> run;          ///< numbers of the readings; nullopt: 1, 2, ..
+  std::optional<Eigen::VectorXi> block;        ///< number of the block, a replicate of the design
   std::optional<Eigen::VectorXi> mount;        ///< number of the instrument's mounting
   std::optional<Eigen::VectorXd> level;        ///< multiple of the induced field
   std::optional<Eigen::VectorXd> temperature;  ///< output of the temperature sensor
@@ -27,7 +27,7 @@ struct RunColumns {
   std::optional<Eigen::MatrixX3d> field;       ///< n x 3, the field in the instrument's frame
 };
 
-/// A run from columns, as from a program's own tables.
+/// Makes a run from columns, for example from a program's own tables.
 ///
 /// @code
 /// axiscal::RunColumns columns;

@@ -16,21 +16,21 @@
 
 namespace axiscal {
 
-/// The response of an instrument besides its field: a gyroscope's to gravity.
+/// The response of an instrument to a second field, for example of a gyroscope to gravity.
 struct AXISCAL_EXPORT AlsoResponse {
   std::string kind;
   std::string unit;
-  Eigen::Vector3d in_table = Eigen::Vector3d::Zero();  ///< as given [unit]
+  Eigen::Vector3d in_table = Eigen::Vector3d::Zero();  ///< vector in the table, as stated [unit]
   SensitivityMatrix sensitivity;                       ///< m x 3 [unit of the readings per unit]
-  SensitivityMatrix sensitivity_se;                    ///< its standard errors
+  SensitivityMatrix sensitivity_se;                    ///< standard errors of sensitivity, m x 3
 };
 
-/// A calibrated sensor: an instrument of m axes, and its readings in a field.
+/// The model of a calibrated sensor with m axes. A reading in a field f is
 ///
 ///     v = bias(t) + scale(t) S f + the responses to second fields
 ///
-/// The part of a Calibration that reductions, simulations and exports need. They do not need its
-/// origin. A program with another source of the sensor's data fills it in itself.
+/// It is the part of a Calibration that reductions, simulations and exports need. A program can
+/// fill it with data from another source.
 ///
 /// @code
 /// axiscal::SensorModel sensor;
@@ -43,40 +43,40 @@ struct AXISCAL_EXPORT AlsoResponse {
 /// method.md, sections 2 and 6.
 struct SensorModel {
   Instrument instrument;
-  FieldDescription field;   ///< in which it was calibrated, or is read
-  LinearResponse response;  ///< the coefficients; over temperature at its reference
-  std::optional<TemperatureResponse> temperature;  ///< if it was modelled
+  FieldDescription field;                          ///< field of the calibration, or of the readings
+  LinearResponse response;                         ///< coefficients at the reference temperature
+  std::optional<TemperatureResponse> temperature;  ///< nullopt without temperature terms
   std::vector<AlsoResponse> also;                  ///< one for each second field
   /// The orientation in the cube or assembly of the calibration, if it is stated.
   std::optional<Eigen::Matrix3d> rotation_sensor_from_assembly;
 };
 
-/// The reading that a sensor gives.
+/// The reading that a sensor model predicts in a field.
 ///
 /// @param field_in_sensor  f [field unit].
-/// @param temperature      what its temperature sensors say; without it the reference counts.
-/// @return v, m entries [unit]; without second fields.
+/// @param temperature      output of the temperature sensors; nullopt: the reference temperature.
+/// @return v, m entries [unit]; it does not include the responses to second fields.
 [[nodiscard]] AXISCAL_EXPORT Eigen::VectorXd response_at(
     const SensorModel& sensor,
     const Eigen::Vector3d& field_in_sensor,
     const std::optional<SensorTemperature>& temperature);
 
-/// The inverse: the reading at the reference temperature.
+/// Corrects readings to the reference temperature.
 /// @param readings     v, m entries [unit].
-/// @param temperature  at which they were taken; without one, or without terms, they stay.
+/// @param temperature  temperature of the readings; nullopt: the readings are not changed.
 [[nodiscard]] AXISCAL_EXPORT Eigen::VectorXd reading_at_reference(
     const SensorModel& sensor,
     Eigen::VectorXd readings,
     const std::optional<SensorTemperature>& temperature);
 
 /// @param name  "x.bias", "x.sensitivity.y", "z.scale.d2", ...
-/// @throws DomainError  for a name that is none of the sensor's.
+/// @return the value of the parameter of that name.
+/// @throws DomainError  if the sensor lacks that parameter.
 [[nodiscard]] AXISCAL_EXPORT double parameter_value(const SensorModel& sensor,
                                                     const std::string& name);
 
-/// @param covariance  of bias and sensitivity, 4 for each axis, in the order of the axes; empty
-///                    where it is not known.
-/// @return the usual names of its coefficients for this kind of instrument: hard iron,
+/// @param covariance  of bias and sensitivity, 4 m x 4 m, axis by axis; empty if unknown.
+/// @return the coefficients in the usual terms of this kind of instrument: hard iron,
 ///         responsivity, ...
 [[nodiscard]] AXISCAL_EXPORT std::vector<KindQuantity> quantities_of(
     const SensorModel& sensor, const Eigen::MatrixXd& covariance = {});

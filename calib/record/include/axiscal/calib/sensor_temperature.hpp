@@ -15,14 +15,14 @@ namespace axiscal {
 /// number for each axis if each has a sensor.
 class AXISCAL_EXPORT SensorTemperature {
  public:
-  /// One output for all axes. Not explicit, as most instruments have one sensor.
+  /// One output for all axes. Not explicit, because most instruments have one sensor.
   SensorTemperature(double of_all = 0.0) : mean_(of_all) {}  // NOLINT(google-explicit-constructor)
 
   /// @param of_axes  m outputs, in the order of the axes.
-  /// @throws DomainError  if there are none.
+  /// @throws DomainError  if `of_axes` is empty.
   explicit SensorTemperature(std::vector<double> of_axes);
 
-  /// @return the output that counts for an axis.
+  /// @return the output that applies to an axis.
   [[nodiscard]] double of(Eigen::Index axis) const {
     return of_axes_ ? (*of_axes_)[static_cast<std::size_t>(axis)] : mean_;
   }
@@ -33,14 +33,14 @@ class AXISCAL_EXPORT SensorTemperature {
   /// @return true if each axis has a separate output.
   [[nodiscard]] bool has_own() const { return of_axes_.has_value(); }
 
-  /// @return each axis's output; empty where one counts for all.
+  /// @return the output of each axis; empty if all axes share one output.
   [[nodiscard]] const std::vector<double>& of_axes() const;
 
-  /// @return the outputs of neighbouring axes, as those of one instrument among several; one
-  ///         number where they are all the same.
+  /// @return the outputs of `count` axes from axis `first` on, for example those of one instrument
+  ///         among several; one output for all axes if they are equal.
   [[nodiscard]] SensorTemperature of_some(Eigen::Index first, Eigen::Index count) const;
 
-  /// @return all of them changed by as much.
+  /// @return the outputs plus `difference`.
   [[nodiscard]] SensorTemperature changed_by(double difference) const;
 
   friend bool operator==(const SensorTemperature& a, const SensorTemperature& b) {

@@ -14,24 +14,24 @@
 
 namespace axiscal {
 
-/// The fit of a polynomial order, for the choice among several.
+/// The result of a fit with one polynomial order, for the choice of the order.
 struct TemperatureOrderTrial {
   int order = 0;
   double aicc = 0.0;                 ///< corrected Akaike's criterion over all axes; less is better
-  double lack_of_fit_p_value = 0.0;  ///< smallest of the axes'; NaN where not testable
+  double lack_of_fit_p_value = 0.0;  ///< smallest p-value of the axes; NaN if not testable
 };
 
 /// The range of a temperature sensor's output t during a calibration [its unit].
 struct TemperatureSpan {
   double reference = 0.0;  ///< t0, at which the coefficients are stated
-  double low = 0.0;        ///< lowest and highest t
-  double high = 0.0;
+  double low = 0.0;        ///< lowest t
+  double high = 0.0;       ///< highest t
 
   friend bool operator==(const TemperatureSpan&, const TemperatureSpan&) = default;
 };
 
-/// Bias and scale of m axes over the temperature sensor's output t, d = t - reference, or each axis
-/// over that of a sensor of its own, d_k = t_k - reference_k:
+/// Bias and scale of m axes as functions of the temperature sensor's output t, with
+/// d = t - reference. If each axis has its own sensor, d_k = t_k - reference_k:
 ///
 ///     bias_k(t) = b_k + bias(k, 0) d + bias(k, 1) d^2 + ...,  scale_k(t) = 1 + scale(k, 0) d + ..
 ///     v_k = bias_k(t) + scale_k(t) sum_j S_kj f_j
@@ -39,12 +39,12 @@ struct TemperatureSpan {
 /// @par Source
 /// method.md, section 6; US 7,467,536.
 struct AXISCAL_EXPORT TemperatureResponse {
-  std::vector<TemperatureSpan> spans = {{}};  ///< one for all axes, or one for each: m
+  std::vector<TemperatureSpan> spans = {{}};  ///< one for all axes, or m entries
   Eigen::MatrixXd bias;                       ///< m x order [unit of the readings per power of t]
   Eigen::MatrixXd scale;                      ///< m x order [1 per power of t]
   Eigen::MatrixXd bias_se;                    ///< standard errors; NaN where unknown
   Eigen::MatrixXd scale_se;
-  std::vector<TemperatureOrderTrial> trials;  ///< where the order was chosen; else empty
+  std::vector<TemperatureOrderTrial> trials;  ///< empty if the order was stated
 
   [[nodiscard]] bool has_own_sensors() const { return spans.size() > 1; }
 
@@ -78,37 +78,39 @@ struct AXISCAL_EXPORT TemperatureResponse {
   [[nodiscard]] bool is_extrapolated(const SensorTemperature& t) const;
 };
 
-/// @return "25", or where each axis has a sensor of its own "x 25, y 26.1, z 24.8".
+/// @return the text of the span, for example "25". If each axis has its own sensor, it is the text
+///         for each axis: "x 25, y 26.1, z 24.8".
 /// @param axes  the axes' names.
-/// @param text  of one of the spans.
+/// @param text  converts one span to text.
 [[nodiscard]] AXISCAL_EXPORT std::string span_text(
     const TemperatureResponse& temperature,
     const std::vector<std::string>& axes,
     const std::function<std::string(const TemperatureSpan&)>& text);
 
-/// Finds the soak levels in temperatures that were held: groups that are much narrower than the
-/// gaps between them.
+/// Finds the soak levels: groups of temperatures that are much narrower than the gaps between the
+/// groups.
 ///
 /// @param temperatures  n outputs, any order.
-/// @return for each its level, 0 for the coldest; empty where the temperatures are continuous.
+/// @return the level of each temperature, 0 for the coldest; empty if the temperatures do not form
+///         levels.
 [[nodiscard]] AXISCAL_EXPORT std::vector<int> soak_levels(const std::vector<double>& temperatures);
 
 /// The state of an instrument's temperature in its chamber.
 struct SoakState {
   bool steady = false;
   double rate = 0.0;         ///< trend of the output over the window [unit per second]
-  double rate_u = 0.0;       ///< its standard error, from the scatter about the line
-  double remaining_s = 0.0;  ///< until steady, by the exponential approach; 0 when steady, NaN
-                             ///< where the outputs show none
+  double rate_u = 0.0;       ///< standard error of rate, from the scatter about the line
+  double remaining_s = 0.0;  ///< time until steady if the approach is exponential; 0 if steady,
+                             ///< NaN if unknown
 };
 
-/// Looks at the last readings of a temperature sensor: steady when the trend over the window, its
-/// uncertainty (95 %) included, changes the output by no more than the tolerance.
+/// Tests whether the last readings of a temperature sensor are steady. They are steady if the trend
+/// over the window, plus its uncertainty (95 %), changes the output by the tolerance at most.
 ///
 /// @param time_s       n times, ascending.
 /// @param temperature  outputs at these times, n values.
-/// @param window_s     how far back to look, and how long the next readings will take.
-/// @param tolerance    largest change of the output during that time.
+/// @param window_s     duration of the last readings that are used, and of the next readings.
+/// @param tolerance    largest permitted change of the output in this duration.
 /// @throws DomainError  if sizes differ, times do not ascend, or window or tolerance are not
 ///                      positive.
 [[nodiscard]] AXISCAL_EXPORT SoakState soak_state(std::span<const double> time_s,

@@ -13,57 +13,57 @@
 
 namespace axiscal {
 
-/// The uncertainty of one quantity that a calibration gives.
+/// The uncertainty of one quantity that follows from a calibration.
 struct CombinedUncertainty {
   double u = 0.0;  ///< combined standard uncertainty [unit of the quantity]
-  /// Effective: those of which coverage_factor is Student's t, by Welch and Satterthwaite where all
-  /// parts have five or more; may be infinite.
+  /// Effective degrees of freedom; may be infinite. The formula of Welch and Satterthwaite gives
+  /// them if all parts have five or more; else coverage_factor is Student's t for them.
   double degrees_of_freedom = 0.0;
   double coverage_factor = 0.0;   ///< expanded / u
   double expanded = 0.0;          ///< half width of the 95 % interval
-  std::vector<double> by_source;  ///< u of each source alone, in their order
+  std::vector<double> by_source;  ///< u of each single source, in the budget's order
 };
 
-/// A part of a quantity's variance that scatter says, with its degrees of freedom.
+/// A part of a quantity's variance that is estimated from scatter, with its degrees of freedom.
 struct VarianceShare {
   double variance = 0.0;
   double degrees_of_freedom = 0.0;
 };
 
-/// The variance of a quantity by where it comes from.
+/// The variance of a quantity, divided into the shares of its sources.
 struct AXISCAL_EXPORT VarianceShares {
-  std::vector<VarianceShare> axes;        ///< of the readings' scatter, one for each axis
-  std::vector<VarianceShare> components;  ///< of blocks, seats, ...
-  double others = 0.0;                    ///< known well: infinite degrees of freedom
+  std::vector<VarianceShare> axes;        ///< from the readings' scatter, one for each axis
+  std::vector<VarianceShare> components;  ///< from blocks, seats, ...
+  double others = 0.0;                    ///< variance with infinite degrees of freedom
 
   /// Appends the shares of another, independent part.
   VarianceShares& operator+=(const VarianceShares& more);
 };
 
-/// Puts shares together: by Welch and Satterthwaite's formula where each has five degrees of
-/// freedom or more, else U^2 = sum (t u_i)^2, as the formula is too short there (method.md, section
-/// 8).
-/// @param coverage  of the expanded uncertainty.
+/// Combines shares. If each has five degrees of freedom or more, the expanded uncertainty U follows
+/// from Welch and Satterthwaite's formula. Otherwise the formula gives too short intervals, and
+/// U^2 = sum (t_i u_i)^2 is used (method.md, section 8).
+/// @param coverage  coverage probability of the expanded uncertainty.
 /// @par Source
 /// JCGM 100:2008, G.4.
 [[nodiscard]] AXISCAL_EXPORT CombinedUncertainty combine(const VarianceShares& shares,
                                                          double coverage = 0.95);
 
-/// @return the effective degrees of freedom of the sum by Welch and Satterthwaite, however few any
-///         part has; may be infinite.
+/// @return the effective degrees of freedom of the sum by Welch and Satterthwaite's formula, even
+///         if a share has fewer than five; may be infinite.
 [[nodiscard]] AXISCAL_EXPORT double welch_degrees_of_freedom(const VarianceShares& shares);
 
-/// Student's t at one probability for any degrees of freedom, from a table: to 0.4 %, and a hundred
-/// times as fast as the quantile; for streams.
+/// Student's t at one coverage probability, interpolated in a table. It is accurate to 0.4 % and a
+/// hundred times as fast as the exact quantile. Streams of readings use it.
 class AXISCAL_EXPORT CoverageFactors {
  public:
   /// @throws DomainError  unless 0 < coverage < 1.
   explicit CoverageFactors(double coverage = 0.95);
 
-  /// @param degrees_of_freedom  1 or more; fewer count as 1.
+  /// @param degrees_of_freedom  1 or more; a smaller value is taken as 1.
   [[nodiscard]] double at(double degrees_of_freedom) const;
 
-  /// @return the half width of the interval, as combine().
+  /// @return the expanded uncertainty of combine(), with the interpolated t.
   [[nodiscard]] double expanded(const VarianceShares& shares) const;
 
  private:
@@ -78,19 +78,20 @@ class AXISCAL_EXPORT CoverageFactors {
 
 /// The uncertainty of a quantity that depends on the parameters.
 ///
-/// @param calibration  with statistics; its uncertainty, if there, else the fit alone.
-/// @param gradient     of the quantity by the parameters, in the order of parameter_names.
-/// @param shares       set to the same as variances; may be null.
+/// @param calibration  has statistics. Without an uncertainty budget, only the fit is a source.
+/// @param gradient     derivatives of the quantity by the parameters, in the order of
+///                     parameter_names.
+/// @param shares       receives the shares of the variance; may be null.
 [[nodiscard]] AXISCAL_EXPORT CombinedUncertainty propagate(const Calibration& calibration,
                                                            const Eigen::RowVectorXd& gradient,
                                                            VarianceShares* shares = nullptr);
 
-/// @param gradient  of the quantity by the parameters.
+/// @param gradient  derivatives of the quantity by the parameters.
 /// @return the shares of the quantity's variance from the scatter of a fit.
 [[nodiscard]] AXISCAL_EXPORT VarianceShares scatter_shares(const Calibration& calibration,
                                                            const Eigen::RowVectorXd& gradient);
 
-/// @return covariance of the parameters from all sources; empty where none is stated.
+/// @return covariance of the parameters from all sources; empty without statistics.
 [[nodiscard]] AXISCAL_EXPORT Eigen::MatrixXd parameter_covariance(const Calibration& calibration);
 
 /// One parameter in a budget.
@@ -104,36 +105,38 @@ struct ParameterUncertainty {
 [[nodiscard]] AXISCAL_EXPORT std::vector<ParameterUncertainty> parameter_uncertainties(
     const Calibration& calibration);
 
-/// @return whether every parameter has an expanded uncertainty: not without degrees of freedom.
+/// @return true if every parameter has a finite, positive expanded uncertainty. It is false for 0
+///         degrees of freedom.
 [[nodiscard]] AXISCAL_EXPORT bool states_uncertainty(const Calibration& calibration);
 
 /// @return the unit of a parameter of the record: "V", "V/g", "V per d2", "1 per d".
 [[nodiscard]] AXISCAL_EXPORT std::string parameter_unit(const Calibration& calibration,
                                                         const std::string& name);
 
-/// @return true if the budget includes the uncertainty of the field's magnitude, or if it does not
-///         matter (methods bias and turns). Otherwise an uncertainty in SI units cannot be claimed.
+/// @return true if the budget includes the uncertainty of the field's magnitude, or if the method
+///         does not use the magnitude (bias and turns). If it is false, the uncertainties are not
+///         valid in SI units.
 [[nodiscard]] AXISCAL_EXPORT bool counts_magnitude(const Calibration& calibration);
 
-/// Inputs that the stated uncertainty leaves out, because their uncertainty was not stated: for a
-/// run on a table the cube's face normals and the field's magnitude; for readings in volts or
-/// amperes their reference.
-/// @return in words, to stand behind "not counted: "; empty without statistics.
+/// The inputs that the uncertainties do not include, because their own uncertainty was not stated:
+/// the cube's face normals for a run on a table, the field's magnitude, the reference of readings
+/// in an electrical unit.
+/// @return the inputs in words; empty without statistics.
 [[nodiscard]] AXISCAL_EXPORT std::vector<std::string> not_counted(const Calibration& calibration);
 
-/// @return that in a sentence; empty where all is counted.
+/// @return the inputs of not_counted() in one sentence; empty if not_counted() is empty.
 [[nodiscard]] AXISCAL_EXPORT std::string words_of_not_counted(const Calibration& calibration);
 
-/// The action against the largest source.
+/// Advice how to reduce the contribution of the largest source.
 struct Advice {
-  std::string source;  ///< the one with the largest part of the variance
-  double share = 0.0;  ///< that part
+  std::string source;  ///< the source with the largest part of the variance
+  double share = 0.0;  ///< its part of the variance
   std::string text;    ///< an action that would halve the combined uncertainty
 };
 
-/// @param uncertainty  of one quantity, its parts in the order of the budget's sources.
-/// @param sources      names of the sources of by_source.
-/// @param readings     how many readings the calibration used.
+/// @param uncertainty  uncertainty of one quantity.
+/// @param sources      names of the sources, in the order of uncertainty.by_source.
+/// @param readings     number of readings that the calibration used.
 [[nodiscard]] AXISCAL_EXPORT Advice advice_to_halve(const CombinedUncertainty& uncertainty,
                                                     const std::vector<std::string>& sources,
                                                     int readings);

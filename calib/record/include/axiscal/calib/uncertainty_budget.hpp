@@ -10,29 +10,29 @@
 
 namespace axiscal {
 
-/// The name of the source that is the error of the field's magnitude.
+/// The names of two sources: the field's magnitude, and the reference of the readings' unit.
 inline constexpr const char* field_magnitude_source = "field magnitude";
 inline constexpr const char* reference_source = "reference of the readings";
 
 /// One source of a calibration's uncertainty, and its effect on every parameter.
 struct UncertaintySource {
   std::string name;          ///< "fit", "positioner", "levelness", "field magnitude", ...
-  std::string type;          ///< "A", from the scatter of the readings, or "B"
+  std::string type;          ///< "A" for the scatter of the readings, else "B"
   std::string distribution;  ///< "t", "normal", "rectangular"
-  double input_u = 0.0;    ///< standard uncertainty of the input quantity; NaN for several at once
-  std::string input_unit;  ///< the unit of input_u; empty if input_u is not stated
-  double degrees_of_freedom = 0.0;  ///< infinite for type B; of the fit each axis has its own: NaN
-  /// Of the parameters, in the order of FitStatistics::covariance; empty for the fit, whose that
-  /// is.
+  double input_u = 0.0;      ///< standard uncertainty of the input quantity; NaN for several inputs
+  std::string input_unit;    ///< the unit of input_u; empty if input_u is not stated
+  double degrees_of_freedom = 0.0;  ///< infinite for type B; NaN for the fit, whose axes differ
+  /// Covariance of the parameters, in the order of FitStatistics::parameter_names; empty for the
+  /// fit, whose covariance is FitStatistics::covariance.
   Eigen::MatrixXd covariance;
 };
 
-/// The budget of a calibration by the GUM (method.md, section 8): the fit's scatter, and the
-/// sources that the fit cannot see.
+/// The uncertainty budget of a calibration by the GUM (method.md, section 8): the fit's scatter,
+/// and the sources that do not show in this scatter.
 struct UncertaintyBudget {
   std::vector<UncertaintySource> sources;
-  double resolution = 0.0;     ///< as stated, of the readings [unit]; 0: none
-  double temperature_u = 0.0;  ///< as stated, of the temperature output
+  double resolution = 0.0;     ///< stated resolution of the readings [unit]; 0: not stated
+  double temperature_u = 0.0;  ///< stated standard uncertainty of the temperature output
 };
 
 }  // namespace axiscal

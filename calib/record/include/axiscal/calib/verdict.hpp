@@ -11,8 +11,8 @@ namespace axiscal {
 struct LimitVerdict {
   std::string parameter;
   double value = 0.0;
-  double u = 0.0;           ///< standard uncertainty; NaN where there is none
-  double guard_band = 0.0;  ///< the guard band of the limits
+  double u = 0.0;           ///< standard uncertainty; NaN if unknown
+  double guard_band = 0.0;  ///< amount by which both limits are narrowed
   std::optional<double> low;
   std::optional<double> high;
   bool passed = true;
@@ -25,7 +25,7 @@ struct Verdict {
   bool passed = true;
   std::string rule;  ///< "simple" or "guarded"
   std::vector<LimitVerdict> limits;
-  std::vector<std::string> not_counted;  ///< in the uncertainties, in words
+  std::vector<std::string> not_counted;  ///< inputs that the uncertainties do not include
 };
 
 }  // namespace axiscal

@@ -54,24 +54,24 @@ enum class WarningCode {
   unpaired,
   ill_conditioned,
   no_redundancy,
-  other,  ///< of a record that another version wrote
+  other,  ///< unknown code in a record of another version
 };
 
-/// The special property of a warning.
+/// The name and the properties of a warning code.
 struct WarningKind {
-  std::string_view name;      ///< in records: "wrong_pose"
-  bool refuses = false;       ///< the whole run is useless
-  bool spoils_slope = false;  ///< the table's slope is not to be trusted either
+  std::string_view name;      ///< name in records, for example "wrong_pose"
+  bool refuses = false;       ///< true: the calibration is refused
+  bool spoils_slope = false;  ///< true: the table's slope is unreliable too
 };
 
 [[nodiscard]] AXISCAL_EXPORT const WarningKind& warning_kind(WarningCode code);
 
-/// @return its name in records.
+/// @return the name of a warning code in records.
 [[nodiscard]] inline std::string_view warning_name(WarningCode code) {
   return warning_kind(code).name;
 }
 
-/// @return the code of that name; `other` where none has it.
+/// @return the code of that name; `other` for an unknown name.
 [[nodiscard]] AXISCAL_EXPORT WarningCode warning_code_of(std::string_view name);
 
 }  // namespace axiscal
