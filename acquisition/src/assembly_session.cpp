@@ -14,7 +14,7 @@ namespace axiscal {
 Experiment assembled(Experiment experiment, const std::vector<std::string>& slots) {
   Instrument& instrument = experiment.instrument;
   if (!instrument.differences.empty()) {
-    throw SetupError("a session of several instruments takes plain axes, no differences of columns",
+    throw SetupError("a session of several instruments does not support differences of columns",
                      {settings::axes});
   }
   std::vector<std::string> axes;

@@ -31,8 +31,8 @@ std::size_t need_channel(const std::vector<Channel>& channels, const std::string
   for (const Channel& channel : channels) {
     there.push_back(channel.name);
   }
-  throw DomainError(formatted("the sources do not have a channel '{}'; their channels: {}. Name "
-                              "the channels by names= of the source, or give the axes these names",
+  throw DomainError(formatted("the sources do not have a channel '{}'; their channels are: {}. "
+                              "Rename the channels by names= of the source, or rename the axes",
                               name, joined(there)),
                     {settings::axes});
 }

@@ -24,7 +24,7 @@ void AxisIntake::set_channels(const std::vector<Channel>& channels) {
     const std::string& unit = channels[columns_[k].plus].unit;
     if (!unit.empty() && unit != instrument_.unit && instrument_.unit != "1") {
       unit_text_ = formatted(
-          "'{}' comes in {}, but the readings are to be in {}: mend the unit, or the source",
+          "axis '{}' has the unit {} in the source, but {} in the experiment: correct either unit",
           instrument_.axes[k], unit, instrument_.unit);
     }
   }
@@ -60,11 +60,11 @@ bool AxisIntake::take(std::span<const double> values) {
 std::string AxisIntake::saturated_text() const {
   return saturated_.empty()
              ? ""
-             : joined(saturated_) + ": at the end of its range; is the range set large enough?";
+             : joined(saturated_) + ": at the limit of the range; is the range large enough?";
 }
 
 std::string AxisIntake::missing_text() const {
-  return missing_.empty() ? "" : joined(missing_) + ": no number comes";
+  return missing_.empty() ? "" : joined(missing_) + ": the value is missing";
 }
 
 }  // namespace axiscal

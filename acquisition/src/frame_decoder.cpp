@@ -155,7 +155,7 @@ std::string bytes_of_hex(const JsonValue& value) {
     char* end = nullptr;
     const unsigned long byte = std::strtoul(pair.c_str(), &end, 16);
     if (pair.size() != 2 || end != pair.c_str() + 2) {
-      value.fail(formatted("'{}': expected pairs of hexadecimal digits, as \"AA55\"", text));
+      value.fail(formatted("'{}': expected pairs of hexadecimal digits, such as \"AA55\"", text));
     }
     bytes += static_cast<char>(byte);
   }
@@ -183,13 +183,13 @@ class FrameDecoder final : public Decoder {
       read_field(field, big_endian);
     }
     if (fields_.empty()) {
-      json.at("fields").fail("there must be one field or more");
+      json.at("fields").fail("must contain at least one field");
     }
     if (const std::optional<JsonValue> checksum = json.find("checksum")) {
       read_checksum(*checksum, big_endian);
     }
     if (sync_.empty() && !checksum_) {
-      json.fail("needs \"sync\" or \"checksum\": nothing else tells where a frame begins");
+      json.fail("needs \"sync\" or \"checksum\" to detect where a frame begins");
     }
   }
 
@@ -264,7 +264,7 @@ class FrameDecoder final : public Decoder {
       checksum.to = place(*to, 0, length_);
     }
     if (checksum.to <= checksum.from) {
-      json.fail("no bytes between \"from\" and \"to\"");
+      json.fail("\"to\" must be larger than \"from\"");
     }
     checksum.big_endian = is_big_endian(json, big_endian);
     checksum_ = checksum;

@@ -74,7 +74,7 @@ class FreeSession::Engine {
         stillness_(3, setup_.stillness),
         dwell_(3) {
     if (setup_.experiment.instrument.axis_count() != 3) {
-      throw SetupError("a free session needs one instrument of three axes");
+      throw SetupError("a session without a cube needs one instrument with three axes");
     }
     setup_.experiment.fit.method = Method::magnitude;
     view_.free.emplace();
@@ -98,7 +98,7 @@ class FreeSession::Engine {
     }
     stored_ = points_.size();
     if (!points_.empty()) {
-      news_.tell("resumed", formatted("{} readings are there", points_.size()));
+      news_.tell("resumed", formatted("{} readings restored", points_.size()));
       fit();
     }
   }
@@ -179,7 +179,7 @@ class FreeSession::Engine {
         phase_ = SessionPhase::over;
         break;
       default:
-        news_.tell("refused", "there is no such command in a free session");
+        news_.tell("refused", "a session without a cube does not have this command");
     }
   }
 
@@ -240,7 +240,8 @@ class FreeSession::Engine {
         keep({.time_s = shown_time(now_s_), .values = values});
       } else {
         news_.set_alarm(
-            "full", formatted("{} readings are there, and no more are kept", setup_.most_points));
+            "full", formatted("the limit of {} readings is reached; no more are kept",
+                              setup_.most_points));
         if (setup_.unattended) {
           finish();
         }
@@ -283,10 +284,10 @@ class FreeSession::Engine {
     if (points_.empty() || is_new) {
       keep({.time_s = shown_time(dwell_.start_s()), .values = mean});
       known_again_ = 0;
-      news_.tell("captured", formatted("rest {}: taken", points_.size()),
+      news_.tell("captured", formatted("rest {} taken", points_.size()),
                  static_cast<int>(points_.size()));
     } else {
-      news_.tell("as_before", "this direction is there already: turn it to another one");
+      news_.tell("as_before", "this direction was taken already: turn to another direction");
       // Without a person, the session ends after many rests without a new direction.
       constexpr int patience = 50;
       if (setup_.unattended && ++known_again_ >= patience) {
@@ -306,7 +307,7 @@ class FreeSession::Engine {
     if (why.empty()) {
       drop_last();
       stored_ = points_.size();
-      news_.tell("undo", "the last rest is dropped");
+      news_.tell("undo", "the last rest was dropped");
     }
   }
 
@@ -337,7 +338,7 @@ class FreeSession::Engine {
       for (const JsonValue& row : entry.at("rows").elements()) {
         const std::vector<JsonValue> numbers = row.elements();
         if (numbers.size() != 4) {
-          row.fail("must be a time and three values");
+          row.fail("must contain a time and three values");
         }
         keep({.time_s = numbers[0].number(),
               .values = {numbers[1].number(), numbers[2].number(), numbers[3].number()}});
@@ -345,7 +346,7 @@ class FreeSession::Engine {
     } else if (kind == "free_undo" && !points_.empty()) {
       drop_last();
     } else if (kind != "finished") {
-      entry.fail("is not an entry of a free session");
+      entry.fail("is not an entry of a session without a cube");
     }
   }
 
@@ -439,8 +440,10 @@ class FreeSession::Engine {
     free.is_enough = free.u_deg && *free.u_deg <= setup_.wanted_u_deg &&
                      free.largest_gap_rad <= largest_good_gap_rad;
     if (free.is_enough && !was_enough) {
-      news_.tell("enough", formatted("it is enough: any direction to {} degrees (95 %)",
-                                     number_text(*free.u_deg, 2)));
+      news_.tell("enough",
+                 formatted("the target is reached: the uncertainty of a direction is at most {} "
+                           "degrees (95 %)",
+                           number_text(*free.u_deg, 2)));
     }
   }
 
@@ -465,8 +468,8 @@ class FreeSession::Engine {
     }
     const bool magnetic = calibration.sensor.instrument.kind == "magnetometer";
     view_.free->numbers = {{formatted("{} [{}]", magnetic ? "Hard iron" : "Bias", unit), bias},
-                           {magnetic ? "Soft iron, axes" : "Scales apart", scale},
-                           {magnetic ? "Soft iron, across" : "Largest cross-axis term",
+                           {magnetic ? "Soft iron, scales" : "Scales relative to mean", scale},
+                           {magnetic ? "Soft iron, largest cross term" : "Largest cross-axis term",
                             formatted("{:.2f} %", 100.0 * largest)}};
   }
 
@@ -484,12 +487,12 @@ class FreeSession::Engine {
       case SessionPhase::laying:
       case SessionPhase::dwelling:
         if (free.is_enough) {
-          view_.headline = "It is enough";
+          view_.headline = "The target is reached";
           view_.detail = "finish, or continue for smaller uncertainties";
         } else if (setup_.by_rests) {
-          view_.headline = phase_ == SessionPhase::dwelling ? "Still: hold it"
+          view_.headline = phase_ == SessionPhase::dwelling ? "Keep it still"
                            : points_.size() < fewest_points
-                               ? "Turn it, hold it still for a second, and on"
+                               ? "Turn it, hold it still for a second, and repeat"
                                : formatted("Hold it still with {} up", towards);
         } else {
           view_.headline = points_.size() < fewest_points
@@ -498,15 +501,15 @@ class FreeSession::Engine {
         }
         if (!free.is_enough) {
           view_.detail = !why_none_.empty() && points_.size() >= fewest_points
-                             ? "not yet told apart: more directions are needed"
-                             : "the marker goes where the sphere still glows";
+                             ? "no fit yet: more directions are needed"
+                             : "move the marker to the glowing parts of the sphere";
         }
         break;
       case SessionPhase::paused:
         view_.headline = "Paused";
         break;
       case SessionPhase::review:
-        view_.headline = calibrations_.empty() ? "No calibration follows" : "This is the result";
+        view_.headline = calibrations_.empty() ? "The calibration failed" : "This is the result";
         view_.detail = joined(view_.result, "; ");
         break;
       default:

@@ -68,7 +68,7 @@ class IioSource final : public Source {
         poll_hz_(address.number_or("poll", 0.0, 0.1, 1000.0)),
         clock_(address) {
     if (!names_.empty() && names_.size() != wanted_channels_.size()) {
-      address.fail("names=: as many as channels=");
+      address.fail("names= must have as many entries as channels=");
     }
   }
 
@@ -140,7 +140,7 @@ class IioSource final : public Source {
       return formatted("{}: {}{}", name_,
                        wanted_device_.empty() ? "no device with input channels"
                                               : formatted("no device '{}'", wanted_device_),
-                       there.empty() ? "" : "; there are " + joined(there));
+                       there.empty() ? "" : "; the devices are " + joined(there));
     }
     const std::string why = choose_channels(*device);
     if (!why.empty() || poll_hz_ > 0.0) {
@@ -148,7 +148,7 @@ class IioSource final : public Source {
     }
     buffer_.reset(iio_device_create_buffer(device, samples_, false));
     if (!buffer_) {
-      return formatted("{}: no buffer ({}); a device without a trigger is read by poll=HZ", name_,
+      return formatted("{}: no buffer ({}); state poll=HZ for a device without a trigger", name_,
                        error_text(errno));
     }
     return "";
@@ -191,7 +191,7 @@ class IioSource final : public Source {
     }
     for (const std::string& wanted : wanted_channels_) {
       if (std::find(there.begin(), there.end(), wanted) == there.end()) {
-        return formatted("{}: no channel '{}'; there are {}", name_, wanted, joined(there));
+        return formatted("{}: no channel '{}'; the channels are {}", name_, wanted, joined(there));
       }
     }
     if (channels_.empty()) {

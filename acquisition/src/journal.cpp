@@ -60,10 +60,10 @@ Journal Journal::create(const std::string& path) {
       ::open(path.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_APPEND | O_CLOEXEC, 0600);
   if (descriptor < 0) {
     if (errno == EEXIST) {
-      throw OutputError(path + ": is there already; resume it, or choose another name",
+      throw OutputError(path + ": exists already; resume it, or choose another name",
                         {settings::resume, settings::journal});
     }
-    throw OutputError(formatted("{}: cannot be made: {}", path, reason()));
+    throw OutputError(formatted("{}: cannot be created: {}", path, reason()));
   }
   Journal journal(path, descriptor, 0);
   lock(path, descriptor);
@@ -106,7 +106,7 @@ Journal Journal::open(const std::string& path, std::vector<std::string>& lines) 
   }
   if (is_cut && ::ftruncate(descriptor, journal.size_) != 0) {
     throw OutputError(
-        formatted("{}: its last line is not whole and cannot be cut off: {}", path, reason()));
+        formatted("{}: the last line is incomplete and cannot be removed: {}", path, reason()));
   }
   return journal;
 }
@@ -125,14 +125,14 @@ std::string Journal::write(std::string_view line, bool wait) {
   if (!write_all(descriptor_, text)) {
     std::string why = formatted("{}: {}", path_, reason());
     if (::ftruncate(descriptor_, size_) != 0) {
-      why += "; and a part of a line stays at its end";
+      why += "; an incomplete line remains at the end of the file";
     }
     return why;
   }
   if (wait && ::fsync(descriptor_) != 0) {
     std::string why = formatted("{}: {}", path_, reason());
     if (::ftruncate(descriptor_, size_) != 0) {
-      why += "; and a line that may not be on the disk stays at its end";
+      why += "; the last line of the file may not be on the disk";
     }
     return why;
   }

@@ -215,7 +215,7 @@ class PatternDecoder final : public LineDecoder {
       const std::size_t open = std::min(pattern.find('{', at), pattern.size());
       const std::size_t close = pattern.find('}', open);
       if (open < pattern.size() && close == std::string::npos) {
-        address.fail(formatted("pattern={}: a {{ without its }}", pattern));
+        address.fail(formatted("pattern={}: a {{ without a matching }}", pattern));
       }
       pieces_.push_back({.before = pattern.substr(at, open - at)});
       if (open == pattern.size()) {
@@ -230,7 +230,7 @@ class PatternDecoder final : public LineDecoder {
       at = close + 1;
     }
     if (channels_.empty()) {
-      address.fail("pattern=: names the numbers in a line, as \"X={x} Y={y} Z={z}\"");
+      address.fail("pattern= must name the numbers in a line, for example \"X={x} Y={y} Z={z}\"");
     }
   }
 

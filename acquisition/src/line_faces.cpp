@@ -59,7 +59,7 @@ class LineFace : public SessionFace {
         result.push_back(*command);
       } else if (!line.empty()) {
         std::fprintf(stderr, "'%s' is not a command; the commands are: %s\n", line.c_str(),
-                     words_.empty() ? "none just now" : words_.c_str());
+                     words_.empty() ? "none at the moment" : words_.c_str());
       }
     }
     return result;
@@ -105,7 +105,7 @@ class PlainFace final : public LineFace {
         print(formatted(
             "  slope so far {}, {} mrad{}{}", number_text(1e3 * view.slope->x(), 3),
             number_text(1e3 * view.slope->y(), 3),
-            view.forecast_deg ? formatted("; at the end a direction to {} degrees (1 sd)",
+            view.forecast_deg ? formatted("; forecast for the end: {} degrees (1 sd)",
                                           number_text(*view.forecast_deg, 2))
                               : "",
             view.remaining_s ? formatted("; about {} minutes to go",
@@ -143,7 +143,7 @@ class PlainFace final : public LineFace {
           "{} readings, {:.0f} % of the sphere{}{}; {}", free.points.size(), 100.0 * free.coverage,
           free.fit_error ? formatted(", fit error {} %", number_text(100.0 * *free.fit_error, 2))
                          : "",
-          free.u_deg ? formatted(", directions to {} of {} degrees (95 %)",
+          free.u_deg ? formatted(", uncertainty {} degrees, target {} degrees (95 %)",
                                  number_text(*free.u_deg, 2), number_text(free.wanted_deg, 2))
                      : "",
           view.headline));

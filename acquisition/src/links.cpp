@@ -130,7 +130,7 @@ class SerialLink final : public ReopenedLink {
         flow_(address.text_or("flow", "none")),
         port_(context_) {
     if (path_.empty()) {
-      address.fail("which port? serial:/dev/ttyUSB0; a list shows what is connected",
+      address.fail("state a port, as serial:/dev/ttyUSB0; a list shows the connected devices",
                    {settings::ports});
     }
     if (parity_ != "none" && parity_ != "even" && parity_ != "odd") {
@@ -152,7 +152,7 @@ class SerialLink final : public ReopenedLink {
     const auto failed = [&](const std::string& what) {
       return formatted("{}: {}{}{}", path_, what, error.message(),
                        error == asio::error::access_denied
-                           ? " (a member of group dialout may open serial ports)"
+                           ? " (only members of the group dialout may open serial ports)"
                            : "");
     };
     port_.open(path_, error);
@@ -181,7 +181,7 @@ class SerialLink final : public ReopenedLink {
     if (!error) {
       port_.set_option(Port::baud_rate(baud_), error);
     }
-    return error ? failed("this port cannot be set up so: ") : "";
+    return error ? failed("the port does not accept these options: ") : "";
   }
 
   void close() override {
@@ -302,7 +302,7 @@ class TcpServerLink final : public TcpLink {
       }
     }
     if (!wait_readable(acceptor_.native_handle(), patience)) {
-      return formatted("port {}: nobody has connected yet", place_.port);
+      return formatted("port {}: no client has connected yet", place_.port);
     }
     acceptor_.accept(socket_, error);
     return error ? formatted("{}: {}", name_, error.message()) : "";

@@ -41,7 +41,7 @@ std::string password_of(const SourceAddress& address) {
   }
   struct stat status {};
   if (::stat(path->c_str(), &status) == 0 && (status.st_mode & (S_IRWXG | S_IRWXO)) != 0) {
-    address.fail(formatted("{}: others may read the password; chmod 600 it", *path));
+    address.fail(formatted("{}: other users can read this password file: chmod 600 it", *path));
   }
   std::string text = read_whole_file(*path);
   text.resize(text.find_last_not_of("\r\n") + 1);
@@ -75,7 +75,7 @@ class MqttLink final : public ByteLink {
           mosquitto_tls_set(client_.get(), authority ? authority->c_str() : nullptr,
                             authority ? nullptr : "/etc/ssl/certs", nullptr, nullptr, nullptr);
       if (status != MOSQ_ERR_SUCCESS) {
-        address.fail(formatted("the certificates of {} cannot be taken ({})",
+        address.fail(formatted("the certificates in {} cannot be loaded ({})",
                                authority.value_or("/etc/ssl/certs"), mosquitto_strerror(status)));
       }
     }

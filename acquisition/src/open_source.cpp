@@ -47,7 +47,7 @@ std::unique_ptr<Source> open_simulation(const SourceAddress& address) {
   if (const std::optional<std::string> slope = address.find("slope")) {
     const std::optional<std::vector<double>> numbers = parse_numbers(*slope);
     if (!numbers || numbers->size() != 2 || std::hypot((*numbers)[0], (*numbers)[1]) > 0.3) {
-      address.fail(formatted("slope={}: expected X,Y [rad], up to 0.3", *slope));
+      address.fail(formatted("slope={}: expected X,Y [rad] with a length of at most 0.3", *slope));
     }
     setup.slope = {(*numbers)[0], (*numbers)[1]};
   }
@@ -69,7 +69,7 @@ const std::vector<Scheme>& schemes() {
   static const std::vector<Scheme> all = {
       {{.scheme = "serial",
         .address = "serial:/dev/ttyUSB0?baud=115200",
-        .help = "a serial port; baud, bits, parity, stop, flow",
+        .help = "a serial port; options baud, bits, parity, stop, flow",
         .options = with_stream_options({"baud", "bits", "parity", "stop", "flow"})},
        open_stream<open_serial>},
       {{.scheme = "tcp",
@@ -79,51 +79,51 @@ const std::vector<Scheme>& schemes() {
        open_stream<open_tcp>},
       {{.scheme = "tcp-listen",
         .address = "tcp-listen:PORT",
-        .help = "waits for a client, on loopback unless an address is given",
+        .help = "waits for a client; listens on loopback unless an address is given",
         .options = with_stream_options({})},
        open_stream<open_tcp_server>},
       {{.scheme = "udp",
         .address = "udp:PORT",
-        .help = "datagrams, on loopback unless an address is given",
+        .help = "receives datagrams; listens on loopback unless an address is given",
         .options = with_stream_options({})},
        open_stream<open_udp>},
       {{.scheme = "stdin",
         .address = "-",
-        .help = "standard input (stdin: with options)",
+        .help = "standard input; to state options, write stdin:?OPTION=VALUE",
         .options = with_stream_options({})},
        open_stream<open_stdin>},
       {{.scheme = "file",
         .address = "file:LOG.csv?speed=1",
-        .help = "a recording, replayed as fast as can be or at a speed",
+        .help = "replays a recording as fast as possible, or speed times as fast as it was taken",
         .options = {"speed", "names", "rate", "time"}},
        open_file_source},
       {{.scheme = "iio",
         .address = "iio:ip:HOST?device=NAME",
-        .help = "Linux IIO, local (iio:local:) or on the network; poll=HZ without a trigger",
+        .help = "Linux IIO, local (iio:local:) or on the network; poll=HZ reads without a trigger",
         .options = {"device", "channels", "names", "rate", "buffer", "poll"},
         .available = has_iio()},
        open_iio_source},
       {{.scheme = "scpi",
         .address = "scpi://HOST:5025?channels=101,102,103&names=x,y,z",
-        .help = "a multimeter or scanner; range, nplc, resistor, setup, read",
+        .help = "a multimeter or scanner; options range, nplc, resistor, setup, read",
         .options = {"channels", "names", "range", "nplc", "resistor", "setup", "read", "rate"}},
        open_scpi_source},
       {{.scheme = "mqtt",
         .address = "mqtt://HOST:1883/TOPIC?format=json",
-        .help = "messages of a broker; user, password-file (or AXISCAL_MQTT_PASSWORD), qos",
+        .help = "messages of a broker; options user, password-file (or AXISCAL_MQTT_PASSWORD), qos",
         .options = with_stream_options({"user", "password-file", "qos"}),
         .available = has_mqtt()},
        open_stream<open_mqtt>},
       {{.scheme = "mqtts",
         .address = "mqtts://HOST:8883/TOPIC?format=json",
-        .help = "the same, encrypted; ca is a file of certificates, else the system's are taken",
+        .help = "messages of a broker, encrypted; ca=FILE replaces the system's certificates",
         .options = with_stream_options({"user", "password-file", "qos", "ca"}),
         .available = has_mqtt()},
        open_stream<open_mqtt>},
       {{.scheme = "sim",
         .address = "sim:?error=0.1&speed=10",
-        .help = "a simulated instrument, table and person; seed, noise, rate, speed, slope, error, "
-                "knock, placement, sensitivity, temperature",
+        .help = "a simulated instrument, table and person; options seed, noise, rate, speed, "
+                "slope, error, knock, placement, sensitivity, temperature",
         .options = {"seed", "noise", "rate", "speed", "slope", "error", "knock", "placement",
                     "sensitivity", "temperature"}},
        open_simulation},
@@ -136,12 +136,12 @@ void check_options(const SourceAddress& address, const SourceKind& kind) {
   for (const auto& [name, value] : address.options) {
     if (name == "password") {
       throw DomainError(
-          "an address is kept in the journal and shown: state no password in it, but "
+          "the address must not contain a password, because the journal stores it: state "
           "password-file=FILE, or set AXISCAL_MQTT_PASSWORD");
     }
     if (std::find(known.begin(), known.end(), name) == known.end()) {
       address.fail(formatted("unknown option '{}'{}", name,
-                             did_you_mean(name, known, "there are " + joined(kind.options))));
+                             did_you_mean(name, known, "the options are " + joined(kind.options))));
     }
   }
 }
@@ -192,7 +192,7 @@ std::unique_ptr<Source> open_source(const std::string& text) {
       const std::vector<std::string_view> views(names.begin(), names.end());
       address.fail(
           formatted("unknown kind of source '{}'{}", text.substr(0, colon),
-                    did_you_mean(text.substr(0, colon), views, "there are " + joined(names))));
+                    did_you_mean(text.substr(0, colon), views, "the kinds are " + joined(names))));
     }
   }
   for (const Scheme& scheme : schemes()) {
@@ -201,7 +201,7 @@ std::unique_ptr<Source> open_source(const std::string& text) {
       return scheme.open(address);
     }
   }
-  address.fail("unknown kind of source; there are " + joined(names));
+  address.fail("unknown kind of source; the kinds are " + joined(names));
 }
 
 std::vector<FoundSource> find_sources() {

@@ -58,7 +58,7 @@ void ReadingList::apply(const JsonValue& entry) {
   const auto step_of = [&]() -> std::size_t {
     const int step = entry.at("step").integer();
     if (step < 0 || static_cast<std::size_t>(step) >= steps_.size()) {
-      entry.at("step").fail("there is no such step");
+      entry.at("step").fail("this step does not exist");
     }
     return static_cast<std::size_t>(step);
   };
@@ -83,7 +83,7 @@ void ReadingList::apply(const JsonValue& entry) {
       }
     }
     if (reading.run <= last_run_ || steps_[reading.step].run) {
-      entry.at("run").fail("is there twice");
+      entry.at("run").fail("this run or its step was captured already");
     }
     last_run_ = reading.run;
     steps_[reading.step].run = reading.run;
@@ -95,7 +95,7 @@ void ReadingList::apply(const JsonValue& entry) {
         std::find_if(readings_.begin(), readings_.end(),
                      [run](const CapturedReading& reading) { return reading.run == run; });
     if (found == readings_.end()) {
-      entry.at("run").fail("there is no such run");
+      entry.at("run").fail("this run does not exist");
     }
     steps_[found->step].run.reset();
     readings_.erase(found);

@@ -74,7 +74,7 @@ const HealthView& run_health_watch(HealthWatch& watch, SampleFeed& feed, const H
   const HealthView& view = watch.view();
   if (!view.check) {
     throw RefusedError(has_channels ? "the instrument was never at rest long enough for a reading"
-                                    : "no sample came" + (alarm.empty() ? "" : ": " + alarm));
+                                    : "no sample arrived" + (alarm.empty() ? "" : ": " + alarm));
   }
   return view;
 }

@@ -33,7 +33,7 @@ double session_seconds() {
 SampleClock::SampleClock(const SourceAddress& address)
     : address_(address), rate_hz_(address.number_or("rate", 0.0, 1e-3, 1e7)) {
   if (address.find("rate") && address.find("time")) {
-    address.fail("give either rate= or time=");
+    address.fail("state rate= or time=, but not both");
   }
 }
 
@@ -61,8 +61,8 @@ void SampleClock::check_unit(const std::string& path,
   const TimeUnit unit = settle_time_unit(path, *column_, block[column_->position]);
   if (unit.seconds != column_->seconds) {
     throw DataError(path,
-                    formatted("the times of column '{}' are not in seconds, judged by the rate; "
-                              "state their unit: names=t_us,... (t_ms, t_ns), or rate=HZ",
+                    formatted("the sample rate shows that the times of column '{}' are not in "
+                              "seconds; state their unit: names=t_us,... (t_ms, t_ns), or rate=HZ",
                               column_->name));
   }
 }

@@ -41,7 +41,7 @@ class SampleFeed::Impl {
  public:
   explicit Impl(std::vector<std::unique_ptr<Source>> sources) {
     if (sources.empty()) {
-      throw DomainError("SampleFeed: no source");
+      throw DomainError("SampleFeed: at least one source is needed");
     }
     for (std::unique_ptr<Source>& source : sources) {
       readers_.push_back(std::make_unique<SourceReader>(std::move(source)));
@@ -82,7 +82,7 @@ class SampleFeed::Impl {
         alarms.push_back(
             {.code = "apart",
              .text = formatted(
-                 "{}: lacks samples within {} s of the samples of {}: do their clocks agree?",
+                 "{}: no samples within {} s of the samples of {}; do the clocks agree?",
                  readers_[s]->name(), number_text(longest_hold_s), readers_.front()->name())});
       }
     }
@@ -169,7 +169,7 @@ class SampleFeed::Impl {
         if (std::any_of(all.begin(), all.end(),
                         [&](const Channel& one) { return one.name == own[c].name; })) {
           throw DomainError(
-              formatted("channel '{}' comes from two sources: name them by names=", own[c].name));
+              formatted("two sources have a channel '{}': rename one by names=", own[c].name));
         }
         all.push_back(own[c]);
         others_[s].taken.push_back(c);

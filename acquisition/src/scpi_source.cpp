@@ -31,7 +31,7 @@ std::vector<double> resistors_of(const SourceAddress& address, std::size_t chann
                   [](double r) { return !(r >= 0.0 && r <= largest); })) {
     address.fail(
         formatted("resistor={}: must be one number of ohms, or one for each of the {} "
-                  "channels, 0 for none",
+                  "channels; 0 means no resistor",
                   *text, channels));
   }
   return stated->size() == 1 ? std::vector<double>(channels, stated->front()) : *stated;
@@ -52,7 +52,7 @@ class ScpiSource final : public Source {
     }
     names = names.empty() ? std::vector<std::string>{"c1"} : names;
     if (!list.empty() && names.size() != list.size()) {
-      address.fail(formatted("names=: give as many names as there are channels in channels= ({})",
+      address.fail(formatted("names= must have as many entries as channels= ({})",
                              list.size()));
     }
     const std::vector<double> resistors = resistors_of(address, names.size());
@@ -104,7 +104,7 @@ class ScpiSource final : public Source {
     }
     take_replies(batch, report);
     if (step_ != Step::connect && session_seconds() - asked_s_ > longest_answer_s) {
-      report.message = formatted("{}: no answer to {} for {} s; connecting again", name_, asked_,
+      report.message = formatted("{}: no answer to {} for {} s; starting again", name_, asked_,
                                  number_text(longest_answer_s));
       begin();
     }
@@ -144,7 +144,7 @@ class ScpiSource final : public Source {
       if (step_ == Step::errors) {
         // Replies are errors such as -222,"Data out of range"; +0,"No error" is the last reply.
         if (parse_number(split(reply, ',').front()).value_or(-1.0) != 0.0) {
-          complaint_ = formatted("{}: the meter does not take its setup: {}", name_, reply);
+          complaint_ = formatted("{}: the meter rejects its set-up: {}", name_, reply);
           ask("SYST:ERR?");
           if (++errors_ < 20) {
             continue;

@@ -27,7 +27,7 @@ void Session::Engine::command(const SessionCommand& command) {
     return;
   }
   if (phase_ == SessionPhase::paused && command.action != SessionAction::go_on && !is_way_out) {
-    news_.tell("refused", "paused: go on first");
+    news_.tell("refused", "the session is paused: go on first");
     return;
   }
   switch (command.action) {
@@ -62,7 +62,7 @@ void Session::Engine::command(const SessionCommand& command) {
       }
       break;
     case SessionAction::replicate:
-      if (change(ReadingList::replicate(), "replicate", "the whole design once more")) {
+      if (change(ReadingList::replicate(), "replicate", "one more replicate of the design")) {
         next_point();
       }
       break;
@@ -74,7 +74,7 @@ void Session::Engine::command(const SessionCommand& command) {
       if (phase_ == SessionPhase::paused) {
         phase_ = before_pause_;
         interrupt("");
-        news_.tell("resumed", "going on");
+        news_.tell("resumed", "the session goes on");
       } else if (phase_ == SessionPhase::soaking) {
         soaked_ = true;
       }
@@ -84,7 +84,7 @@ void Session::Engine::command(const SessionCommand& command) {
       break;
     case SessionAction::toggle_automatic:
       view_.automatic = !view_.automatic;
-      news_.tell("automatic", view_.automatic ? "readings are taken by themselves"
+      news_.tell("automatic", view_.automatic ? "readings are taken automatically"
                                               : "readings are taken on command");
       break;
     case SessionAction::quit:
@@ -101,7 +101,7 @@ void Session::Engine::capture_now() {
     soaked_ = true;
   } else if (phase_ == SessionPhase::question) {
     // Not an answer: the command may be a repetition, or older than the displayed question.
-    news_.tell("refused", "answer first: accept the reading, or lay the cube again");
+    news_.tell("refused", "answer the question first: accept the reading, or lay the cube again");
   } else if ((phase_ == SessionPhase::dwelling || phase_ == SessionPhase::ready) &&
              dwell_.samples() >= fewest_samples_of_dwell) {
     complete();
@@ -116,7 +116,9 @@ void Session::Engine::accept_recognised_pose() {
   }
   const std::optional<std::size_t> step = list_.waiting_for(judgement_->best, *wanted_);
   if (!step) {
-    news_.tell("refused", judgement_->best.name() + " is done already: lay it right, or accept it");
+    news_.tell("refused",
+               judgement_->best.name() +
+                   " was taken already: lay the cube as requested, or accept the reading");
     return;
   }
   pending_->step = *step;
@@ -134,7 +136,7 @@ void Session::Engine::retake(std::vector<int> runs, const std::string& why) {
     }
     const DesignPoint point = reading->row.entry.point;
     some = change(ReadingList::dropped(run, why), why,
-                  run_text(run) + " is dropped; its point is asked for again", run) ||
+                  run_text(run) + " was dropped; its point is requested again", run) ||
            some;
     knowledge_.forget(run);
     if (present_ == point && why == "undo") {
@@ -184,7 +186,7 @@ void Session::Engine::review() {
   wanted_.reset();
   if (list_.readings().empty()) {
     phase_ = SessionPhase::over;
-    news_.tell("finished", "no point was taken");
+    news_.tell("finished", "the session ended without a reading");
     return;
   }
   phase_ = SessionPhase::review;

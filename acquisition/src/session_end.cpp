@@ -90,7 +90,7 @@ SessionReview review_session(const std::vector<Calibration>& calibrations,
   for (const CapturedReading& reading : readings) {
     if (usual > 0.0 && reading.sd.norm() > noisy_reading * usual) {
       runs.insert(reading.run);
-      review.lines.push_back(formatted("{} scatters {} times as much as the others",
+      review.lines.push_back(formatted("the scatter of {} is {} times the median",
                                        run_text(reading.run),
                                        number_text(reading.sd.norm() / usual, 2)));
     }
@@ -101,7 +101,7 @@ SessionReview review_session(const std::vector<Calibration>& calibrations,
     for (const int run : runs) {
       names.push_back(std::to_string(run));
     }
-    review.lines.push_back("take again: run " + joined(names));
+    review.lines.push_back("runs to take again: " + joined(names));
   }
   return review;
 }

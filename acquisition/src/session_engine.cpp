@@ -48,7 +48,7 @@ void Session::Engine::set_channels(const std::vector<Channel>& channels,
                                                                       // field cannot be computed
     if (!is_utc(time_at_zero_.value_or(0.0))) {
       throw DomainError(setup_.experiment.field.moving_part()->of->moving_name() +
-                        " needs times in UTC, and the recording's are of its own: state "
+                        " needs times in UTC, but the recording has its own clock: state "
                         "time=COLUMN with seconds since 1970");
     }
   }
@@ -71,7 +71,7 @@ void Session::Engine::restore(const std::vector<std::string>& lines, const std::
   }
   if (!list_.readings().empty()) {
     news_.tell("resumed",
-               formatted("{} readings are there, {} to go", list_.readings().size(), list_.left()));
+               formatted("{} readings restored, {} to go", list_.readings().size(), list_.left()));
   }
 }
 
@@ -92,7 +92,7 @@ void Session::Engine::add(double time_s, std::span<const double> values) {
   news_.set_alarm("saturated", axes_.saturated_text());
   news_.set_alarm("not_a_number", axes_.missing_text());
   if (!is_good) {
-    interrupt("a sample without numbers");
+    interrupt("a sample with a missing value");
     return;
   }
   const double period = stillness_.rate_hz() > 0.0 ? 1.0 / stillness_.rate_hz() : 0.0;
@@ -150,7 +150,7 @@ void Session::Engine::find_moving_field() {
 void Session::Engine::update_pose_model() {
   if (const auto suspect = knowledge_.learn(list_.readings())) {
     news_.tell("suspect",
-               formatted("{} looks like {} after the readings that followed: take it again",
+               formatted("{} looks like {}, because of the later readings: take it again",
                          run_text(suspect->run), suspect->looks_like.name()),
                suspect->run, suspect->looks_like);
   }

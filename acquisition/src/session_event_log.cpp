@@ -22,7 +22,7 @@ void SessionEventLog::set_alarm(const std::string& code, const std::string& text
                                   [&](const SessionAlarm& one) { return one.code == code; });
   if (text.empty()) {
     if (found != alarms_.end()) {
-      tell("alarm_over", code + ": over");
+      tell("alarm_over", code + ": the problem is solved");
       alarms_.erase(found);
     }
   } else if (found == alarms_.end()) {

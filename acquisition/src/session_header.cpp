@@ -68,7 +68,7 @@ SessionHeader parse_session_header(const std::string& line, const std::string& p
   const bool free = json.find("free").has_value();
   std::vector<RunSheetRow> sheet = sheet_of(json);
   if (sheet.empty() && !free) {
-    json.at("sheet").fail("must have one point or more");
+    json.at("sheet").fail("must contain at least one point");
   }
   return {.directory = json.at("directory").text(),
           .arguments = json.at("arguments").texts(),

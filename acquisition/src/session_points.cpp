@@ -99,7 +99,7 @@ void Session::Engine::soak() {
   if (soaked_) {
     soaked_at_ = planned;
     phase_ = SessionPhase::laying;
-    news_.tell("soaked", "soaked: lay the cube", {}, wanted_row().entry.point);
+    news_.tell("soaked", "the temperature is reached: lay the cube", {}, wanted_row().entry.point);
   }
 }
 
@@ -130,7 +130,7 @@ void Session::Engine::begin_dwell() {
 void Session::Engine::dwell() {
   if (!stillness_.is_still() || axes_.is_saturated() || stuck_.is_stuck()) {
     news_.tell("knock", axes_.is_saturated() || stuck_.is_stuck()
-                            ? "the reading is broken off"
+                            ? "the reading was aborted"
                             : "a knock: the reading starts again");
     dwell_.clear();
     phase_ = SessionPhase::laying;
@@ -146,8 +146,8 @@ void Session::Engine::dwell() {
   if (!may_drift && dwell_.drift() > telling_drift && drift_restarts_ < most_drift_restarts) {
     ++drift_restarts_;
     news_.tell("drift", drift_restarts_ < most_drift_restarts
-                            ? "it drifts: the reading starts again"
-                            : "it still drifts: the next reading is taken as it is");
+                            ? "drift: the reading starts again"
+                            : "drift again: the next reading is taken in spite of drift");
     begin_dwell();
     return;
   }
@@ -155,8 +155,8 @@ void Session::Engine::dwell() {
     phase_ = SessionPhase::laying;
     moved_ = false;
     view_.lies_as_before = true;
-    said_as_before_ = true;  // laid so again, it is meant so
-    news_.tell("as_before", "it lies as at the last reading: lay it as asked for", {},
+    said_as_before_ = true;  // if it is laid like this again, the reading is taken
+    news_.tell("as_before", "the cube lies as at the last reading: lay it as requested", {},
                wanted_row().entry.point);
     return;
   }
@@ -164,7 +164,7 @@ void Session::Engine::dwell() {
     complete();
   } else {
     if (phase_ != SessionPhase::ready) {
-      news_.tell("ready", "ready: take it");
+      news_.tell("ready", "ready: take the reading");
     }
     phase_ = SessionPhase::ready;
   }
@@ -240,8 +240,8 @@ void Session::Engine::store() {
     }
     phase_ = SessionPhase::storing;
     news_.set_alarm("disk", why +
-                                ": make room; the reading is kept and tried again, and those "
-                                "before it are safe");
+                                ": make room on the disk; the reading is kept and will be stored "
+                                "later, and earlier readings are safe");
     return;
   }
   news_.set_alarm("disk", "");

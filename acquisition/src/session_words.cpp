@@ -14,10 +14,10 @@ std::string laying_words(const SessionView& view) {
     words.emplace_back(turn_words(turn));
   }
   const std::string way = joined(words, ", then ");
-  std::string text = view.phase == SessionPhase::settling ? "let go; it is nearly still"
+  std::string text = view.phase == SessionPhase::settling ? "let go; the cube is nearly still"
                      : view.lies_as_before                ? "it lies as at the last reading: " + way
                      : !way.empty()                       ? way
-                     : is_step                            ? "leave it as it lies"
+                     : is_step                            ? "leave the cube as it lies"
                      : view.present ? "lift it, wipe its feet, and lay it down the same way"
                                     : "";
   if (is_step || view.wanted->entry.level != FieldLevel(1.0)) {
@@ -28,11 +28,11 @@ std::string laying_words(const SessionView& view) {
 
 std::string soaking_words(const MessageContext& besides) {
   if (!besides.has_temperature) {
-    return "no temperature comes; go on when it is there";
+    return "the temperature is not measured; go on when it is reached";
   }
   return besides.soak_remaining_s > 0.0
              ? formatted("about {} minutes to go", number_text(besides.soak_remaining_s / 60.0, 2))
-             : "waiting until it is steady";
+             : "waiting until the temperature is steady";
 }
 
 }  // namespace
@@ -43,13 +43,13 @@ std::string run_text(int run) {
 
 std::string question_text(const PoseJudgement& judgement, const DesignPoint& stated) {
   if (!judgement.looks_like_another) {
-    return "this fits no pose: is there grit under a foot, does it touch the fence?";
+    return "the reading fits no pose: is there grit under a foot? Does the cube touch the fence?";
   }
   const DesignPoint& best = judgement.best;
   return best.rest() == stated.rest()
-             ? formatted("this looks turned: fence {}, not {}", face_name(best.fence()),
-                         face_name(stated.fence()))
-             : formatted("this looks like {}, not {}", best.name(), stated.name());
+             ? formatted("the cube looks turned: face {} at the fence, not {}",
+                         face_name(best.fence()), face_name(stated.fence()))
+             : formatted("the cube looks like {}, not {}", best.name(), stated.name());
 }
 
 void set_next_step_text(SessionView& view, const MessageContext& besides) {
@@ -72,7 +72,7 @@ void set_next_step_text(SessionView& view, const MessageContext& besides) {
       break;
     case SessionPhase::dwelling:
       view.headline = "Still: taking the reading";
-      view.detail = "hands off";
+      view.detail = "do not touch the cube";
       break;
     case SessionPhase::ready:
       view.headline = "Ready: take the reading";
@@ -80,11 +80,11 @@ void set_next_step_text(SessionView& view, const MessageContext& besides) {
     case SessionPhase::question:
       view.headline = question_text(*besides.judgement, view.wanted->entry.point);
       view.detail =
-          formatted("lay it right: {}; or accept it as it is", view.wanted->entry.point.name());
+          formatted("lay the cube as {}, or accept the reading", view.wanted->entry.point.name());
       break;
     case SessionPhase::storing:
       view.headline = "The reading is not stored yet";
-      view.detail = "leave the cube; make room on the disk";
+      view.detail = "do not move the cube; make room on the disk";
       break;
     case SessionPhase::paused:
       view.headline = "Paused";

@@ -74,7 +74,7 @@ void SimulatedSource::draw_instrument(double sensitivity, const SensitivityMatri
 
 void SimulatedSource::play(const Experiment& experiment) {
   if (field_moves(experiment)) {
-    throw SetupError("a simulation cannot tell the time of day, and cannot show " +
+    throw SetupError("a simulation does not know the time of day and therefore cannot simulate " +
                          experiment.field.moving_part()->of->moving_name(),
                      {settings::field});
   }

@@ -99,7 +99,7 @@ void SourceReader::add_alarms(std::vector<SessionAlarm>& alarms) const {
   if (state_ == LinkState::waiting || state_ == LinkState::lost) {
     alarms.push_back({.code = "unplugged",
                       .text = message_.empty() ? source_->name() + ": no source is connected"
-                                               : message_ + "; it is tried again"});
+                                               : message_ + "; the program tries again"});
   } else if (ended_) {
     alarms.push_back({.code = "ended", .text = formatted("{}: {}", source_->name(), message_)});
   } else if (!message_.empty()) {
@@ -109,26 +109,26 @@ void SourceReader::add_alarms(std::vector<SessionAlarm>& alarms) const {
       now - last_sample_s_ > no_sample_s && now - opened_s_ > no_sample_s) {
     alarms.push_back({.code = "format",
                       .text = source_->name() +
-                              ": bytes come, but no sample is among them: are baud, format and "
+                              ": the received bytes contain no samples: are baud, format and "
                               "names right?"});
   }
   if (defects_at_s_ > 0.0 && now - defects_at_s_ < shown_for_s) {
     alarms.push_back(
         {.code = "garbage",
-         .text = formatted("{}: {} lines or frames so far were not samples and are left out",
+         .text = formatted("{}: {} invalid lines or frames so far, which are left out",
                            source_->name(), counts_.defects)});
   }
   if (stepped_at_s_ > 0.0 && now - stepped_at_s_ < shown_for_s) {
     alarms.push_back(
         {.code = "clock",
-         .text = source_->name() + ": its clock was set; the times go on without the jump"});
+         .text = source_->name() + ": the source's clock jumped; the jump is removed"});
   }
   const double stated = source_->stated_rate_hz();
   if (is_live() && stated > 0.0 && rate_hz_ > 0.0 &&
       std::abs(rate_hz_ / stated - 1.0) > rate_tolerance && state_ == LinkState::open) {
     alarms.push_back(
         {.code = "rate",
-         .text = formatted("{}: {} samples a second come, not {} as stated", source_->name(),
+         .text = formatted("{}: {} samples a second arrive, but {} were stated", source_->name(),
                            number_text(rate_hz_, 3), number_text(stated))});
   }
 }

@@ -30,7 +30,7 @@ Stillness::Stillness(std::size_t axes, const StillnessOptions& options)
   }
   if (options.noise_sd.size() != 0) {
     if (options.noise_sd.size() != axes_ || !(options.noise_sd.array() > 0.0).all()) {
-      throw DomainError("Stillness: noise_sd must hold a positive number for each axis");
+      throw DomainError("Stillness: noise_sd must contain a positive number for each axis");
     }
     floor_ = options.noise_sd;
     floor_known_ = true;

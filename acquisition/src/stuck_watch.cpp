@@ -33,8 +33,8 @@ void StuckWatch::look() {
 std::string StuckWatch::text() const {
   return stuck_.empty() ? ""
                         : joined(stuck_) +
-                              ": the same value to the last digit for a while; is it stuck, or its "
-                              "converter?";
+                              ": the value has not changed for a while; is the sensor or its "
+                              "converter stuck?";
 }
 
 }  // namespace axiscal

@@ -39,17 +39,17 @@ struct KeyBinding {
   const char* words;
 };
 constexpr std::array bindings = {
-    KeyBinding{' ', SessionAction::capture, "space take"},
-    KeyBinding{'a', SessionAction::accept, "a it lies right"},
-    KeyBinding{'l', SessionAction::as_seen, "l take it as it looks"},
-    KeyBinding{'t', SessionAction::retake_suggested, "t retake what looks wrong"},
+    KeyBinding{' ', SessionAction::capture, "space take reading"},
+    KeyBinding{'a', SessionAction::accept, "a accept reading"},
+    KeyBinding{'l', SessionAction::as_seen, "l accept recognised pose"},
+    KeyBinding{'t', SessionAction::retake_suggested, "t retake suspects"},
     KeyBinding{'u', SessionAction::undo, "u undo"},
     KeyBinding{'r', SessionAction::retake, "r retake last"},
     KeyBinding{'s', SessionAction::skip, "s skip"},
     KeyBinding{'p', SessionAction::pause, "p pause"},
     KeyBinding{'g', SessionAction::go_on, "g go on"},
     KeyBinding{'m', SessionAction::toggle_automatic, "m automatic"},
-    KeyBinding{'n', SessionAction::replicate, "n once more, all"},
+    KeyBinding{'n', SessionAction::replicate, "n repeat all points"},
     KeyBinding{'f', SessionAction::finish, "f finish"},
     KeyBinding{'q', SessionAction::quit, "q stop"},
 };
@@ -68,7 +68,7 @@ class TerminalFace final : public SessionFace {
     std::setlocale(LC_CTYPE, "");
     screen_ = ::newterm(nullptr, stdout, stdin);
     if (screen_ == nullptr) {
-      throw DomainError("this terminal cannot show a whole page (TERM); use plain lines",
+      throw DomainError("this terminal (TERM) does not support a full screen; use plain lines",
                         {settings::plain_face});
     }
     ::set_term(screen_);
@@ -316,7 +316,7 @@ class TerminalFace final : public SessionFace {
         put(line++, 1, formatted("{:<12}{}", file.label, file.name));
       }
     }
-    put(LINES - 1, 1, "n once more, the same instrument | q leave", static_cast<int>(A_BOLD));
+    put(LINES - 1, 1, "n new session, same instrument | q leave", static_cast<int>(A_BOLD));
   }
 
   void draw_cube(const SessionView& view) {
@@ -378,11 +378,11 @@ class TerminalFace final : public SessionFace {
       mark(free.gap, '?');
     }
     mark(free.to_sphere * (free.now - free.centre), '@');
-    put(7, 1, "the sphere, z up: # readings, . none");
+    put(7, 1, "the sphere, z up: # reading, . gap");
     for (int line = 0; line < lines; ++line) {
       put(8 + line, 1, map.at(static_cast<std::size_t>(line)));
     }
-    put(17, 1, "@ where it points now, ? where it is wanted");
+    put(17, 1, "@ current direction, ? requested one");
     constexpr int column = 42;
     put(8, column, "filled   " + bar(free.coverage, 24));
     put(9, column, formatted("largest gap {:.0f} deg", free.largest_gap_rad * deg_per_rad));
@@ -390,9 +390,9 @@ class TerminalFace final : public SessionFace {
       put(10, column, formatted("fit error {} %", number_text(100.0 * *free.fit_error, 2)));
     }
     put(11, column,
-        free.u_deg ? formatted("directions to {} deg (95 %)", number_text(*free.u_deg, 2))
-                   : std::string("directions: not yet"));
-    put(12, column, formatted("wanted {} deg", number_text(free.wanted_deg, 2)));
+        free.u_deg ? formatted("uncertainty {} deg (95 %)", number_text(*free.u_deg, 2))
+                   : std::string("uncertainty not yet known"));
+    put(12, column, formatted("target {} deg", number_text(free.wanted_deg, 2)));
     int line = 13;
     for (const auto& [name, value] : free.numbers) {
       put(line++, column, name + ":");
@@ -412,7 +412,7 @@ class TerminalFace final : public SessionFace {
     put(7, column, std::string(is_still ? "still  " : "moving ") + bar(motion, width),
         static_cast<int>(COLOR_PAIR(is_still ? good : warn)));
     put(8, column,
-        formatted("taken  {} {} s", bar(view.progress, width), number_text(view.dwell_s, 2)));
+        formatted("dwell  {} {} s", bar(view.progress, width), number_text(view.dwell_s, 2)));
     std::string reading;
     for (const double value : view.reading) {
       reading += number_text(value, 6) + "  ";
@@ -420,7 +420,7 @@ class TerminalFace final : public SessionFace {
     put(10, column, "reading  " + reading);
     put(11, column,
         formatted("rate     {} samples a second{}", number_text(view.rate_hz, 4),
-                  view.automatic ? "" : "; on command"));
+                  view.automatic ? "" : "; manual"));
     if (view.temperature) {
       put(12, column, "temperature " + number_text(*view.temperature, 5));
     }
@@ -432,7 +432,7 @@ class TerminalFace final : public SessionFace {
     }
     if (view.forecast_deg) {
       put(14, column,
-          formatted("at the end a direction to {} deg (1 sd)", number_text(*view.forecast_deg, 2)));
+          formatted("forecast for the end {} deg (1 sd)", number_text(*view.forecast_deg, 2)));
     }
     if (view.remaining_s) {
       put(15, column,

@@ -26,7 +26,7 @@ namespace {
 [[noreturn]] void fail() {
   std::array<char, 256> why{};
   ERR_error_string_n(ERR_get_error(), why.data(), why.size());
-  throw DomainError(std::string("no certificate can be made: ") + why.data());
+  throw DomainError(std::string("a certificate cannot be created: ") + why.data());
 }
 
 void must(bool succeeded) {

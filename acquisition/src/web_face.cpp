@@ -124,7 +124,8 @@ class WebFace final : public SessionFace {
 
 std::unique_ptr<SessionFace> make_web_face(const WebOptions& options) {
   if (acquire_script().empty()) {
-    throw DomainError("this build lacks the page for browsers", {settings::web_face});
+    throw DomainError("this build lacks the page for browsers (it was built without node)",
+                      {settings::web_face});
   }
   return std::make_unique<WebFace>(options);
 }

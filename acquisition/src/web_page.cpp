@@ -159,7 +159,7 @@ std::optional<WebAnswer> WebPage::early_refusal(const WebRequest& request) const
                               *length <= static_cast<int>(longest_request_body);
   if (!(is_get || has_short_body) || (is_get && length.value_or(0) != 0) ||
       request.has_header("Transfer-Encoding") || request.has_header("Range")) {
-    return refusal(413, "no such request");
+    return refusal(413, "this request is not supported");
   }
   const std::string host = lower(request.header("Host"));
   const std::string port = formatted(":{}", place_.port);
@@ -185,7 +185,7 @@ std::optional<WebAnswer> WebPage::early_refusal(const WebRequest& request) const
       origin.empty() || lower(origin) == formatted("{}://{}", place_.scheme, host);
   const bool good_site = site.empty() || site == "same-origin" || site == "none";
   if (!good_host || !good_origin || !good_site) {
-    return refusal(403, "not for this server");
+    return refusal(403, "the request is not for this server");
   }
   return std::nullopt;
 }
@@ -259,7 +259,7 @@ WebAnswer WebPage::take_control(const WebRequest& request) {
   const std::lock_guard lock(mutex_);
   const std::string session = session_of(request);
   if (session.empty() || !is_by_script(request)) {
-    return refusal(403, "no key");
+    return refusal(403, "this browser has not logged in");
   }
   owner_ = controller_ = session;
   heard_ = place_.now();
@@ -271,10 +271,10 @@ WebAnswer WebPage::take_control(const WebRequest& request) {
 std::optional<WebAnswer> WebPage::refused_control(const WebRequest& request) const {
   const std::string session = session_of(request);
   if (session.empty() || !is_by_script(request)) {
-    return refusal(403, "no key");
+    return refusal(403, "this browser has not logged in");
   }
   if (session != controller_) {
-    return refusal(409, "another browser controls; take control first");
+    return refusal(409, "another browser controls the session; take control first");
   }
   return std::nullopt;
 }
@@ -286,7 +286,7 @@ WebAnswer WebPage::take_command(const WebRequest& request) {
     return *refused;
   }
   if (!command) {
-    return refusal(400, "no such command");
+    return refusal(400, "this command does not exist");
   }
   if (!files_.empty()) {
     return refusal(409, "the session is over");
@@ -306,7 +306,7 @@ WebAnswer WebPage::handle_heartbeat(const WebRequest& request) {
   const std::lock_guard lock(mutex_);
   const std::string session = session_of(request);
   if (session.empty() || !is_by_script(request)) {
-    return refusal(403, "no key");
+    return refusal(403, "this browser has not logged in");
   }
   if (session == owner_ && controller_ != owner_) {
     controller_ = owner_;
@@ -325,7 +325,7 @@ WebAnswer WebPage::take_wish(const WebRequest& request) {
     return *refused;
   }
   if (files_.empty() || (wish != "again" && wish != "leave")) {
-    return refusal(400, "no such wish");
+    return refusal(400, "this choice does not exist");
   }
   wish_ = wish;
   owner_ = controller_;

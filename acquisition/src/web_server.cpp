@@ -131,10 +131,10 @@ class StreamConnection final : public WebConnection,
         read();
         return;
       case RequestReader::State::malformed:
-        answer(refusal(400, "no request"), false, true);
+        answer(refusal(400, "malformed request"), false, true);
         return;
       case RequestReader::State::too_long:
-        answer(refusal(431, "too long"), false, true);
+        answer(refusal(431, "the request is too long"), false, true);
         return;
       case RequestReader::State::complete:
         break;
@@ -198,7 +198,7 @@ class StreamConnection final : public WebConnection,
 
   void watch(const WebAnswer& stream) {
     if (shared_.watchers >= most_watchers) {
-      answer(refusal(503, "too many browsers watch"), false, true);
+      answer(refusal(503, "too many browsers are watching"), false, true);
       return;
     }
     ++shared_.watchers;
@@ -351,7 +351,7 @@ class WebServer::Listener {
       acceptor_.close(failed);
     }
     throw OutputError(formatted(
-        "the page cannot be served at {}, port {}: it is taken, or not an address of this machine",
+        "cannot listen on {}, port {}: the port is in use, or the address is not of this machine",
         listening.address, listening.first_port));
   }
 

@@ -42,12 +42,12 @@ std::string run_section(const Calibration& calibration) {
   std::vector<std::pair<std::string, std::string>> rows = {
       {"Instrument", instrument.kind},
       {"Serial number", instrument.serial},
-      {"Axes, readings in", formatted("{}; {}", joined(instrument.axes), instrument.unit)},
+      {"Axes; unit", formatted("{}; {}", joined(instrument.axes), instrument.unit)},
       {"Slot", calibration.provenance.slot},
       {"Calibrated", calibration.provenance.date()},
       {"Operator", calibration.provenance.operated_by},
       {"Computed", calibration.provenance.measured.empty() ? "" : calibration.provenance.created},
-      {"By", calibration.provenance.software},
+      {"Software", calibration.provenance.software},
       {"Method",
        std::string(method_name(calibration.fit.method)) +
            (calibration.fit.robust ? ", robust" : "") +
@@ -69,7 +69,7 @@ std::string run_section(const Calibration& calibration) {
     for (const int run : calibration.fit.left_out) {
       runs.push_back(std::to_string(run));
     }
-    rows.emplace_back("Left out: runs", joined(runs));
+    rows.emplace_back("Runs left out", joined(runs));
   }
   for (const InputFileDigest& input : calibration.provenance.inputs) {
     rows.emplace_back("File",
@@ -138,7 +138,8 @@ std::string levelness_section(const Calibration& calibration,
   text += " (standard errors). ";
   if (!std::isnan(level.p_value)) {
     text += level.consistent ? "The faces agree."
-                             : "The faces do not agree: a face, or the table, moved.";
+                             : "The faces do not agree: look for grit under a foot, a wrong face "
+                               "or a moved table.";
   }
   const std::optional<Plot> faces = faces_plot(calibration);
   // The adjusters are listed only if the faces agree; otherwise the slope is doubtful.
@@ -181,7 +182,7 @@ std::string history_section(const UnitHistory& unit, Figures& figures) {
   }
   return figures.add_all(history_plots(unit)) +
          html_table("Trends of " + std::to_string(unit.paths.size()) + " records",
-                    {"parameter", "newest", "per year", "u", "p of no trend", "meets its limit on"},
+                    {"parameter", "newest", "per year", "u", "p value", "meets its limit on"},
                     rows);
 }
 

@@ -119,21 +119,21 @@ std::string method_text(const Calibration& calibration) {
   std::string text;
   if (method_kind(calibration.fit.method).by_magnitude) {
     text =
-        "The instrument was read in many orientations to a field of known magnitude; bias and "
-        "sensitivity are those for which the calibrated readings have that magnitude. The "
-        "frame is the instrument's own.";
+        "The instrument was read in many orientations to a field of known magnitude. Bias and "
+        "sensitivity are the values for which the calibrated readings have that magnitude. The "
+        "results are in the instrument's own frame.";
   } else if (method_kind(calibration.fit.method).by_turns) {
     text =
-        "The gyroscope was turned between rests; bias and sensitivity are those for which its "
-        "integrated rates lead from the attitude before each turn to that after it.";
+        "The gyroscope was turned between rests. Bias and sensitivity are the values for which the "
+        "integrated rates of each turn agree with the attitudes before and after it.";
   } else {
     text = formatted(
-        "The instrument was read in known orientations to the reference field; bias and "
-        "sensitivity to the field's components follow by linear regression: {}. Sensitivities are "
-        "in the frame of the positioner.",
+        "The instrument was read in known orientations to the reference field. Bias and "
+        "sensitivities to the field's components result from a linear regression: {}. The "
+        "sensitivities are in the frame of the positioner.",
         method_kind(calibration.fit.method).words);
   }
-  return formatted("{} {}{} were used. reading = bias + sensitivity times field.", text,
+  return formatted("{} {}{} were used. Model: reading = bias + sensitivity times field.", text,
                    calibration.fit.statistics->observations,
                    method_kind(calibration.fit.method).by_turns ? " turns" : " readings");
 }
@@ -275,12 +275,13 @@ void write_facts(const Calibration& calibration,
   }
   if (const std::vector<std::string> missing = not_counted(calibration); !missing.empty()) {
     pages.paragraph(
-        formatted("The uncertainties stated do not include that of: {}.", joined(missing)));
+        formatted("The stated uncertainties do not include the uncertainty of: {}.",
+                  joined(missing)));
   }
   if (!counts_magnitude(calibration)) {
     pages.paragraph(formatted(
-        "The results are relative to the field at the place of calibration, whose magnitude counts "
-        "as {} {} exactly; no claim in SI units is made.",
+        "The results are relative to the field at the place of calibration, whose magnitude is "
+        "taken as exactly {} {}; no claim in SI units is made.",
         number_text(field.magnitude, 8), field.unit));
   }
 }
@@ -289,12 +290,13 @@ void write_results(const Calibration& calibration, PdfPages& pages) {
   pages.heading("Results");
   const std::vector<std::string> head = {"quantity", "value", "U", "k", "unit"};
   pages.table("", head, coefficient_rows(calibration));
-  pages.table("Independent of the mounting: sensitivities' sizes and the angles between axes", head,
+  pages.table("Independent of the mounting: magnitudes of sensitivity, angles between axes", head,
               intrinsic_rows(calibration));
   if (calibration.sensor.temperature) {
     const TemperatureResponse& over = *calibration.sensor.temperature;
     pages.paragraph(formatted(
-        "Coefficients at temperature {}. The terms d, d2 are of the temperature less that{}.",
+        "Coefficients at temperature {}. The terms d and d2 multiply powers of the difference from "
+        "this temperature{}.",
         span_text(over, calibration.sensor.instrument.axes,
                   [](const TemperatureSpan& span) {
                     return formatted("{} (valid from {} to {})", number_text(span.reference, 6),
@@ -329,7 +331,7 @@ void write_uncertainty(const Calibration& calibration,
     }
     pages.table("", head, limit_rows(calibration, *calibration.findings.verdict));
     if (is_guarded) {
-      pages.paragraph("A quantity without U is compared with its limits as they are.");
+      pages.paragraph("A quantity without U is compared with its limits without a guard band.");
     }
     pages.paragraph(calibration.findings.verdict->passed
                         ? "The item meets the limits above."
@@ -365,9 +367,8 @@ void write_certificate(const Calibration& calibration,
   write_remarks(calibration, details, pages);
   pages.heading("Statements");
   pages.paragraph(
-      "The results relate only to the item calibrated, as it was when calibrated. This "
-      "certificate may not be reproduced other than in full without approval of the "
-      "laboratory.");
+      "The results relate only to the item calibrated, in its condition at the calibration. This "
+      "certificate shall not be reproduced except in full without approval of the laboratory.");
   for (const InputFileDigest& input : calibration.provenance.inputs) {
     pages.paragraph(formatted("Readings: {}{}", input.path,
                               input.sha256.empty() ? "" : ", SHA-256 " + input.sha256));
@@ -400,7 +401,7 @@ std::vector<std::string> missing_details(const Calibration& calibration,
   const std::string& measured = calibration.provenance.measured;
   need(measured.empty() || details.calibrated.empty() ||
            measured.substr(0, 10) == details.calibrated.substr(0, 10),
-       "calibrated (it is not the date of the record's readings; leave it out)");
+       "calibrated (the stated date is not that of the record's readings; leave it out)");
   need(!details.issued.empty(), "issued");
   need(!details.environment.empty(), "environment");
   need(!details.traceability.empty(), "traceability");
@@ -441,7 +442,7 @@ std::string certificate_pdf(const Calibration& calibration,
              [&](PdfPages& pages) { write_certificate(calibration, details, pages); });
   return archived_pdf(pdf, header, dcc_of(calibration, details));
 #else
-  throw DomainError("this build writes no PDF (cairo and pango)");
+  throw DomainError("this build does not support PDF (cairo and pango)");
 #endif
 }
 

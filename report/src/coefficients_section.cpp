@@ -49,7 +49,7 @@ std::string parameters_table(const Calibration& calibration) {
       }
     }
   }
-  const std::string over = calibration.sensor.temperature ? "; d is the temperature less " +
+  const std::string over = calibration.sensor.temperature ? "; d is the temperature minus " +
                                                                 reference_temperatures(calibration)
                                                           : "";
   return html_table("Parameters and their uncertainties" + over,
@@ -91,9 +91,9 @@ std::string polar_table(const Calibration& calibration) {
                     number_cell(polar.azimuth_rad * deg_per_rad, 5)});
   }
   return html_table(
-      "Polar form: the size of the sensitivity, and where the axis points; the azimuth as the "
-      "known-art formulas count it, in axes forward-right-down",
-      {"axis", "size", "off its nominal axis [deg]", "azimuth [deg]"}, rows);
+      "Polar form: magnitude of the sensitivity and direction of the axis; the azimuth is that of "
+      "the known-art formulas, in axes forward-right-down",
+      {"axis", "magnitude", "angle to nominal axis [deg]", "azimuth [deg]"}, rows);
 }
 
 std::string correlation_table(const Calibration& calibration) {
@@ -129,7 +129,7 @@ std::string alignments_table(const Calibration& calibration) {
     }
   }
   return rows.empty() ? ""
-                      : html_table("Axes of the assembly's other instruments against these [mrad]",
+                      : html_table("Rotations of the other instruments relative to this one [mrad]",
                                    {"slot", "about x", "U (95 %)", "about y", "U (95 %)", "about z",
                                     "U (95 %)"},
                                    rows);
@@ -166,8 +166,8 @@ std::string coefficients_matrix(const Calibration& calibration) {
     }
   }
   std::string caption =
-      "reading = bias + Sx fx + Sy fy + Sz fz, f the field along x, y, z of the instrument's frame";
-  caption += all.empty() ? "" : "; \u00b1 the expanded uncertainty (95 %)";
+      "reading = bias + Sx fx + Sy fy + Sz fz; f is the field in the instrument's frame";
+  caption += all.empty() ? "" : "; the number after \u00b1 is the expanded uncertainty (95 %)";
   caption += calibration.sensor.temperature
                  ? "; at temperature " + reference_temperatures(calibration)
                  : "";

@@ -172,7 +172,7 @@ std::string paged_table(std::string_view caption,
     return table_of(caption, head, all);
   }
   const std::string what = caption.empty() ? "Table" : escaped(caption);
-  std::string html = formatted("<details><summary>{}: {} rows, on pages of {}</summary>\n", what,
+  std::string html = formatted("<details><summary>{}: {} rows, in groups of {}</summary>\n", what,
                                rows.size(), rows_of_page);
   for (std::size_t first = 0; first < rows.size(); first += rows_of_page) {
     const std::size_t count = std::min(rows_of_page, rows.size() - first);
@@ -235,7 +235,7 @@ std::string bullets(const std::vector<std::string>& lines) {
     html += formatted("<li>{}</li>", escaped(lines[i]));
   }
   if (lines.size() > most) {
-    html += formatted("<li>{} more of these are in the record</li>", lines.size() - most);
+    html += formatted("<li>{} more are in the record</li>", lines.size() - most);
   }
   return html + "</ul>\n";
 }

@@ -79,7 +79,7 @@ std::string coefficients_of(const NoiseGroup& group) {
   return html_table(
       group_name(group) +
           ": white noise N, bias instability B, random walk K, with 95 % intervals in "
-          "brackets; dwell at a design point",
+          "brackets; recommended dwell time at a design point",
       head, rows);
 }
 
@@ -116,15 +116,15 @@ Plot allan_plot(const NoiseGroup& group, std::size_t number) {
                                group.front()->kind.empty() ? "sensor" : group.front()->kind),
             .alternative =
                 "Overlapping Allan deviation of each axis as points with their 68 % "
-                "band, the fitted noise model as a line, and where N, B and K are read "
-                "off it",
+                "band, the fitted noise model as a line, and the points at which N, B and K are "
+                "read",
             .x_label = "averaging time [s]",
             .y_label = formatted("Allan deviation [{}]", unit.empty() ? "unit" : unit),
             .logarithmic = true};
   std::vector<PlotSeries> bands;
   std::vector<PlotSeries> points;
   std::vector<PlotSeries> fits;
-  PlotSeries marks{.name = "N at 1 s, B at the lowest, K at 3 s", .style = group.size()};
+  PlotSeries marks{.name = "N at 1 s, B at the lowest point, K at 3 s", .style = group.size()};
   for (std::size_t k = 0; k < group.size(); ++k) {
     const ColumnNoise* const column = group[k];
     PlotSeries band{.name = "68 %", .in_legend = k == 0};

@@ -327,7 +327,7 @@ Plot thinned_cloud(Plot plot, std::size_t step) {
     }
     series = std::move(kept);
   }
-  plot.note = formatted("one point of {} is drawn", step);
+  plot.note = formatted("one of every {} points is drawn", step);
   return plot;
 }
 
@@ -400,7 +400,7 @@ Plot thinned(Plot plot) {
     series = std::move(kept);
   }
   plot.note =
-      formatted("{} of {} points are drawn: of each stretch the lowest, the highest and two others",
+      formatted("{} of {} points are drawn, with the lowest and highest point of each part along x",
                 drawn_points, points);
   return plot;
 }

@@ -101,7 +101,7 @@ std::string reading_row(const Calibration& calibration,
     add(k < residual.response.size() ? number_cell(residual.response(k), 3) : none);
   }
   html += named ? "<td class=\"suspect\">" : "<td>";
-  html += !residual.used ? "left out" : named ? "look at it" : "used";
+  html += !residual.used ? "left out" : named ? "suspect" : "used";
   return html + (short_form ? "" : "</td></tr>");
 }
 
@@ -177,8 +177,8 @@ std::string readings_table(const Calibration& calibration, const Observations* o
   }
   const std::string remark =
       shown.size() < all.size()
-          ? paragraph(formatted("{} of {} readings are listed: those that are named above and "
-                                "those with the largest residuals. All are in the record.",
+          ? paragraph(formatted("{} of {} readings are listed: the readings named above, and the "
+                                "readings with the largest residuals. The record has all readings.",
                                 shown.size(), all.size()))
           : "";
   return remark + paged_table("Readings", head, shown);
@@ -221,7 +221,7 @@ std::string words_of_arrow(const Calibration& calibration) {
   }
   return formatted("<p class=\"soft arrow\">Blue arrow: {}.</p>",
                    field.kind == "gravity"
-                       ? "gravity as an accelerometer at rest reads it, upwards"
+                       ? "the reading of an accelerometer at rest, which points upwards"
                        : escaped(formatted("the direction of the field ({})", field.kind)));
 }
 

@@ -93,8 +93,8 @@ std::optional<Plot> slope_plot(const Calibration& calibration) {
                                 ? "Slope of the table"
                                 : "Field in the table's plane");
   plot.alternative =
-      "The table's slope as a line from level, the slope seen by each face, and the 95 % ellipse "
-      "of the mean";
+      "The table's slope as a line from level, the slope estimated from each face, and the 95 % "
+      "ellipse of the mean";
   plot.narrow = true;
   plot.series = faces_and_mean(level);
   plot.series.push_back({.name = "slope",
@@ -136,7 +136,7 @@ std::optional<BarPlot> budget_plot(const Calibration& calibration) {
   BarPlot plot{.id = "budget-plot",
                .title = has_angles(calibration)
                             ? "Uncertainty of one reading by source, at pitch 20, roll 30 degrees"
-                            : "Uncertainty of one reading by source, all components alike",
+                            : "Uncertainty of one reading by source, at equal field components",
                .alternative = "Standard uncertainty of each quantity by source",
                .series = {}};
   for (const std::string& source : budget.sources) {
@@ -266,11 +266,11 @@ std::vector<Plot> temperature_plots(const Calibration& calibration) {
   std::vector<Plot> plots;
   for (const bool is_bias : {true, false}) {
     Plot plot{.id = is_bias ? "temperature-bias" : "temperature-scale",
-              .title = is_bias ? "Bias over temperature, less that at the reference"
+              .title = is_bias ? "Bias over temperature, minus the bias at the reference"
                                : "Scale over temperature",
               .alternative =
-                  "Curve of each axis over the calibrated range, with its 95 % band where it is "
-                  "known, and a fifth of the range beyond it at both ends, which is extrapolated",
+                  "Curve of each axis over the calibrated range, with its 95 % band, and "
+                  "extrapolated by a fifth of the range at both ends",
               .x_label = "temperature",
               .y_label = is_bias
                              ? formatted("change of bias [{}]", calibration.sensor.instrument.unit)
@@ -342,7 +342,7 @@ std::optional<Plot> magnitude_plot(const Calibration& calibration) {
   }
   return Plot{.id = "magnitude-by-run",
               .title = "Magnitude of the field, by run",
-              .alternative = "Magnitude of each calibrated reading less the field's own",
+              .alternative = "Magnitude of each calibrated reading minus that of the field",
               .x_label = "run",
               .y_label = formatted("|f| \u2212 F [{}]", calibration.sensor.field.unit),
               .series = {std::move(magnitudes)}};

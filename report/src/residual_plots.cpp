@@ -60,8 +60,8 @@ Plot by_face(const Calibration& calibration, const std::string& label) {
   Plot plot{.id = "residuals-by-face",
             .title = "Residuals by the face on the table",
             .alternative =
-                "Residuals of each axis for each of the six faces; a face that lies to "
-                "one side in all axes points to its feet",
+                "Residuals of each axis for each of the six faces; if a face deviates in all "
+                "axes, its feet may be the cause",
             .x_label = "face on the table",
             .y_label = label};
   std::vector<std::string> names;
@@ -96,8 +96,8 @@ Plot normal_plot(const Calibration& calibration) {
   Plot plot{.id = "residuals-normal",
             .title = "Normal plot of the residuals",
             .alternative =
-                "Sorted residuals over their standard deviation against what normal "
-                "noise would give; they should lie along the line",
+                "Sorted residuals, divided by their standard deviation, against normal "
+                "quantiles; they should lie along the line",
             .x_label = "normal quantile",
             .y_label = "residual / standard deviation"};
   double reach = 0.0;
@@ -134,7 +134,7 @@ Plot leverage_plot(const Calibration& calibration) {
             .title = "Leverage and studentised residuals, with Cook's distances 0.5 and 1",
             .alternative =
                 "Studentised residual of each regression row against its leverage; a "
-                "row beyond the curves alone moves the result",
+                "row beyond the curves changes the result considerably",
             .x_label = "leverage",
             .y_label = "studentised residual"};
   const FitStatistics& statistics = *calibration.fit.statistics;

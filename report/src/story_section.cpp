@@ -54,8 +54,8 @@ std::optional<Plot> measured_plot(const Calibration& calibration,
   Plot plot{.id = "measured-plot",
             .title = "Measured against expected",
             .alternative =
-                "Each reading against its value by the fit, one series for each axis; they should "
-                "lie along the line",
+                "Each reading against the value predicted by the fit, one series for each axis; "
+                "the points should lie along the line",
             .x_label = formatted("expected [{}]", unit),
             .y_label = formatted("measured [{}]", unit),
             .narrow = true};
@@ -161,8 +161,7 @@ std::string axes_figure(const Calibration& calibration) {
   const double times = exaggeration_of(largest);
   std::string svg =
       "<svg class=\"drawn\" viewBox=\"0 0 360 300\" role=\"img\" aria-label=\"The directions of "
-      "the "
-      "sensing axes against the frame's; the table has the angles\">";
+      "the sensing axes and of the frame's axes; the table has the angles\">";
   for (int j = 0; j < 3; ++j) {
     const Seen from = in_view(-0.25 * Eigen::Vector3d::Unit(j));
     const Seen to = in_view(1.12 * Eigen::Vector3d::Unit(j));
@@ -197,7 +196,7 @@ std::string axes_figure(const Calibration& calibration) {
       "class=\"plot\">{}</svg></div><p class=\"legend\">{}</p><details><summary>Data</summary>{}"
       "</details></figure>\n",
       times > 1.0 ? formatted(", angles {} times enlarged", number_text(times)) : "", svg, words,
-      html_table("", {"axis", "x", "y", "z", "off its nominal axis [deg]"}, rows));
+      html_table("", {"axis", "x", "y", "z", "angle to nominal axis [deg]"}, rows));
 }
 
 // ---- the cloud before and after ----
@@ -274,7 +273,7 @@ Plot projection_of(const Calibration& calibration, const Cloud& cloud, int u, in
             .title = formatted("Seen along {}", names[static_cast<std::size_t>(3 - u - v)]),
             .alternative =
                 "The readings before and after calibration, and the circle on which "
-                "those in this plane should lie",
+                "readings in this plane should lie",
             .x_label = formatted("{} [{}]", names[static_cast<std::size_t>(u)], unit),
             .y_label = formatted("{} [{}]", names[static_cast<std::size_t>(v)], unit),
             .equal_aspect = true,
@@ -295,7 +294,7 @@ Plot projection_of(const Calibration& calibration, const Cloud& cloud, int u, in
   }
   plot.series = {
       points("after", cloud.after),
-      points(cloud.moved.isZero() ? "before" : "before, its middle moved to 0", cloud.before),
+      points(cloud.moved.isZero() ? "before" : "before, moved to the origin", cloud.before),
       std::move(circle)};
   return plot;
 }
@@ -315,9 +314,9 @@ std::string plain_numbers(const OrientationQuality& quality,
            "of the sphere is farther than 30\u00b0 from a reading; the largest gap is {}\u00b0",
            rounded(quality.largest_gap_rad * deg_per_rad))},
       {"Fit error", percent(quality.fit_error),
-       "of the field: |f| \u2212 F after the calibration, rms"},
+       "of the field: rms of |f| \u2212 F after the calibration"},
       {"Field", number_text(field.magnitude, 6) + (field.unit == "1" ? "" : " " + field.unit),
-       formatted("as stated; readings of it scatter by {}", percent(quality.magnitude_spread))}};
+       formatted("as stated; the magnitudes scatter by {}", percent(quality.magnitude_spread))}};
   if (cloud != nullptr) {
     numbers.push_back({"Wobble", percent(wobble_of(cloud->after, field.magnitude)),
                        "of the field: offset of the sphere's centre after the calibration"});

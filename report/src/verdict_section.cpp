@@ -18,21 +18,21 @@ namespace {
 
 std::string what_it_is_fit_for(const Calibration& calibration) {
   if (calibration.sensor.instrument.axis_count() < 3) {
-    return "It has fewer than three axes. A reading gives the field along each axis, and apply "
-           "states its uncertainty.";
+    return "The instrument has fewer than three axes. A reading gives the field along each axis. "
+           "The command apply states its uncertainty.";
   }
   const WorstAngleUncertainty worst = worst_angle_uncertainty(calibration);
   if (!std::isfinite(worst.expanded_deg)) {
-    return "The record lacks uncertainties, so its fitness for a task is unknown.";
+    return "The record does not state uncertainties, so that its accuracy is unknown.";
   }
   const bool is_direction = worst.quantity == "direction of the field";
   return formatted(
-      "One reading tells {} to {} degrees or better (95 %) in any attitude{}{}",
+      "The uncertainty of {} from one reading is at most {} degrees (95 %) in any attitude{}{}",
       is_direction ? "the direction of the field" : "pitch and roll", rounded(worst.expanded_deg),
       is_direction
           ? ""
-          : formatted("; the worst is {}, which counts up to 80 degrees of pitch", worst.quantity),
-      calibration.sensor.temperature ? ". That is at the reference temperature." : ".");
+          : formatted("; {} has the largest one (for pitch up to 80 degrees)", worst.quantity),
+      calibration.sensor.temperature ? ". This applies at the reference temperature." : ".");
 }
 
 // @param said  a warning that the page shows already; it is left out.
@@ -49,13 +49,14 @@ std::vector<std::string> what_to_watch(const Calibration& calibration, const std
   if (calibration.sensor.temperature) {
     const TemperatureResponse& over = *calibration.sensor.temperature;
     lines.push_back(formatted(
-        "It holds from temperature {}; beyond, results are flagged as extrapolated.",
+        "It is valid at temperatures from {}; outside this range, results are marked as "
+        "extrapolated.",
         span_text(over, calibration.sensor.instrument.axes, [](const TemperatureSpan& span) {
           return formatted("{} to {}", rounded(span.low, 5), rounded(span.high, 5));
         })));
   } else if (calibration.fit.statistics && calibration.status() != CalibrationStatus::refused) {
     lines.emplace_back(
-        "It holds at the temperature of the calibration: no temperature was modelled.");
+        "It is valid at the temperature of the calibration. The effect of temperature is unknown.");
   }
   if (std::string missing = words_of_not_counted(calibration); !missing.empty()) {
     lines.push_back(std::move(missing));
@@ -123,7 +124,7 @@ std::string values_table(const Calibration& calibration) {
   for (const std::string& axis : calibration.sensor.instrument.axes) {
     head.push_back(formatted("{} [{}]", axis, calibration.sensor.instrument.unit));
   }
-  return rows.empty() ? "" : html_table("As it probably should say", head, rows);
+  return rows.empty() ? "" : html_table("Probable values", head, rows);
 }
 
 std::string as_it_probably_was(const Calibration& calibration) {
@@ -146,7 +147,7 @@ std::string as_it_probably_was(const Calibration& calibration) {
         escaped(pose_words(point)));
   }
   if (points.size() > most) {
-    html += paragraph(formatted("And {} more, named in the warning.", points.size() - most));
+    html += paragraph(formatted("The warning names {} more.", points.size() - most));
   }
   return points.empty() ? values_table(calibration)
                         : formatted("<div class=\"lays\">{}</div>\n", html);
@@ -179,7 +180,7 @@ std::string verdict_section(const Calibration& calibration) {
   }
   const std::vector<std::string> watch = what_to_watch(calibration, likely);
   if (!watch.empty()) {
-    html += paragraph("What to watch:") + bullets(watch);
+    html += paragraph("Please note:") + bullets(watch);
   }
   html += "</div>\n" + as_it_probably_was(calibration);
   return html + (calibration.findings.verdict ? limits_table(*calibration.findings.verdict) : "");

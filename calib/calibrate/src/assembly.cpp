@@ -77,12 +77,12 @@ void warn_of_disagreement(Calibration& calibration, const CombinedLevelness& com
       combined.suspect.empty()
           ? formatted(
                 "slots {} stand on one table but disagree about its slope (p = {}); an instrument "
-                "is loose, or the table gives way under one",
+                "is loose, or the table gives way under an instrument",
                 joined(combined.slots), p)
           : formatted(
-                "slot {} disagrees with the other slots about the slope of the table that all "
-                "stand on (p = {}); is its instrument loose, does the table give way, are its "
-                "readings those of other points?",
+                "slot {} disagrees with the other slots about the slope of the common table "
+                "(p = {}); check whether its instrument is loose, the table gives way, or its "
+                "design points are wrong",
                 combined.suspect, p);
   add_warning(calibration, {.code = WarningCode::slot_levelness, .runs = {}, .message = message});
 }
@@ -100,7 +100,8 @@ std::vector<SlotObservations> split_by_slot(const Run& run) {
     columns += axes_of(s);
   }
   if (run.slots.empty() || all.response.cols() != columns) {
-    throw DomainError("split_by_slot: each slot needs the responses of its axes");
+    throw DomainError(
+        "split_by_slot: the number of responses differs from the number of axes of all slots");
   }
   std::vector<SlotObservations> parts;
   Eigen::Index first = 0;
@@ -167,7 +168,7 @@ std::vector<Mount> mounts_of_assembly(const std::string& assembly,
     throw DomainError(formatted("must be parallel, single, triple, h or h:y, not '{}'", assembly));
   }
   if (slots.empty() || (found->slots != 0 && slots.size() != found->slots)) {
-    throw DomainError(formatted("'{}' has {}, but the columns SLOT.axis have {}", assembly,
+    throw DomainError(formatted("'{}' needs {}, but the columns SLOT.axis have {} slots", assembly,
                                 found->slots == 0 ? "slots" : formatted("{} slots", found->slots),
                                 slots.size()));
   }
@@ -273,7 +274,7 @@ Experiment experiment_of_slot(const Experiment& experiment, const std::string& s
     const auto found = std::find_if(experiment.slots.begin(), experiment.slots.end(),
                                     [&](const SlotSetup& one) { return one.slot == slot; });
     if (found == experiment.slots.end()) {
-      throw SetupError(formatted("slot {}: nothing says what instrument it is", slot),
+      throw SetupError(formatted("slot {}: its instrument is not stated", slot),
                        {settings::instrument});
     }
     own.instrument = found->instrument;
@@ -355,7 +356,8 @@ void take_slope(const std::vector<Calibration>& calibrations,
 
 SlotAlignment alignment_of(const Calibration& from, const Calibration& to) {
   if (!has_alignment(from) || !has_alignment(to)) {
-    throw DomainError("alignment_of: both need three axes, calibrated by design points");
+    throw DomainError(
+        "alignment_of: both instruments need three axes and a calibration by design points");
   }
   SlotAlignment alignment{.slot = to.provenance.slot};
   const Eigen::Matrix3d R = axes_from_cube(to, to.sensor.response) *

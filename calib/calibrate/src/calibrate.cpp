@@ -28,7 +28,7 @@ Calibration calibration_of_biases(const PreparedRun& run) {
   const std::vector<Reading>& readings = run.observations().readings;
   if (std::any_of(readings.begin(), readings.end(),
                   [](const Reading& reading) { return reading.confirm; })) {
-    throw RefusedError("method bias predicts no readings to be confirmed (confirm)");
+    throw RefusedError("method bias does not support confirmation readings (confirm)");
   }
   Calibration record = run.described();
   fit_bias(run.experiment(), run.observations(), run.source(), record);
@@ -135,7 +135,7 @@ void note_robust_fit(const Experiment& experiment,
         runs.size() <= few) {
       refused.findings.notes.push_back(
           {NoteCode::weights,
-           formatted("robust regression gives {} no weight and fits the other readings",
+           formatted("robust regression gives weight 0 to {} and fits the other readings",
                      name_of_runs(runs))});
     }
   } catch (const Error&) {  // robust regression cannot help
@@ -178,8 +178,7 @@ Calibration calibrate(const Run& run, Instrument instrument, FieldSetup field, F
     experiment.instrument.axes = run.axes;
   }
   if (!run.slots.empty() || has_several_units(run)) {
-    throw SetupError(
-        "the run is of several instruments: calibrate_run() and split_by_serial() take it apart");
+    throw SetupError("the run is of several instruments: use calibrate_run() or split_by_serial()");
   }
   Calibration calibration = calibrate_run(std::move(experiment), run).front();
   require_unrefused(calibration, force);

@@ -28,12 +28,12 @@ std::vector<Calibration> calibrate_one(Experiment experiment,
   if (!experiment.slot.empty() && mounts.size() == 1) {
     notes.push_back(
         {NoteCode::mount,
-         formatted("the instrument sits in the positioner's slot {}, with its mount's rotation",
+         formatted("the instrument is in the positioner's slot {}; its mount's rotation is used",
                    experiment.slot)});
   } else if (experiment.slot.empty() && !mounts.empty()) {
     notes.push_back({NoteCode::mount,
-                     "the positioner's mounts are not used, as no slot is stated: the instrument's "
-                     "frame is taken as the cube's"});
+                     "the positioner's mounts are not used, because no slot is stated: the "
+                     "instrument's frame is taken as the cube's frame"});
   }
   std::vector<Calibration> one;  // an initializer list would copy the record
   one.push_back(suggestions == Suggestions::accept
@@ -76,13 +76,13 @@ std::vector<Calibration> calibrate_slots(const Experiment& experiment,
     require_one_kind(experiment.instrument.kind, run.slots);
   }
   if (suggestions == Suggestions::accept) {
-    throw SetupError("suggestions are accepted for one instrument, not for several slots");
+    throw SetupError("suggestions can be accepted only for one instrument, not for several slots");
   }
   if (experiment.positioner.mounts().empty() && run.slots.size() > 1) {
     notes.push_back(
         {NoteCode::mount,
-         "no mounts are stated (an assembly, or a positioner's mounts): each instrument's frame is "
-         "taken as the cube's"});
+         "mounts are not stated (an assembly, or a positioner's mounts): each instrument's frame "
+         "is taken as the cube's frame"});
   }
   return calibrate_assembly(experiment, split_by_slot(run));
 }

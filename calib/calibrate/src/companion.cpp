@@ -139,8 +139,8 @@ void warn_of_mirrored_axes(Calibration& calibration,
                    degrees(alignment.angle_rad), degrees(expected_rad),
                    mirrored ? ": an axis of one instrument is reversed, or two are exchanged (a "
                               "left-handed frame); correct signs or columns"
-                            : "; is the site right, is iron nearby, were both read at the same "
-                              "times?")});
+                            : "; check the site, iron nearby, and that both were read at the "
+                              "same times")});
 }
 
 // The rows of the readings that both instruments can use.
@@ -186,7 +186,7 @@ void turn_to_companion(const Alignment& alignment,
   if (!simulated) {
     calibration.findings.notes.push_back(
         {NoteCode::mount,
-         "the standard errors take the rotation to the companion's frame as exact"});
+         "the standard errors do not include the error of the rotation to the companion's frame"});
   } else if (statistics.components.empty()) {
     statistics.covariance = covariance;
   } else {
@@ -216,16 +216,17 @@ void align_with_companion(Calibration& calibration,
                   [](const ReadingResidual& r) { return r.point.has_value(); });
   if (!method_kind(calibration.fit.method).by_magnitude || has_labels) {
     throw SetupError(
-        "align: goes with method magnitude without design points, which leaves the frame open");
+        "align: the instrument must be calibrated by method magnitude without design points");
   }
   if (calibration.fit.shape == MagnitudeShape::triangular) {
     throw SetupError(
-        "align: goes with shape symmetric (the default); the frame is the companion's anyway");
+        "align: needs shape symmetric (the default); the result is in the companion's frame");
   }
   const Eigen::MatrixXd all = fields_of(calibration, observations);
   const Eigen::MatrixXd all_of_companion = fields_of(companion, companions);
   if (all.rows() != all_of_companion.rows()) {
-    throw DomainError("align_with_companion: the readings must be as many of both instruments");
+    throw DomainError(
+        "align_with_companion: both instruments must have the same number of readings");
   }
   const std::vector<Eigen::Index> used = used_of_both(calibration, companion, companions);
   const Alignment alignment =
@@ -246,7 +247,7 @@ void align_with_companion(Calibration& calibration,
   }
   for (CalibrationWarning& warning : calibration.findings.warnings) {
     warning.message +=
-        warning.code == WarningCode::coverage ? " (in its own axes, before it was aligned)" : "";
+        warning.code == WarningCode::coverage ? " (in the axes before the alignment)" : "";
   }
   warn_of_mirrored_axes(calibration, companion, alignment);
   calibration.fit.alignment = CompanionAlignment{.record = record, .alignment = alignment};
@@ -257,7 +258,7 @@ void align_with_companion(Calibration& calibration,
         calibration,
         {.code = WarningCode::alignment,
          .runs = {},
-         .message = formatted("the angle between the two fields ({} degrees) hardly fixes the "
+         .message = formatted("the angle between the two fields ({} degrees) hardly determines the "
                               "rotation between the two instruments: standard error up to {} "
                               "degrees; take more orientations, or give the design points (labels)",
                               degrees(alignment.angle_rad), degrees(largest_rad))});

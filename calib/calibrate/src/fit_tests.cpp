@@ -42,8 +42,8 @@ void confirm(const PreparedRun& run,
   if (run.method().by_magnitude || fit.seen.size() > 0 || fit.set->seen.cols() > 0 ||
       experiment.fit.robust || experiment.fit.level_by == LevelBy::block) {
     throw RefusedError(
-        "readings to be confirmed (confirm) go with design points or known fields, axes that "
-        "see them all, one levelness, and no robust regression");
+        "confirmation readings (confirm) need design points or known fields, axes that see all "
+        "readings, one levelness, and no robust regression");
   }
   ConfirmedReadings compared = confirmed(search.judged ? *search.judged : *fit.set, search.kept_out,
                                          estimate.field, run.method().directions_known);
@@ -104,7 +104,7 @@ void compare_polar_fit(const ReadingSet& set, const TableField& field, Calibrati
   if (record.sensor.temperature || !record.sensor.also.empty() || set.has_excluded_readings() ||
       (!field.has_vectors() && !set.rotation_sensor_from_table.empty())) {
     throw SetupError(
-        "the polar fit goes with plain readings of one field, without temperature terms",
+        "the polar fit cannot be used with temperature terms, second fields or excluded readings",
         {settings::polar_fit});
   }
   const Eigen::Matrix<double, Eigen::Dynamic, 3> met = field_design(set, field).middleCols<3>(1);

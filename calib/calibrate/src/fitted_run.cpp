@@ -94,7 +94,7 @@ FittedRun with_note_of_floor(FittedRun fit) {
     constexpr double percent = 0.01;
     fit.estimate.notes.push_back(
         {NoteCode::weights,
-         formatted("the readings' scatter shows a part of the variance that samples do not average "
+         formatted("a part of the readings' variance does not decrease with the number of samples "
                    "({} % at the mean number of samples); the weights include it",
                    number_text(floor / percent, 2))});
   }
@@ -106,8 +106,8 @@ void require_one_length(const ReadingSet& set) {
     constexpr double same = 1e-9;
     if (std::abs(std::cbrt(change.determinant()) - 1.0) > same) {
       throw RefusedError(
-          "method magnitude takes the field's magnitude as the same in all readings, but this "
-          "field changes its length while they are taken; give design points");
+          "method magnitude needs the same magnitude of the field in all readings, but the "
+          "magnitude of this field changes between readings; give design points");
     }
   }
 }
@@ -122,8 +122,8 @@ FittedRun solved_without_labels(const PreparedRun& run) {
   const bool is_stated = experiment.field.magnitude || experiment.field.kind() == "custom";
   if (set.axis_count() == 2 && !is_stated) {
     throw SetupError(
-        "two axes turned in a plane see only the field's component in that plane, but a site gives "
-        "the whole field: state the length of that component as the field's magnitude",
+        "two axes turned in a plane measure only the field's component in that plane, but the site "
+        "gives the whole field: state the magnitude of that component as the field's magnitude",
         {settings::field_magnitude});
   }
   if (set.axis_count() == 2) {
@@ -292,8 +292,8 @@ std::vector<CalibrationWarning> warnings_of_terms(const PreparedRun& run,
         {.code = WarningCode::bias_step,
          .runs = found.runs,
          .message = formatted(
-             "the biases step between {}, by {} {}. The step is a term of the fit, and the biases "
-             "are the means of the run. {}",
+             "the biases change by a step between {}, by {} {}. The step is a term of the fit, and "
+             "the biases are the means over the run. {}",
              name_of_runs(found.runs), effect_by_axis(run, fit, effects.step_column()),
              run.experiment().instrument.unit, advice_of(found))});
   }
@@ -303,8 +303,8 @@ std::vector<CalibrationWarning> warnings_of_terms(const PreparedRun& run,
         {.code = WarningCode::memory,
          .runs = {},
          .message = formatted(
-             "each reading keeps a part of the change since the reading before it (hysteresis), by "
-             "{} %. The memory is a term of the fit. {}",
+             "each reading lags behind the change from the previous reading (hysteresis), by {} %. "
+             "This memory is a term of the fit. {}",
              effect_by_axis(run, fit, effects.columns.cols() - 1, percent), advice_of(found))});
   }
   return warnings;
@@ -318,7 +318,7 @@ FittedRun with_note_of_drift(const PreparedRun& run, FittedRun fit) {
   fit.estimate.notes.push_back(
       {NoteCode::drift,
        formatted("the biases drift over the run, by {} {}; a linear drift is a term of the fit, "
-                 "and the biases are those of the middle of the run: let the instrument warm up",
+                 "and the biases are valid for the middle of the run; let the instrument warm up",
                  changes, run.experiment().instrument.unit)});
   return fit;
 }

@@ -130,7 +130,7 @@ PreparedRun::PreparedRun(const Experiment& experiment, const Observations& obser
     parts_.front().magnitude = met->largest;
     notes_.push_back(
         {NoteCode::field, formatted("the magnitudes of the readings' fields range from {} to {}{}; "
-                                    "full response is the response at the largest",
+                                    "the full response is the response to the largest field",
                                     number_text(met->least, 4), number_text(met->largest, 4),
                                     parts_.front().unit == "1" ? "" : " " + parts_.front().unit)});
   }

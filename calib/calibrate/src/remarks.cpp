@@ -31,11 +31,11 @@ void note_field_uncertainty(Calibration& calibration) {
   }
   const std::string percent = number_text(100.0 * field.magnitude_u / field.magnitude, 3);
   const std::string share =
-      field.parts.empty() ? formatted(": {} % of every sensitivity at once", percent) : "";
+      field.parts.empty() ? formatted(": {} % of every sensitivity", percent) : "";
   calibration.findings.notes.push_back(
       {NoteCode::field,
-       formatted("the field's magnitude is uncertain by {} {} (one standard deviation{}){}; the "
-                 "expanded uncertainties hold it, the standard errors of the fit do not",
+       formatted("the standard uncertainty of the field's magnitude is {} {}{}{}; the expanded "
+                 "uncertainties include it, the standard errors of the fit do not",
                  number_text(field.magnitude_u), field.unit,
                  field.model.empty() ? "" : ", model " + field.model, share)});
 }
@@ -64,8 +64,7 @@ void note_readings_without_weight(Calibration& calibration) {
     if (count > 0) {
       calibration.findings.notes.push_back(
           {NoteCode::weights,
-           formatted("{}{}: given no weight for axis {} by the robust regression",
-                     name_of_runs(named),
+           formatted("{}{}: robust regression gives weight 0 for axis {}", name_of_runs(named),
                      count > most_named ? formatted(" and {} more", count - most_named) : "",
                      calibration.sensor.instrument.axes[k])});
     }
@@ -86,9 +85,8 @@ void note_few_averages(Calibration& calibration) {
     calibration.findings.notes.push_back(
         {NoteCode::method,
          formatted(
-             "the averages of opposite positions leave {} degrees of freedom; method joint makes "
-             "nearly "
-             "the same estimates of all readings, with about {}, and states shorter intervals",
+             "the averages of opposite positions leave {} degrees of freedom; method joint gives "
+             "nearly the same estimates with about {} degrees of freedom and shorter intervals",
              number_text(own, 2), number_text(joint, 2))});
   }
 }
@@ -118,9 +116,9 @@ void note_fixed_order(const Observations& observations, Calibration& calibration
   if (by_design || repeats) {
     calibration.findings.notes.push_back(
         {NoteCode::conditions,
-         formatted("the readings were taken {}: a disturbance that comes and goes hides in the "
-                   "coefficients then; in random order it shows as noise",
-                   repeats ? "in the same order in each block" : "in the design's own order")});
+         formatted("the readings were taken {}: a periodic disturbance can change the coefficients "
+                   "unnoticed; in random order it shows as noise",
+                   repeats ? "in the same order in each block" : "in the order of the design")});
   }
 }
 
@@ -130,8 +128,8 @@ void note_conditions(Calibration& calibration) {
       calibration.fit.statistics->degrees_of_freedom.minCoeff() > 0.0) {
     calibration.findings.notes.push_back(
         {NoteCode::conditions,
-         "This is repeatability only. Take three or four blocks to include changes from day to day "
-         "and from set-up to set-up"});
+         "The uncertainties include repeatability only. Take three or four blocks to include "
+         "changes from day to day and from set-up to set-up"});
   }
 }
 
@@ -143,9 +141,9 @@ void add_notes(Calibration& calibration,
   const auto m = calibration.sensor.response.bias.size();
   if (m < 3) {
     calibration.findings.notes.push_back({NoteCode::axes,
-                                          "with fewer than three axes readings give the field "
-                                          "along each axis and that axis's angle, "
-                                          "not all three components"});
+                                          "with fewer than three axes, a reading gives only "
+                                          "the field along each axis and the angle of "
+                                          "the axis, not the field vector"});
   }
   note_readings_without_weight(calibration);
   note_few_averages(calibration);
@@ -201,8 +199,8 @@ void note_stated_inputs(double resolution, const ReadingSet& set, Calibration& c
     notes.push_back(
         {NoteCode::stated,
          formatted("The reading of the field agrees over the orientations to {} ppm, but the "
-                   "stated uncertainties of cube and table make {} ppm. They may be stated too "
-                   "large",
+                   "stated uncertainties of cube and table predict {} ppm. These uncertainties "
+                   "may be too large",
                    number_text(size->relative_sd * ppm, 2),
                    number_text(size->by_inputs * ppm, 2))});
   }
@@ -216,8 +214,8 @@ void note_weights(const Experiment& experiment,
       observations.samples->minCoeff() < observations.samples->maxCoeff()) {
     calibration.findings.notes.push_back(
         {NoteCode::weights,
-         "readings are weighted by their numbers of samples; the weighting none gives all of them "
-         "one weight"});
+         "readings are weighted by their numbers of samples; weighting none gives all readings "
+         "the same weight"});
   }
   if (weights == Weighting::sd && observations.response_sd) {
     std::vector<int> runs;
@@ -229,7 +227,7 @@ void note_weights(const Experiment& experiment,
     if (!runs.empty()) {
       calibration.findings.notes.push_back(
           {NoteCode::weights,
-           formatted("{}: a standard deviation is 0; the middle one of its axis stands for it",
+           formatted("{}: a standard deviation is 0 and is replaced by the median of its axis",
                      name_of_runs(runs))});
     }
   }
@@ -259,8 +257,8 @@ void remark_on_magnitude(const Experiment& experiment, Calibration& calibration)
       !field_kind(found.kind).units.empty() && found.unit != field_kind(found.kind).units.front()) {
     calibration.findings.notes.push_back(
         {NoteCode::field,
-         formatted("the field's magnitude, {}, is stated without a unit and taken in {}: in {} it "
-                   "would not be possible",
+         formatted("the field's magnitude, {}, is stated without a unit and taken in {}, because "
+                   "it is not possible in {}",
                    number_text(*field.magnitude), found.unit,
                    field_kind(found.kind).units.front())});
   }
@@ -271,7 +269,7 @@ void remark_on_magnitude(const Experiment& experiment, Calibration& calibration)
     calibration.findings.notes.push_back(
         {NoteCode::field,
          "the magnitude of the field and the site are not stated, so the field has length 1: "
-         "directions are right, and magnitudes are in units of the field"});
+         "directions are correct, but magnitudes are relative to the field"});
   }
 }
 
@@ -290,7 +288,7 @@ void note_meaning_of_magnitude(const Experiment& experiment, Calibration& calibr
     calibration.findings.warnings.push_back(
         {.code = WarningCode::field_length,
          .runs = {},
-         .message = what + ", and not as 1 g; if it is a direction only, state a magnitude of 1"});
+         .message = what + ", not 1 g; if the vector is only a direction, state a magnitude of 1"});
   } else if (length != 1.0) {
     calibration.findings.notes.push_back({NoteCode::field, what});
   }
@@ -321,7 +319,7 @@ void warn_of_other_sensitivity(const Experiment& experiment, Calibration& calibr
              {1e3, "1000"}, {standard_gravity, "9.80665"}}) {
       for (const double one : {factor, 1.0 / factor}) {
         if (std::abs(ratio / one - 1.0) <= far_off) {
-          reason = formatted(": a factor {}{}, so the readings or the field are in another unit",
+          reason = formatted(": a factor of {}{}, so the readings or the field are in another unit",
                              one > 1.0 ? "" : "1/", text);
         }
       }
@@ -331,15 +329,14 @@ void warn_of_other_sensitivity(const Experiment& experiment, Calibration& calibr
                                                       : WarningCode::unit_factor;
     const std::string nominal = by_unit ? formatted("the expected sensitivity of readings in {}",
                                                     calibration.sensor.instrument.unit)
-                                        : "the nominal one";
+                                        : "the nominal sensitivity";
     calibration.findings.warnings.push_back(
         {.code = code,
          .runs = {},
-         .message =
-             formatted("axis {}: its sensitivity is {} times {}{}; check unit, range and wiring{}",
-                       calibration.sensor.instrument.axes[static_cast<std::size_t>(k)],
-                       number_text(ratio, 3), nominal, reason,
-                       by_unit ? ", or state the nominal sensitivity if it is another" : "")});
+         .message = formatted(
+             "axis {}: its sensitivity is {} times {}{}; check unit, range and wiring{}",
+             calibration.sensor.instrument.axes[static_cast<std::size_t>(k)], number_text(ratio, 3),
+             nominal, reason, by_unit ? ", or state the nominal sensitivity if it differs" : "")});
   }
 }
 

@@ -45,8 +45,8 @@ void check_level_names(const Experiment& experiment, const Observations& observa
   for (const std::string& name : stated) {
     if (std::find(names.begin(), names.end(), name) == names.end()) {
       throw SetupError(
-          formatted("column 'level.{}': no part of the field that can be set is called so{}", name,
-                    names.empty() ? "" : "; there are " + joined(names)),
+          formatted("column 'level.{}': no part of the field that can be set has this name{}", name,
+                    names.empty() ? "" : "; the parts are " + joined(names)),
           {settings::field});
     }
   }
@@ -54,7 +54,7 @@ void check_level_names(const Experiment& experiment, const Observations& observa
 
 void check_range(const Instrument& instrument) {
   if (instrument.range && !(instrument.range->low < instrument.range->high)) {
-    throw SetupError("the instrument's range: its low end must be less than its high one",
+    throw SetupError("the instrument's range: the low end must be less than the high end",
                      {settings::range});
   }
 }
@@ -78,7 +78,7 @@ void check_sizes(const Instrument& instrument, const Observations& observations)
       observations.response.cols() != instrument.axis_count() ||
       !observations.response.allFinite()) {
     throw DomainError(
-        "calibrate: the responses must be finite, a row for each reading and a "
+        "calibrate: the responses must be finite, with a row for each reading and a "
         "column for each axis");
   }
   const bool bad_samples =
@@ -89,8 +89,8 @@ void check_sizes(const Instrument& instrument, const Observations& observations)
                        observations.response_sd->cols() != observations.response.cols());
   if (bad_samples || bad_sd) {
     throw DomainError(
-        "calibrate: samples must be positive, one for each reading, and standard deviations as "
-        "many as responses");
+        "calibrate: samples must be positive, one for each reading, and standard deviations must "
+        "have the size of the responses");
   }
 }
 
@@ -116,7 +116,7 @@ void check_readings(const Experiment& experiment, const Observations& observatio
         reading.field_in_sensor.has_value() != first.field_in_sensor.has_value() ||
         (!reading.point && !reading.field_in_sensor &&
          method_kind(experiment.fit.method).by_pose)) {
-      throw DomainError("calibrate: every reading needs its design point, or every one its field");
+      throw DomainError("calibrate: either all readings need a design point, or all need a field");
     }
     if (reading.level != 1.0 && is_local(experiment.field)) {
       throw RefusedError(formatted("run {}: level {}, but {} cannot be set; its level is always 1",
@@ -130,7 +130,7 @@ void check_readings(const Experiment& experiment, const Observations& observatio
 
 // Fence faces may be missing only if the field lies along the normal of a level table.
 void check_without_fence(const Experiment& experiment, Method method) {
-  constexpr const char* advice = "give the column 'fence', the face at the fence";
+  constexpr const char* advice = "add the column 'fence', the face at the fence";
   if (!method_kind(method).directions_known) {
     throw RefusedError(
         formatted(
@@ -155,8 +155,8 @@ void check_levels(const Observations& observations, Method method) {
   for (const Reading& reading : observations.readings) {
     if (method_kind(method).by_magnitude && reading.level != 1.0) {
       throw RefusedError(
-          formatted("run {}: level {}, but method magnitude takes the field's magnitude as the "
-                    "same in all readings",
+          formatted("run {}: level {}, but method magnitude needs the same magnitude of the "
+                    "field in all readings",
                     reading.run, reading.level.text()));
     }
   }
@@ -190,12 +190,12 @@ void check_temperature(const Experiment& experiment,
   }
   if (setup.order < 0 || (setup.order > 2 && method_kind(method).fits_sensitivity)) {
     throw SetupError(
-        formatted("temperature order {}: must be 0, 1 or 2; method bias takes any", setup.order));
+        formatted("temperature order {}: must be 0, 1 or 2 (method bias: any order)", setup.order));
   }
   for (const Reading& reading : readings) {
     if (!reading.temperature) {
       throw RefusedError(formatted(
-          "temperature terms need the column 'temperature'; run {} has none", reading.run));
+          "temperature terms need the column 'temperature'; run {} lacks a value", reading.run));
     }
   }
 }
@@ -208,8 +208,8 @@ void check_method(const Experiment& experiment,
   const std::string name(method_name(method));
   if (!by_field && !method_kind(method).by_magnitude && method_kind(method).fits_sensitivity &&
       !has_labels(observations)) {
-    throw RefusedError(formatted("method {}: the readings lack design points; give columns 'rest' "
-                                 "and 'fence', or use method known with fx,fy,fz, or magnitude",
+    throw RefusedError(formatted("method {}: the readings lack design points; add columns 'rest', "
+                                 "'fence', or use method magnitude, or known with fx, fy, fz",
                                  name),
                        {settings::method});
   }
@@ -220,7 +220,7 @@ void check_method(const Experiment& experiment,
       method_kind(method).directions_known || method_kind(method).by_magnitude;
   if (has_one_slope && experiment.fit.level_by == LevelBy::block) {
     throw SetupError(formatted(
-        "method {} estimates no levelness; level by block goes with paired and joint", name));
+        "method {} does not estimate levelness; level by block needs paired or joint", name));
   }
   if (experiment.fit.robust && !method_kind(method).fits_sensitivity) {
     throw SetupError("method bias does not support robust regression; leave the option out");
@@ -229,34 +229,34 @@ void check_method(const Experiment& experiment,
       (method_kind(method).averages_pairs || method_kind(method).by_magnitude ||
        experiment.fit.level_by == LevelBy::block)) {
     throw SetupError(
-        "a field of several parts goes with the methods joint and known, and one "
-        "levelness for the run");
+        "a field of several parts needs method joint or known, and one levelness "
+        "for the whole run");
   }
   for (std::size_t i = 1; i < experiment.also.size(); ++i) {
     if (experiment.also[i].kind() == experiment.also.front().kind()) {
-      throw SetupError(formatted("also {}: is there twice", experiment.also[i].kind()));
+      throw SetupError(formatted("also {}: this field is stated twice", experiment.also[i].kind()));
     }
   }
   if (!experiment.also.empty() && (by_field || method_kind(method).by_magnitude)) {
     throw SetupError(
-        "a second field (also) needs design points and the methods paired, joint or "
+        "a second field (also) needs design points and method paired, joint or "
         "known");
   }
   if (experiment.instrument.one_sided &&
       (method_kind(method).averages_pairs || method_kind(method).by_magnitude)) {
-    throw SetupError(formatted(
-        "method {}: one-sided axes see a field from one side only; use joint or known", name));
+    throw SetupError(
+        formatted("method {} does not support one-sided axes; use method joint or known", name));
   }
   if (method_kind(method).by_magnitude && experiment.fit.squares && experiment.fit.robust) {
     throw SetupError(
-        "method magnitude fits squared terms without robust weights; leave out one of squares and "
+        "method magnitude cannot fit squared terms with robust weights; leave out squares or "
         "robust");
   }
   if (method_kind(method).by_magnitude &&
       (experiment.fit.temperature.order > 0 || experiment.fit.temperature.automatic)) {
     throw SetupError(
-        "method magnitude fits no temperature terms; give design points, or calibrate each "
-        "temperature by itself");
+        "method magnitude cannot fit temperature terms; give design points, or calibrate each "
+        "temperature separately");
   }
   check_levels(used, method);
 }

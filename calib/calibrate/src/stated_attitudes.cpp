@@ -32,8 +32,8 @@ bool takes_attitudes(const Experiment& experiment, const Observations& observati
 Observations with_fields_of_attitudes(const Experiment& experiment, Observations observations) {
   if (field_moves(experiment)) {
     throw SetupError(experiment.field.moving_part()->of->moving_name() +
-                         " moves while the readings are taken, which attitudes do not follow; give "
-                         "fx, fy, fz for each",
+                         " moves while the readings are taken, so attitudes cannot be used; give "
+                         "fx, fy, fz for each reading",
                      {settings::field});
   }
   std::vector<FieldDescription> parts = resolve_field(experiment);
@@ -43,7 +43,7 @@ Observations with_fields_of_attitudes(const Experiment& experiment, Observations
     }
     if (!part.in_table) {
       throw SetupError(
-          "attitudes need to know how the field lies in the table: give the site, or the field "
+          "attitudes need the direction of the field in the table: state the site, or the field "
           "in the table (in_table)",
           {settings::field_table});
     }
@@ -55,13 +55,13 @@ Observations with_fields_of_attitudes(const Experiment& experiment, Observations
   for (Reading& reading : observations.readings) {
     if (!reading.attitude) {
       throw RefusedError(formatted(
-          "run {}: other readings have attitudes (pitch_deg, roll_deg), and this one has none",
+          "run {}: the attitude (pitch_deg, roll_deg) is missing, but other readings have one",
           reading.run));
     }
     if (turns_with_heading && !reading.attitude->heading_rad) {
       throw RefusedError(
-          formatted("run {}: {} is not vertical, so that pitch and roll do not say how the "
-                    "instrument met it; give 'heading_deg' too, clockwise from north",
+          formatted("run {}: {} is not vertical, so pitch and roll do not determine it in the "
+                    "instrument; also give 'heading_deg', clockwise from north",
                     reading.run, experiment.field.kind()));
     }
     const double heading_rad = reading.attitude->heading_rad.value_or(0.0) -

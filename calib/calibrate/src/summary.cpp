@@ -224,7 +224,7 @@ class Summary {
       text_ += "\n";
     }
     if (m > most_axes) {
-      text_ += formatted("  and more; all {} are in the record\n", m);
+      text_ += formatted("  more axes follow; all {} are in the record\n", m);
     }
     text_ += uncertainties_.empty() ? "\n" : "  +- U, the expanded uncertainty (95 %)\n\n";
   }
@@ -264,7 +264,7 @@ class Summary {
       text_ += formatted("noise of a reading (sd): {}{}\n", joined(noise),
                          unit == "1" ? "" : " " + unit);
       if (!method_kind(c_.fit.method).by_length) {  // not determined by six faces
-        text_ += formatted("axes off their nominal ones: {} degrees\n", joined(off));
+        text_ += formatted("axes off their nominal directions: {} degrees\n", joined(off));
       }
     }
     if (c_.fit.levelness) {
@@ -299,7 +299,7 @@ class Summary {
           quality.largest_gap_rad * deg_per_rad);
     }
     if (c_.sensor.temperature) {
-      text_ += wrapped("all at temperature " +
+      text_ += wrapped("coefficients at temperature " +
                            span_text(*c_.sensor.temperature, c_.sensor.instrument.axes,
                                      [](const TemperatureSpan& span) {
                                        return formatted("{:.6g}; valid from {:.6g} to {:.6g}",
@@ -324,7 +324,7 @@ class Summary {
 
   void add_axes() {
     heading("Sensing axes: size and direction of the sensitivity");
-    text_ += row("axis", label_width_ + 3, {"size", "nominal", "off it [deg]", "azimuth [deg]"});
+    text_ += row("axis", label_width_ + 3, {"size", "nominal", "coning [deg]", "azimuth [deg]"});
     for (Eigen::Index k = 0; k < c_.sensor.response.bias.size(); ++k) {
       const Eigen::Vector3d S = c_.sensor.response.sensitivity.row(k);
       const int nominal = main_axis(c_.sensor.instrument, c_.sensor.response, k);
@@ -365,7 +365,7 @@ class Summary {
     if (quantities.empty()) {
       return;
     }
-    heading(formatted("As {}; +- standard uncertainty", c_.sensor.instrument.kind));
+    heading(formatted("Quantities of the {}; +- standard uncertainty", c_.sensor.instrument.kind));
     for (const KindQuantity& quantity : quantities) {
       std::string name = quantity.name;
       std::replace(name.begin(), name.end(), '_', ' ');
@@ -387,7 +387,7 @@ class Summary {
     if (c_.fit.alignment) {
       const Alignment& alignment = c_.fit.alignment->alignment;
       text_ += wrapped(formatted("  aligned with {}: angle between the two fields {:.3f} degrees "
-                                 "(standard error {:.2g}), rotation to {:.2g} degrees or better",
+                                 "(standard error {:.2g}), rotation accurate to {:.2g} degrees",
                                  c_.fit.alignment->record, alignment.angle_rad * deg_per_rad,
                                  alignment.angle_se_rad * deg_per_rad,
                                  alignment.standard_error_rad.maxCoeff() * deg_per_rad),
@@ -451,7 +451,7 @@ class Summary {
       const CombinedLevelness& all = *levelness.combined;
       text_ += row(formatted("all {}", counted(all.slots.size(), "slot")), width,
                    pair(all.x, all.y, all.standard_error_x, all.standard_error_y));
-      text_ += row("standard error of the total", width,
+      text_ += row("standard error of all slots", width,
                    {rounded_uncertainty(1e3 * all.standard_error_x),
                     rounded_uncertainty(1e3 * all.standard_error_y)});
       text_ += formatted("  the slots {} (p = {:.2g})\n", all.consistent ? "agree" : "DISAGREE",
@@ -464,7 +464,7 @@ class Summary {
     if (c_.fit.slot_alignments.empty()) {
       return;
     }
-    heading("Other instruments' axes against these [mrad], about x, y and z; +- U (95 %)");
+    heading("Rotations of the other instruments' frames [mrad], about x, y, z; +- U (95 %)");
     for (const SlotAlignment& other : c_.fit.slot_alignments) {
       const Eigen::Vector3d turn = turn_beside_quarters(other);
       std::vector<std::string> cells;
@@ -538,7 +538,7 @@ class Summary {
     text_ += row("1 - R^2", width, unexplained);
     text_ += row("largest studentised residual", width, studentized);
     if (!lack.empty()) {
-      text_ += row("lack of fit against repeats, p", width, lack);
+      text_ += row("p-value of the lack-of-fit test", width, lack);
     }
   }
 
@@ -547,7 +547,7 @@ class Summary {
       return;
     }
     heading("The known-art fit of the same readings by Gauss-Newton");
-    text_ += row("axis", 8, {"bias", "size", "off it [deg]", "azimuth [deg]", "rounds"});
+    text_ += row("axis", 8, {"bias", "size", "coning [deg]", "azimuth [deg]", "iterations"});
     for (std::size_t k = 0; k < c_.fit.polar_fit.size(); ++k) {
       const PolarFit& fit = c_.fit.polar_fit[k];
       text_ += row(axis_name(static_cast<Eigen::Index>(k)), 8,
@@ -564,7 +564,7 @@ class Summary {
       return;
     }
     const TemperatureResponse& terms = *c_.sensor.temperature;
-    heading("Temperature: the above at " +
+    heading("Temperature: the coefficients above are at " +
             span_text(terms, c_.sensor.instrument.axes, [](const TemperatureSpan& span) {
               return formatted("{:.6g}; readings from {:.6g} to {:.6g}", span.reference, span.low,
                                span.high);
@@ -598,16 +598,16 @@ class Summary {
 
 std::string words_of_verdict(const Calibration& calibration) {
   if (calibration.findings.status == CalibrationStatus::refused) {
-    return "Refused: do not use it.";
+    return "Refused: do not use this calibration.";
   }
   if (calibration.findings.verdict && !calibration.findings.verdict->passed) {
-    return "It does not meet its limits.";
+    return "The unit does not meet its limits.";
   }
   if (calibration.findings.confirmation && !calibration.findings.confirmation->passed) {
-    return "Calibrated, but the readings kept for confirmation contradict it.";
+    return "Calibrated, but the confirmation readings contradict the fit.";
   }
   if (!calibration.fit.statistics) {
-    return "Coefficients alone: the record holds no readings that speak for or against them.";
+    return "Coefficients only: the record lacks readings to test them.";
   }
   const std::size_t warnings = calibration.findings.warnings.size();
   const std::string limits = calibration.findings.verdict ? ", and it meets its limits" : "";
@@ -634,13 +634,13 @@ std::string words_of_field_size(const Calibration& calibration) {
   return formatted(
       "The reading of {} agrees over {} orientations to {}; the noise of the readings "
       "explains {}{}{}.",
-      field_kind(calibration.sensor.field.kind).vertical ? "g" : "the field's size",
+      field_kind(calibration.sensor.field.kind).vertical ? "g" : "the field's magnitude",
       check.orientations, parts(check.relative_sd), parts(check.by_noise),
       check.by_inputs > next_to_nothing * check.by_noise
           ? formatted(", the stated uncertainty of cube and table {}", parts(check.by_inputs))
           : ", and the angles of the cube's faces are not stated",
       check.p_value < unlikely
-          ? formatted(": more than both explain (p = {})", number_text(check.p_value, 1))
+          ? formatted("; both explain too little (p = {})", number_text(check.p_value, 1))
           : "");
 }
 

@@ -122,14 +122,15 @@ void warn_of_ignored_temperature(const Experiment& experiment,
       {.code = WarningCode::temperature,
        .runs = {},
        .message = formatted(
-           "the column 'temperature' goes from {} to {}, and no term of the fit describes what "
-           "that does{}; {}, or say that temperatures are to be passed over (temperature order 0)",
+           "the column 'temperature' goes from {} to {}, but the fit lacks temperature "
+           "terms{}; {}, or let temperatures be ignored (temperature order 0)",
            number_text(*low, 4), number_text(*high, 4),
-           p < false_alarm ? formatted(": the residuals follow it (p = {})", number_text(p, 2))
-                           : "",
-           by_magnitude ? "method magnitude has no such terms: calibrate each temperature by itself"
+           p < false_alarm
+               ? formatted(": the residuals follow the temperature (p = {})", number_text(p, 2))
+               : "",
+           by_magnitude ? "method magnitude cannot fit them: calibrate each temperature separately"
                         : "take the whole design at two temperatures or more, or 24 readings"
-                          " and more")});
+                          " or more")});
 }
 
 }  // namespace axiscal

@@ -588,7 +588,7 @@ void require_readable(Json json) {
   try {
     static_cast<void>(calibration_from(json_round_trip(std::move(json), std::string(name))));
   } catch (const DataError& error) {
-    throw DomainError(std::string("it would make a record that cannot be read back: ") +
+    throw DomainError(std::string("the record could not be read back: ") +
                       (error.what() + name.size() + 2));
   }
 }
@@ -629,8 +629,8 @@ Calibration read_calibration(const std::string& path) {
       line.find_first_of(",;\t") != std::string_view::npos &&
       line.find('\0') == std::string_view::npos) {
     throw DataError(path,
-                    "is a table and no calibration record (JSON): the record comes first, then the "
-                    "readings");
+                    "is a table and not a calibration record (JSON); give the record first, then "
+                    "the readings");
   }
   return parse_calibration(text, path);
 }

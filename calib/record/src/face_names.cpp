@@ -40,11 +40,11 @@ FaceNames parse_face_names(std::string_view text) {
                                          : parse_face(plain_word(item.substr(equals + 1)));
     if (word.empty() || !face) {
       throw DomainError(formatted(
-          "'{}' is not WORD=FACE, as 'up=-Z': the face that lies on the table (+X -X +Y -Y +Z -Z)",
+          "'{}' is not WORD=FACE, as 'up=-Z'; FACE lies on the table: +X, -X, +Y, -Y, +Z or -Z",
           item));
     }
     if (!names.emplace(word, *face).second) {
-      throw DomainError(formatted("the word '{}' is there twice", word));
+      throw DomainError(formatted("the word '{}' occurs twice", word));
     }
   }
   return names;

@@ -34,18 +34,18 @@ std::deque<MethodKind>& all_kinds() {
       MethodKind{.method = Method::bias,
                  .name = "bias",
                  .fits_sensitivity = false,
-                 .words = "biases alone"},
+                 .words = "only biases"},
       MethodKind{.method = Method::turns,
                  .name = "turns",
                  .by_turns = true,
                  .is_chosen = false,
-                 .words = "the attitudes after turns from rest to rest, by integration"},
+                 .words = "attitudes after turns from rest to rest, by integration"},
       MethodKind{.method = Method::faces,
                  .name = "faces",
                  .by_pose = true,
                  .directions_known = true,
                  .by_length = true,
-                 .words = "six faces that may lean, bias and scale by the field's length"}};
+                 .words = "six faces that may lean; bias and scale from the field's magnitude"}};
   return kinds;
 }
 

@@ -13,7 +13,7 @@ namespace {
 
 int numbered_on(std::int64_t number) {
   if (number > std::numeric_limits<int>::max()) {
-    throw DomainError("the numbers of runs or blocks are too large to be numbered on");
+    throw DomainError("the numbers of runs or blocks are too large to continue in the next file");
   }
   return static_cast<int>(number);
 }
@@ -31,7 +31,7 @@ Observations concatenate(std::vector<Observations> parts) {
       throw DomainError("concatenate: the numbers of axes differ");
     }
     if (all.samples.has_value() != part.samples.has_value()) {
-      throw DomainError("some files have a column 'samples' and others have not");
+      throw DomainError("some files have a column 'samples', but others lack it");
     }
     std::int64_t last_run = 0;
     std::int64_t last_block = 0;
@@ -63,7 +63,7 @@ Observations concatenate(std::vector<Observations> parts) {
       all.response_sd.reset();
     }
     if (all.saturated.has_value() != part.saturated.has_value()) {
-      throw DomainError("concatenate: only some parts say which readings are saturated");
+      throw DomainError("concatenate: only some parts state which readings are saturated");
     }
     if (all.saturated && part.saturated) {
       Eigen::Array<bool, Eigen::Dynamic, Eigen::Dynamic> both(

@@ -128,8 +128,8 @@ class Table {
       for (const auto& [word, of] : faces_) {
         words += formatted(", '{}'", word);
       }
-      fail(column, formatted("{} is not a face; the faces are +X -X +Y -Y +Z -Z{}; say what a word "
-                             "means by face names, 'WORD=FACE,...'",
+      fail(column, formatted("{} is not a face; the faces are +X -X +Y -Y +Z -Z{}; define another "
+                             "word by face names, 'WORD=FACE,...'",
                              quoted(column), words));
     }
     return *face;
@@ -139,9 +139,8 @@ class Table {
     const Face rest_face = face(rest);
     const Face fence_face = face(fence);
     if (axis_of(rest_face) == axis_of(fence_face)) {
-      fail(fence,
-           formatted("'{}' lies on one axis with rest '{}'; the two faces must be neighbours",
-                     face_name(fence_face), face_name(rest_face)));
+      fail(fence, formatted("'{}' and rest '{}' are on one axis; the two faces must be adjacent",
+                            face_name(fence_face), face_name(rest_face)));
     }
     return {rest_face, fence_face};
   }
@@ -150,8 +149,7 @@ class Table {
     const std::optional<double> seconds = parse_number(text(column));
     const std::optional<double> stamp = seconds ? seconds : parse_clock_time(text(column));
     if (!stamp) {
-      fail(column,
-           quoted(column) + " is neither a number of seconds nor a time as ISO 8601 writes it");
+      fail(column, quoted(column) + " is neither a number of seconds nor an ISO 8601 time");
     }
     return seconds ? seconds_of_clock(*seconds) : *stamp;
   }
@@ -167,7 +165,7 @@ class Table {
   }
 
   [[noreturn]] void fail_without_rows() const {
-    throw DataError(csv_.path(), csv_.line(), "only a header: no readings follow it");
+    throw DataError(csv_.path(), csv_.line(), "the table has a header, but no readings");
   }
 
   [[nodiscard]] std::size_t line() const { return csv_.line(); }
@@ -277,7 +275,7 @@ class TemperatureColumns {
       return;
     }
     if (!missing.empty()) {
-      table.fail(missing, "is missing; other axes have temperature sensors of their own");
+      table.fail(missing, "is missing, but other axes have their own temperature columns");
     }
     of_axes_ = std::move(own);
   }
@@ -290,7 +288,7 @@ class TemperatureColumns {
     if (of_all_ && *is_blank_) {
       if (!table.text(*of_all_).empty()) {
         table.fail(*of_all_,
-                   "is noted here, and not in the rows before: note it in all or in none");
+                   "has a value here, but not in the rows before; fill in all rows or none");
       }
       return std::nullopt;
     }
@@ -428,8 +426,8 @@ void find_size(Table& table, const std::vector<std::string>& axes, Columns& colu
     columns.along = table.find("axis");
     if (!columns.along && axes.size() > 1) {
       table.fail(size.name,
-                 "states the size of the field, but not its axis; add the column 'axis' (x, y or "
-                 "z), or give the field in the sensor by 'fx', 'fy', 'fz'");
+                 "states the magnitude of the field, but not its axis; add the column 'axis' (x, y "
+                 "or z), or state the field in the sensor by 'fx', 'fy', 'fz'");
     }
     columns.along_all = direction_of(axes.front(), {}).value_or(Eigen::Vector3d::UnitZ());
     return;
@@ -673,7 +671,8 @@ Run read_observations(CsvReader& csv, const ObservationColumns& asked_for) {
       if (row > 1 && serial != result.serial && !wanted.takes_several_units) {
         table.fail(
             *columns.serial,
-            formatted("'{}' follows '{}': one unit at a time is taken here; give each its own file",
+            formatted("'{}' follows '{}', but here a file must be of one unit; give each unit its "
+                      "own file",
                       serial, result.serial));
       }
       if (row == 1 || serial != result.serials.back()) {
@@ -711,8 +710,8 @@ Run read_observations(CsvReader& csv, const ObservationColumns& asked_for) {
     const std::optional<double> time_s = parse_clock_time(date, UnclearDays::refused);
     if (!date.empty() && (!time_s || !is_utc(*time_s))) {
       result.notes.push_back(formatted(
-          "{}: column 'date': '{}' may be no date; the dates are not taken: write them as "
-          "2026-11-20",
+          "{}: column 'date': '{}' is not a clear date, so all dates are ignored; write dates "
+          "as 2026-11-20",
           csv.path(), date));
       result.dates.clear();
       break;

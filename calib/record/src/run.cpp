@@ -25,8 +25,8 @@ namespace {
 void check_same_unit(const Run& run, const Run& file) {
   if (!run.serial.empty() && !file.serial.empty() && run.serial != file.serial) {
     throw DataError(file.inputs.front().path,
-                    formatted("column 'serial': '{}', but an earlier file is of "
-                              "'{}'; one unit at a time is taken here",
+                    formatted("column 'serial': '{}', but an earlier file is of unit "
+                              "'{}'; give only files of one unit",
                               file.serial, run.serial));
   }
 }
@@ -106,7 +106,7 @@ Run make_run(std::span<const DesignPoint> points,
              const Eigen::Ref<const Eigen::MatrixXd>& response) {
   if (static_cast<Eigen::Index>(points.size()) != response.rows()) {
     throw DomainError(
-        formatted("a run of {} design points, but {} readings", points.size(), response.rows()));
+        formatted("make_run: {} design points for {} readings", points.size(), response.rows()));
   }
   Run run;
   run.observations.response = response;
@@ -147,7 +147,7 @@ Run join_runs(std::vector<Run> files, Units units) {
     }
     if (!parts.empty() && run.slots != file.slots) {
       throw DataError(file.inputs.front().path,
-                      "the columns are of other slots than the first file's");
+                      "the slots of the columns differ from those of the first file");
     }
     without_serial = file.serials.empty() ? file.inputs.front().path : without_serial;
     run.slots = file.slots;
@@ -174,7 +174,7 @@ Run join_runs(std::vector<Run> files, Units units) {
   if (!without_serial.empty()) {
     if (has_several_units(run)) {
       throw DataError(without_serial,
-                      "column 'serial' is missing: of which of the units are these readings?");
+                      "column 'serial' is missing, but the other files are of several units");
     }
     run.serials.clear();  // all readings are of one unit
   }

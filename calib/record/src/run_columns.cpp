@@ -13,7 +13,7 @@ namespace {
 void require_length(const char* column, Eigen::Index length, Eigen::Index readings) {
   if (length != readings) {
     throw DomainError(
-        formatted("{}: expected {} values, one a reading, not {}", column, readings, length));
+        formatted("{}: expected {} values (one per reading), not {}", column, readings, length));
   }
 }
 

@@ -18,29 +18,30 @@ constexpr std::array all_words = {
                  "instrument is switched on."},
     ScatterWords{"block_sensitivities", "The sensitivities differ from block to block."},
     ScatterWords{"sessions",
-                 "The sessions differ by more than the noise of each: the coefficients are their "
-                 "mean."},
-    ScatterWords{"seats", "The cube lies otherwise each time it is laid down."},
-    ScatterWords{"layings", "Consecutive readings of a pose share an error."},
+                 "The sessions differ by more than their noise. The coefficients are means over "
+                 "the sessions."},
+    ScatterWords{"seats", "The cube's orientation varies each time it is laid down."},
+    ScatterWords{"layings", "Consecutive readings in one pose share an error."},
     ScatterWords{"poses", "Each pose has an error of its own, which repeats in all blocks."},
-    ScatterWords{"mounts", "The instrument sits otherwise in the cube each time it is mounted."},
+    ScatterWords{"mounts",
+                 "The instrument's orientation in the cube varies each time it is mounted."},
     ScatterWords{"rests",
-                 "The bias changes from rest to rest: it drifts, warms up, or depends on the "
+                 "The bias changes from rest to rest: by drift, by warm-up, or with the "
                  "attitude."},
     ScatterWords{"field_noise",
-                 "Readings scatter more along the field than across it, or less: its size jitters, "
-                 "or the cube lies otherwise each time."},
+                 "The scatter of readings along the field differs from the scatter across it: the "
+                 "field's magnitude or the cube's orientation varies."},
     ScatterWords{"field_wander",
-                 "The field's size, or all gains together, wander slowly over the run."},
-    ScatterWords{"correlation", "Consecutive readings are alike, and count as fewer."},
+                 "The field's magnitude, or the gain of all axes, drifts slowly during the run."},
+    ScatterWords{"correlation",
+                 "Consecutive readings are correlated, so they count as fewer readings."},
     ScatterWords{"curvature",
-                 "The response may be bent by less than a test sees; the coefficients are means "
-                 "over how much."},
-    ScatterWords{"soaks", "The temperature levels do not lie on the polynomial."},
-    ScatterWords{"hysteresis",
-                 "The biases differ between the way up and the way down of the temperature."},
+                 "The response may be nonlinear by less than the test detects. The coefficients "
+                 "are means over the possible nonlinearities."},
+    ScatterWords{"soaks", "The readings of the temperature levels deviate from the polynomial."},
+    ScatterWords{"hysteresis", "The biases differ between rising and falling temperature."},
     ScatterWords{"rounding",
-                 "The readings' step is wider than their noise, so that repeats share its error."}};
+                 "The readings' step is wider than their noise, so repeats share its rounding."}};
 
 }  // namespace
 

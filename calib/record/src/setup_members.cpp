@@ -37,7 +37,7 @@ void range_members(JsonMembers& io, Instrument& instrument) {
   if (io.has("range", instrument.range.has_value())) {
     ReadingRange range = instrument.range.value_or(ReadingRange{});
     io.need_pair("range", range.low, range.high);
-    io.check("range", range.low < range.high, "must be [low, high], low less than high");
+    io.check("range", range.low < range.high, "must be [low, high] with low less than high");
     io.keep(instrument.range, range);
   }
   io.flag_unless("one_sided", instrument.one_sided, false);
@@ -132,7 +132,7 @@ void members(JsonMembers& io, FieldDescription& field) {
   io.need("magnitude", field.magnitude);
   io.check("magnitude", field.magnitude > 0.0, "must be positive");
   io.check("unit", !field_kind(field.kind).vertical || field.unit == "g" || field.unit == "m/s^2",
-           "gravity is in g or m/s^2");
+           "must be g or m/s^2 for gravity");
   in_table_members(io, field);
   io.value_if_any("magnitude_u", field.magnitude_u);
   io.value_if_any("model", field.model);

@@ -176,7 +176,7 @@ void point_members(JsonMembers& io, std::optional<DesignPoint>& point) {
   const std::optional<Face> rest_face = parse_face(rest->text());
   const std::optional<Face> fence_face = parse_face(fence->text());
   if (!rest_face || !fence_face || axis_of(*rest_face) == axis_of(*fence_face)) {
-    io.from().fail("rest and fence must be faces (+X -X +Y -Y +Z -Z) on two axes");
+    io.from().fail("rest and fence must be faces (+X -X +Y -Y +Z -Z) on different axes");
   }
   point = DesignPoint(*rest_face, *fence_face);
 }

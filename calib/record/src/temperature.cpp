@@ -145,8 +145,8 @@ SoakState soak_state(std::span<const double> time_s,
   if (time_s.size() != temperature.size() || !(window_s > 0.0) || !(tolerance > 0.0) ||
       !std::is_sorted(time_s.begin(), time_s.end())) {
     throw DomainError(
-        "soak_state: one temperature for each time, times ascending, window and tolerance "
-        "positive");
+        "soak_state: needs one temperature for each time, ascending times, and a positive "
+        "window and tolerance");
   }
   SoakState state{.rate = not_a_number, .rate_u = not_a_number, .remaining_s = not_a_number};
   if (time_s.empty()) {

@@ -469,20 +469,21 @@ Advice advice_to_halve(const CombinedUncertainty& uncertainty,
   advice.share = own / all;
   const double allowed = 0.25 * all - (all - own);
   if (!(allowed > 0.0)) {
-    advice.text = formatted("no single source halves it: without '{}' it is still {} %",
-                            advice.source, number_text(100.0 * std::sqrt((all - own) / all), 2));
+    advice.text = formatted(
+        "no single source halves the uncertainty: without '{}' it is still {} % of its value",
+        advice.source, number_text(100.0 * std::sqrt((all - own) / all), 2));
     return advice;
   }
   const double factor = own / allowed;  // the required reduction of the variance
   if (advice.source == "fit") {
     advice.text = formatted(
-        "it halves with {} readings instead of {}, or a reading's noise divided by {}",
+        "the uncertainty halves with {} readings instead of {}, or with noise divided by {}",
         number_text(std::ceil(factor * readings)), readings, number_text(std::sqrt(factor), 3));
   } else if (advice.source == "reading") {
-    advice.text = formatted("it halves with the mean of {} readings instead of one",
+    advice.text = formatted("the uncertainty halves with the mean of {} readings instead of one",
                             number_text(std::ceil(factor)));
   } else {
-    advice.text = formatted("it halves when the uncertainty of '{}' is divided by {}",
+    advice.text = formatted("the uncertainty halves if the uncertainty of '{}' is divided by {}",
                             advice.source, number_text(std::sqrt(factor), 3));
   }
   return advice;

@@ -10,8 +10,8 @@ const face = (name) => name.replace("-", "\u2212");
 // Replaces the hyphen before numbers and faces by a minus sign.
 const minus = (text) => text.replace(/(^|[\s(,=])-(?=[\d.]|[XYZxyz]\b)/g, "$1\u2212");
 const WORDS = {
-  capture: "Take reading", accept: "It lies right", "as-seen": "Take it as it looks", retake: "Retake last",
-  "retake-suggested": "Retake what looks wrong", undo: "Undo", skip: "Skip", replicate: "Once more, all",
+  capture: "Take reading", accept: "Accept reading", "as-seen": "Accept recognised pose", retake: "Retake last",
+  "retake-suggested": "Retake suspects", undo: "Undo", skip: "Skip", replicate: "Repeat all points",
   pause: "Pause", "go-on": "Go on", finish: "Finish", automatic: "Automatic on/off", quit: "Stop",
 };
 const GRAVE = new Set(["quit"]);
@@ -178,7 +178,7 @@ function showRing(view) {
   at("ring").classList.toggle("moving", !isStill);
   at("arc").style.strokeDashoffset = String(314.16 * (1 - share));
   set("ring-text", dwelling ? `${Math.round(100 * view.progress)} %` : isStill ? "still" : "moving");
-  set("ring-more", dwelling ? `of ${view.dwell.toPrecision(2)} s` : isStill ? "" : `${Math.min(9999, Math.round(view.stillness ?? 0))} \u00d7 too much`);
+  set("ring-more", dwelling ? `of ${view.dwell.toPrecision(2)} s` : isStill ? "" : `${Math.min(9999, Math.round(view.stillness ?? 0))} \u00d7 limit`);
   at("ring").setAttribute("aria-label", at("ring-text").textContent);
 }
 
@@ -245,7 +245,7 @@ function showFiles(files) {
     });
     return button;
   };
-  at("wishes").replaceChildren(wish("Again, the same instrument", "again", ""), wish("Close", "leave", "first"));
+  at("wishes").replaceChildren(wish("New session, same instrument", "again", ""), wish("Close", "leave", "first"));
 }
 
 // Lines of the result that repeat the verdict. The page shows the verdict already.
@@ -314,7 +314,7 @@ function showFree(free, message) {
     ["Sphere filled", percent(free.coverage)],
     ["Largest gap", free.count > 0 ? `${Math.round((free.largest_gap_rad * 180) / Math.PI)}\u00b0` : ""],
     ["Fit error", free.fit_error === null ? "" : percent(free.fit_error)],
-    ["Directions to (95 %)", free.u_deg === null ? "not yet" : `${Number(free.u_deg.toPrecision(2))}\u00b0 of ${free.wanted_deg}\u00b0`],
+    ["Uncertainty (95 %)", free.u_deg === null ? "not yet known" : `${Number(free.u_deg.toPrecision(2))}\u00b0, target ${free.wanted_deg}\u00b0`],
     ...free.numbers,
   ];
   if (isNews("numbers", lines)) {
@@ -327,7 +327,7 @@ function showFree(free, message) {
     );
   }
 }
-window.axiscalSphere = sphere; // for tests: what is drawn
+window.axiscalSphere = sphere; // for tests
 
 // Describes the two traces in words.
 function whyItWaits(view) {
@@ -336,9 +336,9 @@ function whyItWaits(view) {
   }
   const times = view.stillness >= 10 ? Math.round(view.stillness) : view.stillness.toPrecision(2);
   return view.stillness > 1
-    ? `It waits: the noise is ${Math.min(9999, times)} times what counts as still`
+    ? `Waiting: the noise is ${Math.min(9999, times)} times the limit of stillness`
     : view.phase === "dwelling"
-      ? `Still; the mean is taken for ${view.dwell.toPrecision(2)} s`
+      ? `Still; averaging for ${view.dwell.toPrecision(2)} s`
       : "Still";
 }
 
@@ -378,7 +378,7 @@ function watch() {
 // Reconnects if no message arrives for a while, because browsers may detect a dead connection late.
 setInterval(() => {
   if (source && !finished && performance.now() - alive > 6000 && alive > 0 && !document.hidden) {
-    setLink("nothing comes any more; trying again", true);
+    setLink("no data arrive any more; trying again", true);
     alive = performance.now();
     watch();
   }

@@ -63,7 +63,7 @@ addEventListener("afterprint", () => folded.forEach((part) => (part.open = false
 function reachWideTables() {
   for (const table of document.querySelectorAll("table")) {
     if (table.closest("details:not([open])")) {
-      continue; // to measure it would lay out what nobody sees: seconds of a large report
+      continue; // measuring a folded table would take seconds in a large report
     }
     table.scrollWidth > table.clientWidth ? table.setAttribute("tabindex", "0") : table.removeAttribute("tabindex");
   }

@@ -76,7 +76,7 @@
   document.getElementById("save").addEventListener("click", () => {
     const { text, kept, all } = csv();
     if (kept === 0) {
-      tell("no reading is whole yet: a number is missing, or is none");
+      tell("no reading is complete yet: a value is missing or is not a number");
       return;
     }
     const serial = form.elements.serial.value.trim().replace(/[^\w.-]+/g, "_");
@@ -91,7 +91,7 @@
     tell(`${some}saved as ${link.download}: axiscal calibrate ${link.download} ${options} -o ${record}`);
   });
   document.getElementById("clear").addEventListener("click", () => {
-    if (confirm("Forget all that was typed?")) {
+    if (confirm("Delete all typed values?")) {
       form.reset();
       keep();
       show();

@@ -8,7 +8,7 @@ const FACES = {
   "-Y": [[0, -1, 0], [0, 0, 1]],
   "+Z": [[0, 0, 1], [1, 0, 0]],
   "-Z": [[0, 0, -1], [1, 0, 0]],
-}; // normal, and an edge of the face
+}; // the normal and the direction of an edge of each face
 const FEET = [[0.7, 0.7], [-0.7, 0.7], [0, -0.7]];
 const RADIANS_AT_REST = 1e-9;
 

@@ -2,8 +2,8 @@
 // The sphere of a session without a cube: the readings, glowing regions without readings, and a marker at the
 // current direction of the instrument. It is drawn on a 2D canvas thirty times a second, without WebGL.
 const FRAME_MS = 33;
-const CELLS = 160; // directions all over the sphere
-const NEAR = Math.cos((20 * Math.PI) / 180); // a reading this near fills a cell
+const CELLS = 160; // number of regions of the sphere
+const NEAR = Math.cos((20 * Math.PI) / 180); // cosine of the angle within which a reading fills a region
 
 function color(name) {
   return getComputedStyle(document.documentElement).getPropertyValue(name).trim();
@@ -21,7 +21,7 @@ function directions(count) {
 
 export function makeSphere(canvas) {
   const cells = directions(CELLS);
-  let raw = []; // readings as they came
+  let raw = []; // readings in the order received
   let onSphere = new Float32Array(0);
   let filled = new Array(CELLS).fill(false);
   let free = null;

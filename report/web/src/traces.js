@@ -61,7 +61,7 @@ export function makeTraces(reading, noise) {
     pen.stroke();
     pen.setLineDash([]);
     pen.fillStyle = color("--quiet");
-    pen.fillText("still below this line", 6, y(1) - 4);
+    pen.fillText("below this line: still", 6, y(1) - 4);
     pen.strokeStyle = color(samples.at(-1).stillness > 1 ? "--warn" : "--good");
     pen.lineWidth = 2;
     pen.beginPath();

@@ -31,7 +31,7 @@ void find_axes(const JudgedRun& run, Warnings& found) {
       found.add(
           WarningCode::axis_reversed, {},
           formatted("axis {} reads reversed: its sensitivity to {} is negative; is its sign or "
-                    "wiring exchanged, or are all faces labelled by the opposite one?",
+                    "wiring reversed, or is each face labelled as its opposite?",
                     axis_name(run, k), letter));
     }
   }

@@ -24,14 +24,14 @@ void find_lack_of_fit(const JudgedRun& run, Warnings& found) {
     if (tests[k].p_value * static_cast<double>(tests.size()) < false_lack_of_fit) {
       found.add(
           WarningCode::lack_of_fit, {},
-          formatted("axis {}: the readings are further from the model than their repeats allow "
-                    "({}); the cube's faces, its seating or the axis's linearity limit this run, "
-                    "and the standard errors include it",
+          formatted("axis {}: the readings deviate from the model by more than repeated readings "
+                    "differ ({}); the cube's faces, its seating or the axis's nonlinearity is the "
+                    "cause. The standard errors include this deviation",
                     axis_name(run, static_cast<Eigen::Index>(k)),
                     std::isfinite(tests[k].f)
                         ? formatted("F = {}, p = {}", number_text(tests[k].f, 3),
                                     number_text(tests[k].p_value, 2))
-                        : std::string("which agree to the last digit")));
+                        : std::string("repeated readings are equal")));
       return;
     }
   }

@@ -34,7 +34,7 @@ void find_levelness(const JudgedRun& run, Warnings& found) {
   found.add(
       WarningCode::levelness, runs,
       formatted("{}: the table's slope by rest face {} disagrees with the other faces (p = {}); "
-                "look for grit under a foot, a wrong face, a fence not touched or a moved table, "
+                "look for grit under a foot, a wrong face, a gap at the fence or a moved table, "
                 "and take these readings again",
                 name_of_runs(runs), face_name(levelness->suspect->point.rest()),
                 number_text(levelness->p_value, 2)));

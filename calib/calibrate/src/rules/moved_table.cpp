@@ -13,8 +13,8 @@ void find_moved_table(const JudgedRun& run, Warnings& found) {
   if (levelness && levelness->block_p_value < false_moved_table) {
     found.add(
         WarningCode::table_moved, {},
-        formatted("the table's slope differs between blocks (p = {}), so it was moved, and one "
-                  "slope for all blocks is wrong; give each block its own (level by block)",
+        formatted("the table's slope differs between blocks (p = {}): the table was moved, so one "
+                  "slope for all blocks is wrong; fit one slope for each block (level by block)",
                   number_text(levelness->block_p_value, 2)));
   }
 }

@@ -10,8 +10,8 @@ void find_no_redundancy(const JudgedRun& run, Warnings& found) {
   if (!(statistics_of(run).degrees_of_freedom.minCoeff() > 0.0)) {
     found.add(
         WarningCode::no_redundancy, {},
-        "there are just as many readings as coefficients: no residual, so no uncertainty and no "
-        "check; take more design points");
+        "the number of readings equals the number of coefficients, so residuals, uncertainties "
+        "and tests are impossible; take more design points");
   }
 }
 

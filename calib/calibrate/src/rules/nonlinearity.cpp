@@ -30,17 +30,17 @@ void find_nonlinearity(const JudgedRun& run, Warnings& found) {
   curvature->bends.cwiseAbs().maxCoeff(&most);
   const double bend = curvature->bends(most);
   const std::string text = formatted(
-      "the response is not straight (p = {}): the square of the field adds {} {} to "
+      "the response is not linear (p = {}): the square of the field adds {} {} to "
       "axis {} at full field",
       number_text(curvature->p_value, 2), number_text(bend, 2),
       run.calibration.sensor.instrument.unit, axis_name(run, most));
   found.add(
       WarningCode::nonlinearity, {},
       by_magnitude(run)
-          ? formatted("{}; the biases absorb a part of this. Fit squared terms too (squares)", text)
-          : formatted("{}, and its bias holds a third of that; the instrument bends, or opposite "
-                      "faces of the cube are not parallel: state the cube's face normals, or "
-                      "keep in mind that calibrated readings are off by so much",
+          ? formatted("{}; a part of this is in the biases. Also fit squared terms (squares)", text)
+          : formatted("{}, and its bias includes a third of this error. The instrument is "
+                      "nonlinear, or opposite faces of the cube are not parallel: state the "
+                      "cube's face normals, or allow for this error of calibrated readings",
                       text));
 }
 

@@ -10,8 +10,8 @@ void find_one_sided_unsettled(const JudgedRun& run, Warnings& found) {
   if (run.estimate.sight.unsettled) {
     found.add(
         WarningCode::one_sided_unsettled, {},
-        "which readings some one-sided axis sees does not settle: a reading lies at the edge of "
-        "its view; move the lamp a little, or leave that reading out");
+        "the set of readings that a one-sided axis sees does not converge: a reading lies at the "
+        "edge of its view; move the lamp a little, or leave out that reading");
   }
 }
 

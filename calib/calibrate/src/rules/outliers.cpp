@@ -108,7 +108,7 @@ std::optional<CalibrationWarning> warning_of_outliers(const Calibration& calibra
       .message = formatted("{} away from the value that the other readings predict{}; {} take {} "
                            "again, or leave {} out",
                            joined(worst, "; "), more,
-                           by_magnitude ? "if moved," : "check the pose and", them, them)};
+                           by_magnitude ? "if it was moved," : "check the pose and", them, them)};
 }
 
 void find_outliers(const JudgedRun& run, Warnings& found) {

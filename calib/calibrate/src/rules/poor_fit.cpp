@@ -50,10 +50,10 @@ std::string other_reasons(const JudgedRun& run) {
     reasons += "; is the column 'level' missing (the multiple of the field that was set)?";
   }
   if (kind.sees_one_side && !run.calibration.sensor.instrument.one_sided) {
-    reasons += "; photodiodes that see no light from behind are one-sided: state that";
+    reasons += "; if photodiodes see no light from behind, state them as one-sided";
   }
   if (kind.answers_to_gravity && run.calibration.sensor.also.empty()) {
-    reasons += "; if the instrument answers to gravity, state gravity as a second field (also)";
+    reasons += "; if the instrument responds to gravity, state gravity as a second field (also)";
   }
   return reasons;
 }
@@ -71,17 +71,16 @@ void find_poor_magnitude(const JudgedRun& run, Warnings& found) {
     found.add(
         WarningCode::no_fit, {},
         formatted(
-            "the magnitude differs from the field's by {} % (rms), so no sensitivity can "
-            "be trusted: the instrument was moving while it was read, or the field here "
-            "is not the model's but changes from place to place (indoors?); take the "
-            "readings again at rest{}",
+            "the measured magnitude differs from the field's magnitude by {} % (rms), so the "
+            "sensitivities are unreliable: the instrument was moving while it was read, or the "
+            "field changes from place to place (indoors?); take the readings again at rest{}",
             number_text(100.0 * error, 2),
-            run.calibration.fit.robust ? "" : ", or use robust weights if only some are wrong"));
+            run.calibration.fit.robust ? "" : ", or use robust weights if few readings are wrong"));
   } else if (error > largest_residual_share) {
     found.add(WarningCode::poor_fit, {},
-              formatted("the magnitude differs from the field's by {} % (rms): the instrument was "
-                        "moved while it was read, iron nearby disturbs the field, or the noise is "
-                        "large; {}take the readings again at rest",
+              formatted("the measured magnitude differs from the field's magnitude by {} % (rms): "
+                        "the instrument was moved while it was read, iron nearby disturbs the "
+                        "field, or the noise is large; {}take the readings again at rest",
                         number_text(100.0 * error, 2),
                         run.calibration.fit.robust ? "" : "try robust weights, or "));
   }
@@ -114,8 +113,8 @@ void find_poor_fit(const JudgedRun& run, Warnings& found) {
     if (count < 2 * rejected.size()) {
       found.add(
           WarningCode::no_fit, {rejected.begin(), rejected.end()},
-          formatted("axis {}: robust regression gives no weight to {} of {} readings; so many "
-                    "wrong ones cannot be told from right ones: look for wrong labels or units",
+          formatted("axis {}: robust regression gives weight 0 to {} of {} readings, which is too "
+                    "many to identify the wrong readings: look for wrong labels or units",
                     axis_name(run, k), rejected.size(), count + rejected.size()));
       continue;
     }
@@ -138,8 +137,8 @@ void find_poor_fit(const JudgedRun& run, Warnings& found) {
     found.add(
         share > hopeless ? WarningCode::no_fit : WarningCode::poor_fit, runs,
         formatted("axis {}: the residuals are {} % of the full response, the largest at {}; a "
-                  "reading may be at the wrong design point, or two exchanged, or the noise is "
-                  "large: correct the labels or take these readings again{}",
+                  "reading may have a wrong design point, two readings may be exchanged, or the "
+                  "noise is large: correct the labels or take these readings again{}",
                   axis_name(run, k), number_text(100.0 * share, 2), name_of_runs(runs),
                   other_reasons(run)));
   }

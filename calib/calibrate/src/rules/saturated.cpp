@@ -12,9 +12,9 @@ void find_saturated(const JudgedRun& run, Warnings& found) {
   for (const SaturatedAxis& axis : run.tests.saturated) {
     found.add(
         WarningCode::saturated, axis.runs,
-        formatted("{}: axis {} stops at {}, short of the value that the other readings predict: it "
-                  "is saturated, or its response bends towards that end; state its range, or set "
-                  "the instrument to a range that holds the field",
+        formatted("{}: axis {} stops at {}, but the other readings predict values beyond it: the "
+                  "axis is saturated, or its response is not linear near this end; state its "
+                  "range, or set the instrument to a range that includes the field",
                   name_of_runs(axis.runs), axis_name(run, axis.axis), number_text(axis.value, 8)));
   }
 }

@@ -14,8 +14,8 @@ void find_uncertain_direction(const JudgedRun& run, Warnings& found) {
     found.add(
         WarningCode::uncertain_direction, {},
         formatted("the readings hardly determine the field's direction in the table (standard "
-                  "error {} rad), so the sensitivities are as uncertain; take each face turned "
-                  "round as well, or use method known if the table is level",
+                  "error {} rad), so the sensitivities are uncertain; also take each rest face "
+                  "with the opposite fence face, or use method known if the table is level",
                   number_text(run.estimate.direction.se_rad, 2)));
   }
 }

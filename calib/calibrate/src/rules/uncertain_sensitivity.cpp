@@ -19,9 +19,9 @@ void find_uncertain_sensitivity(const JudgedRun& run, Warnings& found) {
     if (share > largest_share && run.estimate.direction.se_rad > 0.0) {
       found.add(
           WarningCode::uncertain_sensitivity, {},
-          formatted("axis {}: its sensitivity is known only to {} % by these readings; too many "
-                    "of them are left out or of one kind: add readings, or use method known if "
-                    "the table is level",
+          formatted("axis {}: these readings determine the sensitivity only to {} %; too many "
+                    "readings are left out, or their poses are alike: add readings, or use "
+                    "method known if the table is level",
                     axis_name(run, k), number_text(100.0 * share, 2)));
     }
   }

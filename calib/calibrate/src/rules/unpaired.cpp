@@ -11,8 +11,8 @@ void find_unpaired(const JudgedRun& run, Warnings& found) {
   if (!run.unpaired_runs.empty()) {
     found.add(WarningCode::unpaired, run.unpaired_runs,
               name_of_runs(run.unpaired_runs) +
-                  ": left out, as `paired` needs the opposite reading (same rest face, block and "
-                  "level; opposite fence face); take it, or use method joint");
+                  ": left out, because method paired needs the opposite reading (same rest face, "
+                  "block and level; opposite fence face); take that reading, or use method joint");
   }
 }
 

@@ -19,7 +19,7 @@ void find_unseen_axes(const JudgedRun& run, Warnings& found) {
   }
   if (!names.empty()) {
     found.add(WarningCode::coverage, {},
-              formatted("the fields of the readings lack a part along {} {}, so its sensitivity is "
+              formatted("the readings have no field component along {} {}, so its sensitivity is "
                         "not determined; add readings turned about another axis",
                         names.size() == 1 ? "axis" : "the axes", joined(names)));
   }
