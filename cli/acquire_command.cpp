@@ -27,7 +27,7 @@
 #include "axiscal/core/input_protection.hpp"
 #include "axiscal/core/number_text.hpp"
 #include "axiscal/core/output_file.hpp"
-#include "axiscal/core/shown_text.hpp"
+#include "axiscal/core/printable_text.hpp"
 #include "axiscal/core/timestamp.hpp"
 #include "axiscal/core/units.hpp"
 #include "axiscal/exchange/export.hpp"
@@ -354,9 +354,9 @@ void require_trust(const std::vector<std::string>& sources, const std::string& j
   if (std::all_of(sources.begin(), sources.end(), is_harmless)) {
     return;
   }
-  std::fprintf(stderr, "%s names these sources:\n", shown_name(journal).c_str());
+  std::fprintf(stderr, "%s names these sources:\n", printable_name(journal).c_str());
   for (const std::string& source : sources) {
-    std::fprintf(stderr, "  %s\n", shown_name(source).c_str());
+    std::fprintf(stderr, "  %s\n", printable_name(source).c_str());
   }
   if (::isatty(STDIN_FILENO) == 1) {
     std::fputs("Open them? [y/N] ", stderr);
@@ -683,7 +683,7 @@ class Guided {
     for (const std::unique_ptr<Source>& source : sources) {
       source->play(setup.experiment);
       if (free) {
-        source->roam(free->by_rests);
+        source->set_free_motion(free->by_rests);
       }
     }
     check_outputs(outputs, slots);

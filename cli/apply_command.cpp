@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <cstdio>
+#include <memory>
 #include <optional>
 #include <vector>
 
@@ -13,12 +14,11 @@
 #include "axiscal/core/units.hpp"
 #include "axiscal/field/field_kind.hpp"
 #include "axiscal/field/gravity_field.hpp"
-#include "core/descriptor.hpp"
 #include "core/formatted.hpp"
 #include "core/temporary_file.hpp"
 #include "input.hpp"
 #include "json_lines.hpp"
-#include "store_client.hpp"
+#include "stored_record.hpp"
 #include "subcommands.hpp"
 #include "summary.hpp"
 #include "typed_values.hpp"
@@ -36,7 +36,7 @@ struct ApplyCommand {
   std::optional<std::string> noise, resolution, temperature_u;
   TableOptions table;
   std::optional<std::string> field_magnitude_u, level;
-  std::optional<std::string> store, serial, at, slot;
+  StoredRecordOptions stored;
   std::optional<std::string> frame, body, joint, alarm, decimals;
   bool uncertainty = false;
   bool expanded = false;
@@ -112,13 +112,7 @@ void add_options(OptionSet& options, ApplyCommand& command) {
   options.add("--decimals", command.decimals, "N",
               "number of decimals of all results, 0 to 15; fewer decimals are faster [default: the "
               "fewest from which the same number can be read back]");
-  options.add("--store", command.store, "STORE",
-              "take the record from a database: FILE.db, or postgresql://USER@HOST/DATABASE");
-  options.add("--serial", command.serial, "NAME", "with --store: the unit");
-  options.add("--at", command.at, "DATE",
-              "with --store: the record that was valid at this time (ISO 8601) [default: the "
-              "newest]");
-  options.add("--slot", command.slot, "NAME", "with --store: the slot, if the unit has several");
+  add_stored_record_options(options, command.stored);
   options.add_flag("--follow", command.follow, "write each row as soon as it is read");
   options.add_flag("--strict", command.strict, "stop at a row that cannot be reduced");
   options.add_flag("--force", command.force,
@@ -127,7 +121,7 @@ void add_options(OptionSet& options, ApplyCommand& command) {
 
 // Converts the record's field to the unit of the results and to the site of the readings.
 FieldConversion conversion_of(const ApplyCommand& command, const Calibration& calibration) {
-  FieldThere there;
+  FieldAtReadings there;
   if (command.field_magnitude) {
     there.magnitude = parse_positive("--field-magnitude", *command.field_magnitude);
     const std::string unit = command.field_unit.value_or(calibration.sensor.field.unit);
@@ -508,40 +502,20 @@ int run_one(const ApplyCommand& command) {
   return 0;
 }
 
-// Writes the record of --store to a file.
-void write_stored_record(const ApplyCommand& command, const TemporaryFile& file) {
-  std::vector<std::string> arguments = {"show", "--serial", *command.serial};
-  for (const auto& [name, value] : {std::pair("--at", command.at), {"--slot", command.slot}}) {
-    if (value) {
-      arguments.insert(arguments.end(), {name, *value});
-    }
-  }
-  if (!write_all(file.descriptor(), ask_store(*command.store, arguments))) {
-    throw OutputError("the folder for temporary files is full");
-  }
-}
-
 int run(const ApplyCommand& given) {
-  if (!given.store) {
-    if (given.serial || given.at || given.slot) {
-      throw UsageError("--serial, --at, --slot: go with --store");
-    }
+  const std::unique_ptr<TemporaryFile> record = stored_record(given.stored);
+  if (!record) {
     if (given.readings.empty()) {
       throw UsageError("apply: needs a RECORD and a FILE of readings");
     }
     return given.more.empty() ? run_one(given) : run_records(given);
   }
-  if (!given.serial) {
-    throw UsageError("--store: needs --serial NAME");
-  }
   if (!given.readings.empty()) {
-    throw UsageError("--store: replaces RECORD; state only the FILE of readings");
+    throw UsageError("--store: replaces RECORD; give only the FILE of readings");
   }
-  const TemporaryFile record;
-  write_stored_record(given, record);
   ApplyCommand command = given;
   command.readings = given.record;
-  command.record = record.path();
+  command.record = record->path();
   return run_one(command);
 }
 

@@ -13,7 +13,7 @@
 #include "axiscal/core/not_a_number.hpp"
 #include "axiscal/core/number_text.hpp"
 #include "axiscal/core/output_file.hpp"
-#include "axiscal/core/shown_text.hpp"
+#include "axiscal/core/printable_text.hpp"
 #include "axiscal/field/field_unit.hpp"
 #include "axiscal/logs/log_file.hpp"
 #include "core/formatted.hpp"
@@ -98,14 +98,14 @@ void apply_records(const std::vector<std::string>& records,
     return selected.size() - 1;
   };
   if (!time.empty()) {
-    header = harmless_cell(time);
+    header = formula_safe_cell(time);
     select(time);
   }
   for (Corrected& one : all) {
     std::vector<std::string> names;
     for (std::size_t axis = 0; axis < 3; ++axis) {
       one.places[axis] = select(one.columns[axis]);
-      header += (header.empty() ? "" : ",") + harmless_cell(one.columns[axis]);
+      header += (header.empty() ? "" : ",") + formula_safe_cell(one.columns[axis]);
       names.push_back(one.columns[axis]);
     }
     print_remark("note", formatted("the columns {} are corrected by the record of the {}; their "

@@ -95,8 +95,8 @@ int run_attitude(const CalibrateCommand& command) {
     }
     options.same_record = finds || body.record_sha256 == sha256_of_file(record);
     if (command.tare) {
-      body = tared(calibration, std::move(body), references_in(command, *command.tare, calibration),
-                   options);
+      body = corrected_by_tare(calibration, std::move(body),
+                               references_in(command, *command.tare, calibration), options);
     }
   } catch (const SetupError&) {
     throw;

@@ -192,10 +192,10 @@ void show_monte_carlo(const Calibration& calibration,
                       Shown& shown) {
   const std::vector<MonteCarloCheck> checks = check_by_monte_carlo(
       calibration, asked.reduction, asked.noise, field, trials, seed, asked.temperature);
-  shown.text +=
-      formatted("\nMonte Carlo, {} trials: range of 95 % of the errors\n"
-                "  {:<20}{:>12}{:>12}{:>12}\n",
-                trials, "", "from", "to", "linear +-");
+  shown.text += formatted(
+      "\nMonte Carlo, {} trials: range of 95 % of the errors\n"
+      "  {:<20}{:>12}{:>12}{:>12}\n",
+      trials, "", "from", "to", "linear +-");
   shown.json["monte_carlo"] = Json::array();
   for (const MonteCarloCheck& check : checks) {
     shown.text += formatted("  {:<20}{:>12.3g}{:>12.3g}{:>12.3g}{}\n", check.name, check.low_95,
@@ -312,7 +312,7 @@ int run(const BudgetCommand& command) {
     throw DataError(command.record, error.what(), error.settings());
   }
   shown.json["not_counted"] = not_counted(calibration);
-  if (const std::string missing = words_of_not_counted(calibration); !missing.empty()) {
+  if (const std::string missing = not_counted_sentence(calibration); !missing.empty()) {
     shown.text += "\n" + wrapped(missing, 80) + "\n";
   }
   write_text(command.output, command.json ? json_text(shown.json) : shown.text);

@@ -26,7 +26,7 @@
 #include "axiscal/core/number_text.hpp"
 #include "axiscal/core/output_file.hpp"
 #include "axiscal/core/parallel.hpp"
-#include "axiscal/core/shown_text.hpp"
+#include "axiscal/core/printable_text.hpp"
 #include "axiscal/logs/sensor_names.hpp"
 #include "core/formatted.hpp"
 #include "core/redirected_streams.hpp"
@@ -80,10 +80,9 @@ void add_options(OptionSet& options, CalibrateCommand& command) {
   log.add("--gyroscope-unit", command.gyroscope_unit, "UNIT", "unit of the gyroscope's readings");
   log.add("--magnetometer-unit", command.magnetometer_unit, "UNIT",
           "unit of the magnetometer's readings");
-  log.add(
-      "--magnetic-magnitude", command.magnetic_magnitude, "F",
-      "magnitude of the local magnetic field [nT] [default: computed from --latitude and "
-      "--longitude, otherwise 1]");
+  log.add("--magnetic-magnitude", command.magnetic_magnitude, "F",
+          "magnitude of the local magnetic field [nT] [default: computed from --latitude and "
+          "--longitude, otherwise 1]");
   options.add("--limits", command.limits, "FILE",
               "accept or reject by these limits; a rejected unit gives exit status 1");
   options.add(
@@ -109,6 +108,9 @@ void add_options(OptionSet& options, CalibrateCommand& command) {
   options.add_flag("--resume", command.resume,
                    "with --stream: keep the complete lines of the outputs, and continue after "
                    "them");
+  options.add("--serial-from", command.serial_from, "FILE",
+              "read the serial number from the first line of a file or device, for example a "
+              "barcode scanner");
   options.add("--store", command.store, "STORE",
               "also store the records in a database: FILE.db (SQLite), or "
               "postgresql://USER@HOST/DATABASE; see axiscal store");
@@ -374,14 +376,14 @@ std::string refusal_json(const Unit& unit, const std::string& sha256) {
 std::string table_header(const std::vector<std::string>& parameters) {
   std::string text = "serial,result,reason";
   for (const std::string& parameter : parameters) {
-    text += formatted(",{},{}", harmless_cell(parameter), harmless_cell("u_" + parameter));
+    text += formatted(",{},{}", formula_safe_cell(parameter), formula_safe_cell("u_" + parameter));
   }
   return text + "\n";
 }
 
 std::string table_row(const Unit& unit, std::size_t parameters) {
-  std::string text =
-      formatted("{},{},{}", harmless_cell(unit.serial), unit.result, harmless_cell(unit.reason));
+  std::string text = formatted("{},{},{}", formula_safe_cell(unit.serial), unit.result,
+                               formula_safe_cell(unit.reason));
   for (std::size_t cell = 0; cell < 2 * parameters; ++cell) {
     text += "," + (cell < unit.cells.size() ? number_text(unit.cells[cell]) : "");
   }
@@ -630,7 +632,7 @@ struct AxesOfTable {
 AxesOfTable axes_of_table(const TableText& text, const ExperimentOptions& options) {
   const auto has = [&](const std::string& name) {
     return std::any_of(text.columns().begin(), text.columns().end(), [&](const NamedColumn& one) {
-      return in_small_letters(one.name) == name || one.name.ends_with("." + name);
+      return to_lower_case(one.name) == name || one.name.ends_with("." + name);
     });
   };
   AxesOfTable found;
@@ -680,7 +682,7 @@ AxesOfTable axes_of_table(const TableText& text, const ExperimentOptions& option
 // Sets the kind of field if a column of the table states the size of a known field.
 void take_field_of_table(const TableText& text, ExperimentOptions& options) {
   for (const NamedColumn& one : text.columns()) {
-    const std::string name = in_small_letters(one.name);
+    const std::string name = to_lower_case(one.name);
     if (!options.field && options.instrument == "gyroscope" &&
         (name.starts_with("rate") || name == "omega")) {
       options.field = "induced_rotation";
@@ -744,7 +746,7 @@ ExperimentOptions with_columns_of_table(ExperimentOptions options, const TableOp
     std::string note;
     for (const std::string& axis : axes) {
       for (const NamedColumn& one : text.columns()) {
-        if (in_small_letters(one.name) == in_small_letters(axis)) {
+        if (to_lower_case(one.name) == to_lower_case(axis)) {
           units.insert(one.unit);
         }
       }
@@ -763,7 +765,30 @@ ExperimentOptions with_columns_of_table(ExperimentOptions options, const TableOp
   return options;
 }
 
+// The first line of a file or a device, for example of a barcode scanner.
+std::string scanned_serial(const std::string& path) {
+  std::string serial;
+  InputFile file(path);
+  for (char c = '\0'; file.read(&c, 1) == 1 && (c != '\n' || serial.empty());) {
+    serial += c == '\n' || c == '\r' ? "" : std::string(1, c);
+  }
+  serial = trimmed(serial);
+  if (serial.empty()) {
+    throw DataError(path, "--serial-from: contains no serial number");
+  }
+  return serial;
+}
+
 int run(const CalibrateCommand& command) {
+  if (command.serial_from) {
+    if (command.experiment.serial) {
+      throw UsageError("--serial-from: does not go with --serial");
+    }
+    CalibrateCommand scanned = command;
+    scanned.serial_from.reset();
+    scanned.experiment.serial = scanned_serial(*command.serial_from);
+    return run(scanned);
+  }
   if (command.experiment.method == "attitude") {
     return run_attitude(command);
   }

@@ -24,9 +24,10 @@ struct CalibrateCommand {
   bool fit_gyroscope_bias = false;
   std::optional<std::string> output;
   std::optional<std::string> limits, history, table, calibrated;
-  std::optional<std::string> align;       ///< record of an instrument in the same recording
-  std::optional<std::string> body, tare;  ///< method attitude: an earlier rotation, and its tare
-  std::optional<std::string> shard;       ///< with stream: I/N
+  std::optional<std::string> align;        ///< record of an instrument in the same recording
+  std::optional<std::string> body, tare;   ///< method attitude: an earlier rotation, and its tare
+  std::optional<std::string> shard;        ///< with stream: I/N
+  std::optional<std::string> serial_from;  ///< file whose first line is the serial
   std::optional<std::string> store, station, batch;  ///< where records are stored, and their origin
   bool stream = false;                               ///< many units, one line each
   bool resume = false;  ///< with stream: keep the complete lines of the outputs

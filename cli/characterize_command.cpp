@@ -98,12 +98,11 @@ Observations own_readings(const Run& table, const std::string& slot, const Refer
   }
   throw DataError(
       files.observations,
-      formatted(
-          "the columns are of slots {}, but the record {}{}; state the slot: --reference "
-          "{}={}:SLOT",
-          joined(table.slots), files.record,
-          slot.empty() ? " states no slot" : " is of slot " + slot,
-          files.record, files.observations));
+      formatted("the columns are of slots {}, but the record {}{}; state the slot: --reference "
+                "{}={}:SLOT",
+                joined(table.slots), files.record,
+                slot.empty() ? " states no slot" : " is of slot " + slot, files.record,
+                files.observations));
 }
 
 std::vector<Reference> read_references(const std::vector<ReferenceFiles>& all) {

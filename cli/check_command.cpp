@@ -342,9 +342,8 @@ int compare_bodies(const CheckCommand& command, double alpha) {
                                {"z", u_deg > 0.0 ? turn_deg / u_deg : 0.0}});
     text += formatted("  {}  {:>12.6f}  u {:.6f}\n", "xyz"[i], turn_deg, u_deg);
   }
-  text +=
-      formatted("{} (p = {:.2g})\n", moved ? "the sensor has moved" : "no significant movement",
-                change.p_value);
+  text += formatted("{} (p = {:.2g})\n", moved ? "the sensor has moved" : "no significant movement",
+                    change.p_value);
   return report(command, json_text(json), text, moved);
 }
 
@@ -445,8 +444,9 @@ int run(const CheckCommand& command) {
       std::string why_predicted = "there are fewer than 12 readings";
       bool predicted = is_few(readings.run, old);
       if (predicted && limits) {
-        throw UsageError("--limits: fewer than 12 readings give no coefficients to compare with "
-                         "limits");
+        throw UsageError(
+            "--limits: fewer than 12 readings give no coefficients to compare with "
+            "limits");
       }
       if (!predicted) {
         try {

@@ -48,7 +48,7 @@ std::string column_advice(const MissingColumnError& error,
       if (three.empty()) {
         continue;
       }
-      const bool has_word = !word.empty() && in_small_letters(name).find(word) != std::string::npos;
+      const bool has_word = !word.empty() && to_lower_case(name).find(word) != std::string::npos;
       any = any.empty() || has_word ? three : any;
       if (has_word) {
         break;

@@ -219,9 +219,8 @@ std::string zsh_completion(const ProgramDefinition& program) {
 
 std::string fish_completion(const ProgramDefinition& program) {
   const std::string start = "complete -c " + program.name;
-  std::string text =
-      formatted("# fish completion for {}, generated from the definitions of its options\n",
-                program.name);
+  std::string text = formatted(
+      "# fish completion for {}, generated from the definitions of its options\n", program.name);
   for (const SubcommandDefinition& subcommand : program.subcommands) {
     text += formatted("{} -n __fish_use_subcommand -f -a {} -d {}\n", start, subcommand.name,
                       shell_quoted(subcommand.help));

@@ -30,6 +30,7 @@ void add_export_options(OptionSet& options, ExportCommand& command) {
               "file with details of a dcc: laboratory, customer, number, ... (see report "
               "--laboratory)");
   add_unit_options(options, command.units);
+  add_stored_record_options(options, command.stored);
   options.add_flag("--lossy", command.lossy,
                    "write the parts of the calibration that the format supports, and list the "
                    "others");

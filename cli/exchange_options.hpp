@@ -8,13 +8,15 @@
 #include <vector>
 
 #include "log_input.hpp"
+#include "stored_record.hpp"
 
 namespace axiscal::cli {
 
 /// The formats of `axiscal export`, for completion. The program axiscal-exchange has its own table.
-inline constexpr std::array<std::string_view, 14> export_format_names = {
-    "ardupilot", "betaflight", "c-header", "cpp-header", "csv", "dcc",  "iio",
-    "kalibr",    "matlab",     "numpy",    "px4",        "ros", "x-io", "xlsx"};
+inline constexpr std::array<std::string_view, 17> export_format_names = {
+    "ardupilot", "betaflight", "c-header",  "cpp-header", "csv",   "dcc",
+    "iio",       "kalibr",     "label",     "matlab",     "numpy", "openhtf",
+    "px4",       "ros",        "tofupilot", "x-io",       "xlsx"};
 
 /// The options of `axiscal export`, as typed.
 struct ExportCommand {
@@ -22,6 +24,7 @@ struct ExportCommand {
   std::optional<std::string> format, reading_factor, gravity, numbers, name, instance;
   std::optional<std::string> laboratory;
   UnitOptions units;
+  StoredRecordOptions stored;
   std::string output = "-";
   bool list = false;
   bool json = false;

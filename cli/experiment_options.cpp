@@ -222,7 +222,7 @@ void set_field(const ExperimentOptions& options,
   if (options.field_table && !by_file) {
     for_each_part("--field-table", *options.field_table, field, set_in_table);
   }
-  take_usual_field(instrument, place, field);
+  set_default_field(instrument, place, field);
   if (by_file) {
     for_each_part("--field-table", *options.field_table, field, set_in_table);
   }
@@ -352,8 +352,7 @@ void add_experiment_options(OptionSet& options, ExperimentOptions& experiment) {
       "with a kind of your own. L=KIND,M=KIND gives the kinds of several slots (columns "
       "SLOT.axis); --axes, --unit, --field and others then take L=..,M=.. too");
   instrument.add("--serial", experiment.serial, "TEXT", "serial number");
-  instrument.add("--model", experiment.model, "TEXT",
-                 "model name, which several units share");
+  instrument.add("--model", experiment.model, "TEXT", "model name, which several units share");
   instrument.add("--axes", experiment.axes, "A,B,..",
                  "columns of the readings, one or more; d=p-n is an axis d, the difference of two "
                  "columns [default: x,y,z]");
@@ -435,10 +434,9 @@ void add_experiment_options(OptionSet& options, ExperimentOptions& experiment) {
                   "also fit the polar form (coning angle, azimuth) by Gauss-Newton, to compare");
   method.add("--leave-out", experiment.leave_out, "RUNS",
              "runs that are left out, for example 7,8");
-  method.add(
-      "--noise-ratio", experiment.noise_ratio, "A,B,..",
-      "known ratios of the noise of the axes, for example 1,1,1; they help to find smaller "
-      "mistakes");
+  method.add("--noise-ratio", experiment.noise_ratio, "A,B,..",
+             "known ratios of the noise of the axes, for example 1,1,1; they help to find smaller "
+             "mistakes");
   method.add(
       "--drift", experiment.drift, "auto|none|linear",
       "fit a drift of the bias over the run; auto: if the readings show one [default: auto]");

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <cstdio>
+#include <memory>
 
 #include <nlohmann/json.hpp>
 #include <unistd.h>
@@ -10,9 +11,11 @@
 #include "axiscal/logs/noise_json.hpp"
 #include "core/formatted.hpp"
 #include "core/redirected_streams.hpp"
+#include "core/temporary_file.hpp"
 #include "exchange_options.hpp"
 #include "input.hpp"
 #include "log_input.hpp"
+#include "store_client.hpp"
 #include "summary.hpp"
 #include "typed_values.hpp"
 
@@ -88,13 +91,14 @@ void state_unit(const UnitOptions& units, const std::string& path, Instrument& i
 Exported exported(const ExportCommand& command) {
   const std::string& format = *command.format;
   try {
-    const ExportOptions options = options_of(command);
+    ExportOptions options = options_of(command);
     std::vector<Calibration> records;
     for (const std::string& record : command.records) {
       records.push_back(read_unrefused(record, command.force));
       state_unit(command.units, record, records.back().sensor.instrument);
     }
     if (records.size() == 1) {
+      options.digest = record_digest(read_whole_file(command.records.front()));
       return export_calibration(records.front(), format, options);
     }
     if (records.size() == 2) {
@@ -134,7 +138,12 @@ bool export_noise(const ExportCommand& command) {
 
 }  // namespace
 
-int run_export(const ExportCommand& command) {
+int run_export(const ExportCommand& given) {
+  ExportCommand command = given;
+  const std::unique_ptr<TemporaryFile> record = stored_record(command.stored);
+  if (record) {
+    command.records.insert(command.records.begin(), record->path());
+  }
   if (export_noise(command)) {
     return 0;
   }

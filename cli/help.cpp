@@ -114,7 +114,7 @@ constexpr std::array essentials = {
                "history,noise,laboratory,adjusters,output",
                {"axiscal report cal.json run.csv -o report.html",
                 "axiscal report cal.json --laboratory lab.json -o certificate.pdf",
-                "axiscal report cal.json --history records/ -o report.html"}},
+                "axiscal report --fleet lab.db -o fleet.html"}},
     Essentials{"store",
                "store,serial,at,yield,output,json",
                {"axiscal store add records/ --store lab.db",

@@ -443,7 +443,7 @@ std::vector<RestColumn> rest_columns(const RecordedLog& log,
     return columns;
   }
   for (const std::size_t column : analysed) {
-    if (kind_of_words(log.columns[column]) != SeriesKind::temperature) {
+    if (sensor_kind_in(log.columns[column]) != SeriesKind::temperature) {
       columns.push_back({.samples = log.samples[column]});
     }
   }

@@ -108,7 +108,7 @@ Experiment planned_experiment(const PlanCommand& command) {
   if (experiment.instrument.kind.empty()) {
     experiment.instrument.kind = "accelerometer";
   }
-  take_usual_field(experiment);
+  set_default_field(experiment);
   if (command.positioner) {
     experiment.positioner = read_positioner(*command.positioner);
   }
@@ -150,9 +150,9 @@ double noise_of(const PlanCommand& command, const std::string& kind) {
     for (const ColumnNoise* const column : columns) {
       names += (names.empty() ? "" : ", ") + column->name;
     }
-    print_remark("note",
-                 formatted("only the columns {} of the noise log are used; they have one unit",
-                           names));
+    print_remark(
+        "note",
+        formatted("only the columns {} of the noise log are used; they have one unit", names));
   }
   const double dwell_s =
       command.dwell ? parse_positive("--dwell", *command.dwell) : worst->dwell.sensible_s;

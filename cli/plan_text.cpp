@@ -70,14 +70,14 @@ class PlanText {
                 80);
     text_ += "\n";
     if (plan_.optimal) {
-      text_ += wrapped(
-          formatted("D-optimal {} of the 24 points, for {}: D-efficiency {:.4f}; "
-                    "the 12-point design has {:.4f}",
-                    plan_.optimal->design.size(),
-                    plan_.optimal->parameters == 10 ? "every direction of the field"
-                                                    : "a field along the normal",
-                    plan_.optimal->d_efficiency, plan_.optimal->d_efficiency_of_standard),
-          80);
+      text_ +=
+          wrapped(formatted("D-optimal {} of the 24 points, for {}: D-efficiency {:.4f}; "
+                            "the 12-point design has {:.4f}",
+                            plan_.optimal->design.size(),
+                            plan_.optimal->parameters == 10 ? "every direction of the field"
+                                                            : "a field along the normal",
+                            plan_.optimal->d_efficiency, plan_.optimal->d_efficiency_of_standard),
+                  80);
       text_ += "\n";
     }
   }

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
+#include <memory>
 
 #include <nlohmann/json.hpp>
 
@@ -14,6 +15,7 @@
 #include "axiscal/report/calibration_report.hpp"
 #include "axiscal/report/certificate.hpp"
 #include "core/formatted.hpp"
+#include "core/temporary_file.hpp"
 #include "input.hpp"
 #include "report_options.hpp"
 #include "sample_rests.hpp"
@@ -86,8 +88,8 @@ std::optional<Observations> readings_for(const Calibration& calibration,
     observations.response = observations.response.middleCols(m * (slot - slots.begin()), m).eval();
   }
   if (observations.response.cols() != m) {
-    throw DataError(path, formatted("contains the slots {}, but the record is of another slot",
-                                    joined(slots)));
+    throw DataError(
+        path, formatted("contains the slots {}, but the record is of another slot", joined(slots)));
   }
   return observations;
 }
@@ -123,7 +125,33 @@ std::string report_json(const ReportCommand& command,
 
 }  // namespace
 
-int run_report(const ReportCommand& command) {
+int run_report(const ReportCommand& given) {
+  if (given.fleet) {
+    return run_fleet(given);
+  }
+  ReportCommand command = given;
+  const std::unique_ptr<TemporaryFile> record = stored_record(command.stored);
+  if (record) {
+    if (command.observations) {
+      throw UsageError("--store: replaces RECORD; give at most the file of its readings");
+    }
+    if (!command.record.empty()) {
+      command.observations = command.record;
+    }
+    command.record = record->path();
+  }
+  if (command.record.empty()) {
+    throw UsageError("report: needs a RECORD, --store STORE or --fleet STORE");
+  }
+  for (const auto& [name, value] : {std::pair("--kind", command.kind),
+                                    {"--model", command.model},
+                                    {"--since", command.since},
+                                    {"--until", command.until},
+                                    {"--limits", command.limits}}) {
+    if (value) {
+      throw UsageError(formatted("{}: goes with --fleet", name));
+    }
+  }
   if (command.output != "-" && !command.output.ends_with(".pdf") &&
       !command.output.ends_with(".html") && !command.output.ends_with(".htm") &&
       !command.output.starts_with("/dev/")) {

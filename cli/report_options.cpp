@@ -8,7 +8,8 @@ namespace axiscal::cli {
 namespace {
 
 void add_options(OptionSet& options, ReportCommand& command) {
-  options.add("record", command.record, "RECORD", "calibration record (JSON)", Need::required);
+  options.add("record", command.record, "RECORD",
+              "calibration record (JSON); not with --fleet or --store");
   options.add("observations", command.observations, "OBS",
               "readings of the record (CSV), to show their values, times and directions");
   add_table_options(options, command.table);
@@ -28,6 +29,16 @@ void add_options(OptionSet& options, ReportCommand& command) {
       "--laboratory", command.laboratory, "FILE",
       "file with details of a certificate: laboratory, customer, number, ... (axiscal-laboratory, "
       "JSON)");
+  add_stored_record_options(options, command.stored);
+  options.add("--fleet", command.fleet, "STORE",
+              "a page about all units of a store (FILE.db or postgresql://..): yield, capability, "
+              "control charts, retests and outliers");
+  options.add("--kind", command.kind, "KIND", "with --fleet: only this kind of instrument");
+  options.add("--model", command.model, "NAME", "with --fleet: only this model");
+  options.add("--since", command.since, "DATE", "with --fleet: only tests from this date on");
+  options.add("--until", command.until, "DATE", "with --fleet: only tests up to this date");
+  options.add("--limits", command.limits, "FILE",
+              "with --fleet: limits for the capability [default: those of the newest record]");
   options.add("-o,--output", command.output, "FILE", "a report (.html), or a certificate (.pdf)",
               Need::required);
   options.add_flag("--json", command.json,

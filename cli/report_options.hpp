@@ -4,6 +4,7 @@
 #include <optional>
 #include <string>
 
+#include "stored_record.hpp"
 #include "table_options.hpp"
 
 namespace axiscal::cli {
@@ -13,10 +14,15 @@ struct ReportCommand {
   std::string record;
   std::optional<std::string> observations, history, noise, laboratory, positioner, adjusters,
       thread_pitch;
+  std::optional<std::string> fleet, kind, model, since, until, limits;
   TableOptions table;
+  StoredRecordOptions stored;
   std::string output;
   bool json = false;
 };
+
+/// Runs `axiscal report --fleet`. Only the program axiscal-report calls it.
+[[nodiscard]] int run_fleet(const ReportCommand& command);
 
 /// Runs `axiscal report`. Only the program axiscal-report calls it.
 [[nodiscard]] int run_report(const ReportCommand& command);

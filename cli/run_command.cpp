@@ -12,7 +12,7 @@
 #include "axiscal/core/input_protection.hpp"
 #include "axiscal/core/kept_memory.hpp"
 #include "axiscal/core/output_file.hpp"
-#include "axiscal/core/shown_text.hpp"
+#include "axiscal/core/printable_text.hpp"
 #include "axiscal/formulas/formula_field.hpp"
 #include "column_advice.hpp"
 #include "command_line.hpp"
@@ -25,7 +25,7 @@ namespace {
 enum ExitStatus { done = 0, refused = 1, wrong_usage = 2, bad_input = 3, output_not_written = 4 };
 
 int fail(ExitStatus status, const std::string& message) {
-  std::fprintf(stderr, "%s\n", shown_text(message).c_str());
+  std::fprintf(stderr, "%s\n", printable_text(message).c_str());
   return status;
 }
 

@@ -109,8 +109,7 @@ void leave_erased_out(Run& run) {
   if (erased == 0 || rows.empty() || !run.serials.empty() || run.inputs.size() > 1) {
     return;
   }
-  print_remark("note",
-               formatted("{} readings of erased memory (all bits 1) are left out", erased));
+  print_remark("note", formatted("{} readings of erased memory (all bits 1) are left out", erased));
   run.observations = select_rows(run.observations, rows);
   run.rows_of_inputs.clear();
   run.dates.clear();

@@ -9,7 +9,7 @@
 #include "axiscal/calib/simulate.hpp"
 #include "axiscal/core/number_text.hpp"
 #include "axiscal/core/output_file.hpp"
-#include "axiscal/core/shown_text.hpp"
+#include "axiscal/core/printable_text.hpp"
 #include "axiscal/core/units.hpp"
 #include "axiscal/positioner/positioner_json.hpp"
 #include "core/formatted.hpp"
@@ -75,8 +75,7 @@ std::vector<Truth> read_truths(const SimulateCommand& command) {
     const bool has_slot =
         parting != std::string::npos && !std::filesystem::exists(std::filesystem::path(text));
     if (!has_slot && command.truths.size() > 1) {
-      throw UsageError(
-          formatted("--truth: '{}': several records must be SLOT=RECORD each", text));
+      throw UsageError(formatted("--truth: '{}': several records must be SLOT=RECORD each", text));
     }
     Truth truth{.slot = has_slot ? text.substr(0, parting) : "",
                 .path = has_slot ? text.substr(parting + 1) : text,
@@ -150,7 +149,7 @@ std::string recording_csv(const SensorModel& truth,
     }
     append(all.response, truth.instrument.axes);
   }
-  std::transform(columns.begin(), columns.end(), columns.begin(), &harmless_cell);
+  std::transform(columns.begin(), columns.end(), columns.begin(), &formula_safe_cell);
   std::string text = joined(columns, ",") + "\n";
   for (Eigen::Index i = 0; i < rows.rows(); ++i) {
     for (Eigen::Index c = 0; c < rows.cols(); ++c) {

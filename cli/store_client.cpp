@@ -6,6 +6,7 @@
 #include <nlohmann/json.hpp>
 
 #include "axiscal/core/error.hpp"
+#include "input.hpp"
 #include "stream_files.hpp"
 
 namespace axiscal::cli {
@@ -76,6 +77,15 @@ std::string stored_line(const std::string& record,
     line = text + "\"record\":" + line + "}";
   }
   return line + "\n";
+}
+
+std::string record_digest(const std::string& record) {
+  std::string line = in_one_line(record);
+  constexpr std::string_view key = "\"created\":\"";
+  if (const std::size_t start = line.find(key); start != std::string::npos) {
+    line.erase(start, line.find('"', start + key.size()) + 1 - start);
+  }
+  return sha256_of_text(line);
 }
 
 std::string in_one_line(const std::string& json) {

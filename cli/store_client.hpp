@@ -57,6 +57,11 @@ class StoreWriter {
                                       const std::string& station,
                                       const std::string& batch);
 
+/// @return the SHA-256 of a record in one line, without the time at which it was computed. It is
+/// the
+///         same for each call with the same readings and settings.
+[[nodiscard]] std::string record_digest(const std::string& record);
+
 /// @return a JSON text without blanks and line ends, except in strings.
 [[nodiscard]] std::string in_one_line(const std::string& json);
 

@@ -19,7 +19,7 @@
 #include "axiscal/core/input_file.hpp"
 #include "axiscal/core/number_text.hpp"
 #include "axiscal/core/output_file.hpp"
-#include "axiscal/core/shown_text.hpp"
+#include "axiscal/core/printable_text.hpp"
 #include "axiscal/core/timestamp.hpp"
 #include "axiscal/store/store.hpp"
 #include "core/formatted.hpp"
@@ -37,17 +37,6 @@ namespace axiscal::cli {
 namespace {
 
 using Json = nlohmann::ordered_json;
-
-// A record without the member "created", so that repeated calls of `calibrate` give equal texts.
-std::string without_created(const std::string& line) {
-  constexpr std::string_view key = "\"created\":\"";
-  const std::size_t start = line.find(key);
-  if (start == std::string::npos) {
-    return line;
-  }
-  const std::size_t end = line.find('"', start + key.size());
-  return line.substr(0, start) + line.substr(end + 1);
-}
 
 std::string digest_of_limits(const Verdict& verdict) {
   std::string text = verdict.rule;
@@ -103,7 +92,7 @@ StoredCalibration calibration_of(const std::string& line, const std::string& pla
                         .computed = calibration.provenance.created,
                         .status = std::string(status_name(calibration.status())),
                         .operated_by = calibration.provenance.operated_by,
-                        .digest = sha256_of_text(without_created(line)),
+                        .digest = record_digest(line),
                         .record = line};
   if (verdict) {
     one.passed = verdict->passed;
@@ -117,11 +106,16 @@ StoredCalibration calibration_of(const std::string& line, const std::string& pla
   for (const InputFileDigest& input : calibration.provenance.inputs) {
     one.inputs += (one.inputs.empty() ? "" : " ") + input.sha256;
   }
-  for (const ParameterUncertainty& parameter : parameter_uncertainties(calibration)) {
-    one.coefficients.push_back({.name = parameter.name,
-                                .value = parameter.value,
-                                .u = parameter.uncertainty.u,
-                                .expanded = parameter.uncertainty.expanded});
+  const std::vector<ParameterUncertainty> parameters = parameter_uncertainties(calibration);
+  const Eigen::MatrixXd of_readings =
+      parameters.empty() ? Eigen::MatrixXd() : calibration.fit.statistics->covariance_of_readings();
+  for (std::size_t k = 0; k < parameters.size(); ++k) {
+    const auto place = static_cast<Eigen::Index>(k);
+    one.coefficients.push_back({.name = parameters[k].name,
+                                .value = parameters[k].value,
+                                .u = parameters[k].uncertainty.u,
+                                .u_noise = std::sqrt(of_readings(place, place)),
+                                .expanded = parameters[k].uncertainty.expanded});
   }
   return one;
 }
@@ -291,7 +285,7 @@ const std::vector<std::pair<const char*, std::string (*)(const StoredCalibration
 std::string row_of(const StoredCalibration& one) {
   std::string row;
   for (const auto& [name, text] : columns()) {
-    row += (row.empty() ? "" : ",") + harmless_cell(text(one));
+    row += (row.empty() ? "" : ",") + formula_safe_cell(text(one));
   }
   return row;
 }
@@ -335,7 +329,7 @@ int print_yield(const StoreCommand& command, const Store& store) {
       formatted("{} of {} calibrations are good ({:.1f} %)\n", good, all,
                 all == 0 ? 0.0 : 100.0 * static_cast<double>(good) / static_cast<double>(all));
   for (const auto& [reason, count] : sorted) {
-    text += formatted("{:>8}  {}\n", count, shown_text(reason));
+    text += formatted("{:>8}  {}\n", count, printable_text(reason));
   }
   write_whole_file(command.output, text);
   return 0;
@@ -382,7 +376,7 @@ void export_table(const Store& store, const StoreFilter& filter, const std::stri
   OutputFile file(output);
   std::string header = header_of_columns();
   for (const std::string& name : names) {
-    header += formatted(",{},{}", harmless_cell(name), harmless_cell("U_" + name));
+    header += formatted(",{},{}", formula_safe_cell(name), formula_safe_cell("U_" + name));
   }
   file.write(header + "\n");
   store.for_each(filter, StoredPart::coefficients, [&](const StoredCalibration& one) {
@@ -455,7 +449,7 @@ std::string defect_of(const StoredCalibration& stored) {
       own.coefficients.begin(), own.coefficients.end(), stored.coefficients.begin(),
       stored.coefficients.end(), [&](const StoredCoefficient& a, const StoredCoefficient& b) {
         return a.name == b.name && same_number(a.value, b.value) && same_number(a.u, b.u) &&
-               same_number(a.expanded, b.expanded);
+               same_number(a.u_noise, b.u_noise) && same_number(a.expanded, b.expanded);
       });
   const bool same_head = own.serial == stored.serial && own.kind == stored.kind &&
                          own.model == stored.model && own.slot == stored.slot &&
@@ -483,7 +477,7 @@ int verify(const StoreCommand& command) {
   } else {
     std::string text = formatted("{} calibrations, {} defects\n", all, defects.size());
     for (const StoreDefect& one : defects) {
-      text += formatted("{} of {}: {}\n", shown_text(one.serial), one.date, one.defect);
+      text += formatted("{} of {}: {}\n", printable_text(one.serial), one.date, one.defect);
     }
     write_whole_file(command.output, text);
   }

@@ -20,7 +20,7 @@
 #include "axiscal/core/input_file.hpp"
 #include "axiscal/core/number_text.hpp"
 #include "axiscal/core/parallel.hpp"
-#include "axiscal/core/shown_text.hpp"
+#include "axiscal/core/printable_text.hpp"
 #include "calibrate_command.hpp"
 #include "core/formatted.hpp"
 #include "core/redirected_streams.hpp"

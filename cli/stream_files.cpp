@@ -220,9 +220,9 @@ void LineFile::write(std::string_view lines) {
     if (errno == EPIPE) {
       throw ClosedPipe(name + ": closed by its reader");
     }
-    throw OutputError(formatted(
-        "{}: cannot be written ({}); use --resume to continue after the complete lines", name,
-        std::strerror(errno)));
+    throw OutputError(
+        formatted("{}: cannot be written ({}); use --resume to continue after the complete lines",
+                  name, std::strerror(errno)));
   }
 }
 

@@ -9,7 +9,7 @@
 
 #include "axiscal/core/error.hpp"
 #include "axiscal/core/output_file.hpp"
-#include "axiscal/core/shown_text.hpp"
+#include "axiscal/core/printable_text.hpp"
 #include "core/formatted.hpp"
 #include "core/redirected_streams.hpp"
 
@@ -37,7 +37,7 @@ std::string coloured(const std::string& text, const char* colour, int descriptor
 }  // namespace
 
 void write_text(const std::string& path, const std::string& text) {
-  write_whole_file(path, path == "-" ? shown_text(text) : text);
+  write_whole_file(path, path == "-" ? printable_text(text) : text);
 }
 
 void print_result_text(const std::string& text) {
@@ -52,7 +52,7 @@ void print_verdict(const Calibration& calibration) {
       (calibration.findings.confirmation && !calibration.findings.confirmation->passed);
   const std::string& slot = calibration.provenance.slot;
   write_whole_file("-", formatted("{}{}\n", slot.empty() ? "" : formatted("slot {}: ", slot),
-                                  coloured(words_of_verdict(calibration),
+                                  coloured(verdict_sentence(calibration),
                                            failed                                 ? red
                                            : status == CalibrationStatus::warning ? yellow
                                                                                   : green,
@@ -69,13 +69,13 @@ bool is_quiet() {
 
 void print_line(const std::string& text) {
   if (!quiet_output) {
-    print_error(shown_text(text) + "\n");
+    print_error(printable_text(text) + "\n");
   }
 }
 
 void print_progress(const std::string& text) {
   if (!quiet_output && ::isatty(STDERR_FILENO) == 1) {
-    std::fprintf(stderr, "\r\x1b[K%s", shown_text(text).c_str());
+    std::fprintf(stderr, "\r\x1b[K%s", printable_text(text).c_str());
   }
 }
 
@@ -83,7 +83,7 @@ void print_remark(const char* what, const std::string& text) {
   if (quiet_output) {
     return;
   }
-  std::string shown = wrapped(formatted("{}: {}", what, shown_text(text)), 80);
+  std::string shown = wrapped(formatted("{}: {}", what, printable_text(text)), 80);
   const std::string_view name(what);
   if (name == "warning") {
     shown.replace(0, name.size(), coloured(what, yellow, STDERR_FILENO));

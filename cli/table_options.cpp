@@ -42,7 +42,7 @@ std::string_view sensor_name(const std::string& kind) {
 bool has_column(const TableText& table, const std::string& name) {
   return std::any_of(table.columns().begin(), table.columns().end(),
                      [&](const NamedColumn& column) {
-                       return in_small_letters(column.name) == in_small_letters(name) ||
+                       return to_lower_case(column.name) == to_lower_case(name) ||
                               column.name.ends_with("." + name);
                      });
 }
@@ -86,10 +86,9 @@ void convert_units(const std::string& path,
     const auto already = std::find_if(renamed.begin(), renamed.end(),
                                       [&](const MappedColumn& one) { return one.name == axis; });
     const std::string called = already != renamed.end() ? already->column : axis;
-    const auto column =
-        std::find_if(table.columns().begin(), table.columns().end(), [&](const NamedColumn& one) {
-          return in_small_letters(one.name) == in_small_letters(called);
-        });
+    const auto column = std::find_if(
+        table.columns().begin(), table.columns().end(),
+        [&](const NamedColumn& one) { return to_lower_case(one.name) == to_lower_case(called); });
     if (column == table.columns().end() || column->unit.empty()) {
       continue;
     }
@@ -169,7 +168,7 @@ std::vector<std::string> three_of(const TableText& table,
         const std::string name = std::string(word) + parting + axis;
         const std::string turned = std::string(1, axis) + parting + std::string(word);
         for (const NamedColumn& column : table.columns()) {
-          const std::string small = in_small_letters(column.name);
+          const std::string small = to_lower_case(column.name);
           if (small == name || small == turned) {
             three.push_back(column.name);
           }
@@ -233,7 +232,7 @@ struct FaceColumn {
 enum class FaceHeading { down, up, at_fence, other };
 
 FaceHeading heading_of(const std::string& name) {
-  const std::string small = in_small_letters(name);
+  const std::string small = to_lower_case(name);
   const auto has_one_of = [&](std::initializer_list<std::string_view> words) {
     return std::any_of(words.begin(), words.end(), [&](std::string_view word) {
       return small.find(word) != std::string::npos;
@@ -259,10 +258,9 @@ std::optional<bool> named_faces_are_up(const TableText& table,
       return one.name == axes[axis];
     });
     const std::string called = already != renamed.end() ? already->column : axes[axis];
-    const auto column =
-        std::find_if(table.columns().begin(), table.columns().end(), [&](const NamedColumn& one) {
-          return in_small_letters(one.name) == in_small_letters(called);
-        });
+    const auto column = std::find_if(
+        table.columns().begin(), table.columns().end(),
+        [&](const NamedColumn& one) { return to_lower_case(one.name) == to_lower_case(called); });
     if (column == table.columns().end()) {
       continue;
     }
@@ -317,7 +315,7 @@ std::vector<WordsOfFaces> columns_of_faces(const std::string& path, const TableT
       }
     }
     constexpr std::size_t most_words = 24;
-    const bool is_axis_of_size = has_size && in_small_letters(column.name) == "axis";
+    const bool is_axis_of_size = has_size && to_lower_case(column.name) == "axis";
     if (good == 0 || words.size() > most_words || 2 * good < words.size() || is_axis_of_size) {
       continue;
     }
@@ -337,7 +335,7 @@ std::vector<WordsOfFaces> columns_of_faces(const std::string& path, const TableT
   });
   for (WordsOfFaces& column : found) {
     if (!has_rest) {
-      column.heading = in_small_letters(column.name).find("up") != std::string::npos
+      column.heading = to_lower_case(column.name).find("up") != std::string::npos
                            ? FaceHeading::up
                            : FaceHeading::other;
     }
@@ -351,7 +349,7 @@ std::vector<FaceColumn> face_columns(const std::string& path,
                                      const TableText& table,
                                      const std::vector<MappedColumn>& renamed) {
   const auto is_label = [](std::string name) {
-    name = in_small_letters(name);
+    name = to_lower_case(name);
     return name == "rest" || name == "fence" || name == "fx" || name == "pitch_deg" ||
            name == "roll_deg" || name.starts_with("rest ") || name.starts_with("rest_") ||
            name.ends_with(".rest");

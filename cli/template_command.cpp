@@ -77,9 +77,9 @@ int run(const TemplateCommand& command) {
     }
     throw UsageError(formatted(
         "template: unknown template '{}'{}", command.name,
-        did_you_mean(command.name, names,
-                     "the templates are " +
-                         joined(std::vector<std::string>(names.begin(), names.end())))));
+        did_you_mean(
+            command.name, names,
+            "the templates are " + joined(std::vector<std::string>(names.begin(), names.end())))));
   }
   write_whole_file(command.output, std::string(found->text()));
   return 0;

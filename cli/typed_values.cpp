@@ -53,8 +53,7 @@ double parse_nonnegative(std::string_view option, const std::string& text) {
 int parse_whole_number(std::string_view option, const std::string& text, int least) {
   const std::optional<int> value = parse_integer(text);
   if (!value || *value < least) {
-    throw UsageError(
-        formatted("{}: '{}' must be a whole number, {} or more", option, text, least));
+    throw UsageError(formatted("{}: '{}' must be a whole number, {} or more", option, text, least));
   }
   return *value;
 }

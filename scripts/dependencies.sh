@@ -50,12 +50,12 @@ needs=(
 
 # Pairs of a command and its package. The package is installed only if the command is not found. clang++ compiles faster
 # than g++; node runs the tests of the pages in a browser.
-tools=("clang++ clang" "node nodejs" "npm npm" "chromium chromium" "pdftotext poppler-utils" "ssconvert gnumeric" "debootstrap debootstrap"
+tools=("sbatch slurm-wlm" "clang++ clang" "node nodejs" "npm npm" "chromium chromium" "pdftotext poppler-utils" "ssconvert gnumeric" "debootstrap debootstrap"
   "dpkg-shlibdeps dpkg-dev" "file file" "tmux tmux" "mosquitto_pub mosquitto-clients")
 
 # dependencies.sh --python also installs the packages for the Python package and its tests.
 if [ "${1:-}" = --python ]; then
-  needs+=("pybind11-dev" "python3-dev" "python3-numpy" "python3-pandas" "python3-pytest" "python3-venv" "python3-uncertainties" "python3-pint")
+  needs+=("pybind11-dev" "python3-dev" "python3-numpy" "python3-pandas" "python3-pytest" "python3-venv" "python3-uncertainties" "python3-pint" "python3-distributed")
   tools+=("mypy mypy")
 fi
 

@@ -141,7 +141,7 @@ class FreeSession::Engine {
     news_.set_source_alarms(alarms);
   }
 
-  void no_more_samples() {
+  void end_of_samples() {
     samples_ended_ = true;
     if (phase_ == SessionPhase::laying || phase_ == SessionPhase::dwelling) {
       review();
@@ -239,9 +239,8 @@ class FreeSession::Engine {
       if (points_.size() < setup_.most_points) {
         keep({.time_s = shown_time(now_s_), .values = values});
       } else {
-        news_.set_alarm(
-            "full", formatted("the limit of {} readings is reached; no more are kept",
-                              setup_.most_points));
+        news_.set_alarm("full", formatted("the limit of {} readings is reached; no more are kept",
+                                          setup_.most_points));
         if (setup_.unattended) {
           finish();
         }
@@ -606,8 +605,8 @@ void FreeSession::set_source_alarms(const std::vector<SessionAlarm>& alarms) {
 void FreeSession::command(const SessionCommand& command) {
   engine_->command(command);
 }
-void FreeSession::no_more_samples() {
-  engine_->no_more_samples();
+void FreeSession::end_of_samples() {
+  engine_->end_of_samples();
 }
 bool FreeSession::is_over() const {
   return engine_->is_over();

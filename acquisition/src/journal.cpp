@@ -115,7 +115,7 @@ std::string Journal::append(std::string_view line) {
   return write(line, true);
 }
 
-std::string Journal::append_later(std::string_view line) {
+std::string Journal::append_without_sync(std::string_view line) {
   return write(line, false);
 }
 

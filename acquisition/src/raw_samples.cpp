@@ -27,7 +27,7 @@ bool RawSamples::add(double time_s, std::span<const double> values) {
 std::string RawSamples::flush(Journal& journal) {
   const Json entry = {
       {"entry", "raw"}, {"channels", channels_}, {"time", time_s_}, {"values", values_}};
-  std::string why = journal.append_later(entry.dump());
+  std::string why = journal.append_without_sync(entry.dump());
   if (why.empty() || time_s_.size() > most_waiting_samples) {  // limits the memory
     time_s_.clear();
     values_.clear();

@@ -112,10 +112,11 @@ void run_session(LiveSession& session,
       std::this_thread::sleep_for(patience);
     }
     const bool nobody_answers =
-        unattended || std::none_of(faces.begin(), faces.end(),
-                                   [](const SessionFace* face) { return face->can_answer(); });
+        unattended || std::none_of(faces.begin(), faces.end(), [](const SessionFace* face) {
+          return face->accepts_commands();
+        });
     if (feed.has_ended() && batch.size() == 0) {
-      session.no_more_samples();
+      session.end_of_samples();
       if (nobody_answers && !std::exchange(said_ended, true)) {
         end(session);
       }

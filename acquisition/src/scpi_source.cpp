@@ -52,8 +52,7 @@ class ScpiSource final : public Source {
     }
     names = names.empty() ? std::vector<std::string>{"c1"} : names;
     if (!list.empty() && names.size() != list.size()) {
-      address.fail(formatted("names= must have as many entries as channels= ({})",
-                             list.size()));
+      address.fail(formatted("names= must have as many entries as channels= ({})", list.size()));
     }
     const std::vector<double> resistors = resistors_of(address, names.size());
     for (std::size_t i = 0; i < names.size(); ++i) {

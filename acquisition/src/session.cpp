@@ -27,8 +27,8 @@ void Session::idle(double seconds) {
 void Session::set_source_alarms(const std::vector<SessionAlarm>& alarms) {
   engine_->set_source_alarms(alarms);
 }
-void Session::no_more_samples() {
-  engine_->no_more_samples();
+void Session::end_of_samples() {
+  engine_->end_of_samples();
 }
 void Session::command(const SessionCommand& command) {
   engine_->command(command);

@@ -30,7 +30,7 @@ class Session::Engine {
   void add(double time_s, std::span<const double> values);
   void idle(double seconds);
   void set_source_alarms(const std::vector<SessionAlarm>& alarms);
-  void no_more_samples() { samples_ended_ = true; }
+  void end_of_samples() { samples_ended_ = true; }
   void command(const SessionCommand& command);
 
   [[nodiscard]] bool is_over() const { return phase_ == SessionPhase::over; }

@@ -13,7 +13,7 @@ SessionOutcome outcome_of(const Calibration& calibration) {
   const std::string per_field = unit_per(instrument.unit, calibration.sensor.field.unit);
   SessionOutcome outcome{.slot = calibration.provenance.slot,
                          .status = std::string(status_name(calibration.findings.status)),
-                         .verdict = words_of_verdict(calibration),
+                         .verdict = verdict_sentence(calibration),
                          .head = {"axis", formatted("bias [{}]", instrument.unit)}};
   for (const char component : {'x', 'y', 'z'}) {
     outcome.head.push_back(formatted("S{} [{}]", component, per_field));

@@ -131,7 +131,7 @@ void SimulatedSource::start_moving(const DesignPoint& point) {
   knock_at_s_ = person_.uniform() < setup_.knock_rate ? moves_until_s_ + 1.5 : -1.0;
 }
 
-void SimulatedSource::roam(bool by_rests) {
+void SimulatedSource::set_free_motion(bool by_rests) {
   roams_by_rests_ = by_rests;
 }
 

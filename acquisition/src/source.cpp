@@ -15,7 +15,7 @@ void SampleBatch::append(const SampleBatch& later) {
 
 void Source::request(const DesignEntry* /*entry*/, bool /*warned*/) {}
 
-void Source::roam(bool /*by_rests*/) {}
+void Source::set_free_motion(bool /*by_rests*/) {}
 
 void Source::play(const Experiment& /*experiment*/) {}
 

@@ -6,7 +6,7 @@
 
 #include "acquisition/src/sample_clock.hpp"
 #include "axiscal/core/number_text.hpp"
-#include "axiscal/core/shown_text.hpp"
+#include "axiscal/core/printable_text.hpp"
 #include "core/formatted.hpp"
 
 namespace axiscal {
@@ -113,10 +113,9 @@ void SourceReader::add_alarms(std::vector<SessionAlarm>& alarms) const {
                               "names right?"});
   }
   if (defects_at_s_ > 0.0 && now - defects_at_s_ < shown_for_s) {
-    alarms.push_back(
-        {.code = "garbage",
-         .text = formatted("{}: {} invalid lines or frames so far, which are left out",
-                           source_->name(), counts_.defects)});
+    alarms.push_back({.code = "garbage",
+                      .text = formatted("{}: {} invalid lines or frames so far, which are left out",
+                                        source_->name(), counts_.defects)});
   }
   if (stepped_at_s_ > 0.0 && now - stepped_at_s_ < shown_for_s) {
     alarms.push_back(
@@ -195,7 +194,7 @@ void SourceReader::note(const SourceReport& report, std::size_t samples) {
     if (channels_.empty()) {
       channels_ = source_->channels();
       for (Channel& channel : channels_) {
-        channel.name = shown_name(channel.name);  // removes control characters for terminals
+        channel.name = printable_name(channel.name);  // removes control characters for terminals
       }
     }
     if (rate_from_s_ == 0.0) {

@@ -106,7 +106,7 @@ class WebPage {
   std::deque<std::pair<std::size_t, std::string>> events_;
   std::size_t last_event_ = 0;
   std::vector<SessionCommand> commands_;
-  std::vector<std::string> watching_;  // sessions of all pages that watch, oldest first
+  std::vector<std::string> watching_;            // sessions of all pages that watch, oldest first
   std::chrono::steady_clock::time_point heard_;  // last request of the controlling browser
   std::vector<SessionFile> files_;
   std::string wish_;

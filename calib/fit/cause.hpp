@@ -24,8 +24,8 @@ struct ScatterAnalysisInput {
   const MethodKind& method;
   /// fitted rotation of the instrument in each mount
   const std::map<int, Eigen::Matrix3d>& mounts;
-  double mounts_expected = 0.0;                  ///< as MountTurns::expected
-  bool has_mistake = false;                      ///< true if a mistake was found in the readings
+  double mounts_expected = 0.0;  ///< as MountTurns::expected
+  bool has_mistake = false;      ///< true if a mistake was found in the readings
 
   /// @return True if the readings show the response along fewer than three directions.
   [[nodiscard]] bool is_transfer() const { return fitted.set().seen.cols() > 0; }

@@ -17,7 +17,7 @@ struct Solution;
 
 /// A test for curvature of the axes' responses.
 struct CurvatureTest {
-  double p_value = 1.0;   ///< probability of such curvature by chance
+  double p_value = 1.0;  ///< probability of such curvature by chance
   /// m: the term with the squared field along each axis, at full field [unit]
   Eigen::VectorXd bends;
 };
@@ -40,7 +40,7 @@ struct DirectionEstimate {
 struct BlockEstimate {
   /// m: mean square of the blocks' biases about their mean; or empty
   Eigen::VectorXd mean_square;
-  double degrees_of_freedom = 0.0;  ///< of each mean square
+  double degrees_of_freedom = 0.0;                                      ///< of each mean square
   SensitivityMatrix sensitivity_mean_square = SensitivityMatrix(0, 3);  ///< m x 3, or 0 x 3
   double sensitivity_degrees_of_freedom = 0.0;                          ///< of each mean square
   int sessions = 0;  ///< number of sessions that were fitted separately; 0: all readings at once
@@ -66,7 +66,7 @@ struct Estimate {
   std::optional<Levelness> levelness;
   BlockEstimate blocks;
   SightEstimate sight;
-  double mean_field = 0.0;            ///< mean length of the fields that the readings bring
+  double mean_field = 0.0;  ///< mean length of the fields that the readings bring
   /// method paired: positions of the readings without opposite, which are not used
   std::vector<std::size_t> unpaired;
   std::optional<CurvatureTest> curvature;

@@ -54,8 +54,7 @@ struct ReadingSet {
   // n x m for each part. Empty if every axis sees all parts.
   std::vector<AxisMask> visible;
   TemperatureTerms temperature;
-  RunEffects
-      effects;  // effects of the run; the matrix may have zero columns
+  RunEffects effects;  // effects of the run; the matrix may have zero columns
 
   // The index of the field's tilt at a reading.
   [[nodiscard]] std::size_t tilt_of(std::size_t reading) const {

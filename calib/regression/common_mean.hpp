@@ -9,7 +9,7 @@ namespace axiscal {
 /// stated uncertainty and by a random effect.
 struct CommonMean {
   double mean = 0.0;
-  double u = 0.0;                           ///< standard uncertainty from the scatter of the values
+  double u = 0.0;  ///< standard uncertainty from the scatter of the values
   /// standard uncertainty from the stated uncertainties only
   double u_within = 0.0;
   double between = 0.0;                     ///< tau: standard deviation of the random effect

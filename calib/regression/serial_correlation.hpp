@@ -154,7 +154,7 @@ struct CorrelatedFit {
 /// A linear fit whose residuals may contain a common cause, which varies slowly from reading to
 /// reading. At reading i, it acts along one direction of the m residuals, with size h_i.
 struct CommonAr1Problem {
-  Eigen::MatrixXd information;        ///< J^T J, q x q
+  Eigen::MatrixXd information;  ///< J^T J, q x q
   /// sum of squares of all residuals, which are orthogonal to J
   double squares = 0.0;
   const Eigen::MatrixXd& along;       ///< n x q: the rows of J along the direction of the cause

@@ -113,7 +113,7 @@ std::uint64_t RandomStream::next() {
   return (*engine_)();
 }
 
-void RandomStream::seed_together(const std::array<RandomStream*, 3>& streams) {
+void RandomStream::seed_several(const std::array<RandomStream*, 3>& streams) {
   seed_engines(streams);
 }
 

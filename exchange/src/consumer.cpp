@@ -283,8 +283,8 @@ std::optional<ExportLoss> accepted_loss(const Calibration& calibration,
   std::optional<ExportLoss> loss = loss_of(calibration, model);
   if (loss && !options.lossy) {
     throw RefusedError(
-        formatted("format {} cannot store {}; to write it nevertheless, allow the loss",
-                  format, loss_text(*loss)),
+        formatted("format {} cannot store {}; to write it nevertheless, allow the loss", format,
+                  loss_text(*loss)),
         {settings::lossy});
   }
   return loss;

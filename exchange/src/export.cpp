@@ -60,6 +60,13 @@ constexpr std::array known_exports = {
     KnownExport{ExportFormat{"kalibr", "Kalibr's imu.yaml, model scale-misalignment: M, C, A",
                              "v = M C f + bias; gyroscope v = M C w + A C a + bias"},
                 export_kalibr},
+#ifdef AXISCAL_QRENCODE
+    KnownExport{ExportFormat{"label",
+                             "a label (SVG): serial number, date, and a QR code of serial "
+                             "number and digest",
+                             "v = bias(t) + scale(t) S f"},
+                export_label},
+#endif
     KnownExport{
         ExportFormat{"matlab", "MATLAB (.mat, v5): bias, sensitivity, inverse, covariance, ...",
                      "v = bias(t) + scale(t) S f", false},
@@ -69,6 +76,9 @@ constexpr std::array known_exports = {
                              "v = bias(t) + scale(t) S f", false},
                 export_numpy},
 #endif
+    KnownExport{ExportFormat{"openhtf", "OpenHTF test record (JSON): outcome, measurements, limits",
+                             "v = bias(t) + scale(t) S f"},
+                export_openhtf},
     KnownExport{
         ExportFormat{
             "px4", "PX4 parameters (.params): CAL_ACC*, CAL_GYRO*, CAL_MAG*",
@@ -76,6 +86,9 @@ constexpr std::array known_exports = {
             "of SCALE and ODIAG"},
         export_px4},
     KnownExport{ExportFormat{"ros", "ROS imu_calib (YAML): SM, bias", "SM v - bias"}, export_ros},
+    KnownExport{ExportFormat{"tofupilot", "TofuPilot run (JSON): unit under test, steps, limits",
+                             "v = bias(t) + scale(t) S f"},
+                export_tofupilot},
     KnownExport{ExportFormat{
                     "x-io", "x-IMU3 and x-io's Fusion (JSON): misalignment, sensitivity, offset",
                     "misalignment diag(sensitivity) (v - offset); magnetometer softIronMatrix (v - "

@@ -185,8 +185,7 @@ Exported export_px4(const Calibration& given, const ExportOptions& options) {
   lines.emplace_back("vehicle, component, name, value, type (9: float)");
   std::string text = comment_lines(calibration, "# ", lines, loss);
   if (!calibration.provenance.device.empty() && parse_number(calibration.provenance.device)) {
-    text +=
-        formatted("1\t1\t{}ID\t{}\t6\n", prefix, calibration.provenance.device);  // 6: integer
+    text += formatted("1\t1\t{}ID\t{}\t6\n", prefix, calibration.provenance.device);  // 6: integer
   }
   for (const Parameter& parameter : all) {
     text += formatted("1\t1\t{}\t{}\t9\n", parameter.name, number_text(parameter.value));

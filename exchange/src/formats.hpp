@@ -22,6 +22,9 @@ Exported export_ardupilot(const Calibration& calibration, const ExportOptions& o
 Exported export_iio(const Calibration& calibration, const ExportOptions& options);
 Exported export_xlsx(const Calibration& calibration, const ExportOptions& options);
 Exported export_dcc(const Calibration& calibration, const ExportOptions& options);
+Exported export_openhtf(const Calibration& calibration, const ExportOptions& options);
+Exported export_tofupilot(const Calibration& calibration, const ExportOptions& options);
+Exported export_label(const Calibration& calibration, const ExportOptions& options);
 Exported export_betaflight(const Calibration& calibration, const ExportOptions& options);
 
 /// @return a flight controller's parameter of an axis k (0, 1, 2): PREFIX + X, Y or Z + SUFFIX.

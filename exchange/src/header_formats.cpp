@@ -27,8 +27,7 @@ std::string upper(std::string text) {
 
 std::string literal(double value, bool single) {
   if (single && std::abs(value) > static_cast<double>(std::numeric_limits<float>::max())) {
-    throw RefusedError("a coefficient is too large for a float; use double",
-                       {settings::numbers});
+    throw RefusedError("a coefficient is too large for a float; use double", {settings::numbers});
   }
   std::string text = single ? number_text(value, 9) : number_text(value);
   if (text.find_first_of(".en") == std::string::npos) {

@@ -16,7 +16,7 @@
 #include "axiscal/core/error.hpp"
 #include "axiscal/core/input_file.hpp"
 #include "axiscal/core/number_text.hpp"
-#include "axiscal/core/shown_text.hpp"
+#include "axiscal/core/printable_text.hpp"
 #include "core/formatted.hpp"
 #include "core/npy_header.hpp"
 #include "core/temporary_file.hpp"
@@ -234,10 +234,10 @@ Exported export_csv(const Calibration& calibration, const ExportOptions&) {
                      [&](const ParameterUncertainty& other) { return other.name == one.name; });
     const CombinedUncertainty all =
         known != uncertainties.end() ? known->uncertainty : unknown_uncertainty();
-    text += formatted("{},{},{},{},{},{},{}\n", harmless_cell(one.name), number_text(one.value),
+    text += formatted("{},{},{},{},{},{},{}\n", formula_safe_cell(one.name), number_text(one.value),
                       or_empty(one.standard_error), or_empty(all.u), or_empty(all.expanded),
                       or_empty(all.coverage_factor),
-                      harmless_cell(parameter_unit(calibration, one.name)));
+                      formula_safe_cell(parameter_unit(calibration, one.name)));
   }
   return {.content = text, .loss = std::nullopt};
 }

@@ -233,7 +233,7 @@ class Workbook {
   [[nodiscard]] int first_result() const { return m_ + temperature_columns(); }
 
   // The formula of (v - bias(t)) / scale(t) for an axis in a row.
-  [[nodiscard]] std::string above_bias(int row, int k) const {
+  [[nodiscard]] std::string bias_corrected(int row, int k) const {
     const std::string v = cell_name(row, k);
     if (order() == 0) {
       return formatted("({}-{})", v, coefficient(axis_row(k), bias_column));
@@ -354,7 +354,7 @@ class Workbook {
       std::string sum;
       for (int k = 0; k < 3; ++k) {
         sum += formatted("{}{}*{}", k == 0 ? "" : "+", coefficient(inverse_row(j), 1 + k),
-                         above_bias(row, k));
+                         bias_corrected(row, k));
       }
       f[static_cast<std::size_t>(j)] = cell_name(row, column);
       sheet.formula(row, column++, "=" + sum, reduced.field_in_sensor(j));
@@ -396,7 +396,7 @@ class Workbook {
                     coefficient(axis_row(k), sensitivity_column + 1),
                     coefficient(axis_row(k), sensitivity_column + 2));
       const auto axis = static_cast<std::size_t>(k);
-      sheet.formula(row, column++, formatted("={}/{}", above_bias(row, k), length),
+      sheet.formula(row, column++, formatted("={}/{}", bias_corrected(row, k), length),
                     reducer_.reduce_axis(axis, v[axis], temperature).component);
     }
     for (int k = 0; k < m_ && reducer_.kind().has_axis_elevation; ++k) {

@@ -75,10 +75,10 @@ void CoilField::resolve(FieldResolver& of) const {
     });
   } else if (of.given_magnitude()) {
     of.set_magnitude(*of.given_magnitude());
-  } else if (of.largest_met()) {
-    of.set_magnitude(*of.largest_met());
+  } else if (of.largest_field_length()) {
+    of.set_magnitude(*of.largest_field_length());
   } else {
-    of.leave_magnitude_open();  // other known parts must fix the scale
+    of.mark_magnitude_unknown();  // other known parts must fix the scale
   }
 }
 

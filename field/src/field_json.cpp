@@ -102,9 +102,8 @@ void write_part(Json& json, FieldSetup part) {
   }
   const FieldKind& kind = field_kind(part.kind());
   if (kind.make == nullptr) {
-    throw DomainError(
-        formatted("the field {} was added by a program, so it cannot be written to a file",
-                  part.kind()));
+    throw DomainError(formatted(
+        "the field {} was added by a program, so it cannot be written to a file", part.kind()));
   }
   json["kind"] = part.kind();
   JsonMembers io(json);

@@ -36,7 +36,7 @@ FieldDescription FieldResolver::resolve() {
     found_.start.sign_by = given_.in_table->normalized();
   }
   if (given_.magnitude_unknown) {
-    leave_magnitude_open();
+    mark_magnitude_unknown();
   }
   return std::move(found_);
 }
@@ -65,7 +65,7 @@ void FieldResolver::prepare() {
   const FieldKind& kind = field_kind(given_.kind());
   found_.kind = given_.kind();
   if (found_.unit.empty()) {
-    found_.unit = unit_told_by_number(kind);
+    found_.unit = unit_from_magnitude(kind);
   }
   if (found_.unit.empty()) {
     found_.unit = given_.of->unit();
@@ -107,7 +107,7 @@ void FieldResolver::resolve_by_value(const ReferenceField& field) {
 
 // Returns the first unit in which the stated magnitude is possible: 9.81 is gravity in m/s^2, 48 is
 // the Earth's field in uT. Returns "" if no unit fits.
-std::string FieldResolver::unit_told_by_number(const FieldKind& kind) const {
+std::string FieldResolver::unit_from_magnitude(const FieldKind& kind) const {
   const std::optional<double> met = kind.vertical ? occasion_.largest : std::nullopt;
   const std::optional<double> magnitude = given_magnitude() ? given_magnitude() : met;
   for (const std::string_view unit : kind.units) {
@@ -175,7 +175,7 @@ bool FieldResolver::may_be_open() const {
   return given_.magnitude_unknown || (beside_others_ && !found_.set_by_level && !given_magnitude());
 }
 
-void FieldResolver::leave_magnitude_open() {
+void FieldResolver::mark_magnitude_unknown() {
   found_.free_length = true;
   set_magnitude(given_magnitude().value_or(1.0));
 }
@@ -185,7 +185,7 @@ void FieldResolver::set_given_magnitude(const std::string& otherwise,
   if (given_magnitude()) {
     set_magnitude(*given_magnitude());
   } else if (may_be_open()) {
-    leave_magnitude_open();
+    mark_magnitude_unknown();
   } else if (occasion_.largest) {
     set_magnitude(*occasion_.largest);
   } else {

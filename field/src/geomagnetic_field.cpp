@@ -107,15 +107,14 @@ void GeomagneticField::members(JsonMembers& io) {
 }
 
 FieldKind geomagnetic_entry() {
-  return {
-      .name = "geomagnetic",
-      .units = magnetic_units,
-      .local = true,
-      .dated = true,
-      .least_magnitude = 20e3,  // 22,000 nT (South Atlantic) to 67,000 nT (near the poles)
-      .greatest_magnitude = 70e3,
-      .members = members_with_date,
-      .make = maker_of<GeomagneticField>()};
+  return {.name = "geomagnetic",
+          .units = magnetic_units,
+          .local = true,
+          .dated = true,
+          .least_magnitude = 20e3,  // 22,000 nT (South Atlantic) to 67,000 nT (near the poles)
+          .greatest_magnitude = 70e3,
+          .members = members_with_date,
+          .make = maker_of<GeomagneticField>()};
 }
 
 }  // namespace axiscal

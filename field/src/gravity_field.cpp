@@ -60,8 +60,8 @@ void GravityField::resolve(FieldResolver& of) const {
   of.set_magnitude(1.0);
   if (const std::optional<double> magnitude = of.given_magnitude()) {
     of.set_magnitude(*magnitude);
-  } else if (found.unit != "g" && !site && of.largest_met()) {
-    of.set_magnitude(*of.largest_met());
+  } else if (found.unit != "g" && !site && of.largest_field_length()) {
+    of.set_magnitude(*of.largest_field_length());
   } else if (found.unit != "g") {
     if (!site) {
       throw SetupError(

@@ -43,8 +43,8 @@ TableField TableField::tilted_by_block(std::vector<int> blocks) const {
 
 TableField TableField::with(std::vector<Eigen::Vector3d> vectors) const {
   if (vectors.size() != vector_count()) {
-    throw DomainError(formatted("a field in the table needs {} vectors, not {}", vector_count(),
-                                vectors.size()));
+    throw DomainError(
+        formatted("a field in the table needs {} vectors, not {}", vector_count(), vectors.size()));
   }
   TableField field = without_vectors();
   field.vectors_ = std::move(vectors);

@@ -101,9 +101,8 @@ struct Parsing {
     } else if (called == "_e") {
       add_constant(std::numbers::e);
     } else {
-      throw DomainError(
-          formatted("'{}' is not a known variable; the variables are {}", called,
-                    joined(names, ", ")));
+      throw DomainError(formatted("'{}' is not a known variable; the variables are {}", called,
+                                  joined(names, ", ")));
     }
   }
 

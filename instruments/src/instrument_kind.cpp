@@ -28,8 +28,8 @@ const std::deque<InstrumentKind>& instrument_kinds() {
 const InstrumentKind& add_instrument_kind(const InstrumentKind& kind) {
   for (const InstrumentKind& known : known_kinds()) {
     if (kind.name.empty() || known.name == kind.name) {
-      throw DomainError(formatted(
-          "add_instrument_kind: the name '{}' is empty or exists already", kind.name));
+      throw DomainError(
+          formatted("add_instrument_kind: the name '{}' is empty or exists already", kind.name));
     }
   }
   if (kind.derived_names.size() > DerivedValues{}.values.size() ||

@@ -59,8 +59,7 @@ HWY_INLINE Double ArcTangent(Double y, Double x) {
   const Double high = hn::Max(ax, ay);
   const Double zero = hn::Zero(lanes);
   // If `high` is not greater than zero, the sum is 0 or NaN.
-  const Double ratio =
-      hn::IfThenElse(hn::Gt(high, zero), hn::Div(low, high), hn::Add(low, high));
+  const Double ratio = hn::IfThenElse(hn::Gt(high, zero), hn::Div(low, high), hn::Add(low, high));
   Double angle = hn::Atan(lanes, ratio);
   angle =
       hn::IfThenElse(hn::Gt(ay, ax), hn::Sub(hn::Set(lanes, std::numbers::pi / 2.0), angle), angle);

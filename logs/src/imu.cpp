@@ -483,7 +483,7 @@ class ImuCalibrator {
       experiment.instrument.kind = "accelerometer";
     }
     experiment.instrument.axes = options_.accelerometer;
-    take_usual_field(experiment);
+    set_default_field(experiment);
     // If a board is turned by hand, the error of the model is larger than that of a mean over a
     // second, so all rests have the same weight.
     experiment.fit.weighting = experiment.fit.weighting.value_or(Weighting::none);
@@ -514,9 +514,9 @@ class ImuCalibrator {
       between_directions(result_.accelerometer, means.row(static_cast<Eigen::Index>(before)),
                          means.row(static_cast<Eigen::Index>(after)), turns[t]);
       if (result_.seats) {
-        between_seats(options_.experiment.positioner,
-                      options_.experiment.rotation_sensor_from_positioner,
-                      *result_.seats->points[before], *result_.seats->points[after], turns[t]);
+        set_turn_between_seats(
+            options_.experiment.positioner, options_.experiment.rotation_sensor_from_positioner,
+            *result_.seats->points[before], *result_.seats->points[after], turns[t]);
       }
     }
     TurnFitOptions turn_options = options_.turns;
@@ -524,7 +524,7 @@ class ImuCalibrator {
     if (gyroscope_inverse_ && !options_.known_accelerometer && !turn_options.start) {
       turn_options.start = gyroscope_inverse_;
     }
-    take_out_earth(options_.experiment.table.site, turns, turn_options);
+    set_earth_rotation(options_.experiment.table.site, turns, turn_options);
     result_.turns = fit_turns(turns, rests, turn_options);
     Calibration record = turn_calibration(*result_.turns,
                                           {.kind = "gyroscope",
@@ -610,7 +610,7 @@ SeatLabels recognise_seats(const RecordedLog& log,
                            std::vector<std::string>& notes) {
   const Eigen::MatrixX3d means = means_of(rests, options.accelerometer);
   const std::vector<std::optional<Face>> faces = resting_faces(means);
-  const Eigen::MatrixX3d ups = rough_ups(means);
+  const Eigen::MatrixX3d ups = approximate_up_directions(means);
   const std::string open_start =
       options.first
           ? ""

@@ -253,7 +253,7 @@ class RegionCalibrator {
     Experiment experiment = options_.experiment;
     experiment.instrument.kind = "accelerometer";
     experiment.instrument.axes = options_.accelerometer;
-    take_usual_field(experiment);
+    set_default_field(experiment);
     experiment.fit.weighting = experiment.fit.weighting.value_or(Weighting::none);
     Observations observations = readings_of(options_.accelerometer, rests_);
     const auto all_have = [&](auto has) {

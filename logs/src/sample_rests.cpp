@@ -156,7 +156,7 @@ std::optional<SampleRests> rests_of_samples(const Observations& samples) {
 
 std::vector<std::optional<Face>> faces_by_gravity(const Observations& readings) {
   const Eigen::MatrixX3d means = readings.response;
-  const Eigen::MatrixX3d ups = rough_ups(means).rowwise().normalized();
+  const Eigen::MatrixX3d ups = approximate_up_directions(means).rowwise().normalized();
   const double apart = std::cos(10.0 * rad_per_deg);
   std::vector<Eigen::Index> places;
   for (Eigen::Index i = 0; i < ups.rows(); ++i) {

@@ -68,7 +68,7 @@ std::optional<DesignPoint> start_of(const std::optional<Face>& face,
 
 }  // namespace
 
-Eigen::MatrixX3d rough_ups(const Eigen::MatrixX3d& means) {
+Eigen::MatrixX3d approximate_up_directions(const Eigen::MatrixX3d& means) {
   const Eigen::RowVector3d high = means.colwise().maxCoeff();
   const Eigen::RowVector3d low = means.colwise().minCoeff();
   return (means.rowwise() - 0.5 * (high + low)).array().rowwise() / (0.5 * (high - low)).array();
@@ -103,7 +103,7 @@ std::vector<std::optional<Face>> resting_faces(const Eigen::MatrixX3d& means) {
   }
   // With rests on all six faces, all vectors have a length of 1. If some axis was not reversed, the
   // middle of its extremes is wrong, and the vectors are longer.
-  const Eigen::MatrixX3d ups = rough_ups(means);
+  const Eigen::MatrixX3d ups = approximate_up_directions(means);
   const Eigen::VectorXd lengths = ups.rowwise().norm();
   if (upper_median({lengths.begin(), lengths.end()}) > 1.3) {
     throw RefusedError(

@@ -10,7 +10,7 @@
 #include "axiscal/core/not_a_number.hpp"
 #include "axiscal/core/number_text.hpp"
 #include "axiscal/core/parallel.hpp"
-#include "axiscal/core/shown_text.hpp"
+#include "axiscal/core/printable_text.hpp"
 #include "axiscal/logs/settings.hpp"
 #include "core/formatted.hpp"
 
@@ -518,10 +518,10 @@ std::string segmentation_csv(const Segmentation& segmentation,
   }
   text += "start,end,samples";
   for (const std::string& column : segmentation.columns) {
-    text += "," + harmless_cell(column);
+    text += "," + formula_safe_cell(column);
   }
   for (const std::size_t c : segmentation.detection) {
-    text += "," + harmless_cell(segmentation.columns[c] + "_sd");
+    text += "," + formula_safe_cell(segmentation.columns[c] + "_sd");
   }
   text += ",effective_samples,marks\n";
   int run = 0;

@@ -90,7 +90,7 @@ RecordedLog simulate_imu_log(const ImuSimulation& simulation,
     for (int s = 1; s < turning; ++s) {
       const double part = static_cast<double>(s) / turning;
       const HandMotion motion =
-          turned_by_hand(here, rotations_table_from_sensor[i + 1], part, simulation.turn_s);
+          hand_motion(here, rotations_table_from_sensor[i + 1], part, simulation.turn_s);
       recorder.sample(motion.table_from_sensor, motion.rate,
                       simulation.hand_shake * std::sin(std::numbers::pi * part));
     }

@@ -85,8 +85,8 @@ void check_neighbours(const std::array<FaceDescription, all_faces.size()>& faces
       for (const Ball& p : *a) {
         for (const Ball& q : *b) {
           if ((p.centre_m - q.centre_m).norm() < p.radius_m + q.radius_m) {
-            throw DomainError(formatted("the feet {} and those {} overlap", of_face(one),
-                                        of_face(other)));
+            throw DomainError(
+                formatted("the feet {} and those {} overlap", of_face(one), of_face(other)));
           }
         }
       }

@@ -94,7 +94,7 @@ std::string run_section(const Calibration& calibration) {
 std::string words_on_fit(const Calibration& calibration) {
   std::string html;
   for (const std::string& words :
-       {words_of_field_size(calibration), words_of_confirmation(calibration)}) {
+       {field_size_sentence(calibration), confirmation_sentence(calibration)}) {
     html += words.empty() ? "" : paragraph(words);
   }
   return html;

@@ -274,9 +274,8 @@ void write_facts(const Calibration& calibration,
     pages.paragraph(statement);
   }
   if (const std::vector<std::string> missing = not_counted(calibration); !missing.empty()) {
-    pages.paragraph(
-        formatted("The stated uncertainties do not include the uncertainty of: {}.",
-                  joined(missing)));
+    pages.paragraph(formatted("The stated uncertainties do not include the uncertainty of: {}.",
+                              joined(missing)));
   }
   if (!counts_magnitude(calibration)) {
     pages.paragraph(formatted(

@@ -121,7 +121,7 @@ std::string correlation_table(const Calibration& calibration) {
 std::string alignments_table(const Calibration& calibration) {
   std::vector<std::vector<Cell>> rows;
   for (const SlotAlignment& other : calibration.fit.slot_alignments) {
-    const Eigen::Vector3d turn = turn_beside_quarters(other);
+    const Eigen::Vector3d turn = rotation_without_quarter_turns(other);
     std::vector<Cell>& row = rows.emplace_back(std::vector<Cell>{{other.slot, ""}});
     for (Eigen::Index j = 0; j < 3; ++j) {
       row.push_back(number_cell(1e3 * turn(j)));

@@ -172,8 +172,8 @@ Capability capability_of(const Fleet& fleet, const FleetUnits& units, std::size_
   result.sd_within = sd_within(batches, values, parameter);
   result.ppk = capability_index(fleet.parameters[parameter], result.mean, result.sd);
   result.cpk = capability_index(fleet.parameters[parameter], result.mean, result.sd_within);
-  result.ppk_low = result.ppk - normal_95 * std::sqrt(1.0 / (9.0 * n) + result.ppk * result.ppk /
-                                                                            (2.0 * (n - 1.0)));
+  result.ppk_low = result.ppk - normal_95 * std::sqrt(1.0 / (9.0 * n) +
+                                                      result.ppk * result.ppk / (2.0 * (n - 1.0)));
   result.center = result.mean;
   result.below = result.mean - 3.0 * result.sd_within;
   result.above = result.mean + 3.0 * result.sd_within;
@@ -193,8 +193,7 @@ Capability capability_of(const Fleet& fleet, const FleetUnits& units, std::size_
         result.sd_within > 0.0) {
       const double common2 = own * own - noise * noise;
       const double prior2 = result.sd_within * result.sd_within;
-      with_prior.push_back(
-          std::sqrt(common2 + noise * noise * prior2 / (noise * noise + prior2)));
+      with_prior.push_back(std::sqrt(common2 + noise * noise * prior2 / (noise * noise + prior2)));
     }
   }
   result.median_u = u.empty() ? not_a_number : upper_median(u);
@@ -242,9 +241,8 @@ std::vector<FleetOutlier> outliers_of(const Fleet& fleet, const FleetUnits& unit
       }
     }
   }
-  std::stable_sort(outliers.begin(), outliers.end(), [](const auto& a, const auto& b) {
-    return std::abs(a.z) > std::abs(b.z);
-  });
+  std::stable_sort(outliers.begin(), outliers.end(),
+                   [](const auto& a, const auto& b) { return std::abs(a.z) > std::abs(b.z); });
   return outliers;
 }
 
@@ -332,8 +330,8 @@ std::vector<FleetGroup> groups_of(const Fleet& fleet,
       }
       group.z.push_back(values.empty()
                             ? not_a_number
-                            : (mean_of(values) - means[parameter]) * std::sqrt(static_cast<double>(values.size())) /
-                                  sds[parameter]);
+                            : (mean_of(values) - means[parameter]) *
+                                  std::sqrt(static_cast<double>(values.size())) / sds[parameter]);
     }
     result.push_back(std::move(group));
   }

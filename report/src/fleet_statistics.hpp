@@ -35,24 +35,24 @@ struct FleetUnits {
 
 /// The capability of the process for one coefficient.
 struct Capability {
-  std::size_t units = 0;     ///< that have a value
+  std::size_t units = 0;  ///< that have a value
   double mean = 0.0;
-  double sd = 0.0;           ///< of all units
-  double sd_within = 0.0;    ///< within batches; by moving ranges if there is one batch only
-  double ppk = 0.0;          ///< distance of the mean to the nearer limit, over 3 sd; NaN: no limits
-  double ppk_low = 0.0;      ///< lower 95 % limit of ppk (Bissell 1990)
-  double cpk = 0.0;          ///< as ppk, with sd_within
-  double median_u = 0.0;     ///< standard uncertainty of one unit
-  double median_u_with_prior = 0.0;  ///< NaN if a prior from the batch is not allowed
+  double sd = 0.0;         ///< of all units
+  double sd_within = 0.0;  ///< within batches; by moving ranges if there is one batch only
+  double ppk = 0.0;        ///< distance of the mean to the nearer limit, over 3 sd; NaN: no limits
+  double ppk_low = 0.0;    ///< lower 95 % limit of ppk (Bissell 1990)
+  double cpk = 0.0;        ///< as ppk, with sd_within
+  double median_u = 0.0;   ///< standard uncertainty of one unit
+  double median_u_with_prior = 0.0;               ///< NaN if a prior from the batch is not allowed
   double center = 0.0, below = 0.0, above = 0.0;  ///< of the control chart: mean +- 3 sd_within
-  std::size_t outside = 0;   ///< units outside the control limits
+  std::size_t outside = 0;                        ///< units outside the control limits
 };
 
 /// The units of a batch are a sample of its distribution, so the batch is a prior for each of them.
 /// Let s be the standard deviation within the batch, e the part of u that comes from reading noise,
 /// and c the part that all units share, with u^2 = e^2 + c^2. The prior replaces e^2 by
-/// e^2 s^2 / (e^2 + s^2); c stays. s includes the noise, so the result is not too small. It needs 20
-/// units per batch, and does not apply to units outside the distribution.
+/// e^2 s^2 / (e^2 + s^2); c stays. s includes the noise, so the result is not too small. It needs
+/// 20 units per batch, and does not apply to units outside the distribution.
 [[nodiscard]] Capability capability_of(const Fleet& fleet,
                                        const FleetUnits& units,
                                        std::size_t parameter);
@@ -70,10 +70,10 @@ struct FleetOutlier {
 
 /// The meaning of a retest.
 enum class RetestKind {
-  bad_test,   ///< failed, then passed with other coefficients: the first test was wrong
-  marginal,   ///< failed, then passed with the same coefficients: the unit is near a limit
-  bad_unit,   ///< failed twice with the same coefficients
-  unstable,   ///< failed twice with different coefficients
+  bad_test,  ///< failed, then passed with other coefficients: the first test was wrong
+  marginal,  ///< failed, then passed with the same coefficients: the unit is near a limit
+  bad_unit,  ///< failed twice with the same coefficients
+  unstable,  ///< failed twice with different coefficients
   passed_both
 };
 

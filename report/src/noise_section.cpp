@@ -44,7 +44,7 @@ std::vector<NoiseGroup> groups_of(const LogNoise& noise) {
 
 // True for a temperature. Its Allan deviation shows the room's temperature, not the sensor's noise.
 bool is_temperature(const ColumnNoise& column) {
-  const std::string name = in_small_letters(column.name);
+  const std::string name = to_lower_case(column.name);
   return column.kind == "temperature" || name.find("temp") != std::string::npos ||
          name.ends_with("degc");
 }

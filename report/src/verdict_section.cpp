@@ -44,7 +44,7 @@ std::vector<std::string> what_to_watch(const Calibration& calibration, const std
     }
   }
   if (calibration.findings.confirmation && !calibration.findings.confirmation->passed) {
-    lines.push_back(words_of_confirmation(calibration));
+    lines.push_back(confirmation_sentence(calibration));
   }
   if (calibration.sensor.temperature) {
     const TemperatureResponse& over = *calibration.sensor.temperature;
@@ -58,7 +58,7 @@ std::vector<std::string> what_to_watch(const Calibration& calibration, const std
     lines.emplace_back(
         "It is valid at the temperature of the calibration. The effect of temperature is unknown.");
   }
-  if (std::string missing = words_of_not_counted(calibration); !missing.empty()) {
+  if (std::string missing = not_counted_sentence(calibration); !missing.empty()) {
     lines.push_back(std::move(missing));
   }
   if (!calibration.fit.left_out.empty()) {
@@ -165,7 +165,7 @@ std::string verdict_section(const Calibration& calibration) {
       (calibration.findings.confirmation && !calibration.findings.confirmation->passed)) {
     state = "refused";
   }
-  const std::string headline = words_of_verdict(calibration);
+  const std::string headline = verdict_sentence(calibration);
   std::string html = formatted("<div class=\"verdict {}\" role=\"status\"><strong>{}</strong>\n",
                                state, escaped(headline));
   std::string likely;

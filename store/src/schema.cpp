@@ -28,7 +28,7 @@ std::vector<std::vector<std::string>> steps(const Database::Dialect& dialect) {
        "CREATE TABLE axiscal_coefficient ("
        "calibration BIGINT NOT NULL REFERENCES axiscal_calibration (id), place INTEGER NOT NULL, "
        "name TEXT NOT NULL, value DOUBLE PRECISION, u DOUBLE PRECISION, "
-       "expanded DOUBLE PRECISION, PRIMARY KEY (calibration, place))",
+       "u_noise DOUBLE PRECISION, expanded DOUBLE PRECISION, PRIMARY KEY (calibration, place))",
        formatted("CREATE TABLE axiscal_record ("
                  "calibration BIGINT PRIMARY KEY REFERENCES axiscal_calibration (id), "
                  "json {} NOT NULL)",

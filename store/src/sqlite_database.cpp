@@ -71,7 +71,7 @@ class SqliteDatabase final : public Database {
     }
     if (sqlite3_exec(database, "SELECT count(*) FROM sqlite_master", nullptr, nullptr, nullptr) ==
         SQLITE_NOTADB) {
-      throw DataError(path, "is not a store: it is no database of SQLite");
+      throw DataError(path, "is not a store: SQLite cannot open it");
     }
     if (may_create) {  // readers and one writer do not wait for each other
       sqlite3_exec(database, "PRAGMA journal_mode=WAL", nullptr, nullptr, nullptr);

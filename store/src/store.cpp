@@ -82,7 +82,8 @@ StoredCoefficient coefficient_of(const SqlRow& row, int column) {
   return {.name = row.text(column),
           .value = row.number(column + 1),
           .u = row.number(column + 2),
-          .expanded = row.number(column + 3)};
+          .u_noise = row.number(column + 3),
+          .expanded = row.number(column + 4)};
 }
 
 // A day stands for its end: dates are compared as texts.
@@ -181,15 +182,16 @@ bool Store::add(const StoredCalibration& one) {
     return false;
   }
   std::string sql =
-      "INSERT INTO axiscal_coefficient (calibration, place, name, value, u, expanded) VALUES ";
+      "INSERT INTO axiscal_coefficient (calibration, place, name, value, u, u_noise, expanded) "
+      "VALUES ";
   std::vector<SqlValue> numbers;
   std::int64_t place = 0;
   for (const StoredCoefficient& coefficient : one.coefficients) {
     const std::size_t first = numbers.size() + 1;
-    sql += formatted("{}(${}, ${}, ${}, ${}, ${}, ${})", place > 0 ? ", " : "", first, first + 1,
-                     first + 2, first + 3, first + 4, first + 5);
+    sql += formatted("{}(${}, ${}, ${}, ${}, ${}, ${}, ${})", place > 0 ? ", " : "", first,
+                     first + 1, first + 2, first + 3, first + 4, first + 5, first + 6);
     numbers.insert(numbers.end(), {id, place++, coefficient.name, coefficient.value, coefficient.u,
-                                   coefficient.expanded});
+                                   coefficient.u_noise, coefficient.expanded});
   }
   if (!numbers.empty()) {
     database_->execute(sql, numbers);
@@ -214,7 +216,9 @@ void Store::for_each(const StoreFilter& filter,
   const bool with_record = part == StoredPart::record;
   const bool with_coefficients = part == StoredPart::coefficients;
   std::string sql = formatted("SELECT {}", head_columns);
-  sql += with_record ? ", r.json" : with_coefficients ? ", c.name, c.value, c.u, c.expanded" : "";
+  sql += with_record         ? ", r.json"
+         : with_coefficients ? ", c.name, c.value, c.u, c.u_noise, c.expanded"
+                             : "";
   sql += " FROM axiscal_calibration k";
   sql += with_record         ? " JOIN axiscal_record r ON r.calibration = k.id"
          : with_coefficients ? " LEFT JOIN axiscal_coefficient c ON c.calibration = k.id"
@@ -327,7 +331,8 @@ std::vector<StoreDefect> Store::verify(
           }
         });
     database_->execute(
-        "SELECT name, value, u, expanded FROM axiscal_coefficient WHERE calibration = $1 ORDER BY "
+        "SELECT name, value, u, u_noise, expanded FROM axiscal_coefficient WHERE calibration = $1 "
+        "ORDER BY "
         "place",
         key, [&](const SqlRow& row) { one.coefficients.push_back(coefficient_of(row, 0)); });
     std::string defect = json ? "" : "its record is missing";

@@ -36,7 +36,7 @@ struct InTheHand {
       setup.experiment.field.unit = "uT";
     }
     source.play(setup.experiment);
-    source.roam(setup.by_rests);
+    source.set_free_motion(setup.by_rests);
   }
 
   // Adds the samples of the next `seconds` seconds to the session.

@@ -26,7 +26,7 @@ TEST(Journal, KeepsLinesAndOpensAgain) {
   {
     Journal journal = Journal::create(path);
     EXPECT_EQ(journal.append(first), "");
-    EXPECT_EQ(journal.append_later("two"), "");
+    EXPECT_EQ(journal.append_without_sync("two"), "");
   }
   std::vector<std::string> lines;
   Journal journal = Journal::open(path, lines);

@@ -34,13 +34,14 @@ TEST(Readme, ShowsWhatTheCommandPrints) {
   std::filesystem::create_directory(folder.path("examples"));
   folder.write("examples/run.csv", source_file("examples/run.csv"));
   folder.write("log.csv", "time,x,y,z\n1,0.870,0.000,2.360\n");
-  const std::string shown_text = source_file("docs/first_run.md");
+  const std::string printable_text = source_file("docs/first_run.md");
   const auto shown = [&](const std::string& command) {
     const std::string shell = "cd '" + folder.path("") + "' && PATH='" +
                               std::filesystem::path(command_path()).parent_path().string() +
                               "':\"$PATH\" " + command + " > out.txt 2> err.txt";
     EXPECT_EQ(std::system(shell.c_str()), 0) << read_file(folder.path("err.txt"));
-    EXPECT_THAT(shown_text, HasSubstr("$ " + command + "\n" + read_file(folder.path("out.txt"))));
+    EXPECT_THAT(printable_text,
+                HasSubstr("$ " + command + "\n" + read_file(folder.path("out.txt"))));
   };
   shown(
       "axiscal calibrate examples/run.csv --instrument accelerometer --field gravity --unit V "

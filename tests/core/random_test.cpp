@@ -43,7 +43,7 @@ TEST(RandomStream, IsTheSameWhereSeveralAreSeededTogether) {
   RandomStream a(5);
   RandomStream b(5, 1);
   RandomStream c(6, 7);
-  RandomStream::seed_together({&a, &b, &c});
+  RandomStream::seed_several({&a, &b, &c});
   RandomStream a_alone(5);
   RandomStream b_alone(5, 1);
   RandomStream c_alone(6, 7);

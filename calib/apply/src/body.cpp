@@ -261,10 +261,10 @@ BodyRotation find_body_rotation(const Calibration& calibration,
   return body;
 }
 
-BodyRotation tared(const Calibration& calibration,
-                   BodyRotation body,
-                   const std::vector<ReferenceReading>& tare,
-                   const BodyOptions& options) {
+BodyRotation corrected_by_tare(const Calibration& calibration,
+                               BodyRotation body,
+                               const std::vector<ReferenceReading>& tare,
+                               const BodyOptions& options) {
   const Directions directions(calibration);
   if (tare.empty()) {
     throw RefusedError("the run lacks readings for the tare");

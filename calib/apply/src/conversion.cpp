@@ -55,7 +55,7 @@ double relative_u_of_field(const FieldDescription& field) {
 // The conversion of a field other than gravity, or of gravity without a change of unit and place.
 FieldConversion plain_conversion(const FieldDescription& field,
                                  const std::string& unit,
-                                 const FieldThere& there) {
+                                 const FieldAtReadings& there) {
   FieldConversion conversion{.unit = unit};
   conversion.factor = factor_between(field.unit, unit);
   const double as_calibrated = conversion.factor * field.magnitude;
@@ -72,7 +72,7 @@ FieldConversion plain_conversion(const FieldDescription& field,
 // The conversion of gravity to another place, or between g and m/s^2.
 FieldConversion gravity_conversion(const FieldDescription& field,
                                    const std::string& unit,
-                                   const FieldThere& there) {
+                                   const FieldAtReadings& there) {
   FieldConversion conversion{.unit = unit};
   const double here = gravity_of(field);  // the value of 1 g in the record
   const double at_record = field.unit == "g" ? here * field.magnitude : field.magnitude;
@@ -103,7 +103,7 @@ FieldConversion gravity_conversion(const FieldDescription& field,
 
 FieldConversion field_conversion(const FieldDescription& field,
                                  const std::string& unit,
-                                 const FieldThere& there) {
+                                 const FieldAtReadings& there) {
   const std::string& wanted = unit.empty() ? field.unit : unit;
   const bool gravity =
       field.unit == "g" || (field.unit == "m/s^2" && field_kind(field.kind).vertical);

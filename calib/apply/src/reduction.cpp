@@ -108,14 +108,14 @@ Reducer::Reducer(const SensorModel& sensor,
   }
 }
 
-double Reducer::above_bias(std::size_t axis,
-                           double reading,
-                           const std::optional<SensorTemperature>& temperature) const noexcept {
+double Reducer::bias_corrected(std::size_t axis,
+                               double reading,
+                               const std::optional<SensorTemperature>& temperature) const noexcept {
   if (!temperature_ || !temperature) {
     return reading - bias_[axis];
   }
   const auto k = static_cast<Eigen::Index>(axis);
-  return temperature_->above_bias(k, reading, bias_[axis], temperature->of(k));
+  return temperature_->bias_corrected(k, reading, bias_[axis], temperature->of(k));
 }
 
 // For more than three axes with temperature terms. The weights of the equations change with the
@@ -130,7 +130,7 @@ bool Reducer::solve_scaled(std::span<const double> readings,
     const double scale = temperature ? temperature_->scale_at(axis, temperature->of(axis)) : 1.0;
     const double weight = weights_[k] * scale * scale;
     N += weight * rows_[k] * rows_[k].transpose();
-    c += weight * above_bias(k, readings[k], temperature) * rows_[k];
+    c += weight * bias_corrected(k, readings[k], temperature) * rows_[k];
   }
   field = N.inverse() * c;
   return field.allFinite();
@@ -138,20 +138,20 @@ bool Reducer::solve_scaled(std::span<const double> readings,
 
 // Least squares with the axes that face the light. The first round uses the axes whose readings are
 // above the dark.
-bool Reducer::solve_lit(std::span<const double> readings,
-                        const std::optional<SensorTemperature>& temperature,
-                        Eigen::Vector3d& field) const noexcept {
+bool Reducer::solve_light(std::span<const double> readings,
+                          const std::optional<SensorTemperature>& temperature,
+                          Eigen::Vector3d& field) const noexcept {
   constexpr std::uint64_t one = 1;
   const std::size_t m = std::min<std::size_t>(rows_.size(), 64);
   constexpr double dimmest = 0.02;  // fraction of the brightest axis below which an axis is dark
   double brightest = 0.0;
   for (std::size_t k = 0; k < m; ++k) {
-    brightest = std::max(brightest, above_bias(k, readings[k], temperature) / length_[k]);
+    brightest = std::max(brightest, bias_corrected(k, readings[k], temperature) / length_[k]);
   }
   std::uint64_t lit = 0;
   for (std::size_t k = 0; k < m; ++k) {
-    lit |=
-        above_bias(k, readings[k], temperature) > dimmest * length_[k] * brightest ? one << k : 0;
+    lit |= bias_corrected(k, readings[k], temperature) > dimmest * length_[k] * brightest ? one << k
+                                                                                          : 0;
   }
   constexpr int most_rounds = 8;
   for (int round = 0; round < most_rounds; ++round) {
@@ -160,7 +160,7 @@ bool Reducer::solve_lit(std::span<const double> readings,
     for (std::size_t k = 0; k < m; ++k) {
       if ((lit & (one << k)) != 0) {
         N += weights_[k] * rows_[k] * rows_[k].transpose();
-        c += weights_[k] * above_bias(k, readings[k], temperature) * rows_[k];
+        c += weights_[k] * bias_corrected(k, readings[k], temperature) * rows_[k];
       }
     }
     Eigen::Matrix3d inverse;
@@ -220,12 +220,12 @@ bool Reducer::solve(std::span<const double> readings,
   field.setZero();
   bool determined = true;
   if (one_sided_) {
-    determined = solve_lit(readings, temperature, field);
+    determined = solve_light(readings, temperature, field);
   } else if (!rows_.empty()) {
     determined = solve_scaled(readings, temperature, field);
   } else {
     for (std::size_t k = 0; k < bias_.size(); ++k) {
-      field += inverse_[k] * above_bias(k, readings[k], temperature);
+      field += inverse_[k] * bias_corrected(k, readings[k], temperature);
     }
   }
   if (context.up) {
@@ -315,7 +315,7 @@ ReducedAxis Reducer::reduce_axis(
     std::size_t axis,
     double reading,
     const std::optional<SensorTemperature>& temperature) const noexcept {
-  ReducedAxis result{.component = above_bias(axis, reading, temperature) / length_[axis]};
+  ReducedAxis result{.component = bias_corrected(axis, reading, temperature) / length_[axis]};
   result.extrapolated = temperature_ && temperature && temperature_->is_extrapolated(*temperature);
   if (!gives_field_) {
     result.angle_rad = not_a_number;
@@ -332,8 +332,8 @@ Reducer::ClosedField Reducer::closed_field(
   if (!open_direction_) {
     throw DomainError("Reducer::closed_field: needs two axes of a one-sided instrument");
   }
-  const Eigen::Vector3d seen = inverse_[0] * above_bias(0, first, temperature) +
-                               inverse_[1] * above_bias(1, second, temperature);
+  const Eigen::Vector3d seen = inverse_[0] * bias_corrected(0, first, temperature) +
+                               inverse_[1] * bias_corrected(1, second, temperature);
   const double left = magnitude_ * magnitude_ - seen.squaredNorm();
   return {.in_sensor = seen + std::sqrt(std::max(0.0, left)) * *open_direction_,
           .clamped = left < 0.0};

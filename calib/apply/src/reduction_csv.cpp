@@ -16,7 +16,7 @@
 #include "axiscal/core/not_a_number.hpp"
 #include "axiscal/core/number_text.hpp"
 #include "axiscal/core/parallel.hpp"
-#include "axiscal/core/shown_text.hpp"
+#include "axiscal/core/printable_text.hpp"
 #include "axiscal/core/units.hpp"
 #include "axiscal/core/worker_count.hpp"
 #include "core/formatted.hpp"
@@ -318,14 +318,14 @@ class RowReduction {
     if (std::any_of(csv_.header().begin(), csv_.header().end(), &is_formula)) {
       for (const std::string& name : csv_.header()) {
         out_.put(&name == &csv_.header().front() ? "" : ",");
-        out_.put(harmless_cell(name));
+        out_.put(formula_safe_cell(name));
       }
     } else {
       out_.put(csv_.header_text());
     }
     for (const std::string& name : results_) {
       out_.put(",");
-      out_.put(harmless_cell(name));
+      out_.put(formula_safe_cell(name));
     }
     end_row();
   }
@@ -370,7 +370,7 @@ class RowReduction {
     for (const std::string_view cell : csv_.cells()) {
       out_.put(first ? "" : ",");
       first = false;
-      out_.put(harmless_cell(std::string(cell)));
+      out_.put(formula_safe_cell(std::string(cell)));
     }
   }
 

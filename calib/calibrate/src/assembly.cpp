@@ -375,7 +375,7 @@ SlotAlignment alignment_of(const Calibration& from, const Calibration& to) {
   return alignment;
 }
 
-Eigen::Vector3d turn_beside_quarters(const SlotAlignment& alignment) {
+Eigen::Vector3d rotation_without_quarter_turns(const SlotAlignment& alignment) {
   Eigen::Matrix3d quarters = alignment.rotation_other_from_sensor.array().round();
   if (!quarters.isUnitary()) {
     quarters.setIdentity();

@@ -175,7 +175,7 @@ void add_notes(Calibration& calibration,
 
 void note_stated_inputs(double resolution, const ReadingSet& set, Calibration& calibration) {
   std::vector<CalibrationNote>& notes = calibration.findings.notes;
-  if (std::string missing = words_of_not_counted(calibration); !missing.empty()) {
+  if (std::string missing = not_counted_sentence(calibration); !missing.empty()) {
     notes.push_back({NoteCode::not_counted, std::move(missing)});
   }
   double finest = resolution;

@@ -20,8 +20,8 @@ Eigen::VectorXd fitted_response(const Calibration& calibration,
   const bool by_lights = calibration.sensor.instrument.one_sided && fitted.is_sum() &&
                          fitted.has_vectors() && reading.point;
   Eigen::VectorXd response = by_lights
-                                 ? lit_response_at(calibration.sensor, fitted, reading.level,
-                                                   source.rotation(reading), reading.temperature)
+                                 ? light_response_at(calibration.sensor, fitted, reading.level,
+                                                     source.rotation(reading), reading.temperature)
                                  : response_at(calibration.sensor, field, reading.temperature);
   for (const AlsoResponse& also : calibration.sensor.also) {
     response += also.sensitivity * (source.rotation(reading) * also.in_table);

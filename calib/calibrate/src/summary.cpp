@@ -65,7 +65,7 @@ class Summary {
     add_quantities();
     text_ += text_.ends_with("\n\n") ? "" : "\n";
     for (const std::string& words :
-         {words_of_field_size(c_), words_of_confirmation(c_), words_of_not_counted(c_)}) {
+         {field_size_sentence(c_), confirmation_sentence(c_), not_counted_sentence(c_)}) {
       text_ += words.empty() ? "" : wrapped(words, 80) + "\n";
     }
     return text_;
@@ -466,7 +466,7 @@ class Summary {
     }
     heading("Rotations of the other instruments' frames [mrad], about x, y, z; +- U (95 %)");
     for (const SlotAlignment& other : c_.fit.slot_alignments) {
-      const Eigen::Vector3d turn = turn_beside_quarters(other);
+      const Eigen::Vector3d turn = rotation_without_quarter_turns(other);
       std::vector<std::string> cells;
       std::vector<std::string> u;
       for (Eigen::Index j = 0; j < 3; ++j) {
@@ -490,7 +490,7 @@ class Summary {
     }
     text_ += formatted("  condition number of the design {:.3g}\n", statistics_.condition_number);
     for (const std::string& words :
-         {words_of_field_size(c_), words_of_confirmation(c_), words_of_not_counted(c_)}) {
+         {field_size_sentence(c_), confirmation_sentence(c_), not_counted_sentence(c_)}) {
       text_ += words.empty() ? "" : "\n" + wrapped(words, 80) + "\n";
     }
   }
@@ -596,7 +596,7 @@ class Summary {
 
 }  // namespace
 
-std::string words_of_verdict(const Calibration& calibration) {
+std::string verdict_sentence(const Calibration& calibration) {
   if (calibration.findings.status == CalibrationStatus::refused) {
     return "Refused: do not use this calibration.";
   }
@@ -618,7 +618,7 @@ std::string words_of_verdict(const Calibration& calibration) {
                           : formatted("Calibrated{}.", limits);
 }
 
-std::string words_of_field_size(const Calibration& calibration) {
+std::string field_size_sentence(const Calibration& calibration) {
   if (!calibration.fit.field_size) {
     return "";
   }
@@ -644,7 +644,7 @@ std::string words_of_field_size(const Calibration& calibration) {
           : "");
 }
 
-std::string words_of_confirmation(const Calibration& calibration) {
+std::string confirmation_sentence(const Calibration& calibration) {
   if (!calibration.findings.confirmation) {
     return "";
   }
@@ -673,7 +673,7 @@ std::string summary(const Calibration& calibration, SummaryDetail detail, Summar
     for (const CalibrationWarning& warning : calibration.findings.warnings) {
       text += formatted("warning: {}\n", warning.message);
     }
-    text += words_of_verdict(calibration) + "\n";
+    text += verdict_sentence(calibration) + "\n";
   }
   return text;
 }

@@ -116,8 +116,9 @@ Constant what_constant_is(const Experiment& experiment,
   }
   if (field_kind(calibration.sensor.field.kind).rotation) {
     calibration.findings.notes.push_back(
-        {NoteCode::pose, "the readings are at rest, so these biases include the Earth's rotation "
-                         "(up to 15 deg/h)"});
+        {NoteCode::pose,
+         "the readings are at rest, so these biases include the Earth's rotation "
+         "(up to 15 deg/h)"});
     return Constant::bias;
   }
   if (experiment.from) {

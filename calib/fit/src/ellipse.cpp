@@ -130,9 +130,10 @@ class EllipseProblem {
 Estimate estimate_ellipse(const ReadingSet& set, double F) {
   constexpr Eigen::Index fewest = parameters + 3;
   if (set.size() < fewest) {
-    throw RefusedError(formatted("method magnitude needs at least {} readings of two axes, but "
-                                 "there are {}",
-                                 fewest, set.size()));
+    throw RefusedError(
+        formatted("method magnitude needs at least {} readings of two axes, but "
+                  "there are {}",
+                  fewest, set.size()));
   }
   require_response(set);
   const Eigen::Vector2d lowest = set.response.colwise().minCoeff();

@@ -38,7 +38,7 @@ struct EllipsoidFit {
   Eigen::MatrixXd unscaled_covariance;  // 9 x 9
   Eigen::VectorXd leverage;             // n
   Eigen::VectorXd robust;               // n; empty unless robust
-  Eigen::MatrixXd further;  // n x q: further columns besides the nine; usually q = 0
+  Eigen::MatrixXd further;              // n x q: further columns besides the nine; usually q = 0
   double condition_number = 1.0;
   double sd = 0.0;  // scatter of a reading of weight 1, in the cloud's units
   double dof = 0.0;

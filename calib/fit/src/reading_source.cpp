@@ -325,9 +325,10 @@ ReadingSet ReadingSource::set(const std::vector<FieldDescription>& parts,
   for (Eigen::Index k = 0; k < set.weights.cols(); ++k) {
     const auto used = static_cast<double>((set.weights.col(k).array() > 0.0).count());
     if (!(used > 0.0)) {
-      throw RefusedError(formatted("axis {}: no reading is both within the range of the axis and "
-                                   "exposed to the field",
-                                   set.axes[static_cast<std::size_t>(k)]));
+      throw RefusedError(
+          formatted("axis {}: no reading is both within the range of the axis and "
+                    "exposed to the field",
+                    set.axes[static_cast<std::size_t>(k)]));
     }
     set.weights.col(k) /= set.weights.col(k).sum() / used;
   }

@@ -92,11 +92,11 @@ void between_directions(const Calibration& accelerometer,
   turn.errors_after = std::move(after.errors);
 }
 
-void between_seats(const Positioner& positioner,
-                   const Eigen::Matrix3d& rotation_sensor_from_positioner,
-                   const DesignPoint& before,
-                   const DesignPoint& after,
-                   GyroscopeTurn& turn) {
+void set_turn_between_seats(const Positioner& positioner,
+                            const Eigen::Matrix3d& rotation_sensor_from_positioner,
+                            const DesignPoint& before,
+                            const DesignPoint& after,
+                            GyroscopeTurn& turn) {
   turn.rotation_before_from_after = rotation_sensor_from_positioner *
                                     positioner.rotation_table_from_positioner(before).transpose() *
                                     positioner.rotation_table_from_positioner(after) *
@@ -108,9 +108,9 @@ void between_seats(const Positioner& positioner,
   turn.errors_after = attitude_errors(positioner, rotation_sensor_from_positioner, after, root);
 }
 
-void take_out_earth(const std::optional<Site>& site,
-                    std::vector<GyroscopeTurn>& turns,
-                    TurnFitOptions& options) {
+void set_earth_rotation(const std::optional<Site>& site,
+                        std::vector<GyroscopeTurn>& turns,
+                        TurnFitOptions& options) {
   if (!site) {
     options.earth_up_u = options.earth_across_u = earth_rate_rad_per_s / std::sqrt(3.0);
     return;

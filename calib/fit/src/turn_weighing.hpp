@@ -14,8 +14,8 @@ namespace axiscal {
 /// Turns, linearised about a solution.
 struct TurnSystem {
   std::span<const GyroscopeTurn> turns;
-  Eigen::VectorXd residuals;               ///< 3 for each turn, in the frame before it [rad]
-  Eigen::MatrixXd jacobian;                ///< 3 n x 12, for the record's parameters
+  Eigen::VectorXd residuals;  ///< 3 for each turn, in the frame before it [rad]
+  Eigen::MatrixXd jacobian;   ///< 3 n x 12, for the record's parameters
   /// R(T) of each turn, to the frame before it from that after
   std::vector<Eigen::Matrix3d> rotations;
   /// The possible effect of the sampling on the residuals, 3 for each turn; empty if ignored.

@@ -114,10 +114,10 @@ std::optional<RecordingKind> parse_recording(std::string_view name) {
   return name == "turns" ? std::optional(RecordingKind::turns) : std::nullopt;
 }
 
-HandMotion turned_by_hand(const Eigen::Matrix3d& from,
-                          const Eigen::Matrix3d& to,
-                          double part,
-                          double seconds) {
+HandMotion hand_motion(const Eigen::Matrix3d& from,
+                       const Eigen::Matrix3d& to,
+                       double part,
+                       double seconds) {
   const Eigen::AngleAxisd turn(Eigen::Matrix3d(from.transpose() * to));
   const double angle = 2.0 * std::numbers::pi * part;
   const double done = part - std::sin(angle) / (2.0 * std::numbers::pi);
@@ -200,8 +200,8 @@ SimulatedTurns simulate_turns(const SensorModel& truth,
       put({.table_from_sensor = seats[s]});
     }
     for (std::size_t i = 1; s + 1 < seats.size() && i < turning; ++i) {
-      put(turned_by_hand(seats[s], seats[s + 1],
-                         static_cast<double>(i) / static_cast<double>(turning), turn_s));
+      put(hand_motion(seats[s], seats[s + 1], static_cast<double>(i) / static_cast<double>(turning),
+                      turn_s));
     }
   }
   turns.readings = readings.take();
@@ -243,16 +243,16 @@ Calibration calibrate_turns(const SimulatedTurns& recording,
     turn.up_before = ups.row(static_cast<Eigen::Index>(r)).transpose();
     turn.up_after = ups.row(static_cast<Eigen::Index>(r) + 1).transpose();
     turn.follows = r > 0;
-    between_seats(cube, rotation_sensor_from_positioner, sheet[r].entry.point,
-                  sheet[r + 1].entry.point, turn);
+    set_turn_between_seats(cube, rotation_sensor_from_positioner, sheet[r].entry.point,
+                           sheet[r + 1].entry.point, turn);
   }
   const RestFit rests = fit_rests(means, ups, mean_u);
   TurnFitOptions options;
-  take_out_earth(site, turns, options);
+  set_earth_rotation(site, turns, options);
   return turn_calibration(fit_turns(turns, rests, options), instrument, rests.sd);
 }
 
-SensorModel in_shape(SensorModel truth, MagnitudeShape shape) {
+SensorModel rotated_to_shape(SensorModel truth, MagnitudeShape shape) {
   const Eigen::Matrix3d S = truth.response.sensitivity;
   if (shape == MagnitudeShape::symmetric) {
     truth.response.sensitivity = S * nearest_rotation(S).transpose();

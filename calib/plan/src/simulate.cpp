@@ -123,8 +123,8 @@ SimulatedRun simulate_run(const SensorModel& truth,
     const Eigen::Vector3d field_in_sensor =
         troubles.size_of_field() * (rotation_sensor_from_table * field.at(row.entry.level));
     Eigen::VectorXd response = truth.instrument.one_sided
-                                   ? lit_response_at(truth, field, row.entry.level,
-                                                     rotation_sensor_from_table, temperature)
+                                   ? light_response_at(truth, field, row.entry.level,
+                                                       rotation_sensor_from_table, temperature)
                                    : response_at(truth, field_in_sensor, temperature);
     response +=
         (troubles.gains().array() - 1.0).matrix().cwiseProduct(response - truth.response.bias);

@@ -53,7 +53,7 @@ class Trial {
     simulation_.seed = seed;
     noise_random_ = stream_of_noise(simulation_);
     if (!setup.recording) {
-      RandomStream::seed_together({&random_, &sheet_random_, &noise_random_});
+      RandomStream::seed_several({&random_, &sheet_random_, &noise_random_});
     }
     if (setup.noise_sd.size() > 0) {
       simulation_.noise_sds = setup.noise_sd;
@@ -89,7 +89,7 @@ class Trial {
     SensorModel truth = setup_.truth;
     truth.response.bias += bias_of_run_;
     const bool free = setup_.recording && setup_.recording->kind == RecordingKind::free;
-    return free ? in_shape(std::move(truth), setup_.experiment.fit.shape) : truth;
+    return free ? rotated_to_shape(std::move(truth), setup_.experiment.fit.shape) : truth;
   }
 
   // Adds the errors of the results of one reading in a random attitude, with the stated u and U.

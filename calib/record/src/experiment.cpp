@@ -7,7 +7,7 @@
 
 namespace axiscal {
 
-void take_usual_field(const Instrument& instrument, const TablePlace& place, FieldSetup& field) {
+void set_default_field(const Instrument& instrument, const TablePlace& place, FieldSetup& field) {
   if (field.is_stated() || instrument.kind.empty()) {
     return;
   }
@@ -17,10 +17,10 @@ void take_usual_field(const Instrument& instrument, const TablePlace& place, Fie
   field.of = make_field(kind.relative_field_will_do && !has_size ? "custom" : kind.usual_field);
 }
 
-void take_usual_field(Experiment& experiment) {
-  take_usual_field(experiment.instrument, experiment.table, experiment.field);
+void set_default_field(Experiment& experiment) {
+  set_default_field(experiment.instrument, experiment.table, experiment.field);
   for (SlotSetup& slot : experiment.slots) {
-    take_usual_field(slot.instrument, experiment.table, slot.field);
+    set_default_field(slot.instrument, experiment.table, slot.field);
   }
 }
 

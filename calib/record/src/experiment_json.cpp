@@ -376,7 +376,7 @@ ExperimentFile parse_experiment(std::string_view text, const std::string& path) 
   ExperimentFile file;
   JsonMembers io(json);
   ExperimentMembers(io, file, path).all();
-  take_usual_field(file.experiment);
+  set_default_field(file.experiment);
   return file;
 }
 

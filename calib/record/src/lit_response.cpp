@@ -3,11 +3,11 @@
 
 namespace axiscal {
 
-Eigen::VectorXd lit_response_at(const SensorModel& sensor,
-                                const TableField& field,
-                                const FieldLevel& level,
-                                const Eigen::Matrix3d& rotation_sensor_from_table,
-                                const std::optional<SensorTemperature>& temperature) {
+Eigen::VectorXd light_response_at(const SensorModel& sensor,
+                                  const TableField& field,
+                                  const FieldLevel& level,
+                                  const Eigen::Matrix3d& rotation_sensor_from_table,
+                                  const std::optional<SensorTemperature>& temperature) {
   const Eigen::VectorXd dark = response_at(sensor, Eigen::Vector3d::Zero(), temperature);
   Eigen::VectorXd response = dark;
   for (std::size_t p = 0; p < field.parts().size(); ++p) {

@@ -13,7 +13,7 @@
 #include "axiscal/core/missing_column.hpp"
 #include "axiscal/core/nearest_name.hpp"
 #include "axiscal/core/number_text.hpp"
-#include "axiscal/core/shown_text.hpp"
+#include "axiscal/core/printable_text.hpp"
 #include "axiscal/core/timestamp.hpp"
 #include "axiscal/core/units.hpp"
 #include "calib/record/src/sheet_columns.hpp"
@@ -777,7 +777,7 @@ std::string run_sheet_csv(const std::vector<RunSheetRow>& sheet,
   const RunSheetCells cells = run_sheet_cells(sheet);
   std::vector<std::string> header = cells.header;
   if (!axes.empty()) {
-    std::transform(axes.begin(), axes.end(), std::back_inserter(header), harmless_cell);
+    std::transform(axes.begin(), axes.end(), std::back_inserter(header), formula_safe_cell);
   }
   const bool with_temperature = !axes.empty() || (!sheet.empty() && sheet.front().temperature);
   if (with_temperature) {
@@ -815,13 +815,13 @@ std::string observations_csv(const Observations& observations,
     columns.show_level();
   }
   std::vector<std::string> header = columns.header();
-  std::transform(axes.begin(), axes.end(), std::back_inserter(header), harmless_cell);
+  std::transform(axes.begin(), axes.end(), std::back_inserter(header), formula_safe_cell);
   if (observations.samples) {
     header.emplace_back("samples");
   }
   if (observations.response_sd) {
     std::transform(axes.begin(), axes.end(), std::back_inserter(header),
-                   [](const std::string& axis) { return harmless_cell(axis + "_sd"); });
+                   [](const std::string& axis) { return formula_safe_cell(axis + "_sd"); });
   }
   const bool has_time = !observations.readings.empty() &&
                         std::all_of(observations.readings.begin(), observations.readings.end(),

@@ -29,7 +29,8 @@ Eigen::VectorXd reading_at_reference(const SensorModel& sensor,
                                      const std::optional<SensorTemperature>& temperature) {
   for (Eigen::Index k = 0; sensor.temperature && temperature && k < readings.size(); ++k) {
     const double bias = sensor.response.bias(k);
-    readings(k) = bias + sensor.temperature->above_bias(k, readings(k), bias, temperature->of(k));
+    readings(k) =
+        bias + sensor.temperature->bias_corrected(k, readings(k), bias, temperature->of(k));
   }
   return readings;
 }

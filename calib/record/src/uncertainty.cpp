@@ -334,7 +334,7 @@ std::vector<std::string> not_counted(const Calibration& calibration) {
   return all;
 }
 
-std::string words_of_not_counted(const Calibration& calibration) {
+std::string not_counted_sentence(const Calibration& calibration) {
   const std::vector<std::string> missing = not_counted(calibration);
   return missing.empty() ? ""
                          : formatted("Not included in the uncertainties (no value given): {}.",

@@ -268,7 +268,7 @@ std::vector<LogSensor> LogFile::sensors() {
     }
   }
   const std::vector<RecordedSensor> all = sensors_of(summary);
-  const std::vector<std::string> dead = words_of_dead(summary);
+  const std::vector<std::string> dead = constant_sensor_notes(summary);
   source_->notes.insert(source_->notes.end(), dead.begin(), dead.end());
   for (const SeriesKind kind :
        {SeriesKind::accelerometer, SeriesKind::gyroscope, SeriesKind::magnetometer}) {

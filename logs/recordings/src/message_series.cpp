@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <utility>
 
-#include "axiscal/core/shown_text.hpp"
+#include "axiscal/core/printable_text.hpp"
 #include "logs/recordings/src/series_decoder.hpp"
 
 namespace axiscal {
@@ -39,12 +39,12 @@ MessageSeries::MessageSeries(const std::string& name,
       }
     }
     if (part == nullptr) {
-      of_column.name = shown_name(name);
+      of_column.name = printable_name(name);
       of_column.instance = instance;
       of_column.columns.clear();
       part = &parts_.emplace_back(Part{.series = std::move(of_column)});
     }
-    part->series.columns.push_back(shown_name(columns[c]));
+    part->series.columns.push_back(printable_name(columns[c]));
     part->places.push_back(c);
   }
 }

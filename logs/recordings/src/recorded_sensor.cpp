@@ -73,7 +73,7 @@ bool is_constant(const SeriesSummary& one) {
          std::all_of(one.sd.begin(), one.sd.end(), [](double sd) { return !(sd > 0.0); });
 }
 
-std::vector<std::string> words_of_dead(const RecordingSummary& summary) {
+std::vector<std::string> constant_sensor_notes(const RecordingSummary& summary) {
   std::vector<std::string> words;
   for (const SeriesSummary& one : summary.series) {
     const SeriesKind kind = one.series.kind;

@@ -16,7 +16,7 @@
 #include "axiscal/core/error.hpp"
 #include "axiscal/core/input_file.hpp"
 #include "axiscal/core/number_text.hpp"
-#include "axiscal/core/shown_text.hpp"
+#include "axiscal/core/printable_text.hpp"
 #include "core/descriptor.hpp"
 #include "core/formatted.hpp"
 #include "logs/recordings/src/opened.hpp"
@@ -52,7 +52,7 @@ OpenedFile table(const char* format,
                  std::unique_ptr<LogFile::Source> source,
                  const std::string& path) {
   for (std::string& column : source->columns) {
-    column = shown_name(column);
+    column = printable_name(column);
   }
   OpenedFile opened{.format = format, .table_name = stem_of(path), .table = std::move(source)};
   return opened;

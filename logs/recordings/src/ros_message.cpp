@@ -455,7 +455,7 @@ RosTopic::RosTopic(std::string topic,
       return is(SeriesKind::temperature, "degC");
     }
     if (message == "geometry_msgs/Vector3Stamped" && column.starts_with("vector.")) {
-      return Series{.kind = kind_of_words(topic_), .known_by = KnownBy::names};
+      return Series{.kind = sensor_kind_in(topic_), .known_by = KnownBy::names};
     }
     // Usual messages within other messages: "imu.linear_acceleration.x".
     const auto holds = [&](std::string_view name) {

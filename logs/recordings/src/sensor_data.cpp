@@ -233,7 +233,7 @@ void recognise_matrices(const std::vector<std::string>& names,
     if (has_time && !columns.time) {
       columns.time = first;
     }
-    const SeriesKind kind = kind_of_words(stem);
+    const SeriesKind kind = sensor_kind_in(stem);
     if (end - axes == 3 && kind != SeriesKind::other && kind != SeriesKind::temperature) {
       set(columns, axes,
           {.kind = kind,

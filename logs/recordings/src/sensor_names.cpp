@@ -207,7 +207,7 @@ std::string unit_of_writer(const std::vector<std::string>& columns,
 
 }  // namespace
 
-std::string in_small_letters(std::string_view text) {
+std::string to_lower_case(std::string_view text) {
   std::string small(text);
   std::transform(small.begin(), small.end(), small.begin(), [](unsigned char c) {
     return static_cast<char>(c >= 'A' && c <= 'Z' ? c - 'A' + 'a' : c);
@@ -217,7 +217,7 @@ std::string in_small_letters(std::string_view text) {
 
 std::optional<KnownUnit> known_unit(std::string_view text, SeriesKind of) {
   std::string small;
-  for (const char c : in_small_letters(text)) {
+  for (const char c : to_lower_case(text)) {
     if (c != ' ' && c != '(' && c != ')') {  // "m/(s^2)" becomes "m/s^2"
       small += c;
     }
@@ -348,8 +348,8 @@ SeriesKind kind_of_part(std::string_view small) {
 
 }  // namespace
 
-SeriesKind kind_of_words(std::string_view words) {
-  const std::string small = in_small_letters(words);
+SeriesKind sensor_kind_in(std::string_view words) {
+  const std::string small = to_lower_case(words);
   if (is_without_gravity(small) || contains(small, "accuracy")) {
     return SeriesKind::other;
   }
@@ -366,7 +366,7 @@ SeriesKind kind_of_words(std::string_view words) {
 }
 
 std::optional<std::size_t> axis_of_name(std::string_view name) {
-  std::string small = in_small_letters(trimmed(name));
+  std::string small = to_lower_case(trimmed(name));
   if (small.ends_with(']') && small.size() > 3 && small[small.size() - 3] == '[') {
     const char digit = small[small.size() - 2];
     if (digit >= '0' && digit <= '2') {
@@ -392,7 +392,7 @@ std::optional<std::size_t> axis_of_name(std::string_view name) {
       return inside;
     }
   }
-  const bool leads = kind_of_words(small) != SeriesKind::other || small.find("axis") == 2;
+  const bool leads = sensor_kind_in(small) != SeriesKind::other || small.find("axis") == 2;
   return leads ? axis(small.front()) : std::nullopt;
 }
 
@@ -408,18 +408,18 @@ SensorColumns::SensorColumns(const std::vector<std::string>& columns, std::strin
   }
   const auto has_letters = [&](std::string_view letters) {
     return std::any_of(names.begin(), names.end(), [&](const NamedColumn& one) {
-      return letters_of_axis(in_small_letters(one.name)) == letters;
+      return letters_of_axis(to_lower_case(one.name)) == letters;
     });
   };
-  const SeriesKind kind_of_table = kind_of_words(table);
+  const SeriesKind kind_of_table = sensor_kind_in(table);
   // Sensor Logger's Accelerometer.csv is without gravity, and TotalAcceleration.csv includes
   // gravity.
   const bool is_sensor_logger =
       std::find(columns.begin(), columns.end(), "seconds_elapsed") != columns.end();
   const bool table_without_gravity =
-      is_without_gravity(in_small_letters(table)) || (is_sensor_logger && table == "Accelerometer");
+      is_without_gravity(to_lower_case(table)) || (is_sensor_logger && table == "Accelerometer");
   for (std::size_t c = 0; c < columns.size(); ++c) {
-    const std::string small = in_small_letters(names[c].name);
+    const std::string small = to_lower_case(names[c].name);
     Series& series = series_[c];
     if (c == time_ || is_without_gravity(small)) {
       continue;
@@ -432,7 +432,7 @@ SensorColumns::SensorColumns(const std::vector<std::string>& columns, std::strin
     SeriesKind kind = behind_point.starts_with('a')   ? SeriesKind::accelerometer
                       : behind_point.starts_with('g') ? SeriesKind::gyroscope
                       : behind_point.starts_with('m') ? SeriesKind::magnetometer
-                                                      : kind_of_words(small);
+                                                      : sensor_kind_in(small);
     KnownBy by = KnownBy::names;
     // Names of two letters are ax, a_x, gx or wx, mx, bx. Names of one letter are x, x-axis.
     const std::string letters = letters_of_axis(small);

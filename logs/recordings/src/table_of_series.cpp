@@ -151,7 +151,7 @@ OpenedTable table_of_series(const std::string& path,
   auto source = std::make_unique<SeriesLog>(std::move(decoder), *base, std::move(columns));
   source->notes = summary.notes;
   source->notes.insert(source->notes.end(), notes.begin(), notes.end());
-  const std::vector<std::string> dead = words_of_dead(summary);
+  const std::vector<std::string> dead = constant_sensor_notes(summary);
   source->notes.insert(source->notes.end(), dead.begin(), dead.end());
   table.source = std::move(source);
   return table;

@@ -29,7 +29,7 @@ bool is_called(const std::string& column, const std::string& name) {
 }
 
 bool is_called_in_other_letters(const std::string& column, const std::string& name) {
-  return in_small_letters(column) == in_small_letters(name);
+  return to_lower_case(column) == to_lower_case(name);
 }
 
 // Names with further words, such as "Rest face", "fence_face" or "pose.rest". Only labels are found
@@ -38,7 +38,7 @@ bool is_called_with_more(const std::string& column, const std::string& name) {
   if (name != "rest" && name != "fence" && name != "run" && name != "block") {
     return false;
   }
-  const std::string small = in_small_letters(column);
+  const std::string small = to_lower_case(column);
   return small.starts_with(name + " ") || small.starts_with(name + "_") ||
          small.ends_with("." + name);
 }
@@ -284,7 +284,7 @@ void TableText::State::look_at_first_rows(std::string_view start, bool is_whole)
       row.emplace_back(cell_name(cells[c]));
       first_rows[c].push_back(layout.is_clock[c] ? clock_seconds(cells[c])
                               : layout.is_dressed[c]
-                                  ? dressed_number(cells[c], layout.decimal_comma).value
+                                  ? parse_decorated_number(cells[c], layout.decimal_comma).value
                                   : cell_number(cells[c], layout.decimal_comma));
     }
   }
@@ -354,7 +354,7 @@ bool TableText::State::next_line() {
       }
     }
     if (c < layout.is_dressed.size() && layout.is_dressed[c]) {
-      const double undressed = dressed_number(cell, layout.decimal_comma).value;
+      const double undressed = parse_decorated_number(cell, layout.decimal_comma).value;
       if (std::isfinite(undressed)) {
         cell = number_text(undressed);
         std::replace(cell.begin(), cell.end(), '.', layout.decimal_comma ? ',' : '.');
@@ -587,7 +587,7 @@ std::string marked_cell(const std::string& path, std::size_t line, const std::st
     std::size_t place = layout.columns.size();
     for (std::size_t c = 0; c < layout.columns.size(); ++c) {
       const std::string base = named_column(layout.columns[c]).name;
-      if (layout.columns[c] == column || in_small_letters(base) == in_small_letters(column)) {
+      if (layout.columns[c] == column || to_lower_case(base) == to_lower_case(column)) {
         place = c;
       }
     }

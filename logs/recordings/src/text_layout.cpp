@@ -12,7 +12,7 @@
 #include "axiscal/core/error.hpp"
 #include "axiscal/core/not_a_number.hpp"
 #include "axiscal/core/number_text.hpp"
-#include "axiscal/core/shown_text.hpp"
+#include "axiscal/core/printable_text.hpp"
 #include "axiscal/core/timestamp.hpp"
 #include "axiscal/logs/sensor_names.hpp"
 #include "axiscal/logs/text_row.hpp"
@@ -41,7 +41,7 @@ bool is_unit_in_cell(std::string_view unit) {
 
 // True if a cell is a number followed by a unit, or with separated thousands.
 bool is_dressed_number(std::string_view cell, bool decimal_comma) {
-  const DressedNumber number = dressed_number(cell, decimal_comma);
+  const DecoratedNumber number = parse_decorated_number(cell, decimal_comma);
   return std::isfinite(number.value) &&
          (number.unit.empty() ? number.is_grouped : is_unit_in_cell(number.unit));
 }
@@ -352,7 +352,7 @@ class LayoutFinder {
       layout_.has_header = true;
       layout_.header_line = *header + 1;
       for (std::size_t c = 0; c < cells.size(); ++c) {
-        std::string name = shown_name(utf8_of_latin1(cell_name(cells[c])));
+        std::string name = printable_name(utf8_of_latin1(cell_name(cells[c])));
         if (units && c < rows_[*units].size() && !rows_[*units][c].empty()) {
           std::string_view unit = cell_name(rows_[*units][c]);
           if (unit.size() > 2 && ((unit.front() == '[' && unit.back() == ']') ||
@@ -423,7 +423,7 @@ class LayoutFinder {
         } else if (is_missing(cell)) {
           continue;
         } else if (is_dressed_number(cell, layout_.decimal_comma)) {
-          const std::string own(dressed_number(cell, layout_.decimal_comma).unit);
+          const std::string own(parse_decorated_number(cell, layout_.decimal_comma).unit);
           one_unit = one_unit && (!unit || *unit == own);
           unit = own;
           ++dressed;

@@ -23,7 +23,8 @@ struct TextLayout {
   bool last_is_empty = false;      ///< each row ends with a delimiter
   std::vector<bool> is_text;       ///< for each column true if it contains no number
   std::vector<bool> is_clock;      ///< for each column true if it has dates or times of day
-  /// For each column true if its numbers have a unit or separated thousands; see dressed_number().
+  /// For each column true if its numbers have a unit or separated thousands; see
+  /// parse_decorated_number().
   std::vector<bool> is_dressed;
   bool header_is_odd = false;      ///< its number of cells differs from the rows'
   double rate_hz = 0.0;            ///< from a line before the table, "Update Rate: 100.0Hz"; or 0

@@ -274,7 +274,7 @@ class TextLog : public LogFile::Source {
         put(block, column, row,
             layout_.is_clock[column] ? past_midnight(clock_seconds(cells[column]))
             : layout_.is_dressed[column]
-                ? dressed_number(cells[column], layout_.decimal_comma).value
+                ? parse_decorated_number(cells[column], layout_.decimal_comma).value
                 : cell_number(cells[column], layout_.decimal_comma));
       }
     }

@@ -93,8 +93,8 @@ bool is_missing(std::string_view cell) {
   return std::find(words.begin(), words.end(), small) != words.end();
 }
 
-DressedNumber dressed_number(std::string_view cell, bool decimal_comma) {
-  const DressedNumber none{.value = not_a_number, .unit = {}, .is_grouped = false};
+DecoratedNumber parse_decorated_number(std::string_view cell, bool decimal_comma) {
+  const DecoratedNumber none{.value = not_a_number, .unit = {}, .is_grouped = false};
   cell = trimmed(without_quotes(trimmed(cell)));
   const std::size_t end = std::min(cell.find_first_not_of("+-0123456789.,'eE"), cell.size());
   std::string_view number = trimmed(cell.substr(0, end));
@@ -133,7 +133,7 @@ DressedNumber dressed_number(std::string_view cell, bool decimal_comma) {
     plain += number.substr(whole_end + 1);
   }
   const std::optional<double> value = parse_number(plain);
-  return value ? DressedNumber{.value = *value, .unit = unit, .is_grouped = is_grouped} : none;
+  return value ? DecoratedNumber{.value = *value, .unit = unit, .is_grouped = is_grouped} : none;
 }
 
 std::string_view cell_name(std::string_view cell) {

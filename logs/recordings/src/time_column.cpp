@@ -48,8 +48,8 @@ struct Named {
 Named named(const std::string& column) {
   // The unit follows the name: "Time (s)", "Timestamp (us)".
   if (const NamedColumn parts = named_column(column); !parts.unit.empty()) {
-    const std::string name = in_small_letters(parts.name);
-    const std::string unit = in_small_letters(parts.unit);
+    const std::string name = to_lower_case(parts.name);
+    const std::string unit = to_lower_case(parts.unit);
     const bool is_called_time = name == "t" || name.ends_with("time") ||
                                 name.find("timestamp") != std::string::npos ||
                                 name.starts_with("time ") || name == "elapsed";
@@ -76,7 +76,7 @@ Named named(const std::string& column) {
                                                   {"_usec", 1e-6},
                                                   {"_ns", 1e-9},
                                                   {"_nsec", 1e-9}}};
-  std::string name = in_small_letters(column);
+  std::string name = to_lower_case(column);
   if (const std::size_t point = name.rfind('.');
       point != std::string::npos && name != "field.header.stamp") {
     name.erase(0, point + 1);  // "imu.time" becomes "time"
@@ -139,7 +139,7 @@ std::optional<TimeColumn> find_time_column(const std::string& path,
   for (std::size_t c = 0; c < columns.size(); ++c) {
     if (named(columns[c]).is_time) {
       const bool is_date =
-          in_small_letters(columns[c]) == "date" || in_small_letters(columns[c]) == "datum";
+          to_lower_case(columns[c]) == "date" || to_lower_case(columns[c]) == "datum";
       if (!is_date) {
         return column_at(c, columns[c]);
       }
@@ -181,7 +181,7 @@ TimeUnit settle_time_unit(const std::string& path,
   const std::string head = formatted("column '{}': ", column.name);
   const std::string advice = formatted(
       "; state the unit in the column's name ({}_s, {}_ms, {}_us, ...), or state the rate",
-      in_small_letters(column.name), in_small_letters(column.name), in_small_letters(column.name));
+      to_lower_case(column.name), to_lower_case(column.name), to_lower_case(column.name));
   if (column.unit_is_stated) {
     return {
         .seconds = column.seconds,
@@ -209,7 +209,7 @@ TimeUnit settle_time_unit(const std::string& path,
   }
   // Xsens's times are in units of 0.1 ms (MTw) or us (DOT). The times of spreadsheets are days
   // since 1899-12-30.
-  if (in_small_letters(column.name) == "sampletimefine") {
+  if (to_lower_case(column.name) == "sampletimefine") {
     constexpr double tick_s = 1e-4;
     constexpr double slowest_hz = 1.0;
     constexpr double fastest_hz = 2500.0;

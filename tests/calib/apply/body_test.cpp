@@ -142,34 +142,35 @@ TEST(BodyRotation, ATareSetsTwoAnglesAndItsRange) {
   Model slipped = model;
   slipped.model_from_sensor =
       rotation_by(Eigen::Vector3d(0.01, -0.02, 0.0)) * model.model_from_sensor;
-  const BodyRotation again = tared(the_record(), body, {slipped.at(0, 0)});
+  const BodyRotation again = corrected_by_tare(the_record(), body, {slipped.at(0, 0)});
   EXPECT_MATRIX_NEAR(again.rotation_model_from_sensor, slipped.model_from_sensor, 3e-4);
   EXPECT_NEAR(again.tare_rad, std::hypot(0.01, 0.02), 1e-4);
-  EXPECT_THROW(static_cast<void>(tared(the_record(), body, {slipped.at(0, 0), slipped.at(20, 0)})),
+  EXPECT_THROW(static_cast<void>(
+                   corrected_by_tare(the_record(), body, {slipped.at(0, 0), slipped.at(20, 0)})),
                RefusedError);
   ReferenceReading far = slipped.at(30, 0);
   far.attitude.reset();
-  EXPECT_THROW(static_cast<void>(tared(the_record(), body, {far})), RefusedError);
+  EXPECT_THROW(static_cast<void>(corrected_by_tare(the_record(), body, {far})), RefusedError);
   far.flat = Face::minus_z;  // one heading does not remove the slope of the table
-  EXPECT_THROW(static_cast<void>(tared(the_record(), body, {far})), RefusedError);
+  EXPECT_THROW(static_cast<void>(corrected_by_tare(the_record(), body, {far})), RefusedError);
 }
 
 // Without references the turn about the vertical has an uncertainty of 1 degree. If the record is
 // another one, no error cancels.
 TEST(BodyRotation, ATareAloneLeavesTheTurnAboutTheVertical) {
   const Model model{.model_from_sensor = rotation_by(Eigen::Vector3d(0.01, -0.02, 0.0))};
-  const BodyRotation body = tared(the_record(), {}, {model.at(0, 0)});
+  const BodyRotation body = corrected_by_tare(the_record(), {}, {model.at(0, 0)});
   EXPECT_NEAR(std::sqrt(body.covariance(2, 2)), 1.0 * rad_per_deg, 1e-6);
   EXPECT_LT(std::sqrt(body.covariance(0, 0)), 1e-3);
   const BodyRotation found = find_body_rotation(
       the_record(), model.at_all({{0, 0}, {30, 0}, {-30, 0}, {0, 40}}), {.reference_u_rad = 1e-6});
   const auto vertical = [&](bool same_record) {
-    return tared(the_record(), found, {model.at(0, 0)},
-                 {.reference_u_rad = 1e-6, .same_record = same_record})
+    return corrected_by_tare(the_record(), found, {model.at(0, 0)},
+                             {.reference_u_rad = 1e-6, .same_record = same_record})
         .covariance(2, 2);
   };
   EXPECT_NEAR(vertical(true), vertical(false), 1e-9 * vertical(true));
-  EXPECT_EQ(tared(the_record(), found, {model.at(0, 0)}, {.same_record = false})
+  EXPECT_EQ(corrected_by_tare(the_record(), found, {model.at(0, 0)}, {.same_record = false})
                 .by_parameters.row(2)
                 .norm(),
             0.0);

@@ -95,7 +95,7 @@ TEST(ConversionOfGravity, GoesByTheGravityOfThePlace) {
 
 // 1 g at the place of the calibration is less than 1 g at a place of stronger gravity.
 TEST(ConversionOfGravity, GoesFromOnePlaceToAnother) {
-  const FieldThere there{.gravity_m_s2 = gravity_there};
+  const FieldAtReadings there{.gravity_m_s2 = gravity_there};
   const FieldConversion g_to_g = field_conversion(gravity_in_g(), "g", there);
   EXPECT_DOUBLE_EQ(g_to_g.factor, gravity_here / gravity_there);
   EXPECT_EQ(g_to_g.magnitude, 1.0);
@@ -140,7 +140,7 @@ TEST(UncertaintyOfConversion, IsThatOfTheFieldInItsUnit) {
 }
 
 TEST(UncertaintyOfConversion, ElsewhereIsThatOfBothPlaces) {
-  const FieldThere there{.gravity_m_s2 = gravity_there, .gravity_u_m_s2 = 2e-3};
+  const FieldAtReadings there{.gravity_m_s2 = gravity_there, .gravity_u_m_s2 = 2e-3};
   const double here_u = 1e-3 / gravity_here;
   const double there_u = 2e-3 / gravity_there;
   const FieldConversion to_g = field_conversion(gravity_in_si(1e-3), "g", there);

@@ -20,10 +20,7 @@ using test::accelerometer_truth;
 
 // A recording of an instrument that is turned by hand. The noise of each axis is AR(1) with the
 // coefficient `rho`.
-Observations turned_by_hand(const SensorModel& truth,
-                            Eigen::Index n,
-                            double rho,
-                            std::uint64_t seed) {
+Observations hand_motion(const SensorModel& truth, Eigen::Index n, double rho, std::uint64_t seed) {
   RandomStream random(seed);
   Observations run;
   run.response.resize(n, 3);
@@ -54,7 +51,7 @@ TEST(LongRecording, StatesIntervalsThatHoldForCorrelatedNoise) {
   int all = 0;
   for (std::uint64_t seed = 1; seed <= 60; ++seed) {
     const Calibration found =
-        calibrate(magnitude_experiment(truth), turned_by_hand(truth, 4000, 0.9, seed));
+        calibrate(magnitude_experiment(truth), hand_motion(truth, 4000, 0.9, seed));
     for (Eigen::Index k = 0; k < 3; ++k) {
       const double error = found.sensor.response.bias(k) - truth.response.bias(k);
       held += std::abs(error) <= found.fit.statistics->interval_95(4 * k) ? 1 : 0;
@@ -69,7 +66,7 @@ TEST(LongRecording, HalvesAgree) {
   const SensorModel truth = accelerometer_truth();
   int drifted = 0;
   for (std::uint64_t seed = 1; seed <= 40; ++seed) {
-    const Observations run = turned_by_hand(truth, 8000, 0.95, seed);
+    const Observations run = hand_motion(truth, 8000, 0.95, seed);
     std::vector<std::size_t> first;
     std::vector<std::size_t> second;
     for (std::size_t i = 0; i < 8000; ++i) {
@@ -86,7 +83,7 @@ TEST(LongRecording, HalvesAgree) {
 TEST(LongRecording, SaysWhenItIsShortForItsNoise) {
   const SensorModel truth = accelerometer_truth();
   const Calibration found =
-      calibrate(magnitude_experiment(truth), turned_by_hand(truth, 1500, 0.995, 3));
+      calibrate(magnitude_experiment(truth), hand_motion(truth, 1500, 0.995, 3));
   EXPECT_THAT(found.findings.notes, test::HasNote(testing::HasSubstr("short for its own noise")));
   const std::string text = calibration_json(found);
   EXPECT_EQ(calibration_json(parse_calibration(text, "again.json")), text);

@@ -41,10 +41,10 @@ Experiment magnitude_experiment(MagnitudeShape shape = MagnitudeShape::symmetric
 
 const Eigen::Vector3d hard_iron(30.0, -70.0, 15.0);
 
-Observations turned_by_hand(const std::vector<Eigen::Vector3d>& directions,
-                            const Eigen::Matrix3d& S,
-                            double noise,
-                            std::uint64_t seed) {
+Observations hand_motion(const std::vector<Eigen::Vector3d>& directions,
+                         const Eigen::Matrix3d& S,
+                         double noise,
+                         std::uint64_t seed) {
   RandomStream random(seed, 3);
   Observations observations;
   observations.response.resize(static_cast<Eigen::Index>(directions.size()), 3);
@@ -66,7 +66,7 @@ TEST_P(MagnitudeMethodOf, CoversAsStated) {
   int all = 0;
   for (std::uint64_t seed = 1; seed <= 150; ++seed) {
     const Calibration result =
-        calibrate(magnitude_experiment(GetParam()), turned_by_hand(directions, S, 0.05, seed));
+        calibrate(magnitude_experiment(GetParam()), hand_motion(directions, S, 0.05, seed));
     const FitStatistics& s = *result.fit.statistics;
     ASSERT_EQ(s.degrees_of_freedom(0), 51.0);
     for (Eigen::Index k = 0; k < 3; ++k) {
@@ -96,7 +96,7 @@ INSTANTIATE_TEST_SUITE_P(Shapes,
 TEST(MagnitudeMethod, WithoutNoiseIsExact) {
   const Eigen::Matrix3d S = soft_iron(MagnitudeShape::symmetric);
   const Calibration result =
-      calibrate(magnitude_experiment(), turned_by_hand(directions_on_sphere(20), S, 0.0, 1));
+      calibrate(magnitude_experiment(), hand_motion(directions_on_sphere(20), S, 0.0, 1));
   EXPECT_EQ(result.fit.method, Method::magnitude);
   EXPECT_MATRIX_NEAR(result.sensor.response.sensitivity, S, 1e-12);
   EXPECT_MATRIX_NEAR(result.sensor.response.bias, hard_iron, 1e-10);
@@ -115,8 +115,7 @@ TEST(MagnitudeMethod, IsCorrectedForItsBiasWhereHalfTheSphereIsMissing) {
   double se = 0.0;
   constexpr int runs = 60;
   for (std::uint64_t seed = 1; seed <= runs; ++seed) {
-    const Calibration result =
-        calibrate(magnitude_experiment(), turned_by_hand(half, S, 0.5, seed));
+    const Calibration result = calibrate(magnitude_experiment(), hand_motion(half, S, 0.5, seed));
     sum +=
         (result.sensor.response.bias(2) - hard_iron(2)) / result.fit.statistics->bias_se(2) / runs;
     se = result.fit.statistics->bias_se(2);
@@ -169,16 +168,15 @@ TEST(MagnitudeMethod, RefusesOrientationsThatDoNotTell) {
     return test::complaint_of<RefusedError>(
         [&] { static_cast<void>(calibrate(magnitude_experiment(), observations)); });
   };
-  EXPECT_THAT(complaint(turned_by_hand(cap, S, 0.1, 1)),
+  EXPECT_THAT(complaint(hand_motion(cap, S, 0.1, 1)),
               testing::HasSubstr("cover too little of the sphere"));
   // The error names the cause that the readings show, here an axis that does not respond.
-  Observations dead = turned_by_hand(directions_on_sphere(100), S, 0.1, 1);
+  Observations dead = hand_motion(directions_on_sphere(100), S, 0.1, 1);
   dead.response.col(1) *= 1e-3;
   EXPECT_THAT(complaint(dead), testing::HasSubstr("axis y hardly changes"));
-  EXPECT_THROW(
-      static_cast<void>(calibrate(magnitude_experiment(), turned_by_hand(plane, S, 0.1, 1))),
-      RefusedError);
-  Observations levels = turned_by_hand(directions_on_sphere(30), S, 0.0, 1);
+  EXPECT_THROW(static_cast<void>(calibrate(magnitude_experiment(), hand_motion(plane, S, 0.1, 1))),
+               RefusedError);
+  Observations levels = hand_motion(directions_on_sphere(30), S, 0.0, 1);
   levels.readings[4].level = 0.0;
   EXPECT_THROW(static_cast<void>(calibrate(magnitude_experiment(), levels)), RefusedError);
 }
@@ -186,18 +184,18 @@ TEST(MagnitudeMethod, RefusesOrientationsThatDoNotTell) {
 TEST(MagnitudeMethod, RefusesTooFewReadingsAndOtherThanThreeAxes) {
   const Eigen::Matrix3d S = soft_iron(MagnitudeShape::symmetric);
   EXPECT_THROW(static_cast<void>(calibrate(magnitude_experiment(),
-                                           turned_by_hand(directions_on_sphere(9), S, 0.0, 1))),
+                                           hand_motion(directions_on_sphere(9), S, 0.0, 1))),
                RefusedError);
   Experiment two = magnitude_experiment();
   two.instrument.axes = {"x", "y"};
-  Observations observations = turned_by_hand(directions_on_sphere(30), S, 0.0, 1);
+  Observations observations = hand_motion(directions_on_sphere(30), S, 0.0, 1);
   observations.response.conservativeResize(Eigen::NoChange, 2);
   EXPECT_THROW(static_cast<void>(calibrate(two, observations)), RefusedError);
 }
 
 TEST(MagnitudeMethod, RobustRegressionPassesOverReadingsThatWereMoved) {
   const Eigen::Matrix3d S = soft_iron(MagnitudeShape::symmetric);
-  Observations observations = turned_by_hand(directions_on_sphere(80), S, 0.05, 4);
+  Observations observations = hand_motion(directions_on_sphere(80), S, 0.05, 4);
   for (const Eigen::Index i : {7, 20, 33, 61}) {
     observations.response.row(i) *= 1.3;
   }
@@ -342,7 +340,7 @@ TEST(AlignWithCompanion, WantsASymmetricShape) {
     directions.push_back(random.normals<3>().normalized());
   }
   const Observations observations =
-      turned_by_hand(directions, soft_iron(MagnitudeShape::triangular), 0.05, 1);
+      hand_motion(directions, soft_iron(MagnitudeShape::triangular), 0.05, 1);
   Calibration calibration =
       calibrate(magnitude_experiment(MagnitudeShape::triangular), observations);
   EXPECT_THAT(test::complaint_of<SetupError>([&] {

@@ -181,7 +181,7 @@ TEST(PointsInOneOrder, AreNoted) {
   EXPECT_THAT(note_of(1, true), Not(HasSubstr("own order")));
 }
 
-Observations turned_by_hand(int sessions, Eigen::Index each, double shift, std::uint64_t seed) {
+Observations hand_motion(int sessions, Eigen::Index each, double shift, std::uint64_t seed) {
   RandomStream random(seed);
   Observations all;
   all.response.resize(sessions * each, 3);
@@ -209,19 +209,19 @@ Experiment by_hand() {
 
 TEST(Sessions, AreBlocks) {
   const Experiment experiment = by_hand();
-  const Calibration found = calibrate(experiment, turned_by_hand(4, 60, 3e-3, 4));
+  const Calibration found = calibrate(experiment, hand_motion(4, 60, 3e-3, 4));
   EXPECT_EQ(found.fit.conditions.blocks, 4);
   EXPECT_TRUE(found.fit.conditions.intermediate);
   EXPECT_TRUE(has_component(found, "sessions"));
   // The interval is that of the scatter of four sessions: t(3) 3e-3 / sqrt(4) = 4.8e-3.
   EXPECT_GT(found.fit.statistics->interval_95(0), 1e-3);
-  const Calibration alike = calibrate(experiment, turned_by_hand(4, 60, 0.0, 4));
+  const Calibration alike = calibrate(experiment, hand_motion(4, 60, 0.0, 4));
   EXPECT_LT(alike.fit.statistics->interval_95(0), 1e-3);
 }
 
 TEST(BentResponse, IsToldByMagnitudeAndFittedOnWish) {
   Experiment experiment = by_hand();
-  Observations run = turned_by_hand(1, 200, 0.0, 6);
+  Observations run = hand_motion(1, 200, 0.0, 6);
   constexpr double k2 = 0.02;
   run.response.col(0).array() += k2 * run.response.col(0).array().square();
   const Calibration straight = calibrate(experiment, run);

@@ -69,9 +69,9 @@ TEST(TurnEnds, SeatsAreAsUncertainAsTheNormals) {
   const DesignPoint before(Face::minus_z, Face::plus_y);
   const DesignPoint after(Face::plus_x, Face::plus_y);
   GyroscopeTurn stated;
-  between_seats(believed, mount, before, after, stated);
+  set_turn_between_seats(believed, mount, before, after, stated);
   GyroscopeTurn true_one;
-  between_seats(made, mount, before, after, true_one);
+  set_turn_between_seats(made, mount, before, after, true_one);
   Eigen::Index column = 0;
   stated.errors_before.colwise().norm().maxCoeff(&column);
   const Eigen::Matrix3d R = *stated.rotation_before_from_after;
@@ -91,13 +91,13 @@ TEST(TurnEnds, TheEarthTurnsAboutUpAsTheSiteSays) {
   std::vector<GyroscopeTurn> turns(1);
   turns[0].up_before = Eigen::Vector3d(0.0, 0.6, 0.8);
   TurnFitOptions options;
-  take_out_earth(Site{.latitude_deg = 30.0}, turns, options);
+  set_earth_rotation(Site{.latitude_deg = 30.0}, turns, options);
   EXPECT_MATRIX_NEAR(turns[0].earth_rate_in_sensor,
                      Eigen::Vector3d(0.5 * 7.292115e-5 * turns[0].up_before), 1e-15);
   EXPECT_EQ(options.earth_up_u, 0.0);
   EXPECT_NEAR(options.earth_across_u, 7.292115e-5 * std::sqrt(0.75 / 2.0), 1e-12);
   turns[0].earth_rate_in_sensor.setZero();
-  take_out_earth(std::nullopt, turns, options);
+  set_earth_rotation(std::nullopt, turns, options);
   EXPECT_TRUE(turns[0].earth_rate_in_sensor.isZero(0.0));
   EXPECT_NEAR(std::sqrt(3.0) * options.earth_up_u, 7.292115e-5, 1e-12);
 }

@@ -156,9 +156,10 @@ TEST(FreeRecording, IsCoveredUnderCorrelation) {
 TEST(FreeRecording, TurnsTheTruthIntoTheShape) {
   const SensorModel truth = gyroscope_truth();
   const Eigen::Matrix3d S = truth.response.sensitivity;
-  const Eigen::Matrix3d symmetric = in_shape(truth, MagnitudeShape::symmetric).response.sensitivity;
+  const Eigen::Matrix3d symmetric =
+      rotated_to_shape(truth, MagnitudeShape::symmetric).response.sensitivity;
   const Eigen::Matrix3d triangular =
-      in_shape(truth, MagnitudeShape::triangular).response.sensitivity;
+      rotated_to_shape(truth, MagnitudeShape::triangular).response.sensitivity;
   EXPECT_MATRIX_NEAR(symmetric, Eigen::Matrix3d(symmetric.transpose()), 1e-12);
   EXPECT_MATRIX_NEAR(Eigen::Vector3d(triangular(1, 0), triangular(2, 0), triangular(2, 1)),
                      Eigen::Vector3d::Zero().eval(), 1e-12);

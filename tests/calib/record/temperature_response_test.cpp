@@ -82,7 +82,7 @@ TEST(TemperatureTerms, AddNothingAtTheReference) {
       EXPECT_EQ(reference.of(k), terms.span_of(k).reference);
       EXPECT_EQ(terms.bias_shift(k, reference.of(k)), 0.0);
       EXPECT_EQ(terms.scale_at(k, reference.of(k)), 1.0);
-      EXPECT_EQ(terms.above_bias(k, 3.0, 0.5, reference.of(k)), 2.5);
+      EXPECT_EQ(terms.bias_corrected(k, 3.0, 0.5, reference.of(k)), 2.5);
     }
   }
 }
@@ -111,7 +111,7 @@ TEST(TemperatureTerms, AreTakenOutOfReadings) {
       EXPECT_EQ(reading_at_reference(sensor, v, std::nullopt), v);
       for (Eigen::Index k = 0; k < 3; ++k) {
         const double above =
-            sensor.temperature->above_bias(k, v(k), sensor.response.bias(k), at.of(k));
+            sensor.temperature->bias_corrected(k, v(k), sensor.response.bias(k), at.of(k));
         EXPECT_NEAR(above, sensor.response.sensitivity.row(k).dot(f), 1e-13);
       }
     }

@@ -44,7 +44,7 @@ class FreeSession final : public LiveSession {
   void set_source_alarms(const std::vector<SessionAlarm>& alarms) override;
   /// Accepts finish, go_on, undo (drops the last rest), pause and quit; refuses other commands.
   void command(const SessionCommand& command) override;
-  void no_more_samples() override;
+  void end_of_samples() override;
   [[nodiscard]] bool is_over() const override;
   [[nodiscard]] bool has_quit() const override;
   [[nodiscard]] const SessionView& view() override;

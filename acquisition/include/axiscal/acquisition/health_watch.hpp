@@ -58,9 +58,9 @@ class HealthWatch {
 };
 
 struct HealthRun {
-  std::size_t readings = 3;                     ///< number of readings to take
-  double patience_s = 60.0;                     ///< time limit; of a recording, by its own times
-  std::function<void(const HealthView&)> show;  ///< called about once a second
+  std::size_t readings = 3;                      ///< number of readings to take
+  double patience_s = 60.0;                      ///< time limit; of a recording, by its own times
+  std::function<void(const HealthView&)> show;   ///< called about once a second
   std::function<void(const std::string&)> warn;  ///< called with each new alarm of the sources
 };
 

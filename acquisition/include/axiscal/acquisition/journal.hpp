@@ -41,7 +41,7 @@ class Journal {
   [[nodiscard]] std::string append(std::string_view line);
 
   /// Appends a line without waiting until it is on the disk. Raw samples use it.
-  [[nodiscard]] std::string append_later(std::string_view line);
+  [[nodiscard]] std::string append_without_sync(std::string_view line);
 
   [[nodiscard]] const std::string& path() const { return path_; }
 

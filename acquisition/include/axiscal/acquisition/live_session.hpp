@@ -57,7 +57,7 @@ class LiveSession {
   virtual void command(const SessionCommand& command) = 0;
 
   /// Reports that the samples have ended. Readings cannot be retaken after this call.
-  virtual void no_more_samples() = 0;
+  virtual void end_of_samples() = 0;
 
   /// @return true after the session was finished or stopped.
   [[nodiscard]] virtual bool is_over() const = 0;

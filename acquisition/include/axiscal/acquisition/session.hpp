@@ -185,7 +185,7 @@ class Session final : public LiveSession {
   void idle(double seconds) override;
   void set_source_alarms(const std::vector<SessionAlarm>& alarms) override;
   void command(const SessionCommand& command) override;
-  void no_more_samples() override;
+  void end_of_samples() override;
   [[nodiscard]] bool is_over() const override;
   [[nodiscard]] bool has_quit() const override;
   [[nodiscard]] const SessionView& view() override;

@@ -37,7 +37,7 @@ class SessionFace {
   }
 
   /// @return true if the face can still receive commands.
-  [[nodiscard]] virtual bool can_answer() const { return true; }
+  [[nodiscard]] virtual bool accepts_commands() const { return true; }
 };
 
 /// Makes a face for screen readers and scripts. It prints lines of text to standard output and

@@ -54,7 +54,7 @@ class SimulatedSource final : public Source {
   SourceReport read(SampleBatch& batch, std::chrono::milliseconds patience) override;
   void request(const DesignEntry* entry, bool warned) override;
 
-  void roam(bool by_rests) override;
+  void set_free_motion(bool by_rests) override;
 
   /// Simulates the axes, units and field of an experiment, with the requested levels. If the
   /// direction of the field is unknown, it is drawn at random from the seed.
@@ -95,7 +95,8 @@ class SimulatedSource final : public Source {
   double acts_at_s_ = -1.0;  // time at which the person follows the request; negative: no request
   double knock_at_s_ = -1.0;
   bool lays_right_ = false;
-  std::optional<bool> roams_by_rests_;  // argument of roam(); nullopt: the instrument is in a cube
+  std::optional<bool>
+      roams_by_rests_;  // argument of set_free_motion(); nullopt: the instrument is in a cube
 };
 
 }  // namespace axiscal

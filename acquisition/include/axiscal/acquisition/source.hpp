@@ -100,7 +100,7 @@ class Source {
 
   /// Makes a simulated person turn the instrument in the hand. Other sources ignore it.
   /// @param by_rests  true if the person holds the instrument still between turns.
-  virtual void roam(bool by_rests);
+  virtual void set_free_motion(bool by_rests);
 
   /// Passes the experiment to a simulated instrument, before channels() is called. Other sources
   /// ignore it.

@@ -315,9 +315,9 @@ bool add_block_sensitivities(const Fit& run, bool mounts_known, Estimate& estima
          "with the number of the mount makes them shorter"});
   }
   if (fits.S.size() == 2) {
-    estimate.notes.push_back(
-        {NoteCode::conditions, "two blocks are too few to show whether the sensitivities repeat; "
-                               "take four"});
+    estimate.notes.push_back({NoteCode::conditions,
+                              "two blocks are too few to show whether the sensitivities repeat; "
+                              "take four"});
   }
   constexpr double differ = 0.05;
   return least < differ;

@@ -186,10 +186,10 @@ class Sandwiches {
 // The residuals of each reading, projected on the direction in which a change of the field's
 // magnitude moves them.
 struct AlongField {
-  Eigen::VectorXd size;        // n: length of the response to the field, in sigma
-  Eigen::MatrixXd directions;  // n x m: the unit vector of this direction for each reading
-  Eigen::VectorXd deviations;  // n: residuals projected on the directions
-  Eigen::MatrixXd hat_root;  // n x q: K; K K^T is the hat matrix of the deviations
+  Eigen::VectorXd size;         // n: length of the response to the field, in sigma
+  Eigen::MatrixXd directions;   // n x m: the unit vector of this direction for each reading
+  Eigen::VectorXd deviations;   // n: residuals projected on the directions
+  Eigen::MatrixXd hat_root;     // n x q: K; K K^T is the hat matrix of the deviations
   Eigen::MatrixXd hat_squares;  // q x q: K^T K
 };
 

@@ -16,8 +16,7 @@ namespace {
 
 constexpr double same_above = 0.25;  // p-value above which soaks scatter no more than their
                                      // readings explain
-constexpr double told_below =
-    0.01;  // p-value for all axes together below which a note is added
+constexpr double told_below = 0.01;  // p-value for all axes together below which a note is added
 
 // The powers of the soaks' mean temperatures, and an orthonormal basis of the directions
 // perpendicular to these powers.

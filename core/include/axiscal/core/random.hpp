@@ -30,7 +30,7 @@ class AXISCAL_EXPORT RandomStream {
 
   /// Seeds three streams in half of the time that seeding them separately takes. Call it before the
   /// first number is drawn.
-  static void seed_together(const std::array<RandomStream*, 3>& streams);
+  static void seed_several(const std::array<RandomStream*, 3>& streams);
 
   /// @return uniform in (0, 1), never 0 or 1.
   double uniform();

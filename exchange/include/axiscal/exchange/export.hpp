@@ -47,6 +47,7 @@ struct ExportOptions {
   /// Prefix of the names in a header; empty: by kind and slot, "axiscal_accelerometer_L".
   std::string name;
   int instance = 0;               ///< number of the sensor: 0 for CAL_ACC0, 2 for INS_ACC2
+  std::string digest;             ///< SHA-256 of the record, for a label; may be empty
   CertificateDetails laboratory;  ///< further details of dcc: number, laboratory, customer, dates
 };
 

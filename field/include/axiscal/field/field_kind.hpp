@@ -17,8 +17,8 @@ namespace axiscal {
 struct FieldKind {
   std::string_view name;
   std::span<const std::string_view> units;  ///< allowed units, the default first; empty: any text
-  bool local = false;     ///< true if it exists at a site and no one can set it
-  bool vertical = false;  ///< true if it points up at every site and so shows the slope
+  bool local = false;                       ///< true if it exists at a site and no one can set it
+  bool vertical = false;      ///< true if it points up at every site and so shows the slope
   bool along_normal = false;  ///< true if it lies along the normal of a level table
   bool rotation = false;      ///< true if it is an angular rate
   bool dated = false;         ///< true if its model depends on the date

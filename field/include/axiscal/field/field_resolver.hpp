@@ -65,14 +65,16 @@ class AXISCAL_EXPORT FieldResolver {
   void set_given_magnitude_or_1(const std::string& otherwise, std::vector<Setting> settings);
 
   /// Marks the magnitude as unknown. It is then fitted together with parts of known magnitude.
-  void leave_magnitude_open();
+  void mark_magnitude_unknown();
 
   /// True if the magnitude may stay unknown: it is stated as unknown, or this is a local part of a
   /// sum without a stated number.
   [[nodiscard]] bool may_be_open() const;
 
   /// @return length of the largest field in the readings; nullopt if they do not contain fields.
-  [[nodiscard]] const std::optional<double>& largest_met() const { return occasion_.largest; }
+  [[nodiscard]] const std::optional<double>& largest_field_length() const {
+    return occasion_.largest;
+  }
 
   /// Sets the model's uncertainty of the magnitude, unless the user states another.
   void set_model_u(double magnitude_u);
@@ -93,7 +95,7 @@ class AXISCAL_EXPORT FieldResolver {
  private:
   void check_given() const;
   void prepare();
-  [[nodiscard]] std::string unit_told_by_number(const FieldKind& kind) const;
+  [[nodiscard]] std::string unit_from_magnitude(const FieldKind& kind) const;
   [[nodiscard]] std::string unit_unless_stated(const FieldKind& kind) const;
 
   const FieldSetup& given_;

@@ -48,7 +48,7 @@ struct AXISCAL_EXPORT Instrument {
   std::string unit = "1";                           ///< unit of the readings, any text
   AxisConvention convention = AxisConvention::forward_left_up;
   std::vector<DifferentialAxis> differences;  ///< the axes that are differences of columns
-  std::optional<ReadingRange> range;  ///< limits; a reading at or beyond them is saturated
+  std::optional<ReadingRange> range;          ///< limits; a reading at or beyond them is saturated
   bool one_sided = false;  ///< true if an axis responds only to light from its front (photodiodes)
 
   [[nodiscard]] Eigen::Index axis_count() const { return static_cast<Eigen::Index>(axes.size()); }

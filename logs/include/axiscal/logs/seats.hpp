@@ -26,7 +26,7 @@ struct SeatLabels {
 /// the middle of its extremes, and its sensitivity is half of their difference. Six directions do
 /// not determine more coefficients.
 /// @param means  of an accelerometer at each rest, n x 3.
-[[nodiscard]] Eigen::MatrixX3d rough_ups(const Eigen::MatrixX3d& means);
+[[nodiscard]] Eigen::MatrixX3d approximate_up_directions(const Eigen::MatrixX3d& means);
 
 /// Sets the field of each reading from the face that lay on a level table. The field has the
 /// magnitude F and points up, away from the face.

@@ -20,7 +20,7 @@ struct FleetTest {
 
 /// A coefficient of all units, and its limits.
 struct FleetParameter {
-  std::string name;                ///< "x.bias"
+  std::string name;                 ///< "x.bias"
   std::optional<double> low, high;  ///< in the unit of the values
 };
 

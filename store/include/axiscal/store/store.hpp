@@ -16,6 +16,7 @@ struct StoredCoefficient {
   std::string name;  ///< "x.bias", "x.sensitivity.y"
   double value = 0.0;
   double u = 0.0;         ///< standard uncertainty; NaN if it is not known
+  double u_noise = 0.0;   ///< the part of u that comes from reading noise; NaN if it is not known
   double expanded = 0.0;  ///< half the width of the 95 % interval; NaN if it is not known
 };
 

@@ -56,14 +56,14 @@ struct ReferenceReading {
 struct BodyOptions {
   /// Standard uncertainty of the references' directions [rad]; nullopt: from their scatter.
   std::optional<double> reference_u_rad;
-  /// For tared(): true if the rotation was found with the same record; otherwise the two are
-  /// independent.
+  /// For corrected_by_tare(): true if the rotation was found with the same record; otherwise the
+  /// two are independent.
   bool same_record = true;
 };
 
 /// Reads references from a table with the columns of the record's axes (or SLOT.axis), and with
 /// `pitch_deg` and `roll_deg` or `flat`, the name of a face. If the table has none of these three
-/// columns, the readings have no attitude; tared() then takes pitch and roll as 0.
+/// columns, the readings have no attitude; corrected_by_tare() then takes pitch and roll as 0.
 ///
 /// @throws DataError  as read_observations(), or if a row states both an attitude and a face, or
 /// neither.
@@ -100,10 +100,11 @@ find_body_rotation(const Calibration& calibration,
 ///
 /// @param tare  one reading or more in one attitude; pitch and roll are 0 if it is not stated.
 /// @throws RefusedError  if the angle is above 0.2 rad, because the model was not in that attitude.
-[[nodiscard]] AXISCAL_EXPORT BodyRotation tared(const Calibration& calibration,
-                                                BodyRotation body,
-                                                const std::vector<ReferenceReading>& tare,
-                                                const BodyOptions& options = {});
+[[nodiscard]] AXISCAL_EXPORT BodyRotation
+corrected_by_tare(const Calibration& calibration,
+                  BodyRotation body,
+                  const std::vector<ReferenceReading>& tare,
+                  const BodyOptions& options = {});
 
 /// The calibration in the model's axes. All results of this calibration are those of the model. Its
 /// uncertainty includes the uncertainty of the rotation and the correlation of both.

@@ -25,7 +25,7 @@ struct ReductionOptions {
 };
 
 /// The field at the place of the readings.
-struct FieldThere {
+struct FieldAtReadings {
   std::optional<double> magnitude;     ///< F [unit of the results]; default: the record's, or 1 g
   double magnitude_u = 0.0;            ///< its standard uncertainty [that unit]
   std::optional<double> gravity_m_s2;  ///< gravity; default: that at the record's site
@@ -58,7 +58,7 @@ struct FieldConversion {
 /// site.
 [[nodiscard]] AXISCAL_EXPORT FieldConversion field_conversion(const FieldDescription& field,
                                                               const std::string& unit,
-                                                              const FieldThere& there = {});
+                                                              const FieldAtReadings& there = {});
 
 /// A calibration in another unit of the field.
 /// @param conversion  by field_conversion(); its magnitude becomes that of the record.
@@ -256,12 +256,12 @@ class AXISCAL_EXPORT Reducer {
   std::vector<double> bias_;
   std::vector<double> length_;            // |S_k|
   std::vector<Eigen::Vector3d> inverse_;  // columns of the pseudo-inverse of S
-  [[nodiscard]] bool solve_lit(std::span<const double> readings,
-                               const std::optional<SensorTemperature>& temperature,
-                               Eigen::Vector3d& field) const noexcept;
+  [[nodiscard]] bool solve_light(std::span<const double> readings,
+                                 const std::optional<SensorTemperature>& temperature,
+                                 Eigen::Vector3d& field) const noexcept;
 
   // T_s (v - b(t)) of one axis.
-  [[nodiscard]] double above_bias(
+  [[nodiscard]] double bias_corrected(
       std::size_t axis,
       double reading,
       const std::optional<SensorTemperature>& temperature) const noexcept;

@@ -88,7 +88,8 @@ combine_levelness(const std::vector<SlotLevelness>& slots);
 
 /// @return the rotation between the two frames without its quarter turns and mirroring, as a
 ///         rotation vector [rad].
-[[nodiscard]] AXISCAL_EXPORT Eigen::Vector3d turn_beside_quarters(const SlotAlignment& alignment);
+[[nodiscard]] AXISCAL_EXPORT Eigen::Vector3d rotation_without_quarter_turns(
+    const SlotAlignment& alignment);
 
 /// Calibrates several instruments from one run: each in its slot, with its mount's rotation.
 ///

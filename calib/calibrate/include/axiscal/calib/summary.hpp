@@ -26,13 +26,13 @@ enum class SummaryEnd {
                                                  SummaryEnd end = SummaryEnd::findings);
 
 /// @return the verdict as a sentence: "Calibrated. No problems found."
-[[nodiscard]] AXISCAL_EXPORT std::string words_of_verdict(const Calibration& calibration);
+[[nodiscard]] AXISCAL_EXPORT std::string verdict_sentence(const Calibration& calibration);
 
 /// @return the FieldSizeCheck as a sentence: "The reading of g agrees over 24 orientations to
 ///         12 ppm; ..."; empty if the record lacks this check.
-[[nodiscard]] AXISCAL_EXPORT std::string words_of_field_size(const Calibration& calibration);
+[[nodiscard]] AXISCAL_EXPORT std::string field_size_sentence(const Calibration& calibration);
 
 /// @return the result of the confirmation as a sentence; empty if the record lacks a confirmation.
-[[nodiscard]] AXISCAL_EXPORT std::string words_of_confirmation(const Calibration& calibration);
+[[nodiscard]] AXISCAL_EXPORT std::string confirmation_sentence(const Calibration& calibration);
 
 }  // namespace axiscal

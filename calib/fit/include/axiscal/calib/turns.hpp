@@ -50,19 +50,19 @@ AXISCAL_EXPORT void between_directions(const Calibration& accelerometer,
                                        GyroscopeTurn& turn);
 
 /// Sets the rotation between two seats of a cube, with the uncertainty of its face normals.
-AXISCAL_EXPORT void between_seats(const Positioner& positioner,
-                                  const Eigen::Matrix3d& rotation_sensor_from_positioner,
-                                  const DesignPoint& before,
-                                  const DesignPoint& after,
-                                  GyroscopeTurn& turn);
+AXISCAL_EXPORT void set_turn_between_seats(const Positioner& positioner,
+                                           const Eigen::Matrix3d& rotation_sensor_from_positioner,
+                                           const DesignPoint& before,
+                                           const DesignPoint& after,
+                                           GyroscopeTurn& turn);
 
 struct TurnFitOptions;
 
 /// Sets the Earth's rotation in the turns, and its uncertainty in the options. With a site, the
 /// component along up is known and the heading is not; without a site only the magnitude is known.
-AXISCAL_EXPORT void take_out_earth(const std::optional<Site>& site,
-                                   std::vector<GyroscopeTurn>& turns,
-                                   TurnFitOptions& options);
+AXISCAL_EXPORT void set_earth_rotation(const std::optional<Site>& site,
+                                       std::vector<GyroscopeTurn>& turns,
+                                       TurnFitOptions& options);
 
 /// The result of fit_rests(): the bias of a gyroscope, and the change of the bias with gravity.
 struct AXISCAL_EXPORT RestFit {
@@ -131,8 +131,8 @@ struct AXISCAL_EXPORT TurnFit {
   /// Sources of uncertainty that scatter cannot show: `directions` or `positioner`, `rotation of
   /// the Earth`, `sampling`.
   std::vector<UncertaintySource> sources;
-  double residual_sd_rad = 0.0;            ///< scatter of one component of a turn's attitude error
-  double rest_sd_rad = 0.0;                ///< the part of it from a rest, which two turns share
+  double residual_sd_rad = 0.0;  ///< scatter of one component of a turn's attitude error
+  double rest_sd_rad = 0.0;      ///< the part of it from a rest, which two turns share
   /// attitude error of each turn [rad], in the frame before it
   std::vector<Eigen::Vector3d> residuals;
   double most_revolutions = 0.0;  ///< largest number in one turn; motion in both directions adds up

@@ -44,10 +44,10 @@ struct HandMotion {
 /// begins and ends smoothly.
 /// @param part     the elapsed fraction of the turn's time, 0 to 1.
 /// @param seconds  the duration of the whole turn.
-[[nodiscard]] AXISCAL_EXPORT HandMotion turned_by_hand(const Eigen::Matrix3d& from,
-                                                       const Eigen::Matrix3d& to,
-                                                       double part,
-                                                       double seconds);
+[[nodiscard]] AXISCAL_EXPORT HandMotion hand_motion(const Eigen::Matrix3d& from,
+                                                    const Eigen::Matrix3d& to,
+                                                    double part,
+                                                    double seconds);
 
 /// Simulates a recording `free` or `sweep`, with one reading for each sample. During a sweep the
 /// cube's edges lie along the axes of the table. The readings follow the temperature terms of
@@ -90,6 +90,6 @@ calibrate_turns(const SimulatedTurns& recording,
 
 /// @return the truth in the frame that method magnitude chooses: turned so that the sensitivity
 ///         matrix has this shape.
-[[nodiscard]] AXISCAL_EXPORT SensorModel in_shape(SensorModel truth, MagnitudeShape shape);
+[[nodiscard]] AXISCAL_EXPORT SensorModel rotated_to_shape(SensorModel truth, MagnitudeShape shape);
 
 }  // namespace axiscal

@@ -70,7 +70,7 @@ struct SimulatedRun {
 
 /// simulate_run() with a given random stream for the noise. stream_of_noise() gives the same
 /// numbers
-/// as the overload without a stream. RandomStream::seed_together() seeds several streams faster.
+/// as the overload without a stream. RandomStream::seed_several() seeds several streams faster.
 [[nodiscard]] AXISCAL_EXPORT SimulatedRun simulate_run(const SensorModel& truth,
                                                        const std::vector<RunSheetRow>& sheet,
                                                        const SimulationOptions& options,

@@ -115,10 +115,10 @@ struct AXISCAL_EXPORT Experiment {
 /// Sets the usual field of the kind of instrument if no field is stated: gravity for accelerometers
 /// and inclinometers. For magnetometers it is the Earth's field if the magnitude, the unit, the
 /// vector in the table or the site is stated, else a field of length 1.
-AXISCAL_EXPORT void take_usual_field(Experiment& experiment);
-AXISCAL_EXPORT void take_usual_field(const Instrument& instrument,
-                                     const TablePlace& place,
-                                     FieldSetup& field);
+AXISCAL_EXPORT void set_default_field(Experiment& experiment);
+AXISCAL_EXPORT void set_default_field(const Instrument& instrument,
+                                      const TablePlace& place,
+                                      FieldSetup& field);
 
 /// The parts of an experiment's field before the fit: resolve_field() for the experiment's table.
 /// @param time_s   time of the readings, for a field that moves; nullopt: the table's date.

@@ -19,7 +19,7 @@ namespace axiscal {
 /// @param rotation_sensor_from_table  the orientation of the instrument.
 /// @param temperature  output of the temperature sensors; nullopt: the reference temperature.
 /// @return v, m entries [unit]; it does not include the responses to second fields.
-[[nodiscard]] AXISCAL_EXPORT Eigen::VectorXd lit_response_at(
+[[nodiscard]] AXISCAL_EXPORT Eigen::VectorXd light_response_at(
     const SensorModel& sensor,
     const TableField& field,
     const FieldLevel& level,

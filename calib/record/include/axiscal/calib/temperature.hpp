@@ -67,10 +67,10 @@ struct AXISCAL_EXPORT TemperatureResponse {
   /// @param t             temperature output.
   /// @return (v - bias_k(t)) / scale_k(t): the response above the bias, reduced to the reference
   ///         [unit].
-  [[nodiscard]] double above_bias(Eigen::Index axis,
-                                  double reading,
-                                  double at_reference,
-                                  double t) const {
+  [[nodiscard]] double bias_corrected(Eigen::Index axis,
+                                      double reading,
+                                      double at_reference,
+                                      double t) const {
     return (reading - at_reference - bias_shift(axis, t)) / scale_at(axis, t);
   }
 

@@ -125,7 +125,7 @@ struct ParameterUncertainty {
 [[nodiscard]] AXISCAL_EXPORT std::vector<std::string> not_counted(const Calibration& calibration);
 
 /// @return the inputs of not_counted() in one sentence; empty if not_counted() is empty.
-[[nodiscard]] AXISCAL_EXPORT std::string words_of_not_counted(const Calibration& calibration);
+[[nodiscard]] AXISCAL_EXPORT std::string not_counted_sentence(const Calibration& calibration);
 
 /// Advice how to reduce the contribution of the largest source.
 struct Advice {

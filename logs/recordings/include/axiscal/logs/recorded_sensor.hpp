@@ -35,7 +35,7 @@ struct RecordedSensor {
 [[nodiscard]] bool is_constant(const SeriesSummary& series);
 
 /// @return notes about constant sensors, which are omitted.
-[[nodiscard]] std::vector<std::string> words_of_dead(const RecordingSummary& summary);
+[[nodiscard]] std::vector<std::string> constant_sensor_notes(const RecordingSummary& summary);
 
 /// @return "accelerometer 0: IMU (AccX, AccY, AccZ), m/s^2, 24.7 Hz; known by the file's format".
 [[nodiscard]] std::string words_of(const RecordedSensor& sensor);

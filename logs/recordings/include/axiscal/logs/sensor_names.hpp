@@ -13,7 +13,7 @@
 namespace axiscal {
 
 /// @return the text with A to Z replaced by a to z; other characters stay unchanged.
-[[nodiscard]] std::string in_small_letters(std::string_view text);
+[[nodiscard]] std::string to_lower_case(std::string_view text);
 
 /// A unit in one of its usual spellings: "m/s²", "dps", "µT", "Gauss".
 struct KnownUnit {
@@ -40,7 +40,7 @@ struct NamedColumn {
 
 /// @return the kind of sensor whose name is contained in a text: "acc", "gyr", "mag", "temp" and
 ///         similar; `other` if there is none.
-[[nodiscard]] SeriesKind kind_of_words(std::string_view words);
+[[nodiscard]] SeriesKind sensor_kind_in(std::string_view words);
 
 /// @return 0, 1 or 2 if the name is that of an axis x, y or z: "AccX", "gyro_y", "Acc_Z",
 ///         "accel[2]", "mag.x"; otherwise nullopt.

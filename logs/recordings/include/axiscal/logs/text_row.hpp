@@ -26,7 +26,7 @@ namespace axiscal {
 [[nodiscard]] bool is_missing(std::string_view cell);
 
 /// A number with a unit or with separated thousands, as people write it.
-struct DressedNumber {
+struct DecoratedNumber {
   double value;           ///< NaN if the cell does not contain such a number
   std::string_view unit;  ///< unit after it: "g" in "0.34 g"; may be empty
   bool is_grouped;        ///< true if its thousands are separated: "15,267"
@@ -36,7 +36,7 @@ struct DressedNumber {
 /// "15'267.5 m/s^2".
 /// @param cell           may be enclosed in quotes.
 /// @param decimal_comma  whether a comma is the decimal point; points then separate thousands.
-[[nodiscard]] DressedNumber dressed_number(std::string_view cell, bool decimal_comma);
+[[nodiscard]] DecoratedNumber parse_decorated_number(std::string_view cell, bool decimal_comma);
 
 /// @return a column's name, without quotes and blanks around it.
 [[nodiscard]] std::string_view cell_name(std::string_view cell);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "axiscal/core/shown_text.hpp"
+#include "axiscal/core/printable_text.hpp"
 
 #include <algorithm>
 #include <array>
@@ -42,11 +42,11 @@ std::string with_controls_shown(std::string_view text, std::string_view but) {
 
 }  // namespace
 
-std::string shown_text(std::string_view text) {
+std::string printable_text(std::string_view text) {
   return with_controls_shown(text, "\t\n");
 }
 
-std::string shown_name(std::string_view name) {
+std::string printable_name(std::string_view name) {
   return with_controls_shown(name, "");
 }
 
@@ -64,7 +64,7 @@ bool is_formula(std::string_view cell) {
   return !is_face && !says_none && !parse_number(cell.substr(cell.front() == '+' ? 1 : 0));
 }
 
-std::string harmless_cell(const std::string& word) {
+std::string formula_safe_cell(const std::string& word) {
   return csv_cell(is_formula(word) ? "'" + word : word);
 }
 

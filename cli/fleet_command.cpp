@@ -1,0 +1,163 @@
+// SPDX-License-Identifier: Apache-2.0
+// `report --fleet`: a page about all units of a store.
+#include <algorithm>
+#include <map>
+#include <optional>
+#include <string>
+#include <tuple>
+#include <utility>
+#include <vector>
+
+#include <nlohmann/json.hpp>
+
+#include "axiscal/calib/limits.hpp"
+#include "axiscal/core/error.hpp"
+#include "axiscal/core/not_a_number.hpp"
+#include "axiscal/core/output_file.hpp"
+#include "axiscal/report/fleet_report.hpp"
+#include "axiscal/store/store.hpp"
+#include "core/formatted.hpp"
+#include "report_options.hpp"
+#include "usage_error.hpp"
+
+namespace axiscal::cli {
+namespace {
+
+// One kind and one model, because coefficients of different designs have no common distribution.
+void require_one_design(const Store& store, const StoreFilter& filter, const std::string& name) {
+  std::map<std::string, std::size_t> kinds;
+  std::map<std::string, std::size_t> models;
+  for (const StoreCount& one : store.counts(filter)) {
+    if (!one.kind.empty()) {  // a test without a record has no kind
+      kinds[one.kind] += one.count;
+      models[one.model] += one.count;
+    }
+  }
+  const auto require_one = [&](const std::map<std::string, std::size_t>& counts, const char* what,
+                               const char* option) {
+    std::string list;
+    for (const auto& [value, count] : counts) {
+      list += formatted("{}'{}' ({})", list.empty() ? "" : ", ", value, count);
+    }
+    if (counts.size() > 1) {
+      throw DataError(
+          name, formatted("has tests of several {}: {}; choose one by {}", what, list, option));
+    }
+  };
+  if (kinds.empty()) {
+    throw DataError(name, "has no such calibrations");
+  }
+  require_one(kinds, "kinds", "--kind");
+  require_one(models, "models", "--model");
+}
+
+// The limits of --limits, or those by which the newest record was judged.
+std::map<std::string, std::pair<std::optional<double>, std::optional<double>>> limits_of(
+    const ReportCommand& command, const Store& store, const StoredCalibration& newest_judged) {
+  std::map<std::string, std::pair<std::optional<double>, std::optional<double>>> limits;
+  if (command.limits) {
+    for (const Limit& limit : read_limits(*command.limits).limits) {
+      limits[limit.parameter] = {limit.low, limit.high};
+    }
+    return limits;
+  }
+  if (newest_judged.serial.empty()) {
+    return limits;
+  }
+  store.for_each({.serial = newest_judged.serial}, StoredPart::record,
+                 [&](const StoredCalibration& one) {
+                   if (one.digest != newest_judged.digest) {
+                     return;
+                   }
+                   const auto json = nlohmann::json::parse(one.record);
+                   for (const auto& limit : json.at("verdict").at("limits")) {
+                     const auto side = [&](const char* key) {
+                       return limit.contains(key) && limit[key].is_number()
+                                  ? std::optional(limit[key].get<double>())
+                                  : std::nullopt;
+                     };
+                     limits[limit.at("parameter")] = {side("low"), side("high")};
+                   }
+                 });
+  return limits;
+}
+
+bool is_shown(const std::string& parameter) {
+  return parameter.ends_with(".bias") || parameter.find(".sensitivity.") != std::string::npos;
+}
+
+}  // namespace
+
+int run_fleet(const ReportCommand& command) {
+  if (!command.record.empty()) {
+    throw UsageError("report: give a RECORD or --fleet STORE");
+  }
+  if (!command.output.ends_with(".html") && !command.output.ends_with(".htm") &&
+      command.output != "-") {
+    throw UsageError(formatted("report --fleet: -o must end in .html, not '{}'", command.output));
+  }
+  const Store store(*command.fleet, Store::Access::read);
+  const StoreFilter filter{
+      .kind = command.kind, .model = command.model, .since = command.since, .until = command.until};
+  const std::size_t slash = command.fleet->find_last_of('/');
+  Fleet fleet{.kind = {}, .model = {}, .source = command.fleet->substr(slash + 1)};
+  require_one_design(store, filter, fleet.source);
+  StoredCalibration newest_judged;
+  const auto add = [&](const StoredCalibration& one) {
+    FleetTest test{.serial = one.serial + (one.slot.empty() ? "" : "/" + one.slot),
+                   .date = one.date(),
+                   .station = one.station,
+                   .operated_by = one.operated_by,
+                   .batch = one.batch,
+                   .reason = one.reason,
+                   .passed = one.passed.value_or(one.status == "ok" || one.status == "warning")};
+    if (!one.kind.empty()) {
+      fleet.kind = one.kind;
+      fleet.model = one.model;
+    }
+    if (one.passed && one.date() >= newest_judged.date()) {
+      newest_judged = one;
+    }
+    if (fleet.parameters.empty()) {
+      for (const StoredCoefficient& coefficient : one.coefficients) {
+        if (is_shown(coefficient.name)) {
+          fleet.parameters.push_back({.name = coefficient.name});
+        }
+      }
+    }
+    for (const FleetParameter& parameter : fleet.parameters) {
+      const auto found =
+          std::find_if(one.coefficients.begin(), one.coefficients.end(),
+                       [&](const StoredCoefficient& own) { return own.name == parameter.name; });
+      const bool has = found != one.coefficients.end();
+      test.values.push_back(has ? found->value : not_a_number);
+      test.u.push_back(has ? found->u : not_a_number);
+      test.u_noise.push_back(has ? found->u_noise : not_a_number);
+    }
+    fleet.tests.push_back(std::move(test));
+  };
+  store.for_each(filter, StoredPart::coefficients, add);
+  if (command.kind || command.model) {  // tests without a record have neither
+    StoreFilter errors = filter;
+    errors.kind = "";
+    errors.model = "";
+    store.for_each(errors, StoredPart::none, add);
+  }
+  const auto limits = limits_of(command, store, newest_judged);
+  for (FleetParameter& parameter : fleet.parameters) {
+    if (const auto found = limits.find(parameter.name); found != limits.end()) {
+      std::tie(parameter.low, parameter.high) = found->second;
+    }
+  }
+  for (FleetTest& test : fleet.tests) {  // before the first test with coefficients
+    if (test.values.size() != fleet.parameters.size()) {
+      test.values.clear();
+      test.u.clear();
+      test.u_noise.clear();
+    }
+  }
+  write_whole_file(command.output, fleet_report(fleet));
+  return 0;
+}
+
+}  // namespace axiscal::cli

@@ -1,0 +1,30 @@
+// SPDX-License-Identifier: Apache-2.0
+// A record of a store in place of a file: the options --store, --serial, --at and --slot.
+#pragma once
+
+#include <memory>
+#include <optional>
+#include <string>
+
+#include "option_set.hpp"
+
+namespace axiscal {
+class TemporaryFile;
+}
+
+namespace axiscal::cli {
+
+/// The options for a record of a store, as typed.
+struct StoredRecordOptions {
+  std::optional<std::string> store, serial, at, slot;
+};
+
+void add_stored_record_options(OptionSet& options, StoredRecordOptions& record);
+
+/// Writes the record of --store to a temporary file.
+/// @return the file; null without --store.
+/// @throws UsageError  if --store lacks --serial, or the other options lack --store.
+/// @throws DataError   if the store has no such record.
+[[nodiscard]] std::unique_ptr<TemporaryFile> stored_record(const StoredRecordOptions& record);
+
+}  // namespace axiscal::cli
