@@ -1,8 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// The rates at which seeded mistakes are caught and named, and at which good runs are called bad,
-// for
-// the table of docs/accuracy.md. Usage: axiscal_culprit_rates [TRIALS [SEED [moved]]]. With a third
-// argument only the runs with moved readings are simulated.
+// Simulates how often seeded mistakes are detected and named, and how often good runs are called
+// bad, for the table in docs/accuracy.md. Usage: axiscal_culprit_rates [TRIALS [SEED [moved]]].
+// With a third argument only the runs with moved readings are simulated.
 #include <cstdint>
 #include <cstdio>
 #include <cstdlib>
@@ -23,7 +22,7 @@ struct Case {
   Eigen::Vector3d ratio = Eigen::Vector3d::Ones();
   std::optional<axiscal::Method> method;
   bool stated_ratio = false;
-  int replicates = 1;  // of the 12 positions
+  int replicates = 1;  // replicates of the 12 positions
   bool moved = false;  // moves one reading by `sigmas`, in a random direction
 };
 

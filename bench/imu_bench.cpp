@@ -1,8 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Benchmarks of the whole calibration of an IMU, and of reading a log. If the environment variable
-// AXISCAL_XSENS names imu_tk's recording xsens_acc_gyro.csv, the calibration uses this recording,
-// as
-// imu_tk_stand_in does. Otherwise it uses a simulated recording.
+// AXISCAL_XSENS is the path of imu_tk's recording xsens_acc_gyro.csv, the calibration uses this
+// recording, for comparison with imu_tk_stand_in.cpp. Otherwise it uses a simulated recording.
 #include <cstdlib>
 #include <filesystem>
 
@@ -56,7 +55,8 @@ void calibrate_imu(benchmark::State& state) {
 }
 BENCHMARK(calibrate_imu)->Unit(benchmark::kMillisecond);
 
-// With one stated threshold: six times the variance of the first 50 s, which imu_tk chooses.
+// Calibrates with one stated threshold, the one that imu_tk chooses: six times the variance of the
+// first 50 s.
 void calibrate_imu_at_one_threshold(benchmark::State& state) {
   axiscal::ImuOptions options = recording().options;
   options.segment.columns = options.accelerometer;
@@ -69,8 +69,8 @@ void calibrate_imu_at_one_threshold(benchmark::State& state) {
 }
 BENCHMARK(calibrate_imu_at_one_threshold)->Unit(benchmark::kMillisecond);
 
-// Reads the file that the environment variable AXISCAL_CSV names, in blocks, and reports bytes per
-// second.
+// Reads a file in blocks and reports bytes per second. The environment variable AXISCAL_CSV states
+// its path.
 void ingest_csv(benchmark::State& state) {
   const char* const path = std::getenv("AXISCAL_CSV");
   if (path == nullptr) {

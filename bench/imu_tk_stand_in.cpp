@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Stands in for imu_tk as a performance peer: the same steps by the same means (Ceres, autodiff).
+// Replaces imu_tk in comparisons of speed: it makes the same steps with the same tools (Ceres,
+// automatic differentiation).
 //
 //   g++ -O2 -std=c++20 -I/usr/include/eigen3 imu_tk_stand_in.cpp -o imu_tk_stand_in -lceres -lglog
 //   taskset -c 0 ./imu_tk_stand_in xsens_acc_gyro.csv [rounds]
@@ -9,9 +10,8 @@
 // Equipments", ICRA 2014, 3042-3049.
 //
 // The slow parts of imu_tk are kept: it computes the variance again for each threshold, copies the
-// whole record for each gyroscope residual, and multiplies 4x4 matrices of Jets at every step of
-// the
-// integration.
+// whole recording for each gyroscope residual, and multiplies 4x4 matrices of Jets at every step of
+// the integration.
 #include <algorithm>
 #include <array>
 #include <ceres/ceres.h>
@@ -35,11 +35,13 @@ using Parameters = std::array<double, 9>;
 
 constexpr double gravity = 9.81744;      // [m/s^2] at the authors' site
 constexpr double initial_rest_s = 50.0;  // the record starts with a long rest
-constexpr std::size_t window = 101;      // samples of the sliding variance
+constexpr std::size_t window = 101;      // samples in the window of the sliding variance
 constexpr std::size_t samples_per_interval = 100;
-constexpr int first_multiplier = 2;  // the thresholds are k times the initial variance
+// The thresholds are k times the variance of the initial rest, with k from here to last_multiplier.
+constexpr int first_multiplier = 2;
 constexpr int last_multiplier = 10;
-// The authors' starts: misalignments, scales (units per count), accelerometer biases (counts).
+// The authors' starting values: misalignments, scales [unit per count], accelerometer biases
+// [counts].
 constexpr Parameters accelerometer_start = {0, 0, 0, 1, 1, 1, 32768, 32768, 32768};
 constexpr Parameters gyroscope_start = {0, 0, 0, 0, 0, 0, 1 / 6258., 1 / 6258., 1 / 6258.};
 
@@ -103,8 +105,8 @@ Eigen::Vector3d variance(const Samples& samples, const Interval& interval) {
   return sum / static_cast<double>(interval.size() - 1);
 }
 
-/// The first `initial_rest_s`, including the sample at its end. This reproduces the costs of
-/// imu_tk.
+/// The first `initial_rest_s` seconds, including the sample at the end. This choice reproduces
+/// imu_tk's results.
 Interval initial_interval(const Samples& samples) {
   const double end_s = samples.front().time_s + initial_rest_s;
   std::size_t last = 0;
@@ -114,9 +116,8 @@ Interval initial_interval(const Samples& samples) {
   return {0, last};
 }
 
-/// Intervals of at least `samples_per_interval` samples. The norm of the sliding variances about
-/// each
-/// sample is below `threshold`.
+/// Intervals of at least `samples_per_interval` samples. In each interval, the norm of the three
+/// axes' sliding variances is below `threshold` at every sample.
 Intervals static_intervals(const Samples& samples, double threshold) {
   constexpr std::size_t half = window / 2;
   Intervals intervals;
@@ -145,8 +146,8 @@ Eigen::Matrix3<T> model_matrix(const std::array<T, 6>& misalignment, const T* sc
   return skew * diagonal;
 }
 
-/// Parameters: yz, zy, zx; three scales; three biases. The frame has the sensor's x axis and xy
-/// plane.
+/// Parameters: yz, zy, zx; three scales; three biases. The calibrated frame has the sensor's x axis
+/// and xy plane.
 template <typename T>
 Eigen::Vector3<T> calibrated_accelerometer(const T* p, const Eigen::Vector3d& raw) {
   const Eigen::Matrix3<T> matrix =
@@ -226,12 +227,12 @@ Eigen::Vector4<T> rk4_step(const Eigen::Vector4<T>& q, const Sample<T>& a, const
   return next / next.norm();
 }
 
-/// The residual of a motion: gravity's direction before it, rotated by the integrated rates, minus
-/// gravity's direction after it.
+/// The residual of a motion: gravity's direction before the motion, rotated by the integrated
+/// rates, minus gravity's direction after the motion.
 struct MotionResidual {
   Eigen::Vector3d versor_before;
   Eigen::Vector3d versor_after;
-  Samples record;  // without bias; each residual has its own copy, as in imu_tk
+  Samples record;  // rates with the bias subtracted; each residual has its own copy, as in imu_tk
   Interval motion;
 
   template <typename T>
@@ -268,9 +269,8 @@ Fit fit_gyroscope(const Record& record, const Intervals& rests, const Parameters
   Fit fit{.parameters = gyroscope_start};
   ceres::Problem problem;
   for (std::size_t i = 0; i + 1 < rests.size(); ++i) {
-    // From the last sample of a rest to the sample before the next rest. This reproduces the cost
-    // of
-    // imu_tk.
+    // A motion lasts from the last sample of a rest to the sample before the next rest. This choice
+    // reproduces imu_tk's results.
     const Interval motion{rests[i].last, rests[i + 1].first - 1};
     auto* cost = new ceres::AutoDiffCostFunction<MotionResidual, 3, 9>(
         new MotionResidual{versors[i], versors[i + 1], rates, motion});
@@ -288,7 +288,7 @@ struct Milliseconds {
   double detection = 0.0;
   double accelerometer = 0.0;
   double gyroscope = 0.0;
-  double calibrating = 0.0;  // all three
+  double calibrating = 0.0;  // detection, accelerometer and gyroscope together
 };
 
 struct Result {
@@ -299,7 +299,7 @@ struct Result {
   Milliseconds elapsed;
 };
 
-/// Milliseconds since `start`, which is set to now.
+/// Returns the milliseconds since `start`, and sets `start` to now.
 double lap(Clock::time_point& start) {
   const Clock::time_point now = Clock::now();
   return std::chrono::duration<double, std::milli>(now - std::exchange(start, now)).count();
@@ -329,7 +329,7 @@ Result calibrate(const Record& record) {
 }
 
 /// Prints the results next to the published results of imu_tk.
-/// @return true if all are equal to half of the last published digit.
+/// @return true if all differ by at most half a unit of the last published digit.
 bool agrees_with_imu_tk(const Result& result) {
   bool equal = true;
   const auto compare = [&equal](const char* name, double value, double imu_tk, double last_digit) {

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// The peers of goal 5: the magnitude-only fit by Ceres, with analytic and with automatic
-// derivatives. Both use the same readings and the same start. Their results are compared with
-// fit_magnitude() before they are timed.
+// The peers for goal 5 (README.md): the magnitude-only fit by Ceres, with analytic and with
+// automatic derivatives. Both use the same readings and the same start. Their results are compared
+// with fit_magnitude() before they are timed.
 #include <ceres/ceres.h>
 #include <cmath>
 #include <cstdio>
@@ -98,8 +98,7 @@ void compare(const Ellipsoid& found) {
   const axiscal::MagnitudeFit fit =
       axiscal::fit_magnitude(magnitude_readings(), 1.0, axiscal::MagnitudeShape::triangular);
   // fit_magnitude() weights each reading by the noise of its |f|, and Ceres does not. The
-  // tolerances
-  // allow for these weights.
+  // tolerances allow for these weights.
   const double rss = fit.residual_sd * fit.residual_sd * fit.degrees_of_freedom;
   if (std::abs(found.rss / rss - 1.0) > 1e-3 ||
       std::abs(found.parameters[0] - fit.response.bias(0)) > 1e-4) {

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Readings for the magnitude-only fit of goal 5, the same for the product and its peers.
+// The readings for the magnitude-only fit of goal 5 (README.md). The product and its peers use the
+// same readings.
 #pragma once
 
 #include <Eigen/Core>

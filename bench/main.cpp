@@ -4,7 +4,7 @@
 #include "axiscal/core/kept_memory.hpp"
 
 int main(int argc, char** argv) {
-  axiscal::keep_freed_memory();  // as the command does
+  axiscal::keep_freed_memory();  // the command axiscal does the same
   benchmark::Initialize(&argc, argv);
   if (benchmark::ReportUnrecognizedArguments(argc, argv)) {
     return 1;

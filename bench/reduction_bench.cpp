@@ -31,7 +31,7 @@ void reduce(benchmark::State& state, const char* kind) {
 BENCHMARK_CAPTURE(reduce, components, "generic");
 BENCHMARK_CAPTURE(reduce, components_and_angles, "accelerometer");
 
-// The lower limit: plain code for components and residual.
+// The lower limit of the time: plain code that computes only components and residual.
 void plain_components(benchmark::State& state) {
   const axiscal::Calibration calibration = calibration_of("generic");
   const Eigen::Matrix3d S = calibration.sensor.response.sensitivity;

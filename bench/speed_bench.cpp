@@ -108,7 +108,7 @@ void memcpy_3_columns(benchmark::State& state) {
 }
 BENCHMARK(memcpy_3_columns)->Unit(benchmark::kMillisecond);
 
-// Moves 64 bytes for each row. apply_with_angles does too: it reads 24 bytes and writes 40.
+// Moves 64 bytes for each row, as apply_with_angles does, which reads 24 bytes and writes 40.
 void memcpy_4_columns(benchmark::State& state) {
   static_cast<void>(readings());
   static_cast<void>(results());
@@ -173,7 +173,7 @@ BENCHMARK(apply_with_angles_libm)->Unit(benchmark::kMillisecond);
 
 // ---- 2: one design again and again ----
 
-constexpr Eigen::Index units = 256;  // few enough that their readings stay in the cache
+constexpr Eigen::Index units = 256;  // units per iteration; their readings fit into the cache
 
 Eigen::Matrix<double, 12, 4> design_of_12() {
   Eigen::Matrix<double, 12, 4> X = Eigen::Matrix<double, 12, 4>::Zero();
@@ -184,7 +184,8 @@ Eigen::Matrix<double, 12, 4> design_of_12() {
   return X;
 }
 
-// 3 units x 12, by columns in memory. fit_repeatedly() reads it as 12 x 3 units, by rows.
+// A matrix of 3 units x 12 that is stored by columns. fit_repeatedly() reads the same memory as
+// 12 x 3 units, stored by rows.
 const Eigen::MatrixXd& responses() {
   static const Eigen::MatrixXd all = [] {
     axiscal::RandomStream random(2);
@@ -210,7 +211,7 @@ void fit_eigen_qr_12x4x3(benchmark::State& state) {
 }
 BENCHMARK(fit_eigen_qr_12x4x3);
 
-// The time of an iteration is that of all 256 units together.
+// One iteration fits all 256 units.
 void fit_same_design_256_units(benchmark::State& state) {
   const Eigen::Matrix<double, 12, 4> X = design_of_12();
   const axiscal::RepeatedDesign design = axiscal::repeated_design(X);

@@ -89,7 +89,8 @@ std::vector<std::string> usual_slots(const std::string& assembly) {
                               : std::vector<std::string>();
 }
 
-// The slots of a session's instruments: those of --slot A,B,.., otherwise the assembly's default.
+// The slots of a session's instruments: those of --slot A,B,..; without that option, the default
+// slots of the assembly.
 std::vector<std::string> slots_asked_for(const ExperimentOptions& options) {
   std::vector<std::string> slots;
   if (options.slot) {
@@ -106,8 +107,8 @@ std::vector<std::string> slots_asked_for(const ExperimentOptions& options) {
   return slots;
 }
 
-// All slots of the assembly, for a session of one instrument. Only the instrument's own slot if the
-// assembly's default does not contain it.
+// Returns the default slots of the assembly, for a session of one instrument. If they do not
+// contain the slot of the instrument, returns only that slot.
 std::vector<std::string> all_slots_of(const ExperimentOptions& options,
                                       const Experiment& experiment) {
   std::vector<std::string> slots = usual_slots(options.assembly.value_or(""));
@@ -192,7 +193,8 @@ void set_stillness(const AcquireCommand& command, SessionSetup& setup) {
   }
 }
 
-// @param begun  header of the journal of a resumed session; its experiment and run sheet are used.
+// Makes the setup of a session from the options.
+// @param begun  journal header of a resumed session; its experiment and run sheet are used.
 SessionSetup session_setup(const AcquireCommand& command,
                            const std::optional<SessionHeader>& begun) {
   SessionSetup setup;
@@ -222,7 +224,7 @@ SessionSetup session_setup(const AcquireCommand& command,
   return setup;
 }
 
-// Setup of a session with --free: the instrument, and how its readings are selected.
+// Makes the setup of a session with --free from the setup of a session with a cube.
 FreeSetup free_setup(const AcquireCommand& command, const SessionSetup& of) {
   FreeSetup setup{.experiment = of.experiment, .stillness = of.stillness};
   const std::string& kind = of.experiment.instrument.kind;
@@ -237,7 +239,7 @@ FreeSetup free_setup(const AcquireCommand& command, const SessionSetup& of) {
   if (command.manual || command.plan || command.raw) {
     throw UsageError("acquire: --free does not go with --plan, --manual or --raw");
   }
-  // A hand shakes an accelerometer, so only its rests become readings.
+  // A hand that moves an accelerometer disturbs it, so only rests become readings.
   setup.by_rests = kind == "accelerometer" || kind == "inclinometer";
   setup.dwell_s = of.dwell_s.value_or(setup.dwell_s);
   if (command.enough_deg) {
@@ -249,7 +251,7 @@ FreeSetup free_setup(const AcquireCommand& command, const SessionSetup& of) {
 
 constexpr std::string_view slot_place = "{slot}";
 
-// The file name of one instrument: {slot} in the path is replaced by its slot.
+// Returns the file name for one instrument: replaces {slot} in the path by the slot.
 std::string of_slot(std::string path, const std::string& slot) {
   const std::size_t at = path.find(slot_place);
   return at == std::string::npos ? path : path.replace(at, slot_place.size(), slot);
@@ -264,12 +266,13 @@ struct Outputs {
   std::string report;
 };
 
-// @param slots  of the session; empty for one instrument.
+// Returns the output files according to the options.
+// @param slots  slots of the session; empty for one instrument.
 Outputs outputs_of(const AcquireCommand& command, const std::vector<SlotColumns>& slots) {
   const std::string many = slots.empty() ? "" : "-{slot}";
   for (const std::optional<std::string>& file :
        {command.record, command.output, command.report, command.journal}) {
-    const bool is_own = file == command.record || file == command.report;  // one per slot
+    const bool is_own = file == command.record || file == command.report;  // one file per slot
     const bool has_slot = file && file->find(slot_place) != std::string::npos;
     if (file && file->find('{') != std::string::npos && (slots.empty() || !is_own || !has_slot)) {
       throw UsageError(formatted(
@@ -318,7 +321,7 @@ Journal start_journal(const AcquireCommand& command,
   return journal;
 }
 
-// The arguments as one shell command line, quoted if needed.
+// Returns the arguments as a command line for a shell, quoted if needed.
 std::string typed_again(const std::vector<std::string>& arguments) {
   std::vector<std::string> quoted;
   for (const std::string& one : arguments) {
@@ -372,8 +375,8 @@ void require_trust(const std::vector<std::string>& sources, const std::string& j
       typed_again({journal}), typed_connections(sources)));
 }
 
-// Returns the command that started a journal. Options of this call take precedence. Output files
-// are written next to the journal, or where the options of this call state.
+// Returns the command that started a journal, changed by the options of this call. Output files are
+// written next to the journal, unless the options of this call state other places.
 AcquireCommand resumed_command(const AcquireCommand& now, const SessionHeader& header) {
   AcquireCommand command = parse_acquire_command(header.arguments, *now.resume);
   command.resume = now.resume;
@@ -492,7 +495,7 @@ void add_offers(const Calibration& calibration,
                      .type = "application/pdf",
                      .body = certificate_pdf(calibration, {})});
   } catch (const Error&) {
-    // A refused record has no certificate, and a build without cairo cannot make one.
+    // A refused record has no certificate, and a build without cairo cannot make certificates.
   }
   try {
     files.push_back({.name = stem + ".h",
@@ -581,7 +584,8 @@ void print_result(const AcquireCommand& command,
                   summary(calibration, SummaryDetail::brief, SummaryEnd::fit), outputs.observations,
                   outputs.record, outputs.report, outputs.journal, typed_again({outputs.record}),
                   typed_again({outputs.record})));
-    // If the options named output files, these exist now and the same command would be refused.
+    // The command is printed only if no option names an output file. Otherwise these files exist
+    // now, and the same command would be refused.
     if (!command.name && !command.journal && !command.output && !command.record &&
         !command.report && !command.resume) {
       print_result_text(formatted("again: axiscal {}\n", typed_again(command.arguments)));
@@ -592,7 +596,7 @@ void print_result(const AcquireCommand& command,
   }
 }
 
-// Checks the output files before a session starts, because an error would stop it at its end.
+// Checks the output files before a session starts, because at its end an error would be too late.
 void check_outputs(const Outputs& outputs, const std::vector<SlotColumns>& slots) {
   std::vector<std::filesystem::path> files = {std::filesystem::weakly_canonical(outputs.journal)};
   std::vector<std::string> all = {outputs.observations};
@@ -734,7 +738,7 @@ class Guided {
                               const Outputs& outputs) {
     for (const std::string* path : {&outputs.observations, &outputs.record, &outputs.report}) {
       if (*path == "-") {
-        return;  // stdout cannot be written again
+        return;  // a text on stdout could not be replaced later
       }
     }
     try {
@@ -747,7 +751,7 @@ class Guided {
     }
   }
 
-  // The output files of a later session, for example NAME-2.json.
+  // Returns the output files of the session with this number, for example NAME-2.json.
   static Outputs numbered(const Outputs& first, int number) {
     const auto name = [number](const std::string& path) {
       const std::filesystem::path whole(path);
@@ -764,7 +768,7 @@ class Guided {
   AcquireCommand command_;
   Faces faces_;
   std::vector<std::pair<std::vector<Calibration>, Outputs>> results_;
-  std::string stopped_;  // message if the last session was stopped; otherwise empty
+  std::string stopped_;  // message about a stopped session; otherwise empty
 };
 
 }  // namespace

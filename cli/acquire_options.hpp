@@ -11,7 +11,7 @@
 namespace axiscal::cli {
 
 struct AcquireCommand {
-  std::vector<std::string> arguments;  ///< of the command line; the journal stores them
+  std::vector<std::string> arguments;  ///< the whole command line, which the journal stores
   std::vector<std::string> sources;
   ExperimentOptions experiment;
   SheetOptions sheet;
@@ -31,7 +31,7 @@ struct AcquireCommand {
 };
 
 /// Parses the command line with which a journal was started.
-/// @param path  of the journal, for messages.
+/// @param path  file name of the journal, for messages.
 /// @throws DataError  if the subcommand is not `acquire`.
 [[nodiscard]] AcquireCommand parse_acquire_command(const std::vector<std::string>& arguments,
                                                    const std::string& path);

@@ -29,7 +29,7 @@ namespace {
 struct ApplyCommand {
   std::string record;
   std::string readings;
-  std::vector<std::string> more;  // the next arguments: records, and the log at the end
+  std::vector<std::string> more;  // further arguments: more records, then the log
   std::string output = "-";
   std::optional<std::string> field_magnitude, field_unit, yaw_above, pitch;
   std::optional<std::string> attitude, declination, latitude, longitude, height, gravity_model;
@@ -119,7 +119,8 @@ void add_options(OptionSet& options, ApplyCommand& command) {
                    "use a refused record, or an impossible magnitude of the field");
 }
 
-// Converts the record's field to the unit of the results and to the site of the readings.
+// Returns the conversion of the record's field to the unit of the results and to the site of the
+// readings.
 FieldConversion conversion_of(const ApplyCommand& command, const Calibration& calibration) {
   FieldAtReadings there;
   if (command.field_magnitude) {
@@ -186,7 +187,7 @@ Reducer make_reducer(const std::string& record,
   }
 }
 
-// The record in the frame of the model in which the sensor is mounted.
+// Returns the record, rotated to the frame of the model in which the sensor is mounted.
 Calibration in_body(const std::string& record, const std::string& body, Calibration calibration) {
   const BodyRotation rotation = read_body_rotation(body);
   const std::string own = sha256_of_file(record);
@@ -203,7 +204,7 @@ Calibration in_body(const std::string& record, const std::string& body, Calibrat
   }
 }
 
-// The record, rotated to the frame of the results (--frame or --body).
+// Returns the record, rotated to the frame of the results (--frame or --body).
 Calibration in_wanted_frame(const ApplyCommand& command, Calibration calibration) {
   const std::string frame = command.frame.value_or("assembly");
   if (frame != "assembly" && frame != "sensor") {
@@ -449,8 +450,8 @@ int run_one(const ApplyCommand& command) {
   } else if (command.alarm) {
     throw UsageError("--alarm: goes with --joint");
   }
-  // Endless output is written directly, because a temporary file would never be moved to its place.
-  // Opening the output empties the file, so the options are checked before.
+  // Endless output is written directly to the output file, because a temporary file would never be
+  // renamed. Opening the output file empties it, so all options have been checked before.
   OutputFile output(command.output,
                     command.follow ? OutputFile::Mode::direct : OutputFile::Mode::replace_whole);
   const std::vector<ReadingColumn> columns = columns_in(csv, calibration);

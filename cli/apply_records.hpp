@@ -11,10 +11,10 @@ namespace axiscal::cli {
 /// Corrects the sensors of a log by their records. Writes a table with the time and the field of
 /// each sensor in the unit of its record. The columns have the names that they have in the log.
 ///
-/// @param records  of three-axis instruments, at most one record per kind of instrument.
-/// @param log      of any format; - is standard input.
+/// @param records  files of records of three-axis instruments, at most one per kind of instrument.
+/// @param log      a log of any format; - is standard input.
 /// @param output   a CSV file; - is standard output.
-/// @param force    whether refused records are used.
+/// @param force    true if refused records may be used.
 void apply_records(const std::vector<std::string>& records,
                    const std::string& log,
                    const TableOptions& table,

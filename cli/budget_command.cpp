@@ -119,7 +119,8 @@ void show_sources(const Calibration& calibration, Shown& shown) {
                  {"input_unit", source.input_unit}};
     shown.text += formatted("  {:<18} type {}, {}", source.name, source.type, source.distribution);
     if (source.covariance.size() > 0 && source.input_u > 0.0) {
-      // Sensitivity coefficient: contribution to u divided by the input's standard uncertainty.
+      // A sensitivity coefficient is the contribution to u, divided by the standard uncertainty of
+      // the input.
       const Eigen::VectorXd c = source.covariance.diagonal().cwiseSqrt() / source.input_u;
       json["sensitivity_coefficients"] = json_from(c);
       shown.text += formatted(", u {:.3g} {}, sensitivity coefficients up to {:.3g}",
@@ -212,8 +213,8 @@ void show_monte_carlo(const Calibration& calibration,
   }
 }
 
-// Shows the expanded uncertainty of pitch and roll over all attitudes. Near +-90 degrees of pitch
-// it shows yaw instead of roll.
+// Shows the expanded uncertainties of pitch and roll over all attitudes. If pitch is near +-90
+// degrees, it shows yaw instead of roll.
 void show_map(const Calibration& calibration, const Asked& asked, double step_deg, Shown& shown) {
   std::string pitch_text = "\nU (95 %) of pitch [deg]; rows: pitch, columns: roll\n";
   std::string roll_text = "\nU (95 %) of roll, or of yaw near +-90 degrees of pitch [deg]\n";

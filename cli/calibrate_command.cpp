@@ -127,8 +127,8 @@ constexpr std::string_view serial_place = "{serial}";
 constexpr std::string_view file_place = "{file}";
 constexpr std::string_view instance_place = "{instance}";
 
-// Replaces a placeholder in `path` by a name, if `path` contains the placeholder.
-// @param how  the options and columns that state the name, for the message.
+// Replaces the placeholder `place` in `path` by `name`, if `path` contains it.
+// @param how  the options and columns that can state the name, for the message.
 void put_name(std::string& path,
               const std::string& pattern,
               std::string_view place,
@@ -148,8 +148,8 @@ void put_name(std::string& path,
   path.replace(at, place.size(), name);
 }
 
-// The file name of a record: `{slot}`, `{serial}`, `{file}` and `{instance}` in the pattern are
-// replaced.
+// Returns the file name of a record: the pattern with `{slot}`, `{serial}`, `{file}` and
+// `{instance}` replaced.
 std::string output_for(const std::string& pattern,
                        const std::string& slot,
                        const std::string& serial,
@@ -163,7 +163,7 @@ std::string output_for(const std::string& pattern,
   return path;
 }
 
-// Checks the output files before the calibration, which would be wasted by a later error.
+// Checks the output files before the calibration, because a later error would waste its result.
 void check_output(const std::string& output, const Experiment& experiment, const Run& run) {
   if (run.slots.size() > 1 && output != "-" && output.find(slot_place) == std::string::npos) {
     throw UsageError(
@@ -194,7 +194,8 @@ std::string records_text(const std::vector<Calibration>& calibrations) {
   return text + "]\n";
 }
 
-// Rotates the calibration to the frame of the companion, which was recorded at the same time.
+// Rotates the calibration to the frame of `companion`, an instrument that was recorded at the same
+// time.
 void align(const std::string& record,
            const Calibration& companion,
            const Observations& own,
@@ -238,7 +239,7 @@ struct Outcome {
   bool refused = false;
   bool stored_refused = false;
   bool failed = false;        // a limit is not met, or a reading is not confirmed
-  std::string refused_slots;  // "refused", or "refused: slot A, B" if the records have slots
+  std::string refused_slots;  // "refused"; if records have slots, "refused: slot A, B"
   std::string text;
 };
 
@@ -246,7 +247,7 @@ bool is_refused(const Calibration& calibration) {
   return calibration.findings.status == CalibrationStatus::refused;
 }
 
-// Refused records are stored only with --force.
+// True if a record may be stored. Refused records are stored only with --force.
 bool may_be_stored(const CalibrateCommand& command, bool refused) {
   return !refused || command.force;
 }
@@ -270,7 +271,7 @@ Outcome store(const CalibrateCommand& command, const std::vector<Calibration>& c
     outcome.text += outcome.text.empty() ? "" : "\n";
     outcome.text += summary(calibration, command.all ? SummaryDetail::full : SummaryDetail::brief,
                             SummaryEnd::fit);
-    if (database) {  // also refused records; their status is "refused"
+    if (database) {  // the store also accepts refused records
       database->write(stored_line(calibration_json(calibration), command.station.value_or(""),
                                   command.batch.value_or("")));
     }
@@ -289,7 +290,7 @@ Outcome store(const CalibrateCommand& command, const std::vector<Calibration>& c
   return outcome;
 }
 
-// The scatter of the earlier records of the run's unit; nullopt without --history.
+// The scatter of the earlier records of the unit in this run; nullopt without --history.
 std::optional<ProcessScatter> process_of(const CalibrateCommand& command,
                                          const std::vector<Calibration>& earlier,
                                          const Experiment& experiment,
@@ -395,12 +396,12 @@ namespace {
 // The results of several units that one thread calibrates one after another.
 struct UnitsAtOnce {
   std::vector<Unit> units;
-  std::vector<std::string> parameters;  // names, of the first unit that has parameters
+  std::vector<std::string> parameters;  // names of the first unit's parameters
 };
 
 // The units of a batch.
 struct Batch {
-  UnitsOfRun units;  // named by serial numbers, or with --each by file names
+  UnitsOfRun units;                            // names: serial numbers, or with --each file names
   std::map<std::string, std::string> serials;  // serial numbers of units named after their files
 
   [[nodiscard]] const std::string& serial(const std::string& name) const {
@@ -414,8 +415,8 @@ struct Batch {
   }
 };
 
-// Sets the name of the unit for the readings of each file: the serial number if -o contains
-// {serial} or the file has several units, otherwise the name of the file.
+// Names the unit of each file. The name is the serial number if -o contains {serial} or the file
+// has several units; otherwise it is the name of the file.
 // @return the serial numbers of the units that are named after their files.
 std::map<std::string, std::string> name_units_by_files(const std::string& output,
                                                        std::vector<Run>& files) {
@@ -439,7 +440,9 @@ std::map<std::string, std::string> name_units_by_files(const std::string& output
   return serials;
 }
 
-// Adds a warning to a unit with fewer readings than most units.
+// Adds a warning to a unit if it has fewer readings than most units.
+// @param usual  number of readings of most units.
+// @param place  index of the unit in the batch.
 void mark_short_unit(const Batch& batch, std::size_t usual, std::size_t place, Unit& unit) {
   const std::size_t count = batch.units.readings(place);
   if (count >= usual) {
@@ -459,15 +462,15 @@ std::string table_of(const std::vector<Unit>& units, const std::vector<std::stri
   return text;
 }
 
-// True if each unit of a batch has its own file.
+// True if each unit of a batch gets its own output file.
 bool has_place_of_unit(const CalibrateCommand& command) {
   return command.output &&
          (command.output->find(serial_place) != std::string::npos ||
           (command.each && command.output->find(file_place) != std::string::npos));
 }
 
-// Checks before the calibration that all records and the table are different files, and that none
-// of them is an input.
+// Checks before the calibration that the output files differ from each other and from the input
+// files.
 void check_outputs(const CalibrateCommand& command, const Batch& batch) {
   const UnitsOfRun& units = batch.units;
   if (command.output && units.size() > 1 && !has_place_of_unit(command)) {
@@ -492,8 +495,8 @@ void check_outputs(const CalibrateCommand& command, const Batch& batch) {
   }
 }
 
-// Calibrates many units. Prints the yield, and a line per unit with its result and the reason of a
-// failure.
+// Calibrates many units. Prints the yield, and for each unit a line with its result and the reason
+// of a failure.
 int run_batch(const CalibrateCommand& command,
               const Experiment& experiment,
               Run run,
@@ -555,7 +558,7 @@ int run_batch(const CalibrateCommand& command,
     }
     for (Unit& unit : piece.units) {
       mark_short_unit(*all, usual, units.size(), unit);
-      const std::string record = std::move(unit.record);  // frees its memory after this unit
+      const std::string record = std::move(unit.record);  // the memory is freed after each unit
       if (!record.empty() && command.output && may_be_stored(command, unit.result == "refused")) {
         write_whole_file(all->output(*command.output, unit.serial), record);
       }
@@ -573,7 +576,7 @@ int run_batch(const CalibrateCommand& command,
   if (database) {
     database->finish();
   }
-  all.reset();  // makes room for the table
+  all.reset();  // frees memory for the table
   text += formatted("yield: {} of {} units ({:.1f} %)\n", good, units.size(),
                     100.0 * static_cast<double>(good) / static_cast<double>(units.size()));
   if (command.table && *command.table != "-") {
@@ -622,7 +625,7 @@ int deliver_records(const CalibrateCommand& command,
 
 namespace {
 
-// The readings of a table: the columns of the axes, their instrument and unit.
+// The columns of a table that contain readings, with their instrument and unit.
 struct AxesOfTable {
   std::string axes;  // "ax,ay,az"; empty: x, y, z
   std::optional<LogSensor> sensor;
@@ -645,8 +648,8 @@ AxesOfTable axes_of_table(const TableText& text, const ExperimentOptions& option
     found.words = found.sensor->words;
     return found;
   }
-  // If the table has labels, all its other columns of numbers are axes. Without labels, three
-  // unnamed columns are the axes.
+  // If the table has labels of poses, all its other columns of numbers are axes. If it has no
+  // labels, but three unnamed columns, these are the axes.
   std::vector<std::string> header;
   for (const NamedColumn& one : text.columns()) {
     header.push_back(one.name);
@@ -698,8 +701,8 @@ void take_field_of_table(const TableText& text, ExperimentOptions& options) {
   }
 }
 
-// True for a recording of an instrument that was turned by hand. It lacks labels, so only the
-// field's magnitude can be used.
+// True for a recording of an instrument that was turned by hand. Its poses are unknown, so only the
+// magnitude of the field can be used.
 bool by_magnitude(const ExperimentOptions& options) {
   return options.method == "magnitude";
 }
@@ -765,7 +768,7 @@ ExperimentOptions with_columns_of_table(ExperimentOptions options, const TableOp
   return options;
 }
 
-// The first line of a file or a device, for example of a barcode scanner.
+// Returns the first line of a file or device that is not empty, for example of a barcode scanner.
 std::string scanned_serial(const std::string& path) {
   std::string serial;
   InputFile file(path);
@@ -863,8 +866,8 @@ int run(const CalibrateCommand& command) {
       (!experiment.fit.method || method_kind(*experiment.fit.method).by_magnitude);
   const bool is_of_rests = may_be_samples && gather_rests(experiment.instrument.kind, run);
   if (is_of_rests) {
-    // In rests in many attitudes the error of the model exceeds the noise of a mean, so all rests
-    // have equal weights.
+    // With rests in many attitudes, the errors of the model exceed the noise of the means, so all
+    // rests get equal weights.
     experiment.fit.weighting = experiment.fit.weighting.value_or(Weighting::none);
   }
   if (is_of_rests && !experiment.fit.method && experiment.instrument.kind == "accelerometer" &&

@@ -15,23 +15,23 @@ namespace axiscal::cli {
 
 struct CalibrateCommand {
   ExperimentOptions experiment;
-  std::optional<std::string> imu;  ///< a raw log instead of observations
+  std::optional<std::string> imu;  ///< file of a raw log, used instead of observations
   RestOptions rests;
   std::optional<std::string> accelerometer_unit, gyroscope_unit, magnetometer_unit,
       magnetic_magnitude, known_accelerometer;
-  std::optional<std::string> only;  ///< slots of a log whose records are wanted
+  std::optional<std::string> only;  ///< slots of a log whose records are stored
   bool cube = false;
   bool fit_gyroscope_bias = false;
   std::optional<std::string> output;
   std::optional<std::string> limits, history, table, calibrated;
   std::optional<std::string> align;        ///< record of an instrument in the same recording
-  std::optional<std::string> body, tare;   ///< method attitude: an earlier rotation, and its tare
-  std::optional<std::string> shard;        ///< with stream: I/N
+  std::optional<std::string> body, tare;   ///< for method attitude: earlier rotation and tare
+  std::optional<std::string> shard;        ///< with `stream`: part I/N of the units
   std::optional<std::string> serial_from;  ///< file whose first line is the serial
   std::optional<std::string> store, station, batch;  ///< where records are stored, and their origin
-  bool stream = false;                               ///< many units, one line each
-  bool resume = false;  ///< with stream: keep the complete lines of the outputs
-  bool each = false;    ///< one record per file, or per serial number
+  bool stream = false;                               ///< calibrate many units; one line per unit
+  bool resume = false;  ///< with `stream`: keep complete lines of existing outputs
+  bool each = false;    ///< make one record per file or serial number
   bool json = false;
   bool force = false;
   bool accept_suggestion = false;
@@ -40,7 +40,7 @@ struct CalibrateCommand {
 
 /// Writes the records of `calibrate` to the files of the options, and prints tables and remarks.
 ///
-/// @param heading  printed before the tables.
+/// @param heading  text printed before the tables.
 /// @return the exit status: 1 if a record was refused or failed its limits, otherwise 0.
 [[nodiscard]] int deliver_records(const CalibrateCommand& command,
                                   const std::vector<Calibration>& calibrations,
@@ -56,7 +56,7 @@ struct Unit {
 };
 
 /// Calibrates a unit. If the readings are refused, the result is "error".
-/// @param parameters  if it is empty, receives the names of the record's parameters.
+/// @param parameters  names of the parameters; if empty, receives those of the unit's record.
 [[nodiscard]] Unit calibrate_unit(const CalibrateCommand& command,
                                   const Experiment& experiment,
                                   const Run& run,

@@ -58,10 +58,10 @@ void add_options(OptionSet& options, CharacterizeCommand& command) {
 struct ReferenceFiles {
   std::string record;
   std::string observations;
-  std::string slot;  // of the columns SLOT.axis; empty: the slot of the record
+  std::string slot;  // slot in the column names; empty: the slot of the record
 };
 
-// Splits OBS.csv:SLOT into file name and slot, unless a file with this whole name exists.
+// Splits OBS.csv:SLOT into file name and slot, unless a file with the name `OBS.csv:SLOT` exists.
 void part_slot(ReferenceFiles& files) {
   const std::size_t parting = files.observations.rfind(':');
   std::error_code none;
@@ -85,7 +85,7 @@ std::vector<ReferenceFiles> reference_files(const CharacterizeCommand& command) 
   return files;
 }
 
-// The readings of the instrument in a table of one instrument, or in a table of several slots.
+// Returns the readings of one instrument from a table of this instrument or of several slots.
 Observations own_readings(const Run& table, const std::string& slot, const ReferenceFiles& files) {
   if (table.slots.empty()) {
     return table.observations;
@@ -112,7 +112,7 @@ std::vector<Reference> read_references(const std::vector<ReferenceFiles>& all) {
   for (const ReferenceFiles& files : all) {
     Reference reference;
     reference.calibration = read_calibration(files.record);
-    // Records with equal serial numbers are of one instrument, whatever the names of their files.
+    // Records with equal serial numbers belong to one instrument, whatever their file names are.
     const std::string& serial = reference.calibration.sensor.instrument.serial;
     reference.instrument =
         serial.empty() ? std::filesystem::weakly_canonical(files.record).string()
@@ -201,7 +201,7 @@ std::string text_of(const Characterization& result) {
   }
   for (const std::string& note : cube.description().notes) {
     if (std::find(result.warnings.begin(), result.warnings.end(), note) != result.warnings.end()) {
-      continue;  // printed as a warning
+      continue;  // a warning reports this
     }
     text += formatted("\n{}\n", wrapped(note, 80));
   }
@@ -245,7 +245,7 @@ std::string json_of(const Characterization& result) {
   return json_text(json);
 }
 
-// The positioner file, which states the record and the readings of each reference.
+// Returns the content of the positioner file, including record and readings of each reference.
 std::string positioner_text(const Characterization& result,
                             const std::vector<Reference>& references,
                             const std::vector<ReferenceFiles>& files) {

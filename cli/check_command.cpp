@@ -70,7 +70,8 @@ Json json_of(const std::vector<ParameterChange>& changes, bool with_e_n) {
   return list;
 }
 
-// Readings always agree with themselves, so they cannot show a change.
+// Returns a remark if the record was made from these readings. Such readings always agree with the
+// record, so they cannot show a change.
 std::string own_text(bool own) {
   return own ? "The record was made from these readings, so their agreement proves nothing. Take "
                "new readings.\n"
@@ -242,7 +243,7 @@ std::optional<double> mean_temperature(const Observations& observations) {
   return sum / static_cast<double>(observations.readings.size());
 }
 
-// The positioner with the mount of the record's instrument, unless it already has mounts.
+// Returns the positioner. If it has no mounts, adds the mount of the record's instrument.
 Positioner positioner_of(const Positioner& positioner, const Calibration& old) {
   if (!old.sensor.rotation_sensor_from_assembly || !positioner.mounts().empty()) {
     return positioner;
@@ -258,7 +259,7 @@ FreshReadings read_fresh(const CheckCommand& command, const Calibration& old) {
   options.files = {*command.other};
   ExperimentFile without_method = make_experiment_file(options, experiment_of(old));
   FreshReadings fresh{.experiment = without_method.experiment};
-  without_method.experiment.fit.method.reset();  // the readings show whether there are labels
+  without_method.experiment.fit.method.reset();  // the method depends on the labels of the readings
   fresh.run =
       read_run(without_method, Units::one,
                {.options = command.table,
@@ -279,8 +280,8 @@ FreshReadings read_fresh(const CheckCommand& command, const Calibration& old) {
   fresh.temperature = mean_temperature(fresh.run.observations);
   fresh.run.observations = at_reference_temperature(std::move(fresh.run.observations), old);
   if (!method_kind(old.fit.method).fits_sensitivity) {
-    // Readings converted to the reference temperature do not need temperature terms. The
-    // temperatures are set because method bias requires them.
+    // The readings are converted to the reference temperature, so temperature terms are not needed.
+    // The temperatures are set because method bias requires them.
     for (Reading& reading : fresh.run.observations.readings) {
       reading.temperature = old.sensor.temperature ? old.sensor.temperature->reference() : 0.0;
     }
@@ -300,7 +301,7 @@ Calibration calibration_of(const CheckCommand& command,
                                   readings.run.slots),
                     old);
   std::vector<Calibration> calibrations = calibrate_run(readings.experiment, readings.run);
-  for (Calibration& calibration : calibrations) {  // check prints its own note on such biases
+  for (Calibration& calibration : calibrations) {  // `check` prints another note on such biases
     std::erase_if(calibration.findings.warnings, [](const CalibrationWarning& warning) {
       return warning.code == WarningCode::field_in_bias;
     });
@@ -315,7 +316,7 @@ Calibration calibration_of(const CheckCommand& command,
   }
   print_remarks({fresh});
   if (old.sensor.temperature && method_kind(old.fit.method).fits_sensitivity) {
-    fresh.sensor.temperature = old.sensor.temperature;  // both at the same reference temperature
+    fresh.sensor.temperature = old.sensor.temperature;  // converted to the same temperature
   }
   return fresh;
 }
@@ -325,7 +326,7 @@ bool is_body_rotation(const std::string& path) {
          read_whole_file(path).find("\"axiscal-rotation\"") != std::string::npos;
 }
 
-// Reports if a sensor has moved in its model since its rotation was calibrated.
+// Reports whether a sensor has moved in its model since its rotation was calibrated.
 int compare_bodies(const CheckCommand& command, double alpha) {
   const BodyChange change =
       compare_rotations(read_body_rotation(command.record), read_body_rotation(*command.other));
@@ -360,7 +361,7 @@ bool can_be_predicted(const Run& run, const Calibration& old) {
          method_kind(old.fit.method).fits_sensitivity && gives_field(old);
 }
 
-// True if there are fewer labelled readings than the 12 of a whole design.
+// True if there are labelled readings, but fewer than the 12 of a complete design.
 bool is_few(const Run& run, const Calibration& old) {
   constexpr Eigen::Index whole_design = 12;
   return can_be_predicted(run, old) && run.observations.size() < whole_design;

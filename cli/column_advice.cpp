@@ -14,9 +14,9 @@
 namespace axiscal::cli {
 namespace {
 
-// The columns of the three axes, "acc_x,acc_y,acc_z", if the table has all three; otherwise empty.
-// @param first  column of axis x.
-// @param place  index of the letter x in its name.
+// Returns the columns of the three axes, "acc_x,acc_y,acc_z"; empty if the table lacks one of them.
+// @param first  name of the column of axis x.
+// @param place  index of the letter x in `first`.
 std::string three_columns(const std::vector<std::string>& columns,
                           const std::string& first,
                           std::size_t place) {
@@ -62,7 +62,7 @@ std::string column_advice(const MissingColumnError& error,
 }
 
 std::string with_marked_cell(const std::string& message) {
-  // PATH:LINE: column 'NAME': ...
+  // Finds the colon after PATH in a message PATH:LINE: column 'NAME': ...
   std::size_t colon = message.find(':');
   while (colon != std::string::npos) {
     const std::size_t end = message.find_first_not_of("0123456789", colon + 1);

@@ -8,15 +8,18 @@
 
 namespace axiscal::cli {
 
-/// Adds the line and a mark under the cell to a message `PATH:LINE: column 'x': ...`.
-/// @return the message unchanged if it has another form, or if the file cannot be read again.
+/// Appends the line of the file, with a mark under the cell, to a message
+/// `PATH:LINE: column 'x': ...`.
+/// @return the extended message; the unchanged message if it has another form, or if the file
+///         cannot be read again.
 [[nodiscard]] std::string with_marked_cell(const std::string& message);
 
 /// Looks for three columns whose names differ only in a letter x, y, z. Columns whose names contain
-/// the word are preferred.
-/// @param error   names the missing column and the existing columns.
-/// @param option  that states columns: "--axes".
-/// @param word    usual part of the names of the instrument's columns: "acc"; may be empty.
+/// `word` are preferred.
+/// @param error   error with the names of the missing column and of the existing columns.
+/// @param option  name of the option that states the columns: "--axes".
+/// @param word    part that the names of the instrument's columns usually contain: "acc"; may be
+///                empty.
 /// @return "; try --axes acc_x,acc_y,acc_z"; empty if there are no such columns.
 [[nodiscard]] std::string column_advice(const MissingColumnError& error,
                                         std::string_view option,

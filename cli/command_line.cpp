@@ -27,7 +27,7 @@
 namespace axiscal::cli {
 namespace {
 
-// The option that an argument names: "--option" or "--option=value"; null if it is unknown.
+// Returns the option of an argument "--option" or "--option=value"; null if it is unknown.
 CLI::Option* find_option(CLI::App& app, const std::string& argument) {
   return app.get_option_no_throw(argument.substr(0, argument.find('=')));
 }
@@ -59,7 +59,7 @@ void add_common_options(const OptionSet& options, CommonOptions& common) {
   group.add("--jobs", common.jobs, "N", "number of threads [default: the number of processors]");
 }
 
-// All long options of a subcommand, including those that are not in the command line.
+// Returns the names of all long options of a subcommand.
 std::vector<std::string> all_names(const Subcommand& subcommand,
                                    const std::vector<std::string>& arguments) {
   CLI::App app;
@@ -123,7 +123,7 @@ std::vector<std::string> with_joined_values(CLI::App& app,
   return result;
 }
 
-// The names that an option accepts, for shell completion; empty for all other options.
+// Returns the values that an option accepts, for shell completion; empty if any value is possible.
 std::vector<std::string> values_of(const std::string& option) {
   std::vector<std::string> values;
   if (option == "--instrument") {
@@ -179,7 +179,7 @@ SubcommandDefinition definition_of_subcommand(const CLI::App& subcommand) {
   for (const CLI::Option* option : subcommand.get_options()) {
     definition.options.push_back(definition_of(*option));
   }
-  // Arguments come first, then the groups of options in the order of CLI11.
+  // Sorts the arguments first, then the options by their groups, in the order of CLI11.
   const std::vector<std::string> groups = subcommand.get_groups();
   std::stable_sort(definition.options.begin(), definition.options.end(),
                    [&](const OptionDefinition& a, const OptionDefinition& b) {
@@ -221,7 +221,7 @@ Action generate(const CLI::App& app, const std::vector<std::string>& arguments) 
   return show(text);
 }
 
-// `axiscal help calibrate` is `axiscal calibrate --help`.
+// Converts `axiscal help calibrate` to `axiscal calibrate --help`.
 std::vector<std::string> with_help_as_option(std::vector<std::string> arguments) {
   if (!arguments.empty() && arguments.front() == "help") {
     arguments.erase(arguments.begin());
@@ -267,7 +267,7 @@ Action parse_command_line(const std::vector<std::string>& typed,
     CLI::App* parser = app.add_subcommand(subcommand.name, subcommand.help);
     parser->footer(subcommand.footer);
     const bool is_named = !arguments.empty() && arguments.front() == subcommand.name;
-    if (is_named || generates) {  // options of all subcommands would take longer than most runs
+    if (is_named || generates) {  // registering all options takes longer than most runs
       OptionSet options(*parser, arguments, shows_all ? Known::all : Known::typed);
       action = subcommand.define(options);
       add_common_options(options, common);

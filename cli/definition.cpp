@@ -33,7 +33,7 @@ std::string roff_heading(std::string text) {
   return formatted(".SH {}\n", text);
 }
 
-// "-o, --output FILE" with the names in bold.
+// Returns "-o, --output FILE" in roff, with the names of the option in bold.
 std::string roff_names(const OptionDefinition& option) {
   std::vector<std::string> names;
   for (const std::string& name : option.names) {
@@ -100,7 +100,8 @@ std::vector<std::string> subcommand_names(const ProgramDefinition& program) {
   return names;
 }
 
-// The values that completion proposes: those of the definition, and the words of a type "a|b|c".
+// Returns the values that completion proposes: OptionDefinition::values, and the words of a type
+// "a|b|c".
 std::vector<std::string> choices_of(const OptionDefinition& option) {
   std::vector<std::string> choices = option.values;
   if (option.type.find('|') != std::string::npos) {

@@ -7,13 +7,13 @@
 
 namespace axiscal::cli {
 
-/// One option or argument, as the help shows it.
+/// The definition of one option or argument, for the help.
 struct OptionDefinition {
   std::vector<std::string> names;  ///< "--output", "-o"; an argument's name has no dashes
   std::string type;                ///< type of its value: "FILE", "DEG"; empty for a flag
   std::string help;
   std::string group;         ///< heading under which the help shows it
-  bool is_argument = false;  ///< positional
+  bool is_argument = false;  ///< true: a positional argument
   bool is_required = false;
   std::vector<std::string> values = {};  ///< values that completion proposes
 };
@@ -34,7 +34,7 @@ struct ProgramDefinition {
   std::vector<SubcommandDefinition> subcommands;
 };
 
-/// @param kind  of `axiscal --generate`: "man", "bash", "zsh", "fish", "markdown".
+/// @param kind  argument of `axiscal --generate`: "man", "bash", "zsh", "fish", "markdown".
 /// @return the manual page, a completion, or the documentation's page of options; empty if the kind
 ///         is unknown.
 [[nodiscard]] std::string generated(const ProgramDefinition& program, std::string_view kind);

@@ -18,7 +18,7 @@ inline constexpr std::array<std::string_view, 17> export_format_names = {
     "iio",       "kalibr",     "label",     "matlab",     "numpy", "openhtf",
     "px4",       "ros",        "tofupilot", "x-io",       "xlsx"};
 
-/// The options of `axiscal export`, as typed.
+/// The options of `axiscal export`, with unparsed values.
 struct ExportCommand {
   std::vector<std::string> records;
   std::optional<std::string> format, reading_factor, gravity, numbers, name, instance;
@@ -32,7 +32,7 @@ struct ExportCommand {
   bool force = false;
 };
 
-/// The options of `axiscal import`, as typed.
+/// The options of `axiscal import`, with unparsed values.
 struct ImportCommand {
   std::string file;
   std::optional<std::string> format, instrument, instance, magnitude;

@@ -74,8 +74,8 @@ void set_instrument(const ExperimentOptions& options, Instrument& instrument) {
   }
 }
 
-// The part of a field to which the options for magnitude, vector and source apply: the induced part
-// of a sum, or the first part if no part is induced.
+// Returns the part of a field to which the options for magnitude, vector and source apply. In a sum
+// this is the induced part, or the first part if no part is induced.
 FieldSetup& stated_part(FieldSetup& field) {
   for (FieldSetup& part : field.others) {
     if (!field.is_induced() && part.is_induced()) {
@@ -103,7 +103,7 @@ FieldSetup part_of(std::string_view text) {
   return part;
 }
 
-// Sets kind, name and role of a field. Its other properties do not change.
+// Copies kind, name and role of `part` to `field`. Other properties of `field` do not change.
 void take_kind(FieldSetup part, FieldSetup& field) {
   field.of = std::move(part.of);
   field.name = std::move(part.name);
@@ -123,8 +123,8 @@ void set_kinds(const std::string& text, FieldSetup& field) {
   }
 }
 
-// Sets the values A+B for the parts of a sum of fields. A single value is set for stated_part(). An
-// empty value is not set.
+// Calls `set` for each part of a sum of fields, with its value from a text A+B. A single value is
+// set for stated_part(). Empty values are skipped.
 void for_each_part(const char* option,
                    const std::string& text,
                    FieldSetup& field,
@@ -187,7 +187,7 @@ void set_magnitude(const std::string& value, FieldSetup& part) {
   }
 }
 
-// Applies --field-table: X,Y,Z, or a FILE.csv of the field over time.
+// Applies --field-table: a vector X,Y,Z, or a FILE.csv with the field over time.
 void set_in_table(const std::string& value, FieldSetup& part) {
   if (value.ends_with(".csv") && part.of) {
     part.of = std::make_shared<const RecordedField>(read_recorded_field(value, part.of));
@@ -489,7 +489,8 @@ std::string take_unit_of_file(const std::string& unit, ExperimentOptions& option
       *options.field_magnitude);
 }
 
-// A table of readings in JSON is a list, one object per line, or an object whose members are lists.
+// Unlike an experiment, a table of readings in JSON is a list, has one object per line, or is an
+// object whose members are lists.
 bool is_experiment_file(const std::string& path) {
   std::error_code none;
   if (!path.ends_with(".json")) {
@@ -508,7 +509,8 @@ bool is_experiment_file(const std::string& path) {
 
 namespace {
 
-// The text for one slot in L=A,M=B; otherwise the whole text, which applies to every slot.
+// Returns the value of one slot from a text L=A,M=B. If the text does not name slots, returns the
+// whole text, which applies to every slot.
 std::optional<std::string> of_slot(const char* option,
                                    const std::optional<std::string>& text,
                                    const std::vector<std::string>& slots,
@@ -676,8 +678,8 @@ ExperimentFile make_experiment_file(const ExperimentOptions& options, const Expe
   if (of_slots) {
     set_slots(options, experiment);
   } else {
-    // Reports errors of the field before the readings are read. The readings may state field
-    // vectors, and thus the magnitude.
+    // Makes the field description before the readings are read, only to report errors early. The
+    // magnitude is assumed to be known if the readings may state field vectors.
     const bool may_bring =
         !file.paths.observations.empty() &&
         method_kind(experiment.fit.method.value_or(Method::known)).directions_known;
@@ -689,9 +691,9 @@ ExperimentFile make_experiment_file(const ExperimentOptions& options, const Expe
 
 namespace {
 
-// The parts of a field as they were stated for the record. A part of unknown magnitude stays
-// unknown, because it may have changed since, like the light of a room. For a part of known
-// magnitude the direction in the record becomes the start value.
+// Returns a field with its parts as they were stated for the record. A part of unknown magnitude
+// stays unknown, because it may have changed since, for example the light of a room. For a part of
+// known magnitude, the direction found in the record becomes the start value.
 FieldSetup parts_as_stated(FieldSetup stated, const FieldDescription& found) {
   const auto start = [](FieldSetup& part, const FieldDescription& known) {
     if (!part.in_table && part.magnitude) {

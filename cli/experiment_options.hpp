@@ -11,7 +11,7 @@
 
 namespace axiscal::cli {
 
-/// Options that describe an experiment, as typed.
+/// The options that describe an experiment, with unparsed values.
 struct ExperimentOptions {
   std::vector<std::string> files;
   std::optional<std::string> instrument, serial, model, axes, unit, convention, range;
@@ -45,14 +45,15 @@ void add_experiment_options(OptionSet& options, ExperimentOptions& experiment);
 [[nodiscard]] Experiment make_experiment(const ExperimentOptions& options,
                                          const Experiment& base = {});
 
-/// As make_experiment(). Also returns the names of the files that the experiment states.
+/// Makes an experiment like make_experiment(), and also returns the file names that the experiment
+/// states.
 [[nodiscard]] ExperimentFile make_experiment_file(const ExperimentOptions& options,
                                                   const Experiment& base = {});
 
 /// Sets --unit to the unit that the file of the readings states, unless the options state a unit.
-/// If it is m/s^2, gravity is in m/s^2 too. Its magnitude is then standard gravity, unless the
-/// options state a latitude or a magnitude.
-/// @return a note on these assumptions; may be empty.
+/// If the unit is m/s^2 and the field is gravity, also sets the unit of the field to m/s^2. The
+/// magnitude is then standard gravity, unless the options state a latitude or a magnitude.
+/// @return a note if standard gravity is assumed; otherwise empty.
 std::string take_unit_of_file(const std::string& unit, ExperimentOptions& options);
 
 /// @return true if the options give an instrument for each of several slots, SLOT=KIND,..
@@ -61,8 +62,8 @@ std::string take_unit_of_file(const std::string& unit, ExperimentOptions& option
 /// @return true if a file is an experiment: `.json`, and not a table of readings.
 [[nodiscard]] bool is_experiment_file(const std::string& path);
 
-/// The experiment that made a record, reconstructed from the record; its positioner is the nominal
-/// cube.
+/// @return the experiment of a record, reconstructed from the record; its positioner is the nominal
+///         cube.
 [[nodiscard]] Experiment experiment_of(const Calibration& record);
 
 }  // namespace axiscal::cli

@@ -33,7 +33,7 @@ std::string formats_json() {
   return formats.dump(2) + "\n";
 }
 
-// The output of --json with -o FILE: {"format", "file", "notes", "lost"}.
+// Returns the output of --json with -o FILE: {"format", "file", "notes", "lost"}.
 std::string export_json(const ExportCommand& command, const Exported& result) {
   nlohmann::ordered_json json{
       {"format", *command.format}, {"file", command.output}, {"notes", result.notes}};

@@ -135,7 +135,7 @@ const Essentials* find(const std::string& subcommand) {
 constexpr std::size_t help_width = 80;
 constexpr std::size_t help_column = 24;
 
-// "  name     description", wrapped. A long name is on a separate line.
+// Returns "  name     description" in wrapped lines. A long name has a line of its own.
 std::string entry(const std::string& name, const std::string& description) {
   std::string text = "  " + name;
   text += text.size() + 2 <= help_column ? std::string(help_column - text.size(), ' ')
@@ -147,7 +147,7 @@ std::string entry(const std::string& name, const std::string& description) {
   return text + "\n";
 }
 
-// A command line, wrapped with a backslash at the end of each line but the last.
+// Returns a command line in wrapped lines. Each line except the last one ends with a backslash.
 std::string command_lines(const std::string& command) {
   std::string text = "  " + wrapped(command, help_width - 4, 6);
   for (std::size_t at = text.find('\n'); at != std::string::npos; at = text.find('\n', at + 3)) {
@@ -164,7 +164,7 @@ std::string entry(const OptionDefinition& option, const std::string& description
   return entry(names, description + (option.is_required ? " (required)" : ""));
 }
 
-// The description up to its first semicolon, and the default.
+// Returns the description up to its first semicolon, followed by the default value.
 std::string first_clause(const std::string& description) {
   const std::size_t end = description.find(';');
   if (end == std::string::npos) {
@@ -175,7 +175,7 @@ std::string first_clause(const std::string& description) {
          (stated == std::string::npos ? "" : description.substr(stated));
 }
 
-// "Usage: axiscal apply [options] record readings", and the examples.
+// Returns the usage line ("Usage: axiscal apply [options] record readings") and the examples.
 std::string opening(const SubcommandDefinition& subcommand) {
   std::string usage = formatted("Usage: axiscal {} [options]", subcommand.name);
   for (const OptionDefinition& option : subcommand.options) {

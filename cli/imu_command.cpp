@@ -38,7 +38,7 @@ std::string rests_text(const ImuCalibration& imu) {
 ImuOptions options_of(const CalibrateCommand& command) {
   ImuOptions options = imu_options_of(command.rests, {"ax", "ay", "az"});
   ExperimentOptions experiment = command.experiment;
-  experiment.files.clear();  // these are further logs, not experiments
+  experiment.files.clear();  // the files are further logs, not experiments
   if (command.accelerometer_unit) {
     if (experiment.unit && *experiment.unit != *command.accelerometer_unit) {
       throw UsageError(
@@ -101,8 +101,8 @@ const LogSensor* sensor_of(const LogInput& input, const Calibration& record) {
                                                                 : SeriesKind::magnetometer);
 }
 
-// The instrument whose columns are missing in the log: the option that names its columns, and a
-// usual part of their names.
+// An instrument whose columns are missing in the log: the option that names its columns, and a part
+// that their names usually contain.
 struct LackingInstrument {
   std::string_view option = "--accelerometer";
   std::string_view word = "acc";
@@ -173,7 +173,7 @@ void take_sensors(const CalibrateCommand& command, const LogInput& input, ImuOpt
   }
 }
 
-// Reads --accelerometer-record. Its unit must be that of the log.
+// Reads the record of --accelerometer-record. Its unit must be the unit of the log.
 Calibration known_accelerometer_of(const CalibrateCommand& command, const ImuOptions& options) {
   Calibration known = read_unrefused(*command.known_accelerometer, command.force);
   const std::string& unit = options.experiment.instrument.unit;
@@ -190,8 +190,8 @@ Calibration known_accelerometer_of(const CalibrateCommand& command, const ImuOpt
   return known;
 }
 
-// The stated regions: of the file or the column of --regions, otherwise of a column `part` of the
-// log; empty if neither is given.
+// Returns the stated regions, from the file or column of --regions; without that option, from the
+// column `part` of the log. Empty if there is neither.
 std::vector<Region> regions_of(const CalibrateCommand& command, const LogInput& input) {
   if (command.rests.regions) {
     const bool is_file = command.rests.regions->ends_with(".json");
@@ -205,7 +205,7 @@ std::vector<Region> regions_of(const CalibrateCommand& command, const LogInput& 
   return {};
 }
 
-// The time of the last sample, ISO 8601; empty if the times of the log are not dates.
+// Returns the time of the last sample in ISO 8601; empty if the times of the log are not dates.
 std::string end_of_log(const LogInput& input) {
   const std::optional<std::size_t> column = find_column(input.log.columns, input.time);
   if (!column || input.log.samples[*column].empty()) {
@@ -215,7 +215,8 @@ std::string end_of_log(const LogInput& input) {
   return is_utc(last_s) ? timestamp_of(last_s) : "";
 }
 
-// The unit in which three columns show gravity; empty if they do not.
+// Returns the unit in which the magnitude of three columns is that of gravity; empty if there is no
+// such unit.
 std::string unit_of_columns(const RecordedLog& log, const std::vector<std::string>& names) {
   std::vector<const std::vector<double>*> columns;
   for (const std::string& name : names) {
@@ -233,8 +234,8 @@ struct InstanceRecords {
   std::vector<FailedSensor> failed;
 };
 
-// Shortens the least length of a rest if a file is so short that it could not contain a rest. Each
-// such file is one rest.
+// If the shortest file is less than twice as long as the shortest permitted rest, each file is a
+// rest, and the shortest permitted rest is set to 40 % of that file.
 void fit_rests_to_files(const LogInput& input, SegmentOptions& options) {
   if (input.begins.empty()) {
     return;
@@ -266,7 +267,7 @@ void fit_rests_to_files(const LogInput& input, SegmentOptions& options) {
   }
 }
 
-// The records of one instance: the sensor of that number of each kind, if it exists.
+// Calibrates the sensors of one instance: of each kind, the sensor with this number, if it exists.
 InstanceRecords calibrate_instance(const CalibrateCommand& command,
                                    const LogInput& input,
                                    int instance,
@@ -275,7 +276,7 @@ InstanceRecords calibrate_instance(const CalibrateCommand& command,
   CalibrateCommand own = command;
   const LogSensor* const accelerometer = input.sensor(SeriesKind::accelerometer);
   if (!own.experiment.unit && !own.accelerometer_unit) {
-    // The unit of columns that an option names is recognised by the magnitude of gravity.
+    // If an option names the columns, their unit is recognised by the magnitude of gravity.
     const std::string unit =
         command.rests.accelerometer
             ? unit_of_columns(input.log, names_of(*command.rests.accelerometer))
@@ -315,7 +316,7 @@ InstanceRecords calibrate_instance(const CalibrateCommand& command,
   std::vector<Calibration> records = imu.records();
   std::erase_if(records, [&](const Calibration& record) {
     const LogSensor* const sensor = sensor_of(input, record);
-    // A sensor that belongs to several instances is stored once.
+    // The record of a sensor that belongs to several instances is stored only once.
     return (instance > 0 && sensor != nullptr && sensor->number != instance) ||
            !is_wanted(command, record.provenance.slot);
   });

@@ -33,7 +33,7 @@ std::function<std::size_t(char* buffer, std::size_t size)> reader_of(const std::
 
 namespace {
 
-// The columns of the readings: the axes of the instrument, or of the instruments in all slots.
+// Returns the columns of the readings: the axes of the instrument, or of all instruments in slots.
 std::vector<std::string> axes_of(const ObservationColumns& columns) {
   if (columns.slots.empty()) {
     return columns.axes;
@@ -89,7 +89,7 @@ ObservationsFile read_observations_file(const std::string& path,
   }
   if (can_be_read_again(path)) {
     const OpenTable table = open_table(path, reading.options, wanted_of(columns, reading));
-    // The digest of a large file takes longer than reading it.
+    // The digest of a large file takes longer than reading the table, so it gets its own thread.
     constexpr std::uintmax_t worth_a_thread = 1U << 20U;
     std::error_code none;
     const bool is_large = std::filesystem::file_size(path, none) > worth_a_thread && !none;
@@ -98,7 +98,7 @@ ObservationsFile read_observations_file(const std::string& path,
     result.run.inputs = {{.path = path, .sha256 = digest.get()}};
     return result;
   }
-  // The source can be read only once, so its digest is computed during the read.
+  // A pipe can be read only once, so its digest is computed while it is read.
   InputFile file(path);
   SHA2_CTX digest;
   SHA256Init(&digest);

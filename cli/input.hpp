@@ -20,16 +20,16 @@ struct ObservationsFile {
 /// The options for reading a table of observations.
 struct TableReading {
   TableOptions options;
-  /// WantedColumns::kind: kind of the instrument, to recognise its columns; empty: only the stated
+  /// Kind of the instrument, to recognise its columns (WantedColumns::kind). Empty: only the stated
   /// columns are used.
   std::string kind;
-  std::string unit;          ///< WantedColumns::unit: requested unit of the readings; empty: any
-  std::string faces_of;      ///< WantedColumns::faces_of
-  std::string of_recording;  ///< WantedColumns::of_recording
+  std::string unit;          ///< requested unit of the readings (WantedColumns::unit); empty: any
+  std::string faces_of;      ///< see WantedColumns::faces_of
+  std::string of_recording;  ///< see WantedColumns::of_recording
 };
 
-/// @param beside  columns of another instrument in the same rows.
-/// @throws DataError  as read_observations().
+/// @param beside  columns of a second instrument in the same rows.
+/// @throws DataError  if read_observations() throws it.
 [[nodiscard]] ObservationsFile read_observations_file(
     const std::string& path,
     const ObservationColumns& columns,

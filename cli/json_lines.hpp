@@ -8,15 +8,15 @@
 namespace axiscal::cli {
 
 /// @return the cells of a line of CSV. Doubled quotes within a quoted cell become one quote.
-/// @param line  without its line end.
+/// @param line  the line, without its line end.
 [[nodiscard]] std::vector<std::string> cells_of(std::string_view line);
 
 /// Converts CSV text into JSON Lines: one object per row, with the names of the header.
 class JsonLines {
  public:
   /// @param csv  the next part of the text. The first line of the whole text is the header.
-  /// @return the complete rows. Numbers become JSON numbers, empty cells and NaN become null, and
-  ///         other cells become strings.
+  /// @return JSON lines for the complete rows. Numbers become JSON numbers, empty cells and NaN
+  ///         become null, and other cells become strings.
   [[nodiscard]] std::string of(std::string_view csv);
 
  private:

@@ -41,10 +41,10 @@ void add_options(OptionSet& options, LevelCommand& command) {
   options.add_flag("--json", command.json, "print JSON instead of a table");
 }
 
-// A component of the slope below this number of standard errors is not significant.
+// A component of the slope is significant if it is at least this number of standard errors.
 constexpr double level_within = 2.0;
 
-// The slope of the table as it stands now.
+// The present slope of the table.
 struct Slope {
   Eigen::Vector2d value = Eigen::Vector2d::Zero();
   Eigen::Vector2d standard_error = Eigen::Vector2d::Zero();
@@ -52,7 +52,8 @@ struct Slope {
 
   [[nodiscard]] double size() const { return value.norm(); }
 
-  // Standard uncertainty of size(). If the slope is zero, the larger of the two standard errors.
+  // Returns the standard uncertainty of size(). If the slope is zero, this is the larger of the two
+  // standard errors.
   [[nodiscard]] double size_error() const {
     return size() > 0.0 ? value.cwiseProduct(standard_error).norm() / size()
                         : standard_error.maxCoeff();
@@ -68,7 +69,7 @@ bool is_calibration_record(const std::string& path) {
          parse_json(read_whole_file(path), path).text_or("format") == "axiscal-calibration";
 }
 
-// A record is read unchanged. Options that would change it are refused.
+// Refuses options that would change a record, because `level` uses a record as it is.
 void forbid_options_of_calibrate(const ExperimentOptions& options) {
   for (const auto* option : {&options.instrument,
                              &options.serial,
@@ -127,7 +128,7 @@ Measured measure(const LevelCommand& command, Surface& surface) {
       with_assembly(experiment.positioner, command.experiment.assembly, run.slots);
   const std::vector<Calibration> calibrations = calibrate_run(experiment, run);
   print_remarks(calibrations);
-  // A warning of any slot applies to the table that all slots share.
+  // All slots share the table, so the warnings of all slots apply to it.
   Measured measured{files.front(), false, calibrations.front()};
   for (std::size_t s = 1; s < calibrations.size(); ++s) {
     std::vector<CalibrationWarning>& warnings = measured.calibration.findings.warnings;
@@ -137,7 +138,8 @@ Measured measure(const LevelCommand& command, Surface& surface) {
   return measured;
 }
 
-// @throws RefusedError  if the readings contradict the slope. The screws must not be turned then.
+// Checks that the screws may be turned.
+// @throws RefusedError  if the readings contradict the slope.
 void require_trust(const Measured& measured) {
   const Calibration& calibration = measured.calibration;
   const bool spoilt = std::any_of(
@@ -152,8 +154,8 @@ void require_trust(const Measured& measured) {
   }
 }
 
-// The slope in the last block, because the table may have been moved before that block. If there
-// are several slots, their readings are combined.
+// Returns the slope from the readings of the last block, because the table may have been moved
+// before that block. The readings of several slots are combined.
 Slope slope_of(const Measured& measured) {
   const Calibration& calibration = measured.calibration;
   if (!field_kind(calibration.sensor.field.kind).vertical) {
@@ -257,7 +259,7 @@ std::string text_of(const Slope& slope,
 
 int run(const LevelCommand& command) {
   Surface surface;
-  // The options are checked before the readings are used, which may take minutes.
+  // Checks the options before the calibration of the readings, which may take minutes.
   if (command.adjusters) {
     set_adjusters(command.adjusters, command.thread_pitch, surface);
   }

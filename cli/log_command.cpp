@@ -37,7 +37,8 @@ std::string full_name(const SeriesSummary& one) {
                                  : one.series.name;
 }
 
-// Lists all columns of an unknown kind, because the user needs their names for other commands.
+// Returns the names of a series' columns. If its kind is unknown, all columns are listed, because
+// the user needs their names for other commands.
 std::string columns_text(const SeriesSummary& one) {
   constexpr std::size_t most = 4;
   std::vector<std::string> columns = one.series.columns;
@@ -80,7 +81,7 @@ std::string quoted(const std::string& path) {
   return is_plain ? path : "'" + path + "'";
 }
 
-// "next: .." is only printed before a command that can be run unchanged.
+// Returns the line "next: ..". It is printed only for a command that can be run unchanged.
 std::string next_of(const std::string& command) {
   return "next: axiscal " + command + "\n";
 }
@@ -107,7 +108,7 @@ std::string next_for_accelerometer(const RecordingSummary& summary,
   const SeriesSummary& one = summary.series[accelerometer.series];
   const double still_s = one.still_to_s - one.still_from_s;
   const double span_s = one.end_s - one.start_s;
-  constexpr double most = 0.34;  // part of the log; the longest of six rests is shorter
+  constexpr double most = 0.34;  // share of the log; the longest of six rests has less
   constexpr double shortest_s = 1.0;
   constexpr std::size_t most_readings = 500;
   if (!has_times(one) && one.samples <= most_readings) {
@@ -135,8 +136,8 @@ std::string next_for_accelerometer(const RecordingSummary& summary,
          next_of(formatted("calibrate --imu {} {}", file, output));
 }
 
-// The next command for a log without a recognised sensor: the first three columns that vary are
-// taken as a sensor.
+// Returns the next command for a log without a recognised sensor. It assumes that the first three
+// columns of a series that vary are a sensor.
 std::string next_for_unknown(const RecordingSummary& summary, const std::string& file) {
   for (const SeriesSummary& one : summary.series) {
     std::vector<std::string> three;
@@ -166,7 +167,7 @@ std::string next_for_unknown(const RecordingSummary& summary, const std::string&
   return "no accelerometer, gyroscope or magnetometer was recognised by names, units or numbers\n";
 }
 
-// The next command for the content of the file.
+// Returns the command that the user should run next, according to the content of the file.
 // @param file  the log's name, quoted for a shell, and the options for reading it.
 std::string next_steps(const RecordingSummary& summary, const std::string& file) {
   const std::vector<RecordedSensor> sensors = sensors_of(summary);

@@ -18,7 +18,7 @@
 namespace axiscal::cli {
 namespace {
 
-// The three columns of an option.
+// Parses the value of an option with three columns.
 std::vector<std::string> three_columns(const char* option, const std::string& text) {
   std::vector<std::string> names = names_of(text);
   if (names.size() != 3) {
@@ -213,7 +213,7 @@ LogInput record_log(LogFile file) {
                  .stated_rate_hz = file.stated_rate_hz(),
                  .has_parts = file.has_text_column("part"),
                  .time = file.time_column()};
-  // A column "X (m/s^2)" is renamed to "X", if that name is then unique.
+  // If the name is then unique, a column "X (m/s^2)" is renamed to "X".
   for (LogSensor& sensor : input.sensors) {
     for (std::string& column : sensor.columns) {
       const std::string plain = named_column(column).name;

@@ -13,13 +13,13 @@
 
 namespace axiscal::cli {
 
-/// The options for reading a raw log, as typed.
+/// The options for reading a raw log, with unparsed values.
 struct LogOptions {
   TableOptions table;
   std::optional<std::string> rate, instance;
 };
 
-/// The options for cutting a raw log into rests, as typed.
+/// The options for cutting a raw log into rests, with unparsed values.
 struct RestOptions {
   LogOptions log;
   std::optional<std::string> window, shortest, trim, threshold, range;
@@ -30,7 +30,7 @@ struct RestOptions {
 
 void add_log_options(OptionSet& options, LogOptions& log);
 
-/// Options with the units of columns whose header states no unit.
+/// The options for the units of columns whose header states no unit, with unparsed values.
 struct UnitOptions {
   std::optional<std::string> all, accelerometer, gyroscope, magnetometer;
 };
@@ -43,9 +43,10 @@ void add_rest_options(OptionSet& options, RestOptions& rests);
 /// @return the names of the options that were stated.
 [[nodiscard]] std::vector<std::string> stated_options_of(const RestOptions& rests);
 
-/// @return the parts of "a,b,c".
+/// @return the parts of a list such as "a,b,c".
 [[nodiscard]] std::vector<std::string> names_of(const std::string& text);
 
+/// @return the format of the log according to the options.
 /// @param wanted  columns that the other options name.
 [[nodiscard]] LogFormat format_of(const LogOptions& options,
                                   const std::vector<std::string>& wanted = {});
@@ -65,7 +66,7 @@ void add_rest_options(OptionSet& options, RestOptions& rests);
 struct LogInput {
   RecordedLog log;
   std::vector<LogSensor> sensors;
-  std::optional<double> stated_rate_hz;  ///< rate that the log states instead of times [Hz]
+  std::optional<double> stated_rate_hz;  ///< sample rate, if stated instead of times [Hz]
   bool has_parts = false;                ///< true if a column of words is named `part`
   std::string time;                      ///< name of the column of times; empty if unknown
   std::vector<std::size_t> begins;       ///< index of the first sample of each further file
@@ -80,10 +81,11 @@ struct LogInput {
 
 /// Reads several logs and joins them. The times of each further file are shifted to follow those of
 /// the file before it.
-/// @throws DataError  for a file whose columns are not those of the first.
+/// @throws DataError  if the columns of a file differ from those of the first file.
 [[nodiscard]] LogInput record_logs(const std::vector<std::string>& paths, const LogFormat& format);
 
-/// Prints notes, then warnings, to stderr.
+/// Prints the notes of the rests and `more_notes`, then the warnings of the rests and the messages
+/// of the labels, to stderr.
 void print_remarks_of(const Segmentation& rests,
                       const std::vector<std::string>& more_notes,
                       const SeatLabels* labels);

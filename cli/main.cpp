@@ -11,11 +11,11 @@ constexpr OwnProgram acquire_program{.name = "axiscal-acquire", .package = "axis
 constexpr OwnProgram exchange_program{.name = "axiscal-exchange", .package = "axiscal"};
 constexpr OwnProgram report_program{.name = "axiscal-report", .package = "axiscal-report"};
 
-// A subcommand that another program runs, after its options were parsed here without an error.
+// Returns a subcommand that parses the options here, and then lets another program run it.
 Subcommand run_by(const OwnProgram& program, const Subcommand& subcommand) {
   Subcommand elsewhere = subcommand;
   elsewhere.define = [=](OptionSet& options) -> Action {
-    const Action reads = subcommand.define(options);  // holds the values while they are parsed
+    const Action reads = subcommand.define(options);  // owns the variables of the options
     return [program, reads, arguments = options.typed()]() -> int { become(program, arguments); };
   };
   elsewhere.program = program;

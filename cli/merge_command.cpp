@@ -27,7 +27,7 @@ void add_options(OptionSet& options, MergeCommand& command) {
               Need::required);
 }
 
-// The number of the unit in the input, and its line without that number.
+// The index of a unit in the input, and the unit's line without that index.
 struct NumberedLine {
   std::size_t unit = 0;
   std::string text;

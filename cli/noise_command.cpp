@@ -99,14 +99,14 @@ void fill_missing(const std::string& name, std::vector<double>& samples, LogNois
 }
 
 // The mean time step without gaps [s]; nullopt if there are too many gaps.
-// @param seconds  per unit of the times.
+// @param seconds  duration of the times' unit [s].
 std::optional<double> usual_step(const std::vector<double>& times, double seconds) {
   std::vector<double> steps(times.size() - 1);
   for (std::size_t i = 0; i < steps.size(); ++i) {
     steps[i] = (times[i + 1] - times[i]) * seconds;
   }
   const double median = upper_median(steps);
-  constexpr double gap = 5.0;  // a longer step is a gap [median steps]
+  constexpr double gap = 5.0;  // a step of more median steps than this is a gap
   constexpr double most_gaps = 0.01;
   double sum = 0.0;
   double count = 0.0;
@@ -120,7 +120,8 @@ std::optional<double> usual_step(const std::vector<double>& times, double second
   return median > 0.0 && are_few ? std::optional(sum / count) : std::nullopt;
 }
 
-// The sample rate from the column of times. It warns if the samples are not evenly spaced.
+// Returns the sample rate: that of --rate, or else from the column of times. Adds a warning if the
+// samples are not evenly spaced.
 double rate_of(const RecordedLog& log,
                const LogOptions& options,
                const std::optional<TimeColumn>& time,
@@ -155,7 +156,7 @@ double rate_of(const RecordedLog& log,
   return 1.0 / usual_step(times, unit.seconds).value_or(mean_step);
 }
 
-// Reports if the five kinds of noise describe the curve.
+// Reports whether the model of five kinds of noise describes the curve.
 std::string fit_text(const NoiseModel& model) {
   std::string text = formatted("  fitted from {:.3g} s on: ", model.from_tau_s);
   if (std::isnan(model.p_value)) {
@@ -175,7 +176,7 @@ std::string fit_text(const NoiseModel& model) {
   return text;
 }
 
-// All coefficients of a column, and its curve.
+// Returns the listing of a column: all coefficients, and the Allan deviations.
 std::string listing_of(const ColumnNoise& one) {
   std::string text = formatted(
       "\n{}{}; coefficients with 95 % intervals, deviations with 68 %\n", one.name,
@@ -281,7 +282,8 @@ void add_column(ColumnNoise one, const NoiseCommand& command, LogNoise& noise) {
   noise.columns.push_back(std::move(one));
 }
 
-// The indices of the columns to analyse: those of --columns, otherwise all columns not in `taken`.
+// Returns the indices of the columns to analyse: those of --columns. Without that option, these are
+// all columns that are not in `taken`.
 std::vector<std::size_t> other_columns(const RecordedLog& log,
                                        const NoiseCommand& command,
                                        const std::vector<std::string>& taken) {
@@ -303,14 +305,15 @@ std::vector<std::size_t> other_columns(const RecordedLog& log,
   return columns;
 }
 
-// Time step and number of samples of the log from which a curve was computed.
+// The time step of a log, and its number of samples.
 struct CurveSize {
   double step_s = 0.0;
   double samples = 0.0;
 };
 
-// Computed from the number of terms, N - 2 tau / step + 1, of the first and the last point. Without
-// terms the shortest tau is taken as one sample, and the log as twice as long as the longest tau.
+// Returns the size of the log from which a curve was computed. It follows from the number of terms,
+// N - 2 tau / step + 1, of the first and the last point. Without terms, the shortest tau is assumed
+// to be one sample, and the log to be twice as long as the longest tau.
 CurveSize size_of_curve(const std::string& name,
                         const std::vector<double>& tau,
                         const std::vector<double>* terms) {
@@ -390,8 +393,8 @@ std::vector<OtherDeviation> deviations_of(const NoiseCommand& command) {
   return all;
 }
 
-// The unit of an accelerometer whose unit is not stated: the one in which the median magnitude of
-// its readings is that of gravity; empty if there is no such unit.
+// Returns the unit of an accelerometer whose unit is not stated: the unit in which the median
+// magnitude of the readings is that of gravity. Empty if there is no such unit.
 std::string unit_by_gravity(const RecordedLog& log, const LogSensor& sensor) {
   std::vector<double> squares;
   for (const std::string& name : sensor.columns) {
@@ -419,8 +422,8 @@ std::string unit_by_gravity(const RecordedLog& log, const LogSensor& sensor) {
   return "";
 }
 
-// The columns that distinguish rest from motion: those of accelerometer and gyroscope. If the log
-// has neither, the analysed columns without temperatures.
+// Returns the columns by which rests are found: those of accelerometer and gyroscope. If the log
+// has neither, these are the analysed columns except temperatures.
 std::vector<RestColumn> rest_columns(const RecordedLog& log,
                                      const std::vector<LogSensor>& sensors,
                                      const std::vector<std::size_t>& analysed) {

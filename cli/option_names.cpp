@@ -66,7 +66,7 @@ constexpr std::array options_of_settings = {
     OptionName{settings::temperature_order, "--temperature-order"},
     OptionName{settings::time_column, "--time"}};
 
-// The option for a setting; the path of the setting if it has no option.
+// Returns the option of a setting; the path of the setting if it has no option.
 std::string_view option_of(Setting setting) {
   for (const OptionName& one : options_of_settings) {
     if (one.setting == setting) {

@@ -17,23 +17,24 @@ namespace axiscal::cli {
 /// Whether an argument or option must be given.
 enum class Need { optional, required };
 
-/// The options that are registered with the parser. Registering all of them costs more time than
-/// most runs. Arguments and required options are always registered.
+/// Which options are registered with the parser: all, or only those in the command line (`typed`).
+/// Registering all options takes longer than most runs. Arguments and required options are always
+/// registered.
 enum class Known : std::uint8_t { all, typed };
 
-/// The arguments and options of a subcommand, while it registers them.
+/// Registers the arguments and options of a subcommand with the parser.
 ///
 /// Values are stored as strings; the code that uses a value checks it. A name without dashes is an
 /// argument. The variables for the values must outlive the parsing.
 class OptionSet {
  public:
-  /// @param typed  the whole command line.
+  /// @param typed  the whole command line; must outlive this object.
   OptionSet(CLI::App& app, const std::vector<std::string>& typed, Known known);
 
   /// @return the same set; options added to it appear under this heading of the help.
   [[nodiscard]] OptionSet group(const char* heading) const;
 
-  /// @param type  of the value, as help shows it: "FILE", "DEG".
+  /// @param type  type of the value in the help: "FILE", "DEG".
   void add(const char* name, std::optional<std::string>& value, const char* type, const char* help);
   void add(const char* name,
            std::string& value,
@@ -55,13 +56,13 @@ class OptionSet {
   /// Adds `-o,--output`, whose default is standard output.
   void add_output(std::string& path, const char* help = "output file; - is stdout [default: -]");
 
-  /// The whole command line, as typed.
+  /// @return the whole command line.
   [[nodiscard]] const std::vector<std::string>& typed() const { return *typed_; }
 
  private:
   CLI::Option& finished(CLI::Option& option, const char* type);
 
-  // @param names  as add() takes them: "-o,--output".
+  // @param names  names of the option in the form of add(): "-o,--output".
   [[nodiscard]] bool is_wanted(std::string_view names, Need need = Need::optional) const;
 
   CLI::App* app_;

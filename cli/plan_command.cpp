@@ -126,9 +126,9 @@ bool states_noise(const PlanCommand& command) {
   return command.noise || command.noise_log;
 }
 
-// The standard deviation of a sample (--noise), or of the mean over the dwell time by the Allan
-// deviation of --noise-log.
-// @param kind  of the planned instrument.
+// Returns the noise for the forecast: the standard deviation of a sample (--noise), or the Allan
+// deviation of --noise-log at the dwell time.
+// @param kind  kind of the planned instrument.
 double noise_of(const PlanCommand& command, const std::string& kind) {
   if (command.dwell && !command.noise_log) {
     throw UsageError("--dwell: goes with --noise-log FILE");
@@ -235,7 +235,7 @@ void check_outputs(const PlanCommand& command) {
   }
 }
 
-// The number of replicates that gives the wanted uncertainty.
+// Returns the smallest number of replicates that gives the wanted uncertainty.
 int needed_replicates(const ForecastSetup& setup, double wanted_rad, bool makes_sheet) {
   constexpr int longest_sheet = 1000;
   const std::optional<double> needed = replicates_for_angle(setup, wanted_rad);
@@ -259,7 +259,8 @@ int needed_replicates(const ForecastSetup& setup, double wanted_rad, bool makes_
   return static_cast<int>(std::min(*needed, 1e9));
 }
 
-// Reports whether the temperature in a log is steady. @return the exit status: 1 if it is not.
+// Reports whether the temperature in a log is steady.
+// @return the exit status: 0 if it is steady, 1 if it is not.
 int tell_soak(const PlanCommand& command) {
   const OpenTable table = open_table(*command.soak, {}, {});
   CsvReader& csv = *table.csv;
@@ -343,7 +344,8 @@ int run(const PlanCommand& command) {
   }
   const std::vector<RunSheetRow> sheet = make_run_sheet(
       design, plan.setup.replicates, seed_of(command.sheet), temperatures_of(command.sheet));
-  // The forecast goes to standard output if the sheet does not, otherwise to standard error.
+  // If the sheet is not printed on stdout, the forecast is; otherwise the forecast is printed on
+  // stderr.
   const bool forecast_to_stdout = command.output.value_or("-") != "-" || command.json;
   if (command.output || !command.json) {
     write_text(command.output.value_or("-"), run_sheet_csv(sheet, experiment.instrument.axes));

@@ -9,7 +9,7 @@
 
 namespace axiscal::cli {
 
-/// The options of `axiscal report`, as typed.
+/// The options of `axiscal report`, with unparsed values.
 struct ReportCommand {
   std::string record;
   std::optional<std::string> observations, history, noise, laboratory, positioner, adjusters,

@@ -35,9 +35,9 @@ extern "C" void remove_output_and_die(int signal) {
   std::raise(signal);
 }
 
-// Opens /dev/null for each standard stream that is closed. Otherwise the next opened file would get
-// the descriptor of standard output, and results would be printed into it. /dev/null is opened for
-// reading only, so that a lost result is an error.
+// Opens /dev/null for each standard stream that is closed. Otherwise the next opened file could get
+// the descriptor of standard output, and results would be printed into that file. /dev/null is
+// opened for reading only, so that printing a result is an error.
 void open_missing_standard_files() {
   int descriptor = ::open("/dev/null", O_RDONLY);
   while (descriptor >= 0 && descriptor <= STDERR_FILENO) {
@@ -47,7 +47,7 @@ void open_missing_standard_files() {
 }
 
 void set_signals() {
-  // A closed pipe and a limit on file size are then reported by write().
+  // Ignores these signals, so that write() reports a closed pipe or a file that is too large.
   std::signal(SIGPIPE, SIG_IGN);
   std::signal(SIGXFSZ, SIG_IGN);
   for (const int signal : {SIGINT, SIGTERM, SIGHUP}) {
@@ -73,7 +73,7 @@ int run_command(const std::vector<std::string>& arguments,
     return fail(wrong_usage, "axiscal: " + with_options(error));
   } catch (const DataError& error) {
     return fail(bad_input, with_marked_cell(with_options(error)));
-  } catch (const ClosedPipe&) {  // the reader of a stream of results has closed it; no error
+  } catch (const ClosedPipe&) {  // the reader of the results has closed the pipe; no error
     return done;
   } catch (const OutputError& error) {
     return fail(output_not_written, "axiscal: " + with_options(error));

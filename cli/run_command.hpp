@@ -8,8 +8,8 @@
 
 namespace axiscal::cli {
 
-/// Runs the command: `axiscal ARGUMENT..`. Messages go to stderr.
-/// @param subcommands  in the order of the help.
+/// Runs the command `axiscal ARGUMENT..`. Messages are printed on stderr.
+/// @param subcommands  the subcommands in the order in which the help lists them.
 /// @return the exit status, as docs/messages.md lists them.
 [[nodiscard]] int run_command(const std::vector<std::string>& arguments,
                               const std::vector<Subcommand>& subcommands);

@@ -14,10 +14,9 @@ namespace axiscal::cli {
 
 /// Reads the experiment's observations, each file once.
 /// @return the files in their order.
-/// @param reading  options for reading the tables.
-/// @param beside  columns of another instrument that was recorded at the same time, read in the
-///                same pass.
-/// @param observations_beside  receives the values of these columns.
+/// @param reading              options for reading the tables.
+/// @param beside               columns of a second instrument that was recorded at the same time.
+/// @param observations_beside  receives the observations of the second instrument.
 /// @throws DataError  if the content of a file is invalid.
 [[nodiscard]] std::vector<Run> read_files(const ExperimentFile& experiment,
                                           Units units = Units::one,
@@ -31,13 +30,13 @@ namespace axiscal::cli {
                            const TableReading& reading = {});
 
 /// @return the positioner with the mounts of --assembly; unchanged if the option is missing.
-/// @throws UsageError  as mounts_of_assembly().
+/// @throws UsageError  if mounts_of_assembly() throws it.
 [[nodiscard]] Positioner with_assembly(const Positioner& positioner,
                                        const std::optional<std::string>& assembly,
                                        const std::vector<std::string>& slots);
 
-/// Prints the notes and warnings of records to standard error. If there are several records, a
-/// warning states its slot.
+/// Prints the notes and warnings of records to standard error. If there are several records,
+/// each warning begins with its slot.
 void print_remarks(const std::vector<Calibration>& calibrations);
 
 }  // namespace axiscal::cli

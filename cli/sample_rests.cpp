@@ -43,8 +43,8 @@ std::optional<Face> face_of_file(const std::string& path) {
   return *face->is_up ? opposite(face->face) : face->face;
 }
 
-// The face on the table in each rest, according to the file names. Empty if there is not one file
-// per rest, or if a name states no face.
+// Returns the face on the table in each rest, according to the file names. Empty unless there is
+// one file for each rest and each file name states a face.
 std::vector<std::optional<Face>> faces_of_files(const Run& run) {
   std::vector<std::optional<Face>> faces;
   if (run.inputs.size() != run.observations.readings.size()) {
@@ -59,9 +59,9 @@ std::vector<std::optional<Face>> faces_of_files(const Run& run) {
   return faces;
 }
 
-// Checks that file names and gravity give the same face in each rest, or the opposite face in all
-// rests (an instrument of the opposite sign).
-// @throws RefusedError  otherwise.
+// Checks that file names and gravity give the same face in every rest, or opposite faces in every
+// rest (an instrument with the opposite sign).
+// @throws RefusedError  if they do neither.
 void require_agreement(const Run& run,
                        const std::vector<std::optional<Face>>& named,
                        const std::vector<std::optional<Face>>& seen) {
@@ -91,7 +91,7 @@ void require_agreement(const Run& run,
 
 namespace {
 
-// Leaves out readings of erased memory, in which all cells have the same value with all bits 1.
+// Leaves out readings of erased memory. All bits of their values are 1, so all axes are equal.
 void leave_erased_out(Run& run) {
   const Eigen::MatrixXd& response = run.observations.response;
   constexpr Eigen::Index fewest_axes = 3;
@@ -194,7 +194,7 @@ void label_faces(Run& run) {
                     "determine the faces ({}); {}",
                     readings.readings.size(), error.what(), say_the_faces));
     }
-    seen = faces;  // the rests are too few to determine the faces by gravity
+    seen = faces;  // there are too few rests to determine the faces by gravity
   }
   if (seen.empty()) {
     return;
@@ -237,7 +237,8 @@ void require_readings(const Run& run) {
   if (n < fewest_of_log || has_poses(run.observations)) {
     return;
   }
-  // Neighbouring samples of a log are nearly equal. Readings in different orientations are not.
+  // Consecutive samples of a log are nearly equal. Consecutive readings in different orientations
+  // are not.
   const Eigen::VectorXd range = response.colwise().maxCoeff() - response.colwise().minCoeff();
   std::vector<double> steps;
   for (Eigen::Index i = 1; i < n; ++i) {

@@ -20,12 +20,13 @@ bool gather_rests(const std::string& instrument, Run& run);
 /// Labels readings on the faces of a cube: by the file names, if there is one file per face
 /// ("x_up.csv"), otherwise by the measured gravity. Prints a note. Readings in more than 8
 /// orientations do not change.
-/// @param run  of a three-axis accelerometer, after gather_rests().
+/// @param run  run of a three-axis accelerometer, after gather_rests().
 /// @throws RefusedError  if the faces cannot be determined, or names and gravity contradict each
 ///                       other.
 void label_faces(Run& run);
 
-/// @throws RefusedError  if the readings are samples of an instrument that was moved.
+/// Checks that the rows of a run are readings.
+/// @throws RefusedError  if they are samples of an instrument that was moved.
 void require_readings(const Run& run);
 
 }  // namespace axiscal::cli

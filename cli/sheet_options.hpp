@@ -13,7 +13,7 @@
 
 namespace axiscal::cli {
 
-/// Options of a run sheet, as typed.
+/// The options of a run sheet, with unparsed values.
 struct SheetOptions {
   std::string design = "12";
   std::optional<std::string> replicates, seed, temperatures;
@@ -21,13 +21,13 @@ struct SheetOptions {
 
 void add_sheet_options(OptionSet& options, SheetOptions& sheet);
 
-/// @return the seed of the options, 1 by default.
+/// @return the value of --seed; 1 by default.
 [[nodiscard]] std::uint64_t seed_of(const SheetOptions& options);
 
-/// @return the replicates of the options, 1 by default.
+/// @return the number of replicates (--replicates); 1 by default.
 [[nodiscard]] int replicates_of(const SheetOptions& options);
 
-/// @return the temperatures of the soaks; empty by default.
+/// @return the temperatures of the soaks (--temperatures) [degC]; empty by default.
 [[nodiscard]] std::vector<double> temperatures_of(const SheetOptions& options);
 
 /// @return the best design of N points for `--design optimal:N`, otherwise nullopt.
@@ -36,13 +36,13 @@ void add_sheet_options(OptionSet& options, SheetOptions& sheet);
 /// @return one replicate of the design that the options state.
 [[nodiscard]] std::vector<DesignEntry> design_of(const SheetOptions& options);
 
-/// Reads a run sheet from a file. @throws DataError  as read_run_sheet().
+/// Reads a run sheet from a file. @throws DataError  if the content of the file is invalid.
 [[nodiscard]] std::vector<RunSheetRow> read_sheet_file(const std::string& path);
 
 /// @return a new run sheet according to the options.
 [[nodiscard]] std::vector<RunSheetRow> make_sheet(const SheetOptions& options);
 
-/// Options of a simulated recording, as typed.
+/// The options of a simulated recording, with unparsed values.
 struct RecordingOptions {
   std::optional<std::string> kind, samples, rate;
 };

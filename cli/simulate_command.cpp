@@ -71,7 +71,7 @@ std::vector<Truth> read_truths(const SimulateCommand& command) {
   std::vector<Truth> truths;
   for (const std::string& text : command.truths) {
     const std::size_t parting = text.find('=');
-    // A file name may contain an equals sign.
+    // If a file has this whole name, its equals sign does not separate a slot.
     const bool has_slot =
         parting != std::string::npos && !std::filesystem::exists(std::filesystem::path(text));
     if (!has_slot && command.truths.size() > 1) {
@@ -117,8 +117,8 @@ SimulationOptions simulation_options(const SimulateCommand& command) {
   return options;
 }
 
-// A log of one instrument as CSV, with one row per sample. A recording of turns also has the
-// readings of an ideal accelerometer.
+// Returns a log of one instrument as CSV, with one row per sample. A recording of turns also
+// contains the readings of an ideal accelerometer.
 std::string recording_csv(const SensorModel& truth,
                           const Recording& recording,
                           const SheetOptions& sheet,
@@ -191,7 +191,7 @@ int run(const SimulateCommand& command) {
     write_csv(command, recording_csv(truths.front().sensor, *recording, command.sheet, options));
     return 0;
   }
-  // All instruments are read at the same points, each with its own noise.
+  // All instruments are read at the same points. The noise of each instrument is independent.
   const std::vector<RunSheetRow> sheet = make_sheet(command.sheet);
   Observations all;
   std::vector<std::string> columns;

@@ -18,7 +18,8 @@ inline constexpr OwnProgram store_program{.name = "axiscal-store", .package = "a
 /// @return true if the text is the address of a store: postgresql://.., or FILE.db.
 [[nodiscard]] bool is_store(const std::string& text);
 
-/// @return false if the store is a file that does not exist.
+/// @return false if the store is a file that does not exist; true for a file that exists and for a
+///         server, whose existence is not checked.
 [[nodiscard]] bool is_store_there(const std::string& store);
 
 /// Writes records to a store as soon as they are made.
@@ -27,7 +28,7 @@ class StoreWriter {
   /// @throws RefusedError  if axiscal-store is not installed.
   explicit StoreWriter(const std::string& store);
 
-  /// @param lines  one record per line, as `axiscal store add -` reads them.
+  /// @param lines  one record per line, in the format that `axiscal store add -` reads.
   /// @throws OutputError  if axiscal-store has ended. It has then printed the reason.
   void write(std::string_view lines);
 
@@ -40,7 +41,8 @@ class StoreWriter {
   ChildProgram program_;
 };
 
-/// @param arguments  of `axiscal store`: the action and its options, without --store.
+/// Runs `axiscal store`.
+/// @param arguments  the action and its options, without --store.
 /// @return the output of the command.
 /// @throws DataError  if the command fails. It has then printed the reason.
 [[nodiscard]] std::string ask_store(const std::string& store,
@@ -51,15 +53,14 @@ class StoreWriter {
 /// @throws DataError  if there are no such records.
 [[nodiscard]] RecordTexts named_records(const std::string& text);
 
-/// @return the line of a record for `axiscal store add -`.
-/// @param station, batch  may be empty.
+/// @return a record as a line of input for `axiscal store add -`.
+/// @param station, batch  origin of the record; may be empty.
 [[nodiscard]] std::string stored_line(const std::string& record,
                                       const std::string& station,
                                       const std::string& batch);
 
-/// @return the SHA-256 of a record in one line, without the time at which it was computed. It is
-/// the
-///         same for each call with the same readings and settings.
+/// @return the SHA-256 of a record in one line, without the time at which the record was computed.
+///         The same readings and settings always give the same digest.
 [[nodiscard]] std::string record_digest(const std::string& record);
 
 /// @return a JSON text without blanks and line ends, except in strings.

@@ -47,8 +47,8 @@ std::string digest_of_limits(const Verdict& verdict) {
   return sha256_of_text(text);
 }
 
-// The limits that are not met, without measured values, so that units with the same failure have
-// equal reasons.
+// Returns the limits that are not met, without measured values, so that units with the same failure
+// have the same text.
 std::string reasons_of(const Verdict& verdict) {
   std::string text;
   for (const LimitVerdict& limit : verdict.limits) {
@@ -120,7 +120,7 @@ StoredCalibration calibration_of(const std::string& line, const std::string& pla
   return one;
 }
 
-// Parses a record, a refusal, or a line of stored_line().
+// Parses a record, a refusal, or a line that stored_line() made.
 // @param place  file and line, for messages.
 StoredCalibration stored_calibration(const std::string& text, const std::string& place) {
   const auto pieces = json_pieces(
@@ -244,7 +244,7 @@ int add(const StoreCommand& command) {
       add_file(adder, file);
     }
   } catch (const DataError&) {
-    adder.commit();  // keeps the records before the error
+    adder.commit();  // stores the records that were read before the error
     print_remark("note", told());
     throw;
   }
@@ -298,8 +298,8 @@ std::string header_of_columns() {
   return header;
 }
 
-// Prints the number of good calibrations, the number of all, and the reasons of the others, the
-// most frequent reason first.
+// Prints the numbers of good and of all calibrations, and the reasons of the others, the most
+// frequent reason first.
 int print_yield(const StoreCommand& command, const Store& store) {
   std::size_t all = 0;
   std::size_t good = 0;
@@ -362,8 +362,8 @@ int show(const StoreCommand& command) {
   return 0;
 }
 
-// Writes a table with the coefficients of each calibration. It has a column for each coefficient of
-// any calibration.
+// Writes a table with one row for each calibration and one column for each coefficient that a
+// calibration has.
 void export_table(const Store& store, const StoreFilter& filter, const std::string& output) {
   std::vector<std::string> names;
   store.for_each(filter, StoredPart::coefficients, [&](const StoredCalibration& one) {

@@ -7,7 +7,7 @@
 
 namespace axiscal::cli {
 
-/// The options of `axiscal store`, as typed.
+/// The options of `axiscal store`, with unparsed values.
 struct StoreCommand {
   std::string action;
   std::vector<std::string> files;

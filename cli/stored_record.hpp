@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A record of a store in place of a file: the options --store, --serial, --at and --slot.
+// The options --store, --serial, --at and --slot, which select a record in a store.
 #pragma once
 
 #include <memory>
@@ -14,7 +14,7 @@ class TemporaryFile;
 
 namespace axiscal::cli {
 
-/// The options for a record of a store, as typed.
+/// The options that select a record in a store, with unparsed values.
 struct StoredRecordOptions {
   std::optional<std::string> store, serial, at, slot;
 };

@@ -37,7 +37,7 @@ namespace {
 // A unit of the stream, as a separate table.
 struct UnitText {
   std::string serial;
-  std::string station, batch;  // stated with its first reading; otherwise empty
+  std::string station, batch;  // from its first reading; may be empty
   std::string csv;             // header and rows
   std::string error;           // reason if the unit cannot be read; otherwise empty
 };
@@ -88,7 +88,7 @@ class UnitReader {
  public:
   explicit UnitReader(std::string path) : file_(path), path_(std::move(path)) {}
 
-  // The next unit; nullopt at the end.
+  // Returns the next unit; nullopt at the end of the input.
   // @throws DataError  if the table lacks the column `serial`.
   std::optional<UnitText> next() {
     while (const std::optional<std::string> line = next_line()) {
@@ -222,7 +222,7 @@ class Stream {
         std::vector<std::string> names;
         unit = calibrate_unit(command_, experiment_, run, text.serial, limits_, earlier_, names);
         unit.serial = text.serial;
-        std::vector<double> cells;  // in the order of the header
+        std::vector<double> cells;  // cells in the order of the header
         for (const std::string& name : parameters_) {
           const auto at = std::find(names.begin(), names.end(), name);
           const auto from = static_cast<std::size_t>(2 * (at - names.begin()));
@@ -266,19 +266,19 @@ bool is_good(std::string_view result) {
   return result == "pass" || result == "ok" || result == "warning";
 }
 
-// is_good() of a unit, from its line in an output file.
+// Returns the result of is_good() for a unit, computed from the unit's line in an output file.
 bool is_good_line(const std::string& line) {
   if (line.starts_with('{')) {
     return line.find("\"format\":\"axiscal-refusal\"") == std::string::npos &&
            line.find("\"status\":\"refused\"") == std::string::npos &&
            line.find("\"verdict\":{\"passed\":false") == std::string::npos;
   }
-  const std::vector<std::string> cells = cells_of(line);  // [unit,] serial, result, ..
+  const std::vector<std::string> cells = cells_of(line);  // cells: [unit,] serial, result, ..
   return std::any_of(cells.begin(), cells.begin() + std::min<std::ptrdiff_t>(3, std::ssize(cells)),
                      is_good);
 }
 
-// The finished units of an earlier call. Their lines are kept.
+// The units that an earlier call has finished. Their lines in the output files are kept.
 struct Finished {
   std::size_t units = 0;
   std::size_t good = 0;
@@ -287,7 +287,7 @@ struct Finished {
   std::string last;  // line of the last record
 };
 
-// Counts the lines that both outputs have.
+// Finds the finished units of an earlier call: those with complete lines in all outputs.
 Finished finished_units(const CalibrateCommand& command) {
   // The first `most` lines after the header.
   struct Lines {
@@ -328,7 +328,7 @@ Finished finished_units(const CalibrateCommand& command) {
   Lines records = lines_of(command.output, 0, all);
   Lines rows = lines_of(command.table, 1, all);
   finished.units = std::min(records.count, rows.count);
-  // The longer output is read again, up to the last unit that both outputs have.
+  // If one output has more lines, it is read again up to the last unit that both outputs have.
   if (command.output && records.count > finished.units) {
     records = first_lines(*command.output, 0, finished.units);
   }
@@ -345,7 +345,7 @@ Finished finished_units(const CalibrateCommand& command) {
   return finished;
 }
 
-// A set of texts, stored as hashes. At 32 MB the set is full, and later texts are not inserted.
+// A set of texts, stored as hashes. If the set has reached 32 MB, it does not insert more texts.
 class SerialsSeen {
  public:
   // @return false if the text was inserted before.
@@ -362,7 +362,7 @@ class SerialsSeen {
         }
       }
     }
-    const std::uint64_t hash = hash_of(text) | 1U;  // 0 is a free place
+    const std::uint64_t hash = hash_of(text) | 1U;  // not 0, which marks a free place
     std::uint64_t* const place = place_of(hash);
     if (*place == hash) {
       return false;
@@ -420,7 +420,8 @@ SerialsSeen stored_units(const std::string& store) {
   return units;
 }
 
-// @throws RefusedError  if the last line of the output is not of this unit.
+// Checks that the last line of the output belongs to `unit`.
+// @throws RefusedError  if it does not.
 void require_same_unit(const Finished& finished, const UnitText& unit) {
   if (!finished.last.empty() && finished.last.find(sha256_of_text(unit.csv)) == std::string::npos) {
     throw RefusedError(formatted(
@@ -434,7 +435,7 @@ void require_same_unit(const Finished& finished, const UnitText& unit) {
 
 int run_stream(const CalibrateCommand& given) {
   CalibrateCommand command = given;
-  command.force = true;  // refused records have lines too; their status says so
+  command.force = true;  // refused records are written too, with status "refused"
   if (command.experiment.files.size() != 1) {
     throw UsageError("--stream: needs one FILE, or - for stdin");
   }
@@ -455,7 +456,7 @@ int run_stream(const CalibrateCommand& given) {
   std::optional<LineFile> records;
   std::optional<LineFile> table;
   std::optional<StoreWriter> database;
-  SerialsSeen stored;  // units that need not be calibrated again
+  SerialsSeen stored;  // units in the store; they are not calibrated again
   SerialsSeen seen;
   if (command.store) {
     if (command.resume && !command.output && !command.table) {

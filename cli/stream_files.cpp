@@ -35,8 +35,8 @@ bool is_compressed(const std::string& path) {
 }
 #endif
 
-// Calls `take` for each complete line of a text, until `take` returns false. `more` then becomes
-// false.
+// Calls `take` for each complete line of a text, until `take` returns false.
+// @param more  is set to false if `take` has returned false.
 // @return the number of bytes of the lines for which `take` returned true.
 std::size_t take_lines(std::string_view text, const TakeLine& take, bool& more) {
   std::size_t at = 0;
@@ -48,7 +48,7 @@ std::size_t take_lines(std::string_view text, const TakeLine& take, bool& more) 
   return at;
 }
 
-// A file that is open for reading. Unlike an input, it may be overwritten afterwards.
+// A file that is open for reading. Unlike an InputFile, it may be overwritten later.
 struct LineSource {
   explicit LineSource(std::string name)
       : path(std::move(name)), descriptor(::open(path.c_str(), O_RDONLY | O_CLOEXEC)) {
@@ -89,7 +89,7 @@ std::size_t read_frames(LineSource& file, const TakeLine& take) {
     while (more && at < bytes.size()) {
       const std::size_t size = ZSTD_findFrameCompressedSize(bytes.data() + at, bytes.size() - at);
       if (ZSTD_isError(size) != 0) {
-        break;  // the frame is not read completely, or its writer was killed
+        break;  // more bytes are needed, or the writer was killed
       }
       const unsigned long long length = ZSTD_getFrameContentSize(bytes.data() + at, size);
       constexpr unsigned long long most = 1ULL << 30U;

@@ -71,7 +71,7 @@ void add_options(OptionSet& options, StudyCommand& command) {
   options.add_flag("--json", command.json, "print JSON instead of a table");
 }
 
-// The number of finished trials, including those without a calibration.
+// Returns the number of finished trials, including those in which the calibration failed.
 std::int64_t trials_done(const Study& study) {
   std::int64_t done = 0;
   for (const std::int64_t block : study.blocks) {
@@ -118,7 +118,7 @@ int merge_shards(const StudyCommand& command) {
   return static_cast<std::int64_t>(all.blocks.size()) < blocks ? 1 : 0;
 }
 
-// The standard deviation of a reading of each axis.
+// Returns the standard deviation of a reading, one value for each axis.
 // @param m        number of axes.
 // @param scatter  standard deviation of the readings of a record; may be empty.
 Eigen::VectorXd noise_of(const StudyCommand& command,
@@ -144,7 +144,7 @@ StudySetup setup_of(const StudyCommand& command) {
   if (has_truth == !command.experiment.files.empty()) {
     throw UsageError("study: give either an EXPERIMENT.json or --truth RECORD.json");
   }
-  Eigen::VectorXd scatter;  // of the record's readings
+  Eigen::VectorXd scatter;  // standard deviation of the record's readings
   if (has_truth) {
     const Calibration record = read_calibration(*command.truth);
     setup.truth = record.sensor;

@@ -9,7 +9,7 @@
 
 namespace axiscal::cli {
 
-/// The work of a command line. It returns the exit status and throws errors.
+/// A function that does the work of a command line. It returns the exit status, or throws an error.
 using Action = std::function<int()>;
 
 /// The definition of a subcommand.
@@ -22,8 +22,8 @@ struct Subcommand {
   OwnProgram program = {};  ///< program that runs it; without a name: the calling program
 };
 
-/// @param add_options  registers the options of a Command.
-/// @param run          runs the subcommand with the options in a Command.
+/// @param add_options  function that registers the options of a Command.
+/// @param run          function that runs the subcommand with the options in a Command.
 template <class Command>
 Subcommand make_subcommand(const char* name,
                            const char* help,

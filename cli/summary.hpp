@@ -13,7 +13,7 @@ namespace axiscal::cli {
 /// replaced by visible text.
 void write_text(const std::string& path, const std::string& text);
 
-/// Writes a text to stdout, as write_text(). A closed pipe does not change the exit status.
+/// Writes a text to stdout like write_text(). A closed pipe does not change the exit status.
 void print_result_text(const std::string& text);
 
 /// Prints the verdict on a calibration, the last line on stdout. On a terminal it has the colour of
@@ -24,11 +24,11 @@ void print_verdict(const Calibration& calibration);
 void set_quiet(bool quiet);
 [[nodiscard]] bool is_quiet();
 
-/// Prints a line on stderr that is not an error.
+/// Prints a line that is not an error on stderr.
 void print_line(const std::string& text);
 
 /// Shows the progress of the work on one line of stderr, if stderr is a terminal.
-/// @param text  if it is empty, the line is cleared.
+/// @param text  text to show; if it is empty, the line is cleared.
 void print_progress(const std::string& text);
 
 /// Prints a remark on stderr, wrapped to 80 columns; warnings in colour on a terminal.

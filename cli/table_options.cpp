@@ -20,7 +20,8 @@
 namespace axiscal::cli {
 namespace {
 
-// The name of the sensor in recordings for a kind of instrument; empty if there is none.
+// Returns the name of the sensor in recordings for a kind of instrument; empty if recordings do not
+// have such a sensor.
 std::string_view sensor_name(const std::string& kind) {
   for (const InstrumentKind& known : instrument_kinds()) {
     if (known.name == kind) {
@@ -47,8 +48,8 @@ bool has_column(const TableText& table, const std::string& name) {
                      });
 }
 
-// The columns to use if the table lacks the axes: those of its sensor of the wanted kind, or x, y,
-// z. nullopt if there are none.
+// Returns the columns to use if the table lacks the axes: those of its sensor of the wanted kind,
+// or x, y, z. nullopt if the table lacks these too.
 std::optional<LogSensor> stand_in(const TableText& table, const WantedColumns& wanted) {
   const bool has_one =
       std::any_of(wanted.axes.begin(), wanted.axes.end(),
@@ -74,7 +75,7 @@ std::optional<LogSensor> stand_in(const TableText& table, const WantedColumns& w
   return plain;
 }
 
-// Converts columns of the axes whose header states another unit than the wanted one.
+// Converts those columns of the axes whose header states another unit than `wanted`.
 void convert_units(const std::string& path,
                    const WantedColumns& wanted,
                    const TableText& table,
@@ -114,8 +115,8 @@ void convert_units(const std::string& path,
   }
 }
 
-// Applies --temperature-column: one column for all axes, one per axis in their order, or columns by
-// the names of axes or slots.
+// Applies --temperature-column. The option states one column for all axes, one column per axis in
+// their order, or NAME=COLUMN for axes or slots.
 void rename_temperatures(const std::string& text,
                          const std::vector<std::string>& axes,
                          std::vector<MappedColumn>& renamed) {
@@ -182,7 +183,8 @@ std::vector<std::string> three_of(const TableText& table,
   return {};
 }
 
-// Renames columns of the true field to fx, fy, fz, and columns of the measured field to the axes.
+// Renames the columns of the true field to fx, fy, fz, and the columns of the measured field to the
+// names of the axes.
 void name_truth_and_measured(const std::string& path,
                              const WantedColumns& wanted,
                              const TableText& table,
@@ -199,7 +201,7 @@ void name_truth_and_measured(const std::string& path,
           ? wanted.axes
           : three_of(table, {"meas", "measured", "raw", "reading", "sensor", "output", "read"});
   if (truth.empty() || measured.empty()) {
-    // A warning is printed if columns that may be the field in the sensor are not used.
+    // Prints a warning if columns that may contain the field in the sensor are not used.
     const std::vector<std::string> fields =
         three_of(table, {"b", "h", "coil", "i", "current", "field"});
     if (has_axes && !fields.empty() &&
@@ -228,7 +230,7 @@ struct FaceColumn {
   std::string words;
 };
 
-// The position of the faces in a column, according to the heading of the column.
+// The position of the faces that a column names, according to the heading of the column.
 enum class FaceHeading { down, up, at_fence, other };
 
 FaceHeading heading_of(const std::string& name) {
@@ -245,9 +247,9 @@ FaceHeading heading_of(const std::string& name) {
              : FaceHeading::other;
 }
 
-// True if the readings show that the named faces were up: along an axis they are higher if the
-// positive face is named. False if the named faces were down. nullopt if the readings do not show
-// it.
+// Returns true if the readings show that the named faces were up: the readings of an axis are then
+// higher for its positive face than for its negative face. Returns false if the named faces were
+// down, and nullopt if the readings do not show the position.
 std::optional<bool> named_faces_are_up(const TableText& table,
                                        const std::vector<std::string>& axes,
                                        const std::vector<MappedColumn>& renamed,
@@ -281,21 +283,23 @@ std::optional<bool> named_faces_are_up(const TableText& table,
     if (of_plus > 0 && of_minus > 0) {
       votes += plus / of_plus > minus / of_minus ? 1 : -1;
     } else if (of_plus + of_minus > 0) {
-      // The first rows have only one face of the axis. Its sign decides: 1 g exceeds every bias.
+      // The first rows name only one face of the axis. The sign of the reading decides, because a
+      // bias is always less than 1 g.
       votes += of_plus > 0 ? (plus > 0.0 ? 1 : -1) : (minus < 0.0 ? 1 : -1);
     }
   }
   return votes == 0 ? std::nullopt : std::optional(votes > 0);
 }
 
-// A column whose words in the first rows are faces.
+// A column whose first rows contain words for faces.
 struct WordsOfFaces {
   std::string name;
-  std::vector<std::optional<FaceInWords>> faces;  // of the first rows
+  std::vector<std::optional<FaceInWords>> faces;  // faces in the first rows
   std::string first;                              // first cell
   FaceHeading heading = FaceHeading::other;
 };
 
+// Finds the columns whose words in the first rows are faces.
 // @throws DataError  if most words of a column are faces, but some are not.
 std::vector<WordsOfFaces> columns_of_faces(const std::string& path, const TableText& table) {
   const bool has_size = has_column(table, "rate") || has_column(table, "rate_dps") ||
@@ -329,7 +333,8 @@ std::vector<WordsOfFaces> columns_of_faces(const std::string& path, const TableT
     column.heading = heading_of(column.name);
     found.push_back(std::move(column));
   }
-  // If this is the only column of faces, "side" does not mean the fence but the side up or down.
+  // If no other column names faces, the heading "side" does not mean the face at the fence, but the
+  // face that is up or down.
   const bool has_rest = std::any_of(found.begin(), found.end(), [](const WordsOfFaces& one) {
     return one.heading != FaceHeading::at_fence;
   });
@@ -343,7 +348,7 @@ std::vector<WordsOfFaces> columns_of_faces(const std::string& path, const TableT
   return found;
 }
 
-// The columns that name faces under other headings than rest and fence.
+// Returns the columns that name faces and whose headings are not `rest` or `fence`.
 std::vector<FaceColumn> face_columns(const std::string& path,
                                      const WantedColumns& wanted,
                                      const TableText& table,
@@ -371,7 +376,8 @@ std::vector<FaceColumn> face_columns(const std::string& path,
     }
     const std::optional<bool> by_readings =
         feels_gravity ? named_faces_are_up(table, wanted.axes, renamed, words.faces) : std::nullopt;
-    // The word itself takes precedence over the heading, and the heading over the readings.
+    // Whether a face is up or down is taken from the cell if it states this, or else from the
+    // heading, or else from the readings.
     const auto of_cell = [is_fence, heading = words.heading, by_readings](const std::string& cell) {
       const std::optional<FaceInWords> face = face_in_words(cell);
       if (!face) {
@@ -474,7 +480,7 @@ std::optional<LogSensor> sensor_of_kind(const TableText& table, const std::strin
   for (const LogSensor& sensor : table.sensors()) {
     if (wanted.empty() || name_of(sensor.kind) == wanted) {
       if (found) {
-        return std::nullopt;  // there are several, so the user must state the columns
+        return std::nullopt;  // several sensors match, so the user must state the columns
       }
       found = sensor;
     }

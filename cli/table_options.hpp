@@ -13,7 +13,7 @@
 
 namespace axiscal::cli {
 
-/// The names of the columns of a table or a log, as typed.
+/// The options for the columns of a table or a log, with unparsed values.
 struct TableOptions {
   std::optional<std::string> names, map, time, temperature_column, definitions, limits;
 };
@@ -24,7 +24,7 @@ void add_table_options(OptionSet& options, TableOptions& table);
 void add_definitions_option(OptionSet& options, std::optional<std::string>& definitions);
 
 /// Registers the folder of message definitions for all later readers of bags.
-/// @throws DataError  as add_message_definitions().
+/// @throws DataError  if add_message_definitions() throws it.
 void take_definitions(const std::optional<std::string>& definitions);
 
 /// Adds the option --limit. add_table_options() adds it too.
@@ -62,8 +62,8 @@ struct WantedColumns {
 };
 
 /// Opens a table in any layout. Prints notes on the columns that are used.
-/// @param read  returns the bytes, if they do not come from the path.
-/// @throws DataError  as TableText, CsvReader.
+/// @param read  function that returns the bytes of the table; empty: they are read from the path.
+/// @throws DataError  if TableText or CsvReader cannot read the table.
 [[nodiscard]] OpenTable open_table(
     const std::string& path,
     const TableOptions& options,
@@ -72,11 +72,11 @@ struct WantedColumns {
     const std::function<std::size_t(char* buffer, std::size_t size)>& read = {});
 
 /// @return the kind of sensor to look for in recordings; empty if recordings have no such sensor.
-/// @param kind  of instrument.
+/// @param kind  kind of instrument.
 [[nodiscard]] std::vector<SeriesKind> kinds_of(const std::string& kind);
 
 /// @return the sensor of a table that matches a kind of instrument; nullopt unless there is exactly
-///         one. If the kind matches no sensor at all, every sensor counts.
+///         one. If the kind matches no sensor at all, every sensor matches.
 [[nodiscard]] std::optional<LogSensor> sensor_of_kind(const TableText& table,
                                                       const std::string& kind);
 

@@ -39,40 +39,40 @@ namespace axiscal::cli {
 /// Parses a pitch formula, asin or atan2. @throws UsageError with the name of the option.
 [[nodiscard]] PitchFormula pitch_formula_of(std::string_view option, const std::string& text);
 
-/// The value of --tolerances: NAME=SD,.. @throws UsageError if a name or number is invalid.
+/// Parses --tolerances: NAME=SD,.. @throws UsageError if a name or number is invalid.
 [[nodiscard]] Tolerances tolerances_of(const std::string& text);
 
-/// The value of --world: NAME=V,.. or a file. @throws UsageError, DataError
+/// Parses --world: NAME=V,.. or the name of a file. @throws UsageError, DataError if it is invalid.
 [[nodiscard]] World world_of_option(const std::string& text);
 
-/// The site of --latitude, --longitude and --height; missing values are those of `otherwise`.
+/// Makes a site from --latitude, --longitude and --height. Missing values are those of `otherwise`.
 /// @throws UsageError if a value is out of range.
 [[nodiscard]] Site site_of_options(const std::optional<std::string>& latitude,
                                    const std::optional<std::string>& longitude,
                                    const std::optional<std::string>& height,
                                    Site otherwise);
 
-/// The value of --date: seconds since 1970, UTC. @throws UsageError if it is not a date.
+/// Parses --date. @return seconds since 1970, UTC. @throws UsageError if the text is not a date.
 [[nodiscard]] double date_of_option(const std::string& text);
 
-/// The value of --calibrated: a date, or date and time, of ISO 8601.
-/// @return the date as in records: 2026-11-20, or 2026-11-20T20:04:54Z.
-/// @throws UsageError if it is not a date.
+/// Parses --calibrated: a date, or date and time, of ISO 8601.
+/// @return the date in the form of records: 2026-11-20, or 2026-11-20T20:04:54Z.
+/// @throws UsageError if the text is not a date.
 [[nodiscard]] std::string calibrated_of_option(const std::string& text);
 
-/// The value of --slope. @throws UsageError unless X^2 + Y^2 < 1.
+/// Parses --slope: X,Y. @throws UsageError unless X^2 + Y^2 < 1.
 [[nodiscard]] Eigen::Vector2d slope_of_option(const std::string& text);
 
-/// The value of --method. @throws UsageError if it is unknown.
+/// Parses --method. @throws UsageError if the value is unknown.
 [[nodiscard]] Method method_of_option(const std::string& text);
 
-/// The value of --drift. @throws UsageError if it is unknown.
+/// Parses --drift. @throws UsageError if the value is unknown.
 [[nodiscard]] DriftSetup drift_of_option(const std::string& text);
 
-/// The value of --seats. @throws UsageError if it is unknown.
+/// Parses --seats. @throws UsageError if the value is unknown.
 [[nodiscard]] SeatSetup seats_of_option(const std::string& text);
 
-/// The value of --level-by. @throws UsageError if it is unknown.
+/// Parses --level-by. @throws UsageError if the value is unknown.
 [[nodiscard]] LevelBy levelness_scope_of_option(const std::string& text);
 
 }  // namespace axiscal::cli

@@ -13,17 +13,17 @@ namespace axiscal {
 /// A program in a process of its own, with a pipe to it.
 class ChildProgram {
  public:
-  /// The end of the program that the pipe is connected to.
+  /// The standard stream of the program that is connected to the pipe.
   enum class Pipe { standard_input, standard_output };
 
   struct Streams {
     Pipe pipe = Pipe::standard_output;
-    std::string input_file;     ///< its standard input; empty: that of this process, or the pipe
-    bool hides_errors = false;  ///< its standard error is not shown
+    std::string input_file;     ///< standard input; empty: the pipe, or that of this process
+    bool hides_errors = false;  ///< true: standard error is discarded
   };
 
   /// Starts the program.
-  /// @param arguments  without the program's name.
+  /// @param arguments  the arguments after the program's name.
   /// @throws RefusedError  if it is not installed or cannot be started.
   ChildProgram(const OwnProgram& program,
                const std::vector<std::string>& arguments,
@@ -41,7 +41,7 @@ class ChildProgram {
   /// @return the number of bytes; 0 at the end.
   [[nodiscard]] std::size_t read(char* buffer, std::size_t size) const;
 
-  /// @return all that it still prints.
+  /// @return the rest of its standard output.
   [[nodiscard]] std::string read_all() const;
 
   /// Closes the pipe and waits for the end of the program.

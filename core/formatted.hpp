@@ -18,8 +18,8 @@ namespace axiscal {
 /// Returns a text with values in place of its {}: `formatted("run {}: {}", run, why)`. The format
 /// specifiers are those of fmt: {:.3g}, {:>8}, {{ for a brace.
 ///
-/// Numbers are written as by fmt, independent of the locale. Write a double that is read back with
-/// number_text().
+/// Numbers are written as by fmt, independent of the locale. Use number_text() for a double that is
+/// read again later.
 template <typename... Values>
 [[nodiscard]] std::string formatted(fmt::format_string<const Values&...> text,
                                     const Values&... values) {
@@ -27,7 +27,7 @@ template <typename... Values>
 }
 
 /// As formatted(), for a text that is known only at run time.
-/// @throws fmt::format_error  if the text does not fit the values.
+/// @throws fmt::format_error  if the placeholders do not match the values.
 template <typename... Values>
 [[nodiscard]] std::string formatted_by(std::string_view text, const Values&... values) {
   return formatted_all({text.data(), text.size()}, fmt::make_format_args(values...));

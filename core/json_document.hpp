@@ -28,7 +28,7 @@ class JsonValue {
   [[nodiscard]] JsonValue at(std::string_view key) const;  ///< a required member
   [[nodiscard]] std::optional<JsonValue> find(
       std::string_view key) const;                        ///< nullopt if it is absent or null
-  [[nodiscard]] std::vector<JsonValue> elements() const;  ///< of an array
+  [[nodiscard]] std::vector<JsonValue> elements() const;  ///< the elements of an array
   /// Calls `take` for each row of a table. A table is an array of objects, or an object of arrays
   /// of equal length (see JsonColumns). In the second form, row i is an object of the i-th
   /// elements.
@@ -55,13 +55,13 @@ class JsonValue {
   /// @return a member's text; `otherwise` if the member is absent.
   [[nodiscard]] std::string text_or(std::string_view key, const std::string& otherwise = "") const;
 
-  /// Throws if a member has another name than these. The message suggests the nearest name.
+  /// Throws if a member's name is not in `keys`. The message suggests the nearest name.
   void allow_keys(std::span<const std::string_view> keys) const;
 
   /// Checks `format`, and that `version` is 1 to `last_version`.
   void require_format(std::string_view format, int last_version = 1) const;
 
-  /// Runs a check of this value. A DomainError from it becomes a DataError with this value's place.
+  /// Calls check_value(). If it throws a DomainError, throws a DataError with this value's place.
   void check(const std::function<void()>& check_value) const;
 
   /// @return the value as JSON, e.g. to be read as a file of its own.
@@ -103,8 +103,8 @@ class JsonValue {
 [[nodiscard]] JsonValue parse_json(std::string_view text, std::string path);
 
 /// @return the value as readable text that ends with a line feed. Each member has its own line, an
-///         array of numbers is on one line, doubles are the shortest text that reads back, NaN is
-///         null. JsonColumns are empty afterwards, to save memory.
+///         array of numbers is on one line, a double has the shortest text that reads back to it,
+///         and NaN is null. JsonColumns are empty afterwards, to save memory.
 [[nodiscard]] std::string json_text(Json& value);
 
 /// Receives a piece of a text. The piece is valid only during the call.
@@ -113,13 +113,13 @@ using TakeText = std::function<void(std::string_view)>;
 /// As json_text(), but passes the text to `take` piece by piece.
 void put_json(Json& value, const TakeText& take);
 
-/// @return the value that parsing the text of json_text() would give; the text is not made again.
-///         JsonColumns are empty in it.
+/// @return the value that parsing the result of json_text() would give, without writing the text
+///         again. Its JsonColumns are empty.
 /// @param value  a value after json_text().
 [[nodiscard]] JsonValue json_round_trip(Json value, std::string path);
 
-/// A table that is stored by columns: a column contains one member's value of each row, or null if
-/// a row lacks the member. The values are stored as the text for the file.
+/// A table that is stored by columns. The column of a member contains its value in each row, or
+/// null if a row lacks the member. The values are stored as the text for the file.
 class JsonColumns {
  public:
   /// @param rows  the expected number of rows, for which memory is reserved; 0: unknown.

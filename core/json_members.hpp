@@ -108,7 +108,7 @@ class JsonMembers {
     }
   }
 
-  /// While reading, throws if the object has a member with another name than these.
+  /// While reading, throws if the name of a member is not in `keys`.
   void allow_keys(std::span<const std::string_view> keys) const {
     if (reads()) {
       from_->allow_keys(keys);
@@ -119,8 +119,9 @@ class JsonMembers {
   void flag_unless(const char* key, bool& flag, bool usual) { value_if(flag != usual, key, flag); }
 
   /// A member whose value is one of several names. An empty name in a file does not change `value`.
-  /// @param name_of  the name of a value; @param parse the value of a name, or nullopt.
-  /// @param known    the names, for the error message; may be empty.
+  /// @param name_of  returns the name of a value.
+  /// @param parse    returns the value of a name, or nullopt.
+  /// @param known    the list of names for the error message; may be empty.
   template <typename Value, typename NameOf, typename Parse>
   void choice(
       const char* key, Value& value, NameOf name_of, Parse parse, std::string_view known = {}) {
@@ -227,7 +228,9 @@ class JsonMembers {
     }
   }
 
+  /// A member that is an object, for an optional struct. It is written only if `value` is present.
   /// @param members  called with the object's JsonMembers and the struct.
+  /// @param blank    initial value of a struct that is read.
   template <typename Struct, typename Members>
   void object_if_any(const char* key,
                      std::optional<Struct>& value,
@@ -295,7 +298,8 @@ class JsonMembers {
     }
   }
 
-  /// Checks a member while reading. A DomainError becomes a DataError with the member's place.
+  /// While reading, calls check_value(). If it throws a DomainError, throws a DataError with the
+  /// member's place.
   void check(const char* key, const std::function<void()>& check_value) const {
     if (reads()) {
       from_->at(key).check(check_value);

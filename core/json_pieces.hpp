@@ -20,8 +20,8 @@ namespace axiscal {
 /// @param pieces   receives the text of each member's value; entries of missing members do not
 ///                 change.
 /// @return false if the text is not an object, ends early, repeats one of the members or their
-///         parents, contains a name with an escape or a slash, or has another type in place of an
-///         object. The caller then runs the parser, which reports the error.
+///         parents, contains a name with an escape or a slash, or has a parent that is not an
+///         object. The caller then runs the parser, which reports any error.
 [[nodiscard]] bool find_json_pieces(std::string_view text,
                                     std::span<const std::string_view> members,
                                     std::span<std::string_view> pieces);
@@ -66,12 +66,12 @@ class JsonEntries {
   [[nodiscard]] bool is_list() const { return open_ == '['; }
   [[nodiscard]] bool is_object() const { return open_ == '{'; }
 
-  /// Goes on to the next entry.
+  /// Moves to the next entry.
   /// @return false at the end, or if the text is not JSON. Only in the second case is ok() false.
   bool next();
 
   [[nodiscard]] std::string_view value() const { return value_; }
-  /// @return a member's name as it is in the text, without its quotes and with its escapes.
+  /// @return a member's name without its quotes. Escapes in it are not decoded.
   [[nodiscard]] std::string_view key() const { return key_; }
   [[nodiscard]] bool ok() const { return ok_; }
   /// @return the text after the entries that were read.

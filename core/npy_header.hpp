@@ -7,9 +7,9 @@ namespace axiscal {
 
 /// The header of a file in NumPy's format 1.0 for little-endian numbers.
 ///
-/// @param type        as a Python literal: `'<f8'`, or a list of names and types.
-/// @param shape       as a Python tuple. The header's length is the same for all shapes of up to 46
-///                    characters.
+/// @param type        the numbers' type as a Python literal: `'<f8'`, or a list of names and types.
+/// @param shape       the array's shape as a Python tuple. The header's length is the same for all
+///                    shapes of up to 46 characters.
 /// @param by_columns  true if the numbers are in column-major (Fortran) order.
 /// @par Source
 /// numpy.lib.format, NEP 1.

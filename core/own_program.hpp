@@ -19,8 +19,8 @@ struct OwnProgram {
 [[nodiscard]] std::string own_program(const OwnProgram& program);
 
 /// Replaces this process by the program.
-/// @param arguments  without the program's name.
-/// @throws RefusedError  as own_program(); or if the program cannot be started.
+/// @param arguments  the arguments after the program's name.
+/// @throws RefusedError  if the program is not found or cannot be started.
 [[noreturn]] void become(const OwnProgram& program, const std::vector<std::string>& arguments);
 
 }  // namespace axiscal

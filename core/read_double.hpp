@@ -5,8 +5,8 @@
 
 namespace axiscal {
 
-/// std::from_chars() for a double. If the standard library lacks it (libc++ 14), it is
-/// read_double_by_c_library().
+/// Reads a double by std::from_chars(), or by read_double_by_c_library() if the standard library
+/// lacks that function (libc++ 14).
 [[nodiscard]] std::from_chars_result read_double(const char* first,
                                                  const char* last,
                                                  double& value) noexcept;

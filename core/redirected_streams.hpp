@@ -9,8 +9,8 @@
 
 namespace axiscal {
 
-/// Redirects the standard streams of this thread to strings, for a program that runs subcommands
-/// within itself. While an object exists, the path "-" reads `input` and writes `output`, and
+/// Redirects the standard streams of this thread to strings, so that a program can run subcommands
+/// in its own process. While an object exists, the path "-" reads `input` and writes `output`, and
 /// print_error() writes `errors`. Other threads keep the streams of the process.
 class AXISCAL_EXPORT RedirectedStreams {
  public:

@@ -15,7 +15,8 @@ class TemporaryFile {
   TemporaryFile(const TemporaryFile&) = delete;
   TemporaryFile& operator=(const TemporaryFile&) = delete;
 
-  /// Removes the name now. Then the content disappears when the program ends, even if it is killed.
+  /// Removes the name but not the content. The system deletes the content when the program ends,
+  /// even if the program is killed.
   void remove_name();
 
   /// @return a path by which this process can open the file.

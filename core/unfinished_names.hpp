@@ -9,7 +9,7 @@ namespace axiscal {
 /// 64 files can be registered at a time.
 void register_unfinished_file(const std::string& path) noexcept;
 
-/// Unregisters a file that is deleted, or that is complete and must be kept.
+/// Unregisters a file that has been deleted, or that is complete and must remain.
 void unregister_unfinished_file(const std::string& path) noexcept;
 
 }  // namespace axiscal

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Calibrates the IMU of a bare board, which a hand turns between rests in any attitudes: the
-// accelerometer by the magnitude of gravity, the gyroscope by the turns.
+// Calibrates the IMU of a bare board that is turned by hand between rests in any attitude. The
+// accelerometer is calibrated by the magnitude of gravity, the gyroscope by the turns.
 #include <axiscal/core/units.hpp>
 #include <axiscal/logs/imu.hpp>
 #include <axiscal/logs/simulate_log.hpp>
@@ -29,7 +29,7 @@ int main() {
   std::printf("%zu rests, threshold of the variance %.2g, attitude error %.2f degrees\n",
               found.rests.intervals.size(), found.rests.threshold,
               found.turns->residual_sd_rad * axiscal::deg_per_rad);
-  double worst = 0.0;  // distance from the truth, in standard uncertainties
+  double worst = 0.0;  // largest distance from the truth, in standard uncertainties
   const auto compare = [&worst](const axiscal::Calibration& record,
                                 const axiscal::LinearResponse& truth) {
     const std::vector<std::string>& axes = record.sensor.instrument.axes;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Measures a new cube with three calibrated instruments, and calibrates a fourth in it: with the
-// cube as drawn and with the cube as measured.
+// Measures a new cube with three calibrated instruments, and calibrates a fourth instrument in this
+// cube twice: with the cube as drawn, and with the cube as measured.
 #include <axiscal/calib/calibrate.hpp>
 #include <axiscal/calib/characterize.hpp>
 #include <axiscal/calib/simulate.hpp>
@@ -68,8 +68,9 @@ int main() {
   std::printf("normals to %.1f urad; the instruments agree: p = %.2f\n", 1e6 * result.normal_u_rad,
               result.p_value);
 
-  // A fourth instrument. Its true frame is that of the drawing. The frame of the measured cube is
-  // the one that fits the drawing best, so a mount contains the rotation between the two frames.
+  // The fourth instrument. Its true frame is that of the drawing. The frame of the measured cube is
+  // the one in which the measured normals fit the drawing best, so a mount includes the rotation
+  // between the two frames.
   const axiscal::SensorModel fourth = instrument(0.07);
   const axiscal::Observations readings = read_in(made, fourth, {-0.002, 0.001}, 99);
   const double nominal = error_of(axiscal::calibrate(experiment, readings), fourth);

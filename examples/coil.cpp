@@ -39,7 +39,8 @@ int main() {
   const axiscal::Observations readings = axiscal::simulate(
       truth, axiscal::make_run_sheet(design, 1, 9), {.noise_sd = 0.02, .seed = 9});
 
-  // The calibration is given the coil. Of the Earth's field it is given only the magnitude.
+  // The inputs of the calibration are the coil, and the magnitude of the Earth's field without its
+  // direction.
   axiscal::Experiment experiment;
   experiment.instrument = truth.instrument;
   experiment.field = axiscal::GeomagneticField();

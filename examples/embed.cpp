@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The library in your own program: readings from memory, and errors that state the remedy.
+// Uses the library in a program of your own: the readings come from memory, and the error messages
+// state the remedy.
 #include <axiscal/calib/calibrate.hpp>
 #include <axiscal/calib/simulate.hpp>
 #include <axiscal/calib/uncertainty.hpp>

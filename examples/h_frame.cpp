@@ -13,7 +13,8 @@ int main() {
   experiment.field = axiscal::GravityField();
   experiment.positioner = axiscal::Positioner().with_mounts(mounts);
 
-  // Both stand at the same 12 points; a data logger would write columns left.x, left.y, ...
+  // Both instruments are read at the same 12 points; a data logger would write columns left.x,
+  // left.y, ...
   std::vector<axiscal::SlotObservations> readings;
   for (const axiscal::Mount& mount : mounts) {
     axiscal::SensorModel truth;

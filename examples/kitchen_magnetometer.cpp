@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// A magnetometer on the kitchen table: no level, no compass, only the site and 12 poses of a cube.
+// A magnetometer on the kitchen table: no level and no compass are needed, only the site and 12
+// poses of a cube.
 #include <axiscal/calib/calibrate.hpp>
 #include <axiscal/calib/simulate.hpp>
 #include <axiscal/core/rotation.hpp>

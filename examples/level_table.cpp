@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Levels a table on three screws: reads, turns the screws and reads again, until the remaining
-// turns
-// are too small for a hand.
+// turns are too small for a hand.
 #include <axiscal/calib/calibrate.hpp>
 #include <axiscal/calib/simulate.hpp>
 #include <axiscal/field/gravity_field.hpp>
@@ -53,7 +52,7 @@ int main() {
       std::printf("level as far as these screws can be turned\n");
       break;
     }
-    // The slope changes by that of the plane through the raised screws.
+    // The slope changes by the slope of the plane through the raised screws.
     const double along_x = (0.5 * (raised(1) + raised(2)) - raised(0)) / -0.2;
     const double along_y = (raised(1) - raised(2)) / 0.16;
     slope += Eigen::Vector2d(along_x, along_y);

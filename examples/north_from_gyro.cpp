@@ -18,7 +18,8 @@ int main() {
   truth.response.bias = Eigen::Vector3d(0.4, -0.2, 0.1);
   truth.response.sensitivity =
       (Eigen::Matrix3d() << 1.0002, 3e-4, -2e-4, 1e-4, 0.9998, 2e-4, 0.0, -3e-4, 1.0001).finished();
-  // Ten minutes at each point, angular random walk 0.002 deg/sqrt(h): 0.005 deg/h.
+  // Ten minutes at each point with an angular random walk of 0.002 deg/sqrt(h) give a noise of
+  // 0.005 deg/h.
   const axiscal::Observations readings =
       axiscal::simulate(truth, axiscal::make_run_sheet(axiscal::standard_design(12), 2, 11),
                         {.noise_sd = 0.005, .seed = 11});

@@ -19,7 +19,7 @@ axiscal::SensorModel six_photodiodes(const Eigen::Vector3d& lamp) {
   truth.instrument.one_sided = true;
   truth.field.kind = "light";
   truth.field.in_table = lamp.normalized();
-  truth.response.bias = Eigen::VectorXd::Constant(6, 0.02);  // in the dark
+  truth.response.bias = Eigen::VectorXd::Constant(6, 0.02);  // readings in the dark
   truth.response.sensitivity.resize(6, 3);
   for (int k = 0; k < 6; ++k) {
     Eigen::Vector3d boresight = (k % 2 == 0 ? 1.0 : -1.0) * Eigen::Vector3d::Unit(k / 2);
@@ -60,7 +60,7 @@ int main() {
                   quantity.values[2]);
     }
   }
-  // The direction of a light source, by the diodes that face it.
+  // Measures the direction of a light source with the diodes that face it.
   const axiscal::Reducer reducer(result);
   const Eigen::Vector3d source = Eigen::Vector3d(1.0, -2.0, 0.5).normalized();
   const Eigen::VectorXd readings = truth.response.at(source).cwiseMax(truth.response.bias);

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Applies a calibration in a control loop. After the construction of the reducer, reduce()
-// allocates
-// no memory.
+// Applies a calibration in a control loop. Only the construction of the reducer allocates memory;
+// reduce() does not.
 #include <array>
 #include <atomic>
 #include <axiscal/calib/reduction.hpp>

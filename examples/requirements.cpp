@@ -3,8 +3,7 @@
 //
 // A wind-tunnel inclinometer must give pitch and roll to +-0.005 degrees (95 %) in any attitude. It
 // is calibrated in a cube whose faces were measured to 15 microradians. The pitch is computed by
-// the
-// arctangent, which is as accurate at 90 degrees as at 0.
+// the arctangent, which is as accurate at 90 degrees as at 0.
 //
 // NIST states type-B bounds of 1e-5 of the sensitivity, 5e-5 of cross-axis sensitivity and 0.005
 // degrees. A cube meets these bounds if the heights of its feet have a standard deviation of 2.5

@@ -18,7 +18,7 @@ namespace axiscal {
 void read_field(const JsonValue& json, FieldSetup& field);
 
 /// Reads or writes the field of an experiment: an object, or an array of parts that are summed.
-/// @throws DataError  as JsonValue, also for a kind or unit that is not known.
+/// @throws DataError  if the JSON does not have this form, or a kind or unit is not known.
 void field_member(JsonMembers& io, const char* key, FieldSetup& field);
 
 /// Reads or writes second fields: a kind's name, an object, or an array. They are written as an

@@ -17,10 +17,10 @@ struct EllipsoidReadings {
 
 /// The weights of the readings' deviations.
 struct EllipsoidWeights {
-  const double* root_weights = nullptr;  ///< n entries
+  const double* root_weights = nullptr;  ///< square roots of the weights, n entries
   /// C = A N A^T; N is the covariance of a reading up to a factor.
   std::array<std::array<double, 3>, 3> C{};
-  bool symmetric = false;  ///< true if an off-diagonal entry of A stands for two entries
+  bool symmetric = false;  ///< true if A is symmetric: one parameter for A_jk and A_kj
 };
 
 /// The output columns, n entries each.
@@ -39,7 +39,7 @@ void ellipsoid_rows(const EllipsoidReadings& readings,
                     const EllipsoidWeights& weights,
                     const EllipsoidRows& rows);
 
-/// @param scale  n entries.
+/// @param scale  EllipsoidRows::scale, n entries.
 /// @return the sum of the squares of scale times (|f| - 1). Its last digits depend on the
 ///         instruction set.
 [[nodiscard]] double ellipsoid_squares(const EllipsoidReadings& readings, const double* scale);

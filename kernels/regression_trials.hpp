@@ -14,18 +14,18 @@ namespace axiscal {
 /// parameters, and m responses with the same X.
 struct RegressionTrials {
   RepeatedDesign at;                      ///< X and its pseudo-inverse
-  std::size_t responses = 0;              ///< m
-  std::vector<double> unscaled_variance;  ///< diagonal of (X^T X)^-1, p
-  std::vector<double> truth;              ///< b, m x p: row k is b of response k
-  std::vector<double> noise_sd;           ///< one for each response, m
+  std::size_t responses = 0;              ///< number m of responses
+  std::vector<double> unscaled_variance;  ///< diagonal of (X^T X)^-1, p entries
+  std::vector<double> truth;              ///< true b, m x p: row k is b of response k
+  std::vector<double> noise_sd;           ///< standard deviations of e, one for each response
   double coverage_factor = 0.0;           ///< t: an interval is estimate +- t * standard error
 };
 
 /// Sums over trials, for one parameter of one response.
 struct RegressionTrialSums {
-  double error = 0.0;  ///< estimate minus truth
+  double error = 0.0;  ///< sum of estimate minus truth
   double error_squared = 0.0;
-  double u_squared = 0.0;  ///< squared standard errors from the fits
+  double u_squared = 0.0;  ///< sum of squared standard errors from the fits
   double covered = 0.0;    ///< number of intervals that contain the truth
 };
 

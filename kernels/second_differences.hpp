@@ -16,7 +16,7 @@ namespace axiscal {
                                                        std::size_t first,
                                                        std::size_t count);
 
-/// Plain version, as a reference for tests.
+/// Plain version of sum_of_squared_second_differences(), as a reference for tests.
 [[nodiscard]] double sum_of_squared_second_differences_plain(std::span<const double> x,
                                                              std::size_t m,
                                                              std::size_t first,

@@ -8,8 +8,7 @@
 
 namespace axiscal {
 
-/// The readings of a gyroscope during one turn, from one rest to the next: samples of three axes,
-/// and their times.
+/// The readings of a gyroscope from one rest to the next: samples of three axes, and their times.
 struct TurnSamples {
   std::array<std::span<const double>, 3> rate;  ///< readings v, n samples each
   std::span<const double> time_s;               ///< n times, ascending
@@ -20,8 +19,8 @@ struct IntegratedTurn {
   /// R(T) as a unit quaternion (w, x, y, z): the rotation from the sensor's frame at the end to its
   /// frame at the start.
   std::array<double, 4> attitude = {1.0, 0.0, 0.0, 0.0};
-  /// Derivative of R(T) with respect to B_pq, in column 3 p + q: a small rotation vector in the
-  /// sensor's frame at the start. It is the integral of R(t) e_p (v - b)_q dt.
+  /// Derivatives of R(T) with respect to the entries of B. Column 3 p + q is the integral of R(t)
+  /// e_p (v - b)_q dt, a small rotation vector in the sensor's frame at the start for B_pq.
   std::array<std::array<double, 9>, 3> sensitivity{};
   /// The integral of R(t) dt [s]. An error e of the bias turns R(T) by this integral times B e.
   std::array<std::array<double, 3>, 3> rotation_integral{};

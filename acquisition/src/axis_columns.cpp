@@ -42,7 +42,8 @@ std::size_t need_channel(const std::vector<Channel>& channels, const std::string
 std::vector<AxisColumns> find_axes(const Instrument& instrument,
                                    const std::vector<Channel>& channels) {
   std::vector<AxisColumns> columns;
-  // Channels without names (c1, c2, ...) are the axes in their order if the numbers are equal.
+  // If the channels have no names (c1, c2, ...) and are as many as the axes, they are the axes in
+  // their order.
   bool are_bare = instrument.differences.empty() && channels.size() == instrument.axes.size();
   for (std::size_t i = 0; i < channels.size(); ++i) {
     are_bare = are_bare && channels[i].name == formatted("c{}", i + 1);

@@ -41,7 +41,7 @@ struct AxisColumns {
                                                          const std::vector<Channel>& channels,
                                                          const std::vector<std::string>& names);
 
-/// @param columns  from find_temperatures().
+/// @param columns  indices of channels, from find_temperatures().
 /// @return the temperatures in a sample; nullopt if `columns` is empty or a value is not finite.
 [[nodiscard]] std::optional<SensorTemperature> temperature_in(
     std::span<const double> values, const std::vector<std::size_t>& columns);

@@ -18,7 +18,7 @@ class AxisIntake {
  public:
   explicit AxisIntake(const Instrument& instrument);
 
-  /// @throws DomainError  as find_axes().
+  /// @throws DomainError  if no channel exists for an axis.
   void set_channels(const std::vector<Channel>& channels);
 
   /// Extracts the axes from a sample.
@@ -43,8 +43,8 @@ class AxisIntake {
   std::vector<AxisColumns> columns_;
   std::string unit_text_;
   Eigen::VectorXd values_;
-  std::vector<std::size_t>
-      beyond_;  // number of consecutive samples beyond the range, for each axis
+  // The number of consecutive samples beyond the range, for each axis.
+  std::vector<std::size_t> beyond_;
   std::vector<std::string> saturated_;  // names of saturated axes
   std::vector<std::string> missing_;    // names of axes that are NaN in the last sample
 };

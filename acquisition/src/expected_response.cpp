@@ -13,7 +13,7 @@
 namespace axiscal {
 namespace {
 
-// Units that are often confused, and the factor by which a reading is then wrong.
+// Units that are often confused, and the factor by which a reading in the wrong unit is wrong.
 struct UnitMistake {
   double factor;
   std::string_view text;

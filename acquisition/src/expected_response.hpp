@@ -15,7 +15,7 @@ namespace axiscal {
                                            const FieldDescription& field);
 
 /// @param ratio  magnitude of a reading at rest divided by the expected magnitude.
-/// @return a message if the ratio is that of two confused units; otherwise empty.
+/// @return a message if the ratio is typical of two confused units; otherwise empty.
 [[nodiscard]] std::string unit_mistake_text(double ratio);
 
 }  // namespace axiscal

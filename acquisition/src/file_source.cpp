@@ -80,7 +80,7 @@ class FileSource final : public Source {
   std::string name_;
   LogFile log_;
   SampleClock clock_;
-  double speed_;  // relative to the original speed; 0: as fast as it can be read
+  double speed_;  // replay speed relative to the original speed; 0: unlimited
   std::vector<Channel> channels_;
   LogBlock block_;
   std::vector<double> row_;

@@ -8,9 +8,9 @@
 
 namespace axiscal {
 
-/// Opens a recording in any format that LogFile reads. Options: speed (of the replay, or max),
-/// names, rate, time.
-/// @throws DataError    as LogFile.
+/// Opens a recording in any format that LogFile reads. Options: speed (relative
+/// to the original speed, or `max`), names, rate, time.
+/// @throws DataError    if LogFile cannot read the recording.
 /// @throws DomainError  if neither times nor a sample rate are known.
 [[nodiscard]] std::unique_ptr<Source> open_file_source(const SourceAddress& address);
 

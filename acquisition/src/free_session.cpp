@@ -26,12 +26,12 @@ namespace {
 
 constexpr double store_every_s = 1.0;
 constexpr double shortest_fit_spacing_s = 0.4;
-constexpr double longest_fit_spacing_s = 5.0;  // in sample time, at any speed of replay
+constexpr double longest_fit_spacing_s = 5.0;  // in sample time, whatever the replay speed
 constexpr double share_of_time_for_fits = 0.1;
-constexpr std::size_t fewest_points = 12;   // for a fit
-constexpr std::size_t most_in_a_fit = 600;  // during the session; the last fit uses all points
-constexpr double novel_step = 0.03;         // least distance from the last point, over the radius
-constexpr double novel_rest_rad = 0.12;     // least distance of a rest from all earlier rests
+constexpr std::size_t fewest_points = 12;   // fewest points for a fit
+constexpr std::size_t most_in_a_fit = 600;  // except for the last fit, which uses all points
+constexpr double novel_step = 0.03;         // least distance from the last point, per radius
+constexpr double novel_rest_rad = 0.12;     // least angle between a new rest and each earlier rest
 
 double seconds_now() {
   return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
@@ -43,7 +43,7 @@ struct FreePoint {
   Eigen::Vector3d values;
 };
 
-// Expanded uncertainty of the worst direction from the uncertainty of the coefficients [deg].
+// Largest expanded uncertainty of a calibrated direction [deg], from the coefficients only.
 double worst_direction_u_deg(const Calibration& calibration) {
   const Reducer reducer(calibration, {}, Force::yes);
   ReadingNoise none;
@@ -387,8 +387,8 @@ class FreeSession::Engine {
 
   void fit_now_and_then() {
     const double now = seconds_now();
-    // In an unattended session only sample times decide when to fit. The same samples then give the
-    // same result.
+    // In an unattended session, only the sample times determine when to fit, so that the same
+    // samples give the same result.
     const bool due = (!setup_.unattended && now >= next_fit_s_) ||
                      now_s_ - fitted_at_s_ >= longest_fit_spacing_s;
     if (points_.size() < fewest_points || points_.size() == fitted_of_ || !due) {
@@ -572,7 +572,7 @@ class FreeSession::Engine {
   double now_s_ = 0.0;
   double tried_to_store_s_ = 0.0;
   bool taken_ = false;   // true if the reading of the current rest was taken
-  int known_again_ = 0;  // consecutive rests in directions that exist already
+  int known_again_ = 0;  // consecutive rests in directions of earlier rests
   bool samples_ended_ = false;
   bool quit_ = false;
   std::size_t fitted_of_ = 0;

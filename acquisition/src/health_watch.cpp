@@ -10,7 +10,7 @@
 namespace axiscal {
 namespace {
 
-constexpr std::size_t most_readings = 1000;  // only the last ones are kept; this limits the memory
+constexpr std::size_t most_readings = 1000;  // older readings are dropped, to limit the memory
 
 }  // namespace
 
@@ -80,7 +80,7 @@ class HealthWatch::Impl {
     std::optional<SensorTemperature> temperature;
   };
 
-  // A valid reading. The constructor checks it, so that an unsuitable record is an error at once.
+  // A valid reading. The constructor tries it, so that an unsuitable record is reported at once.
   [[nodiscard]] Mean response_of_up() const {
     return {.mean = setup_.calibration.sensor.response.at(
                 setup_.calibration.sensor.field.magnitude * Eigen::Vector3d::UnitZ()),

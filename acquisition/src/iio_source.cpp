@@ -37,7 +37,7 @@ std::string error_text(int error) {
   return text.data();
 }
 
-// The unit of a channel's value, and the factor from the value that IIO states to this unit.
+// The unit of a channel, and the factor that converts the value from IIO to this unit.
 struct Unit {
   std::string_view prefix;
   std::string_view unit;
@@ -52,7 +52,7 @@ struct IioChannel {
   iio_channel* channel = nullptr;
   double scale = 1.0;
   double offset = 0.0;
-  double unit = 1.0;  // factor to the channel's unit for the attribute `input` (already scaled)
+  double unit = 1.0;  // converts the attribute `input` (already scaled) to the unit
   bool is_time = false;
 };
 

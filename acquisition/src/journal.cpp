@@ -31,10 +31,10 @@ void lock(const std::string& path, int descriptor) {
   }
 }
 
-// Raw samples that waited while the disk was full are written as one line.
+// The longest line of a journal: raw samples that waited while the disk was full are one line.
 constexpr std::size_t longest_entry = 64U << 20U;
 
-// Checks that a file is a journal. Only a journal's incomplete last line may be removed.
+// Checks that a file is a journal, because no other file may be shortened.
 void check_first_line(const std::string& path, std::string_view line) {
   parse_json(line, path).require_format(journal_format);
 }

@@ -10,7 +10,7 @@ namespace axiscal {
 void put_point(Json& entry, const DesignPoint& point);
 
 /// @return the design point in the members `rest` and `fence` of a journal entry.
-/// @throws DataError  if they are not faces, or are on the same axis.
+/// @throws DataError  if a member is not a face, or both faces are on the same axis.
 [[nodiscard]] DesignPoint point_of(const JsonValue& entry);
 
 }  // namespace axiscal

@@ -94,7 +94,7 @@ class DelimitedDecoder final : public LineDecoder {
       without_header(sink);
     } else if (cells.size() != channels_.size()) {
       sink.defect();
-      if (from_header_ && !confirmed_) {  // the header was a greeting
+      if (from_header_ && !confirmed_) {  // the supposed header was other text
         channels_.clear();
         has_names_ = false;
         delimiter_ = '\0';
@@ -151,7 +151,7 @@ class DelimitedDecoder final : public LineDecoder {
   char delimiter_ = '\0';
   bool has_names_ = false;
   bool from_header_ = false;
-  bool confirmed_ = false;  // true if a sample had one cell for each name
+  bool confirmed_ = false;  // true after a line had one cell for each name
   std::vector<double> waiting_;
 };
 
@@ -204,8 +204,8 @@ class JsonDecoder final : public LineDecoder {
   std::vector<std::pair<std::string, double>> found_;
 };
 
-// Reads lines by a pattern such as "X={x} Y={y}": literal text, and numbers with their names. {} is
-// a number that is skipped.
+// Reads lines by a pattern such as "X={x} Y={y}". {x} stands for a number, the value of channel x.
+// {} stands for a number that is skipped. Other text is literal.
 class PatternDecoder final : public LineDecoder {
  public:
   explicit PatternDecoder(const SourceAddress& address) {

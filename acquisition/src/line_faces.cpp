@@ -121,7 +121,7 @@ class PlainFace final : public LineFace {
     if (view.free && view.phase == SessionPhase::laying) {
       tell_sphere(view);
     }
-    // Prints each alarm when it begins, and again only after it was over.
+    // Prints each alarm once when it begins. An alarm that has ended may begin again.
     std::set<std::string> there;
     for (const SessionAlarm& alarm : view.alarms) {
       there.insert(alarm.code);
@@ -134,7 +134,8 @@ class PlainFace final : public LineFace {
   }
 
  private:
-  // Prints the progress of a FreeSession if the headline or the coverage has changed.
+  // Prints the progress of a FreeSession if the headline has changed, or the coverage has reached
+  // the next tenth.
   void tell_sphere(const SessionView& view) {
     const FreeView& free = *view.free;
     const int tenths = static_cast<int>(10.0 * free.coverage);

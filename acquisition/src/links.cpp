@@ -25,7 +25,7 @@ using Clock = std::chrono::steady_clock;
 constexpr std::chrono::seconds retry_after{1};
 constexpr std::size_t most_bytes = 1U << 16U;
 
-// Waits until a descriptor can be read. @return false if the time ran out.
+// Waits until a descriptor can be read, at most for `patience`. @return false after a timeout.
 bool wait_readable(int descriptor, std::chrono::milliseconds patience) {
   pollfd one{.fd = descriptor, .events = POLLIN, .revents = 0};
   return ::poll(&one, 1, static_cast<int>(patience.count())) > 0;
@@ -35,7 +35,7 @@ bool would_block(const boost::system::error_code& error) {
   return error == asio::error::would_block || error == asio::error::try_again;
 }
 
-// The common part of links that are opened, lost and opened again.
+// The base class of links that reopen themselves after they were lost.
 class ReopenedLink : public ByteLink {
  public:
   LinkReport read(std::string& bytes, std::chrono::milliseconds patience) final {
@@ -261,7 +261,7 @@ class TcpClientLink final : public TcpLink {
                                  const auto& /*endpoint*/) { error = result; });
     context_.restart();
     context_.run_for(std::max(patience, std::chrono::milliseconds(500)));
-    if (!context_.stopped()) {  // no answer within the time
+    if (!context_.stopped()) {  // the connection was not made in time
       close();
       context_.run();
       error = asio::error::timed_out;
@@ -329,7 +329,7 @@ class UdpLink final : public ReopenedLink {
     if (!error) {
       socket_.open(endpoint.protocol(), error);
       if (!error) {
-        // The buffer must hold the datagrams that arrive while a point is written to the disk.
+        // The buffer must be large enough for the datagrams that arrive during a write to the disk.
         boost::system::error_code ignored;
         socket_.set_option(asio::socket_base::receive_buffer_size(4 << 20), ignored);
         socket_.bind(endpoint, error);

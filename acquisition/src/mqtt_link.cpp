@@ -31,8 +31,8 @@ struct ClientDeleter {
   void operator()(mosquitto* client) const { mosquitto_destroy(client); }
 };
 
-// The password for the broker. It is not part of the address, because journals contain addresses
-// and messages show them.
+// Returns the password for the broker. It is not part of the address, because journals and messages
+// contain addresses.
 std::string password_of(const SourceAddress& address) {
   const std::optional<std::string> path = address.find("password-file");
   const char* const stated = std::getenv("AXISCAL_MQTT_PASSWORD");  // NOLINT(concurrency-mt-unsafe)

@@ -16,19 +16,20 @@ namespace axiscal {
 namespace {
 
 // Another pose is reported if PoseJudgement::log_ratio exceeds this value. The ratio compares chi^2
-// and not predictive densities. With densities, two opposite positions on a level table would look
-// like one position taken twice, because a slope near zero is unlikely under the prior.
+// instead of predictive densities. Predictive densities would mistake two readings in opposite
+// positions on a level table for two readings in one position, because the prior makes a slope near
+// zero improbable.
 constexpr double telling_log_ratio = 9.0;
 // A pose does not fit if the chi^2 of three axes exceeds this value (about 5 standard deviations).
 constexpr double fitting_misfit = 40.0;
 constexpr double no_pose_misfit = 200.0;
 constexpr std::size_t readings_to_rely_on = 9;
 constexpr int rounds = 6;
-constexpr double wide = 10.0;  // prior standard deviation of unknown quantities over the response
+constexpr double wide = 10.0;  // prior standard deviation of unknown biases and scales, relative
 constexpr double far_direction_rad = 0.3;
-constexpr double telling_contrast = 0.5;  // relative to the effect of the field
+constexpr double telling_contrast = 0.5;  // smallest useful contrast (see least_contrast())
 
-// Starting directions of the field for the fits.
+// The directions of the field from which the fits start.
 std::vector<Eigen::Vector3d> starts_of(const PoseModelSetup& setup) {
   const Eigen::Vector3d expected =
       setup.field.in_table.value_or(Eigen::Vector3d::UnitZ()).normalized();
@@ -36,7 +37,7 @@ std::vector<Eigen::Vector3d> starts_of(const PoseModelSetup& setup) {
     return {expected};
   }
   std::vector<Eigen::Vector3d> starts;
-  if (setup.direction_sd_rad < any_direction_rad) {  // only the table's heading is not known
+  if (setup.direction_sd_rad < any_direction_rad) {  // only the heading of the table is unknown
     constexpr int headings = 12;
     for (int i = 0; i < headings; ++i) {
       starts.emplace_back(
@@ -69,9 +70,10 @@ Eigen::Matrix<double, 3, 2> tangents_of(const Eigen::Vector3d& vector) {
   return tangents;
 }
 
-// Derivative of a reading with respect to bias (m), sensitivity by rows (3 m), the two tangents and
-// the common scale. The last column is zero.
-// @param rotation  sensor from table, times the level.
+// Derivative of a reading with respect to bias (m), sensitivity by rows (3 m), direction of the
+// field (2) and common scale (1). The column of the common scale is zero, because only the prior
+// depends on that scale.
+// @param rotation  rotation sensor from table, times the level of the field.
 Eigen::MatrixXd derivative_of_reading(const PoseModelFit& fit, const Eigen::Matrix3d& rotation) {
   const Eigen::Index m = fit.response.bias.size();
   const Eigen::Vector3d in_sensor = rotation * fit.field_in_table;
@@ -84,8 +86,8 @@ Eigen::MatrixXd derivative_of_reading(const PoseModelFit& fit, const Eigen::Matr
   return J;
 }
 
-// Writes the prior of bias, sensitivity, field direction and common scale into the rows of J and r,
-// from `row` on.
+// Writes the prior of bias, sensitivity, field direction and common scale as rows of J and r,
+// starting at `row`.
 void put_expectations(const PoseModelSetup& setup,
                       const Eigen::MatrixXd& nominal_axes,
                       double scale,
@@ -139,8 +141,8 @@ bool PoseModel::is_usable() const {
          setup_.nominal_axes.rowwise().norm().minCoeff() > 0.0 && setup_.field.magnitude > 0.0;
 }
 
-// The rotation sensor from table if the reading were at `point`, times the level. It applies to the
-// field at the time of the set-up.
+// Returns the matrix that converts PoseModelSetup::field from the table to the sensor frame, if the
+// reading was at `point`: rotation sensor from table, times level, times PlacedReading::field_turn.
 Eigen::Matrix3d PoseModel::rotation_at(const PlacedReading& reading,
                                        const DesignPoint& point) const {
   return reading.entry.level.of_all() * setup_.rotation_sensor_from_positioner *
@@ -174,8 +176,9 @@ double PoseModel::least_contrast(const PlacedReading& one,
   return least;
 }
 
-// True if the readings determine the scale for every possible direction of the field. They do not
-// if an axis is perpendicular to the field in all readings, or if a turntable was at rest.
+// True if the readings determine the scale for every possible direction of the field. For example,
+// they do not if an axis is perpendicular to the field in all readings, or if the turntable was at
+// rest in all readings.
 bool PoseModel::shows_scale(const std::vector<PlacedReading>& readings) const {
   return std::all_of(directions_.begin(), directions_.end(), [&](const Eigen::Vector3d& direction) {
     std::vector<Eigen::VectorXd> all;
@@ -190,8 +193,9 @@ bool PoseModel::shows_scale(const std::vector<PlacedReading>& readings) const {
   });
 }
 
-// The effect of the field on a reading [unit]: from the nominal sensitivity, or from differences
-// between readings, because biases may be far larger. nullopt if the readings do not determine it.
+// The effect of the field on a reading: sensitivity times field magnitude [unit]. It is computed
+// from the nominal sensitivity, or else from differences between readings, because biases may be
+// far larger than the effect. nullopt if the readings do not determine it.
 std::optional<double> PoseModel::scale_of(const std::vector<PlacedReading>& readings) const {
   if (setup_.nominal_sensitivity) {
     return std::abs(*setup_.nominal_sensitivity) * setup_.field.magnitude;
@@ -239,8 +243,8 @@ std::vector<PoseModelFit> PoseModel::fits(const std::vector<PlacedReading>& know
   return all;
 }
 
-// The standard deviation of a pose [rad]. It is larger for fewer than three axes: their first
-// readings determine only products of slope and cross-axis sensitivity, so that a fit is arbitrary.
+// The standard deviation of a pose [rad]. It is larger for fewer than three axes, because their
+// first readings determine only products of slope and cross-axis sensitivity, not each of them.
 double PoseModel::placement_sd() const {
   constexpr double of_few_axes = 0.02;
   return setup_.instrument.axis_count() < 3 ? std::hypot(setup_.placement_sd_rad, of_few_axes)
@@ -297,7 +301,7 @@ std::optional<PoseModelFit> PoseModel::fit_from(const std::vector<PlacedReading>
     for (Eigen::Index k = 0; k < m; ++k) {
       fit.response.sensitivity.row(k) += step.segment<3>(m + 3 * k).transpose();
     }
-    // Limits the step of the direction, because a long step leaves the linear range.
+    // Limits the step of the direction to the range in which the model is nearly linear.
     tilt += step.segment<2>(tangent) /
             std::max(1.0, step.segment<2>(tangent).norm() / far_direction_rad);
     common_scale += step(common);
@@ -305,7 +309,7 @@ std::optional<PoseModelFit> PoseModel::fit_from(const std::vector<PlacedReading>
   }
   const Eigen::MatrixXd inverse =
       factor.triangularView<Eigen::Upper>().solve(Eigen::MatrixXd::Identity(unknowns, unknowns));
-  // Increases the covariance if the readings contradict each other.
+  // Increases the covariance if the residuals are larger than the stated uncertainties.
   const double contradiction = n > 2 ? fit.cost / static_cast<double>(n * m) : 1.0;
   fit.variance_factor = std::max(1.0, contradiction);
   fit.covariance = fit.variance_factor * (inverse * inverse.transpose());
@@ -331,8 +335,8 @@ std::optional<PoseJudgement> PoseModel::judge(const std::vector<PlacedReading>& 
     return {};
   }
   const double placement = placement_sd() * *scale;
-  // Each pose uses the field direction that fits it best. A pose is doubted only if no direction
-  // fits it.
+  // The misfit of a pose is the smallest over all fits, which have different field directions. A
+  // pose is therefore doubted only if it contradicts every fit.
   const auto misfit_of = [&](const DesignPoint& point) {
     const Eigen::Matrix3d R = rotation_at(reading, point);
     double least = std::numeric_limits<double>::infinity();

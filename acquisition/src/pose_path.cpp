@@ -33,7 +33,7 @@ const std::array<TurnDefinition, 7>& turns() {
   return all;
 }
 
-// A direction after quarter turns about an axis of the table.
+// Returns a direction after the quarter turns of `turn` about an axis of the table.
 Eigen::Vector3d turned(Eigen::Vector3d direction, const TurnDefinition& turn) {
   for (int i = 0; i < turn.quarters; ++i) {
     direction = turn.axis * turn.axis.dot(direction) + turn.axis.cross(direction);
@@ -52,7 +52,7 @@ DesignPoint after_turn(const DesignPoint& point, CubeTurn turn) {
   const Eigen::Matrix3d& rotation_table_from_positioner =
       cube.rotation_table_from_positioner(point);
   const TurnDefinition& definition = turns()[static_cast<std::size_t>(turn)];
-  // The result is the faces that look down and to the fence after the turn.
+  // The result consists of the faces that point down and to the fence after the turn.
   Eigen::Matrix3d rotation_after;
   for (int j = 0; j < 3; ++j) {
     rotation_after.col(j) = turned(rotation_table_from_positioner.col(j), definition);

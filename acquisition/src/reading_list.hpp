@@ -10,13 +10,13 @@
 
 namespace axiscal {
 
-/// The points of a session and their readings. Only entries of the journal change the list. Reading
-/// the journal again therefore gives the same list.
+/// The points of a session and their readings. Only journal entries can change the list, so that
+/// reading the journal again gives the same list.
 class ReadingList {
  public:
   explicit ReadingList(const std::vector<RunSheetRow>& sheet);
 
-  /// @return the journal's entry for a change.
+  /// @return the journal entry that describes a change of the list.
   [[nodiscard]] static Json captured(const CapturedReading& reading);
   [[nodiscard]] static Json dropped(int run, const std::string& why);
   [[nodiscard]] static Json skipped(std::size_t step);

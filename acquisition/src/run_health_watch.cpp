@@ -7,7 +7,8 @@
 namespace axiscal {
 namespace {
 
-// Limits the waiting time: by the clock for live sources, by the sample times for a recording.
+// Limits the waiting time. The time is measured by the clock for live sources, and by the sample
+// times for a recording.
 class Patience {
  public:
   Patience(const SampleFeed& feed, double limit_s) : feed_(feed), limit_s_(limit_s) {}

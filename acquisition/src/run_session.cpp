@@ -12,7 +12,7 @@ namespace {
 
 constexpr double show_every_s = 0.05;
 
-// Passes the requested point, and whether the cube lies wrong, to simulated persons.
+// Tells simulated persons the requested point, and whether the cube lies wrong.
 class Asking {
  public:
   void tell(const SessionView& view, SampleFeed& feed) {
@@ -21,7 +21,7 @@ class Asking {
     if (!view.wanted || !(waits || warns)) {
       return;
     }
-    // A request that only ends a warning is not passed again.
+    // The request is not repeated if only its warning has ended.
     if (told_ != view.wanted->run || done_ != view.done || (warns && !warned_)) {
       feed.request(&view.wanted->entry, warns);
     }
@@ -45,7 +45,8 @@ class Unanswered {
     const bool waits = view.phase == SessionPhase::question || view.phase == SessionPhase::review ||
                        view.phase == SessionPhase::paused ||
                        (view.phase == SessionPhase::ready && !view.automatic);
-    // In manual mode a knock changes the phase, but the session still waits for the same command.
+    // In manual mode the phase may change (a knock) while the session waits for the same command.
+    // The number of completed points is compared instead.
     const bool same = view.automatic ? view.phase == phase_ : view.done == done_;
     if (!nobody_answers || !same) {
       since_s_ = never;
@@ -68,8 +69,8 @@ class Unanswered {
   double since_s_ = never;
 };
 
-// Finishes a session with the readings so far. If that is not possible, stops it, so that it can be
-// resumed.
+// Finishes a session with the readings so far: the first `finish` starts the review, the second one
+// accepts it. If the session cannot be finished, stops it, so that it can be resumed.
 void end(LiveSession& session) {
   session.command({.action = SessionAction::finish, .run = {}});
   session.command({.action = SessionAction::finish, .run = {}});

@@ -12,10 +12,11 @@
 namespace axiscal {
 namespace {
 
-// A step of the source's clock that exceeds the step between arrivals by more than this is a jump.
+// The source's clock has jumped if its step exceeds the step between arrivals by more than this.
 constexpr double longest_lead_s = 2.0;
 
-// Counted times: the tolerated deviation from the arrival times, and the correction.
+// The correction of counted times: the tolerated deviation from the arrival times, the interval
+// between corrections, the time in which a deviation is removed, and limits.
 constexpr double free_lag_s = 0.25;
 constexpr double pace_window_s = 2.0;
 constexpr double pull_back_s = 10.0;
@@ -67,8 +68,8 @@ void SampleClock::check_unit(const std::string& path,
   }
 }
 
-// Samples arrive with various delays, singly or in bursts. The counted times are too early if even
-// the smallest delay is too large. They are too late if even the largest delay is negative.
+// Samples arrive with various delays, singly or in bursts. Within a window, the counted times are
+// too early if even the smallest delay is large, and too late if even the largest is negative.
 double SampleClock::counted(double arrival_s) {
   if (!started_) {
     pace_from_s_ = arrival_s;
@@ -76,13 +77,13 @@ double SampleClock::counted(double arrival_s) {
   }
   const double time_s = last_s_ + pace_ / rate_hz_;
   if (arrival_s == 0.0) {
-    return time_s;  // for a recorded sample
+    return time_s;  // a recorded sample has no arrival time
   }
   const double lag_s = arrival_s - time_s;
   if (lag_s > pace_window_s && arrival_s - last_arrival_ > pace_window_s) {
     pace_ = known_pace_;
     restart_pace(arrival_s);
-    return arrival_s;  // after an interruption
+    return arrival_s;  // counting starts again after an interruption
   }
   least_lag_s_ = std::min(least_lag_s_, lag_s);
   most_lag_s_ = std::max(most_lag_s_, lag_s);

@@ -20,14 +20,14 @@ namespace axiscal {
 /// Assigns times to samples: from the source's column of times, by counting at a stated rate, or
 /// from the arrival.
 ///
-/// Counted times are corrected slowly if they deviate from the arrival times, because two clocks
-/// never agree exactly and a connection may be interrupted.
+/// If counted times deviate from the arrival times, they are corrected slowly. They deviate because
+/// two clocks never agree exactly, and because a connection may be interrupted.
 ///
 /// Times of a column are shifted so that the first sample has the time of its arrival. If the
-/// source's clock jumps, the jump is removed.
+/// source's clock jumps, the jump is removed from the sample times.
 class SampleClock {
  public:
-  /// @param address  its options: time (name of a column), rate [Hz].
+  /// @param address  an address with the options time (name of the column of times) or rate [Hz].
   explicit SampleClock(const SourceAddress& address);
 
   /// @return the names of the options.
@@ -44,7 +44,7 @@ class SampleClock {
   void check_unit(const std::string& path, const std::vector<std::vector<double>>& block) const;
 
   /// Appends a sample with its time, unless it repeats the last sample and its time.
-  /// @param arrival_s  session_seconds() of the arrival; 0 for recorded samples.
+  /// @param arrival_s  session_seconds() when the sample arrived; 0 for recorded samples.
   void append(std::span<const double> values,
               double arrival_s,
               SampleBatch& batch,
@@ -68,10 +68,10 @@ class SampleClock {
   double last_s_ = 0.0;
   double last_arrival_ = 0.0;
   double step_s_ = 0.0;  // last time step of the source that was not a jump
-  double pace_ = 1.0;    // length of a counted step relative to the stated one
+  double pace_ = 1.0;    // length of a counted step relative to 1 / rate_hz_
   double known_pace_ = 1.0;
   double pace_from_s_ = 0.0;
-  double least_lag_s_ = std::numeric_limits<double>::infinity();  // since pace_from_s_
+  double least_lag_s_ = std::numeric_limits<double>::infinity();  // smallest since pace_from_s_
   double most_lag_s_ = -std::numeric_limits<double>::infinity();
   std::vector<double> last_values_;
 };

@@ -18,7 +18,7 @@
 namespace axiscal {
 namespace {
 
-constexpr double longest_wait_s = 1.0;   // for the next sample of another live source
+constexpr double longest_wait_s = 1.0;   // longest wait for the next sample of another live source
 constexpr double longest_hold_s = 10.0;  // largest time over which a sample is extrapolated
 
 // A sample of the first source that waits for samples of the other sources.
@@ -32,7 +32,7 @@ struct Pending {
 struct Neighbours {
   std::vector<std::size_t> taken;  // indices of its channels, without a column of times
   std::deque<std::pair<double, std::vector<double>>> samples;
-  bool is_apart = false;  // no sample is within longest_hold_s of the first source's last one
+  bool is_apart = false;  // true: no sample near the first source's last one
 };
 
 }  // namespace
@@ -143,8 +143,8 @@ class SampleFeed::Impl {
     }
   }
 
-  // Recordings with a common clock are aligned by their clock; others are assumed to start
-  // together.
+  // Time to add to the samples of another recording. Recordings with a common clock are aligned by
+  // their clock; others are assumed to start at the same time.
   [[nodiscard]] double later_by(const SourceReader& other) const {
     const SourceReader& first = *readers_.front();
     const std::optional<double> own = other.time_at_zero();
@@ -197,7 +197,7 @@ class SampleFeed::Impl {
     }
   }
 
-  // Whether another source may still deliver a sample that is needed for the interpolation. The
+  // True if another source may still deliver a sample that is needed for the interpolation. The
   // wait for a live source is limited.
   [[nodiscard]] bool may_still_come(std::size_t s, const Pending& sample) const {
     const SourceReader& reader = *readers_[s];

@@ -100,7 +100,7 @@ void Session::Engine::capture_now() {
   if (phase_ == SessionPhase::soaking) {
     soaked_ = true;
   } else if (phase_ == SessionPhase::question) {
-    // Not an answer: the command may be a repetition, or older than the displayed question.
+    // The command is not an answer, because it may be a repetition, or older than the question.
     news_.tell("refused", "answer the question first: accept the reading, or lay the cube again");
   } else if ((phase_ == SessionPhase::dwelling || phase_ == SessionPhase::ready) &&
              dwell_.samples() >= fewest_samples_of_dwell) {

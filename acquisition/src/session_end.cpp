@@ -14,7 +14,7 @@
 namespace axiscal {
 namespace {
 
-constexpr double noisy_reading = 5.0;  // limit of a reading's scatter, over the median
+constexpr double noisy_reading = 5.0;  // limit of a reading's scatter, relative to the median
 
 // The method that calibrate() will use.
 Method method_of(const Experiment& experiment, const std::vector<RunSheetRow>& sheet) {

@@ -13,7 +13,7 @@ namespace axiscal {
 
 /// Predicts the uncertainty at the end of a session, from all its points that are not skipped.
 ///
-/// @param nominal   current estimate of instrument and field; three axes, gravity.
+/// @param nominal   current estimate of the instrument (three axes) and the field (gravity).
 /// @param noise_sd  standard deviation of a reading, estimated from the readings so far [unit].
 /// @return the largest standard uncertainty of a direction [deg]; nullopt if it is unknown.
 [[nodiscard]] std::optional<double> expected_angle_u_deg(const Experiment& experiment,
@@ -27,11 +27,12 @@ struct SessionReview {
   std::vector<int> again;  ///< run numbers in ascending order
 };
 
-/// Suggests repeating the suspects, the runs that the calibration suspects, and noisy runs.
+/// Suggests runs to repeat: `suspects`, runs that the calibration suspects, and noisy runs.
 ///
-/// @param calibrations  the results; empty if the calibration failed, for the reason `why_none`.
-/// @param readings     the readings; empty for a session without a cube.
-/// @param suspects     runs that looked like another pose during the session.
+/// @param calibrations  the results; empty if the calibration failed.
+/// @param why_none      the reason of the failure.
+/// @param readings      the readings; empty for a session without a cube.
+/// @param suspects      runs that looked like another pose during the session.
 [[nodiscard]] SessionReview review_session(const std::vector<Calibration>& calibrations,
                                            const std::string& why_none,
                                            const std::vector<CapturedReading>& readings,

@@ -44,8 +44,8 @@ void Session::Engine::set_channels(const std::vector<Channel>& channels,
       find_temperatures(setup_.experiment.instrument, channels, setup_.temperature_channels);
   time_at_zero_ = time_at_zero;
   if (knowledge_.field_moves()) {
-    static_cast<void>(change_of_field(setup_.experiment, 0.0, 0.0));  // throws if the motion of the
-                                                                      // field cannot be computed
+    // Throws an error if the motion of the field cannot be computed.
+    static_cast<void>(change_of_field(setup_.experiment, 0.0, 0.0));
     if (!is_utc(time_at_zero_.value_or(0.0))) {
       throw DomainError(setup_.experiment.field.moving_part()->of->moving_name() +
                         " needs times in UTC, but the recording has its own clock: state "
@@ -66,7 +66,7 @@ void Session::Engine::restore(const std::vector<std::string>& lines, const std::
   if (!list_.readings().empty()) {
     remember(list_.readings().back());
   }
-  if (!knowledge_.field_moves()) {  // for a moving field, the first sample updates it
+  if (!knowledge_.field_moves()) {  // the model of a moving field is set at the first sample
     update_pose_model();
   }
   if (!list_.readings().empty()) {
@@ -186,7 +186,7 @@ void Session::Engine::take_temperature(std::span<const double> values) {
 void Session::Engine::look_for_defects() {
   stuck_.look();
   news_.set_alarm("stuck", stuck_.text());
-  // The magnitude of a reading of three axes at rest shows whether the unit is right.
+  // The magnitude of a reading of three axes at rest shows whether the unit is as stated.
   const std::optional<std::string> unit =
       axes_.unit_text().empty() ? knowledge_.unit_text(level()) : axes_.unit_text();
   if (unit) {

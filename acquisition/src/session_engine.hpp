@@ -75,7 +75,7 @@ class Session::Engine {
   void detect_repositioning();
   void begin_dwell();
   void dwell();
-  // True if the reading equals the last one, although the requested point must differ.
+  // True if the reading equals the last one, although readings at the two points must differ.
   [[nodiscard]] bool lies_as_before() const;
   // True if the cube was moved since the last reading.
   [[nodiscard]] bool has_moved() const;
@@ -90,8 +90,8 @@ class Session::Engine {
   void accept_recognised_pose();
   // `runs` is a copy, because the function changes the suspects in view_.
   void retake(std::vector<int> runs, const std::string& why);
-  // Changes the list by an entry other than a reading. @return false if the journal cannot be
-  // written; the list then stays unchanged.
+  // Changes the list by an entry other than a reading.
+  // @return false if the journal cannot be written; the list then stays unchanged.
   bool change(const Json& entry,
               const std::string& kind,
               const std::string& text,
@@ -118,7 +118,7 @@ class Session::Engine {
   SessionPhase before_pause_ = SessionPhase::waiting;
   std::optional<std::size_t> wanted_;  // index of the requested step
   std::optional<DesignPoint> present_;
-  std::optional<CapturedReading> last_;  // last reading, even if it was dropped since
+  std::optional<CapturedReading> last_;  // last reading; it may have been dropped
   bool said_as_before_ = false;
   bool moved_ = true;
   double moving_from_s_ = 0.0;  // in phase question: start of the current motion
@@ -132,7 +132,7 @@ class Session::Engine {
   std::vector<double> point_seconds_;
   bool quit_ = false;
 
-  std::vector<std::size_t> temperature_columns_;  // empty, one, or one for each axis
+  std::vector<std::size_t> temperature_columns_;  // no, one, or m indices of channels
   SoakWatch soak_;
   bool soaked_ = false;
   std::optional<double> soaked_at_;

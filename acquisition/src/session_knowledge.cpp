@@ -99,8 +99,8 @@ PlacedReading SessionKnowledge::placed(const CapturedReading& reading) const {
           .field_turn = change_of_field(setup_.experiment, field_at_s_, reading.start_s)};
 }
 
-// The latest 36 readings, i.e. three blocks of 12. Earlier readings would mislead if the instrument
-// has drifted. The limit also bounds the time for a capture.
+// Returns the latest 36 readings, i.e. three blocks of 12. Earlier readings are left out, because
+// the instrument may have drifted since, and because the limit bounds the time for a capture.
 std::vector<CapturedReading> SessionKnowledge::latest(
     const std::vector<CapturedReading>& readings) {
   constexpr std::size_t most = 36;
@@ -133,7 +133,7 @@ std::vector<PlacedReading> SessionKnowledge::placed(const std::vector<CapturedRe
 bool SessionKnowledge::is_distinguishable_from(const CapturedReading& reading,
                                                const DesignEntry& entry,
                                                double now_s) const {
-  constexpr double clearly = 0.5;  // relative to the effect of the field
+  constexpr double clearly = 0.5;  // least contrast, relative to the effect of the field
   const PlacedReading other = {
       .entry = entry,
       .mean = {},

@@ -16,7 +16,7 @@ namespace axiscal {
 class SessionKnowledge {
  public:
   /// @param setup, stillness  must outlive this object.
-  /// @throws SetupError  as make_field_description().
+  /// @throws SetupError  if make_field_description() throws it.
   SessionKnowledge(const SessionSetup& setup, const Stillness& stillness);
 
   /// True if the field moves, as the sun does.
@@ -28,7 +28,8 @@ class SessionKnowledge {
   /// @return the rotation of a moving field between two times [rad]; otherwise 0.
   [[nodiscard]] double field_angle(double from_s, double to_s) const;
 
-  /// @return the effect of the field on a reading [unit]; 0 if it is unknown.
+  /// @return the effect of the field on a reading: sensitivity times field magnitude [unit]; 0 if
+  ///         the sensitivity is unknown.
   [[nodiscard]] double response_scale() const;
 
   /// @return the required duration of a reading [s].
@@ -40,7 +41,7 @@ class SessionKnowledge {
   [[nodiscard]] std::optional<std::string> unit_text(double level) const;
 
   /// @param entry  a point at which another reading would be taken.
-  /// @param now_s  time of that reading, as CapturedReading::start_s.
+  /// @param now_s  time of that reading, by the clock of CapturedReading::start_s [s].
   /// @return true if the two readings must differ, by the current estimates.
   [[nodiscard]] bool is_distinguishable_from(const CapturedReading& reading,
                                              const DesignEntry& entry,

@@ -13,9 +13,9 @@ namespace {
 
 constexpr double settle_parts = 0.4;  // wait after the cube became still, relative to the window
 constexpr double first_floor_age_s = 3.0;  // required Stillness::floor_age_s() at the first reading
-constexpr double laying_anew_s = 1.0;      // a shorter motion is a bump
+constexpr double laying_anew_s = 1.0;      // duration of a motion [s]; a shorter motion is a bump
 constexpr double store_again_s = 0.5;
-constexpr double telling_drift = 5.0;  // limit of DwellSums::drift()
+constexpr double telling_drift = 5.0;  // limit of DwellSums::drift() [standard errors]
 constexpr int most_drift_restarts = 5;
 
 }  // namespace
@@ -142,7 +142,7 @@ void Session::Engine::dwell() {
       dwell_.samples() < fewest_samples_of_dwell) {
     return;
   }
-  const bool may_drift = knowledge_.field_moves();  // a moving field changes the reading
+  const bool may_drift = knowledge_.field_moves();  // because a moving field changes the reading
   if (!may_drift && dwell_.drift() > telling_drift && drift_restarts_ < most_drift_restarts) {
     ++drift_restarts_;
     news_.tell("drift", drift_restarts_ < most_drift_restarts
@@ -155,7 +155,7 @@ void Session::Engine::dwell() {
     phase_ = SessionPhase::laying;
     moved_ = false;
     view_.lies_as_before = true;
-    said_as_before_ = true;  // if it is laid like this again, the reading is taken
+    said_as_before_ = true;  // after a second time, the reading is taken
     news_.tell("as_before", "the cube lies as at the last reading: lay it as requested", {},
                wanted_row().entry.point);
     return;

@@ -20,7 +20,7 @@ constexpr double reaction_s = 0.8;
 constexpr double move_s = 2.0;
 constexpr double handling_sd = 0.05;  // standard deviation of accelerations by hand [g]
 constexpr double knock_g = 0.02;
-constexpr double impatience_s = 300.0;  // without a reading for this time, the cube is laid again
+constexpr double impatience_s = 300.0;  // after this time without a reading, the cube is laid again
 constexpr std::size_t samples_a_read = 50;
 
 constexpr double turn_s = 1.4;  // duration of a turn in the hand
@@ -55,7 +55,7 @@ SimulatedSource::SimulatedSource(std::string name, const SimulationSetup& setup)
 }
 
 void SimulatedSource::draw_instrument(double sensitivity, const SensitivityMatrix& nominal) {
-  constexpr double bias_sd = 0.02;  // relative to the effect of the field
+  constexpr double bias_sd = 0.02;  // standard deviation, relative to the effect of the field
   constexpr double misalignment_sd = 0.01;
   const Eigen::Index m = nominal.rows();
   truth_.bias.resize(m);
@@ -166,9 +166,9 @@ void SimulatedSource::sample(SampleBatch& batch) {
       } while (point == wanted_->point);
       mistakes_.push_back({.wanted = wanted_->point, .laid = point});
     }
-    lays_right_ = true;  // a second attempt is always right
+    lays_right_ = true;  // the second attempt is always right
     if (!sets_level || !(point == lies_)) {
-      start_moving(point);  // if only the level changes, the cube stays where it is
+      start_moving(point);  // if only the level changes, the cube is not moved
     }
   }
   Eigen::Quaterniond rotation_table_from_positioner = to_;
@@ -176,7 +176,8 @@ void SimulatedSource::sample(SampleBatch& batch) {
   if (time_s_ < moves_until_s_) {
     const double part = (time_s_ - moves_from_s_) / (moves_until_s_ - moves_from_s_);
     rotation_table_from_positioner = from_.slerp(part, to_);
-    // Hands disturb an accelerometer, but not a magnetometer, which is turned without rests.
+    // The hand accelerates the instrument. A magnetometer, which is turned without rests, is not
+    // affected.
     shaking = normal_vector(random_, roams_by_rests_ && !*roams_by_rests_ ? 0.0 : handling_sd);
   } else if (knock_at_s_ >= 0.0 && time_s_ >= knock_at_s_) {
     shaking = normal_vector(random_, knock_g);
@@ -211,8 +212,8 @@ SourceReport SimulatedSource::read(SampleBatch& batch, std::chrono::milliseconds
       std::this_thread::sleep_for(std::min(patience, std::chrono::milliseconds(10)));
       return {};
     }
-    constexpr double most_at_once =
-        65536.0;  // limits the samples of one call, for example after the machine slept
+    // Limits the number of samples in one call, for example after the machine was suspended.
+    constexpr double most_at_once = 65536.0;
     count = static_cast<std::size_t>(std::min(due_s * setup_.rate_hz, most_at_once)) + 1;
   }
   for (std::size_t i = 0; i < count; ++i) {

@@ -15,10 +15,10 @@ class SoakWatch {
  public:
   SoakWatch(double window_s, double tolerance) : window_s_(window_s), tolerance_(tolerance) {}
 
-  /// @param temperature  finite; the number of sensors is the same in each call.
+  /// @param temperature  finite temperatures of the sensors; their number is constant.
   void add(double time_s, const SensorTemperature& temperature);
 
-  /// Begins a new mean().
+  /// Restarts the mean that mean() returns.
   void begin_mean();
 
   /// @return the mean since begin_mean(); nullopt without samples.
@@ -28,7 +28,7 @@ class SoakWatch {
   [[nodiscard]] std::optional<double> temperature() const { return last_; }
 
   /// Updates the state if new temperatures have arrived.
-  /// @return true if the temperature is steady over the window, as by soak_state().
+  /// @return true if the temperature is steady over the window, according to soak_state().
   bool look();
 
   /// @return the state at the last look().

@@ -28,7 +28,7 @@ SourceReader::SourceReader(std::unique_ptr<Source> source) : source_(std::move(s
 
 SourceReader::~SourceReader() {
   {
-    const std::lock_guard lock(mutex_);  // without it, the thread could miss the notification
+    const std::lock_guard lock(mutex_);  // without the lock, the thread could miss the notification
     stop_ = true;
   }
   room_.notify_all();
@@ -155,8 +155,8 @@ void SourceReader::read_until_the_end() {
     }
     const SourceReport report = source_->read(batch, patience);
     std::unique_lock lock(mutex_);
-    // If the queue is full, the source waits, so that the memory stays limited. The end is reported
-    // together with the last batch.
+    // If the queue is full, the thread waits, so that the memory stays limited. The source's end is
+    // reported together with the last batch.
     room_.wait(lock, [this] { return stop_ || waiting_.values.size() < most_values_waiting; });
     note(report, batch.size());
     waiting_.append(batch);

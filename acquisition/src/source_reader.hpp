@@ -16,7 +16,7 @@
 
 namespace axiscal {
 
-/// One source with its samples and reports. A live source is read in its own thread.
+/// Reads one source and stores its samples and reports. A live source is read in its own thread.
 class SourceReader {
  public:
   explicit SourceReader(std::unique_ptr<Source> source);
@@ -30,7 +30,7 @@ class SourceReader {
 
   /// Moves the waiting samples of a live source to `batch`, or reads the next samples of another
   /// source.
-  /// @throws the exception of the source, after all earlier samples were taken.
+  /// @throws Error  the error that the source threw, after all earlier samples were taken.
   void take(SampleBatch& batch, std::chrono::milliseconds patience);
 
   [[nodiscard]] std::vector<Channel> channels() const;

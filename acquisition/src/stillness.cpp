@@ -133,7 +133,7 @@ void Stillness::update_floor() {
   }
   Eigen::VectorXd sd = sd_;
   for (Eigen::Index k = 0; k < axes_; ++k) {
-    // The scatter is at least that of rounding to the converter's step, step / sqrt(12).
+    // The scatter is at least that of rounding to the converter's step, which is step / sqrt(12).
     if (std::isfinite(step_(k))) {
       sd(k) = std::max(sd(k), step_(k) / std::sqrt(12.0));
     }

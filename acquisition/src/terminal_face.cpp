@@ -17,7 +17,7 @@
 #include "axiscal/positioner/facing.hpp"
 
 #ifdef AXISCAL_NCURSES
-#define NCURSES_NOMACROS 1  // no macros erase(), move() etc., which replace other functions' names
+#define NCURSES_NOMACROS 1  // no macros erase(), move(), .., which affect other names
 #include <ncurses.h>
 
 #include "axiscal/acquisition/settings.hpp"
@@ -175,7 +175,7 @@ class TerminalFace final : public SessionFace {
     ::attroff(style);
   }
 
-  // Number of bytes of the first `characters` characters of a text in UTF-8.
+  // Returns the number of bytes in the first `characters` characters of a UTF-8 text.
   static std::size_t bytes_of(const std::string& text, int characters) {
     std::size_t bytes = 0;
     for (; bytes < text.size(); ++bytes) {
@@ -352,8 +352,8 @@ class TerminalFace final : public SessionFace {
         static_cast<int>(A_BOLD) | static_cast<int>(COLOR_PAIR(rest)));
   }
 
-  // Draws the sphere as an equal-area map, with the readings, the current and the requested
-  // direction.
+  // Draws the sphere as an equal-area map with three kinds of marks: the readings, the current
+  // direction and the requested direction.
   static void draw_sphere(const FreeView& free) {
     constexpr int columns = 36;
     constexpr int lines = 9;

@@ -23,7 +23,7 @@ class WebConnection {
 
   virtual void start() = 0;
   virtual void close() = 0;
-  /// Must be called if new data exist or the server ends.
+  /// Must be called when there are new data, and when the server ends.
   virtual void wake() = 0;
 
   [[nodiscard]] const std::string& network() const { return network_; }

@@ -76,7 +76,7 @@ class WebFace final : public SessionFace {
     server_->start(page_);
   }
 
-  ~WebFace() override { server_.reset(); }  // first, because the server uses page_
+  ~WebFace() override { server_.reset(); }  // must end before page_, which it uses
 
   void show(const SessionView& view, const std::vector<SessionEvent>& events) override {
     const auto now = std::chrono::steady_clock::now();

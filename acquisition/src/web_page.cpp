@@ -53,7 +53,7 @@ std::string in_url(const std::string& address) {
   return address.find(':') == std::string::npos ? address : formatted("[{}]", address);
 }
 
-// True for a numeric address. DNS rebinding is possible only with a name.
+// True for a numeric address. An attack by DNS rebinding needs a host name.
 bool is_numeric(const std::string& host) {
   return host.starts_with('[') || host.find_first_not_of("0123456789.:") == std::string::npos;
 }
@@ -215,7 +215,8 @@ std::string WebPage::cookie_name() const {
   return formatted("axiscal-{}", place_.port);
 }
 
-// The session of the requesting browser; empty if it has not logged in. Call with the lock.
+// Returns the session of the requesting browser; empty if it has not logged in. The caller must
+// have locked mutex_.
 std::string WebPage::session_of(const WebRequest& request) const {
   const std::string value = cookie_value(request, cookie_name());
   const auto found = std::find_if(sessions_.begin(), sessions_.end(),
@@ -267,7 +268,8 @@ WebAnswer WebPage::take_control(const WebRequest& request) {
   return {};
 }
 
-// Refuses a request of a browser that does not control the session. Call with the lock.
+// Refuses a request of a browser that does not control the session. The caller must have locked
+// mutex_.
 std::optional<WebAnswer> WebPage::refused_control(const WebRequest& request) const {
   const std::string session = session_of(request);
   if (session.empty() || !is_by_script(request)) {
@@ -300,8 +302,8 @@ WebAnswer WebPage::take_command(const WebRequest& request) {
   return {};
 }
 
-// Each page sends a heartbeat every few seconds. An owner that was silent gets control back with
-// its next heartbeat, unless another browser has used the control.
+// Each page sends a heartbeat every few seconds. If the owner was silent, its next heartbeat gives
+// it control again, unless another browser has used the control since.
 WebAnswer WebPage::handle_heartbeat(const WebRequest& request) {
   const std::lock_guard lock(mutex_);
   const std::string session = session_of(request);
@@ -332,7 +334,8 @@ WebAnswer WebPage::take_wish(const WebRequest& request) {
   return {};
 }
 
-// Serves an output file. The policy allows a report only its own inline script and style.
+// Serves an output file. The Content-Security-Policy allows a report only its inline script and
+// style.
 WebAnswer WebPage::file(const WebRequest& request, const std::string& name) const {
   const std::lock_guard lock(mutex_);
   if (session_of(request).empty()) {
@@ -368,8 +371,8 @@ bool WebPage::is_watched() const {
   return !watching_.empty();
 }
 
-// Passes control from a browser that has gone silent to the one that has watched longest. Call with
-// the lock.
+// Passes control from a silent browser to the browser that has watched longest. The caller must
+// have locked mutex_.
 void WebPage::lend_control() {
   const auto now = place_.now();
   const auto other = std::find_if(watching_.begin(), watching_.end(),
@@ -385,7 +388,7 @@ void WebPage::offer(std::vector<SessionFile> files) {
   const std::lock_guard lock(mutex_);
   files_ = std::move(files);
   wish_.clear();
-  commands_.clear();  // they belong to the finished session
+  commands_.clear();  // commands for the finished session are dropped
   ++version_;
 }
 
@@ -466,7 +469,7 @@ void WebPage::show(const SessionView& view, const std::vector<SessionEvent>& eve
   }
 }
 
-// Copies new points of a FreeSession. Call with the lock.
+// Copies the new points of a FreeSession. The caller must have locked mutex_.
 void WebPage::take_points(const FreeView* free) {
   const std::size_t count = free == nullptr ? 0 : free->points.size();
   const std::size_t dropped = free == nullptr ? 0 : free->dropped;

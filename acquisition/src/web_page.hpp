@@ -97,8 +97,8 @@ class WebPage {
   mutable std::mutex mutex_;
   std::string key_;
   std::deque<std::string> sessions_;
-  std::string owner_;       // session that logged in first, or last took or used the control
-  std::string controller_;  // session that controls; not owner_ while the owner is silent
+  std::string owner_;       // session that last took or used control, or the first one
+  std::string controller_;  // session that has control; owner_, unless the owner is silent
   std::string view_ = "null";
   std::vector<std::string> points_;  // points of a FreeSession, as "x,y,z"
   std::size_t dropped_ = 0;
@@ -107,7 +107,7 @@ class WebPage {
   std::size_t last_event_ = 0;
   std::vector<SessionCommand> commands_;
   std::vector<std::string> watching_;            // sessions of all pages that watch, oldest first
-  std::chrono::steady_clock::time_point heard_;  // last request of the controlling browser
+  std::chrono::steady_clock::time_point heard_;  // time of that browser's last request
   std::vector<SessionFile> files_;
   std::string wish_;
 };

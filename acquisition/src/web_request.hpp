@@ -33,7 +33,7 @@ struct WebAnswer {
   std::string type = "application/json";
   std::string body = "{}";
   std::vector<std::pair<std::string, std::string>> headers;
-  std::string policy;          ///< Content-Security-Policy; empty: that of the session's page
+  std::string policy;          ///< Content-Security-Policy; empty: the policy of the session's page
   bool is_stream = false;      ///< true: a stream of events follows instead of the body
   std::string session;         ///< session of the browser that receives the stream
   std::size_t last_event = 0;  ///< number of the last event that this browser has received
@@ -45,7 +45,7 @@ struct WebAnswer {
 /// @return an answer's first line and headers, with the security restrictions for the browser.
 [[nodiscard]] std::string answer_head(const WebAnswer& answer, bool keeps_alive);
 
-/// @return a chunk of a body of unknown length; for an empty text the last chunk.
+/// @return a text as a chunk of a chunked body; for an empty text, the last chunk.
 [[nodiscard]] std::string answer_chunk(const std::string& text);
 
 /// Parses a request from bytes as they arrive, by Boost.Beast with limits on head and body.

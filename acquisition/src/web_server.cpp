@@ -37,7 +37,7 @@ using ErrorCode = boost::system::error_code;
 using Tcp = asio::ip::tcp;
 
 constexpr std::size_t most_watchers = 16;
-constexpr std::size_t most_requests = 100;  // on one connection
+constexpr std::size_t most_requests = 100;  // largest number of requests on one connection
 constexpr std::chrono::seconds request_deadline{5};
 constexpr std::chrono::seconds answer_deadline{20};
 constexpr std::chrono::seconds event_deadline{5};
@@ -105,7 +105,7 @@ class StreamConnection final : public WebConnection,
  private:
   beast::tcp_stream& socket() { return beast::get_lowest_layer(stream_); }
 
-  // Sets no deadline: one deadline, set before the first read, applies to the whole request.
+  // Does not set a deadline. The deadline set before the first read applies to the whole request.
   void read() {
     stream_.async_read_some(asio::buffer(bytes_),
                             [self = this->shared_from_this()](ErrorCode error, std::size_t count) {
@@ -143,7 +143,7 @@ class StreamConnection final : public WebConnection,
     const WebRequest request = reader_.take();
     const WebAnswer found = shared_.page->answer(request);
     if (request.method == "POST") {
-      shared_.wake_all();  // control may have passed to another browser
+      shared_.wake_all();  // because control may have passed to another browser
     }
     if (found.is_stream) {
       watch(found);
@@ -174,7 +174,8 @@ class StreamConnection final : public WebConnection,
                       });
   }
 
-  // Reads the rest of the client's data for a moment; otherwise the client would lose the answer.
+  // Reads the client's remaining data until a short deadline. If the socket were closed with unread
+  // data, the client could lose the answer.
   void say_goodbye() {
     socket().expires_after(goodbye_deadline);
     if constexpr (std::is_same_v<Stream, beast::tcp_stream>) {
@@ -194,7 +195,7 @@ class StreamConnection final : public WebConnection,
     });
   }
 
-  // ---- a browser that watches ----
+  // ---- event stream to a watching browser ----
 
   void watch(const WebAnswer& stream) {
     if (shared_.watchers >= most_watchers) {
@@ -226,7 +227,7 @@ class StreamConnection final : public WebConnection,
                       });
   }
 
-  // Sends new data, at most once in event_spacing. Without new data, sends a heartbeat.
+  // Sends new data, at most once per event_spacing. If there are no new data, sends a heartbeat.
   void pump() {
     const Clock::time_point now = Clock::now();
     if (now < sent_ + event_spacing && !shared_.stopping) {
@@ -313,7 +314,7 @@ class WebServer::Listener {
           context_.run();
           done = true;
         } catch (const std::exception&) {
-          // For example out of memory for one client. The server continues with the others.
+          // An error of one client, for example if memory runs out. Other clients are not affected.
         }
       }
     });
@@ -341,7 +342,7 @@ class WebServer::Listener {
       acceptor_.bind(endpoint, failed);
       if (!failed) {
         // The queue of waiting clients is as long as the system allows, but at least 256. If it is
-        // full, the system drops a client's first packet, and the client repeats it a second later.
+        // full, the system drops the first packet of a client, which sends it again a second later.
         constexpr int at_least = 256;
         acceptor_.listen(std::max<int>(at_least, Tcp::acceptor::max_listen_connections), failed);
       }

@@ -7,7 +7,7 @@
 
 namespace axiscal {
 
-/// Calibrates like calibrate(), but without findings, for studies.
+/// Fits like calibrate(), but does not test the fit or report findings.
 /// @return a record with coefficients, covariance, intervals, uncertainty budget and levelness. It
 ///         lacks residuals, tests, warnings and status.
 /// @throws as calibrate().

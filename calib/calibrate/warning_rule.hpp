@@ -22,11 +22,11 @@ struct FitTests {
 
 /// The input of the warning rules: a finished fit and its tests.
 struct JudgedRun {
-  const Calibration& calibration;  ///< has coefficients, statistics and residuals
+  const Calibration& calibration;  ///< contains coefficients, statistics and residuals
   const Estimate& estimate;
   const FitTests& tests;
   const MistakeSearch& mistakes;
-  const std::vector<CalibrationWarning>& taken_in;  ///< for mistakes that are terms of the fit
+  const std::vector<CalibrationWarning>& taken_in;  ///< warnings of mistakes with a term in the fit
   bool searched = false;           ///< true if the readings were searched for mistakes
   std::vector<int> unpaired_runs;  ///< runs that method paired left out
   bool field_varies = false;       ///< true if the readings state fields of different lengths
@@ -51,7 +51,8 @@ struct WarningRule {
 /// @return all rules, the most serious first.
 [[nodiscard]] std::span<const WarningRule> warning_rules();
 
-/// Adds a program's own rule after the others. Do not call it while other threads calibrate.
+/// Adds a program's own rule after the existing rules. Do not call it while other threads
+/// calibrate.
 void add_warning_rule(const WarningRule& rule);
 
 /// @return the warnings of all rules, in the order of the rules; empty for a good run.

@@ -18,8 +18,8 @@ namespace axiscal {
 /// at the reference temperature is then that of experiment.from, or includes this response if there
 /// is no record.
 ///
-/// @param calibration  with instrument and field; receives coefficients, statistics, residuals and
-///                     notes.
+/// @param calibration  the record; its instrument and field must be set. It receives coefficients,
+///                     statistics, residuals and notes.
 /// @throws RefusedError, RankDeficientError  if the temperatures do not determine the polynomial.
 void fit_bias(const Experiment& experiment,
               const Observations& observations,

@@ -24,7 +24,7 @@ struct ScatterAnalysisInput {
   const MethodKind& method;
   /// fitted rotation of the instrument in each mount
   const std::map<int, Eigen::Matrix3d>& mounts;
-  double mounts_expected = 0.0;  ///< as MountTurns::expected
+  double mounts_expected = 0.0;  ///< value of MountTurns::expected
   bool has_mistake = false;      ///< true if a mistake was found in the readings
 
   /// @return True if the readings show the response along fewer than three directions.
@@ -50,14 +50,15 @@ struct Cause {
   CountedEstimate (*counted)(const ScatterAnalysisInput& run, CountedEstimate so_far) = nullptr;
 };
 
-/// @return all causes in the order in which they are counted.
+/// @return all causes: the built-in ones, then those of add_cause(). count_scatter() applies the
+///         causes with changes_fit before the others.
 [[nodiscard]] std::span<const Cause> causes_of_scatter();
 
 /// Appends a user-defined cause to the list. No other thread may calibrate during the call.
 void add_cause(const Cause& cause);
 
-/// Counts the causes of scatter in the uncertainty of an estimate (method.md, sections 4 and 4.1).
-/// @param estimate  by method paired, joint or known.
+/// Includes the causes of scatter in an estimate's uncertainty (method.md, sections 4 and 4.1).
+/// @param estimate  the result of method paired, joint or known.
 [[nodiscard]] CountedEstimate count_scatter(const ScatterAnalysisInput& run, Estimate estimate);
 
 }  // namespace axiscal

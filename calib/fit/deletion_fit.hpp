@@ -18,29 +18,30 @@ namespace axiscal {
 /// each axis is estimated from the scatter of the other readings.
 ///
 /// The other readings are not fitted again. Let Q be the basis of an axis's own columns, Q_d its
-/// rows at the d readings, and M = (1 - Q_d^T Q_d)^-1. If the fit of all readings has the residuals
-/// y_d there, the fit of the other readings has the residuals y_d + Q_d M Q_d^T y_d.
+/// rows at the d readings, and M = (1 - Q_d^T Q_d)^-1. If y_d are the residuals of the d readings
+/// in the fit of all readings, their errors from the prediction of the other readings are y_d + Q_d
+/// M Q_d^T y_d.
 ///
 /// @par Source
 /// Cook & Weisberg, Residuals and Influence in Regression (1982), sec. 3.6.
 class DeletionFit {
  public:
-  /// @param set          with design points; must outlive this object.
-  /// @param field        in the table, as fitted or given.
+  /// @param set          readings with design points; must outlive this object.
+  /// @param field        the fitted or given field in the table's frame.
   /// @param known_field  true if the field is given, not fitted.
   DeletionFit(const ReadingSet& set, const TableField& field, bool known_field);
 
-  /// @param run  its set must outlive this object.
+  /// @param run  the readings with their solution; run.set() must outlive this object.
   DeletionFit(const SolvedReadings& run, const TableField& field);
 
   /// The p-value of contrasts of some readings against their prediction from the other readings:
   /// F(q, nu_k) for each axis, combined over the axes by Fisher's method.
   ///
   /// @param readings   d positions in the set.
-  /// @param contrasts  q x d.
+  /// @param contrasts  q x d: q contrasts of these readings, one in each row.
   /// @param loss       factor that reduces the degrees of freedom, from dof_reduction_factor(); 1:
   ///                   the axes are independent.
-  /// @return `nullopt` if the others do not determine the contrasts.
+  /// @return `nullopt` if the other readings do not determine the contrasts.
   [[nodiscard]] std::optional<double> p_value(const std::vector<std::size_t>& readings,
                                               const Eigen::MatrixXd& contrasts,
                                               double loss = 1.0) const;

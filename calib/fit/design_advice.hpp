@@ -15,7 +15,8 @@ namespace axiscal {
 /// The rows that a reading at a design point and level would add to a design.
 using RowsForPoint = std::function<Eigen::MatrixXd(const DesignPoint&, double level)>;
 
-/// Rows [1, f, second fields] for the fields in the table.
+/// @return a function that computes the row [1, f, second fields] of a point for the fields in the
+///         table. `set` must outlive it.
 [[nodiscard]] RowsForPoint rows_of_points(const ReadingSet& set, const TableField& field);
 
 /// A short list of points to add, so that the design determines all its columns.
@@ -38,7 +39,7 @@ struct OpenParameters {
 /// Throws if the columns [1, f, second fields] of a design leave coefficients undetermined. Each
 /// axis is judged by the readings that it uses.
 ///
-/// @param rows_for   as in points_to_add(); empty if the readings bring their fields.
+/// @param rows_for   see points_to_add(); empty if each reading states its field.
 /// @param turned_round  true for method paired, which needs each point with the opposite fence face
 ///                      as well.
 /// @throws RankDeficientError  if a coefficient is undetermined; the error names the coefficients

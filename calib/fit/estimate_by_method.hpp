@@ -11,7 +11,7 @@
 namespace axiscal {
 
 /// The estimate of a method. If the set has temperature terms, they are fitted too.
-/// @param method  paired, joint or known.
+/// @param method  a method that has a method_fit().
 [[nodiscard]] Estimate estimate_by(Method method, const ReadingSet& set, bool by_field);
 
 /// Like estimate_by(), for one-sided axes. The fitted model determines which readings each axis

@@ -18,7 +18,7 @@ struct Solution;
 /// A test for curvature of the axes' responses.
 struct CurvatureTest {
   double p_value = 1.0;  ///< probability of such curvature by chance
-  /// m: the term with the squared field along each axis, at full field [unit]
+  /// m: the contribution of the squared field to the reading of each axis at full field [unit]
   Eigen::VectorXd bends;
 };
 
@@ -30,9 +30,10 @@ struct TemperatureEstimate {
 
 /// The field's direction as method joint fits it.
 struct DirectionEstimate {
-  std::optional<Eigen::Matrix3d> covariance;  ///< of the mean field in the table
+  /// covariance of the mean field, in the table's frame [field unit^2]
+  std::optional<Eigen::Matrix3d> covariance;
   double degrees_of_freedom = 0.0;
-  double se_rad = 0.0;    ///< the larger standard error
+  double se_rad = 0.0;    ///< largest standard error of the direction
   std::string ambiguity;  ///< another solution that fits as well, in words; empty: none
 };
 
@@ -42,7 +43,8 @@ struct BlockEstimate {
   Eigen::VectorXd mean_square;
   double degrees_of_freedom = 0.0;                                      ///< of each mean square
   SensitivityMatrix sensitivity_mean_square = SensitivityMatrix(0, 3);  ///< m x 3, or 0 x 3
-  double sensitivity_degrees_of_freedom = 0.0;                          ///< of each mean square
+  /// degrees of freedom of each mean square of the sensitivities
+  double sensitivity_degrees_of_freedom = 0.0;
   int sessions = 0;  ///< number of sessions that were fitted separately; 0: all readings at once
   int earlier = 0;   ///< number of earlier calibrations whose block scatter is included
 };
@@ -50,7 +52,7 @@ struct BlockEstimate {
 /// The parts of the field that the axes respond to.
 struct SightEstimate {
   Eigen::Matrix3Xd seen = Eigen::Matrix3Xd(3, 0);  ///< for a transfer: result of seen_directions()
-  std::vector<AxisMask> visible;  ///< for one-sided axes under several lights; see ReadingSet
+  std::vector<AxisMask> visible;  ///< for one-sided axes; see ReadingSet::visible
   bool unsettled = false;  ///< true if the set of readings seen by one-sided axes keeps changing
 };
 
@@ -60,13 +62,14 @@ struct Estimate {
   std::vector<SensitivityMatrix> also;  ///< sensitivities to each second field
   TemperatureEstimate temperature;
   Eigen::MatrixXd effects;  ///< e x m: coefficients of the run's effects
-  TableField field;         ///< as fitted; without vectors if the readings bring their fields
+  TableField field;  ///< fitted or given field; without vectors if each reading states its field
   DirectionEstimate direction;
   FitStatistics statistics;
   std::optional<Levelness> levelness;
   BlockEstimate blocks;
   SightEstimate sight;
-  double mean_field = 0.0;  ///< mean length of the fields that the readings bring
+  /// mean length of the nonzero fields at the readings; 0: the method does not compute it
+  double mean_field = 0.0;
   /// method paired: positions of the readings without opposite, which are not used
   std::vector<std::size_t> unpaired;
   std::optional<CurvatureTest> curvature;
@@ -94,7 +97,7 @@ struct PairedDesign {
 [[nodiscard]] Estimate estimate_joint(const ReadingSet& set);
 
 /// Method known: fits readings whose fields are known (method.md, section 4).
-/// @param field  with vectors in the table, or without vectors if the readings bring their fields.
+/// @param field  the field in the table's frame; without vectors if each reading states its field.
 [[nodiscard]] Estimate estimate_known(const ReadingSet& set, const TableField& field);
 
 /// The set with its readings corrected to the reference temperature, and without the fitted effects

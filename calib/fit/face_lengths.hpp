@@ -16,14 +16,16 @@ namespace axiscal {
 /// bias is then half the sum, and the scale half the difference over F, of the readings on the
 /// axis's two faces.
 ///
-/// The scatter of a reading is that of the lengths if three axes have nine readings or more.
-/// Otherwise it is the residual sd of the fit by labels, which includes the lean and is therefore
-/// an upper bound.
+/// The scatter of a reading is computed from the lengths if three axes have nine readings or more.
+/// Otherwise it is the residual standard deviation of the fit by the stated faces, which includes
+/// the lean and is therefore an upper bound.
 ///
 /// @param F         the magnitude of the field [field unit].
-/// @param estimate  the fit by labels, with the given directions; receives the result.
-/// @return false, and no change, if the readings do not cover all six faces, if an axis does not
-///         lie along a pair of faces, or if further terms (temperature, second fields) were fitted.
+/// @param estimate  the fit by the stated faces, with the given direction of the field; receives
+///                  the result.
+/// @return false if the readings do not cover all six faces, if an axis does not lie along a pair
+///         of faces, or if further terms (temperature, second fields) were fitted; `estimate` is
+///         then not changed.
 [[nodiscard]] bool fit_face_lengths(const ReadingSet& set, double F, Estimate& estimate);
 
 }  // namespace axiscal

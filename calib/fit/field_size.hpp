@@ -20,8 +20,8 @@ namespace axiscal {
 /// A^T). V is the covariance of the noise and of the inputs' shared errors.
 ///
 /// @param run          the readings that were fitted.
-/// @param field        as fitted or given.
-/// @param calibration  with response and statistics.
+/// @param field        the fitted or given field.
+/// @param calibration  the calibration; its response and statistics must be set.
 /// @return nullopt if there are not three axes that used all readings, if the field is a sum, if
 ///         readings lack design points, or if there are more than 240 readings.
 /// @par Source

@@ -14,19 +14,20 @@
 
 namespace axiscal {
 
-/// The residuals of a model that is linear about a solution: r = J x + e for all axes, each in
-/// units of its sigma.
+/// A model that is linearised about a solution: r = J x + e with the residuals r of all axes, each
+/// axis in units of its sigma.
 ///
 /// There are m rows for each reading. The columns are first those of each axis (coefficients and
-/// effects of the run), then the shared ones (Model). J is stored axis by axis because an axis has
-/// zeros in the columns of another axis. The hat matrix is Q Q^T + P P^T with the bases of
-/// basis_of_axis() and shared_basis_of_axis().
+/// effects of the run), then the shared ones (Model). J is stored axis by axis, because the rows of
+/// an axis are 0 in the own columns of all other axes. The hat matrix is Q Q^T + P P^T with the
+/// bases Q of basis_of_axis() and P of shared_basis_of_axis().
 ///
 /// The causes of scatter (method.md, section 4), the tests of single readings (section 5) and the
 /// shared errors are all computed from this.
 class Fit {
  public:
-  /// @param set       must outlive this object, as must the set of `run` in the other constructors.
+  /// @param set       the readings. They (or run.set() in the other constructors) must outlive this
+  ///                  object.
   /// @param solution  the solution about which the model is linearised.
   /// @param sigma     m standard deviations of a reading of weight 1.
   Fit(const ReadingSet& set, std::shared_ptr<const Solution> solution, Eigen::VectorXd sigma);
@@ -34,7 +35,8 @@ class Fit {
   /// The fit about the best coefficients for a field.
   Fit(const SolvedReadings& run, const TableField& field, Eigen::VectorXd sigma);
 
-  /// The fit about an estimate. Sigma is its residual_sd, at least the rounding of the axis.
+  /// The fit about an estimate. Sigma is the estimate's residual_sd, but at least
+  /// ReadingSet::rounding() of the axis.
   Fit(const SolvedReadings& run, const Estimate& estimate);
 
   [[nodiscard]] const ReadingSet& set() const { return set_; }
@@ -140,17 +142,18 @@ class Fit {
   /// @return the covariance of the shared unknowns, s x s.
   [[nodiscard]] Eigen::MatrixXd covariance_of_shared() const;
 
-  /// @param by  n x m: the combination z_i = sum_k by_ik r_ik of each reading's residuals.
+  /// @param by  n x m: coefficients of the combinations z_i = sum_k by_ik r_ik of each reading's
+  ///              residuals.
   /// @return the Jacobian of these combinations, n x q.
   [[nodiscard]] Eigen::MatrixXd combined_columns(const Eigen::MatrixXd& by) const;
 
-  /// @return B, n x q; B B^T is the hat matrix of these combinations.
+  /// @return B, n x q; B B^T is the hat matrix of the combinations z_i, see combined_columns().
   [[nodiscard]] Eigen::MatrixXd combined_basis(const Eigen::MatrixXd& by) const;
 
   /// The rows of an axis's coefficients in a root R of the covariance, R R^T = (J^T J)^-1.
   struct RootOfAxis {
-    Eigen::MatrixXd own;     ///< p x p, for Q
-    Eigen::MatrixXd shared;  ///< p x s, for P
+    Eigen::MatrixXd own;     ///< p x p: the columns of R that correspond to Q
+    Eigen::MatrixXd shared;  ///< p x s: the columns of R that correspond to P
   };
   [[nodiscard]] RootOfAxis root_of_axis(Eigen::Index axis) const;
 
@@ -163,7 +166,8 @@ class Fit {
     return sensitivity_.row(axis);
   }
 
-  /// @return the change of a reading per unit of the field in the sensor, in sigma.
+  /// @return the derivative of a weighted reading with respect to the field in the sensor's frame,
+  ///         in units of sigma; 1 x 3.
   [[nodiscard]] Eigen::RowVector3d change_with_field(Eigen::Index reading, Eigen::Index axis) const;
 
   /// @return the response to the field at each reading, in units of sigma; n x m.
@@ -204,7 +208,7 @@ class Fit {
   std::vector<Eigen::MatrixXd> shared_basis_;  // P of each axis
   bool has_full_rank_ = false;
   Eigen::MatrixXd along_;
-  double rows_ = 0.0;  // of weight
+  double rows_ = 0.0;  // number of rows with weight above 0
 };
 
 /// Lengthens the intervals of some parameters for one cause of scatter. Intervals never become
@@ -213,7 +217,8 @@ class WiderIntervals {
  public:
   WiderIntervals(std::string name, Estimate& estimate);
 
-  /// Counts the variance that the cause gives to one parameter, with its degrees of freedom.
+  /// Lengthens the interval of a parameter to that of the given variance and degrees of freedom. If
+  /// the interval is longer already, it does not change.
   void widen(Eigen::Index parameter, double variance, double degrees_of_freedom);
 
   /// The component of the scatter; the caller sets its sd and unit.

@@ -13,8 +13,11 @@ namespace axiscal {
 /// Repeats the fit if readings share errors: the errors of uncertain inputs, and the random
 /// rotation of the cube each time it is laid down. The readings determine the size of this
 /// rotation, because it changes only the field's components perpendicular to the field. The method
-/// is generalised least squares with V = diag(sigma_k^2 / w) + tau^2 K K^T + H C H^T; restricted
-/// likelihood gives sigma_k and tau (method.md, section 4).
+/// is generalised least squares with the covariance V = diag(sigma_k^2 / w) + tau^2 K K^T + H C H^T
+/// of the readings: w are the weights, K and H the derivatives of the readings with respect to the
+/// rotations and to the inputs, and C is the covariance of the inputs. Restricted likelihood gives
+/// the noise sigma_k of each axis and the standard deviation tau of the rotations (method.md,
+/// section 4).
 ///
 /// All readings are used. The field's direction is fitted unless the method takes it as known.
 /// Consecutive readings at one design point belong to one laying. The call replaces coefficients,
@@ -36,8 +39,8 @@ namespace axiscal {
 /// readings use them, because these tests ignore shared errors.
 ///
 /// @param set  the readings that were fitted.
-/// @param of   the readings from which the effect is subtracted: `set`, or other readings in the
-///             same terms.
+/// @param of   the readings from which the effect is subtracted: `set`, or other readings with the
+///             same axes and model.
 /// @return nullopt if no input is uncertain, or if the readings do not determine the errors.
 /// @par Source
 /// method.md, section 5; Robinson, Statistical Science 6 (1991) 15-32 (best linear unbiased
@@ -52,8 +55,9 @@ namespace axiscal {
 /// the squared field along each axis.
 ///
 /// @param run       the readings that were fitted.
-/// @param estimate  after weigh_shared_errors().
-/// @return nullopt if the readings do not determine the errors.
+/// @param estimate  the estimate after weigh_shared_errors().
+/// @return nullopt if the readings do not determine the fit, or if their rounding errors could look
+///         like curvature.
 /// @par Source
 /// method.md, section 5.
 [[nodiscard]] std::optional<CurvatureTest> test_curvature(const Experiment& experiment,

@@ -16,11 +16,12 @@ namespace axiscal {
 /// The derivative of a reading's field in the positioner's frame with respect to the face normals;
 /// 3 x 18, faces in the order of Face. Only the columns of the rest and fence faces are nonzero.
 ///
-/// With z = -n_r, y = n_f minus its component along z, x = y cross z (method.md, section 2):
+/// The normals of the rest and fence faces are n_r and n_f. With z = -n_r, y = n_f minus its
+/// component along z, x = y cross z (method.md, section 2):
 /// dz = -dn_r,  dy = x (x . dn_f) - z (y . dz),  dx = -y (x . dn_f) - z (x . dz).
 ///
-/// @param rotation_table_from_positioner  rows x, y, z.
-/// @param field_in_table  at the reading's level.
+/// @param rotation_table_from_positioner  the matrix with the rows x, y, z.
+/// @param field_in_table  the field in the table's frame at the reading's level.
 [[nodiscard]] Eigen::Matrix<double, 3, 18> change_with_normals(
     const Eigen::Matrix3d& rotation_table_from_positioner,
     const DesignPoint& point,
@@ -30,12 +31,12 @@ namespace axiscal {
 /// and the forecast all use this description.
 struct InputQuantity {
   std::string name;  ///< the name of the source in the budget
-  double u = 0.0;    ///< its standard uncertainty; NaN if it is not a single number
+  double u = 0.0;    ///< standard uncertainty of the input; NaN if it is not a single number
   std::string unit;  ///< the unit of u
   std::string distribution = "normal";
   Eigen::Index parts = 0;  ///< q independent errors of standard deviation 1
-  /// Derivative of the field in the sensor with respect to the q errors, 3 x q, at one reading and
-  /// for one axis.
+  /// Derivative of the field in the sensor's frame with respect to the q errors, 3 x q. The
+  /// arguments are the indices of the reading and of the axis, and the field.
   std::function<Eigen::Matrix3Xd(Eigen::Index, Eigen::Index, const TableField&)> change;
 };
 
@@ -43,13 +44,14 @@ struct InputQuantity {
 /// the table's slope and the field's direction with their stated uncertainties.
 ///
 /// @param set    must outlive the result.
-/// @param field  as fitted or given; without vectors the result is empty.
+/// @param field  the fitted or given field; if it has no vectors, the result is empty.
 [[nodiscard]] std::vector<InputQuantity> input_quantities(const Experiment& experiment,
                                                           const ReadingSet& set,
                                                           bool known_field,
                                                           const TableField& field);
 
-/// The orientation of the instrument in the cube: a turn about each of its axes.
+/// The uncertain orientation of the instrument in the cube: a rotation about each axis of the
+/// instrument, with the standard uncertainty u_rad.
 /// @param set  must outlive the result.
 [[nodiscard]] InputQuantity mount_quantity(double u_rad, const ReadingSet& set);
 

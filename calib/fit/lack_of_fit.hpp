@@ -6,10 +6,13 @@
 
 namespace axiscal {
 
-/// Repeats the tests of lack of fit if readings share errors of uncertain inputs, which repeats do
-/// not show. The means of poses scatter about the model with the covariance V = s^2 / n + H C H^T,
-/// where s is the standard deviation of the repeats. T = y^T P y / nu_l is compared with F(nu_l,
-/// nu_e / a^2). Here a is the mean share of s^2 in V.
+/// Repeats the tests of lack of fit if readings share errors of uncertain inputs, because repeats
+/// do not show these errors. The means of the poses scatter about the model with the covariance V =
+/// s^2 / n + H C H^T. Here s is the standard deviation of the repeats with nu_e degrees of freedom,
+/// n is the number of readings in a pose, C is the covariance of the inputs, and H is the
+/// derivative of the means with respect to the inputs. T = y^T P y / nu_l is compared with F(nu_l,
+/// nu_e / a^2): y are the means whitened by V, P projects them onto the nu_l directions orthogonal
+/// to the design, and a is the mean share of s^2 / n in V.
 ///
 /// If the field's direction is fitted, each axis fits it separately here.
 ///

@@ -51,7 +51,8 @@ namespace axiscal {
 
 /// Rotates the sensor's frame, which method magnitude leaves undetermined, to fit the design points
 /// (Wahba's problem).
-/// @param estimate  its response is rotated, and its field becomes the field in the table.
+/// @param estimate  the result of method magnitude. The call rotates its response and stores the
+///                  field in the table's frame.
 void align_by_points(const ReadingSet& set, double F, Estimate& estimate);
 
 /// Refits readings, starting near the solution. Simulations use this function.

@@ -9,11 +9,11 @@
 
 namespace axiscal {
 
-/// The fit of a method that uses the pose of each reading, or its field. Each method is one source
-/// file and one line in method_fit.cpp.
+/// The fit of a method that uses the pose of each reading, or its field. Each built-in method has
+/// one entry in method_fit.cpp.
 struct MethodFit {
   Method method = Method::joint;
-  /// @param by_field  whether the readings bring their fields.
+  /// @param by_field  true if each reading states its field.
   Estimate (*fitted)(const ReadingSet& readings, bool by_field) = nullptr;
 };
 
@@ -21,12 +21,12 @@ struct MethodFit {
 [[nodiscard]] const MethodFit& method_fit(Method method);
 
 /// Adds a user-defined method. No other thread may calibrate during the call.
-/// @param kind  its name and properties; `method` is assigned.
+/// @param kind  the name and properties of the method; the call sets kind.method.
 /// @return the value of the new method.
 /// @throws DomainError  if the name is taken.
 Method add_method(MethodKind kind, Estimate (*fitted)(const ReadingSet& readings, bool by_field));
 
-/// @return the stated field.
+/// @return the field with the stated vector of each part.
 /// @throws SetupError  if the vector of a part is not known.
 [[nodiscard]] TableField stated_field(const TableField& field);
 

@@ -18,20 +18,20 @@ namespace axiscal {
 
 /// Columns that a hypothesis adds to the model, shared by all axes.
 ///
-/// @param field         at which the model is linearised.
-/// @param coefficients  p x m, of the axes' own columns at this field.
+/// @param field         the field at which the model is linearised.
+/// @param coefficients  p x m: the coefficients of the axes' own columns at this field.
 /// @return (n m) x q, axis below axis, not weighted.
 using AddedColumns =
     std::function<Eigen::MatrixXd(const TableField& field, const Eigen::MatrixXd& coefficients)>;
 
 /// The values of the unknowns in which the model is not linear.
 struct Place {
-  TableField field;                            ///< in the table
-  Eigen::MatrixXd scale = {};                  ///< c of the temperature terms, m x order
-  SensitivityMatrix along = {};                ///< S that c multiplies, m x 3
+  TableField field;                            ///< the field in the table's frame
+  Eigen::MatrixXd scale = {};                  ///< m x order: c of the temperature terms
+  SensitivityMatrix along = {};                ///< m x 3: the sensitivity S that c multiplies
   std::map<int, Eigen::Matrix3d> mounts = {};  ///< turn of the instrument in each mount
   Eigen::VectorXd added = {};                  ///< q: coefficients of the added columns
-  Eigen::MatrixXd coefficients = {};           ///< p x m, for AddedColumns; empty: without them
+  Eigen::MatrixXd coefficients = {};           ///< p x m: argument of AddedColumns; or empty
 };
 
 /// One axis at a place. Its own p coefficients are fitted. The s shared unknowns are the steps of
@@ -51,7 +51,7 @@ struct AxisSolution {
   Eigen::MatrixXd shared;          ///< weighted, n x s: change of the readings per unit step
   Eigen::MatrixXd projected;       ///< n x s: `shared` after projection off X
   Eigen::MatrixXd take_up;         ///< p x s: change of the estimate per unit step, negated
-  ResponseSums sums;               ///< of `projected` and the residuals
+  ResponseSums sums;               ///< sums of products of `projected` and `residuals`
   Eigen::VectorXd shared_squares;  ///< s: squared lengths of the columns of `shared`
 };
 
@@ -83,7 +83,8 @@ struct Solution {
 /// Covariance and degrees of freedom of the shared unknowns.
 struct SharedCost {
   Eigen::MatrixXd covariance;          ///< s x s
-  Eigen::VectorXd degrees_of_freedom;  ///< m: readings minus p, minus the axis's share of s
+  /// m: the number of readings minus p, minus the axis's share of the s shared unknowns
+  Eigen::VectorXd degrees_of_freedom;
 };
 
 /// Standard deviations of the axes by restricted likelihood.
@@ -110,7 +111,7 @@ class Model {
 
   /// @param readings          must outlive the model.
   /// @param directions_known  whether the field's directions are given.
-  /// @param weights           n x m instead of those of the readings; must outlive the model.
+  /// @param weights           n x m, used instead of readings.weights; must outlive the model.
   Model(const ReadingSet& readings, bool directions_known, const Eigen::MatrixXd& weights)
       : readings_(readings), weights_(weights), directions_known_(directions_known) {}
   Model(const ReadingSet& readings, bool directions_known)
@@ -135,11 +136,12 @@ class Model {
   /// @throws RankDeficientError  if the own columns of an axis are dependent.
   [[nodiscard]] std::shared_ptr<const Solution> at(const Place& place) const;
 
-  /// @param step  s entries.
+  /// @return the place after a step of the shared unknowns.
+  /// @param step  changes of the s shared unknowns.
   [[nodiscard]] Place moved(const Solution& from, const Eigen::VectorXd& step) const;
 
   /// Least squares over all unknowns, each axis in units of its sigma, by gauss_newton().
-  /// @param sigma  m.
+  /// @param sigma  standard deviation of each axis, m.
   /// @return the solution; `converged` is false if the steps do not converge.
   /// @throws RankDeficientError  as at().
   [[nodiscard]] GaussNewtonResult<std::shared_ptr<const Solution>> solved(
@@ -156,7 +158,7 @@ class Model {
                                                       const Eigen::VectorXd& sigma,
                                                       const Eigen::VectorXd& smallest);
 
-  /// @param sigma  m.
+  /// @param sigma  standard deviation of each axis, m.
   [[nodiscard]] static SharedCost cost_of_shared(const Solution& solution,
                                                  const Eigen::VectorXd& sigma);
 

@@ -11,16 +11,16 @@
 
 namespace axiscal {
 
-/// The rotations of the instrument in its mounts: S_j = S (I + [d_j]x), where the rotation vectors
-/// d_j sum to 0.
+/// The rotations of the instrument in its mounts: S_j = S (I + [d_j]x) is the sensitivity in mount
+/// j. The rotation vectors d_j sum to 0.
 struct MountTurns {
-  std::map<int, Eigen::Matrix3d> turns;  ///< by the mount's number
+  std::map<int, Eigen::Matrix3d> turns;  ///< rotation for each mount number
   double expected = 0.0;  ///< expected mean square of a component of d_j from the readings' noise
 };
 
 /// Fits the turns together with all other unknowns.
 ///
-/// @param set  its rotations include the turns that are known already.
+/// @param set  the readings; their rotations already include the turns that are known.
 /// @return `nullopt` for one mount, or if the readings do not determine the turns.
 [[nodiscard]] std::optional<MountTurns> fitted_mounts(const ReadingSet& set,
                                                       const Estimate& estimate,

@@ -34,7 +34,7 @@ struct ReadingSet {
   std::vector<Reading> readings;         // n
   Eigen::MatrixXd response;              // n x m
   Eigen::MatrixXd weights;               // n x m, of mean 1 per axis
-  Rotations rotation_sensor_from_table;  // n; empty if readings bring fields
+  Rotations rotation_sensor_from_table;  // n; empty if the readings state their fields
   std::function<Eigen::Matrix3d(const DesignPoint&)>
       orientation;  // rotation_sensor_from_table of any design point
   // n: the map from the field at the mean time to the field at the reading, in the table: a
@@ -48,13 +48,13 @@ struct ReadingSet {
   std::vector<Eigen::Vector3d> also_in_table;
   Eigen::VectorXd noise_ratio;  // m: stated ratio of the axes' noise; empty if unknown
   bool robust = false;
-  bool has_fence = true;                           // as Observations::has_fence
-  Eigen::Matrix3Xd seen = Eigen::Matrix3Xd(3, 0);  // of a transfer: result of seen_directions()
+  bool has_fence = true;                           // value of Observations::has_fence
+  Eigen::Matrix3Xd seen = Eigen::Matrix3Xd(3, 0);  // for a transfer: result of seen_directions()
   // For one-sided axes under several lights: whether an axis sees a part of the field at a reading,
   // n x m for each part. Empty if every axis sees all parts.
   std::vector<AxisMask> visible;
   TemperatureTerms temperature;
-  RunEffects effects;  // effects of the run; the matrix may have zero columns
+  RunEffects effects;  // effects of the run; effects.columns may have 0 columns
 
   // The index of the field's tilt at a reading.
   [[nodiscard]] std::size_t tilt_of(std::size_t reading) const {
@@ -101,7 +101,7 @@ struct ReadingSet {
                                                    Eigen::Index axis) const;
   [[nodiscard]] Eigen::MatrixXd observable_column_map() const;
 
-  // 1 + c_1 d + ..., as far as known.
+  // The temperature scale 1 + c_1 d + c_2 d^2 + ... with the present values of c.
   [[nodiscard]] double scale(Eigen::Index reading, Eigen::Index axis) const;
 
   [[nodiscard]] std::vector<std::string> names_of_axis(Eigen::Index axis) const;
@@ -122,7 +122,8 @@ struct ReadingSet {
                                              const TableField& field_at,
                                              std::size_t which) const;
 
-  // True if an axis sees a part of the field at a reading; and the sum of the parts that it sees.
+  // sees() is true if an axis responds to a part of the field at a reading. seen_in_table() is the
+  // sum of the parts to which the axis responds, in the table's frame.
   [[nodiscard]] bool sees(Eigen::Index axis, Eigen::Index reading, std::size_t part) const {
     return visible.empty() || visible[part](reading, axis);
   }
@@ -137,8 +138,8 @@ struct ReadingSet {
   // True if an axis has readings of weight 0.
   [[nodiscard]] bool has_excluded_readings() const { return (weights.array() == 0.0).any(); }
 
-  // True if the fit does not change the set: it has no temperature terms, and all axes use all
-  // readings and see all lights.
+  // True if the fit does not change the set. This is so if there are no temperature terms, and all
+  // axes use all readings and see all lights.
   [[nodiscard]] bool is_final() const {
     return temperature.order == 0 && visible.empty() && !has_excluded_readings();
   }
@@ -149,16 +150,16 @@ struct ReadingSet {
   // The readings of axis k with weight above 0.
   [[nodiscard]] std::vector<double> readings_of_axis(Eigen::Index k) const;
 
-  /// Residuals of axis k below this are rounding errors of double precision; from the largest
-  /// reading that the axis uses.
+  /// The rounding error of double precision for axis k [unit], computed from the largest absolute
+  /// reading that the axis uses. Smaller residuals contain no information.
   [[nodiscard]] double rounding(Eigen::Index k) const;
 
   /// The largest rounding(k) of all axes.
   [[nodiscard]] double rounding() const;
 };
 
-/// Rows [1, f_i, second fields] of the regression, for the field in the table or, if it has no
-/// vectors, for the fields that the readings bring; n x base_column_count().
+/// Rows [1, f_i, second fields] of the regression; n x base_column_count(). If `field` has no
+/// vectors, f_i is the field that reading i states.
 [[nodiscard]] Eigen::MatrixXd field_design(const ReadingSet& set, const TableField& field);
 
 /// The design of each axis: field_design() for all axes, unless axes see different parts of the

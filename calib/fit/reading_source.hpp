@@ -17,13 +17,14 @@ namespace axiscal {
 /// The parts of a model that depend on the run.
 struct ModelChoice {
   int temperature_order = 0;                    ///< 0: no temperature terms
-  std::optional<double> temperature_reference;  ///< t0 of all sensors; default: the mean
-  /// blocks are ignored if there are temperature terms
+  /// t0 of all temperature sensors; if not set: the mean of each sensor over the readings
+  std::optional<double> temperature_reference;
+  /// effects of the run; effects.blocks is ignored if there are temperature terms
   EffectSetup effects;
   /// For Weighting::samples: the fraction of a reading's mean variance that more samples do not
   /// reduce.
   double variance_floor = 0.0;
-  std::map<int, Eigen::Matrix3d> mounts;  ///< turn of the instrument in each mount; empty: none
+  std::map<int, Eigen::Matrix3d> mounts;  ///< turn of the instrument in each mount; or empty
 };
 
 /// The variance of a reading in units of the mean variance (method.md, section 4.1).
@@ -39,7 +40,7 @@ template <typename Value>
 class ReadingSource {
  public:
   /// @param experiment, observations  must outlive the source and its copies.
-  /// @param by_field  true if the readings bring their fields; design points are then ignored.
+  /// @param by_field  true if each reading states its field; design points are then ignored.
   /// @throws SetupError, RefusedError  for unknown runs, no readings, or missing weights.
   ReadingSource(const Experiment& experiment,
                 const Observations& observations,
@@ -49,7 +50,7 @@ class ReadingSource {
   /// @return the same readings under another model.
   [[nodiscard]] ReadingSource with(ModelChoice choice) const;
 
-  /// @return the source without the readings that some axis cannot use.
+  /// @return the source without the readings that are out of range on one or more axes.
   [[nodiscard]] ReadingSource with_complete_rows() const;
 
   [[nodiscard]] const ModelChoice& choice() const { return choice_; }
@@ -58,7 +59,8 @@ class ReadingSource {
   [[nodiscard]] const std::vector<std::size_t>& rows() const { return selection_->rows; }
 
   /// @return the readings in the model's terms. The weight is 0 if an axis does not see a reading.
-  /// @param seen  one row for each of rows(); empty: all readings that are not saturated.
+  /// @param seen  n x m: which readings each axis uses, a row for each of rows(); empty: each axis
+  ///              uses all readings within its range.
   [[nodiscard]] ReadingSet set(const std::vector<FieldDescription>& parts,
                                const AxisMask& seen) const;
 
@@ -66,7 +68,7 @@ class ReadingSource {
   ///         was fitted. A block that is not in the fit gets the mean bias of the fitted blocks.
   [[nodiscard]] ReadingSet kept_out(const ReadingSet& fitted) const;
 
-  /// @return the span of each temperature sensor over the readings, as in TemperatureResponse.
+  /// @return the span of each temperature sensor over the readings, see TemperatureResponse::spans.
   [[nodiscard]] const std::vector<TemperatureSpan>& temperature_spans() const { return spans_; }
 
   /// @return rotation_sensor_from_table of a reading.
@@ -75,10 +77,12 @@ class ReadingSource {
   /// @return ReadingSet::field_then of a reading; the identity if the field does not move.
   [[nodiscard]] Eigen::Matrix3d field_then(const Reading& reading) const;
 
-  /// @return for all observations, n x m: true if the reading is within the range of the axis.
+  /// @return a row for each of all observations, a column for each axis: true if the reading is
+  ///         within the range of the axis.
   [[nodiscard]] const AxisMask& in_range() const { return selection_->in_range; }
 
-  /// @return the mean time of the readings, if the field moves and they have times.
+  /// @return the mean time of the readings; nullopt if the field does not move, or if a reading has
+  ///         no time.
   [[nodiscard]] std::optional<double> mean_time_s() const { return selection_->mean_time_s; }
 
   /// @return the second fields, which are known in the table.
@@ -86,20 +90,21 @@ class ReadingSource {
 
   [[nodiscard]] bool by_field() const { return by_field_; }
 
-  /// @param field  as Estimate::field.
+  /// @param field  the fitted or given field, see Estimate::field.
   /// @return the field of a reading in the sensor's frame.
   [[nodiscard]] Eigen::Vector3d field_in_sensor(const Reading& reading,
                                                 const TableField& field) const;
 
  private:
-  // Independent of the model. Copies of the source share it.
+  // The readings that are used, and their weights. The selection does not depend on the model;
+  // copies of the source share it.
   struct Selection {
     Eigen::MatrixXd weights;
     Eigen::RowVectorXd mean_variance;  // m: mean of 1 / weight over `rows`
     std::vector<std::size_t> rows;
     std::vector<std::size_t> rows_kept_out;
     std::vector<FieldDescription> also;
-    std::vector<int> blocks;  // of the used readings, if each block has its own levelness
+    std::vector<int> blocks;  // used block numbers if each block has its own levelness; else empty
     AxisMask in_range;
     std::optional<double> mean_time_s;
   };
@@ -116,7 +121,7 @@ class ReadingSource {
   bool by_field_;
   std::shared_ptr<const Selection> selection_;
   ModelChoice choice_;
-  std::vector<TemperatureSpan> spans_;  // of one temperature sensor, or of each axis's own
+  std::vector<TemperatureSpan> spans_;  // one for all axes, or one for each axis's own sensor
 };
 
 }  // namespace axiscal

@@ -9,13 +9,13 @@
 
 namespace axiscal {
 
-/// The rounding step of an axis's readings. It is the stated step if the readings differ by
-/// multiples of it. Otherwise it is the largest multiple of the last digit that divides all
-/// differences of the readings. If that is far below the noise, it is the largest step that divides
-/// all differences to within the last digit, for example the step of counts multiplied by a factor.
-/// A step is accepted if its probability by chance is below 0.001.
+/// The rounding step of an axis's readings. It is the stated step if all readings differ by
+/// multiples of this step. Otherwise it is the largest multiple of the last digit that divides all
+/// differences of the readings. If this multiple is far below the noise, the result is instead the
+/// largest step that divides all differences to within the last digit, for example the step of
+/// counts multiplied by a factor. A step is accepted if its probability by chance is below 0.001.
 ///
-/// @param readings     of one axis [unit].
+/// @param readings     the readings of one axis [unit].
 /// @param stated_step  [unit]; 0: not stated.
 /// @param noise_sd     standard deviation of one reading [unit]; infinity: any step is sought.
 /// @return the step [unit]; nullopt if the readings do not show a step.

@@ -18,8 +18,8 @@ namespace axiscal {
 using FieldChanges = Eigen::MatrixXd;
 
 /// @param axis  the axis; the derivatives are 0 for parts of the field that it does not see.
-/// @return derivative with respect to a step along the tangents of the field's vectors [rad], in
-///         the order of the vectors.
+/// @return derivative of the field in the sensor with respect to a step along the tangents of the
+///         field's vectors [rad], in the order of the vectors.
 [[nodiscard]] FieldChanges field_direction_derivatives(
     const ReadingSet& set,
     const TableField& field,
@@ -34,9 +34,9 @@ using FieldChanges = Eigen::MatrixXd;
                                                const Eigen::RowVector3d& S,
                                                const FieldChanges& changes);
 
-/// @param own     of each axis n x p.
-/// @param shared  of each axis n x q.
-/// @return (n m) x (p m + q).
+/// @param own     for each axis: the derivatives with respect to its own coefficients, n x p.
+/// @param shared  for each axis: the derivatives with respect to the shared unknowns, n x q.
+/// @return the matrix of the linear system, (n m) x (p m + q).
 [[nodiscard]] Eigen::MatrixXd stacked_by_axis(const std::vector<Eigen::MatrixXd>& own,
                                               const std::vector<Eigen::MatrixXd>& shared);
 

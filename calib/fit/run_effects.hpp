@@ -13,7 +13,7 @@ namespace axiscal {
 
 /// A step of the biases within a block (method.md, section 4).
 struct BiasStep {
-  int after_run = 0;  ///< the last reading before the step
+  int after_run = 0;  ///< run number of the last reading before the step
   int block = 0;
   double mean = 0.0;  ///< fraction of the run's readings that lie behind the step
 };
@@ -24,7 +24,7 @@ struct BiasStep {
 struct RunEffects {
   /// n x e: the columns of the blocks, the step and the drift, and zeros for the memory.
   Eigen::MatrixXd columns;
-  std::vector<std::string> names;  ///< e
+  std::vector<std::string> names;  ///< names of the e columns
   std::vector<int> blocks;         ///< numbers of the B blocks; empty if blocks are not fitted
   Eigen::MatrixXd
       shift_of_block;      ///< B x e: the values of the columns in each block, except for a drift
@@ -69,7 +69,8 @@ struct RunEffects {
   /// @return the row of one reading in the columns of an axis.
   [[nodiscard]] Eigen::RowVectorXd row(Eigen::Index reading, Eigen::Index axis) const;
 
-  /// @return the columns of means over groups of readings.
+  /// @return the effects for means over groups of readings: the columns and the memory are averaged
+  ///         over each group.
   [[nodiscard]] RunEffects of_means(const std::vector<std::vector<Eigen::Index>>& groups) const;
 };
 
@@ -81,17 +82,20 @@ inline constexpr std::size_t most_block_columns = 40;
 struct EffectSetup {
   bool blocks = false;  ///< shifts of blocks, if the readings determine them
   bool drift = false;   ///< a drift, linear in time or order
-  bool memory = false;  ///< each reading keeps a part of the change since the one before it
-  std::optional<int> step_after_run = {};  ///< a step of the biases after that run, in its block
+  /// a shift of each reading by a fraction of its difference from the previous reading
+  bool memory = false;
+  /// number of the run after which the biases step, until the end of the run's block
+  std::optional<int> step_after_run = {};
   bool operator==(const EffectSetup&) const = default;
 };
 
-/// With fewer readings, the other coefficients would absorb a block's bias.
+/// Blocks with fewer readings are small blocks (RunEffects::small_blocks), because the other
+/// coefficients would absorb part of their biases.
 inline constexpr int fewest_readings_of_block = 6;
 
-/// @param readings  n. Blocks have columns if two or more of them have at least
-///                  fewest_readings_of_block readings that every axis uses. Each smaller block in
-///                  such a run has its own bias.
+/// @param readings  the n readings of the run. Blocks have columns if two or more of them have at
+///                  least fewest_readings_of_block readings that every axis uses. Each smaller
+///                  block in such a run has its own bias.
 /// @param weights   n x m; 0 if an axis does not use a reading.
 [[nodiscard]] RunEffects run_effects(const std::vector<Reading>& readings,
                                      const Eigen::MatrixXd& weights,
@@ -110,10 +114,10 @@ void add_memory(const std::vector<Reading>& readings,
                                                      const Eigen::MatrixXd& response);
 
 /// The effect columns of readings outside the run. The drift continues linearly. The level behind a
-/// step stays in its block. A block that is not in the run gets the mean of the run's blocks. A
-/// memory is not continued.
+/// step stays in its block. A block that is not in the run gets the mean of the run's blocks. The
+/// column of a memory is 0.
 /// @param run     the readings of the run.
-/// @return as RunEffects::columns, for `others`.
+/// @return RunEffects::columns for `others`.
 [[nodiscard]] Eigen::MatrixXd extrapolate_run_effects(const RunEffects& effects,
                                                       const std::vector<Reading>& run,
                                                       const std::vector<Reading>& others);

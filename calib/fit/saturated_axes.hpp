@@ -17,8 +17,8 @@ struct SaturatedAxis {
 
 /// Input of saturated_axes() besides the readings and their fit.
 struct SaturationSearch {
-  double magnitude = 0.0;    ///< of the field [its unit]; for readings without known fields
-  double stated_step = 0.0;  ///< of the readings [unit]; 0: detected from the readings
+  double magnitude = 0.0;    ///< F [field unit]; used only if the fields are not known
+  double stated_step = 0.0;  ///< rounding step [unit]; 0: detected from the readings
   bool one_sided = false;    ///< true: the lowest value is the dark reading, which may repeat
 };
 
@@ -33,9 +33,10 @@ struct SaturationSearch {
 ///     t = (p - x - q / 2) / (s sqrt(g' C g + 1 / m)),   (number of ends) P(T_nu > t) < 0.02
 ///
 /// where g is the mean row of the design over the m readings, C = (X'X)^-1 for the design X of the
-/// others, and nu is n - m minus the number of columns. If the fields are not known (method
-/// magnitude), p follows from |f| = F along the measured direction, and the square root is replaced
-/// by 1, because such readings are often correlated.
+/// others, and nu is n - m minus the number of columns. The number of ends is two for each axis, or
+/// one for each one-sided axis. If the fields are not known (method magnitude), p follows from |f|
+/// = F along the measured direction, and the square root is replaced by 1, because such readings
+/// are often correlated.
 /// @par Source
 /// method.md, section 5 (Saturation).
 [[nodiscard]] std::vector<SaturatedAxis> saturated_axes(const ReadingSet& set,

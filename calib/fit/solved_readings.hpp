@@ -12,8 +12,8 @@ namespace axiscal {
 /// The readings of a fit with their solution, for the diagnostics of that fit.
 class SolvedReadings {
  public:
-  /// @param set               must outlive this.
-  /// @param directions_known  whether the field's directions are given.
+  /// @param set               the readings; must outlive this object.
+  /// @param directions_known  true if the field's directions are given, false if they are fitted.
   /// @param solution          solution of the fit; null: it is computed when needed.
   SolvedReadings(const ReadingSet& set,
                  bool directions_known,

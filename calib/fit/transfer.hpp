@@ -10,8 +10,8 @@ namespace axiscal {
 /// The directions in which the fields of the readings differ, if there are fewer than three. The
 /// readings determine only the response along these directions.
 ///
-/// @param field   without vectors if the readings bring their fields.
-/// @param design  [1, f, ..] of the readings.
+/// @param field   the field; it has no vectors if each reading states its field.
+/// @param design  the rows [1, f, ..] of the readings.
 /// @return orthonormal columns in the sensor's frame; the sensor's own axes if these span the same
 ///         space. Empty if the fields differ in three directions. Also empty for several axes in a
 ///         cube that was not laid on the faces of each axis; the later error message then names the
@@ -20,7 +20,7 @@ namespace axiscal {
                                                const TableField& field,
                                                const Eigen::MatrixXd& design);
 
-/// @param design  [1, f, ..] of the readings.
+/// @param design  the rows [1, f, ..] of the readings.
 /// @return the mean length of the fields at the readings, without fields of length 0.
 [[nodiscard]] double mean_length_of_fields(const Eigen::MatrixXd& design);
 
@@ -33,7 +33,7 @@ namespace axiscal {
 
 /// Removes the undetermined sensitivities from a record's statistics and budget, and names them in
 /// a note.
-/// @param calibration  of the transfer, complete except for this step.
+/// @param calibration  the calibration by estimate_transfer(), complete except for this step.
 void drop_unobserved_parameters(const Eigen::Matrix3Xd& seen, Calibration& calibration);
 
 }  // namespace axiscal

@@ -16,14 +16,16 @@ namespace axiscal {
 struct Culprit {
   std::vector<CalibrationWarning> warnings;  // sorted, the most likely mistake first
   Correction correction;                     // for the most likely mistake
-  // The largest change of a coefficient by the mistake, as a fraction of the full response.
+  // The largest change of a coefficient that the mistake causes, as a fraction of the full response
+  // |S_k| F.
   double effect = 0.0;
 };
 
 /// The report of a search for mistakes in a run.
 struct MistakeSearch {
   std::optional<Culprit> culprit;  // nullopt if no mistake was found
-  std::string remark;              // on a reading that may be wrong; else empty
+  // Remark on a reading that may be wrong; empty if there is no such reading.
+  std::string remark;
 };
 
 /// @return the advice for the mistake, one or more sentences; empty if no kind of mistake has its
@@ -35,11 +37,11 @@ struct MistakeSearch {
 [[nodiscard]] bool can_be_searched(const ReadingSet& set, const Estimate& estimate);
 
 /// Tests whether the readings of a run contradict each other. If they do, finds the mistakes that
-/// explain this best (docs/method/mistakes.md).
+/// explain the contradiction best (docs/method/mistakes.md).
 ///
-/// Nested F tests on the fit of all readings detect a mistake. Then every explanation is fitted.
-/// The explanations are ranked by their likelihood, with a penalty for each added parameter and for
-/// the number of alternatives of the same kind.
+/// Nested F tests on the fit of all readings detect that there is a mistake. Then every possible
+/// explanation is fitted, and the explanations are ranked by likelihood, with a penalty for each
+/// added parameter and for the number of alternatives of the same kind.
 ///
 /// @param known_field  true if the field's direction is given.
 /// @param without_shared_errors  the same readings without their shared errors, because shared

@@ -10,11 +10,11 @@
 
 namespace axiscal {
 
-/// Uncertainties of linear functions of a record's parameters, each function given by its gradient.
-/// The readings' covariance is computed once for any number of functions.
+/// Computes the variances of linear functions of a record's parameters. A function is given by its
+/// gradient. The readings' covariance is computed once for all functions.
 class LinearPropagation {
  public:
-  /// @param calibration  has statistics; must outlive this object.
+  /// @param calibration  a record with statistics; it must outlive this object.
   explicit LinearPropagation(const Calibration& calibration);
 
   /// @return the shares of the variance from the scatter of the fit.

@@ -20,21 +20,21 @@ namespace axiscal {
     const std::vector<std::string>& also_kinds = {},
     int temperature_order = 0);
 
-/// @return the parameter names of these columns of [1, f, second fields], axis by axis.
+/// @return the names of parameters, axis by axis.
+/// @param columns  indices in [bias, sensitivity to x, y, z, responses to second fields].
 [[nodiscard]] std::vector<std::string> names_of_columns(
     const std::vector<std::string>& axes,
     const std::vector<Eigen::Index>& columns,
     const std::vector<std::string>& also_kinds = {});
 
-/// Sets the parameters' intervals from the covariance and each axis's degrees of freedom, if the
-/// intervals are missing.
+/// If interval_dof is missing, sets it to each axis's degrees of freedom, and sets interval_95.
 void fill_intervals(FitStatistics& statistics);
 
 /// Sets interval_95 from covariance and interval_dof.
 void put_intervals(FitStatistics& statistics);
 
-/// Adds a component of the scatter to the covariance. combine() adds it to the intervals of the
-/// parameters whose variance it increases.
+/// Adds a component of the scatter to the covariance. The intervals of the parameters whose
+/// variance increases are computed again by combine().
 void add_component(ScatterComponent component, FitStatistics& statistics);
 
 /// Sets parameter names, standard errors, coverage factors and intervals of a record from the

@@ -30,8 +30,8 @@ namespace axiscal {
 /// @endcode
 class Factor {
  public:
-  /// @param open_below  pivots below this fraction of the largest count as 0; default: Eigen's
-  ///                    limit for rounding errors.
+  /// @param open_below  pivots below this fraction of the largest pivot count as 0; default:
+  ///                    Eigen's limit for rounding errors.
   explicit Factor(const Eigen::Ref<const Eigen::MatrixXd>& jacobian,
                   std::optional<double> open_below = {});
 
@@ -61,11 +61,11 @@ class Factor {
 /// 1. Use it for normal equations of columns in any units.
 class PositiveFactor {
  public:
-  /// @param damping  added to each 1 of the scaled diagonal.
+  /// @param damping  number that is added to each diagonal entry of the scaled matrix.
   explicit PositiveFactor(const Eigen::MatrixXd& normal, double damping = 0.0);
 
-  /// @return true if N is positive definite and finite, and more than `open_below` of each column's
-  ///         square remains after projection off the columns before it.
+  /// @return true if N is positive definite and finite, and if the square of each diagonal
+  ///         entry of the scaled matrix's Cholesky factor is above `open_below`.
   [[nodiscard]] bool is_determined(double open_below = 0.0) const;
 
   // The functions from here on need a positive definite N.
@@ -83,8 +83,8 @@ class PositiveFactor {
   std::shared_ptr<const Parts> parts_;
 };
 
-/// L^-1 for a covariance V = L L^T: it transforms errors of covariance V to independent errors of
-/// variance 1.
+/// The matrix L^-1 for a covariance V = L L^T. It transforms errors with covariance V to
+/// independent errors with variance 1.
 class Whitening {
  public:
   explicit Whitening(const Eigen::MatrixXd& V);
@@ -110,7 +110,8 @@ class Whitening {
 ///         = L D L^T with pivoting.
 [[nodiscard]] Eigen::MatrixXd solve_symmetric(const Eigen::MatrixXd& A, const Eigen::MatrixXd& B);
 
-/// @return true if a symmetric A is positive semidefinite by its pivots, and finite.
+/// @return true if the symmetric matrix A is finite and its pivots show that it is positive
+///         semidefinite.
 [[nodiscard]] bool is_semi_definite(const Eigen::MatrixXd& A);
 
 /// @return A^-1 of a square matrix by LU with partial pivoting.
@@ -166,7 +167,7 @@ struct PseudoInverseWithRank {
                                                            double open_below,
                                                            double share_above);
 
-/// @return the names of columns; consecutive columns with the same name give it once.
+/// @return the names of these columns. A name that consecutive columns share occurs only once.
 [[nodiscard]] std::vector<std::string> undetermined_column_names(
     const std::vector<Eigen::Index>& columns, const std::vector<std::string>& names);
 
@@ -174,7 +175,7 @@ struct PseudoInverseWithRank {
 [[nodiscard]] double condition_of(const Eigen::MatrixXd& J);
 
 /// Like condition_of(), but from the normal equations J^T J, with less work.
-/// @return `nullopt` if it is above 100, because J^T J is then not accurate enough.
+/// @return `nullopt` if the condition number is 100 or more, because J^T J is then too inaccurate.
 [[nodiscard]] std::optional<double> condition_from_normal_matrix(const Eigen::MatrixXd& normal);
 
 }  // namespace axiscal

@@ -7,23 +7,23 @@
 
 namespace axiscal {
 
-/// Tests whether further columns of a fit are significant, and gives their effect on it.
+/// The result of adding columns to a fit: their coefficients, their effect on the fit, and their
+/// significance.
 struct FurtherColumns {
-  Eigen::VectorXd estimate;         ///< q, of the further columns
-  Eigen::VectorXd change;           ///< p, of the fit's own coefficients
-  Eigen::MatrixXd covariance;       ///< (p + q) x (p + q), unscaled
-  double residual_sd = 0.0;         ///< with the further columns
+  Eigen::VectorXd estimate;         ///< coefficients of the further columns, q entries
+  Eigen::VectorXd change;           ///< change of the fit's own coefficients, p entries
+  Eigen::MatrixXd covariance;       ///< (A^T A)^-1, A = [J, columns], (p + q) x (p + q)
+  double residual_sd = 0.0;         ///< residual sd of the fit with the further columns
   double degrees_of_freedom = 0.0;  ///< n - p - q
-  /// probability of this improvement by chance, by F(q, n - p - q)
+  /// p-value of the F test that all further coefficients are 0
   double p_value = 1.0;
 };
 
-/// @param design     J, n x p.
-/// @param residuals  n, of the fit.
-/// @param columns    n x q.
-/// @param alike      how many consecutive residuals count as one; 1: they are independent.
-/// @param open_below  a column is dependent if less than this part remains after projection off the
-///                    others.
+/// @param design      J, the columns of the fit, n x p.
+/// @param residuals   residuals of the fit, n entries.
+/// @param columns     the further columns, n x q.
+/// @param alike       number of consecutive residuals that count as one independent residual.
+/// @param open_below  a column is dependent if its pivot is below this part of the largest pivot.
 /// @return nullopt if the columns depend on the fit's columns, or if too few rows remain.
 [[nodiscard]] std::optional<FurtherColumns> fit_further_columns(const Eigen::MatrixXd& design,
                                                                 const Eigen::VectorXd& residuals,

@@ -14,19 +14,19 @@ namespace axiscal {
 /// A least-squares problem linearised at one place: the residuals there, and their derivative with
 /// respect to the p unknowns.
 struct Linearised {
-  Eigen::VectorXd residuals;  ///< n, in units of their noise
+  Eigen::VectorXd residuals;  ///< n residuals, each divided by the sd of its noise
   Eigen::MatrixXd jacobian;   ///< n x p
-  /// Singular values of the Jacobian that are not above this count as 0; steps have no component
-  /// along their vectors.
+  /// Singular values of the Jacobian up to this limit count as 0. Steps have no component along
+  /// the singular vectors of these values.
   double open_below = 0.0;
 };
 
 /// The step s that minimises |r + J s|^2 + damping |L s|^2; L is the diagonal matrix of the lengths
 /// of J's columns.
 ///
-/// @param by_qr  true: the step has all digits. It comes from QR unless J is well conditioned, and
-///               has the smallest norm if J leaves unknowns undetermined. false: it comes from J^T
-///               J unless that is too close to singular.
+/// @param by_qr  true: an accurate step. It is computed by QR unless J is well conditioned. If J
+///               does not determine all unknowns, it is the step of smallest norm.
+///               false: a fast step, computed from J^T J unless J^T J is nearly singular.
 [[nodiscard]] Eigen::VectorXd damped_step(const Linearised& linear, double damping, bool by_qr);
 
 /// Like damped_step(), from the normal equations with columns scaled to length 1. It is fast, and
@@ -58,7 +58,7 @@ concept GaussNewtonProblem = requires(const Problem problem,
 
 struct GaussNewtonOptions {
   int most_rounds = 200;
-  int most_attempts = 30;       ///< for one step; each has ten times the damping of the one before
+  int most_attempts = 30;       ///< for one step; each has ten times the previous damping
   double settled = 1e-13;       ///< the search ends after a step shorter than this
   double first_damping = 0.0;   ///< damping of the first step, for a start near a singular point
   double qr_from_below = 1e-6;  ///< after a step shorter than this, steps use QR
@@ -73,9 +73,9 @@ struct GaussNewtonResult {
   bool converged = false;   ///< true if the next step is negligible, or if no step reduces the cost
 };
 
-/// Gauss-Newton, damped (Levenberg-Marquardt, columns of length 1) once a step makes the fit worse.
-/// Far from the solution the step comes from J^T J. The last steps, which determine the result, use
-/// QR if J^T J is inaccurate; the error of J^T J is only a part of a step.
+/// The Gauss-Newton method. If a step makes the fit worse, it is repeated with damping
+/// (Levenberg-Marquardt, for columns scaled to length 1). Far from the solution, steps are computed
+/// from J^T J. The last steps, which determine the result, use QR if J^T J is inaccurate.
 ///
 /// @par Source
 /// Nocedal & Wright, Numerical Optimization, 2nd ed. (2006), sec. 10.3; Marquardt, J. SIAM 11
@@ -83,9 +83,9 @@ struct GaussNewtonResult {
 template <GaussNewtonProblem Problem>
 [[nodiscard]] GaussNewtonResult<typename Problem::State> gauss_newton(
     const Problem& problem, typename Problem::State start, const GaussNewtonOptions& options = {}) {
-  // In units of a residual's variance: after a rejected step, a shorter step is tried only if the
-  // predicted decrease is larger than this. Such a step moves the solution by 1e-4 of its
-  // uncertainty.
+  // After a rejected step, a shorter step is tried only if the predicted decrease of the cost,
+  // divided by the variance of a residual, is larger than this limit. A step with this decrease
+  // moves the solution by 1e-4 of its uncertainty.
   constexpr double worth_another_try = 1e-8;
   constexpr double no_damping_below = 1e-9;
   constexpr double least_damping = 1e-6;

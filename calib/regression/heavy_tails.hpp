@@ -26,10 +26,10 @@ class NoiseTails {
   /// @return the weight of each distribution; the weights sum to 1.
   [[nodiscard]] std::array<double, freedoms.size()> weights() const;
 
-  /// @return the probability that one residual is this large or larger, either side.
+  /// @return the probability that the absolute value of one scaled residual is |t| or more.
   [[nodiscard]] double two_sided_p(double t) const;
 
-  /// @return the same probability for a single number of degrees of freedom.
+  /// @return this probability for Student's t with `freedom` degrees of freedom.
   [[nodiscard]] static double two_sided_p_of(double freedom, double t);
 
  private:

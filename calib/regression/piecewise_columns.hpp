@@ -20,9 +20,10 @@ struct ReplacedColumns {
   Eigen::MatrixXd to_given;  ///< maps coefficients of the new columns to those of the given columns
 };
 
-/// The columns W in a sparse basis, divided into pieces of consecutive rows. If some columns change
-/// only from block to block, and separate as many blocks as there are such columns, each block gets
-/// one column instead. Work that is not linear in c then depends only on the columns of one block.
+/// The columns W in a sparse basis, divided into pieces of consecutive rows. Columns that change
+/// only between blocks of rows are replaced by one column for each block, if the number of blocks
+/// equals the number of such columns. The work for a piece then depends only on the number of its
+/// columns, not on c.
 struct PiecewiseColumns {
   Eigen::Index count = 0;  ///< c, the number of columns of W
   std::vector<ColumnPiece> pieces;
@@ -35,8 +36,8 @@ struct PiecewiseColumns {
   [[nodiscard]] Eigen::MatrixXd covariance_of(Eigen::MatrixXd in_basis) const;
 };
 
-/// @param W     n m x c.
-/// @param rows  m: rows of a unit.
+/// @param W     n m x c: m rows for each of n units.
+/// @param rows  m, the number of rows of a unit.
 /// @param kept  number of last columns that are not replaced.
 [[nodiscard]] PiecewiseColumns piecewise_columns(const Eigen::MatrixXd& W,
                                                  Eigen::Index rows,

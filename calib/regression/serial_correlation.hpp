@@ -11,21 +11,21 @@ namespace axiscal {
 
 /// Readings in time order with m responses. Each response has its own regression.
 struct OrderedReadings {
-  std::vector<Eigen::MatrixXd> designs;  ///< m of n x p, or one for all; the first column is 1
+  std::vector<Eigen::MatrixXd> designs;  ///< m designs, or one for all; n x p, first column 1
   Eigen::MatrixXd responses;             ///< n x m
-  Eigen::VectorXd places;   ///< n, increasing: the reading's number in the run, whole numbers
-  std::vector<int> blocks;  ///< n block numbers, those of a block consecutive; empty: no blocks
+  Eigen::VectorXd places;   ///< n numbers of the readings in the run, whole and increasing
+  std::vector<int> blocks;  ///< n block numbers; each block is contiguous; empty: no blocks
 
   [[nodiscard]] const Eigen::MatrixXd& design_of(Eigen::Index k) const {
     return designs[designs.size() == 1 ? 0 : static_cast<std::size_t>(k)];
   }
 };
 
-/// Readings count as correlated if lag_one_score() is above this: one-sided 10 %.
+/// Readings count as correlated if lag_one_score() is above this limit (10 % one-sided).
 inline constexpr double alike_above = 1.282;
 
-/// A note reports the correlation if lag_one_score() is above this: one-sided 1 %. Below it the
-/// correlation may be chance, and only the intervals include it.
+/// A note reports the correlation if lag_one_score() is above this limit (1 % one-sided). Between
+/// the two limits the correlation may be chance: the intervals include it, but no note reports it.
 inline constexpr double told_alike_above = 2.326;
 
 /// A score of the correlation between residuals of consecutive readings.
@@ -40,12 +40,12 @@ inline constexpr double told_alike_above = 2.326;
 /// Moments of a ratio of quadratic forms: Durbin & Watson, Biometrika 37 (1950) 409-428.
 [[nodiscard]] double lag_one_score(const OrderedReadings& readings);
 
-/// Computes a lag_one_score() from responses that are added design by design.
+/// Computes lag_one_score() for groups of responses. The responses of a group share one design.
 class LagOneScore {
  public:
-  /// Adds responses of one design.
+  /// Adds r responses that share one design.
   /// @param Q          n x p: an orthonormal basis of the design.
-  /// @param residuals  n x r.
+  /// @param residuals  residuals of the responses, n x r.
   template <typename Basis, typename Residuals>
   void add(const Basis& Q, const Residuals& residuals) {
     // Computes the traces of P A P and (P A P)^2 without n x n matrices. P is I - Q Q^T, and A x is
@@ -82,7 +82,8 @@ class LagOneScore {
     }
   }
 
-  // The residuals of each response were scaled to variance 1, so that their sum of squares is d.
+  // The score of all added responses; 0 if each response is left out (residuals of 0, or at most
+  // two degrees of freedom).
   [[nodiscard]] double value() const {
     return counted_ > 0.0 ? (products_ - mean_) / std::sqrt(variance_) : 0.0;
   }
@@ -94,78 +95,81 @@ class LagOneScore {
   double counted_ = 0.0;
 };
 
-/// The first coefficient of each regression, if the noise may be the sum of white noise and of
-/// noise that is correlated from reading to reading.
+/// The first coefficient of each response's regression. The noise may be the sum of white noise and
+/// of noise that is correlated from reading to reading.
 struct CorrelatedMean {
   Eigen::VectorXd estimate;         ///< m
   Eigen::VectorXd u;                ///< m standard uncertainties
   double degrees_of_freedom = 0.0;  ///< n - p
-  /// weighted mean over the models of the correlation of consecutive readings
+  /// correlation of the noise of consecutive readings, as weighted mean over the models
   double correlation = 0.0;
 };
 
-/// The mean over models of the covariance V: V = rho^|i - j| + lambda I and, if there are blocks, V
-/// = I + gamma within each block. The weights are restricted likelihood times prior; the prior
-/// gives each rho, and all gammas together, the same weight. A Kalman filter applies the root of V,
-/// so the work is linear in n.
+/// Estimates the first coefficients as means over models of the noise covariance V. The models are
+/// V = rho^|i - j| + lambda I and, if there are blocks, V = I + gamma within each block. A model's
+/// weight is its restricted likelihood times its prior. The prior gives the same weight to each rho
+/// and to all gammas together. A Kalman filter applies V^-1/2, so the work is linear in n.
 ///
 /// @par Source
 /// Harvey, Forecasting, Structural Time Series Models and the Kalman Filter (1989), sec. 3.4;
 /// Hoeting et al., Statistical Science 14 (1999) 382-417 (averages over models).
 [[nodiscard]] CorrelatedMean estimate_correlated_mean(const OrderedReadings& readings);
 
-/// Like the other lag_one_score(), for one response with the noise of three axes along a changing
-/// direction. Each pair of consecutive readings is weighted by the scalar product of their
-/// directions.
-/// @param design  n x p.
-/// @param along   h, n x 3, as in fit_with_correlated_noise().
+/// The lag_one_score() of one response whose noise is the component of a three-axis noise along a
+/// direction that changes from reading to reading. Each pair of consecutive readings is weighted by
+/// the scalar product of its two directions.
+/// @param design    n x p.
+/// @param response  n entries.
+/// @param along     h, the direction of each reading, n x 3.
 [[nodiscard]] double lag_one_score(const Eigen::MatrixXd& design,
                                    const Eigen::VectorXd& response,
                                    const Eigen::MatrixX3d& along);
 
-/// Coefficients as means over models of correlated noise.
+/// Coefficients of a fit, as means over models of correlated noise.
 struct CorrelatedFit {
   Eigen::VectorXd estimate;         ///< p
   Eigen::MatrixXd covariance;       ///< p x p
-  double degrees_of_freedom = 0.0;  ///< n - p
+  double degrees_of_freedom = 0.0;  ///< number of fitted rows minus p
   double correlation = 0.0;         ///< as in CorrelatedMean
 };
 
-/// Fits all coefficients of a response whose noise comes from three axes along a changing
-/// direction: y_i = J_i p + h_i . x_i + white noise. Each component of x has the correlation rho^|i
-/// - j|. The models are those of estimate_correlated_mean() without blocks, with rho up to 0.995;
-/// the work is linear in n.
+/// Fits y_i = J_i b + h_i . x_i + white noise. x_i is a noise with three components, and each
+/// component has the correlation rho^|i - j|. The direction h_i changes from reading to reading.
+/// The models are those of estimate_correlated_mean() without blocks, with rho up to 0.995. The
+/// work is linear in n.
 ///
 /// @param design    J, n x p.
-/// @param response  y, n.
+/// @param response  y, n entries.
 /// @param along     h, n x 3.
+/// @return b and its covariance.
 [[nodiscard]] CorrelatedFit fit_with_correlated_noise(const Eigen::MatrixXd& design,
                                                       const Eigen::VectorXd& response,
                                                       const Eigen::MatrixX3d& along);
 
-/// Like lag_one_score(), for combinations z = B e of the residuals e of a larger fit.
-/// @param hat_root     K, n x q, with K K^T = B J (J^T J)^-1 J^T B^T, where J is the Jacobian of
-///                     that fit.
+/// The lag_one_score() of linear combinations z = B e of a larger fit's residuals e. The rows of B
+/// are orthonormal.
+/// @param hat_root     K, n x q, with K K^T = B J (J^T J)^-1 J^T B^T; J is the Jacobian of the fit.
 /// @param hat_squares  K^T K.
 [[nodiscard]] double lag_one_score_along(const Eigen::VectorXd& z,
                                          const Eigen::MatrixXd& hat_root,
                                          const Eigen::MatrixXd& hat_squares);
 
-/// A linear fit whose residuals may contain a common cause, which varies slowly from reading to
-/// reading. At reading i, it acts along one direction of the m residuals, with size h_i.
+/// A linear fit whose residuals may have a common cause that varies slowly from reading to reading.
+/// At reading i, the cause changes the m residuals along one direction, in proportion to h_i.
 struct CommonAr1Problem {
   Eigen::MatrixXd information;  ///< J^T J, q x q
   /// sum of squares of all residuals, which are orthogonal to J
   double squares = 0.0;
   const Eigen::MatrixXd& along;       ///< n x q: the rows of J along the direction of the cause
-  const Eigen::VectorXd& deviations;  ///< n: the residuals along the same direction
-  Eigen::MatrixXd sizes;              ///< h, n x 1; of mean square 1
+  const Eigen::VectorXd& deviations;  ///< n: the residuals along the direction of the cause
+  Eigen::MatrixXd sizes;              ///< h, n x 1, with mean square 1
   Eigen::VectorXd places;             ///< n, as in OrderedReadings
   double degrees_of_freedom = 0.0;    ///< number of residuals minus q
 };
 
-/// The change of the coefficients as a mean over models V = I + lambda h h^T rho^|i - j|, and the
-/// covariance of the coefficients.
+/// @return the change of the coefficients from the linear fit, and the covariance of the
+///         coefficients, as means over models of the covariance along the cause,
+///         V_ij = I_ij + lambda h_i h_j rho^|i - j|.
 [[nodiscard]] CorrelatedFit fit_with_common_ar1(const CommonAr1Problem& problem);
 
 }  // namespace axiscal

@@ -14,24 +14,27 @@ struct ResponseSums {
   Eigen::MatrixXd information;      ///< P^T P, D x D
   Eigen::VectorXd gradient;         ///< P^T y, D
   double squares = 0.0;             ///< y^T y
-  double degrees_of_freedom = 0.0;  ///< readings minus own coefficients
+  double degrees_of_freedom = 0.0;  ///< N: number of readings minus number of own coefficients
 };
 
 /// The shared coefficients, if each response has its own variance.
 struct SharedFit {
-  Eigen::VectorXd variance;  ///< m
+  Eigen::VectorXd variance;  ///< m variances of the responses
   Eigen::VectorXd
-      degrees_of_freedom;      ///< m: nu, minus the response's share in the shared coefficients
-  Eigen::VectorXd estimate;    ///< D
+      degrees_of_freedom;      ///< m: nu = N minus the response's share in the shared coefficients
+  Eigen::VectorXd estimate;    ///< D shared coefficients
   Eigen::MatrixXd covariance;  ///< D x D
 };
 
-/// Estimates the responses' variances by restricted likelihood (REML). With u = ln sigma^2 and the
-/// degrees of freedom N, Newton's method in u minimises sum_k (N_k u_k + RSS_k e^-u_k) + ln det
-/// sum_k P_k^T P_k e^-u_k. At the minimum, sigma_k^2 = RSS_k / nu_k.
+/// Estimates the responses' variances sigma_k^2 by restricted likelihood (REML), and the shared
+/// coefficients. With u_k = ln sigma_k^2, Newton's method in u minimises
 ///
-/// @param start     m variances to begin with.
-/// @param smallest  m, lower limits of the variances: the size of rounding errors.
+///     sum_k (N_k u_k + RSS_k e^-u_k) + ln det sum_k P_k^T P_k e^-u_k
+///
+/// At the minimum, sigma_k^2 = RSS_k / nu_k.
+///
+/// @param start     m variances at which the search starts.
+/// @param smallest  m lower limits of the variances: the size of rounding errors.
 /// @return nullopt if the readings do not determine the shared coefficients.
 /// @par Source
 /// Patterson & Thompson, Biometrika 58 (1971) 545-554; Searle, Casella & McCulloch, Variance

@@ -13,12 +13,13 @@ namespace axiscal {
 /// except for the errors in b.
 struct VarianceProblem {
   Eigen::Index rows = 0;   ///< m
-  Eigen::MatrixXd W;       ///< n m x c; rows of zeros are left out
+  Eigen::MatrixXd W;       ///< n m x c; a row that is left out is 0 in W, y and roots
   Eigen::VectorXd y;       ///< n m
   Eigen::Index prior = 0;  ///< number of last columns whose coefficients are errors of variance 1
-  std::vector<Eigen::MatrixXd> roots;  ///< q, n m rows: K_qi below each other, Q_qi = K_qi K_qi^T
-  /// Sums of squares that depend on theta_q only, with their degrees of freedom; q entries, or
-  /// empty.
+  /// For each component q, a matrix with n m rows: K_q1, K_q2, ... stacked; Q_qi = K_qi K_qi^T.
+  std::vector<Eigen::MatrixXd> roots;
+  /// For each component q, a further sum of squares whose expected value is theta_q times its
+  /// degrees of freedom; both vectors are empty if there are no such sums.
   Eigen::VectorXd pure_squares;
   Eigen::VectorXd pure_degrees_of_freedom;
   Eigen::VectorXd smallest;  ///< q lower limits of the components
@@ -28,10 +29,11 @@ struct VarianceProblem {
 struct VarianceFit {
   Eigen::VectorXd theta;             ///< q variances
   Eigen::MatrixXd theta_covariance;  ///< q x q; 0 for components at their limit
-  Eigen::MatrixXd information;  ///< A, q x q: the inverse of half the covariance of all components
+  Eigen::MatrixXd information;  ///< A, q x q; the covariance of free components is 2 A^-1
   Eigen::VectorXd estimate;     ///< b, c entries
   Eigen::MatrixXd covariance;   ///< (W^T V^-1 W + prior)^-1, c x c
-  std::vector<Eigen::MatrixXd> unit_shares;  ///< q: contribution of theta_q = 1 to b's covariance
+  /// For each component q, the contribution of theta_q = 1 to the covariance of b, c x c.
+  std::vector<Eigen::MatrixXd> unit_shares;
 
   /// The part of b's covariance from the components, without the part from the prior.
   [[nodiscard]] Eigen::MatrixXd scatter() const;
@@ -39,11 +41,11 @@ struct VarianceFit {
   /// Satterthwaite's degrees of freedom of the variance of an entry of b in scatter(), at least 1.
   [[nodiscard]] double degrees_of_freedom(Eigen::Index entry) const;
 
-  /// The same for the variance h^T theta of any quantity.
-  /// @param h  q entries: contribution of theta_q = 1 to this variance.
+  /// Satterthwaite's degrees of freedom of the variance h^T theta of a quantity, at least 1.
+  /// @param h  contribution of theta_q = 1 to this variance, for each component q.
   [[nodiscard]] double degrees_of_freedom_of(const Eigen::VectorXd& h) const;
 
-  /// @return the degrees of freedom of a component: 2 theta^2 over its variance.
+  /// @return the degrees of freedom of a component: 2 theta_q^2 divided by the variance of theta_q.
   [[nodiscard]] double component_degrees_of_freedom(Eigen::Index component) const;
 };
 
@@ -51,8 +53,8 @@ struct VarianceFit {
 /// A theta = g, A_qr = tr(P Q_q P Q_r), g_q = y^T P Q_q P y; the work is linear in n.
 ///
 /// @param start  q variances, positive.
-/// @param still  relative change of the variances at which the iteration ends.
-/// @return nullopt if the columns are not determined, or if it does not converge.
+/// @param still  the iteration ends if no variance changes by more than this part of itself.
+/// @return nullopt if the readings do not determine b, or if the iteration does not converge.
 /// @par Source
 /// Searle, Casella & McCulloch, Variance Components (1992), secs. 6.6, 11.1; Satterthwaite,
 /// Biometrics Bulletin 2 (1946) 110-114.
@@ -60,29 +62,30 @@ struct VarianceFit {
                                                                  const Eigen::VectorXd& start,
                                                                  double still = 1e-9);
 
-/// The number of standard errors by which a component exceeds 0, by one step of scoring from 0 (its
-/// score test). A component far below significance need not be fitted.
+/// The score test of a component: the number of standard errors by which the component exceeds 0,
+/// from one step of scoring that starts at 0. A component with a low score need not be fitted.
 ///
-/// @param theta  q variances; that of the component is 0.
-/// @return nullopt if the columns are not determined.
+/// @param theta  q variances; theta(component) is 0.
+/// @return nullopt if the readings do not determine b or the components.
 [[nodiscard]] std::optional<double> component_score(const VarianceProblem& problem,
                                                     const Eigen::VectorXd& theta,
                                                     Eigen::Index component);
 
-/// The probability that variances differ this much by chance (Bartlett's test).
-/// @return 1 if a variance has at most one degree of freedom.
+/// Bartlett's test of equal variances.
+/// @return the p-value; 1 for fewer than two variances, or if a variance has at most one degree of
+///         freedom.
 /// @par Source
 /// Bartlett, Proc. R. Soc. A 160 (1937) 268-282.
 [[nodiscard]] double equal_variances_p(const Eigen::VectorXd& variances,
                                        const Eigen::VectorXd& degrees_of_freedom);
 
-/// Generalised least squares at variances that are known.
+/// The result of generalised least squares with known variances.
 struct WeightedFit {
   Eigen::VectorXd estimate;  ///< b, c entries
-  double squares = 0.0;      ///< y^T P y; its mean is the rows minus the columns without a prior
+  double squares = 0.0;      ///< y^T P y; expected value: rows minus columns without a prior
 };
 
-/// @return nullopt if the columns are not determined.
+/// @return nullopt if the readings do not determine b.
 [[nodiscard]] std::optional<WeightedFit> fit_at_variances(const VarianceProblem& problem,
                                                           const Eigen::VectorXd& theta);
 

@@ -62,7 +62,7 @@ bool is_utf8(std::string_view text) noexcept {
         return false;
       }
     }
-    // Overlong forms, surrogates and code points beyond U+10FFFF.
+    // Rejects overlong forms, surrogates and code points beyond U+10FFFF.
     if ((lead == 0xE0 && byte(i + 1) < 0xA0) || (lead == 0xED && byte(i + 1) > 0x9F) ||
         (lead == 0xF0 && byte(i + 1) < 0x90) || (lead == 0xF4 && byte(i + 1) > 0x8F)) {
       return false;
@@ -125,10 +125,10 @@ std::size_t CsvReader::need(const std::string& name) const {
   return *place;
 }
 
-// Finds the end of the line that contains `from`, and fills the buffer as needed. Offsets are
-// relative to begin_. If more must be read, begin_ becomes 0.
+// Finds the end of the line that contains the offset `from`, and reads more bytes if needed.
+// Offsets are relative to begin_. Reading more bytes sets begin_ to 0.
 bool CsvReader::find_line_end(std::size_t from, std::size_t& end) {
-  std::size_t searched = from;  // may be one past the bytes that are in the buffer
+  std::size_t searched = from;  // may be one past the end of the bytes in the buffer
   const auto check_length = [&](std::size_t length) {
     if (length > longest_row) {
       throw DataError(path_, next_line_, "a row of more than 1 MiB: is this a text file?");
@@ -227,8 +227,8 @@ bool CsvReader::split_plain() {
   }
 }
 
-// Appends the text between two quotes to unquoted_. `i` is behind the opening quote, and afterwards
-// behind the closing quote. Returns false if there is no closing quote.
+// Appends the text between two quotes to unquoted_. `i` is the position after the opening quote,
+// and becomes the position after the closing quote. Returns false if there is no closing quote.
 bool CsvReader::unquote(std::size_t& i) {
   const auto at = [&](std::size_t k) { return buffer_[begin_ + k]; };
   for (;;) {

@@ -425,7 +425,7 @@ void JsonValue::check(const std::function<void()>& check_value) const {
   try {
     check_value();
   } catch (const DomainError& error) {
-    // As fail(), with the settings that would remedy the error.
+    // Throws as fail() does, and adds the settings that would remedy the error.
     const std::string where = pointer();
     throw DataError(path(), (where.empty() ? "/" : where) + ": " + error.what(), error.settings());
   }
@@ -437,7 +437,7 @@ void JsonValue::fail(std::string_view what) const {
 
 namespace {
 
-// The limit of nesting. Copying a value is recursive, with one call for each level.
+// The largest allowed depth of nesting. Copying a value is recursive, with one call for each level.
 constexpr std::size_t deepest = 1000;
 
 }  // namespace
@@ -490,7 +490,7 @@ JsonValue json_round_trip(Json value, std::string path) {
 
 std::string json_text(Json& value) {
   std::string out;
-  // Reserves memory for a long file, which consists mostly of columns.
+  // Reserves memory for a long file. Most of a long file consists of columns.
   constexpr std::size_t others = std::size_t{1} << 16U;
   if (const std::size_t columns = size_of_columns(value); columns > others) {
     out.reserve(columns + columns / 4 + others);

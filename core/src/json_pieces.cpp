@@ -12,7 +12,7 @@
 namespace axiscal {
 namespace {
 
-// A table by character code: true for the characters in `some`.
+// A table that is indexed by character codes: true for the characters in `some`.
 constexpr std::array<bool, 256> those(std::string_view some) {
   std::array<bool, 256> all{};
   for (const char c : some) {
@@ -119,7 +119,7 @@ class JsonSkimmer {
     return value.substr(0, value.find_last_not_of(" \t\r\n") + 1);
   }
 
-  // The deepest nesting in the values that were skipped.
+  // The greatest nesting depth in the values that were skipped.
   [[nodiscard]] std::size_t deepest() const { return deepest_; }
 
   // Reads a JSON number. null is NaN.
@@ -258,7 +258,7 @@ class PieceFinder {
         return false;
       }
       const std::string_view name = at_.since(begin).substr(1, at_.place() - begin - 2);
-      // A name with an escape or a slash may denote one of the members, or only look like it.
+      // A name with an escape or a slash cannot be compared with the members' JSON pointers.
       const bool is_plain = name.find_first_of("\\/") == name.npos;
       if (!is_plain || !at_.take(':') || !take_member(pointer, name)) {
         return false;

@@ -61,8 +61,8 @@ pid_t process_in(std::string_view name) {
   return process && attempt && *process > 0 ? *process : 0;
 }
 
-// True if a killed run left the file: the process in its name is gone, we own the file, and its
-// lock is free. A process of another container that shares the folder would hold the lock.
+// True if a killed run left the file: the process in its name does not exist, we own the file, and
+// its lock is free. A running process in another container that shares the folder holds the lock.
 bool is_orphan(const std::filesystem::path& path) {
   const pid_t process = process_in(path.filename().string());
   if (process == 0 || ::kill(process, 0) == 0 || errno != ESRCH) {
@@ -99,7 +99,7 @@ void remove_orphans(const std::filesystem::path& folder) {
   }
 }
 
-// The path by which linkat() gives a name to a file without one.
+// The path of an unnamed open file, with which linkat() can name the file.
 std::string link_of(int descriptor) {
   return formatted("/proc/self/fd/{}", descriptor);
 }
@@ -166,7 +166,7 @@ void OutputFile::open_unnamed() {
 #ifdef O_TMPFILE
   descriptor_ = ::open(folder().c_str(), O_TMPFILE | O_WRONLY | O_CLOEXEC, 0666);
   if (descriptor_ >= 0 && ::access(link_of(descriptor_).c_str(), F_OK) != 0) {
-    ::close(descriptor_);  // a name needs /proc
+    ::close(descriptor_);  // without /proc the file could not be named later
     descriptor_ = -1;
   }
 #endif
@@ -271,7 +271,7 @@ void OutputFile::commit() {
   if (::fsync(descriptor_) != 0) {
     fail("cannot be written to the disk");
   }
-  forbid_replacing_input(target_);  // the target may have been read since
+  forbid_replacing_input(target_);  // it may have been read after the constructor's check
   if (temporary_.empty()) {
     ::flock(descriptor_, LOCK_EX | LOCK_NB);
     const bool named = make_temporary([&](const std::string& name) {

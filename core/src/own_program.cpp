@@ -18,8 +18,8 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// The folder of the program that contains this code, or of the library, for example the Python
-// module. Empty if it is unknown.
+// The folder of the program or library that contains this code, for example of the Python module;
+// empty if it is unknown.
 fs::path folder_of_this_code() {
   Dl_info info{};
   if (::dladdr(reinterpret_cast<void*>(&folder_of_this_code), &info) == 0 ||
@@ -44,7 +44,7 @@ std::vector<fs::path> folders_of_programs() {
   }
   if (const fs::path own = folder_of_this_code(); !own.empty()) {
     folders.push_back(own);
-    folders.push_back(own / "../../cli");  // from python/axiscal in a build
+    folders.push_back(own / "../../cli");  // for the Python module in a build folder
   }
   folders.emplace_back(AXISCAL_LIBEXEC_FOLDER);
   return folders;

@@ -20,7 +20,7 @@ struct Slot {
 };
 
 std::array<Slot, 64> slots;
-std::mutex changing;  // held while slots change; the signal handler only reads them
+std::mutex changing;  // locked while slots change; the signal handler only reads them
 
 }  // namespace
 

@@ -21,7 +21,7 @@ namespace {
 
 std::atomic<std::size_t> stated_count = 0;
 
-// @return 0 if the text is not a number of at least 1.
+// @return the number in the text; 0 if it is not a whole number of at least 1.
 std::size_t count_of(std::string_view text) {
   std::size_t count = 0;
   const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), count);

@@ -16,7 +16,7 @@
 namespace axiscal {
 namespace {
 
-constexpr int most_digits = 17;  // of the shortest decimal that reads back to the same double
+constexpr int most_digits = 17;  // enough digits for any double
 
 constexpr std::array<std::uint64_t, most_digits + 1> powers_of_ten = [] {
   std::array<std::uint64_t, most_digits + 1> powers{1};

@@ -21,7 +21,7 @@ void require_three_axes(const Calibration& calibration, std::string_view format)
 /// @throws RefusedError  for another kind of instrument, or as require_three_axes().
 Sensor sensor_of(const Calibration& calibration, std::string_view format);
 
-/// @return the unit of a sensor's field: m/s^2, rad/s, or `of_magnetometer`.
+/// @return the unit of a sensor's field: m/s^2, rad/s, or for a magnetometer `of_magnetometer`.
 std::string usual_unit(Sensor sensor, const std::string& of_magnetometer);
 
 /// The shape that a consumer allows for a calibration's matrix.
@@ -38,10 +38,10 @@ struct ConsumerModel {
   /// [consumer's field unit per consumer's reading unit]
   Eigen::Matrix3d inverse = Eigen::Matrix3d::Identity();
   Eigen::Vector3d bias = Eigen::Vector3d::Zero();  ///< [consumer's reading unit]
-  double reading_factor = 1.0;                     ///< consumer's reading / record's reading
-  double field_factor = 1.0;                       ///< consumer's field / record's field
+  double reading_factor = 1.0;                     ///< factor from the record's readings
+  double field_factor = 1.0;                       ///< factor from the record's field
   bool has_temperature = false;
-  /// True if the consumer has a polynomial of each bias, but no scale terms over temperature.
+  /// True if the consumer corrects each bias for temperature by a polynomial, but not the scales.
   bool has_bias_over_temperature = false;
   bool has_also = false;  ///< true if the consumer subtracts the response to second fields
 };
@@ -52,8 +52,8 @@ struct ConsumerUnits {
   std::string field;
 };
 
-/// Computes the model of a shape that is nearest to a calibration, by least squares over all
-/// directions of the field.
+/// Computes the model that has a matrix of the given shape and is nearest to a calibration, by
+/// least squares over all directions of the field.
 /// @throws RefusedError  if readings or field do not convert to the consumer's units.
 ConsumerModel nearest_model(const Calibration& calibration,
                             const ConsumerUnits& units,
@@ -65,10 +65,10 @@ ConsumerModel nearest_model(const Calibration& calibration,
 /// @return the changed calibration, or a copy of any other calibration.
 Calibration with_measured_field(const Calibration& calibration);
 
-/// @return the error by the terms that the model lacks; nullopt if it lacks no term.
+/// @return the error that is caused by terms that the model lacks; nullopt if it has all terms.
 std::optional<ExportLoss> loss_of(const Calibration& calibration, const ConsumerModel& model);
 
-/// As loss_of(), but throws RefusedError if there is a loss and losses are not allowed.
+/// As loss_of(), but throws RefusedError if there is a loss and options.lossy is false.
 std::optional<ExportLoss> accepted_loss(const Calibration& calibration,
                                         const ConsumerModel& model,
                                         std::string_view format,
@@ -87,7 +87,7 @@ std::vector<std::string> comment_of(const Calibration& calibration,
 ///         (0.05, 0.01, 9.807)".
 std::string worked_example(const Calibration& calibration, const ConsumerModel& model);
 
-/// @return the lines of comment_of() as one text, each with `mark` in front.
+/// @return the lines of comment_of() as one text. Each line begins with `mark`.
 std::string comment_lines(const Calibration& calibration,
                           std::string_view mark,
                           const std::vector<std::string>& lines,

@@ -52,7 +52,7 @@ bool is_date(const std::string& text) {
          });
 }
 
-// Adds a name or description, whose text is in a `dcc:content` element.
+// Adds the element `name`, which contains the text in a `dcc:content` element.
 void content(xml_node parent, const char* name, const std::string& value) {
   text(child(parent, name), "dcc:content", value);
 }
@@ -88,8 +88,8 @@ const Unit* find_unit(const std::string& name) {
   return nullptr;
 }
 
-// The name of a coefficient's unit in the D-SI. For units without a name (counts, g) it is \one,
-// and `remark` gives the unit.
+// Returns the name of a coefficient's unit in the D-SI. If the unit has no name there (counts, g),
+// returns \one and writes the unit to `remark`.
 std::string si_unit(const Calibration& calibration,
                     bool of_reading,
                     bool per_field,
@@ -123,7 +123,7 @@ void add_contact(xml_node parent,
   }
 }
 
-// The laboratory's details for which the schema has no element, as statements.
+// The details of the certificate for which the schema has no element, as statements.
 std::vector<std::string> statements_of(const CertificateDetails& details) {
   std::vector<std::string> all = details.traceability;
   const auto say = [&](const char* what, const std::string& text) {

@@ -122,8 +122,8 @@ void require_identifier(const std::string& name) {
   }
 }
 
-// Exports a record. If the consumer's unit is m/s^2 and the record does not state what 1 g was,
-// standard gravity is used, as drivers do.
+// Exports a record. If a conversion from g to m/s^2 needs local gravity and the record does not
+// state it, standard gravity is used, as drivers do.
 // @param write  writes the file with the given options, which may state the gravity.
 template <typename Write>
 Exported with_gravity(const ExportOptions& options, const Write& write) {
@@ -143,7 +143,7 @@ Exported with_gravity(const ExportOptions& options, const Write& write) {
       formatted("1 g is taken as {} m/s^2, standard gravity, because the record does not state "
                 "local gravity; at a site gravity differs by up to 0.3 %",
                 number_text(standard_gravity)));
-  if (exported.content.starts_with("# ")) {  // then the file gets the note as a comment
+  if (exported.content.starts_with("# ")) {  // the file has comments, so the note is added as one
     exported.content.insert(0, "# " + exported.notes.back() + "\n");
   }
   return exported;

@@ -18,7 +18,7 @@ struct Parameter {
   double value;
 };
 
-// One parameter for each axis, PREFIX + letter + SUFFIX.
+// Adds one parameter for each axis, with the name PREFIX + X, Y or Z + SUFFIX.
 void add_axes(std::vector<Parameter>& all,
               const std::string& prefix,
               const std::string& suffix,
@@ -58,8 +58,8 @@ std::vector<std::string> in_flight(Sensor sensor,
   return {formula + (unit.empty() ? "" : ", in " + unit), frame};
 }
 
-// Flight controllers store a polynomial of third order of each bias over the temperature of the
-// sensor. This does not apply to compasses.
+// Flight controllers store each bias of accelerometers and gyroscopes as a polynomial of third
+// order in the temperature of the sensor.
 constexpr Eigen::Index thermal_order = 3;
 
 bool has_thermal_terms(const Calibration& calibration, Sensor sensor) {
@@ -68,7 +68,7 @@ bool has_thermal_terms(const Calibration& calibration, Sensor sensor) {
          over->bias.cols() <= thermal_order;
 }
 
-// The coefficients of d, d^2, d^3 for each axis, in the consumer's reading units; 3 x 3.
+// The bias coefficients of d, d^2, d^3, 3 x 3, one row for each axis [consumer's reading unit].
 Eigen::Matrix3d thermal_terms(const Calibration& calibration, const ConsumerModel& model) {
   Eigen::Matrix3d terms = Eigen::Matrix3d::Zero();
   const Eigen::MatrixXd& bias = calibration.sensor.temperature->bias;
@@ -272,7 +272,8 @@ Exported export_betaflight(const Calibration& calibration, const ExportOptions& 
         "Betaflight does not store a calibration of a gyroscope: it measures the bias at each "
         "start");
   }
-  // Betaflight's values are counts. The firmware knows how many counts are 1 g: a power of two.
+  // Betaflight's values are counts. In the firmware the number of counts per g is a constant of the
+  // sensor, a power of two.
   ConsumerModel model = nearest_model(calibration, {}, MatrixShape::scalar, options);
   double per_field = 1.0 / model.inverse(0, 0);
   std::vector<std::string> lines;

@@ -27,11 +27,14 @@ Exported export_tofupilot(const Calibration& calibration, const ExportOptions& o
 Exported export_label(const Calibration& calibration, const ExportOptions& options);
 Exported export_betaflight(const Calibration& calibration, const ExportOptions& options);
 
-/// @return a flight controller's parameter of an axis k (0, 1, 2): PREFIX + X, Y or Z + SUFFIX.
+/// @return the name of a flight controller's parameter for axis k (0, 1, 2): PREFIX + X, Y or Z +
+///         SUFFIX.
 std::string axis_parameter(const std::string& prefix, int k, const std::string& suffix);
 
-/// @return the prefix of the parameters of ArduPilot's accelerometer n: "INS_ACC", "INS_ACC2",
-///         "INS4_ACC". For a gyroscope the prefix contains GYR instead of ACC.
+/// @param instance  number of the sensor, from 0.
+/// @param sensor    "ACC" or "GYR".
+/// @return the prefix of the sensor's parameters in ArduPilot: "INS_ACC", "INS_ACC2", "INS_ACC3",
+///         "INS4_ACC", ...
 std::string ardupilot_group(int instance, std::string_view sensor);
 
 }  // namespace axiscal

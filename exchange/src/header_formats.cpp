@@ -83,8 +83,8 @@ struct Dialect {
   }
 };
 
-// The name in a header. It contains kind and slot, so that a program can include the headers of two
-// instruments.
+// The prefix of the names in a header. By default it contains kind and slot, so that a program can
+// include the headers of two instruments.
 std::string header_name(const Calibration& calibration, const ExportOptions& options) {
   if (!options.name.empty()) {
     return options.name;
@@ -197,15 +197,15 @@ std::string integer(double value) {
   return std::to_string(static_cast<std::int64_t>(value));
 }
 
-// Writes a header with integers. Readings and field have the stated binary places; the inverse has
-// as many as fit into 31 bits.
+// Writes a header with integers. Readings and field have the stated numbers of fractional bits. The
+// inverse has as many fractional bits as fit into 31 bits with the sign.
 Exported fixed_header(const Calibration& calibration,
                       const ExportOptions& options,
                       const Dialect& dialect,
                       ConsumerModel model,
                       std::string_view format) {
   constexpr double largest = 1073741823.0;  // 2^30 - 1
-  // How many times larger the field may be than that of the calibration.
+  // The largest allowed field, relative to the field of the calibration.
   constexpr double times_field = 8.0;
   const int reading_bits = options.numbers.reading_bits;
   const int field_bits = options.numbers.field_bits;
@@ -215,7 +215,7 @@ Exported fixed_header(const Calibration& calibration,
                               .rowwise()
                               .norm()
                               .maxCoeff();
-  // Additional bits of the bias, so that it is not rounded to a whole count of the readings.
+  // The bias has more fractional bits than the readings, so that it is not rounded to whole counts.
   int more = 0;
   while (more < 12 && std::ldexp(span, reading_bits + more + 1) < largest) {
     ++more;
@@ -284,7 +284,7 @@ Exported header(const Calibration& record,
                 const ExportOptions& options,
                 bool is_cpp,
                 std::string_view format) {
-  const Calibration calibration = in_assembly_frame(record);  // the frame of the results of `apply`
+  const Calibration calibration = in_assembly_frame(record);  // as in the results of `apply`
   require_three_axes(calibration, format);
   const Dialect dialect{.is_cpp = is_cpp, .name = header_name(calibration, options)};
   const ConsumerModel model = nearest_model(calibration, {}, MatrixShape::full, options);

@@ -57,8 +57,8 @@ Eigen::Matrix3d inverted(const Source& source, const Eigen::Matrix3d& M) {
 
 using ParameterTable = std::map<std::string, double>;
 
-// Reads lines of `columns` columns. `name_at` and `value_at` are the columns of name and value,
-// from 0.
+// Reads lines of `columns` columns. `name_at` and `value_at` are the indices of the columns of name
+// and value, from 0.
 ParameterTable read_parameters(const Source& source,
                                std::string_view separators,
                                std::size_t name_at,
@@ -98,8 +98,8 @@ ParameterTable read_parameters(const Source& source,
   return table;
 }
 
-// Reads the parameters PREFIX + X, Y, Z + SUFFIX. Returns `otherwise` for all if all three are
-// missing.
+// Reads the parameters PREFIX + X, Y, Z + SUFFIX. If all three are missing, each value is
+// `otherwise`.
 Eigen::Vector3d axes_of(const Source& source,
                         const ParameterTable& table,
                         const std::string& prefix,
@@ -436,7 +436,7 @@ Calibration import_calibration(std::string_view text,
   }
   try {
     static_cast<void>(
-        // Throws if the record could not be stored: such a record is not imported.
+        // calibration_json() throws if the record cannot be stored.
         calibration_json(calibration));
   } catch (const DomainError& error) {
     throw DataError(path, error.what());

@@ -30,7 +30,7 @@ std::string yaml_matrix(const Eigen::Matrix3d& M, const std::string& indent) {
   return text;
 }
 
-// S = M C. M is lower triangular with a positive diagonal, C is a rotation.
+// The factors of S = M C. M is lower triangular with a positive diagonal, C is a rotation.
 struct ScaleMisalignment {
   Eigen::Matrix3d M;
   Eigen::Matrix3d C;
@@ -54,7 +54,7 @@ ScaleMisalignment scale_misalignment(const Eigen::Matrix3d& S) {
 struct KalibrSensor {
   Sensor sensor = Sensor::none;
   ScaleMisalignment split;
-  Eigen::Matrix3d A = Eigen::Matrix3d::Zero();  // gyroscope: sensitivity to specific force
+  Eigen::Matrix3d A = Eigen::Matrix3d::Zero();  // of a gyroscope: sensitivity to specific force
   Eigen::Vector3d bias = Eigen::Vector3d::Zero();
   std::optional<ExportLoss> loss;
   std::string comment;
@@ -155,8 +155,8 @@ Exported export_kalibr_imu(const Calibration& first,
 
 namespace {
 
-// The covariance of a calibrated reading, from the residual standard deviations. A node writes it
-// into sensor_msgs/Imu or sensor_msgs/MagneticField.
+// The covariance of a calibrated reading, computed from the residual standard deviations, for ROS
+// messages of the types sensor_msgs/Imu and sensor_msgs/MagneticField.
 std::string covariance_for_ros(const Calibration& calibration,
                                const ConsumerModel& model,
                                Sensor sensor,

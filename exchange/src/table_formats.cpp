@@ -113,7 +113,7 @@ std::vector<NamedArray> arrays_of(const Calibration& calibration) {
     all.push_back({"covariance", calibration.fit.statistics->covariance});
     all.push_back({"residual_sd", calibration.fit.statistics->residual_sd});
     all.push_back({"degrees_of_freedom", calibration.fit.statistics->degrees_of_freedom});
-    // A row for each of parameter_names.
+    // The matrix has one row for each of parameter_names.
     const std::vector<ParameterUncertainty> uncertainties = parameter_uncertainties(calibration);
     Eigen::MatrixXd columns(static_cast<Eigen::Index>(uncertainties.size()), 4);
     for (std::size_t i = 0; i < uncertainties.size(); ++i) {
@@ -146,7 +146,7 @@ std::vector<std::pair<std::string, std::string>> texts_of(const Calibration& cal
 }
 
 // An element of a MAT-file of version 5 ("MAT-File Format", MathWorks): type, size, and the bytes,
-// padded to a multiple of 8.
+// padded with zeros to a multiple of 8.
 std::string mat_element(std::uint32_t type, std::string_view bytes) {
   const std::array<std::uint32_t, 2> tag = {type, static_cast<std::uint32_t>(bytes.size())};
   std::string element(reinterpret_cast<const char*>(tag.data()), sizeof tag);
@@ -244,7 +244,7 @@ Exported export_csv(const Calibration& calibration, const ExportOptions&) {
 
 Exported export_matlab(const Calibration& calibration, const ExportOptions&) {
   enum : std::uint32_t { char_class = 4, double_class = 6, double_type = 9, utf8_type = 16 };
-  constexpr std::size_t text_size = 124;  // with the offset of subsystem data, which is not used
+  constexpr std::size_t text_size = 124;  // including the field "subsystem data offset"
   std::string content = "MATLAB 5.0 MAT-file, by axiscal";
   content.resize(text_size, ' ');
   const std::array<std::uint16_t, 2> version_and_order = {0x0100, 0x4d49};

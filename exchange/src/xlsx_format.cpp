@@ -181,7 +181,7 @@ class Workbook {
     put_uncertainties(sheet);
   }
 
-  // The inverse by cofactors, computed from the sensitivities above it.
+  // Writes formulas that compute the inverse by cofactors from the cells of the sensitivities.
   void put_inverse(Sheet& sheet) {
     const Eigen::Matrix3d S = sensor().response.sensitivity;
     const Eigen::Matrix3d inverse = S.inverse();
@@ -232,7 +232,7 @@ class Workbook {
   }
   [[nodiscard]] int first_result() const { return m_ + temperature_columns(); }
 
-  // The formula of (v - bias(t)) / scale(t) for an axis in a row.
+  // The formula of (v - bias(t)) / scale(t) for axis k in a row of readings.
   [[nodiscard]] std::string bias_corrected(int row, int k) const {
     const std::string v = cell_name(row, k);
     if (order() == 0) {

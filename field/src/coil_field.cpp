@@ -78,7 +78,7 @@ void CoilField::resolve(FieldResolver& of) const {
   } else if (of.largest_field_length()) {
     of.set_magnitude(*of.largest_field_length());
   } else {
-    of.mark_magnitude_unknown();  // other known parts must fix the scale
+    of.mark_magnitude_unknown();  // another part must have a known magnitude
   }
 }
 

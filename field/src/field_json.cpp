@@ -54,8 +54,8 @@ void magnitude_member(JsonMembers& io, FieldSetup& part) {
   }
 }
 
-// Reads or writes the members that every kind has. ReferenceField::members() does it for those of
-// one kind.
+// Reads or writes the members that all kinds have. ReferenceField::members() reads or writes the
+// members of a single kind.
 void common_members(JsonMembers& io, FieldSetup& part) {
   io.value_if_any("name", part.name);
   io.choice_if_any("role", part.role, role_name, parse_role, "local, induced");

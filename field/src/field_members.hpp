@@ -11,7 +11,7 @@
 
 namespace axiscal {
 
-/// Names of the members of a kind that a model computes at a site.
+/// Names of the members of kinds of field that a model computes for a site.
 inline constexpr std::array<std::string_view, 2> members_with_site = {"model", "site"};
 inline constexpr std::array<std::string_view, 3> members_with_date = {"model", "site", "date"};
 

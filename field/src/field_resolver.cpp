@@ -105,8 +105,8 @@ void FieldResolver::resolve_by_value(const ReferenceField& field) {
   }
 }
 
-// Returns the first unit in which the stated magnitude is possible: 9.81 is gravity in m/s^2, 48 is
-// the Earth's field in uT. Returns "" if no unit fits.
+// Returns the first unit of the kind in which the stated magnitude is possible, e.g. m/s^2 for a
+// gravity of 9.81, uT for a geomagnetic field of 48. Returns "" if there is no such unit.
 std::string FieldResolver::unit_from_magnitude(const FieldKind& kind) const {
   const std::optional<double> met = kind.vertical ? occasion_.largest : std::nullopt;
   const std::optional<double> magnitude = given_magnitude() ? given_magnitude() : met;
@@ -214,7 +214,7 @@ void FieldResolver::set_direction(const Eigen::Vector3d& value, bool induced) {
   constexpr double nearly_vertical = 0.98;
   found_.start.has_heading =
       induced || place_.fence_azimuth_rad.has_value() || std::abs(direction.z()) > nearly_vertical;
-  // If the heading is unknown, only the vertical component of the direction is known.
+  // If the heading is unknown, only the vertical component selects the sign.
   constexpr double clearly_inclined = 0.2;
   if (found_.start.has_heading) {
     found_.start.sign_by = in_table.normalized();

@@ -36,8 +36,8 @@ void convert(FieldDescription& part, const std::string& unit) {
   part.unit = unit;
 }
 
-// In a sum, all numbers without a unit have the same unit. It follows from the first part whose
-// magnitude determines its unit.
+// In a sum, all numbers without a unit have the same unit: that of the first part whose magnitude
+// determines a unit.
 std::string unit_told_by_magnitude(const FieldSetup& setup,
                                    const TablePlace& place,
                                    const FieldOccasion& occasion) {
@@ -238,7 +238,7 @@ FieldDescription describe_field(const TablePlace& place,
     return field_kind(part.kind).dated && !part.model.empty();
   });
   if (field.date.empty() && dated) {
-    field.date = output_timestamp().substr(0, 10);  // the field of the model changes with the date
+    field.date = output_timestamp().substr(0, 10);  // the date affects the model's field
   }
   return field;
 }

@@ -16,9 +16,9 @@
 namespace axiscal {
 namespace {
 
-// The difference between gravity models and measured gravity on the ground (1 standard deviation)
-// [m/s^2]. WGS 84 normal gravity does not include anomalies. EGM96 and EGM2008 do not include
-// details below their grid. Determined from 2872 ground stations in southern Africa (Proof in
+// Standard deviations of gravity models from measured gravity on the ground [m/s^2]. WGS 84 normal
+// gravity does not include anomalies. EGM96 and EGM2008 do not include details that are smaller
+// than their grid. The values are from 2872 ground stations in southern Africa (Proof in
 // docs/fields.md).
 constexpr double normal_gravity_u = 4e-4;
 constexpr double gravity_model_u = 2e-4;

@@ -11,7 +11,7 @@ namespace axiscal {
 namespace {
 
 constexpr double days_per_century = 36525.0;
-// Value of 2017 to 2026. An error of one minute moves the sun by 0.0007 degrees.
+// The value from 2017 to 2026. An error of one minute changes the sun's position by 0.0007 degrees.
 constexpr double terrestrial_less_universal_s = 69.0;
 
 struct EquatorialPlace {

@@ -36,7 +36,7 @@ struct Step {
 
 struct Function {
   std::string_view name;
-  std::size_t arguments;  // any_number: one or more
+  std::size_t arguments;  // number of arguments; any_number: one or more
   Apply apply;
 };
 

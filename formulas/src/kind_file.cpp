@@ -25,7 +25,7 @@ struct StatedQuantity {
   Formula formula;
 };
 
-// Data of an InstrumentKind, kept as long as the program runs.
+// The data to which an InstrumentKind refers. They exist until the program ends.
 struct StatedKind {
   std::string path;
   std::string name;
@@ -50,7 +50,7 @@ DerivedValues derive(const StatedKind& kind, const DeriveInput& input) {
   return result;
 }
 
-// The quantity of an axis and its standard uncertainty, by central differences in the coefficients.
+// The value of a formula for an axis, and its standard uncertainty by central differences.
 std::pair<double, double> value_and_u(const Formula& formula,
                                       std::array<double, 5> at,
                                       const Eigen::MatrixXd& covariance) {

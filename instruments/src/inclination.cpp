@@ -8,7 +8,7 @@
 namespace axiscal {
 namespace {
 
-// atan2 gives -pi for (-0, -1), but our angles are in (-pi, pi].
+// Replaces -pi, which atan2(-0, -1) returns, by pi, because angles are in (-pi, pi].
 double half_open(double value) noexcept {
   return value == -std::numbers::pi ? std::numbers::pi : value;
 }

@@ -14,7 +14,7 @@ void check_axis(int nominal_axis) {
   }
 }
 
-// Converts forward-left-up to forward-right-down; the conversion back is the same.
+// Converts between a row in the given convention and the same row in forward-right-down.
 Eigen::Vector3d other_convention(const Eigen::Vector3d& row, AxisConvention convention) {
   return convention == AxisConvention::forward_right_down
              ? row

@@ -57,7 +57,7 @@ std::size_t LineariseEllipsoid(const EllipsoidReadings& readings,
     hn::StoreU(sum_of(-A[0][0], u0, -A[1][0], u1, -A[2][0], u2), lanes, J[0] + i);
     hn::StoreU(sum_of(-A[0][1], u0, -A[1][1], u1, -A[2][1], u2), lanes, J[1] + i);
     hn::StoreU(sum_of(-A[0][2], u0, -A[1][2], u1, -A[2][2], u2), lanes, J[2] + i);
-    // The factor of the second entry for which an entry of A stands.
+    // If A is symmetric, the derivative with respect to A_jk includes that with respect to A_kj.
     const auto other = hn::Set(lanes, weights.symmetric ? 1.0 : 0.0);
     hn::StoreU(hn::Mul(u0, d0), lanes, J[3] + i);
     hn::StoreU(hn::MulAdd(u0, d1, hn::Mul(other, hn::Mul(u1, d0))), lanes, J[4] + i);

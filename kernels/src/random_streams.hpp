@@ -18,7 +18,7 @@ inline constexpr double quarter_turn = std::numbers::pi / 2.0;
 class RandomStreams {
  public:
   RandomStreams(std::uint64_t seed, std::uint64_t block) {
-    // Mixed twice, so that neighbouring seeds and blocks give unrelated states.
+    // The seed is mixed twice, so that neighbouring seeds and blocks give unrelated states.
     std::uint64_t x = mixed(mixed(seed) ^ (block + 0x9E3779B97F4A7C15ULL));
     for (std::size_t stream = 0; stream < stream_count; ++stream) {
       for (auto& word : words_) {
@@ -43,7 +43,8 @@ class RandomStreams {
   std::array<std::array<std::uint64_t, stream_count>, 4> words_{};
 };
 
-// Taylor series of sin(x) / x and cos(x) in x^2. Their error is 1e-17 at pi / 4.
+// Coefficients of the Taylor series of sin(x) / x and cos(x) in powers of x^2. The error of the
+// series is 1e-17 at x = pi / 4.
 inline constexpr std::array<double, 8> sine_series = {
     1.0,          -1.0 / 6,          1.0 / 120,          -1.0 / 5040,
     1.0 / 362880, -1.0 / 39916800.0, 1.0 / 6227020800.0, -1.0 / 1307674368000.0};
@@ -57,7 +58,8 @@ inline constexpr std::array<double, 9> cosine_series = {1.0,
                                                         -1.0 / 87178291200.0,
                                                         1.0 / 20922789888000.0};
 
-// Series of 2 atanh(s) / s in s^2. Its error is 1e-14 at the largest |s|, 0.172.
+// Coefficients of the series of 2 atanh(s) / s in powers of s^2. The error is 1e-14 at the largest
+// |s|, 0.172.
 inline constexpr std::array<double, 9> log_series = {2.0,      2.0 / 3,  2.0 / 5,  2.0 / 7, 2.0 / 9,
                                                      2.0 / 11, 2.0 / 13, 2.0 / 15, 2.0 / 17};
 inline constexpr double root_half = 0.5 * std::numbers::sqrt2;

@@ -26,9 +26,9 @@ namespace hn = hwy::HWY_NAMESPACE;
 using Lanes = hn::CappedTag<double, 8>;
 using Double = hn::Vec<Lanes>;
 
-// From this number of rows on, outputs are written past the caches, so that a cache line is not
+// Tables with at least this number of rows are written past the caches, so that a cache line is not
 // read before it is overwritten.
-constexpr std::size_t streams_from = std::size_t{1} << 20U;  // rows
+constexpr std::size_t streams_from = std::size_t{1} << 20U;
 
 struct Affine {
   explicit Affine(const ColumnReduction& reduction) {
@@ -58,7 +58,7 @@ HWY_INLINE Double ArcTangent(Double y, Double x) {
   const Double low = hn::Min(ax, ay);
   const Double high = hn::Max(ax, ay);
   const Double zero = hn::Zero(lanes);
-  // If `high` is not greater than zero, the sum is 0 or NaN.
+  // If `high` is 0 or NaN, the ratio is replaced by low + high, which is then also 0 or NaN.
   const Double ratio = hn::IfThenElse(hn::Gt(high, zero), hn::Div(low, high), hn::Add(low, high));
   Double angle = hn::Atan(lanes, ratio);
   angle =

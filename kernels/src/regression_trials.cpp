@@ -193,7 +193,7 @@ class TrialLanes {
     }
   }
 
-  // Computes b = P y. Returns s^2 from the residuals y - X b.
+  // Computes b = P y. Returns the variance s^2 of the residuals y - X b.
   HWY_INLINE Double fit(Double* HWY_RESTRICT b) {
     const std::size_t width = hn::Lanes(lanes_);
     const double* const P = trials_.at.pseudo_inverse.data();
@@ -266,7 +266,7 @@ HWY_AFTER_NAMESPACE();
 namespace axiscal {
 namespace {
 
-// A single stream, one number after the other.
+// Normals of a single stream, one number after the other.
 class PlainNormals {
  public:
   PlainNormals(const RandomStreams& streams, std::size_t stream) {

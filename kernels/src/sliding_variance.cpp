@@ -19,9 +19,9 @@ namespace axiscal {
 namespace HWY_NAMESPACE {
 namespace hn = hwy::HWY_NAMESPACE;
 
-// Four stretches of a column are processed at the same time, so that their running sums do not wait
-// for each other. The changes from window to window are computed along each stretch, then
-// interleaved so that each stretch has one lane.
+// Four stretches of a column are processed at the same time, one in each lane, because the running
+// sums of a single stretch depend on each other. The changes from window to window are computed
+// along each stretch, then interleaved so that each stretch has one lane.
 constexpr std::size_t stretches = 4;
 using Lanes = hn::CappedTag<double, stretches>;
 using Double = hn::Vec<Lanes>;
@@ -47,8 +47,9 @@ struct RunningSums {
   double squares[stretches] = {};
 };
 
-// Adds squared variances to `total`, interleaved by stretch: in each stretch, of the windows that
-// start at i, i + 1, .., one for each lane. Then updates the running sums for the next windows.
+// Adds squared variances to `total`: in each stretch, those of the windows that start at i, i + 1,
+// .., i + lanes - 1. Entry 4 j + l is for stretch l and the window at i + j. Then updates the
+// running sums for the next windows.
 HWY_INLINE void AddTile(RunningSums& of, std::size_t i, std::size_t window, double* total) {
   const Lanes lanes;
   const auto w = static_cast<double>(window);

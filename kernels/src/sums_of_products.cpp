@@ -89,9 +89,9 @@ void ThreeByThree(const double* const* x,
   put(2, 2, c2);
 }
 
-// Adds the products of the rows from `first` on, as many as fill whole vectors, to the p x p
-// products. It computes blocks of three columns on and below the diagonal.
-// @return the end of these rows.
+// Adds the products of the rows `first` to `end` to the p x p products, but omits the last rows
+// that do not fill a vector. It computes blocks of three columns on and below the diagonal.
+// @return the end of the rows that were added.
 std::size_t AddProducts(const double* const* columns,
                         std::size_t p,
                         std::size_t first,

@@ -10,7 +10,8 @@ namespace axiscal {
 
 constexpr std::size_t turn_lanes = 8;
 
-// Quaternion, sensitivities and integral of R of eight turns: 4 + 27 + 9 rows of eight numbers.
+// The results of eight turns, in rows of eight numbers: 4 rows for the quaternion, 27 for the
+// sensitivities, 9 for the integral of R.
 struct TurnSums {
   std::array<std::array<double, turn_lanes>, 40> values{};
 };
@@ -55,8 +56,7 @@ HWY_INLINE Many operator*(const Many& a, const Many& b) {
 
 #include "turn_step.inc"
 
-// Integrates a group of eight turns, as many at a time as there are lanes. Each sample is 4 x 8
-// numbers.
+// Integrates a group of eight turns, one turn in each vector lane. Each sample is 4 x 8 numbers.
 void IntegrateGroup(const double* samples, std::size_t steps, const double* B, TurnSums* sums) {
   for (std::size_t first = 0; first < turn_lanes; first += Many::width()) {
     integrate_turns<Many>(samples + first, steps, B, &sums->values[0][first]);

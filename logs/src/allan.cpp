@@ -90,8 +90,8 @@ void require_enough(std::size_t phases) {
   }
 }
 
-// @param phase        phases of the samples; without the first phase if `zero_before` is true.
-// @param zero_before  true if the first phase is 0 and not contained in `phase`.
+// @param phase        the phases of the record.
+// @param zero_before  true if `phase` lacks the first phase, which is 0.
 std::vector<AllanPoint> curve_of(std::span<const double> phase,
                                  bool zero_before,
                                  double rate_hz,
@@ -157,7 +157,7 @@ void put_phase(std::span<const double> samples, double rate_hz, std::span<double
   const double step = 1.0 / rate_hz;
   double sum = 0.0;
   const auto put = [&](std::size_t at, double more) { phase[at] = sum + more; };
-  // Only one addition in four depends on the previous group.
+  // Only one addition for each group of four samples has to wait for the previous group.
   for (i = 0; i + 4 <= samples.size(); i += 4) {
     const double a = (samples[i] - mean) * step;
     const double ab = a + (samples[i + 1] - mean) * step;

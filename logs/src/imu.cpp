@@ -104,9 +104,9 @@ std::vector<std::size_t> all_rests(const Segmentation& rests) {
   return all;
 }
 
-// @return the factor from the noise of rests in these directions to the error of biases and
-//         sensitivities. It is large if there are few directions, or if they do not cover all
-//         sides.
+// @param ups  directions up at the rests, n x 3.
+// @return the error of biases and sensitivities divided by the noise of the rests. It is large if
+//         there are few directions, or if they do not cover all sides.
 double spread_of(const Eigen::MatrixX3d& ups) {
   Eigen::MatrixXd J(ups.rows(), 9);
   J << ups, ups.cwiseAbs2(), ups.col(0).cwiseProduct(ups.col(1)),
@@ -149,9 +149,9 @@ RestQuality quality_of(const Segmentation& rests,
 }
 
 // Finds the threshold whose rests have the smallest expected error. Its number of rests must be
-// within 25 % of that of the persistent threshold.
+// within 25 % of the number for the threshold of most_persistent().
 //
-// @param notes    receives a note about rests that are left out.
+// @param notes    receives a note if fewer rests are used than most_persistent() would use.
 // @param inverse  receives the inverse sensitivity of the gyroscope, from the turns.
 std::size_t best_by_scatter(const RecordedLog& log,
                             const ImuOptions& options,
@@ -179,11 +179,11 @@ std::size_t best_by_scatter(const RecordedLog& log,
     try {
       return quality_of(rests, options, source, turn_options);
     } catch (const RefusedError&) {
-      return RestQuality();  // these rests do not determine the fit
+      return RestQuality();  // infinite error: these rests do not determine the fit
     }
   };
-  // Another threshold than the persistent one must be clearly better, because small differences are
-  // due to chance.
+  // The threshold of most_persistent() is replaced only by a clearly better one, because small
+  // differences are due to chance.
   constexpr double clearly = 0.8;
   std::size_t best = persistent;
   const RestQuality all = quality_at(persistent);
@@ -347,7 +347,7 @@ class ImuCalibrator {
     }
     segment_options.attitude = options_.accelerometer;
     const auto choose = [&](const std::vector<IntervalSet>& sets, const Segmentation& so_far) {
-      return options_.seats != Seats::unknown  // six directions do not test the magnitude
+      return options_.seats != Seats::unknown  // six faces are too few for best_by_scatter()
                  ? most_persistent(sets)
                  : best_by_scatter(log_, options_, sets, so_far, result_.notes, gyroscope_inverse_);
     };
@@ -425,7 +425,7 @@ class ImuCalibrator {
         return;
       }
     } catch (const RefusedError&) {
-      // No rests are found without these samples.
+      // Without these samples there are no rests, so they stay.
     }
     result_.notes = std::move(notes);
   }
@@ -484,8 +484,8 @@ class ImuCalibrator {
     }
     experiment.instrument.axes = options_.accelerometer;
     set_default_field(experiment);
-    // If a board is turned by hand, the error of the model is larger than that of a mean over a
-    // second, so all rests have the same weight.
+    // If a board is turned by hand, the error of the model is larger than the noise of a mean over
+    // one second, so all rests get the same weight.
     experiment.fit.weighting = experiment.fit.weighting.value_or(Weighting::none);
     Observations observations = observations_of(options_.accelerometer);
     if (!result_.seats && !experiment.fit.method) {
@@ -520,7 +520,8 @@ class ImuCalibrator {
       }
     }
     TurnFitOptions turn_options = options_.turns;
-    // The inverse refers to the accelerometer's own axes. A given record may have other axes.
+    // gyroscope_inverse_ refers to the frame that was fitted to this log. A given record of the
+    // accelerometer may have another frame.
     if (gyroscope_inverse_ && !options_.known_accelerometer && !turn_options.start) {
       turn_options.start = gyroscope_inverse_;
     }
@@ -571,7 +572,7 @@ class ImuCalibrator {
     experiment.fit.weighting = experiment.fit.weighting.value_or(Weighting::none);
     experiment.fit.method.reset();
     experiment.fit.shape =
-        MagnitudeShape::symmetric;  // it is aligned with the accelerometer's frame later
+        MagnitudeShape::symmetric;  // the frame is aligned with the accelerometer's below
     const Observations observations = observations_of(options_.magnetometer);
     Calibration record = calibrate(experiment, observations);
     record.provenance.slot = "magnetometer";
@@ -585,7 +586,7 @@ class ImuCalibrator {
   const RecordedLog& log_;
   const ImuOptions& options_;
   ImuCalibration result_;
-  std::optional<Eigen::Matrix3d> gyroscope_inverse_;  // from the choice of the threshold
+  std::optional<Eigen::Matrix3d> gyroscope_inverse_;  // inverse sensitivity by best_by_scatter()
   Eigen::MatrixX3d accelerations_;                    // means of the accelerometer at the rests
 };
 
@@ -680,7 +681,7 @@ ImuCalibration calibrate_imu(const RecordedLog& log, const ImuOptions& options) 
   try {
     return ImuCalibrator(log, options).run();
   } catch (const GyroscopeRefused& refused) {
-    ImuOptions without = options;  // rests must be detected without it, too
+    ImuOptions without = options;  // the rests are then detected by the accelerometer
     without.gyroscope.clear();
     ImuCalibration imu = ImuCalibrator(log, without).run();
     imu.failed.insert(imu.failed.begin(), {.slot = "gyroscope", .message = refused.what()});

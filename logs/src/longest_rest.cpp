@@ -59,8 +59,9 @@ double step_of(std::span<const double> samples) {
   return std::isfinite(step) ? step : 0.0;
 }
 
-// @return for each window 1 if it is loud in some column. The base is the quantile `quietest` of
-//         the variances.
+// @param quietest  quantile of a column's variances that is taken as the variance at rest, 0 to 1.
+// @return for each window 1 if its variance is too large for a rest in some column, or 0 in all
+//         columns.
 std::vector<char> loud_windows(const std::vector<RestColumn>& columns,
                                const std::vector<Windows>& windows,
                                double quietest) {
@@ -91,7 +92,7 @@ std::vector<char> loud_windows(const std::vector<RestColumn>& columns,
     }
   }
   for (std::size_t i = 0; i < n && any; ++i) {
-    loud[i] = static_cast<char>(loud[i] != 0 || frozen[i] != 0);  // the sensor sleeps
+    loud[i] = static_cast<char>(loud[i] != 0 || frozen[i] != 0);  // frozen: the sensor sleeps
   }
   return loud;
 }
@@ -152,8 +153,8 @@ LongestRest longest_rest(const std::vector<RestColumn>& columns, double rate_hz)
     windows.push_back(windows_of(column.samples, length));
   }
   LongestRest rest;
-  // If less than a tenth of the log is at rest, the quietest fiftieth of the windows shows the
-  // rest.
+  // If less than a tenth of the log is at rest, the 10 % quantile is not the variance at rest, and
+  // the 2 % quantile is used.
   for (const double quietest : {0.1, 0.02}) {
     const std::pair<std::size_t, std::size_t> run =
         longest_quiet(loud_windows(columns, windows, quietest));

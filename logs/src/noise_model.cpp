@@ -26,10 +26,11 @@ constexpr unsigned bit_of(NoiseKind kind) {
   return 1U << static_cast<unsigned>(kind);
 }
 
-// A further kind of noise must reduce the deviance by its price. Otherwise uncertain points would
-// add kinds by chance: flicker and random walk, for example, fit a few such points equally well. A
-// ramp has a higher price, because the last points of a random walk look like a ramp.
-constexpr double price_of_a_kind = 8.0;  // in the deviance
+// A further kind of noise is accepted only if it reduces the deviance by more than its price.
+// Without prices, uncertain points would add kinds by chance: flicker and random walk, for example,
+// fit a few such points equally well. A ramp has a higher price, because the last points of a
+// random walk look like a ramp.
+constexpr double price_of_a_kind = 8.0;
 constexpr double price_of_a_ramp = 10.0;
 
 double price_of(unsigned set) {
@@ -63,8 +64,8 @@ std::vector<AllanPoint> octaves_of(std::span<const AllanPoint> curve) {
   return octaves;
 }
 
-// Mean and variance of ln(chi^2 / nu): digamma(x) - ln x and trigamma(x), x = nu / 2. Their
-// expansions have an error of up to a twelfth at nu = 1.
+// Mean and variance of ln(chi^2 / nu), by expansions of digamma(x) - ln x and trigamma(x) with
+// x = nu / 2. The relative error for nu >= 1 is largest at nu = 1, where it is less than 1/12.
 double mean_of_log(double nu) {
   return -1.0 / nu - 1.0 / (3.0 * nu * nu);
 }
@@ -77,8 +78,9 @@ double freedom_of(const AllanPoint& point) {
   return std::max(fewest > 0.0 ? fewest : point.degrees_of_freedom, 1.0);
 }
 
-// The deviance of the variances s_i of a curve, each distributed as V_i chi^2 / nu_i:
-// D = sum nu_i (s_i / V_i - ln(s_i / V_i) - 1), with V = A theta and no theta negative.
+// The deviance of the Allan variances s_i of a curve, which are distributed as V_i chi^2 / nu_i:
+// D = sum nu_i (s_i / V_i - ln(s_i / V_i) - 1). The model is V = A theta, where theta are the
+// squares of the coefficients.
 class CurveDeviance {
  public:
   // @param error  relative error of the model of the variance.
@@ -96,7 +98,7 @@ class CurveDeviance {
       }
     }
     // The first weights come from the curve. A point with few degrees of freedom may be far too
-    // low, so its weight is small at the start.
+    // low and would dominate the fit, so its first weight is made small.
     constexpr double well_known = 10.0;  // degrees of freedom
     start_ = variance_;
     for (Eigen::Index i = 0; i < A_.rows(); ++i) {
@@ -109,7 +111,7 @@ class CurveDeviance {
   [[nodiscard]] const Eigen::MatrixXd& A() const { return A_; }
 
   // Finds the set of allowed kinds with the smallest sum of deviance and price.
-  // @param fixed  given coefficients; 0 for those that are not given.
+  // @param fixed  squares of the given coefficients; 0 for those that are not given.
   template <typename Price>
   [[nodiscard]] Solution least(unsigned allowed,
                                const Eigen::VectorXd& fixed,
@@ -135,7 +137,7 @@ class CurveDeviance {
   }
 
   // Minimises the deviance of a set of kinds by Fisher scoring.
-  // @param given  variances of the kinds that are fixed, at each point.
+  // @param given  for each point the sum of the variances of the fixed kinds.
   // @return nullopt if a coefficient is negative or not determined.
   [[nodiscard]] std::optional<Solution> scored(unsigned set, const Eigen::VectorXd& given) const {
     std::vector<Eigen::Index> columns;
@@ -204,7 +206,7 @@ class CurveDeviance {
 
   Eigen::MatrixXd A_;         // n x kinds: variances at the points for coefficients of 1
   Eigen::VectorXd variance_;  // n: variances of the curve
-  Eigen::VectorXd nu_;        // n: degrees of freedom, with the model's error
+  Eigen::VectorXd nu_;        // n: degrees of freedom, reduced for the error of the model
   Eigen::VectorXd start_;     // n: variances for the first weights
 };
 
@@ -213,7 +215,7 @@ struct CurveFit {
   std::vector<AllanPoint> points;
   Solution solution;
   double error = 0.0;        // relative error of the model of the variance
-  double chi_squared = 0.0;  // from the scatter of the points and `error`
+  double chi_squared = 0.0;  // sum of the squared residuals in logarithms / their variances
   double dof = 0.0;
   double p_value = 0.0;
 };
@@ -277,11 +279,11 @@ struct WhiteStretch {
 
 // Finds the longest stretch over which tau times the variance is constant.
 std::optional<WhiteStretch> white_stretch(std::span<const AllanPoint> points) {
-  constexpr double shortest = 12.0;  // ratio of its ends: about four octaves
-  constexpr double of_model = 0.06;  // error of the variance: 3 % of the deviation
-  constexpr double steepest = 0.2;   // largest slope of ln(tau * variance)
+  constexpr double shortest = 12.0;  // smallest ratio of its last tau to its first
+  constexpr double of_model = 0.06;  // relative error of the variance; 3 % for the deviation
+  constexpr double steepest = 0.2;   // largest slope of ln(tau * variance) over ln(tau)
   constexpr double by_chance = 0.05;
-  constexpr double least_sd = 0.025;  // relative; 95 % interval of at least +-5 %
+  constexpr double least_sd = 0.025;  // of N, relative; the 95 % interval is then +-5 % or more
   std::optional<WhiteStretch> found;
   double longest = shortest;
   for (std::size_t first = 0; first < points.size(); ++first) {
@@ -323,12 +325,13 @@ std::optional<WhiteStretch> white_stretch(std::span<const AllanPoint> points) {
   return found;
 }
 
-// Computes the interval of one coefficient from the profile of the deviance, in which each other
-// kind may be present or absent. Points of one curve are correlated, so the deviance may rise by
-// more than the 3.84 for independent points.
+// Computes the interval of one coefficient from the profile of the deviance: for each value of the
+// coefficient, the deviance is minimised over the others and over all sets of the other kinds.
+// Points of one curve are correlated, so the deviance may rise by more than the 3.84 that applies
+// to independent points.
 class Profile {
  public:
-  // @param fixed  given coefficients; 0 for those that are not given.
+  // @param fixed  squares of the given coefficients; 0 for those that are not given.
   Profile(const CurveDeviance& deviance, NoiseKind kind, const Eigen::VectorXd& fixed)
       : deviance_(deviance), kind_(kind), fixed_(fixed) {
     for (const NoiseKind one : all_noise_kinds) {
@@ -340,7 +343,7 @@ class Profile {
   }
 
   // @param rise   largest rise of the deviance.
-  // @param scale  square of a coefficient that the curve allows.
+  // @param scale  where the search starts: the square of a plausible coefficient.
   // @return the largest square of the coefficient for which the deviance rises by at most `rise`.
   [[nodiscard]] double upper(double rise, double scale) const {
     double inside = best_;
@@ -391,8 +394,9 @@ class Profile {
   double least_ = 0.0;
 };
 
-// These limits of the rise were found by simulation. With 3e4 and 1e5 samples the intervals contain
-// the true value in at least 93 % of the cases.
+// @param is_found  true if the fitted coefficient is positive.
+// @return the rise of the deviance at the ends of a 95 % interval. It was found by simulation: with
+//         3e4 and 1e5 samples, at least 93 % of the intervals contain the true value.
 double rise_of(NoiseKind kind, bool is_found) {
   switch (kind) {
     case NoiseKind::random_walk:
@@ -407,10 +411,9 @@ double rise_of(NoiseKind kind, bool is_found) {
   return is_found ? 10.0 : 12.0;
 }
 
-// @param fixed  given coefficients; 0 for those that are not given.
+// @param fixed  squares of the given coefficients; 0 for those that are not given.
 NoiseModel model_of(const CurveFit& fit, const Eigen::VectorXd& fixed) {
-  // If the kinds do not describe a curve, the coefficients of resampled records scatter by this
-  // much.
+  // If the kinds do not describe the curve, the coefficients of resampled records scatter by 10 %.
   const double shortest_half_width = fit.error > 0.0 ? 0.1 : 0.0;
   NoiseModel model{.p_value = fit.p_value,
                    .from_tau_s = fit.points.front().tau_s,

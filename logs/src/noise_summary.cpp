@@ -89,8 +89,8 @@ SheetNoise sheet_noise(const ColumnNoise& column, NoiseKind kind) {
 
 std::string sheet_text(const SheetNoise& noise) {
   if (noise.value > 0.0) {
-    // The last digit shown is the second digit of the interval's width, but at most the fourth of
-    // the value.
+    // The numbers are rounded to the second digit of the interval's width, but to no more than four
+    // significant digits.
     const double fourth = std::pow(10.0, std::floor(std::log10(noise.high)) - 2.0);
     const double place = std::max(noise.high - noise.low, fourth);
     return formatted("{} [{}, {}]", rounded_value(noise.value, place),

@@ -10,7 +10,7 @@
 namespace axiscal {
 namespace {
 
-// The sum of the squared means over m of second differences. Each mean is computed from the one
+// The modified Allan variance. Each inner sum of m second differences is computed from the sum
 // before it.
 double modified_variance(std::span<const double> x, std::size_t m, double tau) {
   const std::size_t terms = x.size() - 3 * m + 1;

@@ -47,7 +47,7 @@ std::optional<Region> region_called(std::string_view name) {
   }
   const int axis = name[0] - 'x';
   const std::string_view what = name.substr(2);
-  const Face below = static_cast<Face>(2 * axis + 1);  // the face below if the axis points up
+  const Face below = static_cast<Face>(2 * axis + 1);  // face on the table if the axis points up
   if (what == "p") {
     return Region{.name = std::string(name), .rest = below};
   }
@@ -143,7 +143,7 @@ class RegionReader {
     return {mean(columns[0], part), mean(columns[1], part), mean(columns[2], part)};
   }
 
-  /// @return the duration of the samples of a part, each of which lasts one step [s].
+  /// @return the duration of a part [s]: its number of samples times their mean step.
   [[nodiscard]] double duration_s(const Part& part) const {
     const auto n = static_cast<double>(part.end - part.first);
     return (time_s_[part.end - 1] - time_s_[part.first]) * n / (n - 1.0);
@@ -294,7 +294,7 @@ class RegionCalibrator {
     const Eigen::Vector3d gravity = reader_.mean(options_.accelerometer, turn.part);
     const Eigen::Vector3d middle = result_.accelerometer.sensor.response.bias;
     for (const KnownRegion& rest : rests_) {
-      constexpr double nearly = 0.9;  // cosine
+      constexpr double nearly = 0.9;  // cosine of the largest angle
       const Eigen::Vector3d there = reader_.mean(options_.accelerometer, rest.part) - middle;
       const bool is_alike = there.normalized().dot((gravity - middle).normalized()) > nearly;
       if (is_alike) {
@@ -317,7 +317,7 @@ class RegionCalibrator {
       observations.readings[i].field_in_sensor = Eigen::Vector3d::Zero();
       if (parts[i].region->kind == Region::Kind::turn) {
         const auto row = static_cast<Eigen::Index>(i);
-        // The mean of the gyroscope at rest in this attitude is removed from the turn.
+        // Replaces the bias in the attitude of this turn by the mean bias of all rests.
         observations.response.row(row) -= (rest_like(parts[i]) - mean_rest_).transpose();
         observations.readings[i].field_in_sensor =
             rate_of(parts[i], observations.response.row(row).transpose() - mean_rest_);
@@ -341,7 +341,8 @@ class RegionCalibrator {
     result_.gyroscope = std::move(record);
   }
 
-  // @return the mean rate of a turn in the cube's frame [rad/s].
+  // @param readings  mean of the gyroscope during the turn, without its bias.
+  // @return the mean rate of the turn in the cube's frame [rad/s].
   [[nodiscard]] Eigen::Vector3d rate_of(const KnownRegion& turn,
                                         const Eigen::Vector3d& readings) const {
     const Region& region = *turn.region;

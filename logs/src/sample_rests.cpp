@@ -46,9 +46,8 @@ std::optional<double> rate_of(const Observations& samples) {
   return 1.0 / upper_median(std::move(steps));
 }
 
-// @return the length of the window in which a sample is compared with its neighbours: half a
-//         second, or a hundredth of the samples if they have no times, and at most a third of a
-//         block.
+// @return the length of the detector's window [samples]. It is half a second, or a hundredth of all
+//         samples if they have no times, and at most a third of the mean length of a block.
 std::size_t window_of(const Observations& samples,
                       const std::vector<std::size_t>& begins,
                       const std::optional<double>& rate_hz) {
@@ -113,7 +112,7 @@ std::optional<SampleRests> rests_of_samples(const Observations& samples) {
   options.begins = begins_of(samples);
   const std::optional<double> rate_hz = rate_of(samples);
   const std::size_t window = window_of(samples, options.begins, rate_hz);
-  // Times are counted in samples, at a rate of one sample per second.
+  // With a rate of 1 Hz, all lengths in the options are numbers of samples.
   options.rate_hz = 1.0;
   options.window_s = static_cast<double>(window);
   options.trim_s = 0.0;
@@ -125,7 +124,8 @@ std::optional<SampleRests> rests_of_samples(const Observations& samples) {
   } catch (const Error&) {
     return std::nullopt;  // no rest
   }
-  // A slow motion is not a rest: its samples scatter by more than 5 % of half the largest range.
+  // An interval is a slow motion, not a rest, if its samples scatter by more than 5 % of half the
+  // largest range of a column.
   const Eigen::VectorXd range =
       samples.response.colwise().maxCoeff() - samples.response.colwise().minCoeff();
   const double largest = 0.05 * 0.5 * range.maxCoeff();

@@ -30,8 +30,8 @@ std::string seen_name(const std::optional<Face>& face) {
   return face ? "rest " + std::string(face_name(*face)) : "no face, because it lies on an edge";
 }
 
-// @return the two fence faces of a rest face in the standard design: those of the next axis, +
-//         first.
+// @return the two fence faces that the standard design has for a rest face: + and - of the next
+//         axis.
 std::array<Face, 2> standard_fences(Face rest) {
   const int next = (axis_of(rest) + 1) % 3;
   return {face_of(next, true), face_of(next, false)};
@@ -53,8 +53,10 @@ Eigen::Matrix3d rotation_positioner_from_table(const DesignPoint& point) {
   return Positioner().rotation_table_from_positioner(point).transpose();
 }
 
-// @return the first label of a chain: the given one, otherwise one with the rest face that was
-//         found.
+// @param face   rest face of the first labelled rest.
+// @param first  its label, if it is known.
+// @return the label of that rest: `first`, or a label with the rest face `face`; nullopt if neither
+//         is known.
 std::optional<DesignPoint> start_of(const std::optional<Face>& face,
                                     const std::optional<DesignPoint>& first) {
   if (first) {
@@ -144,7 +146,7 @@ SeatLabels label_by_sheet(const std::vector<std::optional<Face>>& faces,
   }
   SeatLabels labels{.points = std::vector<std::optional<DesignPoint>>(n),
                     .rows = std::vector<std::optional<std::size_t>>(n)};
-  std::vector<std::string> messages;  // in reverse order
+  std::vector<std::string> messages;  // from the last rest to the first
   std::size_t i = n;
   std::size_t j = m;
   while (i > 0 || j > 0) {
@@ -267,7 +269,8 @@ SeatLabels label_by_turns(const std::vector<std::optional<Face>>& faces,
   constexpr double farthest_rad = 30.0 * rad_per_deg;
   SeatLabels labels{.points = std::vector<std::optional<DesignPoint>>(faces.size())};
   std::optional<DesignPoint> last;
-  Eigen::Matrix3d since = Eigen::Matrix3d::Identity();  // from this rest to the last labelled one
+  // Rotation from the sensor's frame at this rest to its frame at the last labelled rest.
+  Eigen::Matrix3d since = Eigen::Matrix3d::Identity();
   for (std::size_t i = 0; i < faces.size(); ++i) {
     if (i > 0) {
       since = since * turns[i - 1];

@@ -92,7 +92,7 @@ class Clock {
   double step_ = 0.0;
   double longest_step_ = 0.0;  // a longer step is a gap
   double last_ = 0.0;
-  bool went_back_ = false;  // true if the last step was negative; the next one is no gap
+  bool went_back_ = false;  // true if the last step was negative; the next step is then not a gap
   std::size_t samples_ = 0;
 };
 
@@ -256,7 +256,7 @@ double largest_spread(const std::vector<StaticInterval>& intervals,
   return largest;
 }
 
-// The selected columns of a log: all columns but the times, in their order; then the times.
+// The columns that are selected from a log: all columns except the times, and then the times.
 struct SelectedColumns {
   TimeColumn times;
   bool has_times = false;
@@ -343,8 +343,8 @@ class BlocksAhead {
     if (used_ == blocks_.size()) {
       blocks_ = reading_.get();
       used_ = 0;
-      // A thread is used only after a whole batch: before that, the log may be short, and after a
-      // smaller batch it has ended.
+      // A thread reads the next batch only after a whole batch. The first batch is one block,
+      // because the log may be short; a later batch that is smaller is the last one.
       read(batch, blocks_.size() == batch);
     }
     if (blocks_.empty()) {
@@ -384,7 +384,7 @@ class BlocksAhead {
   std::future<std::vector<Block>> reading_;  // its destructor waits for the thread
 };
 
-// Marks samples that are left out, and the first sample of each further recording, as broken.
+// Marks as broken the samples that `options` leave out, and the first of each further recording.
 // @param first  number of the first sample of the block in the log.
 void break_samples(const SegmentOptions& options, std::size_t first, std::vector<char>& broken) {
   const std::size_t end = first + broken.size();
@@ -400,7 +400,7 @@ void break_samples(const SegmentOptions& options, std::size_t first, std::vector
   }
 }
 
-// Adds a note for each column without numbers, and sets its means to NaN.
+// Adds a note for each column without numbers, and sets the means of the column to NaN.
 void blank_empty_columns(const Repair& repair, Segmentation& result) {
   for (std::size_t c = 0; c < result.columns.size(); ++c) {
     if (!repair.has_numbers(c)) {

@@ -94,7 +94,7 @@ struct StillSpan {
   double motion = 0.0;  // sum of joined variances
   double loudest = 0.0;
   std::vector<double> reference;  // first value of each column
-  std::vector<double> last;       // last value
+  std::vector<double> last;       // last value of each column
   std::vector<Sums> sums;
 };
 
@@ -128,8 +128,8 @@ StaticInterval interval_of(const StillSpan& run) {
     const double spread = n * (n * n - 1.0) / 12.0;
     const double slope = n > 1.0 ? (sums.iu - 0.5 * (n - 1.0) * sums.u) / spread : 0.0;
     interval.drift(c) = slope * (n - 1.0);
-    // sum (u_i - mean)(u_(i+1) - mean) over the n - 1 pairs; the first u is 0. The contributions of
-    // a drift to this sum and to the squares are not noise.
+    // `products` is the sum of (u_i - mean)(u_(i+1) - mean) over the n - 1 pairs; the first u is 0.
+    // A drift contributes `drifted` to this sum and to `squares`; this part is not noise.
     const double last = run.last[at] - run.reference[at];
     const double products = sums.lag - mean * (2.0 * sums.u - last) + (n - 1.0) * mean * mean;
     const double drifted = slope * slope * spread;
@@ -296,8 +296,8 @@ class StaticDetector::Stream {
       if (detectors_.contains(level)) {
         continue;
       }
-      // If the level is below all others, no sample was still for it until now. If it is above
-      // them, or is the first, all samples were still.
+      // For a level below all others, no sample was still until now. For a level above all others,
+      // and for the first level, all unbroken samples were still.
       Detector detector;
       if (first || level > detectors_.rbegin()->first) {
         detector = everything_;
@@ -315,9 +315,9 @@ class StaticDetector::Stream {
     }
   }
 
-  // Computes what all detectors need from a block: the extremes of each stretch, and for each
-  // sample the sum of the motion before it. Infinite motion is not included, because it is never
-  // still.
+  // Computes the extremes of each stretch of 64 samples, and for each sample the sum of the motion
+  // before it in the block. All detectors use these. The sums exclude infinite motion, because such
+  // samples are never still.
   // @return the extremes of the loudness in the block, without values of 0 and infinity.
   Extremes survey(std::size_t to) {
     Extremes audible{.quietest = infinite};
@@ -450,7 +450,7 @@ class StaticDetector::Stream {
   std::vector<double> motion_, loudness_, forward_, backward_;
   std::vector<Extremes> stretches_;
   std::vector<double> motion_before_;
-  std::map<int, Detector> detectors_;  // by level; its threshold is 2^(level / 2)
+  std::map<int, Detector> detectors_;  // by level; the threshold of a level is 2^(level / 2)
   Detector everything_;
 };
 
@@ -478,9 +478,10 @@ std::size_t most_persistent(const std::vector<IntervalSet>& sets) {
   if (sets.size() - 1 <= levels_of_noise) {
     return best;
   }
-  // The first plateau over a factor of 8 of the variance is used, otherwise the widest one. A
-  // single glitch also makes a wide plateau, far above all motion. Sets with one rest are
-  // considered last, because any large threshold gives one rest.
+  // A plateau is a range of thresholds with nearly the same number of rests. The lowest plateau
+  // that spans a factor of 8 is used, otherwise the widest one. A higher plateau may come from a
+  // single glitch, far above all motion. Plateaus with one rest are considered last, because any
+  // large threshold gives one rest.
   constexpr std::size_t wide_enough = 6;
   std::size_t widest = 0;
   for (const double fewest : {2.0, 1.0}) {
@@ -496,8 +497,8 @@ std::size_t most_persistent(const std::vector<IntervalSet>& sets) {
       const std::size_t width = up - i + 1;
       if (width > widest) {
         widest = width;
-        // The threshold is neither at the lower end of the plateau, where noise shortens rests, nor
-        // high in it, where motion joins rests.
+        // The chosen threshold is not at the lower end of the plateau, where noise shortens rests,
+        // and not far above it, where motion is included in the rests.
         best = i + std::min<std::size_t>(3, (width - 1) / 2);
       }
       if (width >= wide_enough) {

@@ -28,7 +28,7 @@ std::optional<ContactPlane> tangent_plane(const Feet& feet, const Eigen::Vector3
   const Eigen::Vector3d a = feet[0].centre_m - feet[2].centre_m;
   const Eigen::Vector3d b = feet[1].centre_m - feet[2].centre_m;
   const Eigen::Vector3d across = a.cross(b).normalized();
-  // n = p + h across: p is in the plane of the centres and solves the two equations with the radii.
+  // n = p + h across. p is parallel to the plane of the centres and solves the two equations for n.
   Eigen::Matrix3d rows;
   rows << a.transpose(), b.transpose(), across.transpose();
   const Eigen::Vector3d p = rows.partialPivLu().solve(Eigen::Vector3d(
@@ -108,7 +108,7 @@ CubeFeet feet_of_frame(const BallFrame& frame) {
           .centre_m = reach_m * nominal_normal(face) + position.x() * along + position.y() * across,
           .radius_m = frame.ball_radius_m};
     }
-    static_cast<void>(contact_plane(face, feet));  // throws if they have a defect
+    static_cast<void>(contact_plane(face, feet));  // throws if the feet have a defect
   }
   return cube;
 }

@@ -40,7 +40,7 @@ std::vector<Mount> checked_mounts(std::vector<Mount> mounts) {
     if (!(mount.repeatability_rad >= 0.0)) {
       throw DomainError(formatted("slot {}: the repeatability must not be negative", mount.slot));
     }
-    // A matrix that is a rotation to rounding does not change.
+    // A matrix that is a rotation to within rounding errors is not changed.
     if (!is_rotation(mount.rotation_sensor_from_positioner, 1e-15)) {
       mount.rotation_sensor_from_positioner =
           nearest_rotation(mount.rotation_sensor_from_positioner);

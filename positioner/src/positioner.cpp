@@ -17,7 +17,7 @@
 namespace axiscal {
 namespace {
 
-constexpr double touching_m = 1e-9;  // a ball that passes a plane by less than this only touches it
+constexpr double touching_m = 1e-9;  // a ball that is less than this beyond a plane only touches it
 
 PositionerDescription description_of(const FaceNormals& normals, std::string id) {
   PositionerDescription description{.id = std::move(id)};
@@ -122,7 +122,7 @@ Positioner::Positioner()
     : description_(description_of(nominal_normals(), "")),
       normals_(nominal_normals()),
       nominal_(true) {
-  // The seats are the same for all nominal cubes.
+  // The seats are computed only once, because they are the same for all nominal cubes.
   static const std::shared_ptr<const std::vector<Seat>> seats = find_seats();
   seats_ = seats;
 }

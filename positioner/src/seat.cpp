@@ -101,8 +101,8 @@ Seat seat_at_fence(const Eigen::Matrix3d& rotation_table_from_positioner,
         "cube's centre between them";
     return seat;
   }
-  // The nearest seat is chosen, then the smallest turn, then the first pair. If all three feet
-  // touch, all pairs give the same seat.
+  // Chooses the seat nearest to the fence; among equal distances, the smallest turn; among equal
+  // turns, the first pair. If all three feet touch the fence, all pairs give the same seat.
   const StablePair& best =
       *std::min_element(stable.begin(), stable.end(), [](const StablePair& a, const StablePair& b) {
         return std::abs(a.distance_m - b.distance_m) > touching_fence_m

@@ -90,7 +90,7 @@ std::string run_section(const Calibration& calibration) {
 
 // ---- levelness, uncertainty ----
 
-// Sentences on the size of the field and on the confirmation readings.
+// Returns the sentences on the field's magnitude and on the confirmation readings.
 std::string words_on_fit(const Calibration& calibration) {
   std::string html;
   for (const std::string& words :
@@ -142,7 +142,7 @@ std::string levelness_section(const Calibration& calibration,
                                "or a moved table.";
   }
   const std::optional<Plot> faces = faces_plot(calibration);
-  // The adjusters are listed only if the faces agree; otherwise the slope is doubtful.
+  // The turns of the adjusters are listed only if the slopes from all faces agree.
   const bool turns = table && level.consistent &&
                      calibration.findings.status != CalibrationStatus::refused && slope;
   return paragraph(text) + (faces ? figures.add(*faces) : "") +

@@ -100,7 +100,7 @@ std::vector<std::vector<std::string>> intrinsic_rows(const Calibration& calibrat
     const std::string& name = intrinsic.names[i];
     const double value = intrinsic.values(static_cast<Eigen::Index>(i));
     if (name.ends_with(".bias")) {
-      continue;  // is in the table above
+      continue;  // the table above contains it
     }
     if (!name.starts_with("angle.")) {
       rows.push_back(
@@ -151,7 +151,8 @@ std::map<std::string, double, std::less<>> expanded_uncertainties(const Calibrat
   return expanded;
 }
 
-// The unit of a limit in a certificate (degrees for angles), and the factor from the record's unit.
+// The unit of a limit in a certificate, and the factor that converts the record's unit to it. The
+// unit of angles is degrees.
 std::pair<std::string, double> unit_of_limit(const Calibration& calibration,
                                              const std::string& name) {
   if (name.starts_with("angle.") || name.starts_with("levelness.")) {
@@ -172,7 +173,8 @@ std::pair<std::string, double> unit_of_limit(const Calibration& calibration,
           1.0};
 }
 
-// One row for each limit: value, U, unit, limits, for a guarded rule the accepted range, verdict.
+// One row for each limit: value, U, unit, limits, accepted range (only for a rule with a guard
+// band), verdict.
 std::vector<std::vector<std::string>> limit_rows(const Calibration& calibration,
                                                  const Verdict& verdict) {
   const auto all = expanded_uncertainties(calibration);
@@ -222,7 +224,7 @@ std::string decision_rule_of(const CertificateDetails& details, const Verdict& v
                "its uncertainty is not taken into account.";
 }
 
-// Laboratory, customer, item, method and reference.
+// Writes the facts on laboratory, customer, item, method and reference.
 void write_facts(const Calibration& calibration,
                  const CertificateDetails& details,
                  PdfPages& pages) {

@@ -79,7 +79,8 @@ Cell number_cell(double value, int digits) {
 
 namespace {
 
-// The text of a number, and its numbers of characters before and after the decimal point.
+// A number as text. `before` and `behind` are the numbers of characters before and after the
+// decimal point.
 struct Figure {
   std::string text;
   std::size_t before = 0;
@@ -91,7 +92,8 @@ Figure figure_of(const std::string& plain) {
   return {typographic_minus(plain), point, plain.size() - point};
 }
 
-// Blanks as wide as digits. With `with_point`, the first blank is as wide as a decimal point.
+// Returns `count` blanks as wide as digits. If `with_point` is true, the first blank is as wide as
+// a decimal point.
 std::string blanks(std::size_t count, bool with_point) {
   std::string text;
   for (std::size_t i = 0; i < count; ++i) {
@@ -145,7 +147,7 @@ namespace {
 std::string table_of(std::string_view caption,
                      const std::vector<std::string>& head,
                      std::span<const std::string> rows) {
-  constexpr std::size_t columns_of_page = 10;  // wider tables are printed smaller
+  constexpr std::size_t columns_of_page = 10;  // wider tables are printed in smaller letters
   std::string html =
       head.size() > columns_of_page ? "<table class=\"wide\" data-copy>" : "<table data-copy>";
   if (!caption.empty()) {

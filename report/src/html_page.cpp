@@ -17,7 +17,7 @@ std::string within_script(const nlohmann::ordered_json& json) {
   return text;
 }
 
-// The style that prints the title at the head of each page.
+// The CSS that prints the title at the top of each page.
 std::string page_margins(const std::string& title) {
   return formatted("@page {{ @top-left {{ content: {}; }} }}\n", css_string(title));
 }

@@ -13,7 +13,7 @@ struct HtmlPage {
   std::string title;                      ///< plain text; also on each printed page
   std::string subtitle;                   ///< plain text
   std::string body;                       ///< HTML
-  nlohmann::ordered_json cube = nullptr;  ///< cube_json(); null without a cube
+  nlohmann::ordered_json cube = nullptr;  ///< result of cube_json(); null: no cube
 };
 
 std::string html_page(const HtmlPage& page);

@@ -23,7 +23,7 @@
 namespace axiscal {
 namespace {
 
-// At most six columns of the same kind and unit, which share one table and one chart.
+// Up to six columns of the same kind and unit. A group has one table and one chart.
 using NoiseGroup = std::vector<const ColumnNoise*>;
 
 std::vector<NoiseGroup> groups_of(const LogNoise& noise) {
@@ -42,7 +42,8 @@ std::vector<NoiseGroup> groups_of(const LogNoise& noise) {
   return groups;
 }
 
-// True for a temperature. Its Allan deviation shows the room's temperature, not the sensor's noise.
+// True for a temperature. Its Allan deviation shows changes of the room's temperature instead of
+// noise.
 bool is_temperature(const ColumnNoise& column) {
   const std::string name = to_lower_case(column.name);
   return column.kind == "temperature" || name.find("temp") != std::string::npos ||
@@ -83,7 +84,7 @@ std::string coefficients_of(const NoiseGroup& group) {
       head, rows);
 }
 
-// Marks the points at which data sheets read the coefficients from the curve: N at 1 s, K at 3 s, B
+// Marks the points of the curve from which data sheets take the coefficients: N at 1 s, K at 3 s, B
 // at the lowest point.
 void mark_coefficients(const ColumnNoise& column, Plot& plot, PlotSeries& marks) {
   double lowest_tau = 0.0;

@@ -17,8 +17,8 @@ namespace axiscal {
 #ifdef AXISCAL_QPDF
 namespace {
 
-// The metadata of the document as XMP. pdf_archive_of() removes the PDF's Info dictionary, so that
-// the two cannot contradict each other.
+// Returns the metadata of the document as XMP. pdf_archive_of() removes the PDF's Info dictionary,
+// so that it cannot contradict the XMP.
 std::string metadata_of(const std::string& title, const std::string& now) {
   return formatted(
       "<?xpacket begin=\"\xEF\xBB\xBF\" id=\"W5M0MpCehiHzreSzNTczkc9d\"?>\n"

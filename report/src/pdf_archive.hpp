@@ -13,7 +13,7 @@ struct PdfAttachment {
   std::string content;
 };
 
-/// @param pdf         a PDF by cairo, with embedded fonts.
+/// @param pdf         a PDF that cairo wrote, with embedded fonts.
 /// @param attachment  file to attach; not attached if its content is empty.
 /// @return the document as PDF/A-3b (ISO 19005-3) with XMP metadata, an sRGB output intent and the
 ///         attachment as an associated file; `pdf` unchanged in a build without qpdf.

@@ -30,8 +30,8 @@ cairo_status_t append(void* to, const unsigned char* data, unsigned int size) {
   return CAIRO_STATUS_SUCCESS;
 }
 
-// Replaces invalid UTF-8 by `?`, because cairo accepts only valid UTF-8, and control characters by
-// blanks.
+// Replaces control characters by blanks. Replaces invalid UTF-8 by `?`, because cairo accepts only
+// valid UTF-8.
 std::string printable(const std::string& text) {
   std::string safe;
   for (std::size_t i = 0; i < text.size();) {
@@ -112,7 +112,7 @@ class PdfPages::Page {
     pango_cairo_show_layout_line(pen_, pango_layout_get_line_readonly(layout_, 0));
   }
 
-  // Starts a new page if `height` does not fit on this one, and then calls `again`.
+  // If `height` does not fit on this page, starts a new page and then calls `again`.
   void need(double height, const std::function<void()>& again = {}) {
     if (y_ + height > bottom) {
       const double size = size_;
@@ -151,8 +151,9 @@ class PdfPages::Page {
     cairo_stroke(pen_);
   }
 
-  // Draws a picture of at most `wide` x `high`, with its left edge at x, or its right edge if
-  // `to_the_right`. @return the height of the picture.
+  // Draws a picture of at most `wide` x `high`. If `to_the_right` is true, its right edge is at x,
+  // otherwise its left edge.
+  // @return the height of the picture.
   double picture(const std::string& path, double x, bool to_the_right, double wide, double high) {
     cairo_surface_t* const image = cairo_image_surface_create_from_png(path.c_str());
     if (cairo_surface_status(image) != CAIRO_STATUS_SUCCESS) {
@@ -195,7 +196,7 @@ class PdfPages::Page {
     pango_layout_set_text(layout_, text.c_str(), static_cast<int>(text.size()));
   }
 
-  // Draws the watermark in light grey, before the text, which covers it.
+  // Draws the watermark in light grey. It is drawn before the text, so that the text covers it.
   void put_watermark() {
     font(110.0, true);
     const double width = width_of(watermark_);
@@ -255,7 +256,7 @@ void PdfPages::title(const std::string& text) {
   page_->y_ += 8.0;
 }
 
-// The heading is drawn by the block that follows.
+// The heading is drawn together with the next block.
 void PdfPages::heading(const std::string& text) {
   page_->heading_ = text;
 }
@@ -302,7 +303,7 @@ void PdfPages::table(const std::string& caption,
     return std::accumulate(widths.begin(), widths.end(), -gap);
   };
   double table_width = measure();
-  if (table_width > text_width) {  // smaller letters make a wide table fit
+  if (table_width > text_width) {  // a wide table gets smaller letters
     size = std::max(5.0, size * (text_width / table_width));
     table_width = measure();
   }

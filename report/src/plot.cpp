@@ -16,7 +16,7 @@ namespace {
 
 constexpr double height = 300.0;
 
-// The area of the plot within the drawing, in units of the drawing.
+// The edges of the plot area within the drawing, in units of the drawing.
 struct Frame {
   explicit Frame(bool narrow = false) : width(narrow ? 360.0 : 540.0), right(width - 12.0) {}
 
@@ -86,12 +86,12 @@ std::string upright(double x, double y, const std::string& text) {
                    svg_number(x), svg_number(y), escaped(text));
 }
 
-// Draws a circle, square, triangle or diamond, so that series differ not only by colour.
-// @param size     1 for a radius of 4.
-// @param content  further attributes and the content of the element.
+// The attributes and the tooltip of a marker.
 struct MarkContent {
   std::string attributes, title;
 };
+// Draws a circle, square, triangle or diamond, so that series differ not only by colour.
+// @param size  1 for a radius of 4 units of the drawing.
 std::string marker(
     std::size_t series, double x, double y, double size, const MarkContent& content) {
   const std::string start = formatted("class=\"mark s{}\"{}", series % 6, content.attributes);
@@ -120,7 +120,7 @@ std::string title_of(const std::string& words) {
   return formatted("<title>{}</title>", escaped(words));
 }
 
-// The run and the tooltip of a point.
+// Returns the run of a point as an attribute, and the tooltip of the point.
 MarkContent content_of(const Plot& plot, const PlotSeries& series, std::size_t i) {
   MarkContent content;
   std::string words = series.name + ": ";
@@ -183,8 +183,8 @@ class Scales {
       svg += svg_line("grid", x(mark), frame_.top, x(mark), frame_.bottom);
       const std::string text =
           plot.x_names.empty() ? tick_text(mark) : plot.x_names[static_cast<std::size_t>(mark)];
-      // A letter of 12 pixels is about 6.4 wide. A long text at the right end is moved to the left,
-      // so that it is not cut off.
+      // A letter of size 12 is about 6.4 units wide. A long text at the right end is moved to the
+      // left, so that it is not cut off.
       const double half = 3.2 * static_cast<double>(text.size());
       svg += svg_text("tick middle", std::min(x(mark), frame_.width - half), frame_.bottom + 17.0,
                       text);
@@ -202,8 +202,8 @@ class Scales {
     return logarithmic_ ? std::log10(value) : value;
   }
 
-  // Positions of ticks. A logarithmic axis has ticks at powers of ten; an axis of less than two
-  // decades also at 2 and 5 times these.
+  // Positions of ticks. A logarithmic axis has ticks at powers of ten. If it has less than two
+  // decades, it also has ticks at 2 and 5 times the powers of ten.
   [[nodiscard]] std::vector<double> marks_of(const Range& range, int about) const {
     if (!logarithmic_) {
       return ticks_of(range, about);
@@ -255,7 +255,7 @@ std::string drawn(const Plot& plot, const PlotSeries& series, std::size_t k, con
     for (std::size_t i = 0; i < series.x.size(); ++i) {
       if (std::isfinite(series.y[i])) {
         points += formatted("{},{} ", svg_number(at.x(series.x[i])), svg_number(at.y(series.y[i])));
-      } else {  // a gap
+      } else {  // a gap in the line
         points += "\"/>" + open;
       }
     }
@@ -315,7 +315,7 @@ void keep(const PlotSeries& series, std::size_t i, PlotSeries& kept) {
   }
 }
 
-// Keeps each `step`-th point of a cloud. The cloud keeps its shape.
+// Keeps each `step`-th point of each series, so that a cloud of points keeps its shape.
 Plot thinned_cloud(Plot plot, std::size_t step) {
   for (PlotSeries& series : plot.series) {
     if (series.line || series.x.size() <= step) {
@@ -503,7 +503,7 @@ std::string Figures::add(const HeatMap& map) {
   }
   const double low = range.low;
   const double high = range.high;
-  // The opacity of a cell, from 6 % to 100 %. The map is therefore readable without colours.
+  // Returns the opacity of a cell, from 6 % to 100 %, so that the map is readable without colours.
   const auto shade = [&](double value) {
     const double share = high > low ? (value - low) / (high - low) : 0.0;
     return number_text(std::round(100.0 * (0.06 + 0.94 * share)) / 100.0);

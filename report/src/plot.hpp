@@ -14,9 +14,9 @@ struct PlotSeries {
   std::string name;
   bool line = false;                 ///< true: a line; false: points
   std::vector<double> x, y;          ///< points with y = NaN are left out
-  std::vector<double> high;          ///< if not empty: a band from y to high
-  std::vector<int> runs;             ///< run of each point if points are readings; else empty
-  std::optional<std::size_t> style;  ///< number of colour and marker; nullopt: that of the series
+  std::vector<double> high;          ///< upper limits of a band from y to high; may be empty
+  std::vector<int> runs;             ///< run of each point; empty if points are not readings
+  std::optional<std::size_t> style;  ///< index of colour and marker; nullopt: index of the series
   bool in_legend = true;
 };
 
@@ -34,8 +34,8 @@ struct Plot {
   std::vector<PlotSeries> series;
   std::vector<std::string> x_names;  ///< names of x = 0, 1, ..; empty: numbers
   bool equal_aspect = false;
-  bool logarithmic = false;  ///< both axes
-  bool narrow = false;       ///< for three plots side by side
+  bool logarithmic = false;  ///< true: both axes are logarithmic
+  bool narrow = false;       ///< true: narrow, for three plots side by side
   std::vector<PlotLabel> labels;
   std::string note;  ///< small text below the plot
 };
@@ -55,9 +55,9 @@ struct HeatMap {
   std::vector<std::vector<double>> values;  ///< one list for each y, one number for each x
 };
 
-/// @return a plot with at most some hundred points. If there are more, it keeps four points of each
-///         part along x, including the lowest and the highest one. In a plot with equal_aspect, it
-///         keeps each n-th point. A note states the numbers.
+/// @return the plot with at most some hundred points. If it has more, up to four points of each
+///         part along x are kept, including the lowest and the highest one. If equal_aspect is set,
+///         each n-th point is kept. Plot::note states how many points are drawn.
 [[nodiscard]] Plot thinned(Plot plot);
 
 /// Writes the figures of a page. A figure has a title, a drawing and a data table. Each mark of the

@@ -8,13 +8,13 @@ namespace axiscal {
 
 /// The parts of an archive's PDF.
 struct PdfArchiveParts {
-  std::string pdf;       ///< a PDF by cairo, with embedded fonts
+  std::string pdf;       ///< a PDF that cairo wrote, with embedded fonts
   std::string metadata;  ///< XMP
   std::string date;      ///< date of the attachment in PDF's format, "D:20261126020000Z"
   std::string attachment_name;
   std::string attachment_description;
   std::string attachment_type;
-  std::string attachment_content;  ///< empty: without an attachment
+  std::string attachment_content;  ///< empty: nothing is attached
 };
 
 /// @return the document as PDF/A-3b.

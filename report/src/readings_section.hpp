@@ -11,7 +11,7 @@
 namespace axiscal {
 
 /// The report's section with the readings and the poses of the cube.
-/// @param observations  the readings; null: only the residuals in the record are shown.
+/// @param observations  the readings; if null, only the residuals in the record are shown.
 [[nodiscard]] std::string cube_section(const Calibration& calibration,
                                        const Observations* observations);
 

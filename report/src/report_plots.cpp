@@ -217,7 +217,7 @@ std::vector<HeatMap> maps_of(const Calibration& calibration) {
   return {map};
 }
 
-// True if all values are nearly equal. A map would then show no more than one number.
+// True if all values are nearly equal, so that a map is not needed.
 bool is_flat(const HeatMap& map) {
   double low = std::numeric_limits<double>::infinity();
   double high = -low;
@@ -291,7 +291,7 @@ std::vector<Plot> temperature_plots(const Calibration& calibration) {
         if (!calibration.fit.statistics || extrapolated) {
           continue;
         }
-        // The derivative of the curve with respect to its coefficients.
+        // Derivative of the curve at this temperature with respect to its coefficients.
         Eigen::RowVectorXd gradient = Eigen::RowVectorXd::Zero(
             static_cast<Eigen::Index>(calibration.fit.statistics->parameter_names.size()));
         double power = 1.0;
@@ -314,7 +314,7 @@ std::vector<Plot> temperature_plots(const Calibration& calibration) {
         plot.series.push_back(std::move(band));
       }
       plot.series.push_back(std::move(within));
-      // Interrupts the extrapolated line within the calibrated range.
+      // Interrupts the line of the extrapolation within the calibrated range.
       const auto gap =
           std::find_if(below.x.begin(), below.x.end(), [&](double t) { return t > span.high; });
       const auto cut = gap - below.x.begin();

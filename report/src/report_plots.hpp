@@ -15,14 +15,15 @@ inline const std::string& axis_name(const Calibration& calibration, Eigen::Index
   return calibration.sensor.instrument.axes[static_cast<std::size_t>(k)];
 }
 
-/// Plots of the residuals by run, face, time and temperature, their normal plot, and residuals over
-/// leverage. A plot without information in this run is left out.
+/// Plots of the residuals by run, face, time and temperature, a normal plot of the residuals, and a
+/// plot of the residuals over leverage. A plot that shows nothing new for this run is left out.
 std::vector<Plot> residual_plots(const Calibration& calibration, const Observations* observations);
 
-/// The slope of the table as a line from level; nullopt without levelness.
+/// The slope of the table, drawn as a line from the point of a level table; nullopt if the record
+/// has no levelness.
 std::optional<Plot> slope_plot(const Calibration& calibration);
 
-/// The slopes by face, enlarged; nullopt with fewer than two faces.
+/// The table's slope estimated from each face; nullopt if there are fewer than two faces.
 std::optional<Plot> faces_plot(const Calibration& calibration);
 
 /// The contribution of each source to the uncertainty of one reading.

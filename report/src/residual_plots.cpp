@@ -12,7 +12,8 @@
 namespace axiscal {
 namespace {
 
-// One series of points for each axis. `x_of` returns nullopt for an omitted reading.
+// Returns one series of points for each axis. Readings for which `x_of` returns nullopt are left
+// out.
 template <typename XOf>
 std::vector<PlotSeries> series_by_axis(const Calibration& calibration, const XOf& x_of) {
   std::vector<PlotSeries> all;
@@ -31,7 +32,7 @@ std::vector<PlotSeries> series_by_axis(const Calibration& calibration, const XOf
   return all;
 }
 
-// Whether the points differ in x. If not, the plot shows no more than another plot.
+// True if the points differ in x. A plot of points with equal x is left out.
 bool differ_along_x(const std::vector<PlotSeries>& series) {
   return std::any_of(series.begin(), series.end(), [](const PlotSeries& one) {
     const auto [low, high] = std::minmax_element(one.x.begin(), one.x.end());
@@ -41,8 +42,8 @@ bool differ_along_x(const std::vector<PlotSeries>& series) {
   });
 }
 
-// Whether there are breaks between the readings. If not, a plot over time shows no more than the
-// plot over runs.
+// True if there are breaks between the readings. Without breaks, a plot over time shows the same as
+// the plot over runs.
 bool have_breaks(std::vector<double> times) {
   std::sort(times.begin(), times.end());
   std::vector<double> steps;
@@ -122,8 +123,8 @@ Plot normal_plot(const Calibration& calibration) {
   return plot;
 }
 
-// Number of parameters in the regression of one axis: the sum of all leverages over the number of
-// axes.
+// The number of parameters in the regression of one axis: the sum of all leverages, divided by the
+// number of axes.
 double parameters_of_axis(const Eigen::MatrixXd& leverage) {
   const double sum = leverage.array().isFinite().select(leverage.array(), 0.0).sum();
   return leverage.cols() > 0 ? sum / static_cast<double>(leverage.cols()) : 0.0;
@@ -139,7 +140,7 @@ Plot leverage_plot(const Calibration& calibration) {
             .y_label = "studentised residual"};
   const FitStatistics& statistics = *calibration.fit.statistics;
   double largest = 0.0;
-  double in_sight = 0.0;  // upper end of the curves: three times the largest residual
+  double in_sight = 0.0;  // limit of the curves: three times the largest residual
   for (Eigen::Index k = 0; k < calibration.sensor.instrument.axis_count(); ++k) {
     PlotSeries series{.name = axis_name(calibration, k)};
     for (Eigen::Index i = 0; i < statistics.studentized.rows(); ++i) {
@@ -164,8 +165,8 @@ Plot leverage_plot(const Calibration& calibration) {
         const double h = largest * (0.3 + 0.75 * i / 40.0);
         if (h > 0.0 && h < 1.0) {
           curve.x.push_back(h);
-          // Cook's distance uses the internally studentised residual r. The plot shows the external
-          // one, t^2 = r^2 (nu - 1) / (nu - r^2). r^2 is always below nu.
+          // Cook's distance uses the internally studentised residual r, with r^2 < nu. The plot has
+          // the externally studentised residual t, with t^2 = r^2 (nu - 1) / (nu - r^2).
           const double r_squared = distance * parameters * (1.0 - h) / h;
           const double t =
               r_squared < nu ? std::sqrt(r_squared * (nu - 1.0) / (nu - r_squared)) : std::nan("");

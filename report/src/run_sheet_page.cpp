@@ -47,7 +47,7 @@ std::string label(const std::string& style, const Spot& at, const std::string& t
                    svg_number(at.y), text);
 }
 
-// The name of the face that looks in a direction of the table's frame.
+// Returns the name of the face that points in a direction, frame table.
 std::string name_towards(const DesignPoint& point, const Eigen::Vector3d& direction_in_table) {
   return typographic_face(face_name(face_towards(point, direction_in_table)));
 }
@@ -127,7 +127,8 @@ std::string run_sheet_page(const std::vector<RunSheetRow>& sheet,
     return row.entry.level != FieldLevel(1.0);
   });
   const RunSheetCells cells = run_sheet_cells(sheet);
-  // A hash of the points and their order. The script stores typed values under this hash.
+  // Hash of the points in their order. The script uses it as the key under which it stores typed
+  // values.
   std::size_t order = 0;
   for (const std::vector<std::string>& row : cells.rows) {
     order = 31 * order + std::hash<std::string>()(joined(row, ","));

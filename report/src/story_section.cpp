@@ -28,11 +28,12 @@ namespace {
 
 // ---- measured against expected ----
 
-// The reading that the fit predicts at a design point; nullopt if the record is not sufficient.
+// Returns the reading that the fit predicts; nullopt if the record alone does not determine it.
 std::optional<Eigen::VectorXd> expected_at(const Calibration& calibration,
                                            const ReadingResidual& residual) {
   const FieldDescription& field = calibration.sensor.field;
-  // The prediction is possible only in the simplest case. Otherwise the report needs the readings.
+  // The record determines the prediction only in this simple case. In other cases the report needs
+  // the readings.
   if (!residual.point || !field.in_table || residual.level || !calibration.sensor.also.empty() ||
       calibration.sensor.temperature || !calibration.provenance.positioner.empty() ||
       !calibration.provenance.slot.empty()) {
@@ -111,7 +112,7 @@ Seen in_view(const Eigen::Vector3d& v) {
           196.0 - unit * (v.z() + 0.42 * v.y() - 0.2 * v.x())};
 }
 
-// A round factor that enlarges small angles to visible angles.
+// Returns a round factor (1, 2 or 5 times a power of ten) that makes small angles visible.
 double exaggeration_of(double largest_rad) {
   constexpr double wanted_rad = 0.3;
   if (!(largest_rad > 0.0) || largest_rad >= wanted_rad) {
@@ -201,11 +202,11 @@ std::string axes_figure(const Calibration& calibration) {
 
 // ---- the cloud before and after ----
 
-// The readings, scaled to the unit of the field, and the calibrated fields.
+// The readings before the calibration, scaled to the unit of the field, and after it.
 struct Cloud {
   Eigen::MatrixXd before;  // n x 3 [field unit]
   Eigen::MatrixXd after;
-  Eigen::Vector3d moved = Eigen::Vector3d::Zero();  // subtracted from `before` to fit in the plot
+  Eigen::Vector3d moved = Eigen::Vector3d::Zero();  // subtracted from `before`, to fit the plot
 };
 
 Cloud cloud_of(const Calibration& calibration, const Observations& observations) {
@@ -231,8 +232,8 @@ Cloud cloud_of(const Calibration& calibration, const Observations& observations)
   return cloud;
 }
 
-// Offset of the calibrated readings' centre from the origin, relative to F. It is computed over
-// regions of equal area, so that a side with more readings does not have more weight.
+// Returns the distance of the calibrated readings' centre from the origin, relative to F. Regions
+// of equal area have equal weights, whatever their numbers of readings.
 double wobble_of(const Eigen::MatrixXd& after, double magnitude) {
   constexpr int bands = 8;
   constexpr int sectors = 12;
@@ -250,7 +251,7 @@ double wobble_of(const Eigen::MatrixXd& after, double magnitude) {
     ++count;
   }
   // A remaining bias moves all readings by the same vector. The mean of each region gives the
-  // component along its direction. Solves for the vector by least squares.
+  // vector's component along the direction of the region. Computes the vector by least squares.
   Eigen::Matrix3d normal = Eigen::Matrix3d::Zero();
   Eigen::Vector3d right = Eigen::Vector3d::Zero();
   for (const auto& [region, sums] : regions) {

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// An overview of a run: measured against expected values, the axes in space, and the slope of the
-// table. If the orientations are unknown: the cloud of readings before and after the calibration.
+// The report's overview of a run. It shows measured against expected values, the axes in space, and
+// the slope of the table. If the orientations are unknown, it shows the cloud of readings before
+// and after the calibration instead.
 #pragma once
 
 #include <string>

@@ -35,6 +35,7 @@ std::string what_it_is_fit_for(const Calibration& calibration) {
       calibration.sensor.temperature ? ". This applies at the reference temperature." : ".");
 }
 
+// Returns the warnings of a calibration, and the conditions under which it is valid.
 // @param said  a warning that the page shows already; it is left out.
 std::vector<std::string> what_to_watch(const Calibration& calibration, const std::string& said) {
   std::vector<std::string> lines;
@@ -89,11 +90,11 @@ const ReadingResidual* residual_of(const Calibration& calibration, int run) {
   return at == calibration.fit.residuals.end() ? nullptr : &*at;
 }
 
-// The suspect runs, each with the point at which it was probably taken.
+// Returns each suspect run with the point at which it was probably taken.
 std::vector<std::pair<int, DesignPoint>> probable_points(const Calibration& calibration) {
   const Correction& suggestion = *calibration.findings.suggestion;
   std::vector<std::pair<int, DesignPoint>> points = suggestion.points;
-  // Of two exchanged readings, each was probably taken at the stated point of the other.
+  // If two readings were exchanged, each was probably taken at the stated point of the other.
   if (points.empty() && suggestion.code == WarningCode::exchanged && suggestion.runs.size() == 2) {
     for (const std::size_t i : {0U, 1U}) {
       const ReadingResidual* const other = residual_of(calibration, suggestion.runs[1 - i]);
@@ -156,7 +157,7 @@ std::string as_it_probably_was(const Calibration& calibration) {
 }  // namespace
 
 std::string verdict_section(const Calibration& calibration) {
-  // The colour of the verdict. Missing statistics and missed limits change the status.
+  // The state determines the colour of the verdict. Missing statistics and missed limits change it.
   std::string state(status_name(calibration.findings.status));
   if (state == "ok" && !calibration.fit.statistics) {
     state = "warning";

@@ -28,7 +28,8 @@ MonteCarloCheck check_of(const AttitudeQuantity& quantity, std::vector<double>& 
   };
   check.low_95 = quantile(0.025);
   check.high_95 = quantile(0.975);
-  // As a fraction of U. The use of effective degrees of freedom causes differences of up to 5 %.
+  // Largest accepted difference, as a fraction of U. Effective degrees of freedom are an
+  // approximation that alone causes differences of up to 5 %.
   constexpr double tolerance = 0.1;
   check.agrees =
       std::abs(check.low_95 + check.linear_expanded) <= tolerance * check.linear_expanded &&
@@ -73,7 +74,7 @@ class AttitudeBudgetMaker {
       result.sources.emplace_back("fit");
     }
     result.sources.emplace_back("reading");
-    // A later reading belongs to another block than the record.
+    // A later reading belongs to a new block, not to a block of the record.
     const bool has_blocks = propagation_.block_freedom_ > 0.0;
     if (has_blocks) {
       result.sources.emplace_back("later block");
@@ -94,7 +95,8 @@ class AttitudeBudgetMaker {
         continue;
       }
       AttitudeQuantity quantity{.name = names[static_cast<std::size_t>(r)], .value = here(r)};
-      // If a parameter is larger, the same reading gives a smaller field.
+      // The gradient has a minus sign: if a parameter is larger, the same reading gives a smaller
+      // field.
       const bool free_of_magnitude = r >= 3;
       const Eigen::RowVectorXd gradient = -G.row(r) * B;
       std::vector<double> by_source;
@@ -122,7 +124,7 @@ class AttitudeBudgetMaker {
   // The errors of each result, one for each trial; empty if the result is NaN.
   [[nodiscard]] std::vector<std::vector<double>> drawn_errors(int trials, std::uint64_t seed) const;
 
-  // All trials around one attitude must give the same angle, roll or yaw.
+  // All trials must give the same kind of angle: either roll or yaw.
   static ReductionOptions one_pair_of_angles(const Calibration& calibration,
                                              ReductionOptions options,
                                              const Eigen::Vector3d& field) {
@@ -145,7 +147,8 @@ class AttitudeBudgetMaker {
     shares.others = std::max(shares.others, 0.0);
   }
 
-  // Noise that is estimated by the scatter of the fit has the degrees of freedom of the fit.
+  // If the noise is estimated from the scatter of the fit, it has the degrees of freedom of the
+  // fit.
   void add_readings(const Eigen::VectorXd& by_reading, VarianceShares& shares) const {
     if (noise_.sd) {
       shares.others += by_reading.sum();
@@ -186,8 +189,9 @@ std::vector<std::vector<double>> AttitudeBudgetMaker::drawn_errors(int trials,
       propagation_.change_with_parameters(field_, {.temperature = temperature_});
   const Eigen::VectorXd own = propagation_.reading_variance(field_, temperature_).cwiseSqrt();
   const Eigen::Index m = own.size();
-  // The part of the fit has Student's t distribution with the degrees of freedom of each axis. Each
-  // scatter component has it with its own degrees of freedom. All other parts are normal.
+  // Errors from the scatter of the fit have Student's t distribution with the degrees of freedom of
+  // each axis. Errors from a scatter component have Student's t distribution with the degrees of
+  // freedom of the component. All other errors are normal.
   const Eigen::MatrixXd fit_root = covariance_root(B * propagation_.of_readings_ * B.transpose());
   const Eigen::MatrixXd others_root = covariance_root(B * propagation_.of_inputs_ * B.transpose());
   const Eigen::VectorXd between = propagation_.between_blocks(field_).cwiseSqrt();

@@ -28,7 +28,7 @@
 namespace axiscal {
 namespace {
 
-// A direction of the field in the model, and its measured value in the sensor.
+// A stated direction of the field in the model, and the measured direction in the sensor.
 struct Direction {
   std::vector<int> rows;
   Eigen::Vector3d in_model;       // unit length
@@ -59,7 +59,7 @@ class Directions {
         sd.allFinite() ? (inverse_ * sd.asDiagonal()).squaredNorm() / 3.0 : not_a_number;
   }
 
-  // Variance of a direction by the noise of one reading [rad^2]; NaN if it is unknown.
+  // Variance of a direction from the noise of one reading [rad^2]; NaN if the noise is unknown.
   [[nodiscard]] double noise_variance() const { return noise_variance_; }
 
   [[nodiscard]] Direction of(const ReferenceReading& reading,
@@ -147,7 +147,8 @@ std::string axis_text(const Eigen::Vector3d& axis) {
   return formatted("the model's direction ({:.2f}, {:.2f}, {:.2f})", axis.x(), axis.y(), axis.z());
 }
 
-// sum (1 - u u^T): the information of the directions on the turns about the model's axes.
+// sum (1 - u u^T) over the unit directions u: the information about turns of the model about its
+// axes, at unit variance.
 Eigen::Matrix3d sight_of(const std::vector<Direction>& all) {
   Eigen::Matrix3d M = Eigen::Matrix3d::Zero();
   for (const Direction& one : all) {
@@ -158,7 +159,7 @@ Eigen::Matrix3d sight_of(const std::vector<Direction>& all) {
 
 void require_all_turns(const std::vector<Direction>& all) {
   const SymmetricEigen eigen = symmetric_eigen(sight_of(all));
-  constexpr double open_below = 1e-4;  // directions that are less than a degree apart
+  constexpr double open_below = 1e-4;  // such directions differ by less than about a degree
   if (eigen.values(0) > open_below * static_cast<double>(all.size())) {
     return;
   }
@@ -178,8 +179,8 @@ void put_total_covariance(const Calibration& calibration, BodyRotation& body) {
                                                         body.by_parameters.transpose();
 }
 
-// Variance of each direction about its reference, by the noise of the readings and the stated
-// uncertainty of the references.
+// Variance of each direction about its reference, from the noise of the readings and the stated
+// uncertainty of the references [rad^2].
 std::vector<double> stated_variances(const std::vector<Direction>& all,
                                      double noise_variance,
                                      double reference_u_rad) {

@@ -24,7 +24,7 @@ void members(JsonMembers& io, BodyRotation& body) {
   io.value("readings", body.readings);
   io.number("residual_sd_rad", body.residual_sd_rad);
   io.value_if_any("tare_rad", body.tare_rad);
-  // The rotation in a file without `calibration` is taken as independent of the calibration.
+  // If the file lacks `calibration`, the rotation is taken as independent of the calibration.
   body.covariance_of_references = io.reads() ? body.covariance : body.covariance_of_references;
   io.object("calibration", !body.parameter_names.empty(), [&](JsonMembers& one) {
     one.value_if_any("record", body.record);

@@ -8,11 +8,10 @@
 
 namespace axiscal {
 
-/// Transforms all covariances and intervals of a record's parameters theta to those of T theta. If
-/// T
-/// is not diagonal, the intervals are computed from the new covariance.
-/// @param T    p x p. Covariances of another size do not change.
-/// @param fit  must have statistics.
+/// Transforms all covariances and intervals of a record's parameters theta to those of the
+/// parameters T theta. If T is not diagonal, the intervals are computed from the new covariance.
+/// @param T    a p x p matrix. Covariances of another size are not changed.
+/// @param fit  the fit to transform; must have statistics.
 inline void transform_parameters(const Eigen::MatrixXd& T, CalibrationFit& fit) {
   const auto change = [&](Eigen::MatrixXd& covariance) {
     if (covariance.rows() == T.rows()) {

@@ -52,7 +52,8 @@ double relative_u_of_field(const FieldDescription& field) {
                            : relative(field.magnitude_u, field.magnitude);
 }
 
-// The conversion of a field other than gravity, or of gravity without a change of unit and place.
+// The conversion of a field other than gravity. It is also used for gravity if unit and place do
+// not change.
 FieldConversion plain_conversion(const FieldDescription& field,
                                  const std::string& unit,
                                  const FieldAtReadings& there) {
@@ -60,7 +61,7 @@ FieldConversion plain_conversion(const FieldDescription& field,
   conversion.factor = factor_between(field.unit, unit);
   const double as_calibrated = conversion.factor * field.magnitude;
   conversion.magnitude = there.magnitude.value_or(as_calibrated);
-  // In units of g the field of a record is exact.
+  // If the unit is g, the field of a record is exact by definition.
   const double here_u = field.unit == "g" ? 0.0 : relative_u_of_field(field);
   conversion.component_u = here_u;
   if (conversion.magnitude != as_calibrated || there.magnitude_u > 0.0) {
@@ -187,7 +188,7 @@ Calibration in_assembly_frame(Calibration calibration) {
     }
   }
   transform_parameters(T, calibration.fit);
-  // The components are taken as independent.
+  // The transformation of these variances assumes independent components.
   calibration.fit.conditions.sensitivity_mean_square *= mount.cwiseAbs2();
   FitStatistics& statistics = *calibration.fit.statistics;
   for (Eigen::Index k = 0; k < statistics.sensitivity_se.rows(); ++k) {

@@ -17,7 +17,7 @@
 namespace axiscal {
 namespace {
 
-// Adds the variances of shares with the same sources.
+// Adds the variances of `more` to `shares`, source by source. Both must have the same sources.
 void add(const VarianceShares& more, VarianceShares& shares) {
   for (std::size_t i = 0; i < shares.axes.size(); ++i) {
     shares.axes[i].variance += more.axes[i].variance;
@@ -38,9 +38,9 @@ double variance_of(const VarianceShares& shares) {
   return sum;
 }
 
-// The uncertainty of an elevation whose component exceeds F, where the arcsine is constant [rad].
-// It
-// is the angle between the pole and a component of F - u: cos(angle) = 1 - u / F.
+// The uncertainty of an elevation [rad] if the component exceeds F, because the arcsine is constant
+// there. It is the angle whose cosine is 1 - u / F: the angle between the axis and a field F with a
+// component F - u along the axis.
 double angle_at_pole(double u, double F) {
   return std::sqrt(2.0 * u / F);
 }
@@ -170,8 +170,7 @@ void ReadingPropagation::find_scatter_of_blocks() {
   const auto put = [&](Eigen::Index k, Eigen::Index j, const std::string& name, double square) {
     const auto at =
         calibration_.fit.statistics->position_of(axes[static_cast<std::size_t>(k)] + name);
-    // The noise of the readings also makes the blocks scatter; this part does not belong to the
-    // scatter of blocks.
+    // The noise of the readings also makes the block means scatter. This part is subtracted.
     const double by_noise = at ? B * of_readings_(*at, *at) : 0.0;
     block_variance_(k, j) = std::max(square - by_noise, 0.0);
   };
@@ -233,8 +232,8 @@ VarianceShares ReadingPropagation::shares_of(const Eigen::RowVectorXd& gradient,
     shares.components.push_back(
         {.variance = variance(part.covariance), .degrees_of_freedom = part.degrees_of_freedom});
   }
-  // The variance of the result is divided among the axes in proportion to their own parts, because
-  // their errors correlate through the field's direction.
+  // The errors of the axes correlate through the field's direction. Therefore the whole variance is
+  // divided among the axes in proportion to the variance that each axis has by itself.
   const Eigen::VectorXd own =
       gradient.transpose().cwiseAbs2().cwiseProduct((B * of_readings_ * B.transpose()).diagonal());
   const double factor = own.sum() > 0.0 ? variance(of_readings_) / own.sum() : 0.0;
@@ -328,7 +327,7 @@ void ReadingPropagation::add_magnitude(const ReducedReading& reduced,
   if (!(ratio > 0.0) || shares.size() <= fixed_results) {
     return;
   }
-  // A relative error of F changes the angles as a relative change of the field does.
+  // A relative error of F changes the angles like an equal relative change of the measured field.
   const std::size_t derived = derived_count(reducer_, context.up.has_value());
   const auto scaled = [&](double factor) {
     const Eigen::VectorXd v = response_at(
@@ -425,8 +424,8 @@ ReadingPropagation::Axis ReadingPropagation::at_axis(
   const double F = reducer_.magnitude() / factor_;  // at the place of the reading
   const Eigen::Vector3d S = calibration_.sensor.response.sensitivity.row(k);
   const Eigen::Vector3d along = S.normalized();
-  // The direction of the field across the axis is unknown, so its variance is a mean over all
-  // directions.
+  // The direction of the field's component across the axis is unknown, so the variance that this
+  // component causes is averaged over all directions.
   const double across = std::sqrt(std::max(0.0, 0.5 * (F * F - component * component)));
   const Eigen::Vector3d first = along.unitOrthogonal();
   const Eigen::Vector3d second = along.cross(first);
@@ -454,8 +453,8 @@ ReadingPropagation::Axis ReadingPropagation::at_axis(
   result.coverage_factor = variance > 0.0
                                ? factors_.expanded(shares) / std::sqrt(variance)
                                : factors_.at(calibration_.fit.statistics->degrees_of_freedom(k));
-  // The difference over a step as large as the uncertainty, because the angle is undefined beyond
-  // F.
+  // The slope is a difference over a step as large as the uncertainty, because the derivative of
+  // the arcsine is infinite at F.
   const double of_angle = std::hypot(u, ratio_u_ * component);
   const double high = elevation_of_axis(component + of_angle, F).angle_rad;
   const double low = elevation_of_axis(component - of_angle, F).angle_rad;

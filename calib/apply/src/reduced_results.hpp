@@ -22,7 +22,7 @@ inline constexpr Eigen::Index fixed_results = 4;
 /// @param has_up  true if the direction up is known.
 [[nodiscard]] std::size_t derived_count(const Reducer& reducer, bool has_up);
 
-/// @return the names of results_of(), without a direction of up.
+/// @return the names of results_of(), for a reading without the direction up.
 [[nodiscard]] std::vector<std::string> names_of_results(const Reducer& reducer);
 
 /// @return true if a result is an angle [deg]; its differences are then taken modulo 360.
@@ -31,8 +31,9 @@ inline constexpr Eigen::Index fixed_results = 4;
 /// @return a - b; for angles in degrees the difference modulo 360, in -180 .. 180.
 [[nodiscard]] double difference_of_results(double a, double b, bool angle);
 
-/// @return the change of the results from `below` to `above`, per unit; both are `step` away from
-///         `at`. If a result is NaN on one side, the slope is that of the other side.
+/// @return the derivative of the results, by differences of `below` and `above`, whose arguments
+///         are `step` below and above that of `at`. If a result is NaN on one side, the slope is
+///         that of the other side.
 [[nodiscard]] Eigen::VectorXd slope_of_results(const Reducer& reducer,
                                                const Eigen::VectorXd& below,
                                                const Eigen::VectorXd& at,

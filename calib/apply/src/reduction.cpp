@@ -19,7 +19,8 @@
 namespace axiscal {
 namespace {
 
-// The weights of the rows of S, by the scatter of the axes; all 1 if it is unknown or if m <= 3.
+// The weights of the rows of S, by the scatter of the axes; all 1 if the scatter is unknown or if
+// m <= 3.
 Eigen::VectorXd row_weights(const Calibration& calibration) {
   const Eigen::Index m = calibration.sensor.response.bias.size();
   if (m > 3 && calibration.fit.statistics) {
@@ -118,8 +119,8 @@ double Reducer::bias_corrected(std::size_t axis,
   return temperature_->bias_corrected(k, reading, bias_[axis], temperature->of(k));
 }
 
-// For more than three axes with temperature terms. The weights of the equations change with the
-// scales of the axes.
+// Used for more than three axes with temperature terms. The weights of the equations depend on the
+// scales of the axes, which depend on the temperature.
 bool Reducer::solve_scaled(std::span<const double> readings,
                            const std::optional<SensorTemperature>& temperature,
                            Eigen::Vector3d& field) const noexcept {
@@ -137,7 +138,7 @@ bool Reducer::solve_scaled(std::span<const double> readings,
 }
 
 // Least squares with the axes that face the light. The first round uses the axes whose readings are
-// above the dark.
+// above the dark reading.
 bool Reducer::solve_light(std::span<const double> readings,
                           const std::optional<SensorTemperature>& temperature,
                           Eigen::Vector3d& field) const noexcept {

@@ -27,12 +27,12 @@ namespace {
 
 using Sink = std::function<void(std::string_view)>;
 
-// Writes rows to a buffer. A full buffer grows, or, if it is large and there is a sink, is handed
-// over.
+// Writes rows to a buffer. If the buffer is full, it grows. If it is large and a sink exists, its
+// rows are passed to the sink instead.
 class RowWriter {
  public:
-  // @param buffer  for the output; its old content is discarded.
-  // @param sink    receives a large, full buffer; null: the buffer grows.
+  // @param buffer  receives the output; its old content is discarded.
+  // @param sink    receives the rows of a large, full buffer; if null, the buffer always grows.
   RowWriter(std::vector<char>& buffer,
             const Sink* sink,
             ReductionForm form,
@@ -42,10 +42,10 @@ class RowWriter {
     buffer_.resize(std::max(buffer_.size(), least));
   }
 
-  // The rows that were not handed over yet.
+  // The rows that were not passed to the sink yet.
   [[nodiscard]] std::string_view rows() const { return {buffer_.data(), used_}; }
 
-  // Writes text; binary rows contain no text.
+  // Writes text to CSV rows; does nothing for binary rows.
   void put(std::string_view text) {
     if (form_ == ReductionForm::csv) {
       append(text);
@@ -204,7 +204,8 @@ std::size_t one_temperature(const CsvReader& csv,
 // The readings of one instrument in a row.
 class RowReader {
  public:
-  // @param temperature  the column of the temperature, if the reducer needs that of one sensor.
+  // @param temperature  name of the temperature column; used if the reducer needs one temperature
+  //                     for all axes.
   RowReader(const CsvReader& csv,
             const std::vector<ReadingColumn>& axes,
             const Reducer& reducer,
@@ -383,8 +384,8 @@ class RowReduction {
     }
   }
 
-  // Writes the row's own cells. Empty cells complete a short row, so that the results are in their
-  // columns. Stray quotes are escaped, so that the output is valid CSV.
+  // Writes the row's own cells. Empty cells are appended to a row that is too short, so that the
+  // results are in the right columns. Stray quotes are escaped, so that the output is valid CSV.
   void put_defective_row() {
     if (csv_.text().find('"') == std::string_view::npos) {
       put_own_cells();
@@ -423,7 +424,7 @@ class RowReduction {
     }
   }
 
-  // The readings of an instrument next to the first; nullptr if this instrument is absent.
+  // A pointer to the reader of a second instrument; nullptr if there is no such instrument.
   static RowReader* beside(std::optional<RowReader>& row) { return row ? &*row : nullptr; }
 
   void reduce_row() {
@@ -483,7 +484,8 @@ class RowReduction {
     put_flag(reduced.derived.clamped, reduced.extrapolated || extrapolated, moved);
   }
 
-  // The result of a reading; false if it is invalid, and the flag is then written.
+  // Writes the results of a reading. If they are invalid, writes empty results with a flag and
+  // returns false.
   bool put_results(const ReducedReading& reduced, std::size_t line) {
     if (!reduced.determined) {
       refuse("fewer than three axes face the light", line);
@@ -507,7 +509,8 @@ class RowReduction {
     return true;
   }
 
-  // The turn of the other instrument relative to this one; returns true for an alarm.
+  // Writes the angle of the joint: the turn of the second instrument relative to this one. Returns
+  // true if the row is flagged `moved`.
   bool put_joint(const Eigen::Vector3d& field, const ReadingContext& context, bool& extrapolated) {
     const JointColumns& joint = *options_.joint;
     const ReducedReading reduced =
@@ -632,7 +635,7 @@ class RowReduction {
     }
   }
 
-  // The field by two axes, after their readings change as if the field along them grew by `first`
+  // The field from two axes, with readings as if the field along the axes were larger by `first`
   // and `second`.
   [[nodiscard]] Reducer::ClosedField closed_field(double first, double second) const {
     const std::span<const double> readings = row_.readings();
@@ -641,7 +644,8 @@ class RowReduction {
                                  row_.temperature());
   }
 
-  // The uncertainty of the direction from those of the two components.
+  // The uncertainty of the direction's components, from the uncertainties of the two measured
+  // components; zero if the direction is not determined.
   [[nodiscard]] Eigen::Vector3d direction_uncertainty(
       const std::vector<ReadingPropagation::Axis>& components) const {
     Eigen::Vector3d variance = Eigen::Vector3d::Zero();
@@ -782,7 +786,8 @@ ReductionCsvSummary reduce_csv(CsvReader& csv,
       const auto to = std::make_shared<std::vector<char>>(spare_buffer());
       return [&reduced, from, to] { return reduced(*from, all, std::move(*to)); };
     }
-    // In a table with quotes only the reader finds the ends of the rows, so it reads them here.
+    // If the table contains quotes, only a CSV parser can find the ends of the rows, so this thread
+    // reads and reduces the rows.
     constexpr std::size_t some = 1000;
     const auto piece = std::make_shared<Piece>(reduced(csv, some, spare_buffer()));
     return piece->summary.rows > 0 ? std::optional([piece] { return std::move(*piece); })

@@ -39,7 +39,8 @@ Eigen::Array2d slope_of(const Levelness& levelness) {
   return {now.x, now.y};
 }
 
-// The lower limit gives all slots equal weights if there is no noise.
+// The variances of the slopes. Their lower limit gives all slots equal weights if there is no
+// noise.
 Eigen::Array2d variance_of(const Levelness& levelness) {
   const BlockLevelness now = levelness.current_levelness();
   return Eigen::Array2d(now.standard_error_x, now.standard_error_y)
@@ -210,7 +211,7 @@ CombinedLevelness combine_levelness(const std::vector<SlotLevelness>& slots) {
       combined.suspect = slots[i].slot;
     }
   }
-  // For two slots both tests are identical.
+  // For two slots, the tests of both slots are identical, so they count as one test.
   const double tests = slots.size() == 2 ? 1.0 : static_cast<double>(slots.size());
   combined.p_value = std::min(1.0, tests * smallest);
   combined.consistent = !(combined.p_value < disagreement_below);
@@ -230,8 +231,8 @@ Eigen::Matrix3d axes_from_cube(const Calibration& calibration, const LinearRespo
   return nearest_rotation(Eigen::Matrix3d(response.sensitivity.rowwise().normalized()) * mount);
 }
 
-// The derivative of this rotation, about the frame's axes, by the coefficients of all axes; 3 x 3 p
-// for p coefficients of each axis [rad per unit of the coefficient].
+// The derivative of axes_from_cube(), as a small rotation about the frame's axes, by the p
+// coefficients of each axis; 3 x 3 p [rad per unit of the coefficient].
 Eigen::MatrixXd turn_with_parameters(const Calibration& calibration) {
   const LinearResponse& response = calibration.sensor.response;
   const Eigen::Matrix3d R = axes_from_cube(calibration, response);
@@ -259,7 +260,7 @@ bool has_alignment(const Calibration& calibration) {
          calibration.sensor.response.sensitivity.determinant() > 0.0;
 }
 
-// True if the record has the slope of the table from a vertical field.
+// True if the record contains the table's slope, measured in a vertical field.
 bool shows_slope(const Calibration& calibration) {
   return calibration.fit.levelness && field_kind(calibration.sensor.field.kind).vertical;
 }
@@ -395,7 +396,7 @@ std::vector<Calibration> calibrate_assembly(const Experiment& experiment,
           "several slots; give each slot a file of its own");
     }
   }
-  // Slots in a vertical field come first, because they measure the table's slope.
+  // Slots in a vertical field are calibrated first, because they measure the table's slope.
   std::vector<Calibration> calibrations(slots.size());
   std::vector<Calibration> showing;
   std::optional<CombinedLevelness> combined;

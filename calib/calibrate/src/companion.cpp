@@ -38,7 +38,8 @@ std::string degrees(double angle_rad) {
   return number_text(std::round(angle_rad * deg_per_rad * 1e3) * 1e-3);
 }
 
-// Draws the companion's coefficients by their covariance. They do not vary without a covariance.
+// The companion's coefficients with random errors of their covariance; without errors if the record
+// lacks a covariance.
 LinearResponse drawn(const Calibration& companion, RandomStream& random) {
   LinearResponse response = companion.sensor.response;
   if (!companion.fit.statistics || companion.fit.statistics->covariance.rows() != 12 ||
@@ -59,7 +60,8 @@ LinearResponse drawn(const Calibration& companion, RandomStream& random) {
 
 // The covariance of b and S, including the error of the rotation, in the instrument's own frame.
 // Fit and alignment are simulated together (JCGM 101), because both follow from the same readings.
-// The companion's readings and coefficients vary by the uncertainties in its record.
+// The simulated errors of the companion's coefficients have the covariance in its record. The noise
+// of its readings follows from the scatter of the angle between the fields.
 Eigen::MatrixXd covariance_by_simulation(const Calibration& calibration,
                                          const Eigen::MatrixXd& readings,
                                          const Calibration& companion,
@@ -88,7 +90,8 @@ Eigen::MatrixXd covariance_by_simulation(const Calibration& calibration,
     }
     return rows;
   };
-  // The companion's noise: the scatter of the angle minus this instrument's own noise, in squares.
+  // The noise of the companion. Its variance is the variance of the angle minus the variance of
+  // this instrument's own noise.
   const double own_noise = sd.norm() / (F * own.sensitivity.norm());
   const double in_all = alignment.residual_sd / std::max(std::sin(alignment.angle_rad), 1e-3);
   const double theirs = std::sqrt(std::max(0.0, in_all * in_all - own_noise * own_noise));
@@ -190,7 +193,8 @@ void turn_to_companion(const Alignment& alignment,
   } else if (statistics.components.empty()) {
     statistics.covariance = covariance;
   } else {
-    // The simulated noise is white. The variance from correlated readings is kept if it is larger.
+    // The simulated noise is white. If the readings are correlated, their variance in `statistics`
+    // may be larger, and is then kept.
     const Eigen::VectorXd variances =
         covariance.diagonal().cwiseMax(statistics.covariance.diagonal());
     statistics.covariance = rescaled_covariance(covariance, variances.cwiseSqrt());

@@ -13,7 +13,7 @@ namespace axiscal {
 [[nodiscard]] FittedRun tested(const PreparedRun& run, FittedRun fit, const SearchedRun& search);
 
 /// Tests saturation and curvature. The uncertainty does not depend on these tests.
-/// @param counted  the estimate after counted_scatter().
+/// @param counted  the result of counted_scatter().
 [[nodiscard]] FitTests tests_of(const PreparedRun& run,
                                 const FittedRun& fit,
                                 const CountedEstimate& counted);

@@ -58,7 +58,7 @@ FittedRun solved_once(const PreparedRun& run, ReadingSource source) {
   return completed(std::move(fit), std::move(set));
 }
 
-// Fits the turns of the instrument in its mounts. The fit is repeated until the turns are constant.
+// Also fits the rotations of the instrument in its mounts, in rounds, until they do not change.
 FittedRun with_mounts(const PreparedRun& run, FittedRun fit) {
   if (run.experiment().fit.robust || fit.seen.size() > 0 || fit.set->seen.cols() > 0 ||
       fit.set->temperature.order > 0) {
@@ -139,9 +139,9 @@ FittedRun solved_without_labels(const PreparedRun& run) {
   return completed(std::move(fit), std::move(set));
 }
 
-// The part of the mean variance of a reading that more samples do not reduce. It maximises the
-// likelihood of the residuals of a fit with equal weights (method.md, section 4.1). 0 if the
-// evidence is weak.
+// The part of a reading's mean variance that does not decrease with the number of samples. It
+// maximises the likelihood of the residuals of a fit with equal weights (method.md, section 4.1).
+// The result is 0 if the likelihood hardly increases.
 double floor_of_samples(const PreparedRun& run, ChosenModel model) {
   const std::optional<Eigen::VectorXd>& samples = run.observations().samples;
   if (run.weighting() != Weighting::samples || run.experiment().fit.weighting ||

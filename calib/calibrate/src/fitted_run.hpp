@@ -16,8 +16,8 @@ namespace axiscal {
 /// The unknowns that are fitted to a run, and the trials that led to this choice.
 struct ChosenModel {
   ModelChoice choice;
-  std::vector<TemperatureOrderTrial>
-      trials;                              ///< of temperature orders; empty if not chosen by them
+  /// Trials of temperature orders; empty if the order was not chosen by trials.
+  std::vector<TemperatureOrderTrial> trials;
   bool temperature_has_no_effect = false;  ///< true if no temperature term was significant
 };
 
@@ -27,11 +27,11 @@ struct ChosenModel {
 
 /// A run after its fit.
 struct FittedRun {
-  ReadingSource source;                   ///< the observations with the fitted model
+  ReadingSource source;                   ///< the observations, and the model that is fitted
   std::unique_ptr<const ReadingSet> set;  ///< the readings in the terms of the fitted model
   Estimate estimate;
   AxisMask seen;                             ///< the readings that one-sided axes see; empty: all
-  double mounts_expected = 0.0;              ///< as MountTurns::expected
+  double mounts_expected = 0.0;              ///< MountTurns::expected of the last fit of mounts
   std::shared_ptr<const Solution> solution;  ///< the solution for `set`; null if not kept
 
   [[nodiscard]] SolvedReadings readings(const MethodKind& method) const {
@@ -51,7 +51,7 @@ struct SearchedRun {
   std::unique_ptr<const ReadingSet> judged;  ///< without shared errors; null if they share none
   ReadingSet kept_out;  ///< the confirmation readings, reduced in the same way as the fitted ones
 
-  std::vector<CalibrationWarning> taken_in;  ///< for mistakes that are terms of the fit
+  std::vector<CalibrationWarning> taken_in;  ///< warnings of mistakes with a term in the fit
 };
 
 [[nodiscard]] SearchedRun find_mistakes(const PreparedRun& run, const FittedRun& fit);
@@ -63,7 +63,7 @@ struct SearchedRun {
                                                            ChosenModel model,
                                                            const SearchedRun& search);
 
-/// @param fit  has a term for the mistake that the search found.
+/// @param fit  a fit with a term for the mistake that the search found.
 /// @return the warnings of the search for earlier terms, and the warning for the new term.
 [[nodiscard]] std::vector<CalibrationWarning> warnings_of_terms(const PreparedRun& run,
                                                                 const FittedRun& fit,

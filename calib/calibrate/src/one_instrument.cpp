@@ -17,10 +17,10 @@ namespace {
 
 // Largest changes of one instrument from day to day and from mount to mount. Two instruments of a
 // batch seldom agree within these limits.
-constexpr double largest_size_change = 2e-3;   // of |S_k|, relative
-constexpr double largest_angle_change = 5e-3;  // between two axes [rad]
-constexpr double largest_bias_change = 5e-2;   // in parts of the full response
-// A change of fewer standard errors of the difference than this may be noise.
+constexpr double largest_size_change = 2e-3;   // relative change of |S_k|
+constexpr double largest_angle_change = 5e-3;  // change of the angle between two axes [rad]
+constexpr double largest_bias_change = 5e-2;   // change of a bias / full response
+// A change up to this number of standard errors may be noise.
 constexpr double clear = 6.0;
 
 // The calibration of one file; nullopt if its readings do not determine a calibration.
@@ -34,7 +34,7 @@ std::optional<Calibration> calibration_of(Experiment experiment, const Observati
     try {
       experiment.fit.method = method;
       return fitted_record(experiment, readings);
-    } catch (const Error&) {  // e.g. six faces with one fence face each: then on a level table
+    } catch (const Error&) {  // e.g. one fence face for each rest face; then method known is tried
       continue;
     }
   }

@@ -55,7 +55,8 @@ std::optional<Observations> without_left_out(const Experiment& experiment,
   return used;
 }
 
-// The lengths of the fields that readings state, without fields of length 0.
+// The least and the largest length of the fields that readings state. Fields of length 0 are left
+// out.
 struct MetFields {
   double least = 0.0;
   double largest = 0.0;

@@ -16,7 +16,8 @@ namespace axiscal {
 
 /// The record of a fit: sensor, statistics, levelness, conditions and uncertainty budget. It lacks
 /// residuals and findings, except notes on the calibration.
-/// @param counted  statistics and weighed inputs are moved to the record. The other members stay.
+/// @param counted  the result of counted_scatter(). Its statistics and weighed inputs are moved to
+///                 the record; its other members do not change.
 [[nodiscard]] Calibration record_of(const PreparedRun& run,
                                     const ChosenModel& model,
                                     const FittedRun& fit,

@@ -71,7 +71,8 @@ void note_readings_without_weight(Calibration& calibration) {
   }
 }
 
-// Adds a note if the averages leave few degrees of freedom and all readings have more.
+// Method paired: adds a note if the averages of opposite readings leave few degrees of freedom, and
+// method joint would have more than twice that number.
 void note_few_averages(Calibration& calibration) {
   constexpr double few = 5.0;
   const FitStatistics& statistics = *calibration.fit.statistics;
@@ -92,7 +93,7 @@ void note_few_averages(Calibration& calibration) {
 }
 
 // Adds a note if points were taken in the order of the design, or in the same order in each block.
-// A periodic disturbance, for example a heating, then changes the coefficients unnoticed.
+// A periodic disturbance, for example by a heating, can then change the coefficients unnoticed.
 void note_fixed_order(const Observations& observations, Calibration& calibration) {
   std::map<int, std::vector<DesignPoint>> blocks;
   for (const Reading& reading : observations.readings) {
@@ -149,7 +150,7 @@ void add_notes(Calibration& calibration,
   note_few_averages(calibration);
   note_conditions(calibration);
   note_fixed_order(observations, calibration);
-  std::set<DesignPoint> rocking;  // mostly empty, so that small runs stay fast
+  std::set<DesignPoint> rocking;  // points at which the cube rocks; usually empty
   for (const Reading& reading : observations.readings) {
     if (reading.point && positioner.seat(*reading.point).rocks) {
       rocking.insert(*reading.point);

@@ -17,8 +17,8 @@
 namespace axiscal {
 namespace {
 
-// Finds stretches of readings whose responses equal those of earlier readings in the same pose, at
-// one distance in rows.
+// Finds stretches of consecutive readings that equal earlier readings in the same poses. All
+// readings of a stretch have the same distance, in rows, from the readings that they equal.
 std::vector<RepeatedReadings> equal_readings(const PreparedRun& run) {
   const Observations& observations = run.observations();
   const Eigen::MatrixXd& y = observations.response;
@@ -37,7 +37,7 @@ std::vector<RepeatedReadings> equal_readings(const PreparedRun& run) {
     const int by_value = compare(a, b);
     return by_value != 0 ? by_value < 0 : a < b;
   });
-  std::map<std::size_t, std::set<std::size_t>> copies;  // rows of copies by distance
+  std::map<std::size_t, std::set<std::size_t>> copies;  // distance in rows -> rows of the copies
   for (std::size_t i = 1; i < order.size(); ++i) {
     const std::size_t original = order[i - 1];
     const std::size_t copy = order[i];
@@ -90,7 +90,7 @@ Eigen::VectorXd chances_of_equal(const PreparedRun& run, const FittedRun& fit) {
     }
     constexpr double digits_of_a_number = 16.0 * std::numeric_limits<double>::epsilon();
     const double least = digits_of_a_number * response.col(k).cwiseAbs().maxCoeff();
-    // The density at 0 of the difference of two readings, times the step.
+    // The probability is the step times the probability density of a difference of 0.
     const double density = 1.0 / (2.0 * std::sqrt(std::numbers::pi) * noise(k));
     chances.array() *= (density * steps.col(k).array().max(least)).min(1.0);
   }
@@ -105,7 +105,8 @@ double pairs_in_one_pose(const std::vector<Reading>& readings, std::size_t dista
   return pairs;
 }
 
-// The number of distances at which copies could be found.
+// The number of distances, in rows, at which two readings in one pose exist: the number of tests
+// for copies. For many readings it is replaced by an upper bound.
 double distances_with_pairs(const std::vector<Reading>& readings) {
   constexpr std::size_t most_counted = 500;
   if (readings.size() > most_counted) {

@@ -42,7 +42,7 @@ std::vector<ReadingResidual> residuals_of(const Observations& observations,
   const bool has_magnitude = rank == 3;
   const bool by_magnitude = (!fitted.has_vectors() && !source.by_field()) ||
                             (method_kind(calibration.fit.method).by_length && has_magnitude);
-  // Most instruments need only bias, S and the field.
+  // True for most instruments: the prediction needs only bias, S and the field.
   const bool plain = !calibration.sensor.temperature && calibration.sensor.also.empty() &&
                      !calibration.sensor.instrument.one_sided;
   std::vector<ReadingResidual> residuals;

@@ -11,7 +11,8 @@ namespace axiscal {
 
 /// The residuals of all readings, including those left out, in the order of the file.
 ///
-/// @param field  as fitted; without vectors if the readings state their fields or lack labels.
+/// @param field  the fitted field, without vectors if the readings state their fields or lack
+///               labels.
 /// @param used   n x m: true if an axis used a reading.
 [[nodiscard]] std::vector<ReadingResidual> residuals_of(const Observations& observations,
                                                         const ReadingSource& source,

@@ -4,7 +4,7 @@
 namespace axiscal {
 namespace {
 
-// Applies the suggestion to the experiment and to its readings.
+// Applies a correction: changes the readings, and adds the runs to leave out to the experiment.
 void follow(const Correction& correction, Experiment& experiment, Observations& observations) {
   observations = corrected(std::move(observations), correction);
   experiment.leave_out.insert(experiment.leave_out.end(), correction.leave_out.begin(),

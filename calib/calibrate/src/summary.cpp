@@ -55,7 +55,7 @@ class Summary {
     label_width_ = std::min(label_width_, longest_label + 1);
   }
 
-  // The summary for one screen.
+  // The summary for SummaryDetail::brief.
   std::string brief() {
     append_readings_sentence();
     text_ = wrapped(in_one_line(text_), 80) + "\n";
@@ -180,7 +180,7 @@ class Summary {
     return line;
   }
 
-  // One line for each axis, if the lines fit into 80 columns.
+  // Adds the biases and sensitivities, one line for each axis, if the lines fit into 80 columns.
   void add_matrix() {
     constexpr std::size_t most_axes = 6;
     const std::size_t m = c_.sensor.instrument.axes.size();
@@ -240,7 +240,7 @@ class Summary {
     return std::isfinite(U) ? " +-" + rounded_uncertainty(U) : "";
   }
 
-  // One line each for noise, misalignment, slope and orientations.
+  // Adds one line each for noise, misalignment, slope and orientations.
   void add_in_short() {
     const auto m = static_cast<std::size_t>(c_.sensor.response.bias.size());
     constexpr std::size_t few = 3;
@@ -314,7 +314,8 @@ class Summary {
     return formatted(".{}.{}", what, "xyz"[j]);
   }
 
-  // Expanded uncertainty of a parameter of axis k, from scatter and stated inputs.
+  // Expanded uncertainty of a parameter of axis k, from scatter and stated inputs; NaN if unknown.
+  // @param what  the parameter's name after the axis, for example ".bias".
   [[nodiscard]] double half_width(Eigen::Index k, const std::string& what) const {
     const std::string name = c_.sensor.instrument.axes[static_cast<std::size_t>(k)] + what;
     const auto at = std::find_if(uncertainties_.begin(), uncertainties_.end(),

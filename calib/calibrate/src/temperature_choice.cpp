@@ -38,8 +38,8 @@ std::vector<double> temperatures_of(const std::vector<Reading>& readings,
   return temperatures;
 }
 
-// p-value of the test that the residuals of an axis follow the temperature: the least of all axes,
-// with Bonferroni's correction.
+// p-value of the test whether the residuals follow the temperature: the smallest p-value of the
+// axes, with Bonferroni's correction.
 double p_of_following(const ReadingSet& set,
                       const TableField& field,
                       const std::vector<double>& temperatures) {
@@ -56,7 +56,8 @@ double p_of_following(const ReadingSet& set,
     const Eigen::VectorXd y = root.asDiagonal() * set.response.col(k);
     const Eigen::VectorXd r = y - X * (inverse * y);
     const double free = static_cast<double>((root.array() > 0.0).count() - rank) - 1.0;
-    constexpr double independent = 1e-6;  // if less, the poses follow the temperature
+    // If less of the temperature's variation remains, it depends on the poses and is not tested.
+    constexpr double independent = 1e-6;
     if (!(free >= 1.0) || !(d.squaredNorm() > independent * centred.squaredNorm())) {
       continue;
     }
@@ -90,7 +91,8 @@ bool has_temperatures_enough(const Experiment& experiment, const Observations& o
 }
 
 bool clearly_needed(const std::vector<TemperatureOrderTrial>& trials) {
-  // Without an effect of temperature, six more slopes (three axes) gain this in 0.1 % of runs.
+  // Without an effect of temperature, order 1 (two more terms for each of three axes) decreases
+  // AICc by more than this in 0.1 % of the runs.
   constexpr double clear_gain = 10.0;
   return !trials.empty() &&
          std::any_of(trials.begin(), trials.end(), [&](const TemperatureOrderTrial& trial) {
@@ -107,7 +109,8 @@ void warn_of_ignored_temperature(const Experiment& experiment,
     return;
   }
   const auto [low, high] = std::minmax_element(temperatures.begin(), temperatures.end());
-  // Limits in degrees. The output of a sensor in another unit may have any span.
+  // Limits in degrees C. An output beyond them is taken as another unit, in which any span is
+  // usual.
   constexpr double much = 5.0;
   constexpr double coldest = -100.0;
   constexpr double hottest = 200.0;

@@ -24,7 +24,7 @@ namespace axiscal {
 
 /// Warns if the fit lacks temperature terms although the temperatures span a wide range or the
 /// residuals follow them.
-/// @param field  in the table, as fitted.
+/// @param field  the field of the fit, in the table's frame.
 void warn_of_ignored_temperature(const Experiment& experiment,
                                  const ReadingSet& set,
                                  const TableField& field,

@@ -11,7 +11,7 @@
 namespace axiscal {
 namespace {
 
-constexpr Eigen::Index fewest_readings = 4;  // in a laying
+constexpr Eigen::Index fewest_readings = 4;  // of a laying that is tested
 constexpr std::size_t fewest_layings = 6;
 
 // Consecutive readings in one pose.
@@ -20,7 +20,7 @@ struct Laying {
   Eigen::Index readings = 0;
 };
 
-// The layings with enough readings.
+// The layings with at least fewest_readings readings.
 std::vector<Laying> long_layings(const std::vector<Reading>& readings,
                                  const std::vector<std::size_t>& rows) {
   const auto continues = [](const Reading& before, const Reading& now) {

@@ -10,7 +10,7 @@
 
 namespace axiscal {
 
-/// The first readings of the poses, before the instrument had settled.
+/// The first readings of each laying of the cube, if the instrument had not settled yet.
 struct UnsettledReadings {
   std::vector<std::size_t> rows;
   CalibrationWarning warning;

@@ -83,7 +83,8 @@ void require_faces(const std::vector<SolidReference>& references) {
   }
 }
 
-// Throws RefusedError without opposite readings, which separate the slope from the face normals.
+// Throws RefusedError if a slope has no two readings at opposite points. Such readings separate the
+// slope from the face normals.
 void require_opposites(const SolidReference& reference) {
   std::set<std::pair<std::size_t, DesignPoint>> there;
   for (std::size_t i = 0; i < reference.readings.size(); ++i) {
@@ -176,7 +177,8 @@ double effective_dof(const std::vector<std::pair<double, double>>& parts) {
   return over > 0.0 ? sum * sum / over : std::numeric_limits<double>::infinity();
 }
 
-// Probability that the normals by one instrument and those by all others differ so much by chance.
+// Probability that the normals from one instrument and the normals from all other instruments
+// differ this much by chance.
 double p_of_difference(const SolidSolution& one, const SolidSolution& others) {
   Eigen::Matrix<double, 18, 1> difference;
   for (std::size_t face = 0; face < 6; ++face) {
@@ -198,7 +200,8 @@ double p_of_difference(const SolidSolution& one, const SolidSolution& others) {
   return std::isinf(dof) ? chi_squared_upper_p(Q, 9.0) : f_upper_p(Q / 9.0, 9.0, dof);
 }
 
-// The references of one instrument, or those of all others, with the instruments renumbered.
+// The references of one instrument, or, if `without` is true, of all other instruments. The
+// instruments are renumbered from 0.
 std::vector<SolidReference> part_of(const std::vector<SolidReference>& references,
                                     std::size_t instrument,
                                     bool without) {
@@ -213,11 +216,12 @@ std::vector<SolidReference> part_of(const std::vector<SolidReference>& reference
   return part;
 }
 
-// Compares the cube by each instrument with the cube by all others.
+// Compares the cube as measured by each instrument with the cube as measured by all others.
 void compare_instruments(const std::vector<SolidReference>& references,
                          const CharacterizeOptions& options,
                          Characterization& result) {
-  std::map<std::size_t, std::string> slot_of_instrument;  // all its slots, separated by commas
+  // All slots of the instrument, separated by commas.
+  std::map<std::size_t, std::string> slot_of_instrument;
   for (const SolidReference& reference : references) {
     std::string& slots = slot_of_instrument[reference.instrument];
     slots += (slots.empty() ? "" : ",") + reference.slot;
@@ -269,7 +273,8 @@ double rotation_between(const Eigen::Matrix3d& a, const Eigen::Matrix3d& b) {
   return std::abs(Eigen::AngleAxisd(Eigen::Matrix3d(a * b.transpose())).angle());
 }
 
-// The scatter of each instrument with several mounts in nearly the same orientation.
+// The scatter between mounts, for each instrument that has several mounts in nearly the same
+// orientation.
 std::vector<MountRepeatability> find_repeatability(const std::vector<SolidReference>& references,
                                                    const std::vector<std::string>& names,
                                                    const SolidSolution& solution) {
@@ -319,8 +324,7 @@ double scatter_of_record(const Calibration& calibration) {
 }
 
 // Warns of references with a large scatter. A mistake in one reference increases its scatter, but
-// it
-// does not always make the instruments disagree.
+// the test between the instruments does not always detect it.
 void warn_of_scatter(const std::vector<Reference>& references, Characterization& result) {
   constexpr double suspicious = 5.0;  // times the expected scatter
   for (const ReferenceResult& own : result.references) {
@@ -382,7 +386,7 @@ std::set<DesignPoint> points_of(const std::vector<SolidReference>& solid) {
   return points;
 }
 
-// Notes on the figures for a reader of the positioner's file.
+// Adds notes that explain the uncertainties to a reader of the positioner's file.
 void describe_in_notes(const CharacterizeOptions& options,
                        const Characterization& result,
                        bool all_have_covariance,

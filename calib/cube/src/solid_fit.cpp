@@ -33,7 +33,7 @@ void fix_gauge(SolidState& state) {
   }
 }
 
-// Tangents of all normals, 18 x 12.
+// Two tangents of each normal as columns, 18 x 12.
 Eigen::Matrix<double, 18, 12> tangents_of_normals(const FaceNormals& normals) {
   Eigen::Matrix<double, 18, 12> T = Eigen::Matrix<double, 18, 12>::Zero();
   for (Eigen::Index r = 0; r < 6; ++r) {
@@ -71,8 +71,8 @@ Factor factored(const Eigen::MatrixXd& J, const std::vector<std::string>& names)
 struct SolidFit::Layout {
   Eigen::Matrix<double, 12, 9> gauge;
   Eigen::Matrix<double, 18, 12> tangents;
-  std::vector<Eigen::Index>
-      reference;                    // first column of each: mount 3, fields 2 L, bias m, scale m
+  // First column of each reference: mount 3, fields 2 L, bias m, scale m.
+  std::vector<Eigen::Index> reference;
   std::vector<Eigen::Index> shift;  // the first column of each instrument
   std::vector<std::string> names;
   Eigen::Index columns = 0;
@@ -126,7 +126,7 @@ SolidState SolidFit::start() const {
   for (const RecordPrior& prior : priors_) {
     state.shift.emplace_back(Eigen::VectorXd::Zero(prior.root.cols()));
   }
-  // The outward normals by the readings of each instrument, in the frame of that instrument.
+  // For each reference the outward normals that its readings give, in the frame of the sensor.
   std::vector<std::map<Face, Eigen::Vector3d>> seen;
   for (const SolidReference& reference : references_) {
     const auto [inverse, rank] = pseudo_inverse_with_rank(reference.calibrated.sensitivity);
@@ -151,8 +151,8 @@ SolidState SolidFit::start() const {
     state.bias.push_back(reference.calibrated.bias);
     state.scale.emplace_back(Eigen::VectorXd::Ones(reference.calibrated.bias.size()));
   }
-  // Generalised Procrustes: computes in turn the mounts for given normals and the normals for given
-  // mounts.
+  // Generalised Procrustes fit: alternates between the mounts for given normals and the normals for
+  // given mounts.
   for (int round = 0; round < 10; ++round) {
     FaceNormals sum;
     sum.fill(Eigen::Vector3d::Zero());
@@ -244,8 +244,7 @@ Eigen::MatrixXd SolidFit::jacobian(const SolidState& state,
                                    const std::vector<double>& sigma) const {
   // The derivative of each seat with respect to each tangent, by central differences. With feet,
   // the turn to the fence has no simple formula. The differences are accurate, because the
-  // rotations
-  // are smooth functions of the normals.
+  // rotations are smooth functions of the normals.
   constexpr double step = 1e-5;
   const Positioner cube = positioner_of(state.normals);
   std::vector<Positioner> forward;
@@ -346,8 +345,7 @@ void SolidFit::move(SolidState& state, const Layout& layout, const Eigen::Vector
 }
 
 // The scatter of each reference from the residuals of the last fit. A reference with too few
-// degrees
-// of freedom gets the pooled scatter of all.
+// degrees of freedom gets the pooled scatter of all references.
 std::vector<double> SolidFit::scatter(const std::vector<double>& sigma,
                                       const Eigen::VectorXd& residuals,
                                       const Eigen::VectorXd& leverage,
@@ -422,13 +420,13 @@ std::vector<int> SolidFit::worst_runs(const Eigen::VectorXd& residuals) const {
   return runs;
 }
 
-// The state of the search, with the columns of its Jacobian.
+// A state of the Gauss-Newton search, with the layout of its Jacobian's columns.
 struct SolidFit::Place {
   SolidState state;
   Layout layout;
 };
 
-// The problem for gauss_newton(), at a given scatter of each reference.
+// The least-squares problem for gauss_newton(), with a given scatter of each reference.
 struct SolidFit::Problem {
   using State = Place;
   using Linear = Linearised;
@@ -467,7 +465,7 @@ SolidSolution SolidFit::solve() const {
   constexpr int rounds_of_scatter = 4;
   for (int outer = 0; outer <= rounds_of_scatter; ++outer) {
     const Problem problem{.fit = *this, .sigma = solution.sigma};
-    if (outer == 0) {  // reports an undetermined parameter before a search that cannot converge
+    if (outer == 0) {  // throws if a parameter is undetermined, before the search
       static_cast<void>(
           factored(jacobian(place.state, place.layout, solution.sigma), place.layout.names));
     }

@@ -19,24 +19,29 @@ struct SolidReference {
   std::string slot;
   std::vector<Reading> readings;
   Eigen::MatrixXd response;          // n x m
-  LinearResponse calibrated;         // b, S of its record
-  Eigen::MatrixXd covariance;        // of b and S by axis, 4m x 4m; zero if the record has none
-  double calibration_dof = 0.0;      // degrees of freedom of covariance; 0: it is exact
+  LinearResponse calibrated;         // b and S of the instrument's record
+  // Covariance of b and S by axis, 4m x 4m; zero if the record states none.
+  Eigen::MatrixXd covariance;
+  double calibration_dof = 0.0;      // degrees of freedom of `covariance`; 0: infinite
   double F = 1.0;                    // length of the field at level 1
   double sign = 1.0;                 // -1 if the field points into the table
-  std::size_t instrument = 0;        // number of the instrument, which several references may share
+  // Index of the instrument; several references may have the same.
+  std::size_t instrument = 0;
   std::vector<double> root_weights;  // one for each reading; their mean square is 1
-  std::vector<std::size_t> levels;   // for each reading the number of its slope, from 0
+  std::vector<std::size_t> levels;   // for each reading the index of its slope, from 0
   std::size_t level_count = 1;
 };
 
 struct SolidState {
   FaceNormals normals;
   std::vector<Eigen::Matrix3d> mounts;               // rotation_sensor_from_positioner
-  std::vector<std::vector<Eigen::Vector3d>> fields;  // in the table, by reference and level
+  // Field in the table frame, for each reference and slope.
+  std::vector<std::vector<Eigen::Vector3d>> fields;
   std::vector<Eigen::VectorXd> bias;                 // one for each reference
-  std::vector<Eigen::VectorXd> scale;                // factors of the record's sensitivities
-  std::vector<Eigen::VectorXd> shift;  // errors of the records, in units of RecordPrior::root
+  // Factors of the record's sensitivities, m for each reference.
+  std::vector<Eigen::VectorXd> scale;
+  // For each instrument the record's error, as factors of RecordPrior::root.
+  std::vector<Eigen::VectorXd> shift;
 };
 
 /// The cube, the mounts and the slopes that fit all readings best.
@@ -45,11 +50,12 @@ struct SolidSolution {
   std::vector<double> sigma;    // for each reference the scatter of a reading [field unit]
   std::vector<int> worst_runs;  // for each reference the run with the largest residual
   double degrees_of_freedom = 0.0;
-  double calibration_dof = 0.0;           // effective, of handed_on; 0: it is exact
+  double calibration_dof = 0.0;           // effective degrees of freedom of handed_on; 0: infinite
   Eigen::Matrix<double, 18, 9> basis;     // spans the changes of the normals that the gauge allows
-  Eigen::Matrix<double, 9, 9> noise;      // covariance of the normals in basis, by the readings
-  Eigen::Matrix<double, 9, 9> handed_on;  // covariance in basis, by the instruments' calibrations
-  std::vector<Eigen::Matrix3d> mount_noise;  // covariance of each mount, by the readings
+  Eigen::Matrix<double, 9, 9> noise;      // covariance of the normals in `basis`, from the readings
+  // Covariance in `basis`, from the instruments' calibrations.
+  Eigen::Matrix<double, 9, 9> handed_on;
+  std::vector<Eigen::Matrix3d> mount_noise;  // covariance of each mount, from the readings
 };
 
 /// Least squares of a solid positioner (method.md, section 9).
@@ -59,7 +65,8 @@ struct SolidSolution {
 /// increase the scatter of their readings.
 class SolidFit {
  public:
-  /// @param references  must outlive the fit; their instruments are numbered from 0.
+  /// @param references  the readings; must outlive the fit. SolidReference::instrument counts from
+  ///                    0.
   /// @param drawing     the cube whose feet, if it has any, turn with the normals.
   SolidFit(const std::vector<SolidReference>& references,
            const Positioner& drawing,

@@ -17,7 +17,7 @@ struct AxisRegression {
   LeastSquaresFit fit;
   Eigen::VectorXd variance_inflation;  // one for each column
   double condition_number = 1.0;
-  Eigen::VectorXd weights;         // as given
+  Eigen::VectorXd weights;         // the given weights
   Eigen::VectorXd robust_weights;  // empty unless robust
 };
 
@@ -56,8 +56,9 @@ void require_robust_freedom(double degrees_of_freedom);
 /// Pure error against lack of fit for one axis. Pure error is the scatter of the means of layings
 /// within a group: readings of one laying share its error.
 /// @param weighted_residuals  sqrt(w_i) (y_i - fit_i).
-/// @param effects             number of columns of the run's effects. They differ between repeats,
-///                            so their degrees of freedom are taken from the pure error.
+/// @param effects             number of columns of the run's effects. These columns differ between
+///                            repeats, so their degrees of freedom are subtracted from those of the
+///                            pure error.
 /// @param robust_weights      empty unless robust; a reading of weight 0 counts in neither part.
 /// @return F and p are NaN if one of the two parts has zero degrees of freedom.
 [[nodiscard]] LackOfFit test_lack_of_fit(const RegressionRows& rows,
@@ -80,7 +81,7 @@ void put_diagnostics(FitStatistics& statistics,
 
 /// Throws if all readings of an axis are equal, because the axis then does not respond to the
 /// field.
-/// @throws RefusedError  naming the axis.
+/// @throws RefusedError  The message names the axis.
 void require_response(const ReadingSet& set);
 
 /// Combines the axes' regressions into the response and its statistics.
@@ -88,7 +89,8 @@ void require_response(const ReadingSet& set);
                                  const std::vector<AxisRegression>& axes,
                                  RegressionRows rows);
 
-/// Numbers readings by their group: the same design point and level, or the same field; n.
+/// The number of each reading's group, n. The readings of a group have the same level, temperature
+/// and design point, or the same stated field.
 [[nodiscard]] std::vector<int> groups_of_readings(const ReadingSet& set);
 
 /// @return the rows of the regression, with the numbers of groups_of_readings().

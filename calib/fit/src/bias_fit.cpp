@@ -292,15 +292,15 @@ SweepScatter scatter_of_sweep(const ReadingSet& set,
                                                              .jacobian = root.asDiagonal() * X}))
                   .head(q);
   if (!scatter.u
-           .allFinite()) {  // one branch lies within a tenth: use the polynomial of both branches
+           .allFinite()) {  // a whole branch lies within one tenth: use one polynomial for both
     scatter.u = jackknife_uncertainty(block_jackknife_changes(
         {.residuals = -root.cwiseProduct(fit.residuals), .jacobian = root.asDiagonal() * P}));
   }
   return scatter;
 }
 
-// Counts the two errors of a long sweep: consecutive readings are correlated, and the biases differ
-// between the way up and the way down.
+// Includes two errors of a long sweep in the uncertainty: consecutive readings are correlated, and
+// the biases differ between the way up and the way down.
 // @param places  indices of an axis's coefficients among its parameters.
 void add_sweep_scatter(const ReadingSet& set,
                        const std::vector<Eigen::Index>& places,
@@ -361,9 +361,9 @@ void add_sweep_scatter(const ReadingSet& set,
   }
 }
 
-// Counts the correlation of consecutive readings of a sweep. A sweep is a single cycle of the
-// temperature, so a jackknife over its tenths does not show this correlation. Models of the noise
-// do.
+// Includes the correlation of consecutive readings of a sweep in the intervals. A sweep is a single
+// cycle of the temperature, so a jackknife over its tenths does not show this correlation; models
+// of the noise are used instead.
 void add_noise_of_order(const ReadingSet& set,
                         const std::vector<Eigen::Index>& places,
                         const Eigen::MatrixXd& responses,

@@ -106,7 +106,8 @@ std::optional<Likelihood> likelihood_of(const ReadingSet& set,
   return likelihood;
 }
 
-// Contrasts of readings that do not contain the common shift of a block.
+// Contrasts of readings. If a block may have a shift that is common to its readings, this shift
+// cancels in the contrasts.
 // @param is_shifted  function that returns true if a block may have a shift.
 template <typename IsShifted>
 Eigen::MatrixXd contrasts_of(const std::vector<Reading>& readings, const IsShifted& is_shifted) {

@@ -25,10 +25,11 @@ struct CurvatureFit {
 /// the scatter of the axes does not differ significantly, the weights are equal.
 class CurvatureFTest {
  public:
-  /// @param layings      of the readings; must outlive this object.
-  /// @param directions   whether the field's directions are fitted.
+  /// @param layings      the layings of the readings; must outlive this object.
+  /// @param directions   true if the field's directions are fitted.
   /// @param columns      number of fitted columns without the columns f_k^2.
-  /// @param variances    first those of the m axes, from the fit without the columns f_k^2.
+  /// @param variances    variances of the m axes, then of the seats if they are fitted, from the
+  ///                     fit without the columns f_k^2.
   CurvatureFTest(const Layings& layings,
                  bool directions,
                  Eigen::Index columns,
@@ -76,7 +77,7 @@ class CurvatureFTest {
   [[nodiscard]] double readings_of(Eigen::Index axis) const;
 
   // Sets one variance for all axes, or variances in the stated ratio, if the residuals do not
-  // contradict this. Returns true if it did.
+  // contradict this. Returns true if the variances were set.
   // @param left  m residual sums of squares.
   bool pool_variances_if_equal(const Eigen::Ref<const Eigen::VectorXd>& left);
 
@@ -86,7 +87,8 @@ class CurvatureFTest {
   Eigen::VectorXd variances_;
 };
 
-/// Axes that share only columns, so that sums over each axis are sufficient for the fit.
+/// The fit of CurvatureFTest if the axes share columns, but no random errors such as seats. Sums
+/// over each axis are then sufficient.
 class IndependentCurvature {
  public:
   /// Sums over an axis after projection off its own columns, for the shared columns and, last, the

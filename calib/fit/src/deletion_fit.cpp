@@ -68,9 +68,9 @@ std::optional<Others> others_of(const Solution& solution,
   Others others;
   std::vector<ResponseSums> sums;
   Eigen::VectorXd start(smallest.size());
-  // squared lengths of the columns
+  // squared lengths of the shared columns at the other readings
   Eigen::VectorXd all = Eigen::VectorXd::Zero(solution.shared_count());
-  // the part after projection
+  // the part of these squares that remains after projection off the own columns
   Eigen::VectorXd left = Eigen::VectorXd::Zero(solution.shared_count());
   for (const AxisSolution& axis : solution.axes) {
     const auto k = static_cast<Eigen::Index>(sums.size());
@@ -205,7 +205,7 @@ std::optional<double> DeletionFit::p_value_by_tails(const std::vector<std::size_
     is_other[i] = false;
   }
   NoiseTails tails;
-  std::vector<double> deviations;  // of the contrasts, independent, with variance 1
+  std::vector<double> deviations;  // errors of the contrasts, made independent, of variance 1
   for (std::size_t k = 0; k < solution_->axes.size(); ++k) {
     const AxisSolution& axis = solution_->axes[k];
     if (const auto one = contrast_error(*others, k, axis.root_weights()(rows), contrasts)) {

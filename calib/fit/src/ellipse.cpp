@@ -68,7 +68,7 @@ class EllipseProblem {
  public:
   using State = Ellipse;
   struct Linear : Linearised {
-    Eigen::VectorXd root_weights;  // n, of a deviation of the length
+    Eigen::VectorXd root_weights;  // n: factors of the length deviations
   };
 
   EllipseProblem(const Eigen::MatrixX2d& v, const Eigen::VectorXd& root_weights)

@@ -30,7 +30,7 @@ struct Ellipsoid {
 struct EllipsoidCloud {
   Eigen::MatrixXd v;             // n x 3
   Eigen::VectorXd root_weights;  // n
-  Eigen::Matrix3d noise;         // covariance up to a factor
+  Eigen::Matrix3d noise;         // covariance of a reading's noise, up to a factor
   MagnitudeShape shape = MagnitudeShape::symmetric;
   std::vector<std::string> names;  // names of the parameters for errors
 
@@ -50,7 +50,7 @@ struct LinearisedEllipsoid : Linearised {
 [[nodiscard]] LinearisedEllipsoid linearise_ellipsoid(const EllipsoidCloud& cloud,
                                                       const Ellipsoid& at);
 
-/// @param scale  the weights of the deviations, as LinearisedEllipsoid::scale.
+/// @param scale  the factors of the deviations, see LinearisedEllipsoid::scale.
 /// @return the sum of squares of the weighted deviations |f| - 1.
 [[nodiscard]] double ellipsoid_cost(const EllipsoidCloud& cloud,
                                     const Ellipsoid& at,

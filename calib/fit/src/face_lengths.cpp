@@ -44,7 +44,7 @@ struct Diagonal {
   std::vector<Eigen::Index> main;  // component of each axis
   Eigen::VectorXd b, s;            // m
 
-  // The field of a reading, by axes.
+  // The field along each axis, from a reading [field unit]; m.
   [[nodiscard]] Eigen::VectorXd field(const Eigen::MatrixXd& v, Eigen::Index i) const {
     return (v.row(i).transpose() - b).cwiseQuotient(s);
   }
@@ -138,7 +138,7 @@ class LengthProblem {
     return squares;
   }
 
-  // Relative to the full response.
+  // The length of a step, relative to the response to the full field.
   [[nodiscard]] double length(const Diagonal& at,
                               const Eigen::VectorXd& step,
                               const Linearised& /*linear*/) const {
@@ -275,7 +275,7 @@ bool fit_face_lengths(const ReadingSet& given, double F, Estimate& estimate) {
   statistics.interval_dof.resize(0);
   statistics.components.clear();
   statistics.lack_of_fit.clear();
-  // These diagnostics belong to the fit by labels, which has other degrees of freedom.
+  // These diagnostics belong to the fit by the stated faces, which has other degrees of freedom.
   statistics.studentized.setConstant(not_a_number);
   statistics.cooks_distance.setConstant(not_a_number);
   estimate.levelness.reset();

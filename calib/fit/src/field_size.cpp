@@ -34,7 +34,7 @@ bool can_be_checked(const Experiment& experiment,
 struct Noise {
   Eigen::VectorXd sd;
   double degrees_of_freedom = 0.0;
-  bool by_repeats = false;  // false: from the residuals, which include the lengths
+  bool by_repeats = false;  // true: from repeats; false: from the residuals of the fit
 };
 
 Noise noise_of(const FitStatistics& statistics) {
@@ -52,8 +52,9 @@ Noise noise_of(const FitStatistics& statistics) {
   return repeats.by_repeats ? repeats : own;
 }
 
-// The probability that the lengths scatter this much by chance. If the residuals include the
-// lengths, the lengths are compared with the rest of the residuals.
+// The probability that the lengths scatter this much by chance. If the noise was estimated from the
+// residuals, they include the deviations of the lengths; these are then compared with the rest of
+// the residuals.
 double p_of(double ratio, double own_dof, const Noise& noise, bool noise_alone) {
   const double rest = noise.degrees_of_freedom - own_dof;
   if (noise.by_repeats || !noise_alone || !(rest >= 1.0)) {
@@ -79,10 +80,10 @@ struct LengthScatter {
 struct LengthSetup {
   const ReadingSet& set;
   const TableField& field;
-  const Eigen::Matrix3d inverse;  // of the sensitivity
+  const Eigen::Matrix3d inverse;  // inverse of the sensitivity S
   const Eigen::Vector3d pure;     // the noise of each axis, in units of its sigma
-  const Eigen::MatrixXd changes;  // derivatives by the inputs' errors, (n m) x c, m rows for each
-                                  // reading
+  const Eigen::MatrixXd changes;  // derivatives with respect to the inputs' errors, (n m) x c, m
+                                  // rows for each reading
 };
 
 LengthScatter scatter_of_lengths(const Fit& run, const LengthSetup& setup) {

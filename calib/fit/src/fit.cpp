@@ -21,7 +21,7 @@ Eigen::VectorXd scatter_of(const ReadingSet& set, const Estimate& estimate) {
   return sigma;
 }
 
-// Combinations of the axes' columns, reading by reading.
+// The row of reading i is the sum over the axes k of by(i, k) times the row of reading i of axis k.
 // @param columns_of  function that returns an axis's own columns, then the shared columns, n x (p +
 //                    s).
 template <typename ColumnsOf>
@@ -86,11 +86,11 @@ Fit::Fit(const SolvedReadings& run, const TableField& field, Eigen::VectorXd sig
 Fit::Fit(const SolvedReadings& run, const Estimate& estimate)
     : Fit(run, estimate.field, scatter_of(run.set(), estimate)) {}
 
-// Let T_k be the root of an axis's own covariance and U_k its take_up. A step of the shared
-// unknowns has the covariance Z; the coefficients have sigma_k^2 T_k T_k^T + U_k Z U_k^T.
+// Let T_k be the root of an axis's own covariance, U_k its take_up, and Z the covariance of the
+// shared unknowns. The axis's coefficients have the covariance sigma_k^2 T_k T_k^T + U_k Z U_k^T.
 void Fit::find_root_of_shared() {
   const Eigen::Index D = shared();
-  constexpr double dependent = 1e-12;  // of a column's square
+  constexpr double dependent = 1e-12;  // fraction of a column's square
   Eigen::MatrixXd information = Eigen::MatrixXd::Zero(D, D);
   Eigen::VectorXd squares = Eigen::VectorXd::Zero(D);
   for (Eigen::Index k = 0; k < axes(); ++k) {

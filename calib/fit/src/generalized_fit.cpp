@@ -34,7 +34,7 @@ Eigen::VectorXd first_scatter(const Estimate& estimate) {
   return sigma;
 }
 
-// The component "seats" of the scatter; null if there is none.
+// The component "seats" of the scatter; null if the statistics do not have this component.
 const ScatterComponent* seats_of(const FitStatistics& statistics) {
   const auto found =
       std::find_if(statistics.components.begin(), statistics.components.end(),
@@ -152,7 +152,8 @@ class GeneralizedFit {
     return seats_ ? std::sqrt(variances_(set_.axis_count())) : 0.0;
   }
 
-  // True if the seats' variance has more degrees of freedom than this; they are 2 (theta / u)^2.
+  // True if the seats' variance theta has more than the given degrees of freedom. The variance has
+  // 2 (theta / u)^2 of them, where u is its standard error.
   [[nodiscard]] bool sees_seats(double degrees_of_freedom) const {
     return seat_sd() > 0.0 &&
            fit_->component_degrees_of_freedom(set_.axis_count()) > degrees_of_freedom;
@@ -187,7 +188,7 @@ class GeneralizedFit {
   }
 
   // The predicted effect of the inputs' errors on the readings of a set; n x m.
-  // @param inputs  of that set.
+  // @param inputs  the uncertain inputs for the readings of `set`.
   [[nodiscard]] Eigen::MatrixXd shared_parts(const ReadingSet& set,
                                              const std::vector<InputQuantity>& inputs) const {
     const Eigen::Index m = set.axis_count();
@@ -336,7 +337,7 @@ class GeneralizedFit {
   const std::vector<InputQuantity>& inputs_;
   bool seats_;
   TableField field_;
-  Eigen::VectorXd variances_;  // sigma_k^2, and tau^2
+  Eigen::VectorXd variances_;  // sigma_k^2 of the m axes, then tau^2 if seats are fitted
   Eigen::VectorXd smallest_;
   Eigen::MatrixXd coefficients_;  // p x m
   std::optional<VarianceFit> fit_;
@@ -359,8 +360,8 @@ bool looks_for_seats(const Experiment& experiment,
           !is_coarsely_rounded(set, experiment.stated.resolution, estimate.statistics.residual_sd));
 }
 
-// True if shared errors can be estimated: the labels give one field for all axes, and the readings
-// determine all coefficients.
+// True if shared errors can be estimated: the design points give one field for all axes, and the
+// readings determine all coefficients.
 bool can_weigh(const ReadingSet& set, const Estimate& estimate) {
   return estimate.field.has_vectors() && !set.rotation_sensor_from_table.empty() &&
          set.visible.empty() && set.seen.cols() == 0;

@@ -92,7 +92,7 @@ Estimate robust_estimate(const ReadingSet& set, const Model& given, const JointS
 
 // (S, f) and (-S, -f) fit equally well. A stated direction determines the sign, otherwise the
 // expected sign of S.
-// @return true if the fields are to be reversed; nullopt if neither choice is supported.
+// @return true if the fields must be reversed; nullopt if neither criterion determines the sign.
 std::optional<bool> is_reversed(const ReadingSet& set,
                                 const Solution& state,
                                 const std::vector<FieldDescription>& parts) {
@@ -123,8 +123,8 @@ Estimate estimate_joint(const ReadingSet& set) {
   std::vector<TableField> all_starts = start_fields(set);
   if (set.has_excluded_readings() && set.visible.empty() && all_starts.size() == 1) {
     // A lamp stated exactly on the cube's diagonal leaves coefficients of one-sided axes
-    // undetermined. The search then starts from a direction beside it, if that determines them; the
-    // condition number shows how well.
+    // undetermined. The search then starts from a nearby direction, if the coefficients are
+    // determined there. The condition number shows how well they are determined.
     constexpr double a_little_rad = 0.01;
     std::vector<Eigen::Vector3d> turned = all_starts.front().vectors();
     for (Eigen::Vector3d& vector : turned) {

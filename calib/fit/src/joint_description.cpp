@@ -66,7 +66,7 @@ Estimate describe_joint(const ReadingSet& set,
   estimate.field = state.field();
   const Eigen::Index p = set.coefficient_count();
   std::optional<LeastSquaresDesign> design;
-  Eigen::MatrixXd take_up(p * m, C.rows());  // of all axes' coefficients
+  Eigen::MatrixXd take_up(p * m, C.rows());  // for the coefficients of all axes
   for (Eigen::Index k = 0; k < m; ++k) {
     take_up.middleRows(p * k, p) = state.axes[static_cast<std::size_t>(k)].take_up.topRows(p);
   }

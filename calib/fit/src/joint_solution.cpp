@@ -117,7 +117,8 @@ std::string another_direction(const ReadingSet& set, const Solution& other, cons
                    direction_text(other.field().vector(part).normalized()));
 }
 
-// The solutions after a few rounds from each start. Solutions that have met are merged.
+// The solutions after a few rounds from each start. Of solutions that come closer than met_rad to
+// each other, one is kept.
 std::vector<std::shared_ptr<const Solution>> few_rounds_from(
     const ReadingSet& set, const Model& model, const std::vector<TableField>& starts) {
   constexpr int meetings = 3;

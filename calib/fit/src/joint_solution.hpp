@@ -40,7 +40,7 @@ void require_direction(const Fit& run, const JointSolution& solution);
 /// @throws RankDeficientError
 void require_degrees_of_freedom(const ReadingSet& set, const JointSolution& solution);
 
-/// Leverages, standard errors and covariance at the solution, by the given weights.
+/// The estimate at a solution, with leverages, standard errors and covariance.
 /// @param robust_weights  n x m; empty unless robust.
 [[nodiscard]] Estimate describe_joint(const ReadingSet& set,
                                       const JointSolution& solution,

@@ -33,9 +33,9 @@ Eigen::Vector3d with_sign(const Eigen::Vector3d& direction, const FieldDescripti
   return std::copysign(1.0, given != 0.0 ? given : direction(largest)) * direction;
 }
 
-// The field from a linear solution of its directions, up to the sign. If a levelness has too few
-// readings, it starts from the direction of all readings. nullopt if the readings do not determine
-// the directions.
+// The field from a linear solution of its directions, up to the sign. If the readings of one
+// levelness do not determine its direction, the direction from all readings is used for it. nullopt
+// if all readings together do not determine the directions.
 std::optional<TableField> linear_start(const ReadingSet& set) {
   if (set.field.turns()) {
     return {};  // a rotating table makes the sum nonlinear

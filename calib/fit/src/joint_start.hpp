@@ -10,14 +10,16 @@
 
 namespace axiscal {
 
-/// If [1, vec R_i] has rank 10, linear regression gives M_k = S_k^T f^T for each axis. Then f is
-/// the first right singular vector of the matrices M_k stacked below each other.
+/// R_i rotates the table's frame to the sensor's at reading i. If the rows [1, vec R_i] have rank
+/// 10, linear regression gives M_k = S_k^T f^T for each axis. The direction of f is the first right
+/// singular vector of the matrices M_k stacked below each other.
 ///
 /// For the sum of a local and an induced part, the columns are [1, vec R_i, level_i vec R_i], and
 /// the rank is 19.
 ///
 /// @param rows  the readings to use.
-/// @return a unit vector of all parts together, with either sign; empty if the rank is less.
+/// @return a unit vector that consists of the vectors of all parts, three components each, with
+///         either sign; empty if the rank is lower.
 [[nodiscard]] Eigen::VectorXd linear_directions(const ReadingSet& set,
                                                 const std::vector<Eigen::Index>& rows);
 

@@ -40,8 +40,8 @@ std::shared_ptr<const Solution> determined_state(const ReadingSet& set,
                             // coefficients
     throw;
   }
-  constexpr double clearly_determined = 1e-4;  // then also determined without weights and effects
-                                               // of the run
+  constexpr double clearly_determined = 1e-4;  // above it the coefficients are also determined
+                                               // without weights and effects of the run
   if (!std::all_of(state->axes.begin(), state->axes.end(), [](const AxisSolution& axis) {
         return axis.design->smallest_pivot() > clearly_determined;
       })) {
@@ -112,7 +112,7 @@ MethodFit known_method() {
   return {.method = Method::known, .fitted = fitted_known};
 }
 
-// The fit by labels. fit_face_lengths() is called after it.
+// The fit by the stated faces. fit_face_lengths() later replaces its result.
 MethodFit faces_method() {
   return {.method = Method::faces, .fitted = fitted_known};
 }

@@ -17,8 +17,8 @@ namespace axiscal {
 /// The new covariance is that of the jackknife over tenths, a component "correlation" with 9
 /// degrees of freedom. The intervals are computed from it.
 ///
-/// @param uncertainties  of the parameters, by jackknife_uncertainty(). If one is NaN, only a note
-///                       is added.
+/// @param uncertainties  standard uncertainties of the parameters, from jackknife_uncertainty(). If
+///                       one of them is NaN, only a note is added.
 /// @par Source
 /// method.md, section 4.
 void add_long_correlation(const Eigen::VectorXd& uncertainties,
@@ -27,7 +27,7 @@ void add_long_correlation(const Eigen::VectorXd& uncertainties,
 
 /// Like add_long_correlation(), with uncertainties from models of the noise. Intervals become
 /// longer, never shorter; the component "correlation" is added or replaced.
-/// @param uncertainties  of the parameters.
+/// @param uncertainties  standard uncertainties of the parameters.
 void add_correlation(const Eigen::VectorXd& uncertainties,
                      double degrees_of_freedom,
                      FitStatistics& statistics);

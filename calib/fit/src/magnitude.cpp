@@ -189,7 +189,8 @@ EllipsoidParameters bias_by_bootstrap(const EllipsoidCloud& all, const Ellipsoid
   EllipsoidCloud made = cloud;
   EllipsoidParameters sum = EllipsoidParameters::Zero();
   for (int t = 0; t < pairs; ++t) {
-    // Noise of either sign: its odd part cancels, and the bias of order sigma^2 remains.
+    // The same noise with both signs: the odd part of its effect cancels, and the bias of order
+    // sigma^2 remains.
     const Eigen::MatrixXd noise = fit.sd * noise_of(cloud, random);
     for (const double sign : {1.0, -1.0}) {
       made.v = exact + sign * noise;
@@ -204,8 +205,8 @@ EllipsoidParameters bias_by_bootstrap(const EllipsoidCloud& all, const Ellipsoid
   return sum / (2.0 * pairs);
 }
 
-// The correlation of consecutive residuals, and its ratio to its standard deviation for white
-// noise.
+// The correlation of consecutive residuals, and the absolute value of this correlation divided by
+// the standard deviation that it has for white noise.
 struct LagOneCorrelation {
   double correlation = 0.0;
   double beyond_chance = 0.0;
@@ -252,7 +253,8 @@ Eigen::MatrixXd change_of_response(const Ellipsoid& at, MagnitudeShape shape) {
   return T;
 }
 
-// All columns of the fit: the nine, then the further ones; with the robust weights.
+// The residuals and all columns of the fit: those of the nine parameters, then the further columns.
+// Robust weights are included.
 Linearised all_columns(const EllipsoidFit& fit) {
   Linearised all = fit.linear;
   if (fit.further.cols() > 0) {
@@ -267,9 +269,9 @@ Linearised all_columns(const EllipsoidFit& fit) {
   return all;
 }
 
-// @param T  for the nine parameters.
-// @return T for all columns of the fit. The further columns have zeros, because they do not change
-//         a parameter.
+// @param T  the derivative of some quantities with respect to the nine parameters.
+// @return T for all columns of the fit. It is 0 for the further columns, because they do not change
+//         these quantities.
 Eigen::MatrixXd with_further(const Eigen::MatrixXd& T, const EllipsoidFit& fit) {
   Eigen::MatrixXd all = Eigen::MatrixXd::Zero(T.rows(), T.cols() + fit.further.cols());
   all.leftCols(T.cols()) = T;
@@ -336,7 +338,7 @@ Eigen::MatrixXd changes_with(const TermChanges& terms, const EllipsoidFit& fit) 
 
 // Like fit_cloud(), with further terms.
 // @param terms_of  function that returns the terms for a cloud and an ellipsoid.
-// @param names     of the terms, for errors.
+// @param names     the names of the terms, for error messages.
 // @return the coefficients of the terms, in the cloud's units.
 template <typename TermsOf>
 Eigen::VectorXd fit_with_terms(const EllipsoidCloud& cloud,
@@ -377,8 +379,8 @@ Eigen::VectorXd fit_with_terms(const EllipsoidCloud& cloud,
   return sizes;
 }
 
-// @return true if consecutive steps of the field are correlated, as for an instrument that turns.
-//         Attitudes at rest are in any order.
+// @return true if consecutive steps of the field are correlated, as they are while an instrument
+//         turns. Readings at rest may be in any order, so their steps are not correlated.
 bool turned_steadily(const EllipsoidCloud& cloud, const Ellipsoid& at) {
   constexpr double alike = 0.5;  // correlation of consecutive steps
   const Eigen::MatrixX3d f = (cloud.v.rowwise() - at.b.transpose()) * at.A.transpose();
@@ -429,7 +431,7 @@ void test_squares(const ReadingSet& set,
   }
 }
 
-// Counts the correlation of consecutive readings in the intervals.
+// Includes the correlation of consecutive readings in the intervals.
 // @param to_parameters  derivative of the parameters with respect to the nine unknowns, 12 x 9.
 void add_noise_of_order(const EllipsoidFit& fit,
                         const Eigen::MatrixXd& to_parameters,
@@ -562,7 +564,7 @@ Estimate estimate_magnitude(const ReadingSet& set,
   require_open_nothing(set, linearise_ellipsoid(cloud, ellipsoid_start(cloud)));
   EllipsoidFit fit = fit_cloud(cloud, set.robust);
   require_open_nothing(set, fit.linear);
-  Eigen::VectorXd squared;    // at full field, in the cloud's units; empty: not fitted
+  Eigen::VectorXd squared;    // squared terms at full field, cloud's units; empty: not fitted
   std::optional<double> lag;  // nullopt: not found
   if (squares) {
     squared = fit_with_terms(cloud, squared_terms, {"x.k2", "y.k2", "z.k2"}, fit);
@@ -574,7 +576,7 @@ Estimate estimate_magnitude(const ReadingSet& set,
   const double bias_in_se = (bias.array().abs() / se.array().max(1e-300)).maxCoeff();
   constexpr double worth_correcting = 0.1;  // standard errors
   constexpr double rounding =
-      1e-12;  // in parts of the field; smaller values are rounding, and do not make a bias
+      1e-12;  // relative to the field; a smaller scatter is rounding and causes no bias
   const bool plain_noise = fit.sd > rounding && !set.robust && is_plain_noise(fit);
   const bool correct = bias_in_se > worth_correcting && plain_noise;
   require_determined(set, cloud, fit, plain_noise ? bias_in_se : 0.0);

@@ -53,7 +53,7 @@ Eigen::MatrixXd open_basis(const Solution& solution, const Eigen::VectorXd& sigm
     information += weight * solution.axes[k].sums.information;
     whole += weight * solution.axes[k].shared_squares.sum();
   }
-  constexpr double clear = 1e-6;  // of squares: the normal equations keep enough digits
+  constexpr double clear = 1e-6;  // of squares: above it the normal equations are accurate
   const PositiveFactor cholesky(information);
   if (cholesky.is_determined(clear) && (information.diagonal().array() > clear * whole).all()) {
     return cholesky.root_of_inverse();
@@ -67,7 +67,7 @@ Eigen::MatrixXd open_basis(const Solution& solution, const Eigen::VectorXd& sigm
   return root_of_pseudo_inverse(projected, Model::open_below * std::sqrt(whole));
 }
 
-// The problem of gauss_newton() for a model, with each axis in units of its sigma.
+// A model as a problem for gauss_newton(), with each axis in units of its sigma.
 class ModelProblem {
  public:
   using State = std::shared_ptr<const Solution>;
@@ -285,7 +285,7 @@ std::shared_ptr<const Solution> Model::at(const Place& place) const {
     const Eigen::MatrixXd estimates = design->estimates(response);
     const Eigen::MatrixXd residuals =
         design->root_weights().asDiagonal() * (response - X * estimates);
-    Eigen::MatrixXd shared(n, s * count);  // of all axes, side by side
+    Eigen::MatrixXd shared(n, s * count);  // of these `count` axes, side by side
     for (Eigen::Index a = 0; a < count && s > 0; ++a) {
       if (directions + turns > 0) {
         shared.middleCols(s * a, directions + turns) = response_changes(
@@ -355,8 +355,8 @@ GaussNewtonResult<std::shared_ptr<const Solution>> Model::solved(
   if (is_linear() || (start->shared_count() == 0 && readings_.temperature.order == 0)) {
     return {.state = std::move(start), .rounds = 0, .left_to_go = 0.0, .converged = true};
   }
-  // The columns d^j (S f) already describe a change of the scale before it is taken over. Taking it
-  // over need not make the cost smaller.
+  // The fit with the columns d^j (S f) already includes a change of the scale before moved() stores
+  // the change in the place. Storing it need not reduce the cost.
   const double slack = readings_.temperature.order > 0 ? 0.01 : GaussNewtonOptions().slack;
   return gauss_newton(ModelProblem(*this, sigma), std::move(start),
                       {.most_rounds = most_rounds, .slack = slack});

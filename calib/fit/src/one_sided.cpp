@@ -57,8 +57,8 @@ Sight everything(const ReadingSet& set) {
   return sight;
 }
 
-// The reading of an axis in each pose with all lights off that can be switched, from the readings
-// that it uses.
+// For each pose, the reading of an axis with all switchable lights off. Only readings that the axis
+// uses are considered.
 std::map<DesignPoint, double> readings_in_the_dark(const ReadingSet& set, Eigen::Index axis) {
   std::map<DesignPoint, double> dark;
   for (Eigen::Index i = 0; i < set.size(); ++i) {
@@ -144,9 +144,10 @@ std::vector<Eigen::Vector3d> lights_of(const ReadingSet& set,
   return lights;
 }
 
-// The lights that the axes see by the fitted model. A reading counts for an axis if every switched
-// light is in front of the axis, and if a light that stays on is clearly in front or behind. A
-// light that stays on is ignored if its reading cannot be separated from noise.
+// The lights that the axes see according to the fitted model. A reading counts for an axis if every
+// switched light is in front of the axis, and if a light that stays on is clearly in front of it or
+// clearly behind it. A light that stays on is ignored if its effect on the axis is too small to be
+// separated from noise.
 Sight sight_by_model(const ReadingSet& set, const Estimate& estimate) {
   Sight sight = everything(set);
   for (Eigen::Index i = 0; i < set.size(); ++i) {

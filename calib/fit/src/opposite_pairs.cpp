@@ -60,7 +60,7 @@ struct PlaneFit {
   Eigen::Index rows = 0;
 };
 
-// The differences of one rest face in one block: a subset of the rows.
+// The differences of one rest face in one block: a range of the rows of Differences.
 struct FaceDifferences {
   const OppositePair* pair = nullptr;  // the first pair
   Eigen::Index first = 0;
@@ -70,7 +70,7 @@ struct FaceDifferences {
 
 using Faces = std::vector<const FaceDifferences*>;
 
-// Rows d = G f, weighted, face by face.
+// Weighted equations d = G f for the field's two components f in the table's plane, face by face.
 struct Differences {
   std::vector<FaceDifferences> faces;
   Eigen::MatrixX2d G;
@@ -112,7 +112,8 @@ Differences differences_by_face(const std::vector<OppositePair>& pairs,
   return all;
 }
 
-// @param smallest_pivot  relative; below it the two components count as not determined.
+// @param smallest_pivot  if the relative length of the second column after projection is not larger
+//                        than this, the two components are not determined.
 PlaneFit fit_plane(const Eigen::Ref<const Eigen::MatrixX2d>& G,
                    const Eigen::Ref<const Eigen::VectorXd>& d,
                    double smallest_pivot = 1e-3) {
@@ -121,7 +122,7 @@ PlaneFit fit_plane(const Eigen::Ref<const Eigen::MatrixX2d>& G,
   if (fit.rows < 2) {
     return fit;
   }
-  // G P = Q R of two columns, the longer one first.
+  // The decomposition G P = Q R of two columns; P puts the longer column first.
   const Eigen::Index first = G.col(1).squaredNorm() > G.col(0).squaredNorm() ? 1 : 0;
   const Eigen::Index second = 1 - first;
   const double length = G.col(first).norm();

@@ -24,21 +24,21 @@ struct OppositePair {
   // m entries each; empty if averages were not computed.
   Eigen::Map<const Eigen::VectorXd> mean{nullptr, 0};             // (v_a + v_b) / 2
   Eigen::Map<const Eigen::VectorXd> half_difference{nullptr, 0};  // (v_a - v_b) / 2
-  // The weight of each axis relative to one reading: 4 / (1/w_a + 1/w_b).
+  // The weight of `mean` for each axis, if one reading has the weight 1: 4 / (1/w_a + 1/w_b).
   Eigen::Map<const Eigen::VectorXd> weights{nullptr, 0};
   Eigen::Matrix3d mean_rotation =
-      Eigen::Matrix3d::Zero();  // (R_a + R_b) / 2, of means of ReadingSet::met_of_field() over
-                                // repeats
+      Eigen::Matrix3d::Zero();  // (R_a + R_b) / 2; R_a and R_b are means of
+                                // ReadingSet::met_of_field() over repeats
   Eigen::Matrix3d half_rotation = Eigen::Matrix3d::Zero();  // (R_a - R_b) / 2
 };
 
 /// Pairs within blocks and levels, with repeats averaged; and the readings without an opposite.
 struct OppositePairs {
-  std::vector<OppositePair> pairs;  // in the order of their first reading
+  std::vector<OppositePair> pairs;  // ordered by the first reading of each pair
   std::vector<std::size_t> unpaired;
   // The arrays that the pairs point into.
   std::vector<std::size_t> readings;
-  Eigen::MatrixXd averages;  // m x 3 of each pair
+  Eigen::MatrixXd averages;  // m x 3 for each pair
 
   OppositePairs() = default;
   OppositePairs(OppositePairs&&) = default;
@@ -59,8 +59,8 @@ struct OppositePairs {
 
 /// The field's components in the table's plane from the half differences (method.md, section 5).
 ///
-/// @param field  as fitted, with one vector for each levelness. The component along the normal
-///                cancels in the differences only if the field is constant.
+/// @param field  the fitted field, with one vector for each levelness. The component along the
+///               normal cancels in the differences only if the field is constant.
 /// @param F  magnitude of the field at level 1.
 /// @return nullopt if the differences do not determine both components of each levelness.
 [[nodiscard]] std::optional<Levelness> estimate_levelness(const ReadingSet& set,
@@ -69,9 +69,9 @@ struct OppositePairs {
                                                           const TableField& field,
                                                           double F);
 
-/// Like estimate_levelness(), with the values of a fit, and with readings corrected to the
-/// reference temperature.
-/// @param pairs  of the set.
+/// Like estimate_levelness(), with the sensitivity and the field of an estimate, and with readings
+/// that are corrected to the reference temperature.
+/// @param pairs  the opposite pairs of `set`.
 [[nodiscard]] std::optional<Levelness> levelness_of(const ReadingSet& set,
                                                     const std::vector<OppositePair>& pairs,
                                                     const Estimate& estimate,

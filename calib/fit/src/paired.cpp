@@ -228,7 +228,7 @@ PairedDesign paired_design(const ReadingSet& set, const Eigen::Vector3d& in_tabl
 }
 
 Estimate estimate_paired(const ReadingSet& given, const Eigen::Vector3d& nominal_in_table) {
-  ReadingSet over_temperature;  // with the scales that each round found
+  ReadingSet over_temperature;  // `given` with the temperature scales of the previous round
   if (given.temperature.order > 0) {
     over_temperature = given;
   }
@@ -257,7 +257,7 @@ Estimate estimate_paired(const ReadingSet& given, const Eigen::Vector3d& nominal
       true);
   require_response(set);
 
-  std::vector<AxesData> data;  // of the last round
+  std::vector<AxesData> data;  // the data of the last round
   TableField fitted_for;
   std::optional<Levelness> levelness;
   // Each round gains 6 digits or more, with temperature terms 3 digits (method.md, section 4).

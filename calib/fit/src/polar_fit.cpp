@@ -59,7 +59,8 @@ class PolarProblem {
   [[nodiscard]] double cost(const PolarParameters& at, const Linear& /*before*/) const {
     return residuals(at).squaredNorm();
   }
-  // Relative to the readings, because the azimuth has no effect if the coning angle is 0.
+  // The change of the readings by the step, relative to the readings. The step itself is no
+  // measure, because the azimuth is arbitrary if the coning angle is 0.
   [[nodiscard]] double length(const PolarParameters& /*at*/,
                               const PolarParameters& step,
                               const Linear& there) const {

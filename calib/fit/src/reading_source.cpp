@@ -53,7 +53,7 @@ Eigen::MatrixXd weights_of(const Observations& observations, Weighting weighting
   return Eigen::MatrixXd::Ones(n, m);
 }
 
-// The second fields, as they are known in the table.
+// The second fields. Throws if the direction of one is not known in the table.
 std::vector<FieldDescription> second_fields(const Experiment& experiment) {
   std::vector<FieldDescription> fields;
   for (const FieldSetup& also : experiment.also) {

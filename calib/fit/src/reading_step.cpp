@@ -84,7 +84,7 @@ std::optional<double> scaled_step(const std::vector<double>& distinct, double to
     double step = gap / part;
     const double count_of_first = in_gaps * part;
     const double off = std::abs(count_of_first - nearest(count_of_first)) * step;
-    constexpr double safely = 8.0;  // wider than the tolerance below, whatever the step becomes
+    constexpr double safely = 8.0;  // so wide that no step that passes the test below is excluded
     if (off > safely * (4.0 * tolerance + 8.0 * count_of_first * tolerance / part)) {
       continue;
     }
@@ -120,11 +120,11 @@ std::optional<double> scaled_step(const std::vector<double>& distinct, double to
 // A wider step that the first readings of a list have in common.
 struct WideStep {
   std::ptrdiff_t readings = 0;  // number of readings with this step; 0: not found
-  double steps = 1.0;           // its size, in units of the step of all readings
+  double steps = 1.0;           // size of the wider step, in units of the step of all readings
 };
 
-// @param readings  in the order of the search.
-// @param least     the step that all readings have.
+// @param readings  the readings in the order of the search.
+// @param least     the rounding step that all readings have.
 WideStep wide_step_of_first(const std::vector<double>& readings, double least) {
   WideStep widest;
   std::int64_t common = 0;
@@ -150,7 +150,7 @@ WideStep wide_step_of_first(const std::vector<double>& readings, double least) {
 void add_steps_by_range(const Eigen::MatrixXd& response,
                         const Eigen::MatrixXd& weights,
                         Eigen::MatrixXd& steps) {
-  std::vector<std::pair<Eigen::Index, Eigen::Index>> places;  // of the readings that count
+  std::vector<std::pair<Eigen::Index, Eigen::Index>> places;  // row and axis of used readings
   for (Eigen::Index k = 0; k < response.cols(); ++k) {
     for (Eigen::Index i = 0; i < response.rows(); ++i) {
       if (weights(i, k) > 0.0) {
@@ -163,7 +163,7 @@ void add_steps_by_range(const Eigen::MatrixXd& response,
             [&](const auto& a, const auto& b) { return std::abs(value(a)) > std::abs(value(b)); });
   std::vector<double> readings(places.size());
   std::transform(places.begin(), places.end(), readings.begin(), value);
-  constexpr double by_digits = 0.0;  // no noise: the step is sought in the digits alone
+  constexpr double by_digits = 0.0;  // for noise 0, only steps that the digits show are sought
   for (auto first = places.begin(); first != places.end();) {
     const std::optional<double> least = detect_rounding_step(readings, 0.0, by_digits);
     const WideStep wide = least ? wide_step_of_first(readings, *least) : WideStep();
@@ -200,7 +200,7 @@ std::optional<double> detect_rounding_step(std::vector<double> readings,
     step = digits_of_step(readings, per_unit) / per_unit;
     tolerance = std::max(tolerance, 0.5 / per_unit);
   }
-  constexpr double averaged_away = 0.4;  // of the noise: a smaller step does no harm
+  constexpr double averaged_away = 0.4;  // noise averages out a step below this fraction of it
   if (step < averaged_away * noise_sd) {
     if (const std::optional<double> scaled = scaled_step(readings, tolerance)) {
       return scaled;

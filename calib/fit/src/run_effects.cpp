@@ -52,8 +52,8 @@ Eigen::VectorXd progress_of_run(const std::vector<Reading>& readings) {
 
 namespace {
 
-// If there are more small blocks, they are not repeated readings, but another numbering of the
-// readings.
+// With more small blocks than this, the block numbers are not those of repeated readings, but
+// another numbering of the readings. Blocks are then ignored.
 constexpr std::size_t most_small_blocks = 12;
 
 // Adds a column for each block with few readings, after the columns of the other blocks.
@@ -202,7 +202,7 @@ RunEffects run_effects(const std::vector<Reading>& readings,
     if (seen.size() == 1) {
       effects.shift_of_block.resize(1, 0);
     } else if (seen.size() <= most_block_columns) {
-      // Two blocks can differ only by a trend, so it is not removed.
+      // Two blocks can differ only by a trend, so the trend is kept.
       effects.shift_of_block = contrasts(at, effects.has_drift && at.size() > 2);
     } else {
       effects.shift_of_block.resize(at.size(), 0);

@@ -37,7 +37,7 @@ bool are_met(const std::vector<double>& values, double end) {
          }) > 1;
 }
 
-// @param values  of the axis, as readings_of_axis().
+// @param values  the readings of the axis, from readings_of_axis().
 // @return nullopt if there are too few readings at the extreme value, or too few others.
 std::optional<EndOfAxis> end_of_axis(const ReadingSet& set,
                                      Eigen::Index k,

@@ -16,7 +16,8 @@
 namespace axiscal {
 namespace {
 
-// Orthonormal columns of the same span; the sensor's axes if they have this span.
+// Orthonormal columns with the same span as `directions`: axes of the sensor if these have this
+// span, else `directions`.
 Eigen::Matrix3Xd along_axes(const Eigen::Matrix3Xd& directions) {
   const Eigen::Matrix3d onto = directions * directions.transpose();
   constexpr double same = 1e-9;
@@ -30,7 +31,8 @@ Eigen::Matrix3Xd along_axes(const Eigen::Matrix3Xd& directions) {
   return axes.cols() == directions.cols() ? axes : directions;
 }
 
-// Tests if the squared field bends the response, from the field along one direction.
+// Tests for curvature of the response: whether a term with the squared field along one direction is
+// significant.
 std::optional<CurvatureTest> curvature_along(const ReadingSet& set,
                                              const Eigen::MatrixXd& columns,
                                              const Eigen::VectorXd& along,
@@ -74,7 +76,7 @@ Eigen::Matrix3Xd seen_directions(const ReadingSet& set,
   fields.rowwise() -= mean;
   fields.array().colwise() *= used;
   const SingularValues svd = singular_values(fields);
-  constexpr double none = 1e-6;  // of the largest
+  constexpr double none = 1e-6;  // fraction of the largest singular value
   const Eigen::VectorXd& values = svd.values;
   const auto count = static_cast<Eigen::Index>((values.array() > none * values(0)).count());
   if (count == 3 || !(values(0) > 1e-9 * size)) {

@@ -389,7 +389,7 @@ class TurnWeighing {
   const RestFit& rests_;
   std::vector<std::pair<Eigen::Index, Eigen::Index>> units_;
   std::vector<SharedErrors> shared_;
-  Eigen::Index rows_ = 0;  // rows of a unit; the last ones may be empty
+  Eigen::Index rows_ = 0;  // rows of each unit; in short units the last ones are 0
   std::vector<Eigen::MatrixXd> to_apart_;
   VarianceProblem problem_;
   Eigen::Index bias_columns_ = 0;
@@ -408,7 +408,7 @@ WeighedTurns weigh_turns(const TurnSystem& system,
 RestFit without_earth(RestFit rests, const Eigen::Matrix3d& B) {
   const Eigen::Vector3d per_rate = B.inverse().rowwise().norm();
   for (int k = 0; k < 3; ++k) {
-    const double of_earth = earth_rate_rad_per_s * per_rate(k);  // at most
+    const double of_earth = earth_rate_rad_per_s * per_rate(k);  // the largest effect
     const double square = rests.between_rests(k) * rests.between_rests(k) - of_earth * of_earth;
     rests.between_rests(k) = std::sqrt(std::max(square, 0.0));
   }

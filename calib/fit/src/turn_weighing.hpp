@@ -14,9 +14,9 @@ namespace axiscal {
 /// Turns, linearised about a solution.
 struct TurnSystem {
   std::span<const GyroscopeTurn> turns;
-  Eigen::VectorXd residuals;  ///< 3 for each turn, in the frame before it [rad]
+  Eigen::VectorXd residuals;  ///< 3 for each turn, in the sensor's frame before the turn [rad]
   Eigen::MatrixXd jacobian;   ///< 3 n x 12, for the record's parameters
-  /// R(T) of each turn, to the frame before it from that after
+  /// R(T) of each turn: the rotation from the sensor's frame after the turn to that before it
   std::vector<Eigen::Matrix3d> rotations;
   /// The possible effect of the sampling on the residuals, 3 for each turn; empty if ignored.
   Eigen::VectorXd sampling;
@@ -24,12 +24,13 @@ struct TurnSystem {
 
 /// The weighted solution and its uncertainty.
 struct WeighedTurns {
-  Eigen::VectorXd step;      ///< from the given solution, 12 parameters
-  double sd_rad = 0.0;       ///< of a component of a turn's error
-  double rest_sd_rad = 0.0;  ///< of a component of a rest's error, which two turns share
-  /// least of the sensitivities
+  Eigen::VectorXd step;  ///< change of the 12 parameters from the given solution
+  double sd_rad = 0.0;   ///< standard deviation of a component of a turn's error
+  /// standard deviation of a component of a rest's error, which two turns share
+  double rest_sd_rad = 0.0;
+  /// smallest degrees of freedom of a sensitivity
   double degrees_of_freedom = std::numeric_limits<double>::infinity();
-  /// 12 x 12, from all scatter
+  /// 12 x 12: covariance of the parameters from all scatter
   Eigen::MatrixXd covariance;
   Eigen::VectorXd interval_95;  ///< half width for each parameter, from all scatter
   Eigen::VectorXd interval_dof;
@@ -50,7 +51,7 @@ struct WeighedTurns {
 
 /// @return the rests with a smaller between_rests: without the largest effect that the Earth's
 ///         rotation can have, because the heading is unknown.
-/// @param B  rad/s per unit.
+/// @param B  the inverse of the sensitivity [rad/s per unit].
 [[nodiscard]] RestFit without_earth(RestFit rests, const Eigen::Matrix3d& B);
 
 }  // namespace axiscal

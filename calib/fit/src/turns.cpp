@@ -31,7 +31,7 @@ namespace axiscal {
 namespace {
 
 constexpr int most_turn_rounds = 50;
-constexpr double most_revolutions_by_hand = 20.0;  // from rest to rest
+constexpr double most_revolutions_by_hand = 20.0;  // in one turn from rest to rest
 
 using RowMajor3 = Eigen::Matrix<double, 3, 3, Eigen::RowMajor>;
 
@@ -40,7 +40,7 @@ Eigen::Vector3d rotation_vector_of(const Eigen::Matrix3d& R) {
   return turn.angle() * turn.axis();
 }
 
-// The turns, their readings less the bias, packed for integration.
+// The turns, with their readings minus the bias packed for integration.
 class TurnSet {
  public:
   TurnSet(std::span<const GyroscopeTurn> turns, const Eigen::Vector3d& bias)
@@ -54,7 +54,7 @@ class TurnSet {
   struct State {
     Eigen::VectorXd residuals;               // 3 for each turn
     Eigen::MatrixXd jacobian;                // 3 n x 12: B row by row, then the bias
-    std::vector<Eigen::Matrix3d> rotations;  // R(T) of each, without the Earth's rotation
+    std::vector<Eigen::Matrix3d> rotations;  // R(T) of each turn, relative to the Earth
     [[nodiscard]] double cost() const { return residuals.squaredNorm(); }
   };
 
@@ -188,7 +188,7 @@ std::vector<double> all_scales() {
   return scales;
 }
 
-constexpr double good_rms_rad = 0.15;  // calibration errors explain smaller attitude errors
+constexpr double good_rms_rad = 0.15;  // calibration errors do not explain larger rms
 
 double rms_of(double cost, std::size_t turns) {
   return std::sqrt(cost / static_cast<double>(turns));
@@ -291,8 +291,8 @@ std::vector<std::string> names_of_unknowns(Eigen::Index unknowns) {
   return names;
 }
 
-// Because of noise, directions that exact turns leave undetermined have small singular values
-// instead of 0, a hundred times below the others.
+// If turns leave a direction of the unknowns undetermined, noise makes its singular value larger
+// than 0, but it remains about a hundred times smaller than the others.
 std::vector<Eigen::Index> open_unknowns(const Eigen::MatrixXd& J) {
   constexpr double open_below = 5e-3;
   return confounded_columns(J, open_below, 0.1);

@@ -120,8 +120,8 @@ class BudgetMaker {
     add(reference_source, "normal", u, "1", change * change.transpose());
   }
 
-  // Adds the effect of the uncertain magnitude of a part. If the length of a part is fitted, it has
-  // no such uncertainty.
+  // Adds the effect of the uncertain magnitude of a part. A part whose length is fitted has no such
+  // uncertainty.
   void add_part_magnitude(std::size_t which) {
     const FieldDescription& part = calibration_.sensor.field.parts[which];
     if (!(part.magnitude_u > 0.0) || part.free_length || field_.size() <= which) {
@@ -157,7 +157,7 @@ class BudgetMaker {
   }
 
   // The change of the coefficients for changes of the readings. If the directions are fitted, they
-  // absorb their part first.
+  // absorb a part of these changes.
   [[nodiscard]] Eigen::MatrixXd solution_change(const Eigen::MatrixXd& changes) {
     return run().solution_change(changes)(set_.coefficient_column_indices(), Eigen::all);
   }

@@ -13,7 +13,7 @@ namespace axiscal {
 namespace {
 
 // The readings of one mean have the same pose and level. They also have the same tilt and soak,
-// because the model has a term for each tilt and each soak.
+// because the model has separate terms for each tilt and each soak.
 using Pose = std::tuple<std::optional<DesignPoint>, int, FieldLevel, std::size_t, int>;
 
 Pose pose_of(const ReadingSet& set, std::size_t i) {
@@ -21,8 +21,8 @@ Pose pose_of(const ReadingSet& set, std::size_t i) {
   return {reading.point, reading.mount, reading.level, set.tilt_of(i), set.soak_of(i)};
 }
 
-// The readings of each mean: they belong to one pose and one part of the run. Empty if the run has
-// more than `most` poses.
+// For each mean the positions of its readings, which belong to one pose and one part of the run.
+// The list is empty if the run has more than `most` poses.
 std::vector<std::vector<Eigen::Index>> groups_of(const ReadingSet& set, std::size_t most) {
   std::set<Pose> poses;
   for (std::size_t i = 0; i < set.readings.size() && poses.size() <= most; ++i) {

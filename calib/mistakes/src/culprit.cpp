@@ -20,7 +20,8 @@
 namespace axiscal {
 namespace {
 
-// Explanations whose log-likelihood is less than this below the best one's are reported too.
+// An explanation is also reported if its log-likelihood is below that of the best explanation by
+// less than this.
 constexpr double as_likely = 3.0;
 
 constexpr std::size_t most_said = 3;
@@ -63,8 +64,8 @@ std::string expected_words(const SuspectRun& run, const Correction& correction) 
   const Eigen::VectorXd typed = run.set().response.row(static_cast<Eigen::Index>(*found));
   const Eigen::VectorXd expected =
       predict_from_other_readings(run, one_reading(run.set(), *found), run.without(*found));
-  // The deviations as fractions of the full response. The scatter of a run with a mistake is no
-  // measure of its noise.
+  // The deviations are fractions of the full response, not of the scatter, because a mistake
+  // increases the scatter of the run.
   Eigen::VectorXd off(run.m());
   for (Eigen::Index k = 0; k < run.m(); ++k) {
     off(k) = std::abs(typed(k) - expected(k)) / run.full_response(k);
@@ -117,8 +118,8 @@ double effect_of(const SuspectRun& run, const Explanation& explanation) {
   return effect;
 }
 
-// The probability that noise with the tails of the other readings' noise makes any one reading
-// deviate this far. It is 0 if the correction does not concern a single outlier or tilted seat.
+// The probability that any reading of a good run deviates this far, if its noise has the tails that
+// the other readings show. It is 0 unless the correction is a single outlier or tilted seat.
 double p_by_tails(const SuspectRun& run, const Correction& correction) {
   const bool is_single =
       correction.runs.size() == 1 &&
@@ -138,8 +139,8 @@ double p_by_tails(const SuspectRun& run, const Correction& correction) {
 }
 
 MistakeSearch culprit_of(const SuspectRun& run, std::vector<Explanation> explanations) {
-  // An explanation whose fit is not clearly better is dropped. It may still be as likely as others,
-  // because an explanation without added parameters has no penalty for them.
+  // An explanation whose fit is not clearly better is dropped. Its likelihood may still be high,
+  // because an explanation that adds no parameters has no penalty for parameters.
   std::erase_if(explanations, [&](const Explanation& explanation) {
     return !is_clearly_better(run, explanation.fit);
   });
@@ -269,7 +270,7 @@ MistakeSearch find_culprit(const ReadingSet& set,
     return find_culprit(means, estimate, known_field, &judged);
   }
   // A wrongly stated direction of the field is not a mistake in a reading. If opposite readings
-  // reveal it, the direction is fitted instead.
+  // show that the stated direction is wrong, the direction is fitted instead.
   const bool stated = known_field && !estimate.levelness;
   if (without_shared_errors != nullptr) {
     SuspectRun run(*without_shared_errors, estimate, stated);

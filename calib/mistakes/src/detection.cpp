@@ -15,9 +15,9 @@
 namespace axiscal {
 namespace {
 
-// The level of all nested F tests together. These tests assume that the noise of the axes is equal
-// or has a stated ratio. The tests of a class overlap, so only 0.6 % of good runs are called bad
-// (MC).
+// The level of significance of all nested F tests together. These tests assume that the noise of
+// the axes is equal or has a stated ratio. The tests of a class are correlated, so only 0.6 % of
+// good runs are called bad (by Monte Carlo simulation).
 constexpr double false_alarm = 0.016;
 // The axes' noise clearly differs if the test for equal scatter has a p-value below this.
 constexpr double unequal_below = 0.01;
@@ -31,7 +31,7 @@ double equality_p_value(const HypothesisFit& fit) {
   return equal_variances_p(fit.rss.cwiseQuotient(fit.degrees_of_freedom), fit.degrees_of_freedom);
 }
 
-// The smallest p-value of the quick tests that delete one reading.
+// The smallest p-value of the quick tests that delete one reading, with Bonferroni's correction.
 double single_p(const SuspectRun& run, const HypothesisFit& fit) {
   double largest = 0.0;  // the largest drop has the smallest p-value
   for (std::size_t i = 0; i < run.count(); ++i) {
@@ -52,9 +52,9 @@ double added_p(const SuspectRun& run, const HypothesisFit& fit) {
   return smallest;
 }
 
-// Returns true if the axes' noise clearly differs after the worst readings are removed. Then the
-// axes are also weighted by their scatter, in two rounds: the worst readings of a quiet axis appear
-// only after a noisy axis has less weight.
+// Returns true if the axes' noise clearly differs after the worst readings are removed. In this
+// case the axes are also weighted by their scatter, in two rounds: the worst readings of a quiet
+// axis appear only after a noisy axis has less weight.
 bool weigh_axes(SuspectRun& run) {
   const auto clean = [&]() -> const HypothesisFit& {
     return run.best_pair().fitted ? run.best_pair() : run.without(run.ranked_by_deletion().front());
@@ -70,10 +70,11 @@ bool weigh_axes(SuspectRun& run) {
 }
 
 // @return a factor of at least 1 for the p-value of a hypothesis, because a noisy axis looks like a
-//         mistake in a few of its readings. Two findings increase the factor. The scatters of the
-//         axes differ without the hypothesis (p-value `equality`). Or the gain comes from an axis
-//         that scatters more than the others even under the hypothesis. The constants are tuned by
-//         simulation: 1 % of good runs with axis noise 1 : 1 : 3 are called bad.
+//         mistake in a few of its readings. Two findings increase the factor: the scatters of the
+//         axes differ without the hypothesis (p-value `equality`), or most of the reduction of the
+//         sum of squares comes from an axis that scatters more than the others even under the
+//         hypothesis. The constants are tuned by simulation: 1 % of good runs with axis noise
+//         1 : 1 : 3 are called bad.
 double allowance(const SuspectRun& run, const HypothesisFit& with, double equality, bool of_few) {
   if (run.stated_ratio()) {
     return 1.0;
@@ -115,8 +116,8 @@ double nested_p_by_axis(const SuspectRun& run, const HypothesisFit& with) {
 }
 
 // The fit of all readings, with each axis weighted by its scatter if the scatters differ. Without
-// these weights a noisy axis spoils the field's direction, and this hides mistakes in a quiet axis.
-// Each round of weighting is computed at most once, on demand.
+// these weights a noisy axis spoils the field's direction, and the wrong direction hides mistakes
+// in a quiet axis. Each round of weighting is computed at most once, on demand.
 class WeighedFit {
  public:
   explicit WeighedFit(const SuspectRun& run) : run_(run) {}
@@ -146,7 +147,8 @@ class WeighedFit {
     HypothesisFit fit;
     HypothesisFitter fitter;
   };
-  // The outer optional is empty before the round; the inner one is empty if the round has no fit.
+  // The outer optional is empty until the round was computed. The inner optional is empty if the
+  // round gave no fit.
   using Round = std::optional<std::optional<Weighed>>;
 
   static const HypothesisFit* fit_of(const Round& round) {
@@ -171,20 +173,21 @@ class WeighedFit {
   Round second_;
 };
 
-// A reading and Fisher's sum over its axes. The larger the sum, the less likely is the reading.
+// A reading, and the sum over its axes in Fisher's method. A larger sum means a less likely
+// reading.
 struct Unlikely {
   std::size_t reading = 0;
   double sum = 0.0;
 };
 
-// The least likely readings by the scatter of each axis, the least likely first. Leverages convert
-// the residuals of the fit of all readings to residuals of fits without the tested reading. This is
-// exact except for the axis weights, which come from all readings.
+// The `most` least likely readings, given the scatter of each axis, the least likely first.
+// Leverages convert the residuals of the fit of all readings to residuals of fits without the
+// tested reading. This is exact except for the axis weights, which come from all readings.
 std::vector<Unlikely> roughly_by_others(const SuspectRun& run,
                                         const HypothesisFit& fit,
                                         std::size_t most) {
   const Eigen::MatrixXd leverage = fit.fit->leverage();
-  // The F(1, nu - 1) statistic of each reading of an axis; 0 if the axis has too few degrees of
+  // The F(1, nu - 1) statistic of each reading of axis k; all 0 if the axis has too few degrees of
   // freedom.
   const auto ratios_of = [&](Eigen::Index k) -> Eigen::ArrayXd {
     const double nu = fit.degrees_of_freedom(k);
@@ -331,7 +334,8 @@ bool is_bad(SuspectRun& run) {
   constexpr double rare = 100.0;  // two independent mistakes are rarer than one by this factor
   const double pairs = rare * 0.5 * readings * (readings - 1.0);
   const bool many = run.has_independent_readings();
-  if (many) {  // valid for any noise of the axes, because each reading is tested against the others
+  // Valid for any ratio of the axes' noise, because each reading is tested against the others.
+  if (many) {
     smallest = pairs * pair_p(run, weighed);
   } else {
     consider(run.without(run.ranked_by_deletion().front()), {.tests = readings, .of_few = true});

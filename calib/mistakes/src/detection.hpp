@@ -6,15 +6,15 @@
 namespace axiscal {
 
 // Limits of the quick tests.
-inline constexpr double classes = 8.0;        // number of classes of tests that share a level
+// Number of classes of tests that share one level of significance.
+inline constexpr double classes = 8.0;
 inline constexpr double worth_a_look = 0.04;  // p-value below which mistakes are searched for
 inline constexpr double large_share = 0.003;  // suspicious scatter / full response
 // The axes' noise is taken as equal if the test for equal scatter has a p-value above this.
 inline constexpr double may_be_equal = 0.5;
 
-/// True if the quick tests justify a full search. They are made with all axes in one scale, and
-/// with
-/// each axis in units of its scatter.
+/// True if the quick tests justify a full search. The tests are made twice: with one scale for all
+/// axes, and with each axis in units of its own scatter.
 [[nodiscard]] bool is_suspicious(const SuspectRun& run);
 
 /// Tests whether the readings contradict each other, by nested F tests of the possible mistakes of

@@ -39,8 +39,7 @@ HypothesisFit HypothesisFitter::fit(const ReadingSet& given,
   std::shared_ptr<const Solution> solution;
   try {
     // If a reading has a large mistake, the fit of all readings may not converge. The sum of
-    // squares
-    // of this fit is then too large, which never favours a hypothesis.
+    // squares of this fit is then too large, which never favours a hypothesis.
     solution = model.solved(model.at(model.start(field_)), scale_).state;
   } catch (const RankDeficientError&) {
     return result;

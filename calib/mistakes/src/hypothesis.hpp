@@ -36,23 +36,25 @@ struct HypothesisFit {
   [[nodiscard]] double dof() const { return degrees_of_freedom.sum(); }
 };
 
-/// @return dof_reduction_factor() of the residuals of `fit`, with those of `readings` set to 0,
-///         because these readings may be wrong in several axes.
+/// @return dof_reduction_factor() of the residuals of `fit`, with the residuals of `readings` set
+///         to 0, because these readings may be wrong in several axes.
 [[nodiscard]] double dof_reduction_factor_without(const HypothesisFit& fit,
                                                   std::span<const std::size_t> readings);
 
 /// Fits readings under hypotheses: without some readings, or with further columns.
 class HypothesisFitter {
  public:
-  /// @param field        the field; if its directions are not given, the fit starts from it.
+  /// @param field        the field. It is fixed if `known_field` is true; otherwise it is the start
+  ///                     of the fit.
   /// @param known_field  true if the directions of the field are given.
   /// @param scale        m: the unit of each axis's residuals.
   HypothesisFitter(TableField field, bool known_field, Eigen::VectorXd scale)
       : field_(std::move(field)), known_field_(known_field), scale_(std::move(scale)) {}
 
-  /// @param given    the readings under the hypothesis; must outlive the result's `fit`.
+  /// @param given    the readings, changed as the hypothesis states; must outlive
+  ///                 HypothesisFit::fit of the result.
   /// @param without  positions of readings to leave out.
-  /// @param added    further columns; may be empty.
+  /// @param added    the columns that the hypothesis adds; may be empty.
   [[nodiscard]] HypothesisFit fit(const ReadingSet& given,
                                   const std::vector<std::size_t>& without = {},
                                   const AddedColumns& added = {}) const;

@@ -114,7 +114,8 @@ double nested_f_p(double total, double dof, double drop, double q, double loss) 
 }
 
 double nested_p_across_field(const SuspectRun& run, const HypothesisFit& with) {
-  constexpr Eigen::Index fewest_axes = 3;  // fewer do not determine the part along the field
+  // Fewer axes do not determine the residual along the field.
+  constexpr Eigen::Index fewest_axes = 3;
   if (!with.fitted || run.m() < fewest_axes) {
     return 0.0;
   }

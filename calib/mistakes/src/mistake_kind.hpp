@@ -12,8 +12,8 @@
 
 namespace axiscal {
 
-// Ranges of a mistake's parameters (docs/method/mistakes.md): an angle in rad, a value and a drift
-// as fractions of the full response.
+// Ranges of a mistake's parameters (docs/method/mistakes.md): an angle [rad], a value and a drift
+// [both as fractions of the full response].
 inline constexpr double angle_range_rad = 0.08;
 inline constexpr double value_range = 4.0;
 inline constexpr double drift_range = 0.04;
@@ -55,8 +55,8 @@ class Explanations {
 /// The advice to the user in the warning of a mistake.
 struct MistakeAdvice {
   WarningCode code;
-  std::string_view one;   // for one reading, or for the run
-  std::string_view many;  // for several readings; if empty, `one` applies
+  std::string_view one;   // advice for one reading, or for the whole run
+  std::string_view many;  // advice for several readings; if empty, `one` is used
 };
 
 /// The properties of a hypothesis that its nested F test uses.
@@ -67,15 +67,16 @@ struct CandidateHypothesis {
 };
 using Consider = std::function<void(const HypothesisFit& with, const CandidateHypothesis& how)>;
 
-/// A kind of mistake: its detection, its explanation of a reading or of the run, and its remedy. A
-/// kind without its own detection, such as a wrong pose, is detected by leaving readings out.
+/// A kind of mistake: its detection, its explanation of a reading or of the run, and its remedy. If
+/// a kind (for example a wrong pose) has no detection of its own, the test that leaves readings out
+/// detects it.
 struct MistakeKind {
   std::span<const MistakeAdvice> advice;
   void (*of_reading)(const SuspectRun& run, std::size_t i, Explanations& found) = nullptr;
   void (*of_run)(const SuspectRun& run, Explanations& found) = nullptr;
-  /// @return the smallest p-value of its hypotheses, to first order, without a further fit.
+  /// @return the smallest p-value of the kind's hypotheses, to first order, without a further fit.
   double (*quick_p)(const SuspectRun& run, const HypothesisFit& fit) = nullptr;
-  /// Fits its hypotheses and passes each fit to `consider`.
+  /// Fits the kind's hypotheses and passes each fit to `consider`.
   void (*detect)(const SuspectRun& run, const Consider& consider) = nullptr;
   /// @return the fit of a hypothesis that concerns all axes in all readings. The test uses the
   ///         scatter of each axis.
@@ -110,8 +111,9 @@ void add_mistake_kind(const MistakeKind& kind);
 [[nodiscard]] double nested_f_p(double total, double dof, double drop, double q, double loss = 1.0);
 
 /// nested_f_p() of the residuals perpendicular to the field of each reading; 0 if the run has fewer
-/// than 3 axes. If the cube lies differently each time, these residuals scatter more than those
-/// along the field. Therefore they test a turn of the table.
+/// than 3 axes. If the cube's seat varies from reading to reading, these residuals scatter more
+/// than the residuals along the field. A turn of the table changes the same residuals, so it is
+/// tested against them.
 [[nodiscard]] double nested_p_across_field(const SuspectRun& run, const HypothesisFit& with);
 
 /// @return a correction with this code and the run numbers of these readings.

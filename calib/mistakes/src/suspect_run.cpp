@@ -128,7 +128,7 @@ std::vector<Eigen::Index> SuspectRun::rows_of(const std::vector<std::size_t>& re
 
 namespace {
 
-// e^T (1 - H)^-1 e over the deleted readings.
+// e^T (1 - H)^-1 e, where e is the residuals and H the hat matrix of the deleted readings.
 // @tparam Count  the number of rows, if it is known at compile time.
 // @tparam Most   the largest possible number of rows; a small number avoids heap memory.
 template <int Count, int Most>
@@ -146,7 +146,8 @@ double drop_of_rows(const HypothesisFit& fit,
       M(a, b) = (a == b ? 1.0 : 0.0) - fit.fit->hat(a % m, i, b % m, j);
     }
   }
-  // If only this reading determines a coefficient, its residual contains no information.
+  // A pivot is 0 if only a deleted reading determines a coefficient. Its residual then contains no
+  // information, and the result is 0.
   return squares_by(M, e, 1e-9);
 }
 
@@ -164,7 +165,7 @@ double SuspectRun::rss_drop_without_readings(const HypothesisFit& fit,
                      : drop_of_rows<Eigen::Dynamic, Eigen::Dynamic>(fit, readings, m());
 }
 
-// Uses that the residuals are orthogonal to the basis.
+// The formula is valid because the residuals are orthogonal to the basis of the fit.
 double SuspectRun::rss_drop_with_columns(const HypothesisFit& fit, Eigen::MatrixXd Z) const {
   for (Eigen::Index k = 0; k < m(); ++k) {
     Z.middleRows(n() * k, n()).array().colwise() *=
@@ -176,7 +177,7 @@ double SuspectRun::rss_drop_with_columns(const HypothesisFit& fit, Eigen::Matrix
   return squares_by(left, c, 1e-9 * Z.colwise().squaredNorm().maxCoeff());
 }
 
-// rss_drop_with_columns() for one column that has entries for these readings only.
+// rss_drop_with_columns() for one column that is 1 for these readings of one axis, and 0 otherwise.
 double SuspectRun::rss_drop_with_shift(const HypothesisFit& fit,
                                        Eigen::Index axis,
                                        const std::vector<std::size_t>& readings) const {

@@ -31,7 +31,7 @@ class SuspectRun {
     return plain_.fit->shared() > many_directions ? 8 : 48;
   }
 
-  /// @param set  must outlive this.
+  /// @param set  the readings of the run; must outlive this object.
   SuspectRun(const ReadingSet& set, const Estimate& estimate, bool known_field);
 
   [[nodiscard]] const ReadingSet& set() const { return set_; }
@@ -50,20 +50,22 @@ class SuspectRun {
   /// The fit of all readings.
   [[nodiscard]] const HypothesisFit& plain() const { return plain_; }
 
-  /// The fit without a reading; `fitted` is false if the deletion changes too little.
+  /// The fit without reading i. `fitted` is false if this deletion was not fitted, because it
+  /// reduces the sum of squares too little.
   [[nodiscard]] const HypothesisFit& without(std::size_t i) const { return deletions_[i]; }
 
   /// Positions of the readings, the one whose deletion reduces the sum of squares most first.
   [[nodiscard]] const std::vector<std::size_t>& ranked_by_deletion() const { return by_deletion_; }
 
-  /// The best fit without two readings, and the positions of these two.
+  /// The best fit without two readings, and the positions of these two readings.
   [[nodiscard]] const HypothesisFit& best_pair() const { return best_pair_; }
   [[nodiscard]] const std::array<std::size_t, 2>& pair() const { return pair_; }
 
   void fit_single_deletions();
 
-  /// Fits the run without each pair of readings. If the readings are many, only pairs of those are
-  /// tried whose deletion reduces the sum of squares most or whose residuals are largest.
+  /// Fits the run without each pair of readings. If the run has many readings, only pairs of
+  /// candidates are tried: the readings whose deletion reduces the sum of squares most, and the
+  /// readings with the largest residuals.
   void fit_pair_deletions();
 
   /// Sets the scale of each axis to its scatter in `clean`, and repeats all fits.
@@ -75,8 +77,7 @@ class SuspectRun {
     return plain_.coefficients.col(k).segment<3>(1).norm() * plain_.field.magnitude();
   }
 
-  /// If a run has at least this number of readings, each reading is tested against the others, axis
-  /// by axis.
+  /// The smallest number of readings for the test of each reading against the others, axis by axis.
   static constexpr Eigen::Index fewest_for_deletion = 24;
   [[nodiscard]] bool has_independent_readings() const { return n() >= fewest_for_deletion; }
 

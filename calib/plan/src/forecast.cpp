@@ -31,9 +31,12 @@ namespace {
 // The linear map of one replicate, with readings in the order of the rows of a Fit.
 struct LinearMap {
   Eigen::MatrixXd coefficients_from_readings;  // 4m x n m
-  Eigen::MatrixXd columns;                     // n m x c: of a fit to all readings, b and S first
-  Eigen::VectorXd degrees_of_freedom;          // m: equations of one replicate, for each axis
-  double parameters = 4.0;                     // per axis, for all replicates together
+  // n m x c: columns of a fit to all readings, b and S first.
+  Eigen::MatrixXd columns;
+  // m: number of equations of one replicate, for each axis.
+  Eigen::VectorXd degrees_of_freedom;
+  // Number of parameters per axis, for all replicates together.
+  double parameters = 4.0;
 };
 
 std::vector<RunSheetRow> sheet_of(const std::vector<DesignEntry>& design) {
@@ -65,7 +68,7 @@ ReadingSet reading_set(const ForecastSetup& setup) {
                 .rotation_sensor_from_positioner = setup.mount.rotation_sensor_from_positioner});
   set.readings = observations.readings;
   // The readings follow the linear response, also for light from behind: the forecast treats
-  // one-sided axes as if they responded to it.
+  // one-sided axes like two-sided ones.
   set.response.resize(observations.size(), observations.response.cols());
   set.weights = Eigen::MatrixXd::Ones(set.size(), set.axis_count());
   const Eigen::Vector3d in_table = field_in_table(setup);
@@ -115,7 +118,8 @@ LinearMap linear_map(const ForecastSetup& setup, const Fit& run) {
     }
     map.degrees_of_freedom =
         Eigen::VectorXd::Constant(m, static_cast<double>(paired.design.rows()));
-    // generalized_map() fits all readings, not their averages.
+    // These are the columns for generalized_map(), which fits all readings instead of their
+    // averages.
     if (open.empty()) {
       map.columns = run.columns();
     }
@@ -171,8 +175,9 @@ Eigen::MatrixXd covariance_in_world(const ForecastSetup& setup,
   const Eigen::Index m = set.axis_count();
   const SensitivityMatrix& S = setup.nominal.response.sensitivity;
   const Eigen::Vector3d in_table = field_in_table(setup);
-  Eigen::MatrixXd sizes = Eigen::MatrixXd::Zero(n * m, n);      // the field's size at each reading
-  Eigen::MatrixXd seats = Eigen::MatrixXd::Zero(n * m, 3 * n);  // the cube's turn at each
+  // The field's magnitude at each reading.
+  Eigen::MatrixXd sizes = Eigen::MatrixXd::Zero(n * m, n);
+  Eigen::MatrixXd seats = Eigen::MatrixXd::Zero(n * m, 3 * n);  // the cube's turn at each reading
   Eigen::MatrixXd gains = Eigen::MatrixXd::Zero(n * m, m);
   Eigen::MatrixXd biases = Eigen::MatrixXd::Zero(n * m, m);
   Eigen::MatrixXd mounts = Eigen::MatrixXd::Zero(n * m, 3);
@@ -219,7 +224,7 @@ Eigen::MatrixXd covariance_in_world(const ForecastSetup& setup,
     add(sd * std::sqrt(std::max(alike, 0.0)), together, 1.0);
   };
   const double of_mean = std::sqrt(static_cast<double>(setup.samples));
-  constexpr double wander_of_neighbours = 0.9;  // as World::wander
+  constexpr double wander_of_neighbours = 0.9;  // correlation, see World::wander
   add(world.block_sd, biases, replicates);
   add(world.gain, gains, replicates);
   add(std::hypot(world.mount_rad, world.remount_rad), mounts, replicates);
@@ -261,7 +266,7 @@ Eigen::MatrixXd part_of(const SharedErrors& errors, const Eigen::MatrixXd& map) 
 
 // The linear map of generalised least squares, which calibrate() uses if the cube's normals are
 // uncertain.
-// @param variance  of the mean reading at each point.
+// @param variance  variance of the mean reading at each point.
 Eigen::MatrixXd generalized_map(const LinearMap& map,
                                 const SharedErrors& positioner,
                                 const SharedErrors& level,
@@ -298,7 +303,8 @@ ForecastParts parts_of(const ForecastSetup& setup) {
           .mount = std::move(errors["mount"])};
 }
 
-// @param replicates  their number; a double, because replicates_for_angle() tries large numbers.
+// @param replicates  number of replicates; a double, because replicates_for_angle() tries very
+//                    large numbers.
 Forecast forecast_of(const ForecastSetup& setup, const ForecastParts& parts, double replicates) {
   const double variance =
       setup.noise_sd * setup.noise_sd / (replicates * static_cast<double>(setup.samples));
@@ -426,8 +432,8 @@ AngleUncertainty forecast_angles(const Forecast& forecast,
 }
 
 double largest_angle_uncertainty(const Forecast& forecast, const Eigen::MatrixXd& covariance) {
-  // The function is smooth: a few hundred directions find its largest value to a part in a
-  // thousand.
+  // The function is smooth, so 600 directions give its maximum with a relative error of about
+  // 0.001.
   constexpr int directions = 600;
   const Eigen::MatrixXd inverse = inverse_of(forecast);
   double largest = 0.0;

@@ -25,8 +25,8 @@ void require_samples(const Recording& recording, std::size_t fewest) {
   }
 }
 
-// The attitudes of an instrument that a hand turns in all directions. Each component of its rate is
-// a sum of slow sine waves. The rate is about 2 rad/s.
+// The attitudes of an instrument that is turned by hand in all directions. Each component of its
+// rate is a sum of slow sine waves. The rate is about 2 rad/s.
 class TurningHand {
  public:
   explicit TurningHand(std::uint64_t seed) {

@@ -92,7 +92,8 @@ class Trial {
     return free ? rotated_to_shape(std::move(truth), setup_.experiment.fit.shape) : truth;
   }
 
-  // Adds the errors of the results of one reading in a random attitude, with the stated u and U.
+  // Adds to `sums` the errors of the results of one reading in a random attitude, and their stated
+  // u and U.
   void add_angles(const Calibration& calibration, std::vector<StudySums>& sums, std::size_t from) {
     constexpr double highest = 0.984807753012208;  // sin 80 degrees
     const double sine = highest * (2.0 * random_.uniform() - 1.0);
@@ -145,7 +146,8 @@ class Trial {
                                     : std::nullopt;
   }
 
-  // Draws the true field with errors of the stated uncertainties of its direction and magnitude.
+  // Draws the true field with random errors, from the stated uncertainties of its direction and
+  // magnitude.
   void draw_field(const Experiment& experiment) {
     Eigen::Vector3d& field = *truth_.field.in_table;
     field *= 1.0 + experiment.field.magnitude_u / truth_.field.magnitude * random_.normal();
@@ -189,7 +191,7 @@ class Trial {
   }
 
   const StudySetup& setup_;
-  SensorModel truth_;  // with the field by draw_field()
+  SensorModel truth_;  // the truth with the field that draw_field() drew
   RandomStream random_;
   RandomStream sheet_random_;  // draws the order of the readings
   RandomStream noise_random_{0};
@@ -243,7 +245,8 @@ std::string digest_of(const StudySetup& setup) {
   Calibration record;
   record.sensor = setup.truth;
   std::string text = calibration_json(record);
-  if (!can_be_stated(described)) {  // fields of a program are described by the names of their kinds
+  // Fields that a program defines are described by the names of their kinds.
+  if (!can_be_stated(described)) {
     described.also.insert(described.also.begin(), std::exchange(described.field, FieldSetup()));
     for (const FieldSetup& field : std::exchange(described.also, {})) {
       for (const FieldSetup* const part : field.parts()) {
@@ -329,8 +332,8 @@ void count_warnings(const Calibration& calibration, std::map<std::string, std::i
   }
 }
 
-// @param is_first  true for the first block of a shard. Then a refused trial throws as long as no
-//                  trial gave a calibration.
+// @param is_first  true for the first block of a shard. In this block a refused trial throws,
+//                  unless an earlier trial gave a calibration.
 StudyBlock run_block(const StudySetup& setup,
                      const Eigen::MatrixXd& normal_root,
                      const Study& study,

@@ -9,7 +9,8 @@
 
 namespace axiscal {
 
-/// Numbers of the blocks of shard I of N: every N-th block, from the I-th on.
+/// The numbers of a shard's blocks, from 0. Shard I of N runs every N-th block, starting with the
+/// I-th.
 [[nodiscard]] inline std::vector<std::int64_t> blocks_of_shard(const Study& study,
                                                                const Shard& shard) {
   std::vector<std::int64_t> blocks;
@@ -48,7 +49,7 @@ class ProgressReport {
 };
 
 /// Runs a study of only the regression. Sets parameters, block, blocks and sums of `study`.
-/// @param study  seed, trials and setup must be set.
+/// @param study  receives the results; its seed, trials and setup must be set.
 void run_regression_study(const StudySetup& setup,
                           const Shard& shard,
                           const std::function<void(std::int64_t)>& progress,

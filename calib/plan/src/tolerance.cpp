@@ -138,7 +138,7 @@ ToleranceEffect effect_of(const ToleranceStudy& study, Method method) {
   const double F = study.nominal.field.magnitude;
   std::vector<std::optional<LinearResponse>> responses(static_cast<std::size_t>(study.trials));
   for_each_in_parallel(responses.size(), [&](std::size_t trial) {
-    // The cube depends only on the trial, so every method has the same cubes.
+    // The cube depends only on the trial, so every method is tested with the same cubes.
     RandomStream random(study.seed, static_cast<std::uint32_t>(trial) + 16);
     try {
       const Positioner cube =
@@ -211,8 +211,8 @@ NormalCovariance normal_covariance_of(const CubeFeet& drawing, const Tolerances&
     const Feet& feet = drawing[static_cast<std::size_t>(face)];
     const Eigen::Vector3d n = contact_plane(face, feet).normal;
     const Eigen::Matrix<double, 3, 2> T = tangents_of(n);
-    // Heights h_i over the plane's tangents (a, b): h = h_0 + g_a a + g_b b; n turns by -(g_a,
-    // g_b).
+    // The heights h_i of the feet are fitted by a plane in the face's tangents (a, b), h =
+    // h_0 + g_a a + g_b b. The normal n turns by -(g_a, g_b).
     Eigen::Matrix3d positions;
     for (int i = 0; i < 3; ++i) {
       positions.row(i) << 1.0,

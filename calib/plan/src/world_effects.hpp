@@ -16,7 +16,7 @@ namespace axiscal {
 class WorldEffects {
  public:
   /// @param world     must outlive this object.
-  /// @param noise_sd  of each axis; must outlive this object.
+  /// @param noise_sd  standard deviation of each axis's noise; must outlive this object.
   WorldEffects(const World& world,
                const Eigen::VectorXd& noise_sd,
                std::uint64_t seed,
@@ -26,7 +26,7 @@ class WorldEffects {
   /// Goes on to the next reading.
   void next(int block);
 
-  /// Draws the turn of the cube in its seat. To be called each time the cube is laid down.
+  /// Draws a new turn of the cube in its seat. Must be called each time the cube is laid down.
   void lay();
 
   /// The rotation from table to sensor, with the present turns of mount and seat.
@@ -40,7 +40,7 @@ class WorldEffects {
   [[nodiscard]] const Eigen::VectorXd& gains() const { return gains_; }
 
   /// The errors to add to the response, m entries [unit].
-  /// @param random  the stream of the noise; a white world takes all its numbers from it.
+  /// @param random  the random stream of the noise; a white world uses no other stream.
   /// @param along   returns parts_along() of the reading; called only if World::ends is used.
   [[nodiscard]] Eigen::VectorXd added(RandomStream& random,
                                       const std::function<Eigen::VectorXd()>& along);
@@ -60,7 +60,7 @@ class WorldEffects {
   double readings_;
   double at_ = 0.0;        // number of the reading, from 1
   int block_ = 0;          // number of the block, from 1
-  Eigen::VectorXd noise_;  // of the previous reading, in units of its standard deviation
+  Eigen::VectorXd noise_;  // noise of the previous reading, in units of its standard deviation
   Eigen::VectorXd walk_;
   Eigen::VectorXd walked_;  // mean of walk_ over the run, summed up to the present reading
   Eigen::VectorXd block_bias_;
@@ -79,7 +79,7 @@ class WorldEffects {
                                              const SensorModel& truth,
                                              const Eigen::Vector3d& field);
 
-/// @return the noise of m axes.
+/// @return the standard deviation of the noise of each of the m axes [unit].
 [[nodiscard]] Eigen::VectorXd noise_of_axes(const SimulationOptions& options, Eigen::Index m);
 
 /// @return the response, rounded to multiples of options.resolution and of World::round.

@@ -100,7 +100,7 @@ void members(JsonMembers& io, TemperatureOrderTrial& trial) {
   io.number("lack_of_fit_p_value", trial.lack_of_fit_p_value);
 }
 
-// One reference and range for all axes, or lists with one for each axis.
+// Reads or writes one reference and one range for all axes, or lists with an entry for each axis.
 void span_members(JsonMembers& io, std::vector<TemperatureSpan>& spans, Eigen::Index m) {
   const bool own = io.reads() ? io.from().at("reference").is_array() : spans.size() > 1;
   if (!own) {
@@ -297,7 +297,7 @@ void members(JsonMembers& io, Verdict& verdict) {
   io.value_if_any("not_counted", verdict.not_counted);
 }
 
-// Accepts unknown names, because a later version may have written them.
+// Never returns nullopt: an unknown name, which a later version may have written, becomes `other`.
 std::optional<WarningCode> parse_warning(std::string_view name) {
   return warning_code_of(name);
 }
@@ -353,7 +353,8 @@ void members(JsonMembers& io, PolarFit& fit) {
   io.need("converged", fit.converged);
 }
 
-// A flag that is a word in the file if it is true.
+// Reads or writes a flag. The file contains `word` if the flag is true, and lacks the key
+// otherwise.
 void word_members(JsonMembers& io, const char* key, bool& flag, const char* word) {
   std::string text = flag ? word : "";
   io.value_if_any(key, text);
@@ -393,7 +394,7 @@ void members(JsonMembers& io, CalibrationConditions& conditions, Eigen::Index m)
   }
 }
 
-// The members for the fit and its quality.
+// Reads or writes the coefficients, the fit and its quality.
 void result_members(JsonMembers& io, Calibration& calibration) {
   const Eigen::Index m = calibration.sensor.instrument.axis_count();
   io.need_object("coefficients", [&](JsonMembers& one) { coefficient_members(one, calibration); });
@@ -570,10 +571,10 @@ namespace {
 
 Json document_of(const Calibration& calibration) {
   const bool newer = calibration.sensor.temperature &&
-                     calibration.sensor.temperature->has_own_sensors();  // version 0.1 misreads it
+                     calibration.sensor.temperature->has_own_sensors();  // unknown to version 0.1
   Json json = {{"format", "axiscal-calibration"}, {"version", newer ? 2 : 1}};
   constexpr std::size_t most_members = 64;
-  json.get_ref<Json::object_t&>().reserve(most_members);  // an object copies when it grows
+  json.get_ref<Json::object_t&>().reserve(most_members);  // avoids copies while it grows
   JsonMembers io(json);
   // members() also reads, so its parameter is not const. Writing does not change the calibration.
   members(io,

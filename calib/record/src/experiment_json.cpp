@@ -120,8 +120,8 @@ class ExperimentMembers {
 
   void instrument() { instrument_member(io_, e_.instrument); }
 
-  // An object with one member for each slot. Missing members of a slot's instrument or field have
-  // their defaults.
+  // Reads or writes an object with one member for each slot. Missing members of a slot's instrument
+  // or field get their default values.
   void slots() {
     io_.object("slots", !e_.slots.empty(), [&](JsonMembers& all) {
       if (all.reads()) {
@@ -214,7 +214,7 @@ class ExperimentMembers {
     });
   }
 
-  // The name of a positioner file, or the positioner as an object.
+  // Reads or writes the positioner: the path of a positioner file, or an object.
   void positioner() {
     if (!io_.reads()) {
       if (!e_.positioner.is_nominal() || !e_.positioner.id().empty() ||
@@ -342,7 +342,7 @@ class ExperimentMembers {
     });
   }
 
-  // The name of a record file, or the record as an object.
+  // Reads or writes the record `from`: the path of a record file, or an object.
   void from() {
     if (!io_.reads()) {
       if (e_.from) {

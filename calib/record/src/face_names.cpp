@@ -52,8 +52,8 @@ FaceNames parse_face_names(std::string_view text) {
 
 namespace {
 
-// The words and signs of a text in lower case, for example "+", "x", "up" for "+X_up". A sign
-// counts before the first or after the last letter of a word. Between words it is a separator.
+// The words and signs of a text in lower case, for example "+", "x", "up" for "+X_up". A sign is a
+// token only if it directly precedes or follows a word. Between two letters it is a separator.
 std::vector<std::string> tokens_of(std::string_view text) {
   const std::string word = plain_word(text);
   std::vector<std::string> tokens;

@@ -17,13 +17,13 @@
 namespace axiscal {
 namespace {
 
-// @param of     names of the parameters of `variances`; may be empty.
-// @param names  names of the wanted parameters.
+// The standard uncertainties of the parameters `names`; NaN for a parameter that is not in `of`.
+// @param of  the parameters to which `variances` belong; may be empty.
 Eigen::VectorXd uncertainties(const std::vector<std::string>& of,
                               const Eigen::VectorXd& variances,
                               const std::vector<std::string>& names) {
   Eigen::VectorXd u(static_cast<Eigen::Index>(names.size()));
-  std::size_t next = 0;  // most records have the parameters in this order
+  std::size_t next = 0;  // index in `of`; most records have the same order as `names`
   for (std::size_t i = 0; i < names.size(); ++i) {
     if (next >= of.size() || of[next] != names[i]) {
       next = static_cast<std::size_t>(std::find(of.begin(), of.end(), names[i]) - of.begin());
@@ -64,8 +64,8 @@ bool are_good(const std::vector<std::string>& axes) {
   }
 }
 
-// The variances that the budget's sources add to the fit; nullopt if the general reader must parse
-// them.
+// The sum of the variances from the sources of the budget, except for the fit; nullopt if
+// parse_calibration() is needed to read them.
 std::optional<Eigen::VectorXd> variances_of_sources(std::string_view sources, Eigen::Index size) {
   Eigen::VectorXd sum = Eigen::VectorXd::Zero(size);
   if (sources.empty()) {
@@ -95,7 +95,7 @@ std::optional<Eigen::VectorXd> variances_of_sources(std::string_view sources, Ei
   return sum;
 }
 
-// Reads a record in the form that this program writes; nullopt if the general reader must parse it.
+// Reads a record in the form that this program writes; nullopt if parse_calibration() is needed.
 std::optional<FittedParameters> quickly_read(std::string_view text) {
   static constexpr std::array<std::string_view, 11> members = {"/format",
                                                                "/version",

@@ -25,7 +25,7 @@ namespace {
 // A table whose columns are found by name. Each error message contains the line and the column.
 class Table {
  public:
-  // @param faces  words for faces.
+  // @param faces  words for faces, in addition to the standard names.
   explicit Table(CsvReader& csv, FaceNames faces = {})
       : csv_(csv), used_(csv.header().size(), false), faces_(std::move(faces)) {}
 
@@ -112,7 +112,7 @@ class Table {
     return static_cast<int>(*number);
   }
 
-  // 1 or 0; an empty cell is 0.
+  // The value of a cell that contains 1 or 0. An empty cell counts as 0.
   [[nodiscard]] bool flag(std::size_t column) const {
     const std::string_view cell = text(column);
     if (!cell.empty() && cell != "0" && cell != "1") {
@@ -280,7 +280,8 @@ class TemperatureColumns {
     of_axes_ = std::move(own);
   }
 
-  // The column `temperature` of a sheet may stay empty, but then in all rows.
+  // The column `temperature` may be empty if it is not required, but then it must be empty in all
+  // rows.
   [[nodiscard]] std::optional<SensorTemperature> read(const Table& table) {
     if (of_all_ && !is_blank_) {
       is_blank_ = may_be_blank_ && table.text(*of_all_).empty();
@@ -306,7 +307,7 @@ class TemperatureColumns {
   std::optional<std::size_t> of_all_;
   std::vector<std::size_t> of_axes_;
   bool may_be_blank_ = true;
-  std::optional<bool> is_blank_;  // from the first row
+  std::optional<bool> is_blank_;  // true if the column is empty in the first row
 };
 
 // A column with the magnitude of a known field, for example of a rate table, a coil or a lamp.

@@ -12,8 +12,8 @@ namespace axiscal {
 void members(JsonMembers& io, Instrument& instrument);
 void members(JsonMembers& io, FieldDescription& field);
 
-/// Reads or writes the instrument of an experiment file, in which all members are optional. Axes
-/// have the form of set_axes().
+/// Reads or writes the instrument of an experiment file. All of its members are optional. The axes
+/// are in the form of set_axes(): "x", or "d=p-n" for a difference.
 void stated_members(JsonMembers& io, Instrument& instrument);
 
 /// Reads or writes the responses to second fields.

@@ -12,11 +12,12 @@
 
 namespace axiscal {
 
-/// The column level.NAME has the level of the part NAME of the field.
+/// Prefix of the columns level.NAME. Such a column contains the level of the field's part NAME.
 inline const std::string level_column_prefix = "level.";
 
-/// The first columns of every table of readings: run and block. Design point, mount, level, confirm
-/// and temperature are added if a reading needs them.
+/// The columns of a table of readings before the responses. `run` and `block` are always present.
+/// The columns for design point, mount, level, confirm and temperature are present if a reading
+/// needs them.
 class SheetColumns {
  public:
   /// @param axes  names of the axes, for the columns AXIS_temperature.
@@ -101,7 +102,7 @@ class SheetColumns {
   bool with_level_ = false;
   bool with_temperature_ = false;
   bool with_confirm_ = false;
-  std::size_t own_temperatures_ = 0;  // sensors of single axes; 0: one sensor for all axes
+  std::size_t own_temperatures_ = 0;  // number of axes with their own sensor; 0: a shared sensor
   std::vector<std::string> axes_;
   std::set<std::string> parts_;  // names of the parts with their own level
 };

@@ -11,7 +11,8 @@
 namespace axiscal {
 namespace {
 
-// A matrix in a file: each element of a list has a row of the matrix, a vector of m numbers.
+// Reads or writes a matrix with m columns. In the file, each element of a list contains one row of
+// the matrix.
 class RowVectors {
  public:
   RowVectors(const char* key, Eigen::MatrixXd& matrix, Eigen::Index m)
@@ -109,8 +110,8 @@ void interval_members(JsonMembers& io, FitStatistics& statistics, Eigen::Index m
   if (p < 1 || statistics.interval_95.size() != count) {
     return;
   }
-  // Method `bias` has no sensitivity parameters. If the fields span fewer than three directions,
-  // each axis has fewer than three.
+  // The number of sensitivity parameters of each axis: 0 for method `bias`, fewer than three if the
+  // fields span fewer than three directions, else three.
   Eigen::Index sensitivities = 0;
   while (1 + sensitivities < p &&
          statistics.parameter_names[static_cast<std::size_t>(1 + sensitivities)].find(

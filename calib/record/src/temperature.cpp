@@ -19,7 +19,7 @@ namespace {
 // The line that is fitted to the readings of a window.
 struct Line {
   double rate = 0.0;
-  double rate_se = 0.0;  // NaN with two readings or fewer
+  double rate_se = 0.0;  // NaN for two readings
   double degrees_of_freedom = 0.0;
 };
 
@@ -158,7 +158,7 @@ SoakState soak_state(std::span<const double> time_s,
   };
   const std::size_t from = start_of(time_s.back());
   const std::span<const double> t = time_s.subspan(from);
-  // A log of less than half a window is too short for a decision.
+  // Readings that cover half a window or less are too few for a decision.
   if (t.size() < 3 || !(t.back() - t.front() > 0.5 * window_s)) {
     return state;
   }
@@ -172,7 +172,8 @@ SoakState soak_state(std::span<const double> time_s,
     state.remaining_s = 0.0;
     return state;
   }
-  // An approach like exp(-t / tau): tau follows from the rate now and the rate one window ago.
+  // If the output approaches its limit like exp(-t / tau), tau follows from the present rate and
+  // the rate one window earlier.
   const double earlier_end = t.front();
   const std::size_t earlier = start_of(earlier_end);
   if (from >= earlier + 3 && time_s[from - 1] - time_s[earlier] > 0.5 * window_s) {

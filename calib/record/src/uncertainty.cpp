@@ -73,8 +73,8 @@ bool has_source(const Calibration& calibration, std::string_view beginning) {
 
 constexpr double as_good_as_infinite = 1e6;
 
-// The degrees of freedom by Welch and Satterthwaite. by_welch is true if each share has enough
-// degrees of freedom for this formula.
+// The variance and its degrees of freedom by Welch and Satterthwaite's formula. by_welch is true if
+// each share has enough degrees of freedom for this formula.
 struct EffectiveFreedom {
   double variance = 0.0;
   double degrees_of_freedom = std::numeric_limits<double>::infinity();
@@ -102,7 +102,8 @@ EffectiveFreedom effective_freedom(const VarianceShares& shares) {
   return result;
 }
 
-// @param factor  function that returns Student's t for degrees of freedom.
+// The expanded uncertainty from the shares of a variance, see combine().
+// @param factor  function that returns Student's t for its degrees of freedom.
 template <typename Factor>
 double half_width(const VarianceShares& shares, const EffectiveFreedom& freedom, Factor factor) {
   const auto t = [&](double nu) { return factor(std::min(nu, as_good_as_infinite)); };
@@ -152,7 +153,7 @@ VarianceShares LinearPropagation::scatter(const Eigen::RowVectorXd& gradient,
         {.variance = share,
          .degrees_of_freedom = statistics().degrees_of_freedom(static_cast<Eigen::Index>(k))});
   }
-  // Method joint: the fitted direction of the field adds a variance that the axes share. It is
+  // In method joint, the axes share the error of the fitted field direction. Its variance is
   // divided among the axes in proportion to their own variances.
   const double all = variance(gradient, of_readings_, places);
   for (VarianceShare& share : shares.axes) {
@@ -389,7 +390,7 @@ CombinedUncertainty uncertainty_of(const LinearPropagation& inheritance,
     uncertainty.by_source = std::move(by_source);
     return uncertainty;
   }
-  // The interval of the fit is more accurate than an interval from the shares.
+  // interval_95 of the fit is more accurate than an interval that combine() computes from `all`.
   uncertainty.u = std::sqrt(effective_freedom(all).variance);
   uncertainty.by_source = std::move(by_source);
   const double nu = statistics.interval_dof(parameter);

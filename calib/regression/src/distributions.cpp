@@ -20,9 +20,9 @@
 namespace axiscal {
 namespace {
 
-// With almost 0 degrees of freedom quantiles overflow; the result is then infinity, not an
-// exception. Doubles are not promoted to long doubles, which take three times as long and change no
-// digit that is shown.
+// For almost 0 degrees of freedom, quantiles overflow; the result is then infinity instead of an
+// exception. Doubles are not promoted to long doubles, because these are three times as slow and
+// change no digit that is shown.
 using Quiet = boost::math::policies::policy<
     boost::math::policies::promote_double<false>,
     boost::math::policies::overflow_error<boost::math::policies::ignore_error>,
@@ -33,8 +33,8 @@ using FisherF = boost::math::fisher_f_distribution<double, Quiet>;
 using ChiSquared = boost::math::chi_squared_distribution<double, Quiet>;
 using Normal = boost::math::normal_distribution<double, Quiet>;
 
-// A cache of the last results of a function of two numbers. All parameters of an axis have the same
-// arguments.
+// A cache of the last results of a function of two numbers. It helps because the arguments are the
+// same for all parameters of an axis.
 class LastAnswers {
  public:
   template <typename Function>
@@ -70,8 +70,8 @@ double student_t_factor(double coverage, double degrees_of_freedom) {
     const StudentT distribution(degrees_of_freedom);
     const double factor =
         boost::math::quantile(boost::math::complement(distribution, 0.5 * (1.0 - coverage)));
-    // The square of a larger factor overflows. Boost 1.83 then returns the root of the largest
-    // number, Boost 1.74 infinity.
+    // Squares of larger factors overflow. Boost 1.83 limits such a quantile to the square root of
+    // the largest double, but Boost 1.74 returns infinity.
     constexpr double largest = 1e150;
     return factor < largest ? factor : std::numeric_limits<double>::infinity();
   });
@@ -79,8 +79,8 @@ double student_t_factor(double coverage, double degrees_of_freedom) {
 
 namespace {
 
-// An approximation of 1 / nu for a coverage factor, from the first terms of the series of Student's
-// t about the quantile z of the normal distribution.
+// An approximation of 1 / nu for a coverage factor. It inverts the first terms of the series that
+// expands Student's t in 1 / nu about the quantile z of the normal distribution.
 double guessed_inverse(double factor, double coverage) {
   const double z = boost::math::quantile(boost::math::complement(Normal(), 0.5 * (1.0 - coverage)));
   const double z2 = z * z;
@@ -96,8 +96,8 @@ double guessed_inverse(double factor, double coverage) {
   return inverse;
 }
 
-// The root of a smooth function, from a close guess; nullopt if secants do not converge between the
-// bounds.
+// The root of a smooth function by the secant method, from a close guess; nullopt if the method
+// leaves the interval (low, high) or does not converge.
 template <typename Function>
 std::optional<double> root_by_secants(const Function& function,
                                       double guess,
@@ -132,7 +132,7 @@ std::optional<double> root_by_secants(const Function& function,
 }
 
 double found_freedom_of_factor(double factor, double coverage) {
-  // The search is in 1 / nu, because t is nearly linear in it.
+  // The search uses 1 / nu, because t is nearly linear in 1 / nu.
   constexpr double as_good_as_infinite = 1e6;
   constexpr double fewest = 0.05;
   constexpr double rounding = 1e-6;  // relative error of 1 / nu by rounding, for a factor with
@@ -150,7 +150,9 @@ double found_freedom_of_factor(double factor, double coverage) {
     constexpr double last_digits = 1e-13;
     return std::abs(nu - whole) <= last_digits * nu ? whole : nu;
   }
-  // Narrows the interval to the two values around the guess, if they enclose the root.
+  // Moves one end of the interval to `to` if the root stays inside the interval. Returns the value
+  // of the function at the end.
+  // sign: -1 for the lower end, +1 for the upper end.
   const auto narrowed = [&](double& end, double to, double sign) {
     const double value = to > low && to < high ? beyond(to) : 0.0;
     end = sign * value > 0.0 ? to : end;
@@ -193,16 +195,16 @@ double student_t_two_sided_p(double t, double degrees_of_freedom) {
 
 namespace {
 
-// True if a whole number, which must fit in an int, is odd.
+// True if `whole` is odd. `whole` must be a whole number in the range of int.
 bool is_odd(double whole) {
   return (static_cast<int>(whole) & 1) == 1;
 }
 
-// I_x(a, b) for a and b that are multiples of 1/2, as a finite sum. The sum starts at I_x(a_0, b_0)
-// for the smallest a and b. It goes up in b, which adds terms, then up in a, which subtracts terms.
-// The subtraction loses digits if the result is small; a series of positive terms replaces a small
-// result. Source: Abramowitz & Stegun, Handbook of Mathematical Functions (1964), 26.5.4, 26.5.16,
-// 26.6.4-26.6.8.
+// The regularised incomplete beta function I_x(a, b) for multiples a and b of 1/2, as a finite sum.
+// The sum starts at I_x(a_0, b_0), where a_0 and b_0 are 1/2 or 1. Steps of 1 in b add terms, and
+// steps of 1 in a subtract terms. The subtraction loses digits if the result is small; a series of
+// positive terms then replaces the sum. Source: Abramowitz & Stegun, Handbook of Mathematical
+// Functions (1964), 26.5.4, 26.5.16, 26.6.4-26.6.8.
 double incomplete_beta(double x, double twice_a, double twice_b) {
   const double y = 1.0 - x;
   const bool half_a = is_odd(twice_a);
@@ -210,12 +212,12 @@ double incomplete_beta(double x, double twice_a, double twice_b) {
   double a = half_a ? 0.5 : 1.0;
   double b = half_b ? 0.5 : 1.0;
   constexpr double two_over_pi = 2.0 * std::numbers::inv_pi;
-  // The cases: a and b are 1/2; only b is 1/2; only a is 1/2; both are 1.
+  // The cases, for the starting values of a and b: both are 1/2; only b is; only a is; neither is.
   double value = half_a && half_b ? two_over_pi * std::atan2(std::sqrt(x), std::sqrt(y))
                  : half_b         ? 1.0 - std::sqrt(y)
                  : half_a         ? std::sqrt(x)
                                   : x;
-  // x^a y^b / B(a, b); a factor turns it into the next one.
+  // x^a y^b / B(a, b). In the loops, one factor gives its value for the next a or b.
   double power = (half_a ? std::sqrt(x) : x) * (half_b ? std::sqrt(y) : y) *
                  (half_a && half_b   ? std::numbers::inv_pi
                   : half_a || half_b ? 0.5

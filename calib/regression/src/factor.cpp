@@ -243,7 +243,7 @@ std::optional<double> condition_from_normal_matrix(const Eigen::MatrixXd& normal
       Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd>(
           per_length.asDiagonal() * normal * per_length.asDiagonal(), Eigen::EigenvaluesOnly)
           .eigenvalues();
-  constexpr double most = 1e4;  // the condition number's square
+  constexpr double most = 1e4;  // limit of the squared condition number
   const double ratio = values(values.size() - 1) / values(0);
   return ratio > 0.0 && ratio < most ? std::optional(std::sqrt(ratio)) : std::nullopt;
 }

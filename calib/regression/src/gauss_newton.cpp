@@ -60,8 +60,8 @@ Eigen::VectorXd damped_step(const Linearised& linear, double damping, bool by_qr
   if (linear.jacobian.cols() == 0) {
     return Eigen::VectorXd(0);
   }
-  // A step from J^T J has a relative error that grows with the square of J's condition number.
-  // These are the smallest pivots for which it is used.
+  // The relative error of a step from J^T J grows with the square of J's condition number. Such a
+  // step is used only if all pivots are above one of these limits.
   constexpr double loses_some_digits = 1e-5;
   constexpr double loses_none_that_matters = 0.03;
   const bool is_open = linear.open_below > 0.0 &&

@@ -20,8 +20,8 @@ namespace {
 
 constexpr double epsilon = std::numeric_limits<double>::epsilon();
 
-// Pivots below this, relative to the largest, count as zero. Filip's polynomial (NIST), the hardest
-// design that must be accepted, has 1e-10.
+// Pivots below this part of the largest pivot count as zero. The hardest design that must be
+// accepted is Filip's polynomial (NIST), whose smallest pivot is 1e-10 of the largest.
 constexpr double rank_tolerance = 1e-13;
 
 // The power of two that is nearest to 1 / length, so that scaling loses no digits.
@@ -37,7 +37,8 @@ double scale_of(double length) {
 Eigen::VectorXd column_scales(const Eigen::Ref<const Eigen::MatrixXd>& A) {
   Eigen::VectorXd scale(A.cols());
   for (Eigen::Index j = 0; j < A.cols(); ++j) {
-    constexpr double far_from_limits = 1e-200;  // squares from this to its inverse lose no digits
+    // sums of squares between this and its inverse neither overflow nor lose digits
+    constexpr double far_from_limits = 1e-200;
     const double squares = A.col(j).squaredNorm();
     const double length = squares > far_from_limits && squares < 1.0 / far_from_limits
                               ? std::sqrt(squares)
@@ -140,8 +141,8 @@ std::vector<Eigen::Index> FactoredDesign::factor(const Eigen::Ref<const Eigen::M
   root_ = qr.colsPermutation() * inverse;
   refines_ = !(bound_of_condition(scaled_, root_) <= refinement_above) &&
              condition_number() > refinement_above;
-  // scaled_ root_ is faster to compute, but its columns lose as many digits of orthogonality as the
-  // condition number has.
+  // scaled_ * root_ is faster to compute, but the orthogonality of its columns has a relative error
+  // of the condition number times the rounding error.
   basis_ = refines_ ? Eigen::MatrixXd(qr.householderQ() * Eigen::MatrixXd::Identity(n, p))
                     : Eigen::MatrixXd(scaled_ * root_);
   if (!refines_) {
@@ -210,12 +211,12 @@ FactoredDesign::Solution FactoredDesign::solve(const Eigen::VectorXd& weighted_y
 
 Eigen::MatrixXd FactoredDesign::estimates_scaled(const Eigen::MatrixXd& weighted_Y) const {
   Eigen::MatrixXd X = root_ * (basis_.transpose() * weighted_Y);
-  X += root_ * (basis_.transpose() * (weighted_Y - scaled_ * X));  // the last digits
+  X += root_ * (basis_.transpose() * (weighted_Y - scaled_ * X));  // corrects the last digits
   return X;
 }
 
-// Solves r + A x = b, A^T r = c. The unknown x is kept in double-double, so that r becomes as small
-// as the data allow; corrections come from the QR of A.
+// Solves r + A x = b, A^T r = c by iterative refinement, with A = scaled_. x and the residuals of
+// both equations are computed in double-double. The corrections are computed from the QR of A.
 FactoredDesign::Solution FactoredDesign::refined(const Eigen::VectorXd& b,
                                                  const Eigen::VectorXd& c,
                                                  Solution start) const {

@@ -11,7 +11,7 @@
 namespace axiscal {
 namespace {
 
-// A piece of fewer units costs more than it saves.
+// The least number of units in a piece. Smaller pieces cost more time than they save.
 constexpr Eigen::Index fewest_units = 8;
 
 using Which = Eigen::Array<bool, 1, Eigen::Dynamic>;
@@ -26,7 +26,8 @@ std::vector<Eigen::Index> places_in(const Which& which) {
   return places;
 }
 
-// Row k of each unit, without rows of zeros.
+// Row k of each unit, except rows of zeros: the rows' indices in W, and their values in the given
+// columns.
 struct RowsOfUnits {
   std::vector<Eigen::Index> places;
   Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor> W;
@@ -135,8 +136,8 @@ std::optional<ReplacedColumns> part_blocks(Eigen::Index rows,
   return replaced;
 }
 
-// Divides the rows into pieces. A piece of enough units ends before a unit that needs further
-// columns.
+// Divides the rows into pieces. A piece ends before a unit with a nonzero value in a new column, if
+// the piece has at least fewest_units units.
 std::vector<ColumnPiece> pieces_of(const Eigen::MatrixXd& W, Eigen::Index rows) {
   std::vector<ColumnPiece> pieces;
   Which used = Which::Constant(W.cols(), false);

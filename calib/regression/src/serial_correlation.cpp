@@ -19,8 +19,7 @@ namespace {
 // Row-major, so that the numbers of a reading are contiguous.
 using Rows = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
 
-// A x, with half of the weights on the off-diagonals of A: half the weighted sum of each row's
-// neighbours.
+// A x: row i is half the weighted sum of the rows i - 1 and i + 1 of x.
 // @param weights  n - 1, one for each pair of consecutive rows.
 Eigen::MatrixXd beside(const Eigen::MatrixXd& x, const Eigen::VectorXd& weights) {
   const Eigen::Index n = x.rows();
@@ -30,7 +29,8 @@ Eigen::MatrixXd beside(const Eigen::MatrixXd& x, const Eigen::VectorXd& weights)
   return all;
 }
 
-// V = signal rho^|i - j| h_i.h_j + white I; or V = I + gamma within each block.
+// A model of the noise covariance V: V_ij = signal rho^|i - j| h_i.h_j + white I_ij if gamma is 0;
+// otherwise V = I + gamma within each block.
 struct Model {
   double rho = 0.0;
   double signal = 1.0;
@@ -48,8 +48,8 @@ std::vector<Model> correlated_models(double largest) {
   std::vector<Model> all;
   for (const double rho : correlations) {
     for (const double white : white_parts) {
-      // Without correlation, all white parts give the same model if the direction is constant; only
-      // one is used.
+      // For rho = 0, all white parts give the same model if the direction is constant, so only one
+      // model is used.
       if (rho <= largest && (rho > 0.0 || white == 0.0)) {
         all.push_back({.rho = rho,
                        .white = white,
@@ -62,7 +62,7 @@ std::vector<Model> correlated_models(double largest) {
 
 std::vector<Model> models_of_run(bool with_blocks) {
   constexpr std::array shifts = {0.1, 0.3, 1.0, 3.0, 10.0, 30.0};
-  constexpr double largest = 0.985;  // a run has too few readings for more
+  constexpr double largest = 0.985;  // a run has too few readings for larger correlations
   std::vector<Model> all = correlated_models(largest);
   for (const double gamma : shifts) {
     if (with_blocks) {
@@ -72,7 +72,7 @@ std::vector<Model> models_of_run(bool with_blocks) {
   return all;
 }
 
-// Models of the sum of white noise and a common cause that changes at different speeds.
+// Models of the sum of white noise and a common cause, one for each speed and size of the cause.
 std::vector<Model> wandering_models() {
   constexpr std::array slow = {0.0, 0.5, 0.8, 0.92, 0.98};
   constexpr std::array sizes = {0.3, 1.0, 3.0, 10.0, 30.0};
@@ -88,13 +88,14 @@ std::vector<Model> wandering_models() {
   return all;
 }
 
-// x^T V^-1 x of c columns, and ln det V.
+// The products x^T V^-1 x of an n x c matrix x, and ln det V.
 struct Whitened {
   Eigen::MatrixXd products;  // c x c, the lower triangle
   double log_determinant = 0.0;
 };
 
-// V = I + gamma 1 1^T of a block's n readings has the inverse I - gamma / (1 + gamma n) 1 1^T.
+// Computes the products for V = I + gamma 1 1^T in each block. For a block of n readings,
+// V^-1 = I - gamma / (1 + gamma n) 1 1^T.
 Whitened whiten_blocks(double gamma, const std::vector<int>& blocks, const Rows& x) {
   Whitened result{.products = x.transpose() * x};
   for (Eigen::Index first = 0; first < x.rows();) {
@@ -112,8 +113,8 @@ Whitened whiten_blocks(double gamma, const std::vector<int>& blocks, const Rows&
   return result;
 }
 
-// Whitens all columns at once by the Kalman filter of y_i = h_i . x_i + white noise, with d
-// components of the state. The whitened rows are summed in groups that fit in the cache.
+// Computes the products by the Kalman filter of y_i = h_i . s_i + white noise, where the state s_i
+// has d components. The whitened rows are summed in groups that fit in the cache.
 template <int d>
 Whitened whiten(const Model& model,
                 const Eigen::VectorXd& places,
@@ -170,7 +171,8 @@ struct ModelFit {
   Eigen::MatrixXd covariance;
 };
 
-// The result for a response's first coefficient: its change from the plain fit.
+// The result of one model for the first coefficient of one response: the change from the plain fit,
+// and the variance.
 struct FirstCoefficient {
   double log_likelihood = 0.0;
   double change = 0.0;
@@ -183,7 +185,7 @@ struct InverseRoot {
   double log_determinant = 0.0;
 };
 
-// @param N  positive definite; the lower triangle counts.
+// @param N  positive definite; only the lower triangle is used.
 InverseRoot inverse_root_of(const Eigen::MatrixXd& N) {
   const Whitening whitening(N);
   return {.root = whitening.times(Eigen::MatrixXd::Identity(N.rows(), N.cols())),
@@ -192,7 +194,7 @@ InverseRoot inverse_root_of(const Eigen::MatrixXd& N) {
 
 // Fits residuals y by p columns X, from the sums N = X^T V^-1 X, c = X^T V^-1 y and y^T V^-1 y.
 // @param N                only the lower triangle is used.
-// @param log_determinant  of V.
+// @param log_determinant  ln det V.
 ModelFit fit_by_sums(const Eigen::MatrixXd& N,
                      double log_determinant,
                      double degrees_of_freedom,
@@ -209,11 +211,11 @@ ModelFit fit_by_sums(const Eigen::MatrixXd& N,
   return fit;
 }
 
-// A regression in an orthonormal basis of its columns, and its residuals. A model of the noise
-// changes its solution by a small amount, which the sums give without loss of digits.
+// A regression in an orthonormal basis of its columns, and its residuals. A noise model changes the
+// solution by a small amount, which is computed from the residuals, so that no digits are lost.
 class PlainFit {
  public:
-  // @param Y  n x r.
+  // @param Y  r responses, n x r.
   PlainFit(const Eigen::MatrixXd& design, const Eigen::MatrixXd& Y)
       : p_(design.cols()), r_(Y.cols()), both_(design.rows(), p_ + r_) {
     const Eigen::MatrixXd Q = orthonormal_basis(design);
@@ -225,14 +227,14 @@ class PlainFit {
   // The basis and then the residuals, n x (p + r).
   [[nodiscard]] const Rows& basis_and_residuals() const { return both_; }
 
-  // The result of a model for a single response, in the basis.
+  // The result of a noise model for a single response (r = 1), in the basis.
   [[nodiscard]] ModelFit under(const Whitened& sums) const {
     return fit_by_sums(sums.products.topLeftCorner(p_, p_), sums.log_determinant,
                        static_cast<double>(both_.rows() - p_),
                        sums.products.row(p_).head(p_).transpose(), sums.products(p_, p_));
   }
 
-  // The result of a model for only the first coefficient of each response.
+  // Computes the first coefficient of each response for a noise model.
   // @param first  receives r results.
   void first_under(const Whitened& sums, std::span<FirstCoefficient> first) const {
     // With N = L L^T, a^T N^-1 b is the scalar product of L^-1 a and L^-1 b.
@@ -270,7 +272,7 @@ class PlainFit {
  private:
   Eigen::Index p_;
   Eigen::Index r_;
-  Eigen::MatrixXd root_;      // p x p: X root is the basis
+  Eigen::MatrixXd root_;      // p x p: the design times root_ is the basis
   Eigen::MatrixXd in_basis_;  // p x r: the plain solution
   Rows both_;
 };
@@ -299,7 +301,8 @@ double correlation_of(const std::vector<Model>& models, const std::vector<double
   return sum;
 }
 
-// The mean over models of one response's coefficients; the scatter between models is included.
+// The mean over models of one response's coefficients. The covariance includes the scatter between
+// the models.
 CorrelatedFit mean_over(const std::vector<Model>& models,
                         const std::vector<ModelFit>& fits,
                         double degrees_of_freedom) {
@@ -324,7 +327,7 @@ CorrelatedFit mean_over(const std::vector<Model>& models,
 }
 
 // The excess of sum c_i z_i z_(i+1) over its expectation for white noise, in standard deviations.
-// @param Q        n x p: the covariance of z is I - Q Q^T times the noise variance.
+// @param Q        n x p: the covariance of z is (I - Q Q^T) times the noise variance.
 // @param QQ       Q^T Q.
 // @param weights  c, n - 1, one for each pair of consecutive values.
 double likeness_score(const Eigen::VectorXd& z,
@@ -413,7 +416,7 @@ CorrelatedMean estimate_correlated_mean(const OrderedReadings& readings) {
     for (std::size_t g = 0; g < models.size(); ++g) {
       change += weights[g] * of_models[g][k].change;
     }
-    double variance = 0.0;  // the scatter between models is included
+    double variance = 0.0;  // includes the scatter between the models
     for (std::size_t g = 0; g < models.size(); ++g) {
       const double off = of_models[g][k].change - change;
       variance += weights[g] * (of_models[g][k].variance + off * off);
@@ -437,7 +440,7 @@ CorrelatedFit fit_with_correlated_noise(const Eigen::MatrixXd& design,
                                         const Eigen::VectorXd& response,
                                         const Eigen::MatrixX3d& along) {
   const Eigen::Index n = design.rows();
-  // If there are more rows than the models need, means of consecutive rows replace them.
+  // If there are more rows than this, consecutive rows are replaced by their mean.
   constexpr Eigen::Index most = 1500;
   const Eigen::Index each = (n + most - 1) / most;
   const Eigen::Index rows = n / each;
@@ -472,8 +475,7 @@ CorrelatedFit fit_with_common_ar1(const CommonAr1Problem& problem) {
   const Eigen::MatrixXd others = problem.information - A.transpose() * A;
   Rows both(A.rows(), q + 1);
   both << A, problem.deviations;
-  // The residuals are orthogonal to J, so the sum over the other directions is minus the sum along
-  // the cause.
+  // J^T e is 0, so its part from the directions across the cause is minus its part along the cause.
   const Eigen::VectorXd gradient_across = -A.transpose() * problem.deviations;
   const double squares_across = problem.squares - problem.deviations.squaredNorm();
   const std::vector<Model> models = wandering_models();

@@ -12,8 +12,8 @@
 namespace axiscal {
 namespace {
 
-// The fit at given variances. If the weighted sum of P_k^T P_k is singular, the misfit is NaN, and
-// therefore never smaller than another.
+// The fit at given variances. If the weighted sum of P_k^T P_k is singular, the misfit is NaN, so
+// that it never counts as an improvement.
 struct AtVariances {
   AtVariances(const std::vector<ResponseSums>& responses, const Eigen::VectorXd& at)
       : log_variance(at), weight((-at.array()).exp()) {
@@ -49,7 +49,8 @@ struct AtVariances {
     }
   }
 
-  // A step towards the least misfit, for variances that are not below `lowest`.
+  // A step of log_variance towards the least misfit.
+  // @param lowest     lower limits of log_variance.
   // @param is_newton  receives true if the step is Newton's.
   [[nodiscard]] Eigen::VectorXd newton_step(const std::vector<ResponseSums>& responses,
                                             const Eigen::VectorXd& lowest,
@@ -103,7 +104,7 @@ struct AtVariances {
   Eigen::VectorXd degrees_of_freedom;  // nu, m
   Eigen::VectorXd squares;             // RSS_k / sigma_k^2, m
   Eigen::VectorXd estimate;            // z, D
-  Eigen::MatrixXd covariance;          // of z, D x D
+  Eigen::MatrixXd covariance;          // covariance of z, D x D
 };
 
 // Without shared coefficients, the variance of each response is its mean square.

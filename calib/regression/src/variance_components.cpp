@@ -35,7 +35,7 @@ struct Round : Solved {
 // A problem's likelihood at any variances.
 class Likelihood {
  public:
-  // @param problem  must outlive it.
+  // @param problem  must outlive this object.
   explicit Likelihood(const VarianceProblem& problem)
       : problem_(problem), columns_(piecewise_columns(problem.W, problem.rows, problem.prior)) {
     Eigen::Index size = 0;
@@ -119,7 +119,7 @@ class Likelihood {
   }
 
  private:
-  // V^-1 of each unit, and V^-1 W. A row that is left out gets the variance 1.
+  // Computes V^-1 of each unit, and V^-1 W. A row that is left out gets the variance 1.
   void weigh_units(const Eigen::VectorXd& theta, Solved& solved) const {
     const Eigen::Index m = problem_.rows;
     Eigen::RowVectorXd of_roots(roots_.cols());
@@ -143,7 +143,9 @@ class Likelihood {
     }
   }
 
-  // V^-1 times the residuals of a piece.
+  // Computes V^-1 times the residuals of a piece.
+  // @param first  index of the piece's first row.
+  // @param left   residuals y - W b of the piece.
   void weigh_left(Eigen::Index first, const Eigen::VectorXd& left, Solved& solved) const {
     const Eigen::Index m = problem_.rows;
     for (Eigen::Index row = 0; row < left.size(); row += m) {
@@ -172,7 +174,8 @@ class Likelihood {
       const Eigen::MatrixXd MK = (UCU) * (K);
       const Eigen::MatrixXd KVK = (K.transpose()) * (VK);
       const Eigen::MatrixXd KMK = (K.transpose()) * (MK);
-      // tr(V^-1 Q V^-1 R) - 2 tr(V^-1 Q U C U^T R), Q = K K^T.
+      // The terms of tr(V^-1 Q V^-1 R) - 2 tr(V^-1 Q U C U^T R) for two components Q and R; K
+      // contains the roots of all components.
       const Eigen::MatrixXd products = KVK.cwiseProduct(KVK - 2.0 * KMK);
       for (std::size_t q = 0; q < count; ++q) {
         const Eigen::Index first = first_root_[q];
@@ -197,7 +200,7 @@ class Likelihood {
 
   const VarianceProblem& problem_;
   PiecewiseColumns columns_;
-  Eigen::MatrixXd roots_;                 // of all components side by side, n m x r
+  Eigen::MatrixXd roots_;                 // the roots of all components side by side, n m x r
   std::vector<Eigen::Index> first_root_;  // first column of each component in roots_, then the end
 };
 
@@ -291,8 +294,8 @@ std::optional<VarianceFit> fit_variance_components(const VarianceProblem& proble
       return std::nullopt;
     }
     const Eigen::VectorXd scale = theta.cwiseMax(1e-8 * start);
-    // A variance decreases by at most a factor of ten in one step, because rows of variance 0 would
-    // get all the weight. A variance that is almost 0 may become 0.
+    // In one step, a variance decreases by at most a factor of ten. Otherwise it could become 0,
+    // and rows of variance 0 would get all the weight. A variance that is almost 0 may become 0.
     constexpr double gone = 1e-9;
     Eigen::VectorXd lowest = smallest;
     for (Eigen::Index q = 0; q < theta.size(); ++q) {
@@ -304,7 +307,7 @@ std::optional<VarianceFit> fit_variance_components(const VarianceProblem& proble
     if (!next.allFinite()) {
       return std::nullopt;
     }
-    // Whole steps may oscillate; half steps do not.
+    // Whole steps may oscillate, so half steps are used after the first rounds.
     constexpr int whole_steps = 20;
     if (number >= whole_steps) {
       next = 0.5 * (theta + next);

@@ -12,15 +12,15 @@
 namespace axiscal {
 namespace {
 
-// Parameters that are tested together: biases, main terms, cross terms. Each is in units of its
-// variance from the readings' noise.
+// Parameters that are tested together: biases, main terms, cross terms. Squares and variances are
+// in units of the variance from the readings' noise.
 struct ParameterClass {
   FisherSum parameters;  // p-values against the noise
-  FisherSum by_one;      // larger p-value of each parameter, against the noise or the blocks
+  FisherSum by_one;      // p-values: for each parameter the larger one of noise and blocks
   double squares = 0.0;  // sum of the squared differences
   double scatter = 0.0;  // sum of the variances of the differences by the scatter of blocks
   double scatter_squared = 0.0;
-  double degrees_of_freedom = 0.0;  // of the mean square of one parameter
+  double degrees_of_freedom = 0.0;  // degrees of freedom of one parameter's mean square
 
   void add(double p_by_noise) { parameters.add(p_by_noise); }
   void add_blocks(double square, double mean_square, double freedom, double p_by_noise) {
@@ -44,7 +44,7 @@ struct ParameterClass {
     const double alike = scatter * scatter / scatter_squared;
     const double together =
         f_upper_p(std::max(squares / scatter, 1e-300), alike, alike * degrees_of_freedom);
-    // by_one detects a change of all parameters, and the sum detects a large change of only one.
+    // by_one detects a change of all parameters, and `together` detects a large change of only one.
     return std::max(by_noise, std::min(1.0, 2.0 * std::min(together, by_one.p_value())));
   }
 };
@@ -137,7 +137,8 @@ std::optional<double> p_of_block_changes(const Calibration& old,
           pooled(scatter_of_blocks(old, names[i]), scatter_of_blocks(fresh, names[i]));
       if (blocks.degrees_of_freedom > 0.0) {
         fewest = std::min(fewest, blocks.degrees_of_freedom);
-        const double unit = within * blocks.blocks;  // variance of one block by the noise
+        // Variance of one block's parameter from the noise.
+        const double unit = within * blocks.blocks;
         all.add_blocks(d * d * blocks.blocks / unit, blocks.mean_square / unit,
                        blocks.degrees_of_freedom, p_by_noise);
       }

@@ -12,10 +12,12 @@ namespace axiscal {
 /// The scatter of a parameter between the blocks of a record.
 struct BlockScatter {
   double mean_square = 0.0;         ///< M: variance of one block's parameter about the blocks' mean
-  double degrees_of_freedom = 0.0;  ///< of mean_square; 0 if it is unknown
+  /// Degrees of freedom of mean_square; 0 if mean_square is unknown.
+  double degrees_of_freedom = 0.0;
   double blocks = 1.0;              ///< number of blocks
 
-  /// @return the variance of another block's parameter about the record's; 0 if it is unknown.
+  /// @return the variance of another block's parameter about the record's value; 0 if it is
+  ///         unknown.
   [[nodiscard]] double of_another_block() const {
     return degrees_of_freedom > 0.0 ? mean_square * (1.0 + 1.0 / blocks) : 0.0;
   }
@@ -32,7 +34,7 @@ struct BlockScatter {
 /// The p-value of the difference between two records of one unit, if at least one of them has
 /// several blocks. Biases, main terms and cross terms are three classes. Each class is tested
 /// against the scatter of blocks and against the noise of the readings, and the larger p-value is
-/// used. The smallest of the three is multiplied by 3 (docs/method/watching.md).
+/// used. The smallest p-value of the three classes is multiplied by 3 (docs/method/watching.md).
 ///
 /// @return nullopt if neither record states the scatter between blocks.
 [[nodiscard]] std::optional<double> p_of_block_changes(const Calibration& old,

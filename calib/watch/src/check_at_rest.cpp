@@ -50,11 +50,12 @@ struct PosePart {
   double degrees_of_freedom = 0.0;
 };
 
-// The scatter of a calibration between blocks, as an error of the measured field along each axis.
+// The scatter of a calibration between blocks, expressed as an error of the measured field along
+// each axis.
 struct BlockOffset {
   double variance = 0.0;  // M (1 + 1 / B) [field unit squared]
   double degrees_of_freedom = 0.0;
-  double gain_variance = 0.0;  // relative variance of the sensitivities in such a block
+  double gain_variance = 0.0;  // relative variance of the sensitivities of another block
 };
 
 std::optional<BlockOffset> offset_of_block(const Calibration& calibration) {
@@ -86,7 +87,8 @@ std::optional<BlockOffset> offset_of_block(const Calibration& calibration) {
 }
 
 // The p-value of the poses' mean residuals. The offset that all poses share is tested against the
-// scatter of blocks, and the rest is tested against the noise. Fisher's method combines the tests.
+// scatter of blocks, and the remaining residuals are tested against the noise. Fisher's method
+// combines the tests.
 double p_with_offset(const std::vector<Pose>& poses,
                      const Eigen::VectorXd& mean,
                      const Eigen::MatrixXd& by_noise,
@@ -138,8 +140,8 @@ double p_with_offset(const std::vector<Pose>& poses,
   return tests.p_value();
 }
 
-// The p-value of the poses' mean residuals m: T = m' V^-1 m / P has the distribution F(P, nu). The
-// parts of V that come from scatter determine nu by their shares of V.
+// The p-value of the poses' mean residuals m: T = m' V^-1 m / P has the distribution F(P, nu). nu
+// is computed from the parts of V that were estimated from scatter, by their shares of V.
 double p_value_of(const Calibration& calibration, const std::vector<Pose>& poses) {
   const auto count = static_cast<Eigen::Index>(poses.size());
   const FitStatistics& statistics = *calibration.fit.statistics;
@@ -170,7 +172,8 @@ double p_value_of(const Calibration& calibration, const std::vector<Pose>& poses
   }
   if (calibration.fit.uncertainty) {
     for (const UncertaintySource& source : calibration.fit.uncertainty->sources) {
-      // An error of the field's magnitude cancels, because the sensitivity contains it too.
+      // An error of the field's magnitude cancels, because the calibrated sensitivity contains the
+      // same relative error.
       if (source.covariance.size() > 0 && source.name != field_magnitude_source) {
         V += G * source.covariance * G.transpose();
       }
@@ -204,7 +207,8 @@ InSituCheck check_in_situ(const Calibration& calibration,
   InSituCheck check;
   std::vector<Pose> poses;
   const auto n = static_cast<double>(observations.size());
-  // The uncertainty of a reading has at most the degrees of freedom of the scatter of blocks.
+  // The degrees of freedom of a reading's uncertainty are at most those of the scatter between
+  // blocks.
   const std::optional<BlockOffset> blocks = offset_of_block(calibration);
   const double of_readings = calibration.fit.statistics->degrees_of_freedom.minCoeff();
   const double nu = blocks ? std::min(of_readings, blocks->degrees_of_freedom) : of_readings;

@@ -76,8 +76,9 @@ Eigen::MatrixXd covariance_of(const Calibration& calibration,
   return result;
 }
 
-// The variance of an axis's parameters by the scatter of the readings and by each scatter
-// component. It is a fraction of the variance of the difference, averaged over the parameters.
+// The variance of an axis's parameters from the scatter of the readings, and from each scatter
+// component. Each variance is a fraction of the variance of the difference, averaged over the
+// parameters.
 struct Scatter {
   VarianceShare readings;
   std::vector<VarianceShare> components;
@@ -137,8 +138,8 @@ double freedom_of_difference(const Scatter& before, const Scatter& after, bool p
   return inverse > 0.0 ? 1.0 / inverse : as_good_as_infinite;
 }
 
-// If the residual scatters of an axis do not differ significantly, both records get the pooled
-// scatter and the sum of the degrees of freedom.
+// Pools the residual scatters of each axis: if those of the two records do not differ
+// significantly, both records get the pooled scatter and the sum of the degrees of freedom.
 void pool_scatters(Calibration& a, Calibration& b) {
   if (!states_covariance(a) || !states_covariance(b)) {
     return;
@@ -222,8 +223,8 @@ void require_comparable(const Calibration& old_record, const Calibration& fresh_
   }
 }
 
-// The parameters of an axis that both records determine. A transfer does not determine the
-// sensitivities perpendicular to its fields.
+// The parameters of an axis that both records determine. A calibration by transfer does not
+// determine the sensitivities perpendicular to its fields.
 std::vector<std::string> names_in_both(const Calibration& old,
                                        const Calibration& fresh,
                                        Eigen::Index k) {
@@ -253,7 +254,7 @@ double compare_axis(const Calibration& old,
     const double a = parameter_value(old.sensor, names[i]);
     const double b = parameter_value(fresh.sensor, names[i]);
     difference(row) = b - a;
-    // Allows for rounding if neither record has noise.
+    // This term allows for rounding errors if neither record has noise.
     const double size =
         old.sensor.response.sensitivity.row(k).norm() * (i == 0 ? old.sensor.field.magnitude : 1.0);
     C(row, row) += std::pow(1e-12 * size, 2);

@@ -56,7 +56,7 @@ void put_date_of_limit(const Eigen::Vector2d& line,
                        double degrees_of_freedom,
                        double last_year,
                        ParameterTrend& trend) {
-  constexpr double longest_years = 100.0;  // of extrapolation
+  constexpr double longest_years = 100.0;  // longest extrapolation [years]
   if (line(1) == 0.0) {
     return;
   }
@@ -76,9 +76,8 @@ void put_date_of_limit(const Eigen::Vector2d& line,
   if (!std::isfinite(t) || !covariance.allFinite()) {
     return;
   }
-  // The coefficients of (limit - value - slope t)^2 = T^2 var(value + slope t) as a polynomial in
-  // t,
-  // where T is Student's factor.
+  // a, b and c are the coefficients of (limit - value - slope t)^2 - T^2 var(value + slope t) as a
+  // polynomial in t, where T is Student's factor.
   const double to_limit = *limit - line(0);
   const double a = line(1) * line(1) - t * t * covariance(1, 1);
   const double b = -2.0 * (to_limit * line(1) + t * t * covariance(0, 1));
@@ -97,7 +96,7 @@ void put_date_of_limit(const Eigen::Vector2d& line,
     if (meets >= 0.0 && meets < longest_years && trend.meets_limit_from.empty()) {
       trend.meets_limit_from = date_in(meets);
     } else if (a > 0.0 && meets >= until && meets < longest_years) {
-      trend.meets_limit_until = date_in(meets);  // absent if the slope may be 0
+      trend.meets_limit_until = date_in(meets);  // not set if the slope may be 0
     }
   }
 }

@@ -18,7 +18,8 @@
 namespace axiscal {
 namespace {
 
-// Generalised least squares of e on the columns of A with errors of covariance V.
+// The generalised least-squares fit of e by the columns of A. The errors of e have the covariance
+// V.
 struct WeighedFit {
   Eigen::VectorXd estimate;
   Eigen::MatrixXd covariance;
@@ -85,8 +86,9 @@ void add_residuals(const WeighedFit& fit,
   }
 }
 
-// Adds the p-value of the change of each bias. Its variance is the sum of the noise and the scatter
-// of blocks, each with its own degrees of freedom (Satterthwaite).
+// Adds the p-value of the change of each bias. The variance of a change is the sum of two
+// variances, from the noise and from the scatter of blocks, each with its own degrees of freedom
+// (Satterthwaite).
 void add_changes_of_biases(const WeighedFit& shifted,
                            const std::vector<BlockScatter>& blocks,
                            const Eigen::VectorXd& degrees_of_freedom,
@@ -106,7 +108,8 @@ void add_changes_of_biases(const WeighedFit& shifted,
 // The readings minus the values that a record predicts for a field in the table frame.
 struct Deviations : Linearised {
   Eigen::VectorXd e;  // n m deviations, sorted by reading [unit]
-  Eigen::MatrixXd A;  // change of the predictions with a turn of the field [1/rad]
+  // Derivative of the predictions with respect to a turn of the field [unit/rad].
+  Eigen::MatrixXd A;
   Eigen::MatrixXd V;  // covariance of e, without the scatter of blocks
 };
 
@@ -116,7 +119,7 @@ class DirectionProblem {
   using State = Eigen::Vector3d;
   using Linear = Deviations;
 
-  // All must outlive the problem.
+  // `record` and `observations` must outlive the problem.
   DirectionProblem(const Calibration& record,
                    const Experiment& experiment,
                    const Observations& observations)
@@ -257,8 +260,8 @@ DriftCheck check_labelled(const Calibration& record,
                    .pitch_error_expanded_deg = not_a_number};
   const WeighedFit shifted = fit_weighed(at.e, with_biases, at.V);
   const Eigen::VectorXd& freedom = record.fit.statistics->degrees_of_freedom;
-  // The readings form another block than those of the record. The offset of this block has few
-  // degrees of freedom and the residuals have many, so they are tested separately.
+  // The readings belong to another block than the readings of the record. The offset of this block
+  // has few degrees of freedom and the residuals have many, so they are tested separately.
   std::vector<BlockScatter> blocks;
   for (const std::string& axis : sensor.instrument.axes) {
     blocks.push_back(scatter_of_blocks(record, axis + ".bias"));

@@ -29,7 +29,8 @@ struct Measured {
   double value = 0.0;
   double u = not_a_number;
   double expanded = 0.0;
-  double degrees_of_freedom = not_a_number;  // of u, or of the scatter if is_scatter is true
+  // Degrees of freedom of u, or of `value` if is_scatter is true.
+  double degrees_of_freedom = not_a_number;
   bool is_scatter = false;
 };
 

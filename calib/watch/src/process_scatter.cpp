@@ -27,11 +27,12 @@ std::optional<ProcessScatter> process_scatter(const std::vector<Calibration>& re
                                               const std::vector<InputFileDigest>& leave_out) {
   const Eigen::Index m = instrument.axis_count();
   ProcessScatter scatter{.mean_square = Eigen::VectorXd::Zero(m)};
-  std::map<std::string, std::vector<Eigen::VectorXd>> of_one_block;  // biases, by serial number
+  // Biases of records of one block, by serial number.
+  std::map<std::string, std::vector<Eigen::VectorXd>> of_one_block;
   std::vector<InputFileDigest> seen = leave_out;
   for (const Calibration& record : records) {
     if (!counts_for(record, instrument) || is_made_from(record, seen)) {
-      continue;  // another kind of record, or one of the same readings
+      continue;  // a record of another kind, or a record of readings that were used already
     }
     seen.insert(seen.end(), record.provenance.inputs.begin(), record.provenance.inputs.end());
     const CalibrationConditions& conditions = record.fit.conditions;

@@ -22,10 +22,10 @@
 /// Facilities for all modules: errors, units, rotations, input and output files, times, random
 /// numbers.
 ///
-/// Errors are exceptions. Their message gives the place and the remedy; their type gives the kind:
+/// Errors are exceptions. The message of an error states the place and the remedy. The types are:
 /// DomainError (a wrong argument; SetupError: an incomplete set-up), DataError (the content of a
-/// file, with path and line), RefusedError (the data do not support an answer), OutputError. The
-/// library does not print and does not end the program.
+/// file, with path and line), RefusedError (no result can be computed from the data), OutputError
+/// (a result cannot be stored). The library does not print and does not end the program.
 ///
 /// @code
 /// axiscal::RandomStream random(7, 0);  // seed and stream; same numbers on each machine

@@ -18,7 +18,7 @@ std::vector<KindQuantity> describe(const CalibratedInstrument& calibrated) {
                     [k](const LinearResponse& r) {
                       return Eigen::VectorXd::Constant(1, r.sensitivity.row(k).norm());
                     }));
-    // The two cross-axis sensitivities divided by the main one, signed, in cyclic order.
+    // The two cross-axis sensitivities divided by the main sensitivity, in cyclic order.
     quantities.push_back(
         quantity_of(calibrated, "misalignment", axis, "rad", [k, main](const LinearResponse& r) {
           const double along = r.sensitivity(k, main);

@@ -13,11 +13,11 @@ namespace axiscal {
 [[nodiscard]] InstrumentKind gyroscope_kind();
 [[nodiscard]] InstrumentKind optical_kind();
 
-/// Standard uncertainties of quantities derived from bias and sensitivity, from their covariance.
+/// Propagates the covariance of bias and sensitivity to a quantity that is derived from them.
 ///
 /// @param of  computes the quantity. It must always return the same number of values. Its
 ///            derivatives are central differences.
-/// @return the uncertainties; NaN for each value if the covariance is unknown.
+/// @return standard uncertainties, one for each value; NaN if the covariance is unknown.
 [[nodiscard]] std::vector<double> propagated(
     const CalibratedInstrument& calibrated,
     const std::function<Eigen::VectorXd(const LinearResponse&)>& of);
@@ -30,7 +30,8 @@ namespace axiscal {
     std::string unit,
     const std::function<Eigen::VectorXd(const LinearResponse&)>& of);
 
-/// Standard uncertainty of a number that follows from the field in the table; NaN if it is unknown.
+/// Propagates the covariance of the field in the table to a number that is computed from the field.
+/// @return the standard uncertainty; NaN if the covariance is unknown.
 [[nodiscard]] double propagate_field_uncertainty(
     const CalibratedInstrument& calibrated,
     const std::function<double(const Eigen::Vector3d& in_table)>& of);

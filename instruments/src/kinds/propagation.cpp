@@ -110,7 +110,7 @@ KindQuantity angle_of_field(const CalibratedInstrument& calibrated,
 }
 
 double fence_azimuth_from(const Eigen::Vector3d& in_table) {
-  // With the fence at azimuth psi a field to the north is (-sin psi, cos psi) in the table.
+  // If the fence's azimuth is psi, a unit field to the north is (-sin psi, cos psi) in the table.
   return std::atan2(-in_table.x(), in_table.y());
 }
 

@@ -406,7 +406,8 @@ class Blackbox final : public RecordingFile::Decoder {
       return 0;
     }
     if (type == 'P' && !stream_is_valid_) {
-      // The size of its fields does not depend on the frames before it, so its end can be found.
+      // The frame is skipped. The sizes of its fields do not depend on the frames before it, so its
+      // end can be found.
       scratch_.assign(fields->second.names.size(), 0);
       read_fields(bytes, fields->second, scratch_, nullptr, nullptr, 0);
       const std::size_t size = 1 + bytes.at();
@@ -593,7 +594,7 @@ class Blackbox final : public RecordingFile::Decoder {
         break;
       case disarm:
         bytes.unsigned_number();
-        stream_is_valid_ = false;  // as in case mode
+        stream_is_valid_ = false;  // skips frames like an event of type `mode`
         break;
       case adjustment: {
         const std::uint32_t function = bytes.byte();

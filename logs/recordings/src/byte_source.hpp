@@ -24,11 +24,11 @@ class ByteSource {
  public:
   using Read = std::function<std::size_t(char* buffer, std::size_t size)>;
 
-  /// @throws DataError  as InputFile; if the file is compressed and this build cannot unpack it.
+  /// @throws DataError  for the reasons of InputFile, or if this build cannot unpack the file.
   explicit ByteSource(const std::string& path, const ReadLimits& limits = {});
 
   /// Reads bytes from a function, for example those of a pipe.
-  /// @param path  for messages.
+  /// @param path  path or name of the source, for messages.
   /// @param read  writes the next bytes to `buffer`, at most `size` of them, and returns their
   ///              number; 0 at the end.
   ByteSource(const std::string& path, Read read, const ReadLimits& limits = {});
@@ -81,7 +81,7 @@ class ByteSource {
   std::size_t next_ = 0;     // position in ahead_ of the next byte for read()
 };
 
-/// Makes a text piece by piece while it is read.
+/// @return a text that is made piece by piece while it is read.
 /// @param next    writes the next piece to `piece`, which is empty; returns false at the end.
 /// @param budget  budget of the underlying file.
 [[nodiscard]] ByteSource bytes_of_pieces(std::string path,

@@ -121,7 +121,7 @@ class Dataflash final : public RecordingFile::Decoder {
       return true;
     }
     const std::size_t size = id == format_message ? format_size : known->second.size;
-    if (is_lost_) {  // then a message is valid if another one follows it
+    if (is_lost_) {  // the message is then valid only if another one follows it
       const std::string_view ahead = stream_.peek(size + 2);
       if (ahead.size() == size + 2 && !ahead.substr(size).starts_with("\xA3\x95")) {
         lost_ += stream_.skip_to("\xA3\x95");
@@ -195,7 +195,7 @@ class Dataflash final : public RecordingFile::Decoder {
 
   void take_message(Message& message, RecordBytes bytes, SeriesSink& sink) {
     values_.clear();
-    std::array<std::string, 2> texts;  // for PARM and MSG
+    std::array<std::string, 2> texts;  // texts[0] is the last text field; in PARM it is the name
     for (std::size_t c = 0; c < message.format.size(); ++c) {
       const Letter* const known = letter_of(message.format[c]);
       if (known != nullptr && known->scale == 0.0) {
@@ -205,7 +205,7 @@ class Dataflash final : public RecordingFile::Decoder {
       }
     }
     if (message.name == "PARM" && values_.size() >= 2) {
-      facts[texts[0]] = number_text(values_[1], 9);  // TimeUS, Name, Value
+      facts[texts[0]] = number_text(values_[1], 9);  // the fields are TimeUS, Name, Value
       return;
     }
     // Messages about the log itself are not readings.

@@ -27,9 +27,9 @@ std::string_view without_number(std::string_view name) {
   return name;
 }
 
-// The units of ArduPilot's log messages (ardupilot.org, "Onboard Message Log Messages") and
-// MAVLink's common messages (mavlink.io). RAW_IMU contains raw counts according to MAVLink, but
-// milli-g if ArduPilot wrote the tlog; milli-g is assumed.
+// @return kind and unit of a field, according to ArduPilot's log messages (ardupilot.org, "Onboard
+//         Message Log Messages") and MAVLink's common messages (mavlink.io). According to MAVLink,
+//         RAW_IMU contains raw counts. ArduPilot writes milli-g, which is assumed.
 Series rule_of(const std::string& message, const std::string& field) {
   const auto is = [&](SeriesKind kind, const char* unit) {
     return Series{.kind = kind, .unit = unit, .known_by = KnownBy::format};

@@ -22,9 +22,10 @@ class FlightMessage {
 
   [[nodiscard]] const std::vector<std::string>& fields() const { return fields_; }
 
-  /// @param values  one for each field.
+  /// Passes a message on to the sink.
+  /// @param values  one value for each field.
   /// @param count   number of series that the sink contains; increased for a new series.
-  /// @param time_s  used if the message does not contain a time.
+  /// @param time_s  time of the message [s], used if none of its fields is a time.
   void put(SeriesSink& sink,
            std::span<const double> values,
            std::size_t& count,

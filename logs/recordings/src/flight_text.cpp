@@ -70,11 +70,11 @@ class DataflashText final : public RecordingFile::Decoder {
 
  private:
   struct Message {
-    std::vector<bool> places;  // for each field whether it is a number
+    std::vector<bool> places;  // true for each field that is a number
     FlightMessage flight;
   };
 
-  // FMT, 128, 89, IMU, Iffffff, TimeMS,GyrX,...
+  // Reads a definition of a message: "FMT, 128, 89, IMU, Iffffff, TimeMS,GyrX,...".
   void take_format(const std::vector<std::string_view>& cells) {
     constexpr std::size_t first_column = 5;
     if (cells.size() <= first_column || messages_.size() >= most_messages) {

@@ -48,7 +48,8 @@ class GrowingTable {
     }
     rows_.push_back({.size = text_.size() - before, .cells = filled});
     budget_.spend(ReadCost::cells, filled);
-    budget_.spend(ReadCost::memory, 2 * (rows_.back().size + sizeof(Row)));  // twice: text_ grows
+    // Growing text_ and rows_ may need twice their size.
+    budget_.spend(ReadCost::memory, 2 * (rows_.back().size + sizeof(Row)));
   }
 
   [[nodiscard]] ByteSource text(const std::string& path) && {
@@ -66,7 +67,8 @@ class GrowingTable {
     std::size_t size, cells;
   };
 
-  // Gives the header, and then row by row.
+  // Writes the next line of the table to `line`: first the header, and then the rows.
+  // @return false at the end.
   bool next(std::string& line) {
     if (!has_header_) {
       has_header_ = true;
@@ -91,7 +93,7 @@ class GrowingTable {
   std::vector<std::string> row_;  // the row that add_row() makes
   std::string text_;
   std::vector<Row> rows_;
-  // The position of the reader.
+  // The state of next().
   bool has_header_ = false;
   std::size_t next_ = 0, begin_ = 0;
 };
@@ -297,8 +299,8 @@ OpenedFile open_json(ByteSource bytes) {
   if (text.size() > largest_whole_file) {
     throw DataError(path, "is JSON of more than 256 MiB; save it as CSV");
   }
-  budget.spend(ReadCost::memory, 2 * text.size());  // twice, because the text grew in memory
-  // Sensor Logger states a sensor in each record. The records of each sensor form one table.
+  budget.spend(ReadCost::memory, 2 * text.size());  // a growing string may need twice its size
+  // Sensor Logger's records name their sensor. The records of each sensor form one table.
   std::map<std::string, GrowingTable> tables;
   std::vector<std::string> order;
   Cells cells;
@@ -344,7 +346,7 @@ OpenedFile open_json(ByteSource bytes) {
     throw DataError(path, "the JSON contains no table of numbers: " + why);
   }
   OpenedFile all = joined_recordings(std::move(opened));
-  all.format = "sensorlogger";  // the program that writes one sensor in each record
+  all.format = "sensorlogger";  // only Sensor Logger's records name a sensor
   all.decoder->format = all.format;
   return all;
 }

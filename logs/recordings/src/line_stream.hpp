@@ -39,13 +39,16 @@ class LineStream {
   std::size_t line_ = 0;
 };
 
-/// @return the complete lines at the start of a text, without line ends. The last line may be cut;
-///         it is included only if it is the only one.
+/// @param start     the start of a text.
+/// @param is_whole  true if `start` is the whole text. If it is false, the last line may be cut off
+///                  and is left out, unless it is the only line.
+/// @param most      largest number of lines.
+/// @return the first lines of the text, without line ends.
 [[nodiscard]] std::vector<std::string_view> first_lines(std::string_view start,
                                                         bool is_whole,
                                                         std::size_t most = 200);
 
-/// @return true if `is_such` is true for at least half of the first lines of a text.
+/// @return true if `is_such` is true for at least half of the first 20 lines of a text.
 [[nodiscard]] bool are_most_lines(std::string_view start,
                                   const std::function<bool(std::string_view line)>& is_such);
 

@@ -71,8 +71,8 @@ std::optional<std::size_t> find_column(const std::vector<std::string>& columns,
   if (found != columns.end()) {
     return static_cast<std::size_t>(found - columns.begin());
   }
-  // Otherwise the only column with the same name except for its unit: "ax" finds "ax (m/s^2)", and
-  // "ax (m/s^2)" finds "ax".
+  // Otherwise finds the only column whose name without its unit is the same: "ax" finds
+  // "ax (m/s^2)", and "ax (m/s^2)" finds "ax".
   const std::string plain = named_column(name).name;
   const auto is_so = [&](const std::string& column) {
     return !plain.empty() && named_column(column).name == plain;
@@ -249,7 +249,7 @@ std::vector<LogSensor> LogFile::sensors() {
   }
   look_ahead();
   const TableColumns table = recognise_columns(columns_, table_name_, ahead_);
-  // The columns are described as a recording of one table.
+  // Describes the table as a recording, for sensors_of().
   RecordingSummary summary{.format = format_};
   const MessageSeries series("", 0, columns_, table.series);
   for (const MessageSeries::Part& part : series.parts()) {
@@ -264,7 +264,7 @@ std::vector<LogSensor> LogFile::sensors() {
         low = std::isfinite(value) ? std::min(low, value) : low;
         high = std::isfinite(value) ? std::max(high, value) : high;
       }
-      one.sd.push_back(high > low ? high - low : 0.0);  // only shows if the column varies
+      one.sd.push_back(high > low ? high - low : 0.0);  // not 0 if the column varies
     }
   }
   const std::vector<RecordedSensor> all = sensors_of(summary);
@@ -325,7 +325,7 @@ std::size_t LogFile::rows_at_once(std::size_t columns) {
 
 std::size_t LogFile::read(LogBlock& block, std::size_t most) {
   most = std::min(most, rows_at_once(selected_.size()));
-  if (!ahead_.empty()) {  // rows that look_ahead() read, with all columns
+  if (!ahead_.empty()) {  // look_ahead() has read rows with all columns
     const std::size_t count = std::min(most, ahead_.front().size() - ahead_given_);
     block.clear();
     for (const std::size_t column : selected_) {

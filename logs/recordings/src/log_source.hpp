@@ -23,8 +23,8 @@ class LogFile::Source {
   LogDefects defects;
   std::size_t rows = 0;  ///< number of rows that an array's header states; 0 if not known
   double rate_hz = 0.0;  ///< samples per second stated by the file; 0 if it states no rate
-  std::optional<std::size_t> clock;  ///< column of dates or times of day
-  std::vector<std::size_t> is_text;  ///< columns without numbers
+  std::optional<std::size_t> clock;  ///< position of the column of dates or times of day
+  std::vector<std::size_t> is_text;  ///< positions of the columns without numbers
 };
 
 /// @param names  names of columns without a header; may be empty.
@@ -33,8 +33,8 @@ class LogFile::Source {
 [[nodiscard]] std::unique_ptr<LogFile::Source> open_npy_log(ByteSource bytes,
                                                             const std::vector<std::string>& names);
 [[nodiscard]] std::unique_ptr<LogFile::Source> open_mat_log(ByteSource bytes);
-/// @param path  of a file, not a pipe.
-/// @param name  for messages.
+/// @param path  path of a file, not of a pipe.
+/// @param name  name of the file, for messages.
 [[nodiscard]] std::unique_ptr<LogFile::Source> open_mat73_log(const std::string& path,
                                                               const std::string& name,
                                                               const ReadBudget& budget);
@@ -56,7 +56,9 @@ class LogInMemory : public LogFile::Source {
 };
 
 /// @return `names`, or c1, c2, ... if it is empty.
-/// @throws DataError  if the number of names is neither 0 nor that of the columns.
+/// @param path   path of the file, for the message.
+/// @param count  number of columns.
+/// @throws DataError  if the number of names is neither 0 nor `count`.
 [[nodiscard]] std::vector<std::string> column_names(const std::string& path,
                                                     const std::vector<std::string>& names,
                                                     std::size_t count);

@@ -91,7 +91,7 @@ struct Tag {
   std::optional<std::string> inside;  // the data of a small element
 };
 
-// @return the size of a number of a data type in bytes; 0 if it is not a type of numbers.
+// @return the number of bytes of a number of a data type; 0 if the type is not numeric.
 std::size_t size_of_type(std::uint32_t type) {
   constexpr std::array<std::size_t, 14> sizes = {0, 1, 1, 2, 2, 4, 4, 4, 0, 8, 0, 0, 8, 8};
   return type < sizes.size() ? sizes[type] : 0;
@@ -201,7 +201,8 @@ class MatReader {
     }
   }
 
-  // Reads the tag of a part of an element that has `left` more bytes.
+  // Reads the tag of the next part of an element.
+  // @param left  number of remaining bytes of the element; reduced by those of the tag.
   Tag read_tag(Bytes& bytes, std::size_t& left) const {
     if (left < 8) {
       fail("an element ends within the tag of a part");
@@ -274,7 +275,7 @@ class MatReader {
       return;
     }
     if (kind == struct_class && has_elements && depth < deepest) {
-      read_fields(bytes, left, name, depth);  // only the first element of an array
+      read_fields(bytes, left, name, depth);  // only the first of an array of structures
     } else if (is_numeric && is_table && !is_complex) {
       read_numbers(bytes, left, name, static_cast<std::size_t>(dimensions[0]),
                    static_cast<std::size_t>(dimensions[1]));
@@ -322,7 +323,7 @@ class MatReader {
                      tag.size));
     }
     const std::string data = read_data(bytes, tag, left);
-    // The memory is for the bytes, for the numbers, and for a copy of the numbers as columns.
+    // Memory is needed for `data`, for `values`, and for the columns into which add() copies them.
     source_.budget().spend(ReadCost::memory, rows * columns * (width + 2 * sizeof(double)));
     source_.budget().spend(ReadCost::cells, rows * columns);
     std::vector<double> values(rows * columns);

@@ -17,7 +17,7 @@
 namespace axiscal {
 namespace {
 
-// A file with more columns is not a log.
+// Arrays with more rows and more columns than this are refused.
 constexpr std::size_t most_columns = 10000;
 
 struct NpyType {
@@ -187,7 +187,7 @@ class NpyLog : public LogFile::Source {
   void select(const std::vector<std::size_t>& selected) override { selected_ = selected; }
 
   std::size_t read(LogBlock& block, std::size_t most) override {
-    // The sizes in the header are accepted only up to the number of bytes present.
+    // About 1 MiB is read at once, so that a header with false sizes does not allocate more.
     constexpr std::size_t block_size = 1U << 20U;
     const std::size_t wanted =
         std::min({most, header_.rows - done_, std::max<std::size_t>(block_size / row_size_, 1)});
@@ -268,7 +268,7 @@ std::unique_ptr<LogFile::Source> open_npy_log(ByteSource bytes,
   if (numbers > no_disk_holds) {
     throw DataError(path, "the .npy file is cut short");
   }
-  // If there are few long rows, each row is a series.
+  // If the array has few long rows, each row is a series of samples.
   constexpr std::size_t most_series = 64;
   const bool is_transposed =
       header.names.empty() && (header.columns > most_columns ||

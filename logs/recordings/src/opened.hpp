@@ -16,7 +16,7 @@ namespace axiscal {
 /// A file whose format is known: a table of text, a table of numbers, or a decoder of series.
 struct OpenedFile {
   std::string format;                      ///< empty for a table of text until read_table()
-  std::string table_name;                  ///< subject of a table, from the name of the file
+  std::string table_name;                  ///< name of the table, usually stem_of() its file
   std::optional<ByteSource> text;          ///< a table of text, UTF-8 or Latin-1
   std::unique_ptr<LogFile::Source> table;  ///< a table of numbers
   DecoderPointer decoder;                  ///< decoder of a file that is not a table
@@ -30,14 +30,15 @@ struct OpenedFile {
 void read_table(OpenedFile& opened, const std::vector<std::string>& names);
 
 /// Recognises a file by its content, and opens it.
-/// @throws DataError  as RecordingFile.
+/// @throws DataError  for the reasons of RecordingFile's constructor.
 [[nodiscard]] OpenedFile open_recording(const std::string& path, const ReadLimits& limits = {});
 
-/// Recognises and opens a part of an archive or an open file.
-/// @throws DataError  as RecordingFile.
+/// Recognises the format of bytes from an open file or a part of an archive, and opens them.
+/// @throws DataError  for the reasons of RecordingFile's constructor.
 [[nodiscard]] OpenedFile open_recording(ByteSource bytes);
 
-/// Makes series of a table after read_table(): columns of one kind and unit form a series.
+/// Converts a table to series: columns of one kind and unit form one series.
+/// @param opened  a table for which read_table() was called.
 [[nodiscard]] DecoderPointer decoder_of_table(OpenedFile opened);
 
 /// @return the series of an open file; a table is converted to series.
@@ -49,7 +50,7 @@ void read_table(OpenedFile& opened, const std::vector<std::string>& names);
 
 /// Opens a zip archive: NumPy's .npz, a spreadsheet, or tables from a phone.
 /// @param path  path of a file that minizip can open.
-/// @param name  for messages.
+/// @param name  name of the file, for messages.
 [[nodiscard]] OpenedFile open_zip(const std::string& path,
                                   const std::string& name,
                                   const ReadBudget& budget);
@@ -103,7 +104,8 @@ class ReopenableFile {
   explicit ReopenableFile(std::string path, const ReadLimits& limits = {})
       : path_(std::move(path)), limits_(limits) {}
 
-  /// @throws DataError  as open_recording().
+  /// Opens the file from its start.
+  /// @throws DataError  for the reasons of open_recording().
   [[nodiscard]] OpenedFile open();
 
   /// Declares that the file will not be opened again, so that the bytes of a pipe are no longer

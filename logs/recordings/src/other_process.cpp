@@ -18,7 +18,7 @@ namespace {
 
 struct Outcome {
   std::string text;
-  int status = 0;  // as given by waitpid()
+  int status = 0;  // exit status from waitpid()
 };
 
 Outcome ask_another_process(const std::string& path, const char* format, const ReadBudget& budget) {

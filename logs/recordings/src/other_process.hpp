@@ -17,7 +17,7 @@ inline constexpr OwnProgram reader_program{.name = "axiscal-read", .package = "a
 /// @param path    path by which the file can be opened.
 /// @param name    name of the file, for messages.
 /// @param format  "mat73" or "hdf5".
-/// @return the table that has the most numbers.
+/// @return the table with the most numbers in the file.
 /// @throws DataError   if the file is damaged.
 /// @throws LimitError  if reading the file costs more than its limit.
 /// @throws RefusedError  if the program is not installed or cannot be started.

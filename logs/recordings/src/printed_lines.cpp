@@ -114,9 +114,9 @@ struct PrintedLine {
   std::size_t count = 0;
 };
 
-// Finds the repeated lines of pairs in a text, in the order of their first occurrence. Lines that
-// occur once are not samples, unless there is only one kind of line.
-// @param others  receives the number of other lines.
+// Finds the kinds of lines of pairs that a text repeats, in the order of their first occurrence. A
+// kind that occurs once is left out, unless it is the only kind.
+// @param others  receives the number of all other lines.
 std::vector<PrintedLine> printed_lines(std::string_view start, bool is_whole, std::size_t& others) {
   std::vector<PrintedLine> lines;
   others = 0;
@@ -205,7 +205,7 @@ class RowOfLines {
   }
 
   std::vector<PrintedLine> lines_;
-  std::vector<std::string> cells_;  // for each line
+  std::vector<std::string> cells_;  // values of each line of a sample; empty if it is missing
   std::string stamp_;
   bool has_header_ = false;
   Pairs pairs_;
@@ -229,7 +229,8 @@ ByteSource printed_lines_as_table(ByteSource bytes) {
   for (const PrintedLine& line : lines) {
     own += line.count;
   }
-  // Sketches may print other lines between the samples.
+  // Sketches may print other lines between the samples, so a quarter of the lines is enough if a
+  // sample has several lines, and more than half if it has one.
   if (own > 0 && (lines.size() > 1 ? 3 * own >= others : own > others)) {
     return pairs_as_table(std::move(bytes), std::move(lines));
   }

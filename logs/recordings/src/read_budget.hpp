@@ -10,7 +10,8 @@
 
 namespace axiscal {
 
-/// Reading a file costs more than its limit. No other way of reading the file is tried.
+/// Thrown if reading a file costs more than its limit. The reader then tries no other format or
+/// member of the file.
 class LimitError : public DataError {
  public:
   using DataError::DataError;
@@ -26,14 +27,16 @@ class ReadBudget {
   /// Adds `count` bytes to the known size of the file.
   void add_file_bytes(std::size_t count) const;
 
+  /// Adds an amount to a cost.
   /// @throws LimitError  if the total cost is now more than its limit; the message names the limit.
   void spend(ReadCost cost, double amount) const;
   void spend(ReadCost cost, std::size_t amount) const { spend(cost, static_cast<double>(amount)); }
 
-  /// @throws LimitError  if `amount` is more than what is left. Nothing is spent.
+  /// Checks that an amount can be spent, but does not spend it.
+  /// @throws LimitError  if `amount` is more than left().
   void check(ReadCost cost, double amount) const;
 
-  /// Spends an amount like spend(), but does not throw. For callbacks of C libraries.
+  /// Spends an amount like spend(), but does not throw. Callbacks of C libraries use it.
   /// @return true if the total cost is within its limit.
   [[nodiscard]] bool may_spend(ReadCost cost, double amount) const noexcept;
 
@@ -42,7 +45,7 @@ class ReadBudget {
   /// @throws LimitError  if the nesting is too deep.
   [[nodiscard]] ReadBudget within() const;
 
-  /// @return the amount that is left.
+  /// @return the amount of the cost that can still be spent.
   [[nodiscard]] double left(ReadCost cost) const noexcept;
 
   [[nodiscard]] double file_bytes() const noexcept;

@@ -107,7 +107,7 @@ std::vector<RecordedSensor> sensors_of(const RecordingSummary& summary) {
                             .rate_hz = one.rate_hz,
                             .samples = one.samples,
                             .is_corrected = is_corrected(summary, one.series)};
-      // The names of the axes determine the places; otherwise the columns are in the order x, y, z.
+      // The names of the columns determine their axes. Without such names the order is x, y, z.
       sensor.places = {0, 1, 2};
       std::array<std::optional<std::size_t>, 3> axes{};
       for (std::size_t c = 0; c < 3; ++c) {
@@ -132,7 +132,8 @@ std::vector<RecordedSensor> sensors_of(const RecordingSummary& summary) {
                  ? sensor.rate_hz < slow * fastest
                  : static_cast<double>(sensor.samples) < slow * static_cast<double>(most);
     });
-    // A sensor that only its numbers show is left out if another sensor is known by its name.
+    // A sensor that is recognised only by its numbers is left out if another one of its kind is
+    // recognised by the format, a name or a unit.
     const bool has_named =
         std::any_of(found.begin(), found.end(),
                     [](const RecordedSensor& sensor) { return sensor.known_by != KnownBy::data; });
@@ -147,7 +148,8 @@ std::vector<RecordedSensor> sensors_of(const RecordingSummary& summary) {
     for (std::size_t i = 0; i < found.size(); ++i) {
       found[i].number = static_cast<int>(i);
       found[i].device = device_of(summary, found[i]);
-      if (!is_constant(summary.series[found[i].series])) {  // others keep their numbers
+      // Constant sensors are left out after numbering, so that they do not change other numbers.
+      if (!is_constant(summary.series[found[i].series])) {
         sensors.push_back(std::move(found[i]));
       }
     }

@@ -93,8 +93,7 @@ OpenedFile open_text(ByteSource bytes) {
   return opened;
 }
 
-// @return the recordings in a folder: the only bag, as in the folder of a ROS 2 bag, or the tables
-//         that a phone's program wrote.
+// @return the paths of the recordings in a folder: its only bag, or its tables (.csv).
 std::vector<std::string> files_in_folder(const std::string& path) {
   std::vector<std::string> bags, tables;
   std::error_code none;
@@ -139,11 +138,12 @@ ReadBudget unlimited_disk(const std::string& path) {
   return ReadBudget(path, limits);
 }
 
-// The time at which the name of a temporary copy is removed. Libraries that resolve links need the
-// name until they have opened the file.
+// States whether the name of a temporary copy is removed before or after a library opens it.
+// Libraries that resolve symbolic links, such as SQLite, need the name to open the file.
 enum class UnlinkTime { before, after };
 
-// Opens formats that are read at several positions, which needs a file. Other sources are copied.
+// Opens a format whose reader needs a regular file. Bytes from another source are first copied to a
+// temporary file.
 template <typename Open>
 OpenedFile with_file(ByteSource bytes, UnlinkTime name_goes, const Open& open) {
   const std::string path = bytes.path();

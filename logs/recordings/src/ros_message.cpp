@@ -20,7 +20,7 @@ constexpr std::size_t longest_array = 16;  // the numbers of longer arrays are s
 constexpr std::size_t most_columns = 4096;
 constexpr std::size_t most_types = 256;
 constexpr int deepest = 12;           // depth of messages within messages
-constexpr double name_steps = 100.0;  // steps that the name of a column costs
+constexpr double name_steps = 100.0;  // cost of a column's name, in ReadCost::steps
 
 struct NumberType {
   std::string_view name;
@@ -219,7 +219,7 @@ bool RosMessageType::add_type(const std::string& name,
       if (behind.starts_with('=')) {
         continue;  // a constant
       }
-      field_name = field_name.substr(0, name_end);  // a default follows
+      field_name = field_name.substr(0, name_end);  // removes the default value after the name
     }
     Field field{.name = std::string(field_name)};
     if (const std::size_t open = type.find('['); open != std::string_view::npos) {
@@ -235,7 +235,7 @@ bool RosMessageType::add_type(const std::string& name,
     } else if (type.starts_with("string") || type.starts_with("wstring")) {
       field.kind = type.starts_with("w") ? Kind::message : Kind::text;
       if (type.starts_with("w")) {
-        return false;  // messages with readings do not use it
+        return false;  // usual messages contain no wide strings
       }
     } else if (type == "time") {
       field.kind = Kind::time;
@@ -254,7 +254,7 @@ bool RosMessageType::add_type(const std::string& name,
       if (known != types_.end()) {
         field.type = static_cast<std::size_t>(known - types_.begin());
         if (std::find(open_.begin(), open_.end(), field.type) != open_.end()) {
-          return false;  // the type would contain itself
+          return false;  // the type contains itself
         }
       } else {
         field.type = types_.size();

@@ -22,9 +22,10 @@ class RosMessageType {
  public:
   /// @param name        "sensor_msgs/Imu" or "sensor_msgs/msg/Imu".
   /// @param definition  text of the type and of the types that it contains, separated by lines of
-  ///                    `=`. If it is empty, the usual sensor messages are known.
+  ///                    `=`. A type that it lacks is looked up in add_message_definitions(), and
+  ///                    then among the usual sensor messages.
   /// @return nullopt if a type is unknown or the text cannot be parsed.
-  /// @throws LimitError  if the nested types cost more than the file may; decode() throws it too.
+  /// @throws LimitError  if the nested types exceed a limit of the file. decode() also throws it.
   [[nodiscard]] static std::optional<RosMessageType> parse(const std::string& name,
                                                            std::string_view definition,
                                                            ReadBudget budget);
@@ -84,8 +85,8 @@ class RosTopic {
            std::string_view definition,
            const ReadBudget& budget);
 
-  /// @param time_s  time at which the message was recorded; used if the message has no header
-  ///                stamp.
+  /// @param time_s  time at which the message was recorded [s], used if it has no header stamp.
+  /// @param count   number of series that the sink contains; increased for a new series.
   void put(
       SeriesSink& sink, std::string_view message, RosWire wire, double time_s, std::size_t& count);
 

@@ -117,8 +117,8 @@ std::string gravity_unit(const Lengths& lengths) {
   return is(g0) ? "m/s^2" : is(1.0) ? "g" : is(1000.0) ? "mg" : "";
 }
 
-// @return the unit in which the lengths are about those of the geomagnetic field, 22 to 67 uT;
-//         empty if there is no such unit.
+// @return the unit in which the median length is 20 to 80 uT, which includes the geomagnetic field
+//         (22 to 67 uT); empty if there is no such unit.
 std::string magnetic_unit(const Lengths& lengths) {
   struct Unit {
     const char* name;
@@ -196,7 +196,8 @@ void set(TableColumns& columns, std::size_t first, const Series& what) {
   }
 }
 
-// @return true if three columns and a neighbouring one are the four numbers of a quaternion.
+// @return true if three columns from `first` on, and the column before or after them, are the four
+//         numbers of a quaternion.
 bool is_quaternion_at(const LogBlock& block, std::size_t first) {
   for (const std::size_t begin : {first, first == 0 ? first : first - 1}) {
     if (begin + 3 >= block.size()) {
@@ -306,8 +307,8 @@ TableColumns recognise_columns(const std::vector<std::string>& names,
       c += 2;
     }
   }
-  // In Sensor Logger's files, columns are not recognised by numbers. Its Accelerometer.csv usually
-  // is without gravity, but is an accelerometer if its numbers show gravity.
+  // In Sensor Logger's files, columns are not recognised by their numbers, with one exception:
+  // Accelerometer.csv usually excludes gravity, but is used if its numbers include gravity.
   const bool is_of_phone = std::find(names.begin(), names.end(), "seconds_elapsed") != names.end();
   for (std::size_t c = 0; is_of_phone && table == "Accelerometer" && c + 2 < names.size(); ++c) {
     const bool are_axes =
@@ -378,8 +379,8 @@ TableColumns recognise_columns(const std::vector<std::string>& names,
   if (rates) {
     set(columns, *rates, {.kind = SeriesKind::gyroscope, .known_by = KnownBy::data});
   }
-  // Without gravity, a magnetometer that was turned is recognised: its length is constant, and is
-  // that of the Earth's field in a usual unit.
+  // If no accelerometer is found, a magnetometer that was turned is recognised: the length of its
+  // vector is constant, and is that of the Earth's field in a usual unit.
   if (const std::optional<Candidate> found = gravity ? std::nullopt : steadiest(magnetic_unit)) {
     set(columns, found->first,
         {.kind = SeriesKind::magnetometer, .unit = found->unit, .known_by = KnownBy::data});

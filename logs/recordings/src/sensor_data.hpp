@@ -23,10 +23,11 @@ struct TableColumns {
 [[nodiscard]] bool is_generic_name(std::string_view name);
 
 /// Recognises columns by names and units (SensorColumns). If these do not show a sensor, the first
-/// rows are used. A column that rises evenly is the time, three neighbouring columns with the
-/// length of gravity are an accelerometer, and three that rotate it are a gyroscope.
+/// rows are used. The first column is the time if it rises evenly. Three neighbouring columns with
+/// the length of gravity are an accelerometer, and three columns that match the rotation of gravity
+/// are a gyroscope.
 ///
-/// @param block  the first rows: a vector for each name.
+/// @param block  the first rows: a vector for each column.
 [[nodiscard]] TableColumns recognise_columns(const std::vector<std::string>& columns,
                                              std::string_view table,
                                              const LogBlock& block);

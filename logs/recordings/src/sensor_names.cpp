@@ -168,9 +168,10 @@ std::optional<KnownUnit> unit_within(std::string_view name, SeriesKind kind) {
   return std::nullopt;
 }
 
-// Units that a program documents but does not write: ArduPilot's messages as CSV ("TimeUS"),
-// Xsens's exports ("PacketCounter"), Sensor Logger's files ("seconds_elapsed"), and rostopic echo
-// ("%time").
+// @return the unit that the program that wrote the table documents but does not write; empty if it
+//         is not known. The column in brackets shows the program: ArduPilot's messages as CSV
+//         ("TimeUS"), Xsens's exports ("PacketCounter"), Sensor Logger ("seconds_elapsed"), and
+//         rostopic echo ("%time").
 std::string unit_of_writer(const std::vector<std::string>& columns,
                            std::string_view table,
                            std::string_view name,
@@ -195,8 +196,8 @@ std::string unit_of_writer(const std::vector<std::string>& columns,
     return name.starts_with("Acc_") ? "m/s^2" : name.starts_with("Gyr_") ? "rad/s" : "";
   }
   if (has("seconds_elapsed")) {
-    // Android's accelerometer is in m/s^2, and the iPhone's uncalibrated one is in g. Its numbers
-    // will show the unit.
+    // An Android accelerometer is in m/s^2, and an iPhone's uncalibrated one is in g. The unit is
+    // therefore found later, from the numbers.
     return kind == SeriesKind::gyroscope      ? "rad/s"
            : kind == SeriesKind::magnetometer ? "uT"
            : table == "TotalAcceleration"     ? "m/s^2"
@@ -456,7 +457,7 @@ SensorColumns::SensorColumns(const std::vector<std::string>& columns, std::strin
         (letters.size() == 1 || small == "field.vector." + small.substr(small.size() - 1))) {
       kind = kind_of_table;
     }
-    if (kind == SeriesKind::other && small == "t") {  // ArduPilot, or with a unit
+    if (kind == SeriesKind::other && small == "t") {  // a temperature if its unit is one
       const bool is_temperature = known_unit(names[c].unit, SeriesKind::temperature).has_value() ||
                                   unit_of_writer(columns, table, names[c].name, kind) == "degC";
       kind = is_temperature ? SeriesKind::temperature : kind;
@@ -480,13 +481,14 @@ SensorColumns::SensorColumns(const std::vector<std::string>& columns, std::strin
     }
     series = {.kind = kind, .unit = unit ? std::string(unit->name) : names[c].unit, .known_by = by};
   }
-  // Units that the program is known to use.
+  // Units that the program that wrote the table is known to use.
   for (std::size_t c = 0; c < columns.size(); ++c) {
     if (series_[c].kind != SeriesKind::other && series_[c].unit.empty()) {
       series_[c].unit = unit_of_writer(columns, table, names[c].name, series_[c].kind);
     }
   }
-  // A sensor has three axes. Columns of a kind with different numbers of x, y and z are not used.
+  // A sensor has three axes. If the columns of a kind do not contain x, y and z equally often, none
+  // of them is used.
   for (const SeriesKind kind :
        {SeriesKind::accelerometer, SeriesKind::gyroscope, SeriesKind::magnetometer}) {
     std::array<std::size_t, 3> found{};

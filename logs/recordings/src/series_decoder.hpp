@@ -29,20 +29,20 @@ class RecordingFile::Decoder {
 
   std::string format;
   std::map<std::string, std::string> facts;
-  std::shared_ptr<void> keep;  ///< an object that the decoder needs: a copy of the file
+  std::shared_ptr<void> keep;  ///< keeps the temporary copy of the file that the decoder reads
 
  protected:
   std::vector<std::string> notes_;
 };
 
-/// The series in one type of message. Columns of one kind and unit form a series, with at most
-/// three columns if they are a sensor's. A column without a known kind is `other`.
+/// The series in one type of message. Columns of one kind and unit form a series. A series of a
+/// sensor has at most three columns. A column without a known kind is `other`.
 class MessageSeries {
  public:
   struct Part {
     Series series;
     std::vector<std::size_t> places;  ///< positions of its columns in the message
-    std::size_t number = 0;           ///< number of its series in the sink
+    std::size_t number = 0;           ///< number of the series in the sink
   };
 
   /// Returns kind, unit and known_by of a column; the kind may be `other`.
@@ -92,12 +92,13 @@ using DecoderPointer = std::unique_ptr<RecordingFile::Decoder>;
 [[nodiscard]] DecoderPointer open_vectornav(ByteSource bytes);
 [[nodiscard]] DecoderPointer open_motioncal(ByteSource bytes);
 /// @param path  path of a file that SQLite can open.
-/// @param name  for messages.
+/// @param name  name of the file, for messages.
 [[nodiscard]] DecoderPointer open_rosbag2(const std::string& path,
                                           const std::string& name,
                                           const ReadBudget& budget);
 
-/// @return true if the start of a file is of the format.
+/// @param start  the first bytes of a file.
+/// @return true if the file has the format that the function's name states.
 [[nodiscard]] bool is_dataflash_text(std::string_view start);
 [[nodiscard]] bool is_mavlink_text(std::string_view start);
 [[nodiscard]] bool is_vectornav(std::string_view start);

@@ -61,7 +61,7 @@ class SeriesLog::Sink final : public SeriesSink {
   struct Queue {
     bool wanted = false;
     std::deque<Sample> samples;
-    double step_s = 0.0;  // the usual step, tracked from the short steps
+    double step_s = 0.0;  // usual step: a shorter step is adopted at once, a longer one slowly
   };
 
   std::vector<Queue>& queues() { return queues_; }
@@ -92,7 +92,7 @@ void SeriesLog::select(const std::vector<std::size_t>& selected) {
   selected_ = selected;
 }
 
-// Makes the next row.
+// Makes the next row of the table.
 // @return false if a sample that the row needs has not been read yet.
 bool SeriesLog::take_row(std::vector<double>& row) {
   std::vector<Sink::Queue>& queues = sink_->queues();
@@ -133,7 +133,7 @@ bool SeriesLog::take_row(std::vector<double>& row) {
     }
     const auto after = std::find_if(queue.samples.begin(), queue.samples.end(),
                                     [&](const Sample& sample) { return sample.time_s >= time_s; });
-    // A value is used for up to `longest` steps. A longer distance is a gap.
+    // A sample is used for rows within `longest` usual steps of it. Rows in a longer gap get NaN.
     constexpr double longest = 8.0;
     const double reach = longest * queue.step_s;
     if (after == queue.samples.end()) {

@@ -21,7 +21,7 @@ class SeriesTables {
            std::size_t columns,
            const std::vector<double>& values);
 
-  /// @return the table that has the most numbers.
+  /// @return the table with the largest number of values, rows x columns.
   /// @throws DataError  if there is no table with more than one row.
   [[nodiscard]] std::unique_ptr<LogFile::Source> largest(const std::string& path) &&;
 

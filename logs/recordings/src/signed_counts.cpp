@@ -10,8 +10,8 @@
 namespace axiscal {
 namespace {
 
-// Parts of the range 0 to 2^bits: positive values are below the first, negative ones above the
-// second.
+// Limits of printed counts, divided by 2^bits: positive counts are below the first limit, and
+// negative counts are at or above the second.
 constexpr double positive_below = 0.375;
 constexpr double negative_from = 0.625;
 
@@ -35,7 +35,7 @@ Counts counts_of(std::span<const double> values) {
   return counts;
 }
 
-// The shares of positive, negative and other values.
+// The fractions of the samples that are positive, negative, and between the two limits.
 struct Shares {
   double positive = 0.0, negative = 0.0, between = 0.0;
 };

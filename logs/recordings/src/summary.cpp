@@ -215,7 +215,7 @@ class Summariser final : public SeriesSink {
       SeriesSummary& summary = one.summary;
       const double span = summary.end_s - summary.start_s;
       summary.gaps = one.steps.gaps();
-      // If the times restart, the span is wrong, but the steps are right.
+      // If the times restart within the series, the rate follows from the steps, not from the span.
       constexpr double nearly_all = 0.75;
       const bool began_anew = span < nearly_all * one.steps.sum_s();
       summary.rate_hz = summary.samples < 2 ? not_a_number

@@ -73,7 +73,7 @@ class TableDecoder final : public RecordingFile::Decoder {
 
  private:
   [[nodiscard]] double time_of(std::size_t row) {
-    if (time_ && is_counter_) {  // a counter of 16 bits
+    if (time_ && is_counter_) {  // the counter has 16 bits and overflows
       constexpr double turn = 65536.0;
       const double count = block_[*time_][row];
       turns_ += count + 0.5 * turn < last_count_ ? turn : 0.0;
@@ -134,7 +134,7 @@ class TableDecoder final : public RecordingFile::Decoder {
 
   std::unique_ptr<LogFile::Source> source_;
   std::string name_;
-  std::vector<std::size_t> places_;  // columns that are numbers
+  std::vector<std::size_t> places_;  // positions of the columns that contain numbers
   std::vector<std::string> columns_;
   LogBlock block_;
   std::optional<std::size_t> time_;

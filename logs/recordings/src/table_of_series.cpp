@@ -73,7 +73,7 @@ OpenedTable table_of_series(const std::string& path,
       columns.push_back(std::move(column));
     }
   };
-  // If a kind has fewer sensors than the requested instance, its last sensor is used.
+  // If a kind has no sensor of the requested number, its sensor with the highest number is used.
   int most = 0;
   for (const RecordedSensor& sensor : all) {
     most = std::max(most, sensor.number + 1);

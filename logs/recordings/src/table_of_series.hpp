@@ -18,8 +18,8 @@ struct OpenedTable {
 
 /// Makes one table of a recording with several series. It contains the sensors of one instance, and
 /// the further columns that `format` requests.
-/// @param summary  of the first samples of the recording; it shows which series there are.
-/// @param decoder  has not read anything yet.
+/// @param summary  summary of the first samples, which shows the series of the recording.
+/// @param decoder  decoder of the recording that has not read anything yet.
 /// @param path     path of the recording, for messages.
 /// @throws DataError  if the recording contains no sensor; the message lists its content.
 [[nodiscard]] OpenedTable table_of_series(const std::string& path,

@@ -32,8 +32,8 @@ bool is_called_in_other_letters(const std::string& column, const std::string& na
   return to_lower_case(column) == to_lower_case(name);
 }
 
-// Names with further words, such as "Rest face", "fence_face" or "pose.rest". Only labels are found
-// like this, because the names of axes are SLOT.axis.
+// @return true if a column has the name of a label with more words, such as "Rest face",
+//         "fence_face" or "pose.rest". Other names must match exactly: axes are named SLOT.axis.
 bool is_called_with_more(const std::string& column, const std::string& name) {
   if (name != "rest" && name != "fence" && name != "run" && name != "block") {
     return false;
@@ -130,7 +130,8 @@ struct TableText::State {
   std::vector<NamedColumn> columns;
   std::vector<std::string> header;  // names for the reader; empty: those in the file
   std::vector<double> factors;      // factor of each column
-  std::map<std::size_t, std::function<std::string(const std::string&)>> of_cell;  // by column
+  // The functions that convert cells, by the position of the column.
+  std::map<std::size_t, std::function<std::string(const std::string&)>> of_cell;
   LogBlock first_rows;
   std::vector<std::vector<std::string>> first_cells;
   std::string table_name;

@@ -8,8 +8,9 @@
 
 namespace axiscal {
 
-/// @return UTF-16 text as UTF-8. In other text, carriage returns at the ends of lines, typographic
-///         blanks and minus signs are replaced by plain ones.
+/// @return UTF-16 text as UTF-8; other text stays in its encoding. There, carriage returns become
+///         line feeds if the lines end with carriage returns only, and typographic blanks and minus
+///         signs become ASCII characters.
 [[nodiscard]] ByteSource as_utf8(ByteSource bytes);
 
 /// @return the text unchanged if it is UTF-8; otherwise it is converted from Latin-1.

@@ -69,7 +69,7 @@ Dialect sniff(const Cells& lines) {
       if (decimal_comma && delimiter == ',') {
         continue;
       }
-      std::map<std::size_t, double> numbers;  // by the number of cells of a line
+      std::map<std::size_t, double> numbers;  // count of numbers, by the number of cells of a line
       for (const std::string_view line : lines) {
         const Cells cells = cells_of(line, delimiter);
         numbers[cells.size()] += static_cast<double>(count_numbers(cells, decimal_comma));
@@ -218,7 +218,7 @@ class LayoutFinder {
   }
 
   void find_usual() {
-    std::map<std::size_t, std::size_t> numbers;  // by the number of cells of a line
+    std::map<std::size_t, std::size_t> numbers;  // count of numbers, by the size of a row
     for (std::size_t i = 0; i < rows_.size(); ++i) {
       if (numbers_[i] > 0) {
         numbers[rows_[i].size()] += numbers_[i];
@@ -233,8 +233,8 @@ class LayoutFinder {
     }
   }
 
-  // Finds the first row that has the usual number of cells, and more than half of the largest
-  // number of numbers.
+  // Finds the first row that has the usual number of cells, and more than half as many numbers as
+  // the row with the most numbers.
   void find_first_row() {
     std::size_t most = 0;
     for (std::size_t i = 0; i < rows_.size(); ++i) {
@@ -259,8 +259,8 @@ class LayoutFinder {
            });
   }
 
-  // Finds a header whose number of cells is not that of the rows: the nearest line of names above
-  // the rows.
+  // @return the position of the line of names nearest above the rows, whose number of cells differs
+  //         from that of the rows; nullopt if that line does not consist of names.
   [[nodiscard]] std::optional<std::size_t> odd_header() const {
     for (std::size_t i = first_; i-- > 0;) {
       const Cells& row = rows_[i];
@@ -287,7 +287,8 @@ class LayoutFinder {
     return expected > 2.0;
   }
 
-  // Gives a header with another number of cells the number of cells of the rows.
+  // Changes the number of cells of a header to that of the rows. Cells are added or removed at the
+  // end, or one is added in front of the names if R has named the rows.
   Cells fitted(Cells cells) {
     layout_.header_is_odd = true;
     while (cells.size() > 1 && cells.back().empty()) {
@@ -435,8 +436,8 @@ class LayoutFinder {
       }
       layout_.is_clock[c] = clocks > 0 && numbers == 0 && texts == 0;
       layout_.is_text[c] = texts > 0 && numbers == 0 && dressed == 0;
-      // If only some cells have a unit, this is a typing error. Thousands are separated only in
-      // numbers from 1,000 on, so plain numbers are also allowed.
+      // A unit in only some cells is taken for a typing error. Separated thousands in only some
+      // cells are allowed, because numbers below 1,000 have no separator.
       layout_.is_dressed[c] =
           dressed > 0 && one_unit && texts == 0 && clocks == 0 && (unit->empty() || plain == 0);
       if (layout_.is_dressed[c] && !unit->empty() && c < layout_.columns.size() &&
@@ -461,7 +462,7 @@ class LayoutFinder {
                return cell_number(cell, layout_.decimal_comma) == first;
              });
     };
-    constexpr double first_s = 1e9;  // since 1970
+    constexpr double first_s = 1e9;  // seconds since 1970
     constexpr double last_s = 2.2e9;
     if (!all_are(first_, first_s, last_s) || !all_are(first_ + 1, 0.5, 1e4) ||
         !(cell_number(rows_[first_ + 2].front(), layout_.decimal_comma) < 1e6)) {
@@ -474,8 +475,8 @@ class LayoutFinder {
     layout_.first_row_line += 2;
   }
 
-  // Finds the rate in lines such as "// Update Rate: 100.0Hz", "OutputRate:,60Hz", "# sample rate =
-  // 50 Hz".
+  // Finds the rate in a line before the table, such as "// Update Rate: 100.0Hz",
+  // "OutputRate:,60Hz" or "# sample rate = 50 Hz".
   void find_rate() {
     for (std::size_t i = 0; i < before_; ++i) {
       const std::string_view line = lines_[i];

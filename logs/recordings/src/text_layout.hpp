@@ -20,14 +20,14 @@ struct TextLayout {
   std::size_t header_line = 0;     ///< counted from 1; 0 without a header
   std::size_t first_row_line = 1;  ///< counted from 1
   bool first_is_empty = false;     ///< each row begins with a delimiter: "| 1 | 2 |"
-  bool last_is_empty = false;      ///< each row ends with a delimiter
-  std::vector<bool> is_text;       ///< for each column true if it contains no number
-  std::vector<bool> is_clock;      ///< for each column true if it has dates or times of day
-  /// For each column true if its numbers have a unit or separated thousands; see
+  bool last_is_empty = false;      ///< each row ends with a delimiter: "1, 2,"
+  std::vector<bool> is_text;       ///< true for each column that contains text and no numbers
+  std::vector<bool> is_clock;      ///< true for each column of dates or times of day
+  /// True for each column whose numbers have a unit or separated thousands; see
   /// parse_decorated_number().
   std::vector<bool> is_dressed;
-  bool header_is_odd = false;      ///< its number of cells differs from the rows'
-  double rate_hz = 0.0;            ///< from a line before the table, "Update Rate: 100.0Hz"; or 0
+  bool header_is_odd = false;      ///< true if header and rows differ in their number of cells
+  double rate_hz = 0.0;            ///< stated before the table, "Update Rate: 100.0Hz"; or 0
   std::vector<std::string> notes;  ///< notes on the layout
 
   /// @return the cells of a row, without the first and the last one if these are empty in all rows.
@@ -37,7 +37,7 @@ struct TextLayout {
 /// The number of first bytes of a text from which the layout is found.
 inline constexpr std::size_t layout_bytes = 1U << 16U;
 
-/// The start of a text: layout_bytes, or more if they contain less than a few rows of a wide table.
+/// The first layout_bytes of a text, or more bytes if these contain fewer than four line ends.
 struct TextStart {
   std::string_view text;
   bool is_whole = false;
@@ -56,9 +56,10 @@ template <typename Bytes>
   }
 }
 
-/// @param path   for messages.
-/// @param start  the first bytes of the text, UTF-8.
-/// @param names  names of columns without a header; may be empty.
+/// @param path      path of the text, for messages.
+/// @param start     the first bytes of the text, UTF-8.
+/// @param is_whole  true if `start` is the whole text.
+/// @param names     names of the columns if there is no header; may be empty.
 /// @throws DataError  if the text is not a table; the message states the reason.
 [[nodiscard]] TextLayout detect_text_layout(const std::string& path,
                                             std::string_view start,

@@ -24,10 +24,10 @@ constexpr const char* unknown_format_words =
     "JSON), flight logs (ULog, DataFlash, tlog, blackbox), bags (ROS 1, ROS 2, MCAP), phones' "
     "recordings";
 
-// Reads a plain decimal number, as nearly all in a log are: up to 19 digits, with or without a
-// decimal point, and without an exponent. The result is exact to the last bit, because both the
-// digits and the power of ten are exact doubles (W. D. Clinger, PLDI 1990).
-// @return the end of the number; null if the number is not so plain, and from_chars must read it.
+// Reads a plain decimal number of up to 19 digits, without an exponent; nearly all numbers in a log
+// are plain. The result is correctly rounded, because both the digits and the power of ten are
+// exact doubles (W. D. Clinger, PLDI 1990).
+// @return the end of the number; null if it is not plain, so that from_chars() must read it.
 const char* read_plain_number(const char* at, const char* end, double& value) {
   constexpr std::array<double, 23> powers = {1e0,  1e1,  1e2,  1e3,  1e4,  1e5,  1e6,  1e7,
                                              1e8,  1e9,  1e10, 1e11, 1e12, 1e13, 1e14, 1e15,
@@ -155,7 +155,9 @@ class TextLog : public LogFile::Source {
            line.find_first_not_of(" \t\r") != std::string_view::npos;
   }
 
-  // @return true if the row has the number of cells of the table.
+  // Reads the numbers of a line into a row of the block.
+  // @return false if the line is left out: it repeats the header, contains no readings, or has a
+  //         wrong number of cells.
   bool parse(std::string_view line, LogBlock& block, std::size_t row) {
     line = without_checksum(line);
     if (layout_.has_header && line == header_) {
@@ -177,8 +179,8 @@ class TextLog : public LogFile::Source {
     return good;
   }
 
-  // True if all cells of a row are erased memory, whose bits are all 1 (-1 if signed); or are 0
-  // after other rows; or are not numbers.
+  // True if a row contains no readings: all its cells are the same number of erased memory, whose
+  // bits are all 1 (-1 if signed), or all are 0 after rows with readings, or none is a number.
   [[nodiscard]] bool is_erased(std::string_view line) const {
     constexpr std::size_t fewest = 4;  // two or three columns may be equal by chance
     const auto has_one_of = [&](std::string_view digits) {
@@ -282,10 +284,10 @@ class TextLog : public LogFile::Source {
   }
 
   LineStream lines_;
-  std::string header_;  // the header's line
+  std::string header_;  // text of the header; empty if there is no header
   TextLayout layout_;
   double days_s_ = 0.0, last_of_day_s_ = 0.0;
-  bool is_plain_ = true;  // numbers separated by a character, with decimal points
+  bool is_plain_ = true;  // true if parse_quickly() can read the rows
   std::size_t rows_ = 0;
   std::size_t erased_rows_ = 0, first_erased_line_ = 0;
   bool has_readings_ = false;

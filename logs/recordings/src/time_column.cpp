@@ -30,7 +30,7 @@ constexpr std::array<Unit, 4> units = {{{"s", "seconds", 1.0},
 
 constexpr double lowest_rate_hz = 0.5;
 constexpr double highest_rate_hz = 1e6;
-// The highest rate of a unit that the name of the column does not state.
+// A unit other than seconds that the column's name does not state must give at most this rate.
 constexpr double highest_usual_rate_hz = 2000.0;
 
 // True if a time may be seconds since 1970, in the years 2001 to 2039.
@@ -38,11 +38,10 @@ bool is_since_1970(double time_s) {
   return time_s > 1e9 && time_s < 2.2e9;
 }
 
-// The unit that the name of a column states ("time", "t_us", "Timestamp_ms"), and whether the name
-// is that of a time.
+// The meaning of a column's name, such as "time", "t_us" or "Timestamp_ms".
 struct Named {
   bool is_time = false;
-  std::optional<double> seconds;
+  std::optional<double> seconds;  // seconds per unit; nullopt if the name states no unit
 };
 
 Named named(const std::string& column) {
@@ -207,8 +206,7 @@ TimeUnit settle_time_unit(const std::string& path,
       since_1970 = unit;
     }
   }
-  // Xsens's times are in units of 0.1 ms (MTw) or us (DOT). The times of spreadsheets are days
-  // since 1899-12-30.
+  // Xsens's SampleTimeFine is in units of 0.1 ms (MTw) or 1 us (DOT).
   if (to_lower_case(column.name) == "sampletimefine") {
     constexpr double tick_s = 1e-4;
     constexpr double slowest_hz = 1.0;
@@ -216,6 +214,7 @@ TimeUnit settle_time_unit(const std::string& path,
     const bool are_ticks = rate_hz(tick_s) >= slowest_hz && rate_hz(tick_s) <= fastest_hz;
     return {.seconds = are_ticks ? tick_s : 1e-6};
   }
+  // The times of spreadsheets are days since 1899-12-30.
   constexpr double day_s = 86400.0;
   constexpr double first_day = 36526.0;  // the year 2000
   constexpr double last_day = 73050.0;   // 2100

@@ -71,11 +71,11 @@ struct Packet {
   std::uint8_t system = 0;
   std::size_t size = 0;  // size of the packet in bytes
   std::string_view payload;
-  std::string_view checked;  // input of the checksum
+  std::string_view checked;  // the bytes that the checksum covers
   std::uint16_t crc = 0;
 };
 
-// @return nullopt if these bytes do not begin a packet, or the packet is incomplete.
+// @return the packet at the start of the bytes; nullopt if no complete packet starts there.
 std::optional<Packet> packet_of(std::string_view bytes) {
   RecordBytes in(bytes);
   const std::uint8_t start = in.take<std::uint8_t>();

@@ -90,8 +90,8 @@ std::size_t size_of(Type type) {
   return 0;
 }
 
-// PX4's message definitions (msg/SensorCombined.msg, SensorAccel.msg, ...): the units of their
-// fields.
+// @return kind and unit of a field, according to PX4's message definitions (msg/SensorCombined.msg,
+//         SensorAccel.msg, ...).
 Series rule_of(const std::string& message, const std::string& column) {
   const auto is = [&](SeriesKind kind, const char* unit) {
     return Series{.kind = kind, .unit = unit, .known_by = KnownBy::format};
@@ -119,7 +119,7 @@ struct Subscription {
   int instance = 0;
   std::vector<Field> fields;  // all numbers except the time
   std::optional<Field> time;
-  std::size_t least = 0;  // fewest bytes of a message with all numbers
+  std::size_t least = 0;  // size of the shortest message that contains all fields [bytes]
   MessageSeries series;
   std::optional<std::size_t> device, invalid_acceleration;  // positions of these fields in `fields`
   bool is_fifo = false;
@@ -148,7 +148,8 @@ class Ulog final : public RecordingFile::Decoder {
     const char type = bytes.take<char>();
     const std::uint64_t end = stream_.position() + head + size;
     const std::uint64_t next_part = next_offset();
-    if (next_part > stream_.position() && next_part < end) {  // cut off by an appended part
+    // An appended part begins within this message, which is therefore incomplete.
+    if (next_part > stream_.position() && next_part < end) {
       ++cut_;
       stream_.skip(next_part - stream_.position());
       return true;
@@ -195,7 +196,7 @@ class Ulog final : public RecordingFile::Decoder {
     return next;
   }
 
-  // After bytes that are not a message, the reader looks for the next synchronisation message.
+  // Skips bytes that are not a message, up to the next synchronisation message.
   bool find_next_message() {
     using namespace std::string_view_literals;
     lost_ += stream_.skip_to("\x08\x00S\x2F\x73\x13\x20\x25\x0C\xBB\x12"sv);
@@ -270,11 +271,11 @@ class Ulog final : public RecordingFile::Decoder {
     }
   }
 
-  static constexpr double field_steps = 100.0;  // steps of making the name of a field
+  static constexpr double field_steps = 100.0;  // cost of a field's name, in ReadCost::steps
 
   // Determines the offsets of the numbers in a message and in the messages within it.
   // @return false if a definition is missing or too large.
-  // @throws LimitError  if nested messages cost more than the file may.
+  // @throws LimitError  if nested messages exceed a limit of the file.
   // NOLINTNEXTLINE(misc-no-recursion): messages contain messages
   bool lay_out(const std::string& name,
                const std::string& prefix,

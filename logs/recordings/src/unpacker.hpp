@@ -22,8 +22,8 @@ class DamagedStream : public Error {
 /// Unpacks a compressed stream as it is read. The contents of successive streams are joined.
 class Unpacker {
  public:
-  /// Writes the next packed bytes to `buffer`, at most `size` of them, and returns their number; 0
-  /// at the end.
+  /// Writes the next packed bytes to `buffer`, at most `size` of them, and returns their number.
+  /// The number is 0 at the end.
   using Read = std::function<std::size_t(char* buffer, std::size_t size)>;
 
   /// @param packing  "gzip", "zlib", "bzip2", "xz", "lzip", "zstd" or "lz4" (frames).
@@ -48,9 +48,9 @@ class Unpacker {
 
 /// Unpacks a block of a bag in memory.
 /// @param packing  see Unpacker.
-/// @param size     size of the content that the file states.
+/// @param size     size of the unpacked content, as stated in the file [bytes].
 /// @return nullopt if the block is damaged, or its content has another size.
-/// @throws LimitError  if unpacking costs more than the file may.
+/// @throws LimitError  if unpacking exceeds a limit of the file.
 /// @throws Error       if this build cannot unpack `packing`.
 [[nodiscard]] std::optional<std::string> unpack(std::string_view packing,
                                                 std::string_view block,

@@ -91,7 +91,7 @@ Sheet read_sheet(const std::string& xml,
       ++line;
     }
     std::size_t column = 0;
-    std::size_t next = 0;  // column of a cell that does not state it
+    std::size_t next = 0;  // column of the next cell if it does not state its column
     std::string text;
     for (const pugi::xml_node cell : row.children("c")) {
       const std::string_view reference = cell.attribute("r").as_string();
@@ -122,7 +122,7 @@ Sheet read_sheet(const std::string& xml,
         text += csv_cell(value);
       }
     }
-    budget.spend(ReadCost::memory, 2 * text.size());  // twice, because the text grows in memory
+    budget.spend(ReadCost::memory, 2 * text.size());  // a growing string may need twice its size
     sheet.csv += text + '\n';
     ++line;
   }

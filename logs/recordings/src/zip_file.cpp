@@ -45,7 +45,7 @@ Member current_member(const Archive& archive, const std::string& name) {
     throw DataError(name, "the zip archive is damaged");
   }
   member.name.resize(std::min<std::size_t>(info.size_filename, longest));
-  // Some archivers state permissions without a type.
+  // Some archivers state permissions without a file type.
   constexpr unsigned unix_host = 3;
   const auto type = static_cast<mode_t>(info.external_fa >> 16U) & S_IFMT;
   const bool has_type = info.version >> 8U == unix_host && type != 0;
@@ -109,7 +109,7 @@ ByteSource bytes_of(const std::string& path,
 std::string text_of(ByteSource bytes) {
   return read_up_to(std::numeric_limits<std::size_t>::max(), [&](char* buffer, std::size_t size) {
     const std::size_t count = bytes.read(buffer, size);
-    bytes.budget().spend(ReadCost::memory, 2 * count);  // twice, because the text grows in memory
+    bytes.budget().spend(ReadCost::memory, 2 * count);  // a growing string may need twice its size
     return count;
   });
 }
@@ -196,7 +196,7 @@ OpenedFile open_npz(const std::string& path,
                     const ReadBudget& budget) {
   std::map<std::string, int> of_stem;
   std::map<std::size_t, std::vector<std::string>> of_rows;
-  std::map<std::size_t, double> numbers;  // by the number of rows
+  std::map<std::size_t, double> numbers;  // values in each table, by its number of rows
   for (const std::string& member : members) {
     ++of_stem[stem_of(member)];
     const std::unique_ptr<LogFile::Source> array =
@@ -213,7 +213,7 @@ OpenedFile open_npz(const std::string& path,
     throw DataError(name, "the file contains no column of numbers");
   }
   const std::vector<std::string>& chosen = of_rows[largest->first];
-  constexpr std::size_t most_arrays = 500;  // each keeps the archive open once
+  constexpr std::size_t most_arrays = 500;  // each array opens the archive once more
   if (chosen.size() > most_arrays) {
     throw DataError(name,
                     formatted("contains {} arrays of {} rows; at most {} are read as one table",

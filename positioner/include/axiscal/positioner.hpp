@@ -17,11 +17,11 @@
 /// orientations.
 ///
 /// A DesignPoint is the face on the table and the face at the fence. A Positioner computes the
-/// orientation of the cube at a point, by nominal faces, measured normals, or feet. Designs and run
-/// sheets are lists of points in the order of the readings.
+/// orientation of the cube at a point, from nominal faces, measured normals, or measured feet. A
+/// run sheet is a list of points in the order of the readings.
 ///
 /// @code
-/// const axiscal::Positioner cube;  // the nominal one
+/// const axiscal::Positioner cube;  // the nominal cube
 /// for (const axiscal::RunSheetRow& row :
 ///      axiscal::make_run_sheet(axiscal::standard_design(12), 1, 7)) {
 ///   const Eigen::Matrix3d lies = cube.rotation_table_from_positioner(row.entry.point);

@@ -96,7 +96,7 @@ at("control").addEventListener("click", async () => {
   }
 });
 
-// True if the data of a part of the page differ from the displayed data.
+// True if the new data of a part of the page differ from the data that it displays.
 const shown = {};
 function isNews(part, what) {
   const key = JSON.stringify(what);

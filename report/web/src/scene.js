@@ -60,7 +60,7 @@ function lettersOf(face, pose) {
 }
 
 // Draws the scene and fits the canvas to its width.
-// @param scene  pose: of the cube; letters: pose in which the letters are upright; lift: height above the
+// @param scene  pose: pose of the cube; letters: pose in which the letters are upright; lift: height above the
 //               table; view: angles {around, above} in radians; field: arrow in the table's frame; rest,
 //               fence: faces to be marked. The places on the table and at the fence are marked too.
 export function drawScene(canvas, scene, aspect) {

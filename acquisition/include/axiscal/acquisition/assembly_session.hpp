@@ -13,7 +13,8 @@
 // One pose check therefore uses the readings of all instruments.
 namespace axiscal {
 
-/// @param experiment  has one instrument; its positioner contains the mounts of all slots.
+/// @param experiment  an experiment with one instrument; its positioner contains the mounts of all
+///                    slots.
 /// @param slots       the names of two or more slots.
 /// @return the joint experiment; its instrument has the axes of all slots.
 [[nodiscard]] Experiment assembled(Experiment experiment, const std::vector<std::string>& slots);
@@ -26,7 +27,7 @@ namespace axiscal {
 [[nodiscard]] SensitivityMatrix nominal_axes(const Experiment& experiment);
 
 /// Calibrates one instrument, or each slot of an assembled instrument, from a session's readings.
-/// @throws SetupError, RefusedError  as calibrate(), calibrate_assembly().
+/// @throws SetupError, RefusedError  if calibrate() or calibrate_assembly() throws it.
 [[nodiscard]] std::vector<Calibration> calibrate_session(const Experiment& experiment,
                                                          const Observations& observations);
 

@@ -13,7 +13,7 @@ namespace axiscal {
 
 /// The inputs of a session without a cube.
 struct FreeSetup {
-  Experiment experiment;  ///< has one instrument with three axes; the method becomes magnitude
+  Experiment experiment;  ///< one instrument with three axes; the session fits by magnitude
   StillnessOptions stillness;
   /// True: a reading is the mean over one rest, as an accelerometer needs. False: a reading is one
   /// sample.
@@ -21,18 +21,20 @@ struct FreeSetup {
   double dwell_s = 1.0;            ///< duration of the reading at a rest
   double wanted_u_deg = 0.5;       ///< target for FreeView::u_deg
   std::size_t most_points = 5000;  ///< largest number of readings that are kept
-  bool unattended = false;         ///< the session ends by itself at the target
+  bool unattended = false;         ///< the session ends by itself when FreeView::is_enough
 };
 
 /// Calibrates an instrument that a person turns in the hand. The session repeats the fit to a
-/// constant magnitude as readings arrive, and asks for the direction of the largest gap next.
+/// constant magnitude as readings arrive, and asks the person to turn the instrument towards the
+/// largest gap between the directions of the readings.
 ///
 /// Readings are written to the journal within a second. The session can be resumed from the
 /// journal.
 class FreeSession final : public LiveSession {
  public:
   /// @param journal  must outlive the session.
-  /// @throws SetupError  if the instrument does not have three axes, or for several instruments.
+  /// @throws SetupError  if the instrument does not have three axes, or the experiment has several
+  ///                     instruments.
   FreeSession(FreeSetup setup, Journal& journal);
   ~FreeSession() override;
 

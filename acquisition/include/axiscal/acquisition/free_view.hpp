@@ -26,10 +26,10 @@ struct FreeView {
   bool takes_rests = false;  ///< each reading is a rest; undo drops the last one
   double coverage = 0.0;     ///< share of the sphere within 30 degrees of a reading
   double largest_gap_rad = 0.0;
-  Eigen::Vector3d gap = Eigen::Vector3d::UnitZ();  ///< direction to be read next, frame sensor
-  std::optional<double> fit_error;                 ///< rms of |f| - F, relative to F
-  /// Expanded uncertainty (95 %) of the worst direction [deg], from the uncertainty of the
-  /// coefficients only; nullopt without a fit.
+  Eigen::Vector3d gap = Eigen::Vector3d::UnitZ();  ///< direction of the next reading, frame sensor
+  std::optional<double> fit_error;                 ///< rms error of the magnitude, relative to F
+  /// Expanded uncertainty (95 %) of the direction of a calibrated reading [deg]: the largest over
+  /// all directions, from the uncertainty of the coefficients only. nullopt without a fit.
   std::optional<double> u_deg;
   double wanted_deg = 0.0;
   bool is_enough = false;

@@ -20,8 +20,8 @@ struct HealthWatchSetup {
   Calibration calibration;  ///< a record of three axes or more, with covariance
   StillnessOptions stillness;
   double dwell_s = 2.0;  ///< duration of each reading
-  double alpha = 0.01;   ///< significance level, as in check_in_situ()
-  std::vector<std::string> temperature_channels = {"temperature"};  ///< as in SessionSetup
+  double alpha = 0.01;   ///< significance level of check_in_situ()
+  std::vector<std::string> temperature_channels = {"temperature"};  ///< see SessionSetup
 };
 
 /// The current condition of an installed instrument.
@@ -30,14 +30,14 @@ struct HealthView {
   double progress = 0.0;  ///< completed part of the reading, 0 .. 1
   ReducedReading now;     ///< reduction of the mean over the stillness window
   std::size_t readings = 0;
-  std::optional<InSituCheck> check;  ///< from all readings so far; nullopt before the first
+  std::optional<InSituCheck> check;  ///< result from all readings so far; nullopt without one
 };
 
 /// Monitors an installed instrument in any pose. It takes readings at rest, reduces them and
 /// compares their residuals with the control limits.
 class HealthWatch {
  public:
-  /// @throws DomainError  as Reducer, check_in_situ().
+  /// @throws DomainError  if Reducer or check_in_situ() does not accept the record.
   explicit HealthWatch(HealthWatchSetup setup);
   ~HealthWatch();
   HealthWatch(const HealthWatch&) = delete;
@@ -59,7 +59,7 @@ class HealthWatch {
 
 struct HealthRun {
   std::size_t readings = 3;                      ///< number of readings to take
-  double patience_s = 60.0;                      ///< time limit; of a recording, by its own times
+  double patience_s = 60.0;                      ///< time limit; for a recording, in sample time
   std::function<void(const HealthView&)> show;   ///< called about once a second
   std::function<void(const std::string&)> warn;  ///< called with each new alarm of the sources
 };
@@ -68,7 +68,7 @@ struct HealthRun {
 /// reached.
 ///
 /// @return the final view of the watch.
-/// @throws DomainError   as HealthWatch::set_channels().
+/// @throws DomainError   if no channel exists for an axis.
 /// @throws RefusedError  if the watch did not get a reading: samples were missing, or the
 ///                       instrument was never at rest.
 [[nodiscard]] const HealthView& run_health_watch(HealthWatch& watch,

@@ -13,8 +13,8 @@ inline constexpr std::string_view journal_format = "axiscal-journal";
 /// An append-only file with one JSON object per line. append() returns after the line is on the
 /// disk.
 ///
-/// Appended entries survive a crash, kill -9 and a full disk. An incomplete last line is removed
-/// immediately, or when the journal is opened again.
+/// Appended entries survive a crash, kill -9 and a full disk. After a failed write, the incomplete
+/// last line is removed immediately, or when the journal is opened again.
 class Journal {
  public:
   /// Starts a new journal.
@@ -40,7 +40,7 @@ class Journal {
   ///         earlier lines, and the caller may append the line again.
   [[nodiscard]] std::string append(std::string_view line);
 
-  /// Appends a line without waiting until it is on the disk. Raw samples use it.
+  /// Appends a line without waiting until it is on the disk. It is used for raw samples.
   [[nodiscard]] std::string append_without_sync(std::string_view line);
 
   [[nodiscard]] const std::string& path() const { return path_; }

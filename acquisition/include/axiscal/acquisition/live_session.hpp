@@ -28,7 +28,8 @@ class LiveSession {
   LiveSession& operator=(const LiveSession&) = delete;
 
   /// @param channels  the channels of the samples that add() will receive.
-  /// @param time_at_zero  the time of the samples' second 0, as SampleFeed::time_at_zero().
+  /// @param time_at_zero  the clock time at which the sample times are 0, from
+  ///                      SampleFeed::time_at_zero().
   /// @throws DomainError  if no channel exists for an axis (the message lists the channels), or if
   ///                      the field moves and the times are not in UTC.
   /// @throws SetupError   if the motion of the field in the table cannot be computed.
@@ -51,7 +52,7 @@ class LiveSession {
   /// that could not be stored.
   virtual void idle(double seconds) = 0;
 
-  /// Replaces the alarms of the sources by their current problems.
+  /// Replaces the current alarms of the sources by `alarms`.
   virtual void set_source_alarms(const std::vector<SessionAlarm>& alarms) = 0;
 
   virtual void command(const SessionCommand& command) = 0;

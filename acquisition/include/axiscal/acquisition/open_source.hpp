@@ -34,7 +34,7 @@ struct SourceKind {
 /// A source that find_sources() found.
 struct FoundSource {
   std::string address;      ///< argument for open_source()
-  std::string description;  ///< for example maker and model
+  std::string description;  ///< text for a person, for example maker and model
 };
 
 /// Looks for serial ports, IIO devices and devices that announce themselves on the local network.

@@ -22,7 +22,7 @@ struct PoseModelSetup {
   Instrument instrument;
   /// The nominal directions of the axes, m x 3, from nominal_axes(); zeros for an unknown axis.
   SensitivityMatrix nominal_axes;
-  FieldDescription field;  ///< in_table is the expected field; without it: the table's normal
+  FieldDescription field;  ///< expected along in_table; if that is nullopt, along the normal
   Positioner positioner;
   Eigen::Matrix3d rotation_sensor_from_positioner = Eigen::Matrix3d::Identity();
   /// Standard deviation of the angle between the field and its nominal direction [rad]. The slope
@@ -39,7 +39,8 @@ struct PlacedReading {
   DesignEntry entry;
   Eigen::VectorXd mean;  ///< m entries [unit]
   Eigen::VectorXd u;     ///< standard uncertainty of the mean from noise, m entries [unit]
-  /// The change of the field in the table since the set-up, from change_of_field().
+  /// Turns the field of PoseModelSetup into the field at the time of the reading, frame table; from
+  /// change_of_field().
   Eigen::Matrix3d field_turn = Eigen::Matrix3d::Identity();
 };
 
@@ -47,14 +48,15 @@ struct PlacedReading {
 struct PoseModelFit {
   LinearResponse response;
   Eigen::Vector3d field_in_table = Eigen::Vector3d::Zero();  ///< the field at level 1 [field unit]
-  /// Standard uncertainties of the direction's x and y components in the table [rad].
+  /// Standard uncertainties of the x and y components of the field's direction, frame table [rad].
   Eigen::Vector2d slope_u = Eigen::Vector2d::Zero();
-  /// The derivative of the field with respect to the two tangents [field unit per rad].
+  /// The derivative of the field with respect to displacements of its direction along two unit
+  /// vectors that are perpendicular to the field [field unit per rad].
   Eigen::Matrix<double, 3, 2> field_by_tangents = Eigen::Matrix<double, 3, 2>::Zero();
-  double variance_factor =
-      1.0;            ///< ratio of the residuals' variance to the stated variance; at least 1
-  double cost = 0.0;  ///< sum of the squared weighted residuals
-  Eigen::MatrixXd covariance;  ///< order: bias (m), sensitivity by rows (3 m), two tangents, scale
+  /// The ratio of the residuals' variance to the stated variance; at least 1.
+  double variance_factor = 1.0;
+  double cost = 0.0;           ///< sum of the squared weighted residuals
+  Eigen::MatrixXd covariance;  ///< of bias (m), sensitivity by rows (3 m), direction (2), scale (1)
 };
 
 /// The match of a reading with the 24 poses of the cube.
@@ -64,16 +66,17 @@ struct PoseJudgement {
   double misfit = 0.0;     ///< chi^2 of the stated pose, m degrees of freedom
   double best_misfit = 0.0;
   bool looks_like_another = false;  ///< another pose fits far better, and its chi^2 is acceptable
-  bool fits_none = false;           ///< no pose fits: cube tilted, on grit, or not at rest
+  bool fits_none = false;           ///< no pose fits, for example of a tilted or moving cube
 };
 
 /// Predicts the reading in each of the 24 poses from the prior and the earlier readings, and so
 /// detects a wrong pose at once.
 ///
-/// The response is v = b + S f with f = R_sp R f_table. The prior is weak: S is about s times the
-/// nominal axes, s is nominal or unknown, and f_table is about its nominal direction. The
-/// covariance of the parameters is part of each prediction. With few readings the model therefore
-/// reports only gross mistakes.
+/// The response is v = b + S f with f = R_sp R f_table, where R is the rotation positioner from
+/// table of the pose and R_sp is the rotation sensor from positioner. The prior is weak: it expects
+/// S near s times the nominal axes, with a nominal or unknown scale s, and f_table near its nominal
+/// direction. The covariance of the parameters is part of each prediction. With few readings the
+/// model therefore reports only gross mistakes.
 ///
 /// @par Source
 /// The Gauss-Newton method with a normal prior; chi^2 of each pose's prediction.
@@ -84,8 +87,8 @@ class PoseModel {
   /// @return true if the model can predict readings; false for one-sided axes or a sum of fields.
   [[nodiscard]] bool is_usable() const;
 
-  /// Fits the model to the readings. @return the best fit; nullopt without readings, or if they do
-  /// not determine the scale.
+  /// Fits the model to the readings.
+  /// @return the best fit; nullopt if there are no readings, or if they do not determine the scale.
   [[nodiscard]] std::optional<PoseModelFit> fit(const std::vector<PlacedReading>& known) const;
 
   /// Fits the model to the readings, once from each possible direction of the field.

@@ -44,9 +44,9 @@ class SampleFeed {
   ///         waits for its reader, as a file does.
   [[nodiscard]] bool is_live() const;
 
-  /// @return the time of the samples' second 0. For live samples it is in UTC [s since 1970]. For a
-  ///         recording it is by the recording's clock. nullopt before the channels are known, or if
-  ///         the recording lacks a clock.
+  /// @return the clock time at which the sample times are 0: in UTC [s since 1970] for live
+  ///         samples, by its own clock for a recording. nullopt before the channels are known, or
+  ///         if the recording lacks a clock.
   [[nodiscard]] std::optional<double> time_at_zero() const;
 
   /// @return the time since the last sample of the first source [s]; 0 if it is not live.

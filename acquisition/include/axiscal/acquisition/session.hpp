@@ -27,7 +27,7 @@ namespace axiscal {
 
 /// The inputs of a guided session.
 struct SessionSetup {
-  Experiment experiment;           ///< for several instruments in one cube: see assembled()
+  Experiment experiment;           ///< made by assembled() for several instruments in one cube
   std::vector<RunSheetRow> sheet;  ///< the points in the order of the requests
   StillnessOptions stillness;
   /// Duration of each reading [s]; nullopt: computed from the noise and reading_u.
@@ -42,11 +42,11 @@ struct SessionSetup {
   /// most twice.
   bool unattended = false;
   bool keep_raw = false;  ///< raw samples are written to the journal too
-  /// One channel of the temperature, or one for each axis. If a single channel is named and does
-  /// not exist, the channels AXIS_temperature of all axes are used.
+  /// Names of the temperature channels: one for all axes, or one for each axis. If a single name is
+  /// stated and this channel does not exist, the channels AXIS_temperature of all axes are used.
   std::vector<std::string> temperature_channels = {"temperature"};
-  double soak_window_s = 300.0;    ///< length of the window, as in soak_state()
-  double soak_tolerance = 0.1;     ///< largest change of the temperature within the window
+  double soak_window_s = 300.0;    ///< duration of the test of soak_state()
+  double soak_tolerance = 0.1;     ///< largest change of the temperature in this duration
   double placement_sd_rad = 3e-5;  ///< repeatability of the cube's orientation
 };
 
@@ -110,13 +110,13 @@ struct SessionEvent {
 
 /// A reading that was taken.
 struct CapturedReading {
-  int run = 1;  ///< in the order taken
+  int run = 1;  ///< number of the run, in the order of the readings
   std::size_t step = 0;
   RunSheetRow row;  ///< point, level and block of the reading
   Eigen::VectorXd mean;
   Eigen::VectorXd sd;
   std::size_t samples = 0;
-  double start_s = 0.0;  ///< since 1970, UTC; for a recording by its own clock
+  double start_s = 0.0;  ///< [s since 1970, UTC]; for a recording by its own clock
   double end_s = 0.0;
   std::optional<SensorTemperature> temperature;
 };
@@ -137,7 +137,7 @@ struct SessionView {
   std::optional<DesignPoint> present;     ///< pose of the cube; nullopt if it is unknown
   std::optional<DesignPoint> looks_like;  ///< in phase question: the pose that fits best
   bool lies_as_before = false;            ///< the cube still lies as at the last reading
-  std::vector<CubeTurn> turns;            ///< from the present pose to the wanted one
+  std::vector<CubeTurn> turns;            ///< turns from the present to the wanted pose
   double stillness = 0.0;                 ///< scatter divided by its limit; still if at most 1
   double progress = 0.0;                  ///< completed part of the dwell time, 0 .. 1
   double dwell_s = 0.0;
@@ -151,7 +151,8 @@ struct SessionView {
   std::optional<double> remaining_s;
   std::optional<Eigen::Vector2d> slope;  ///< slope of the table from the readings so far [rad]
   Eigen::Vector2d slope_u = Eigen::Vector2d::Zero();
-  /// Predicted largest standard uncertainty of a direction at the end of the session.
+  /// Standard uncertainty of a direction predicted for the end of the session [deg], the largest
+  /// over all directions.
   std::optional<double> forecast_deg;
   std::vector<SessionAlarm> alarms;
   std::vector<int> suspects;                ///< runs that later readings contradict
@@ -174,7 +175,7 @@ class Session final : public LiveSession {
  public:
   /// @param setup    the sheet must not be empty.
   /// @param journal  must outlive the session.
-  /// @throws SetupError  as make_field_description().
+  /// @throws SetupError  if make_field_description() throws it.
   Session(SessionSetup setup, Journal& journal);
   ~Session() override;
 

@@ -50,11 +50,11 @@ class SessionFace {
 [[nodiscard]] std::unique_ptr<SessionFace> make_json_face(bool reads_commands);
 
 /// Makes a full-screen face for a terminal of 80 x 24 characters or more, by ncurses.
-/// @param title  of the session.
+/// @param title  name of the session, displayed at the top.
 /// @throws DomainError  if this build lacks ncurses, or the terminal is unknown.
 [[nodiscard]] std::unique_ptr<SessionFace> make_terminal_face(const std::string& title);
 
-/// Runs a session until it is over: samples from the feed, commands from the faces.
+/// Passes the samples of the feed and the commands of the faces to a session until it is over.
 ///
 /// A recording may end before the session does. A person can then finish or stop the session.
 /// Without a person, the session finishes with the readings so far. If no face can receive
@@ -63,7 +63,7 @@ class SessionFace {
 /// @param unattended  true if no person answers.
 /// @param reviewed    called each time a review begins, so that the caller can store results before
 ///                    a person answers; may be empty.
-/// @throws Error  as Session::set_channels(), Session::add(), SampleFeed::read().
+/// @throws Error  any error of LiveSession::set_channels(), LiveSession::add(), SampleFeed::read().
 void run_session(LiveSession& session,
                  SampleFeed& feed,
                  const std::vector<SessionFace*>& faces,

@@ -15,7 +15,7 @@ namespace axiscal {
 /// @return an event as JSON in one line: {"event": "captured", "text": .., "time": .., "run": ..}.
 [[nodiscard]] std::string event_json(const SessionEvent& event);
 
-/// @param text  "capture", "retake 7", ...
+/// @param text  a command, such as "capture" or "retake 7".
 /// @return nullopt if the text is not a command.
 [[nodiscard]] std::optional<SessionCommand> parse_command(std::string_view text);
 

@@ -19,8 +19,8 @@
 namespace axiscal {
 
 /// A simulated instrument in a cube, on a tilted table, handled by a simulated person. It is an
-/// accelerometer unless play() sets another instrument. For another field, values in g are relative
-/// to the field's magnitude.
+/// accelerometer unless play() sets another instrument. For another field, read "g" as the
+/// magnitude of that field.
 struct SimulationSetup {
   std::uint64_t seed = 1;
   double noise_sd = 1e-4;  ///< scatter of one sample [g]
@@ -28,7 +28,7 @@ struct SimulationSetup {
   double speed = 0.0;                    ///< speed relative to real time; 0: as fast as possible
   Eigen::Vector2d slope{0.003, -0.002};  ///< slope of the table [rad]
   double error_rate = 0.0;               ///< probability that the person lays the cube wrong
-  double knock_rate = 0.0;               ///< probability of a knock after the cube was laid
+  double knock_rate = 0.0;               ///< probability that the cube is knocked after it was laid
   double placement_sd_rad = 2e-5;        ///< repeatability of the cube's orientation
   double sensitivity = 1.0;              ///< approximate sensitivity [unit per g]
   std::optional<double> temperature;     ///< adds a channel `temperature` [degC]
@@ -88,15 +88,15 @@ class SimulatedSource final : public Source {
   FieldLevel level_;
   TableField in_table_;  // the field in the table
   DesignPoint lies_{Face::minus_z, Face::plus_y};
-  Eigen::Quaterniond from_ = Eigen::Quaterniond::Identity();  // table from positioner
+  Eigen::Quaterniond from_ = Eigen::Quaterniond::Identity();  // rotation table from positioner
   Eigen::Quaterniond to_ = Eigen::Quaterniond::Identity();
   double moves_from_s_ = -1.0;
   double moves_until_s_ = -1.0;
   double acts_at_s_ = -1.0;  // time at which the person follows the request; negative: no request
   double knock_at_s_ = -1.0;
   bool lays_right_ = false;
-  std::optional<bool>
-      roams_by_rests_;  // argument of set_free_motion(); nullopt: the instrument is in a cube
+  // Argument of set_free_motion(); nullopt if the instrument is in a cube.
+  std::optional<bool> roams_by_rests_;
 };
 
 }  // namespace axiscal

@@ -16,7 +16,7 @@ struct Experiment;
 /// One quantity that a source delivers.
 struct Channel {
   std::string name;
-  std::string unit;  ///< as stated by the source; empty if unknown
+  std::string unit;  ///< unit that the source states; empty if unknown
 };
 
 /// Samples of all channels of a source, in the order in which they were taken.
@@ -29,7 +29,7 @@ struct SampleBatch {
     const std::size_t width = time_s.empty() ? 0 : values.size() / time_s.size();
     return {values.data() + i * width, width};
   }
-  /// @param sample_time_s  not before the time of the last sample [s].
+  /// @param sample_time_s  time of the sample, not before that of the last sample [s].
   /// @param sample         one value for each channel.
   void add(double sample_time_s, std::span<const double> sample);
   /// @param later  a batch of the same channels.
@@ -52,12 +52,12 @@ enum class LinkState {
 struct SourceReport {
   LinkState state = LinkState::open;
   std::string message;         ///< the problem and the remedy; empty without a problem
-  std::size_t defects = 0;     ///< since the last report: invalid lines or frames
-  std::size_t duplicates = 0;  ///< since the last report: repeated samples, which are left out
-  bool clock_stepped = false;  ///< the source's own clock jumped; the jump is removed
-  std::size_t bytes = 0;       ///< since the last report: bytes received, valid or not
-  /// The time of second 0 of the samples, reported once: for live samples in UTC [s since 1970],
-  /// for a recording by its own clock; nullopt without a clock.
+  std::size_t defects = 0;     ///< number of invalid lines or frames since the last report
+  std::size_t duplicates = 0;  ///< number of repeated, omitted samples since the last report
+  bool clock_stepped = false;  ///< the source's clock jumped; the sample times do not jump
+  std::size_t bytes = 0;       ///< number of received bytes since the last report
+  /// The clock time at which the sample times are 0: in UTC [s since 1970] for live samples, by its
+  /// own clock for a recording. Only one report has a value; without a clock, no report has one.
   std::optional<double> time_at_zero;
 };
 

@@ -18,7 +18,7 @@ struct StillnessOptions {
   /// Standard deviation of one sample at rest, m entries [unit]; empty: learned from the quietest
   /// windows.
   Eigen::VectorXd noise_sd;
-  double factor = 4.0;  ///< still if no axis's scatter exceeds its noise by more than this factor
+  double factor = 4.0;  ///< largest ratio of scatter to noise at rest
 };
 
 /// Detects in real time whether an instrument is still. It compares the scatter within a sliding
@@ -92,10 +92,10 @@ class Stillness {
   StillnessOptions options_;
   Eigen::Index axes_;
   std::deque<Sample> window_;
-  std::size_t stride_ = 1;  // each stride_-th sample enters the window, so that it stays small
+  std::size_t stride_ = 1;  // each stride_-th sample is put into the window, to limit its size
   std::size_t skipped_ = 0;
   std::size_t since_sums_ = 0;
-  Eigen::VectorXd reference_;  // reference value of the sums
+  Eigen::VectorXd reference_;  // subtracted from values before they are summed
   Eigen::VectorXd sum_;
   Eigen::VectorXd sum_of_squares_;
   Eigen::VectorXd sd_;  // scatter within the window, once the window is complete

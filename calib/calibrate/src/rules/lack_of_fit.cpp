@@ -14,7 +14,8 @@ namespace {
 constexpr double false_lack_of_fit = 1e-3;
 
 void find_lack_of_fit(const JudgedRun& run, Warnings& found) {
-  // A nonlinear response can look like a saturated axis, so that finding does not end the test.
+  // A nonlinear response can look like a saturated axis, so the test is made even if an axis was
+  // found saturated.
   if (run.mistakes.culprit && run.mistakes.culprit->correction.code != WarningCode::saturated) {
     return;
   }

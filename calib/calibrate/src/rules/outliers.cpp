@@ -14,13 +14,15 @@
 namespace axiscal {
 namespace {
 
-constexpr double false_outlier = 1e-4;         // false alarms in runs with normal noise
-constexpr double false_by_its_company = 0.01;  // false alarms in runs with the tails of this run
+// Permitted probability of a false alarm in a run with normal noise.
+constexpr double false_outlier = 1e-4;
+// Permitted probability of a false alarm in a run whose noise has the tails of this run.
+constexpr double false_by_its_company = 0.01;
 
 struct Outlier {
   const RegressionRow* row = nullptr;
   Eigen::Index axis = 0;
-  double deviation = 0.0;  // from the other readings' prediction [standard deviations]
+  double deviation = 0.0;  // absolute value of the externally studentised residual
 };
 
 std::vector<Outlier> find_outliers(const Calibration& calibration) {
@@ -28,7 +30,7 @@ std::vector<Outlier> find_outliers(const Calibration& calibration) {
   const auto tests = static_cast<double>(statistics.rows.size()) *
                      static_cast<double>(calibration.sensor.response.bias.size());
   std::vector<Outlier> outliers;
-  std::optional<NoiseTails> tails;  // of all readings; computed for the first suspect
+  std::optional<NoiseTails> tails;  // noise of all readings; computed only if needed
   const auto by_its_company = [&](double t) {
     if (!tails) {
       tails.emplace();

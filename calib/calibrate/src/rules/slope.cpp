@@ -24,7 +24,8 @@ double stated_slope_u(const JudgedRun& run) {
   return std::sqrt(variance);
 }
 
-// Tests the slope by F(2, nu). The variances of differences and stated slope are added.
+// Tests whether opposite readings show another slope than the given field, by F(2, nu). The
+// variance of a slope is the sum of the variance from the readings and the stated variance.
 void find_slope(const JudgedRun& run, Warnings& found) {
   const std::optional<Levelness>& levelness = run.calibration.fit.levelness;
   if (!method_kind(run.calibration.fit.method).directions_known || !levelness ||

@@ -21,17 +21,17 @@ namespace {
 
 // The sensitivities of each block, from its readings only; each block has its own bias.
 struct BlockFits {
-  std::vector<Eigen::Matrix3Xd> S;             // of each block, 3 x m
+  std::vector<Eigen::Matrix3Xd> S;             // 3 x m for each block: the sensitivities
   std::vector<Eigen::MatrixXd> unit_variance;  // 3 x m for each block: variances of S if the noise
                                                // is 1
-  Eigen::VectorXd squares;                     // m: of the residuals
+  Eigen::VectorXd squares;                     // m: sums of squares of the residuals
   Eigen::VectorXd free;                        // m: their degrees of freedom
 
   // The blocks that determine an entry well. A block without a pair of opposite faces determines
   // some entries only through the slope of the table.
   [[nodiscard]] std::vector<std::size_t> blocks_that_determine(Eigen::Index component,
                                                                Eigen::Index axis) const {
-    constexpr double worse = 9.0;  // in variance: three standard errors of the best block
+    constexpr double worse = 9.0;  // ratio of variances; the standard errors differ threefold
     double least = unit_variance.front()(component, axis);
     for (const Eigen::MatrixXd& own : unit_variance) {
       least = std::min(least, own(component, axis));
@@ -53,7 +53,7 @@ struct EntryMean {
   double mean = 0.0;
   double variance = 0.0;    // variance of the mean, from the scatter of the blocks
   double within = 0.0;      // variance of the mean, from the readings' noise
-  double chi_square = 0.0;  // of the blocks about their mean, in units of the readings' noise
+  double chi_square = 0.0;  // squares of the blocks about their mean, in units of the noise
   double blocks = 0.0;      // number of blocks
   [[nodiscard]] double mean_square() const { return blocks * variance; }
 };
@@ -163,7 +163,7 @@ struct Entries {
 // The p-value of a test whether S is rotated between blocks, for example if the instrument is
 // mounted again for each block.
 double p_of_turns(const BlockFits& fits, const Eigen::MatrixXd& mean, const Eigen::VectorXd& s2) {
-  std::vector<std::size_t> blocks(fits.S.size());  // that determine all nine entries
+  std::vector<std::size_t> blocks(fits.S.size());  // the blocks that determine all nine entries
   std::iota(blocks.begin(), blocks.end(), std::size_t{0});
   for (Eigen::Index entry = 0; entry < 9; ++entry) {
     const std::vector<std::size_t> good = fits.blocks_that_determine(entry % 3, entry / 3);

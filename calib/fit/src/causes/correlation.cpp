@@ -78,8 +78,8 @@ void add_serial_correlation(const SolvedReadings& run, Estimate& estimate) {
   }
   const CorrelatedMean mean = estimate_correlated_mean(*ordered);
   WiderIntervals wider("correlation", estimate);
-  constexpr double slight = 0.1;  // shifts of blocks explain a smaller one; the cause 'blocks'
-                                  // counts them
+  constexpr double slight = 0.1;  // shifts of blocks, which the cause 'blocks' includes, explain a
+                                  // smaller correlation
   if (!(mean.correlation > slight)) {
     return;
   }

@@ -17,9 +17,10 @@
 namespace axiscal {
 namespace {
 
-// The ratio of the mean squares of the residuals' two parts, r' D r and r' (1 - D) r. For white
-// noise this ratio is approximately F, with degrees of freedom from the traces of P D P and of (P D
-// P)^2. P = 1 - K K^T is the projection onto the residual space.
+// The ratio of the mean squares of two parts of the residuals r: r' D r and r' (1 - D) r with
+// weights D. For white noise this ratio has approximately an F distribution, with degrees of
+// freedom from the traces of Z and Z^2, where Z = P D P and P = 1 - K K^T is the projection onto
+// the residual space.
 struct NoiseRatio {
   double ratio = 1.0;
   double above = 1.0;  // probability of a larger ratio by chance

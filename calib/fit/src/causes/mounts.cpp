@@ -17,7 +17,7 @@ namespace {
 // Adds a component "mounts" to the covariance, because the scatter of the B mounts leaves the
 // rotation of S uncertain. It has 3 (B - 1) degrees of freedom. The fit of the rotations took the
 // same number of degrees of freedom, equally from all axes (method.md, section 4).
-// @return false, and no change, if the turns leave zero degrees of freedom.
+// @return false if an axis would have no degrees of freedom left; the estimate is then not changed.
 bool add_mount_scatter(const std::map<int, Eigen::Matrix3d>& turns,
                        double expected,
                        Estimate& estimate) {
@@ -63,7 +63,7 @@ bool add_mount_scatter(const std::map<int, Eigen::Matrix3d>& turns,
     component.covariance += more / count * by_parameters * by_parameters.transpose();
   }
   if (statistics.interval_dof.size() > 0) {
-    put_intervals(statistics);  // with seats each parameter has its own degrees of freedom
+    put_intervals(statistics);  // if seats are fitted, each parameter has its own interval_dof
   }
   if (more > 0.0) {
     estimate.notes.push_back(

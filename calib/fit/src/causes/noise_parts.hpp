@@ -9,8 +9,8 @@ namespace axiscal {
 /// space.
 struct PartOfNoise {
   double squares = 0.0;          // r' D r
-  double trace = 0.0;            // of P D P
-  double trace_of_square = 0.0;  // of (P D P)^2
+  double trace = 0.0;            // trace of P D P
+  double trace_of_square = 0.0;  // trace of (P D P)^2
 
   [[nodiscard]] double freedom() const { return trace * trace / trace_of_square; }
 };

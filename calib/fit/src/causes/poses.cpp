@@ -17,7 +17,7 @@ namespace {
 struct MeanSquares {
   double between = 0.0;
   double degrees_of_freedom = 0.0;
-  double p_value = 1.0;  // of the ratio of `between` to the mean square within
+  double p_value = 1.0;  // p-value of the ratio of `between` to the mean square about the means
 };
 
 // Means over layings, for each axis; empty if no laying has several readings.

@@ -37,7 +37,7 @@ Eigen::MatrixXd counted_steps(const ReadingSet& set,
 }
 
 constexpr double wide =
-    0.4;  // below this fraction of a step the noise does not average the rounding error
+    0.4;  // noise below this fraction of a step does not average out the rounding error
 
 // The poses of one axis, with the mean of its readings in each pose.
 struct Poses {
@@ -87,8 +87,8 @@ struct RoundedFit {
   double degrees_of_freedom = 0.0;
 };
 
-// @param map   from the design's columns to the coefficients.
-// @param step  of each pose.
+// @param map   the matrix from the coefficients of the design's columns to those of the model.
+// @param step  the rounding step of each pose.
 std::optional<RoundedFit> fit_poses(const Poses& poses,
                                     const Eigen::MatrixXd& design,
                                     const Eigen::MatrixXd& map,
@@ -192,7 +192,7 @@ void add_rounding_scatter(const SolvedReadings& of, double stated_step, Estimate
   if (set.temperature.order > 0 || set.robust) {
     return;
   }
-  // The noise affects which step counts, but not whether the readings have a step.
+  // The noise affects which step is detected, but not whether the readings have a step.
   bool has_steps = false;
   for (Eigen::Index k = 0; k < set.axis_count() && !has_steps; ++k) {
     has_steps = detect_rounding_step(set.readings_of_axis(k), stated_step).has_value();

@@ -50,7 +50,7 @@ Soaks soaks_of(const ReadingSet& set) {
 // The distances of the soaks' biases or scales from their curve.
 struct OffCurve {
   double mean_square = 0.0;  // mean square of a soak's deviation
-  double variance = 0.0;     // beyond the readings' noise
+  double variance = 0.0;     // variance of the deviations without the readings' noise
   double p_value = 1.0;      // probability of such deviations by chance
 };
 
@@ -66,7 +66,7 @@ OffCurve off_curve(const Eigen::VectorXd& off, const Eigen::MatrixXd& covariance
 struct SoaksOfAxis {
   Eigen::Index axis = 0;
   OffCurve bias;
-  OffCurve scale;  // of the sensitivity, relative
+  OffCurve scale;  // deviations of the temperature scale, relative to the sensitivity
 };
 
 // A test of nested models for each axis: each soak has its own bias and scale in addition to the
@@ -157,8 +157,9 @@ void add_soak_scatter(const ReadingSet& set, Estimate& estimate) {
   statistics.covariance = of_readings + of_components;
   fill_intervals(statistics);
   put_intervals(statistics);
-  // The variance of each coefficient from the scatter of the soaks about the polynomials. It counts
-  // if it is larger than that from the readings.
+  // The variance of each coefficient from the scatter of the soaks about the polynomials. It is
+  // added to the covariance. An interval becomes longer only if the scatter of the soaks alone
+  // gives a longer one.
   ScatterComponent component{.name = "soaks",
                              .sd = Eigen::VectorXd::Zero(m),
                              .unit = {},

@@ -26,7 +26,8 @@ struct Step {
 };
 
 constexpr std::size_t most_fitted = 4;
-// The fewest readings of a block before and after a step: a single one is an outlier.
+// The smallest number of readings of a block before and after a step. A step of a single reading is
+// treated as an outlier.
 constexpr double fewest_beside = 2.0;
 
 int block_at(const SuspectRun& run, std::size_t at) {
@@ -42,8 +43,9 @@ std::size_t end_of_block(const SuspectRun& run, std::size_t at) {
   return end;
 }
 
-// Adds the steps of one axis within one block. The column of a cut is the column of the next cut
-// with one more reading. Therefore its products with the basis and the residuals are running sums.
+// Adds the steps of one axis within one block. The column of a cut equals the column of the next
+// cut plus one more reading. Therefore the column's products with the basis and with the residuals
+// are computed as running sums.
 void add_steps(const SuspectRun& run,
                const HypothesisFit& fit,
                Eigen::Index axis,
@@ -73,7 +75,7 @@ void add_steps(const SuspectRun& run,
 std::vector<Step> steps_of(const SuspectRun& run, const HypothesisFit& fit) {
   std::vector<Step> steps;
   if (run.set().temperature.order > 0) {
-    return steps;  // a soak off the temperature polynomials looks like a step
+    return steps;  // a soak that deviates from the temperature polynomials looks like a step
   }
   for (std::size_t first = 0; first < run.count();) {
     const std::size_t end = end_of_block(run, first);

@@ -31,8 +31,8 @@ Eigen::MatrixX2d table_rows(const SuspectRun& run,
   return coefficients.middleRows<3>(1).transpose().lazyProduct(change);
 }
 
-// The two columns for a change of the field's direction in the table frame. They concern all
-// readings from position `cut` of run.order() on.
+// The two columns for a change of the field's direction in the table frame. The entries are not 0
+// for the readings from position `cut` of run.order() on.
 Eigen::MatrixXd table_columns(const SuspectRun& run,
                               std::size_t cut,
                               const TableField& field,
@@ -49,8 +49,8 @@ Eigen::MatrixXd table_columns(const SuspectRun& run,
 }
 
 // The reduction of the sum of squares if the table moved after a reading, to first order; one entry
-// for each cut. The columns of a cut are the columns of the next cut with one more reading.
-// Therefore their products with the basis and with the residuals are running sums.
+// for each cut. The columns of a cut equal the columns of the next cut plus one more reading.
+// Therefore their products with the basis and with the residuals are computed as running sums.
 std::vector<double> drops_with_table_moved(const SuspectRun& run, const HypothesisFit& fit) {
   std::vector<double> drops(run.count(), 0.0);
   Eigen::MatrixXd in_basis = Eigen::MatrixXd::Zero(fit.fit->column_count(), 2);
@@ -73,7 +73,8 @@ std::vector<double> drops_with_table_moved(const SuspectRun& run, const Hypothes
   return drops;
 }
 
-// The cuts to fit: all of them, or, if they are many, those that reduce the sum of squares most.
+// The cuts to fit. If a run has too many cuts, only those that reduce the sum of squares most.
+// Empty if the field is known.
 std::vector<std::size_t> cuts_of(const SuspectRun& run) {
   std::vector<std::size_t> all;
   for (std::size_t cut = 1; cut < run.count() && !run.fitter().known_field(); ++cut) {

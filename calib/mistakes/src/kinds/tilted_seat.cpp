@@ -34,8 +34,8 @@ HypothesisFit fit_tilted(const SuspectRun& run, std::size_t i) {
       });
 }
 
-// If the readings are few, the worst ones are fitted with a tilt. If they are many, deletion_p()
-// tests each reading against the others.
+// If the run has few readings, the worst readings are fitted with a tilt. If it has many, nothing
+// is done, because deletion_p() tests each reading against the others.
 void detect_tilt(const SuspectRun& run, const Consider& consider) {
   constexpr std::size_t most_tried = 3;
   if (!run.has_independent_readings()) {

@@ -19,7 +19,7 @@ constexpr std::array wrong_pose_advice = {MistakeAdvice{
 // block does not contain its opposite point.
 constexpr double repeated_point = 5.0;
 
-// For example "rest -Y instead of +Y (upside down)".
+// The words for a wrong pose, for example "rest -Y instead of +Y (upside down)".
 std::string pose_words(const DesignPoint& stated, const DesignPoint& point, bool has_fence) {
   const auto face = [](Face f) { return std::string(face_name(f)); };
   const bool same_rest = stated.rest() == point.rest();
@@ -47,7 +47,7 @@ void explain_by_pose(const SuspectRun& run, std::size_t i, Explanations& found) 
   // Only the poses nearest to the prediction by the other readings are fitted.
   std::vector<std::pair<double, DesignPoint>> poses;
   for (const DesignEntry& entry : standard_design(24)) {
-    // Without fence faces all design points with the same rest face are equal.
+    // If the run states no fence faces, all design points with the same rest face are equivalent.
     const bool is_same = run.set().has_fence
                              ? entry.point == stated
                              : entry.point.rest() == stated.rest() ||

@@ -44,8 +44,8 @@ void try_value(const SuspectRun& run,
     return;
   }
   const auto row = static_cast<Eigen::Index>(i);
-  // If the readings are many, a value is fitted only if it is at least twice as close to the
-  // prediction by the other readings as the stated value.
+  // If the run has many readings, a value is fitted only if its distance from the prediction by the
+  // other readings is at most half the distance of the stated value.
   if (run.count() > SuspectRun::each_is_fitted) {
     const ReadingSet one = one_reading(run.set(), i);
     const Eigen::VectorXd stated = run.set().response.row(row);

@@ -19,7 +19,7 @@ class BoxedOptional {
   BoxedOptional(T value)
       : value_(std::make_unique<T>(std::move(value))) {}  // NOLINT(google-explicit-constructor)
 
-  /// Constructs from the arguments of a constructor of T.
+  /// Constructs a T from a value of another type.
   template <typename From>
   requires(std::constructible_from<T, From> && !std::same_as<std::remove_cvref_t<From>, T> &&
            !std::same_as<std::remove_cvref_t<From>, BoxedOptional>)
@@ -38,7 +38,7 @@ class BoxedOptional {
   [[nodiscard]] bool has_value() const { return value_ != nullptr; }
   explicit operator bool() const { return has_value(); }
 
-  /// The following operators require has_value().
+  /// The operators * and -> require that has_value() is true.
 
   [[nodiscard]] T& operator*() { return *value_; }
   [[nodiscard]] const T& operator*() const { return *value_; }

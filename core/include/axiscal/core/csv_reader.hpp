@@ -28,8 +28,8 @@ class AXISCAL_EXPORT CsvReader {
 
   enum class Row { good, defective, end };
 
-  /// Whether a quoted cell may continue on the next line. `end_with_line` is for rows that must be
-  /// delivered at once: with `span_lines` one stray quote would delay all following rows.
+  /// Whether a quoted cell may continue on the next line. Use `end_with_line` for live data,
+  /// because with `span_lines` a single unclosed quote delays all following rows.
   enum class Quotes { span_lines, end_with_line };
 
   /// Complete lines, unchanged from the file.
@@ -51,7 +51,8 @@ class AXISCAL_EXPORT CsvReader {
   ///                    repeated.
   CsvReader(Source source, std::string path, Quotes quotes = Quotes::span_lines);
 
-  /// Reads a table without a header. All its rows contain readings. The constructor reads nothing.
+  /// Makes a reader for a table without a header, whose first row already contains readings. Only
+  /// next() reads from `source`.
   /// @param source, path, quotes  as for the first constructor.
   /// @param header                the columns' names.
   CsvReader(Source source,
@@ -59,7 +60,7 @@ class AXISCAL_EXPORT CsvReader {
             std::vector<std::string> header,
             Quotes quotes = Quotes::span_lines);
 
-  /// Reads lines from take_lines() of another reader. The columns are those of that reader.
+  /// Makes a reader for `lines`, the result of `of.take_lines()`. It has the columns of `of`.
   CsvReader(const CsvReader& of, Lines lines);
 
   /// Replaces the names of the columns.
@@ -69,7 +70,7 @@ class AXISCAL_EXPORT CsvReader {
   /// @return the columns' names.
   [[nodiscard]] const std::vector<std::string>& header() const { return header_; }
 
-  /// @return the header as it stands in the file, without its line end.
+  /// @return the text of the header row in the file, without its line end.
   [[nodiscard]] const std::string& header_text() const { return header_text_; }
 
   /// @return the position of a column, or nullopt if no column has that name.
@@ -101,7 +102,8 @@ class AXISCAL_EXPORT CsvReader {
   ///         Lines it is valid as long as the reader exists.
   [[nodiscard]] std::string_view text() const { return text_; }
 
-  /// @return the number of cells of the row, even if the header has another number.
+  /// @return the number of cells of the row. In a defective row it may differ from the number of
+  ///         columns.
   [[nodiscard]] std::size_t cell_count() const { return cells_.size(); }
 
   /// @return the defect of a defective row, for a message.
@@ -127,8 +129,8 @@ class AXISCAL_EXPORT CsvReader {
   std::vector<char> buffer_;
   std::size_t begin_ = 0;     // start of the bytes in buffer_ that are not consumed
   std::size_t filled_ = 0;    // end of the bytes in buffer_
-  std::size_t row_end_ = 0;   // end of the row's text, from begin_
-  std::size_t consumed_ = 0;  // start of the next row, from begin_
+  std::size_t row_end_ = 0;   // end of the row's text, relative to begin_
+  std::size_t consumed_ = 0;  // start of the next row, relative to begin_
   bool at_end_ = false;
   std::size_t line_ = 0;
   std::size_t next_line_ = 1;
@@ -136,7 +138,7 @@ class AXISCAL_EXPORT CsvReader {
   std::string header_text_;
   std::string_view text_;
   std::vector<std::string_view> cells_;
-  std::string unquoted_;                                     // texts of cells, if a row has quotes
+  std::string unquoted_;                                     // all cells of a row that has quotes
   std::vector<std::pair<std::size_t, std::size_t>> pieces_;  // start and length of each cell
   std::string defect_;
 };

@@ -41,8 +41,8 @@ class AXISCAL_EXPORT SetupError : public DomainError {
   using DomainError::DomainError;
 };
 
-/// A file that is missing, unreadable or malformed. The message starts with the path, and with the
-/// line or JSON pointer if there is one.
+/// A file that is missing, unreadable or malformed. The message starts with the path. The line or
+/// the JSON pointer follows if it is known.
 class AXISCAL_EXPORT DataError : public Error {
  public:
   /// Message `PATH: what`.
@@ -51,8 +51,8 @@ class AXISCAL_EXPORT DataError : public Error {
   /// Message `PATH:LINE: what`. Lines are counted from 1, header and comments included.
   DataError(std::string_view path, std::size_t line, std::string_view what);
 
-  /// Message `PATH: POINTER: what`, for a value in a JSON file. The pointer is RFC 6901; `/` is the
-  /// whole file.
+  /// Message `PATH: POINTER: what`, for a value in a JSON file. The pointer has the syntax of RFC
+  /// 6901, except that `/` is the whole file.
   DataError(std::string_view path, std::string_view pointer, std::string_view what);
 };
 
@@ -74,13 +74,14 @@ class AXISCAL_EXPORT InputOverwriteError : public Error {
   using Error::Error;
 };
 
-/// Valid readings that do not allow a result: for example too few, or no opposite orientations.
+/// Valid readings from which no result can be computed, for example because they are too few or
+/// have no opposite orientations.
 class AXISCAL_EXPORT RefusedError : public Error {
  public:
   using Error::Error;
 };
 
-/// The design does not determine the parameters.
+/// A design that does not determine all parameters.
 class AXISCAL_EXPORT RankDeficientError : public RefusedError {
  public:
   /// @param what          the message; it should name the missing input.

@@ -34,7 +34,8 @@ class AXISCAL_EXPORT InputFile {
 
   [[nodiscard]] const std::string& path() const { return path_; }
 
-  /// @return a regular file's size when it was opened [bytes]; 0 for other files.
+  /// @return the size [bytes] of a regular file at the time when it was opened; 0 for a pipe or
+  ///         device.
   [[nodiscard]] std::size_t size() const { return size_; }
 
  private:
@@ -48,7 +49,7 @@ class AXISCAL_EXPORT InputFile {
 [[nodiscard]] AXISCAL_EXPORT bool can_be_read_again(const std::string& path);
 
 /// @return the whole content of a file; `-` is standard input.
-/// @throws DataError  as InputFile; or if the file is larger than largest_whole_file.
+/// @throws DataError  if the file cannot be read, or is larger than largest_whole_file.
 [[nodiscard]] AXISCAL_EXPORT std::string read_whole_file(const std::string& path);
 
 /// Reads a text file line by line, in constant memory.
@@ -57,7 +58,7 @@ class AXISCAL_EXPORT InputFile {
 /// @param take     receives each line without its line end. `is_whole` is false if the line end is
 ///                 missing, which is possible only in the last line.
 /// @param longest  the largest length of a line [bytes].
-/// @throws DataError  as InputFile; or if a line is longer than `longest`.
+/// @throws DataError  if the file cannot be read, or a line is longer than `longest`.
 AXISCAL_EXPORT void for_each_line(
     const std::string& path,
     const std::function<void(std::string_view line, bool is_whole)>& take,

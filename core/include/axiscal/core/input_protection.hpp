@@ -13,11 +13,11 @@ namespace axiscal {
 /// an OutputFile has written.
 ///
 /// A program that reads and writes files creates an InputProtection in main(). From then on, each
-/// regular file that is opened for reading is remembered by device and inode, so that links and
-/// other names of it are recognised. Each file that an OutputFile has written is remembered too.
-/// Replacing such a file throws InputOverwriteError and changes no file. Without an InputProtection
-/// no file is remembered: a user of the library may read a file, change the content and write it
-/// again.
+/// regular file that is opened for reading is remembered by device and inode, so that it is also
+/// recognised by another name or a link. Each file that an OutputFile has written is remembered
+/// too. Replacing such a file throws InputOverwriteError and changes no file. Without an
+/// InputProtection no file is remembered: a user of the library may read a file, change the content
+/// and write it again.
 class AXISCAL_EXPORT InputProtection {
  public:
   InputProtection();
@@ -32,12 +32,14 @@ class AXISCAL_EXPORT InputProtection {
 AXISCAL_EXPORT void protect_input(int descriptor);
 AXISCAL_EXPORT void protect_input(const struct stat& status);
 
-/// @param path  the file that would be replaced. If there is no such file, nothing is thrown.
+/// Checks that an output does not replace a remembered file.
+/// @param path  the path of the output. If no such file exists, nothing is thrown.
 /// @throws InputOverwriteError  if this run has read or written the file.
 AXISCAL_EXPORT void forbid_replacing_input(const std::string& path);
 
-/// As above, for an open file that is written in place, such as standard output.
-/// @param name  the file's name in the message.
+/// The same check for an open file that is written in place, such as standard output.
+/// @param descriptor  the open file.
+/// @param name        the file's name in the message.
 AXISCAL_EXPORT void forbid_replacing_input(int descriptor, const std::string& name);
 
 /// Forgets a file that this run has written, so that the run can write it again. For example, a

@@ -15,9 +15,10 @@ namespace axiscal {
 class AXISCAL_EXPORT MissingColumnError : public DataError {
  public:
   /// Message `PATH:LINE: column 'NAME': is missing; the columns are: ...`. If the header is one
-  /// cell that contains semicolons or tabs, the message says first that commas are needed.
+  /// cell that contains semicolons or tabs, the message begins with the remark that commas are
+  /// needed.
   ///
-  /// @param path     of the table.
+  /// @param path     path of the table.
   /// @param line     line number of the header, from 1; 0 if it is unknown.
   /// @param column   name of the missing column.
   /// @param columns  names of the existing columns.

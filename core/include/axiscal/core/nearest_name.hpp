@@ -12,17 +12,17 @@ namespace axiscal {
 /// Finds the known name that is most similar to a mistyped name.
 ///
 /// @return the candidate with the fewest edits (insert, delete, replace, swap of neighbours; case
-///         is ignored), if these are at most a third of the name's length, or 1. Otherwise the
-///         first candidate that begins with the name, if the name has 3 characters or more.
-///         Otherwise "".
+///         is ignored), if it needs at most max(1, name.size() / 3) edits. Otherwise the first
+///         candidate that begins with the name, if the name has 3 characters or more. Otherwise "".
 [[nodiscard]] AXISCAL_EXPORT std::string_view nearest_name(
     std::string_view name, std::span<const std::string_view> candidates);
 
-/// @return "; did you mean 'NAME'?" with the result of nearest_name(), or "" if that is "".
+/// @return "; did you mean 'NAME'?", where NAME is the result of nearest_name(); "" if
+///         nearest_name() returns "".
 [[nodiscard]] AXISCAL_EXPORT std::string did_you_mean(std::string_view name,
                                                       std::span<const std::string_view> candidates);
 
-/// As above, followed by `what_there_is`, e.g. "there are a, b".
+/// Appends `what_there_is`, e.g. "there are a, b", to the question of the other did_you_mean().
 /// @return "; there are a, b", or "; did you mean 'a'? There are a, b".
 [[nodiscard]] AXISCAL_EXPORT std::string did_you_mean(std::string_view name,
                                                       std::span<const std::string_view> candidates,

@@ -19,7 +19,8 @@ namespace axiscal {
 /// As parse_number(), for whole numbers in the range of int.
 [[nodiscard]] AXISCAL_EXPORT std::optional<int> parse_integer(std::string_view text) noexcept;
 
-/// Reads numbers separated by commas: "0.001,-0.002"; blanks around a number are allowed.
+/// Reads numbers that are separated by commas, e.g. "0.001,-0.002". Blanks around a number are
+/// allowed.
 ///
 /// @return the numbers, or nullopt if one of them is not a finite number.
 [[nodiscard]] AXISCAL_EXPORT std::optional<std::vector<double>> parse_numbers(
@@ -42,8 +43,8 @@ AXISCAL_EXPORT char* write_number(char* first, double value) noexcept;
 /// as 0.
 ///
 /// The value is multiplied by a power of ten and then rounded. If the product is halfway between
-/// two integers, within its rounding error, either may be written. If the product is 9e15 or more,
-/// the text is that of write_number().
+/// two integers, to within its rounding error, either integer may be written. If the product is
+/// 9e15 or more, the text is that of write_number().
 ///
 /// @param first     a buffer of at least number_text_size characters.
 /// @param value     a finite number.

@@ -32,11 +32,11 @@ class AXISCAL_EXPORT OutputFile {
   OutputFile(const OutputFile&) = delete;
   OutputFile& operator=(const OutputFile&) = delete;
 
-  /// @return true if the target is written directly, so that the text cannot be discarded.
+  /// @return true if the target is written directly, so that the text cannot be taken back.
   [[nodiscard]] bool is_direct() const { return target_.empty(); }
 
-  /// @throws OutputError  if the file cannot be written, for example because the disk is full;
-  ///                      ClosedPipe if the reader has gone away.
+  /// @throws OutputError  if the file cannot be written, for example because the disk is full. The
+  ///                      error is a ClosedPipe if the reading process has closed the pipe.
   void write(std::string_view text);
 
   /// Overwrites the start of the file with `text`, which must not be longer than the file.
@@ -58,7 +58,7 @@ class AXISCAL_EXPORT OutputFile {
   bool make_temporary(const Make& make);
 
   std::string path_;
-  std::string target_;     // path_ with links followed; empty if direct, or after commit()
+  std::string target_;     // path_ with links resolved; empty if direct, or after commit()
   std::string temporary_;  // path next to target_; empty while the file is unnamed
   int descriptor_ = -1;
   std::size_t written_ = 0;

@@ -18,8 +18,8 @@
 
 namespace axiscal {
 
-/// Starts work on a thread of its own. If no thread is available, or the work is too small for one,
-/// the caller of get() does the work.
+/// Starts `work` on a new thread. If no thread is available or `worth_a_thread` is false, the work
+/// runs in the thread that calls get() of the result.
 template <typename Work>
 [[nodiscard]] std::future<std::invoke_result_t<Work>> begin_work(Work work,
                                                                  bool worth_a_thread = true) {
@@ -32,11 +32,11 @@ template <typename Work>
   return std::async(std::launch::deferred, std::move(work));
 }
 
-/// Calls work(0) .. work(count - 1) on several threads, in any order, each once.
+/// Calls each of work(0) .. work(count - 1) once, on several threads, in any order.
 ///
 /// The result of the work must not depend on the order. The results are then identical for any
-/// number of threads. If several calls throw, the exception of the lowest number is thrown after
-/// all threads have ended.
+/// number of threads. If several calls throw, the exception of the call with the lowest number is
+/// thrown after all threads have ended.
 ///
 /// @param threads  number of threads; 0: worker_count(). With one thread, with one piece of work,
 ///                 or if the system refuses a thread, the work runs in the caller's thread.
@@ -65,7 +65,7 @@ void for_each_in_order(const std::function<std::optional<std::function<Piece()>>
     under_way.pop_front();
     take(std::move(piece));
   };
-  std::exception_ptr failure;  // of next(); thrown after all earlier pieces are delivered
+  std::exception_ptr failure;  // exception of next(); thrown after all earlier pieces are delivered
   const auto next_work = [&]() -> std::optional<std::function<Piece()>> {
     try {
       return next();

@@ -19,12 +19,13 @@ namespace axiscal {
 /// Random numbers that are identical with every compiler if the seed is the same.
 ///
 /// The engine is std::mt19937_64, whose output the standard defines. The standard does not define
-/// the output of its distributions, so this class does not use them. It draws normals by Box and
-/// Muller (as exact as log, sin and cos), and integers by rejection.
+/// the output of its distributions, so this class does not use them. It draws normals by the
+/// Box-Muller method, which is as exact as log, sin and cos, and integers by rejection.
 class AXISCAL_EXPORT RandomStream {
  public:
   /// @param seed    any number; the same seed gives the same stream.
-  /// @param stream  streams of one seed with different numbers are independent.
+  /// @param stream  the stream's number. Streams with the same seed and different numbers are
+  ///                independent.
   explicit RandomStream(std::uint64_t seed, std::uint32_t stream = 0)
       : seed_(seed), stream_(stream) {}
 
@@ -32,10 +33,10 @@ class AXISCAL_EXPORT RandomStream {
   /// first number is drawn.
   static void seed_several(const std::array<RandomStream*, 3>& streams);
 
-  /// @return uniform in (0, 1), never 0 or 1.
+  /// @return a uniformly distributed number in (0, 1), never 0 or 1.
   double uniform();
 
-  /// @return normal, mean 0, standard deviation 1.
+  /// @return a normally distributed number with mean 0 and standard deviation 1.
   double normal();
 
   /// @return N normal numbers; the last entry is drawn first. Use it for the components of a vector
@@ -50,7 +51,7 @@ class AXISCAL_EXPORT RandomStream {
     return values;
   }
 
-  /// @return uniform in 0 .. count - 1; count must not be 0.
+  /// @return a uniformly distributed integer in 0 .. count - 1; `count` must not be 0.
   std::size_t index(std::size_t count);
 
   /// Puts the items into random order (Fisher and Yates).

@@ -10,7 +10,7 @@
 
 namespace axiscal {
 
-/// @return true if no entry of R^T R - 1 is larger than `tolerance`, and det R > 0.
+/// @return true if all entries of |R^T R - I| are at most `tolerance`, and det R > 0.
 [[nodiscard]] AXISCAL_EXPORT bool is_rotation(const Eigen::Matrix3d& R, double tolerance = 1e-9);
 
 /// @return the cross-product matrix [v x], with [v x] u = v x u.
@@ -48,11 +48,11 @@ namespace axiscal {
 /// @throws DomainError  if the azimuth is not finite.
 [[nodiscard]] AXISCAL_EXPORT Eigen::Matrix3d rotation_table_from_enu(double fence_azimuth_rad);
 
-/// The rotation by which a slope changes directions in the table's frame. It is the smallest
-/// rotation that takes (0, 0, 1) to (x, y, sqrt(1 - x^2 - y^2)).
+/// The rotation from the frame of a level table to the frame of the same table with a slope. It is
+/// the smallest rotation that takes (0, 0, 1) to (x, y, sqrt(1 - x^2 - y^2)).
 ///
-/// @param slope  (x, y): the part of a unit vertical field along the table's x and y axes. For
-///               gravity it is the table's slope [rad].
+/// @param slope  (x, y): the components of a vertical unit vector along the sloping table's x and y
+///               axes. For small angles they are the slope in radians.
 /// @throws DomainError  unless x^2 + y^2 < 1.
 [[nodiscard]] AXISCAL_EXPORT Eigen::Matrix3d rotation_sloping_from_level(
     const Eigen::Vector2d& slope);

@@ -8,8 +8,8 @@
 
 namespace axiscal {
 
-/// @param indent  number of blanks at the start of each line but the first. They are part of
-///                `width`.
+/// @param indent  number of blanks at the start of each line except the first. `width` includes
+///                them.
 /// @return the text broken at blanks into lines of at most `width` columns.
 [[nodiscard]] AXISCAL_EXPORT std::string wrapped(const std::string& text,
                                                  std::size_t width,

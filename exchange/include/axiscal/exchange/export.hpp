@@ -16,8 +16,8 @@ namespace axiscal {
 struct ExportFormat {
   std::string_view name;         ///< "px4", "c-header", ...
   std::string_view description;  ///< the software that reads it
-  std::string_view formula;  ///< formula by which the reader computes the field from a reading v
-  bool is_text = true;       ///< false: binary, not for a terminal
+  std::string_view formula;  ///< formula by which that software computes the field from a reading v
+  bool is_text = true;       ///< false: binary, which must not be printed to a terminal
 };
 
 /// @return the formats of this build, by name.
@@ -27,35 +27,34 @@ struct ExportFormat {
 struct HeaderNumbers {
   enum class Type { float64, float32, fixed };
   Type type = Type::float64;
-  int reading_bits = 0;  ///< fixed: binary places of readings, 0 to 24
-  int field_bits = 16;   ///< fixed: binary places of the field, 0 to 28
+  int reading_bits = 0;  ///< for `fixed`: number of fractional bits of a reading, 0 to 24
+  int field_bits = 16;   ///< for `fixed`: number of fractional bits of the field, 0 to 28
 };
 
-/// @param text  "double", "float", "q16" (binary places of readings and field) or "q0:16" (of the
-///              readings, of the field).
+/// @param text  "double", "float", "q16" (16 fractional bits of readings and field) or "q0:16" (0
+///              fractional bits of the readings, 16 of the field).
 /// @return the format of the numbers.
 /// @throws DomainError  for another text.
 [[nodiscard]] HeaderNumbers parse_header_numbers(std::string_view text);
 
 struct ExportOptions {
   bool lossy = false;  ///< true: write the terms that the format can store, and report the loss
-  /// The reading of the consumer's driver for 1 unit of the record's readings, e.g. m/s^2 per
-  /// count. It is needed if the units do not determine it.
+  /// Factor from the record's readings to the readings of the consumer's driver, e.g. m/s^2 per
+  /// count. It is needed if the two units do not determine it.
   std::optional<double> reading_factor;
-  std::optional<double> local_gravity;  ///< m/s^2 per g, for a record in g that does not state it
+  std::optional<double> local_gravity;  ///< m/s^2 per g; needed if the record is in g and lacks it
   HeaderNumbers numbers;                ///< number type of c-header and cpp-header
-  /// Prefix of the names in a header; empty: by kind and slot, "axiscal_accelerometer_L".
+  /// Prefix of the names in a header; empty: made from kind and slot: "axiscal_accelerometer_L".
   std::string name;
-  int instance = 0;               ///< number of the sensor: 0 for CAL_ACC0, 2 for INS_ACC2
-  std::string digest;             ///< SHA-256 of the record, for a label; may be empty
-  CertificateDetails laboratory;  ///< further details of dcc: number, laboratory, customer, dates
+  int instance = 0;               ///< 1 for CAL_ACC1 or INS_ACC2; 0: the record's instance
+  std::string digest;             ///< SHA-256 of the record, for the format `label`; may be empty
+  CertificateDetails laboratory;  ///< for the format `dcc`: number, laboratory, customer, dates
 };
 
-/// The error of the field that the consumer computes, because the format lacks some terms. It is
-/// computed for all directions of a field of the record's magnitude, and for the calibrated
-/// temperatures.
+/// The error of the consumer's field that is caused by terms that the format lacks. It is computed
+/// for all directions of a field of the record's magnitude, and for the calibrated temperatures.
 struct ExportLoss {
-  std::vector<std::string> what;  ///< "cross-axis terms", "temperature", ...
+  std::vector<std::string> what;  ///< the missing terms: "cross-axis terms", "temperature", ...
   double worst = 0.0;             ///< largest difference of the fields [field unit]
   double rms = 0.0;
   double worst_deg = 0.0;  ///< largest angle between the fields
@@ -86,7 +85,7 @@ struct Exported {
 
 /// Writes the sensors of a vehicle to one file, in the format "px4", "ardupilot" or "iio". Each
 /// record has an instance (the number of the sensor) and a device (its id in the software).
-/// @throws RefusedError  if the format allows only one instrument per file; as
+/// @throws RefusedError  if the format allows only one instrument per file, or for the reasons of
 ///                       export_calibration().
 [[nodiscard]] Exported export_vehicle(const std::vector<const Calibration*>& calibrations,
                                       std::string_view format,
@@ -96,7 +95,8 @@ struct Exported {
 ///
 /// @throws DomainError   for an unknown format.
 /// @throws RefusedError  if the format allows only one instrument per file, both records have the
-///                       same kind, or they have different serial numbers; as export_calibration().
+///                       same kind, they have different serial numbers, or for the reasons of
+///                       export_calibration().
 [[nodiscard]] Exported export_imu(const Calibration& first,
                                   const Calibration& second,
                                   std::string_view format,

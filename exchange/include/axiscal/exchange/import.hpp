@@ -17,9 +17,9 @@ struct ImportOptions {
   /// The sensor to read from the file: accelerometer, gyroscope or magnetometer.
   std::string kind = "accelerometer";
   int instance = 0;  ///< number of that sensor, e.g. 0 for CAL_ACC0
-  /// The magnitude of the field at the place where the calibration will be checked [unit of the
-  /// format]. The default is 9.80665 m/s^2 for an accelerometer, 1 rad/s for a gyroscope, 0.5 G for
-  /// a magnetometer.
+  /// Magnitude of the field for which the record is written [field unit of the format]: that of the
+  /// place where the calibration will be checked. The default is 9.80665 m/s^2 for an
+  /// accelerometer, 1 rad/s for a gyroscope, 0.5 G for a magnetometer.
   std::optional<double> magnitude;
 };
 

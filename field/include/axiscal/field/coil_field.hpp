@@ -23,15 +23,15 @@ enum class CoilShape {
 /// A coil system around the cube.
 struct AXISCAL_EXPORT Coil {
   CoilShape shape = CoilShape::helmholtz;
-  double turns = 1.0;      ///< number of turns of each (outer) coil
-  double current_A = 1.0;  ///< current at level 1
+  double turns = 1.0;      ///< number of turns of each round coil, or of each outer square coil
+  double current_A = 1.0;  ///< current if the level of a reading is 1
   double size_m = 1.0;     ///< radius of round coils, side of square coils
   Eigen::Vector3d axis_in_table = Eigen::Vector3d::UnitZ();  ///< direction of the field
 };
 
 /// Computes the flux density at the centre of a coil system.
 ///
-/// @return B [T], frame table, along the axis.
+/// @return the flux density B [T] in the table's frame, along the axis.
 /// @throws DomainError  unless turns and size are positive, and current and axis are not zero.
 /// @par Source
 /// Helmholtz: B = (4/5)^(3/2) mu_0 N I / R. Merritt, Purcell & Stroink, Rev. Sci. Instrum. 54
@@ -43,14 +43,15 @@ struct AXISCAL_EXPORT Coil {
 /// of a reading multiplies the coil's current.
 class AXISCAL_EXPORT CoilField final : public ReferenceField {
  public:
-  /// A coil system without data. The experiment states its vector or magnitude. In a sum with a
-  /// known field, its magnitude may be unknown.
+  /// A coil system of unknown geometry. The experiment states the vector or magnitude of its field.
+  /// If it is part of a sum with a known field, its magnitude may be unknown.
   CoilField() = default;
 
   /// @throws DomainError  as coil_field_in_table_T().
   explicit CoilField(const Coil& coil, std::string unit = "");
 
-  /// @return the coil's field, frame table [unit(); nT if unit() is empty]; zero without a coil.
+  /// @return the coil's field [unit(); nT if unit() is empty], in the table's frame because the
+  ///         field is induced (see ReferenceField::is_induced()); zero without a coil.
   [[nodiscard]] Eigen::Vector3d value_in_enu() const override;
   [[nodiscard]] std::string_view unit() const override { return unit_; }
   [[nodiscard]] std::string_view kind() const override { return "induced_magnetic"; }

@@ -8,8 +8,7 @@
 
 namespace axiscal {
 
-/// A constant field that is given as a vector: for example that of a coil or a lamp, or a measured
-/// one.
+/// A constant field that is given as a vector, for example a measured field or the field of a lamp.
 class AXISCAL_EXPORT CustomField final : public ReferenceField {
  public:
   /// A field whose magnitude or vector the experiment states. Without both, its magnitude is 1 if

@@ -17,9 +17,9 @@ namespace axiscal {
 struct AXISCAL_EXPORT FieldStart {
   /// False if the direction at the site is known but the fence's azimuth is not.
   bool has_heading = true;
-  /// The sensitivity S and field f fit as well as -S and -f. The fit takes the sign for which f and
-  /// this vector have a positive scalar product. If this vector is zero, the expected sign of S
-  /// decides. Frame table, any length.
+  /// A vector in the table's frame, of any length, that selects the sign of the field f. (S and f
+  /// fit the readings as well as -S and -f.) The fit takes the sign for which f and this vector
+  /// have a positive scalar product. If this vector is zero, the expected sign of S decides.
   Eigen::Vector3d sign_by = Eigen::Vector3d::Zero();
   /// Directions towards the lamps if there are several, frame table. An axis that is sensitive on
   /// one side responds to the sum of the lamps only if all lamps are on that side.
@@ -39,11 +39,11 @@ struct AXISCAL_EXPORT FieldDescription {
   std::string model;                        ///< "wgs84", "wmm2025", ...; empty without a model
   std::optional<double> local_gravity;      ///< m/s^2 per g, for a field in g
   double local_gravity_u = 0.0;             ///< its standard uncertainty [m/s^2]; 0: not stated
-  std::optional<Eigen::Vector3d> in_table;  ///< given or estimated, at level 1 [unit], frame table
-  std::optional<Eigen::Matrix3d> in_table_covariance;  ///< of in_table [unit^2], from `joint`
+  std::optional<Eigen::Vector3d> in_table;  ///< given or fitted vector at level 1 [unit]
+  std::optional<Eigen::Matrix3d> in_table_covariance;  ///< covariance of in_table [unit^2]
   double in_table_degrees_of_freedom = 0.0;            ///< degrees of freedom of the covariance
   std::optional<Site> site;                            ///< site for which the field was computed
-  std::string date;                                    ///< as given; may be empty for gravity
+  std::string date;                                    ///< date as given; may be empty for gravity
   std::vector<FieldDescription> parts;                 ///< parts of a sum; otherwise empty
 
   bool set_by_level = true;  ///< true for an induced field: a reading's level multiplies it

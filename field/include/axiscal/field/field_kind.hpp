@@ -16,10 +16,10 @@ namespace axiscal {
 /// uses these properties instead of comparing names.
 struct FieldKind {
   std::string_view name;
-  std::span<const std::string_view> units;  ///< allowed units, the default first; empty: any text
+  std::span<const std::string_view> units;  ///< allowed units, first the default; empty: any text
   bool local = false;                       ///< true if it exists at a site and no one can set it
-  bool vertical = false;      ///< true if it points up at every site and so shows the slope
-  bool along_normal = false;  ///< true if it lies along the normal of a level table
+  bool vertical = false;      ///< true if it points up at every site, so that a fit finds the slope
+  bool along_normal = false;  ///< true if it is parallel to the normal of a level table
   bool rotation = false;      ///< true if it is an angular rate
   bool dated = false;         ///< true if its model depends on the date
   /// The smallest and greatest magnitude that the field has on the Earth [first of `units`]. If
@@ -28,11 +28,11 @@ struct FieldKind {
   double greatest_magnitude = 0.0;
   /// Members that a file may have only for this kind, e.g. "model".
   std::span<const std::string_view> members;
-  /// A field of this kind with all inputs unset; null for a kind that files cannot state.
+  /// Makes a field of this kind that has no inputs yet; null if files cannot state this kind.
   std::shared_ptr<ReferenceField> (*make)() = nullptr;
 };
 
-/// @return the function for FieldKind::make.
+/// @return a function that makes a `Field`, for FieldKind::make.
 template <typename Field>
 [[nodiscard]] constexpr auto maker_of() {
   return +[]() -> std::shared_ptr<ReferenceField> { return std::make_shared<Field>(); };
@@ -50,8 +50,8 @@ AXISCAL_EXPORT void add_field_kind(const FieldKind& kind);
 /// @return the kind of that name; for an unknown name or a sum, a kind without properties.
 [[nodiscard]] AXISCAL_EXPORT const FieldKind& field_kind(std::string_view name);
 
-/// True if a magnitude is possible for the kind: 0.99 to 1.01 g for gravity, 20 to 70 uT for the
-/// Earth's magnetic field. For a kind without limits all magnitudes are possible.
+/// Returns true if a magnitude is within the limits of the kind: 0.99 to 1.01 g for gravity, 20 to
+/// 70 uT for the Earth's magnetic field. Other kinds have no limits.
 /// @param magnitude  the magnitude [unit].
 /// @param unit       one of the kind's units.
 [[nodiscard]] AXISCAL_EXPORT bool is_possible_magnitude(const FieldKind& kind,

@@ -18,14 +18,15 @@ class AXISCAL_EXPORT FieldLevel {
   /// Levels of parts, by the parts' names.
   using OfParts = std::map<std::string, double, std::less<>>;
 
-  /// One level for all induced parts. Not explicit, because most fields have only one level.
+  /// Makes one level for all induced parts. The constructor is not explicit, because most fields
+  /// have only one level.
   FieldLevel(double of_all = 1.0) : of_all_(of_all) {}  // NOLINT(google-explicit-constructor)
 
   /// @param of_parts   levels by the parts' names.
   /// @param of_others  level of the induced parts that are not in `of_parts`.
   explicit FieldLevel(OfParts of_parts, double of_others = 1.0);
 
-  /// @return the level of a part of that name.
+  /// @return the level of the part with the name `part`.
   [[nodiscard]] double of(std::string_view part) const {
     return of_parts_ ? own_level(part) : of_all_;
   }

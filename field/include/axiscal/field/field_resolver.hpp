@@ -20,7 +20,7 @@ class AXISCAL_EXPORT FieldResolver {
   /// @param part           the stated inputs.
   /// @param place          site, orientation and date of the table.
   /// @param occasion       time and unit of the readings.
-  /// @param beside_others  true if it is a part of a sum.
+  /// @param beside_others  true if `part` is one of several parts of a sum.
   FieldResolver(const FieldSetup& part,
                 const TablePlace& place,
                 const FieldOccasion& occasion,
@@ -29,11 +29,11 @@ class AXISCAL_EXPORT FieldResolver {
   /// @throws SetupError, RefusedError  as resolve_part().
   [[nodiscard]] FieldDescription resolve();
 
-  /// The stated inputs, and the results so far.
+  /// The stated inputs are in given(), and the results so far in found().
   [[nodiscard]] const FieldSetup& given() const { return given_; }
   [[nodiscard]] FieldDescription& found() { return found_; }
 
-  /// The table's site, for a field that has none of its own.
+  /// The table's site. It is used by fields that do not state a site.
   [[nodiscard]] const std::optional<Site>& site() const { return place_.site; }
 
   /// @throws SetupError  if the longitude of the table's site is not stated.
@@ -54,21 +54,21 @@ class AXISCAL_EXPORT FieldResolver {
 
   void set_magnitude(double magnitude);
 
-  /// Sets the magnitude to the given one. If it is missing, the magnitude stays unknown if
-  /// may_be_open(). Otherwise it is the largest field of the readings.
-  /// @param otherwise  text of the error after "field KIND", if there is no magnitude.
+  /// Sets the magnitude to given_magnitude(). If that is missing and may_be_open(), the magnitude
+  /// is marked as unknown. Otherwise it is largest_field_length().
+  /// @param otherwise  text of the error message after "field KIND".
   /// @param settings   further settings that would remedy the error.
-  /// @throws SetupError  if there is no magnitude.
+  /// @throws SetupError  if none of these magnitudes is known.
   void set_given_magnitude(const std::string& otherwise, std::vector<Setting> settings);
 
-  /// As set_given_magnitude(), but if the unit is "1" the magnitude is 1 instead of an error.
+  /// As set_given_magnitude(), but sets 1 if no magnitude is known and the unit is "1".
   void set_given_magnitude_or_1(const std::string& otherwise, std::vector<Setting> settings);
 
-  /// Marks the magnitude as unknown. It is then fitted together with parts of known magnitude.
+  /// Marks the magnitude as unknown, so that it is fitted. Another part must have a known one.
   void mark_magnitude_unknown();
 
   /// True if the magnitude may stay unknown: it is stated as unknown, or this is a local part of a
-  /// sum without a stated number.
+  /// sum and given_magnitude() is empty.
   [[nodiscard]] bool may_be_open() const;
 
   /// @return length of the largest field in the readings; nullopt if they do not contain fields.
@@ -76,7 +76,7 @@ class AXISCAL_EXPORT FieldResolver {
     return occasion_.largest;
   }
 
-  /// Sets the model's uncertainty of the magnitude, unless the user states another.
+  /// Sets the uncertainty of the magnitude to the stated one; if none is stated, to `magnitude_u`.
   void set_model_u(double magnitude_u);
 
   /// Sets the field's vector in the table. Its length is the part's magnitude.
@@ -89,7 +89,8 @@ class AXISCAL_EXPORT FieldResolver {
   /// replaces its length.
   void set_made(const std::function<Eigen::Vector3d()>& make);
 
-  /// Resolves the part by the field's own value, as the default of ReferenceField::resolve() does.
+  /// Sets vector and magnitude to the value of `field`. This is the default of
+  /// ReferenceField::resolve().
   void resolve_by_value(const ReferenceField& field);
 
  private:

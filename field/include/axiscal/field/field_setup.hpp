@@ -44,11 +44,12 @@ struct AXISCAL_EXPORT FieldSetup {
   std::shared_ptr<const ReferenceField> of;  ///< the field; null: not stated
   std::string name;  ///< readings state its level in the column level.NAME; may be empty
   std::optional<FieldRole> role;  ///< default: the role of the kind
-  /// Unit of the numbers below. If it is empty, a kind's unit is chosen by the stated magnitude, by
-  /// the unit of the readings, or by default.
+  /// Unit of the numbers below. If it is empty, it is the first unit of the kind in which the
+  /// stated magnitude is possible, else the unit of the readings if the kind has it and no number
+  /// is stated, else the kind's default unit.
   std::string unit;
   std::optional<double> magnitude;          ///< F [unit]; default: see resolve_field()
-  bool magnitude_unknown = false;           ///< true: it is fitted, in a sum with a known part
+  bool magnitude_unknown = false;           ///< true: it is fitted; that of another part is known
   double magnitude_u = 0.0;                 ///< its standard uncertainty [unit]
   std::optional<Eigen::Vector3d> in_table;  ///< the field's vector [unit], frame table
   std::vector<FieldSetup> others;           ///< further local and induced parts of the sum
@@ -61,7 +62,8 @@ struct AXISCAL_EXPORT FieldSetup {
   /// @return the field's kind; empty if no field is stated.
   [[nodiscard]] std::string_view kind() const { return of ? of->kind() : std::string_view(); }
 
-  /// @return true if the field is made on the table: by `role`, else by the field's is_induced().
+  /// @return true if the field is made on the table: as `role` states, else as the field's
+  ///         is_induced() returns.
   [[nodiscard]] bool is_induced() const;
 
   /// @return the parts of a sum, this one first.
@@ -73,7 +75,7 @@ struct AXISCAL_EXPORT FieldSetup {
 };
 
 /// @param kind     name of the kind; empty: the result is null.
-/// @param members  values of further members that files have for the kind, e.g. {"model",
+/// @param members  names and values of further members that the kind has in files, e.g. {"model",
 ///                 "igrf14"}.
 /// @return a field of that kind.
 /// @throws SetupError  if the kind or a member is unknown; the message lists the kinds.
@@ -86,22 +88,22 @@ struct AXISCAL_EXPORT FieldSetup {
 /// @throws DataError  if the file does not have this format.
 [[nodiscard]] AXISCAL_EXPORT FieldSetup read_field(const std::string& path);
 
-/// @return the field of a record as inputs of an experiment.
-/// @param with_vector  true: the vector in the table is an input too. Parts of a sum always have
-///                     it.
+/// @return the field of a record as inputs of a new experiment.
+/// @param with_vector  true: the inputs include the vector in the table. For parts of a sum they
+///                     always include it.
 [[nodiscard]] AXISCAL_EXPORT FieldSetup setup_of(const FieldDescription& field, bool with_vector);
 
 /// @throws SetupError  if a kind of field cannot have the unit.
 AXISCAL_EXPORT void check_field_unit(std::string_view kind, const std::string& unit);
 
-/// Inputs for resolving a field that come from the readings.
+/// Properties of the readings that are needed to resolve a field.
 struct FieldOccasion {
   std::optional<double> time_s;   ///< time of the readings [s since 1970-01-01 UTC]; nullopt: the
                                   ///< place's date is used
-  std::string reading_unit;       ///< unit of the readings; the default for a field without any
-                                  ///< stated number
-  std::optional<double> largest;  ///< length of the largest field in the readings [unit]; the
-                                  ///< magnitude if none is stated or can be computed
+  std::string reading_unit;       ///< unit of the readings; the field's default unit if no number
+                                  ///< of the field is stated
+  std::optional<double> largest;  ///< length of the largest field that the readings state [unit];
+                                  ///< it is the magnitude if no other is stated or computable
 };
 
 /// Computes the field from the inputs, before any reading is used. The result is a list of its
@@ -110,24 +112,25 @@ struct FieldOccasion {
 /// The magnitude is the stated one; else the length of in_table; else 1 for the units `g` and `1`;
 /// else from a model at the site and date, from the geometry of a coil, or from the sum of lamps.
 /// in_table is the stated vector; else the field at the site, rotated by the fence's azimuth and
-/// the known slope; a turntable's is along the table's normal. In a sum with a part of known
-/// magnitude, other magnitudes may be unknown.
+/// the known slope. The vector of a turntable is along the table's normal. If one part of a sum has
+/// a known magnitude, the magnitudes of other parts may be unknown.
 /// @throws SetupError    if kind or unit are not known, or a magnitude cannot be computed.
 /// @throws RefusedError  if place or date are outside a model's range, or the sun is below the
 ///                       horizon.
 [[nodiscard]] AXISCAL_EXPORT std::vector<FieldDescription> resolve_field(
     const FieldSetup& setup, const TablePlace& place, const FieldOccasion& occasion);
 
-/// Resolves a single field, e.g. a second field.
+/// As resolve_field(), for a field that is not a sum, e.g. one of an experiment's second fields.
 [[nodiscard]] AXISCAL_EXPORT FieldDescription resolve_part(const FieldSetup& part,
                                                            const TablePlace& place,
                                                            const FieldOccasion& occasion);
 
-/// The sum of the parts, with the site and date of the computation.
+/// @return the sum of the parts, with the site and date of `place`.
 [[nodiscard]] AXISCAL_EXPORT FieldDescription
 describe_field(const TablePlace& place, const std::vector<FieldDescription>& parts);
 
-/// @return rotation_table_from_enu at a place, with the slope, for a field that moves.
+/// @return the rotation from enu to the table's frame, by the fence's azimuth and the slope.
+/// @param field  a field that moves; it is named in the error message.
 /// @throws SetupError  if the fence's azimuth is not stated.
 [[nodiscard]] AXISCAL_EXPORT Eigen::Matrix3d rotation_of_moving(const TablePlace& place,
                                                                 const ReferenceField& field);

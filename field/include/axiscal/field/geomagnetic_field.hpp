@@ -20,7 +20,7 @@ struct AXISCAL_EXPORT GeomagneticUncertainty {
       Eigen::Vector3d::Zero();  ///< standard uncertainty of each component, east, north, up
   double magnitude_nT = 0.0;
   double inclination_rad = 0.0;
-  double declination_rad = 0.0;  ///< is greater if the field is steeper
+  double declination_rad = 0.0;  ///< is greater for a steeper field
 };
 
 /// A spherical harmonic model of the geomagnetic field.
@@ -57,17 +57,18 @@ class AXISCAL_EXPORT GeomagneticModel {
 
   [[nodiscard]] const std::string& name() const { return name_; }
 
-  class Coefficients;  ///< only for this class
+  class Coefficients;  ///< implementation detail
 
  private:
   std::string name_;
   std::shared_ptr<const Coefficients> coefficients_;
 };
 
-/// @return angle of a field below the horizontal [rad], for a vector in enu or a level table.
+/// @return the angle of the field below the horizontal [rad].
+/// @param value_in_enu  the field in enu, or in the frame of a level table.
 [[nodiscard]] AXISCAL_EXPORT double inclination_of(const Eigen::Vector3d& value_in_enu);
 
-/// @return angle of a field's horizontal part east of north [rad], in (-pi, pi].
+/// @return the angle from north to the field's horizontal part [rad], east positive, in (-pi, pi].
 [[nodiscard]] AXISCAL_EXPORT double declination_of(const Eigen::Vector3d& value_in_enu);
 
 /// The Earth's magnetic field at a place and time: F (cos I sin D, cos I cos D, -sin I).

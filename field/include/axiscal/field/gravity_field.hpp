@@ -12,8 +12,8 @@ namespace axiscal {
 
 /// The specific force at rest by a model: gravity with the opposite sign.
 ///
-/// @param model  "wgs84" (normal gravity, built in), or a gravity model that is installed for
-///               GeographicLib ("egm96", "egm2008"), found by its own search path.
+/// @param model  "wgs84" (normal gravity, built in), or a gravity model ("egm96", "egm2008") that
+///               is installed in GeographicLib's search path.
 /// @return specific force [m/s^2], frame enu. With an installed model it is not exactly vertical,
 ///         because the plumb line is not the ellipsoid's normal.
 /// @throws DomainError  if the site is out of range.
@@ -32,7 +32,7 @@ namespace axiscal {
 /// @endcode
 class AXISCAL_EXPORT GravityField final : public ReferenceField {
  public:
-  /// In units of local gravity: magnitude 1, unit `g`. No site is needed.
+  /// Gravity in units of local gravity: magnitude 1, unit `g`. No site is needed.
   GravityField() = default;
 
   /// Gravity at a site by a model, in m/s^2.
@@ -41,7 +41,7 @@ class AXISCAL_EXPORT GravityField final : public ReferenceField {
   /// standard deviation), rarely above 1e-3. Only the vector's length is used, and its direction is
   /// up, because the table is levelled by the plumb line.
   /// @param site   the place.
-  /// @param model  as gravity_in_enu().
+  /// @param model  the gravity model, see gravity_in_enu().
   /// @throws DomainError  if a member of `site` is not finite or out of range.
   /// @throws DataError    if the model is not installed.
   /// @par Source
@@ -50,9 +50,9 @@ class AXISCAL_EXPORT GravityField final : public ReferenceField {
 
   /// Gravity with a measured magnitude.
   ///
-  /// @param magnitude  length of the specific force, positive [unit].
-  /// @param unit       "g" or "m/s^2".
-  /// @param magnitude_u  its standard uncertainty [unit].
+  /// @param magnitude    length of the specific force, positive [unit].
+  /// @param unit         "g" or "m/s^2".
+  /// @param magnitude_u  standard uncertainty of the magnitude [unit].
   /// @throws DomainError  if the magnitude is not positive and finite.
   GravityField(double magnitude, std::string unit, double magnitude_u = 0.0);
 

@@ -20,8 +20,8 @@ class AXISCAL_EXPORT InducedField final : public ReferenceField {
   /// @throws DomainError  if the vector is zero or not finite.
   InducedField(std::string kind, const Eigen::Vector3d& value_in_table, std::string unit);
 
-  /// @return the vector, frame table. In a level table whose y axis points north this is the frame
-  ///         enu.
+  /// @return the vector in the table's frame. That frame is enu if the table is level and its y
+  ///         axis points north.
   [[nodiscard]] Eigen::Vector3d value_in_enu() const override { return value_; }
   [[nodiscard]] std::string_view unit() const override { return unit_; }
   [[nodiscard]] std::string_view kind() const override { return kind_; }

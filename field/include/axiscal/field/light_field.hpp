@@ -12,7 +12,7 @@ namespace axiscal {
 /// A collimated lamp: its light comes from one direction.
 struct AXISCAL_EXPORT Lamp {
   Eigen::Vector3d direction_in_table = Eigen::Vector3d::UnitZ();  ///< towards the lamp, any length
-  double irradiance = 1.0;  ///< on a surface perpendicular to the light [unit]
+  double irradiance = 1.0;  ///< irradiance of a surface perpendicular to the light [unit]
 };
 
 /// @return the field of several lamps together: the sum of irradiance times unit direction [unit],
@@ -21,15 +21,16 @@ struct AXISCAL_EXPORT Lamp {
 /// @throws DomainError  if the list is empty, or a lamp lacks its direction or irradiance.
 [[nodiscard]] AXISCAL_EXPORT Eigen::Vector3d lamps_in_table(const std::vector<Lamp>& lamps);
 
-/// Light of lamps on the table, of the sun, or from an unknown direction that is fitted.
+/// The light of lamps on the table, of the sun, or of a source whose direction is unknown and is
+/// fitted.
 class AXISCAL_EXPORT LightField final : public ReferenceField {
  public:
-  /// Light from a direction that is fitted or stated.
+  /// Light from one source, whose direction the experiment states or the fit determines.
   LightField() = default;
 
   /// @param lamps  lamps that are all on at the same time; the level of a reading multiplies their
   ///               light.
-  /// @param unit   unit of their irradiance.
+  /// @param unit   unit of the lamps' irradiance.
   /// @throws DomainError  as lamps_in_table().
   explicit LightField(std::vector<Lamp> lamps, std::string unit = "1");
 

@@ -19,11 +19,11 @@ namespace axiscal {
 class AXISCAL_EXPORT RecordedField final : public ReferenceField {
  public:
   /// @param of         the field that was recorded; it gives kind, unit and role.
-  /// @param times_s    two times or more, ascending, by the same clock as the readings' times.
+  /// @param times_s    two or more ascending times, by the clock of the readings' times.
   /// @param in_table   3 x n [unit of the field], frame table; no vector is zero.
-  /// @param path       the file of the record, which is written to the experiment's file; may be
-  ///                   empty.
-  /// @throws DomainError  if times or vectors do not have these properties.
+  /// @param path       path of the record's file, for the experiment's file, which refers to it;
+  ///                   may be empty.
+  /// @throws DomainError  if `times_s` or `in_table` does not satisfy these conditions.
   RecordedField(std::shared_ptr<const ReferenceField> of,
                 std::vector<double> times_s,
                 Eigen::Matrix3Xd in_table,

@@ -21,8 +21,8 @@ struct FieldSetup;
 ///
 /// `experiment.field = GeomagneticField(site, 2026.5)`. The direction of the field must be fixed in
 /// the room, or moves() must be true. Derive from this class to calibrate with a field of your own.
-/// A calibration calls only the functions of the first group. The second group is for kinds that
-/// files can state too (docs/howto.md, "Add a field").
+/// A calibration calls only the functions of the first group below. Override the second group too
+/// if files should be able to state the kind (docs/howto.md, "Add a field").
 class AXISCAL_EXPORT ReferenceField {
  public:
   ReferenceField() = default;
@@ -30,12 +30,12 @@ class AXISCAL_EXPORT ReferenceField {
 
   // ---- functions for every field ----
 
-  /// @return the field [unit()], frame enu (east, north, up at the site); zero if it cannot be
-  ///         known without the table's place.
+  /// @return the field [unit()], frame enu (east, north, up at the site); zero if it depends on the
+  ///         table's place, which is not known here.
   [[nodiscard]] virtual Eigen::Vector3d value_in_enu() const = 0;
 
-  /// @return the unit of value_in_enu(), e.g. "m/s^2"; records contain it. Empty: the first unit of
-  ///         the kind.
+  /// @return the unit of value_in_enu(), e.g. "m/s^2", as records contain it. Empty: the default
+  ///         unit of the kind.
   [[nodiscard]] virtual std::string_view unit() const = 0;
 
   /// @return the kind of field as records name it, e.g. "gravity".
@@ -44,8 +44,8 @@ class AXISCAL_EXPORT ReferenceField {
   /// @return true if the field changes from reading to reading, e.g. the direction of the sun.
   [[nodiscard]] virtual bool moves() const { return false; }
 
-  /// @return true if a field that moves needs times in UTC; otherwise any clock that the readings
-  ///         share is enough.
+  /// @return true if a field that moves needs the readings' times in UTC; false if times by any
+  ///         common clock are enough.
   [[nodiscard]] virtual bool needs_utc() const { return true; }
 
   /// @param time_s  seconds since 1970-01-01, UTC.

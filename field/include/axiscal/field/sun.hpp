@@ -12,7 +12,7 @@ namespace axiscal {
 /// The apparent position of the sun.
 struct AXISCAL_EXPORT SunPosition {
   double azimuth_rad = 0.0;                                     ///< clockwise from north, 0 to 2 pi
-  double elevation_rad = 0.0;                                   ///< above the horizon
+  double elevation_rad = 0.0;                                   ///< elevation above the horizon
   Eigen::Vector3d direction_in_enu = Eigen::Vector3d::UnitZ();  ///< unit vector towards the sun
 };
 

@@ -19,18 +19,18 @@ namespace axiscal {
 /// parts of a sum, the tilts of the table, and the vectors of the field. All fitted field
 /// quantities are accessed through this class.
 ///
-/// The vectors are in the table's frame [unit of the field]. A sum has one tilt, and one vector for
-/// each part, at level 1. Any other field has one vector for each tilt. There are no vectors if
-/// they are not known yet, or if each reading states its field. Copies share the constant data.
+/// The vectors are those at level 1, in the table's frame [unit of the field]. A sum has one vector
+/// for each part, and one tilt. Any other field has one vector for each tilt. There are no vectors
+/// if they are not known yet, or if each reading states its field. Copies share the constant data.
 class AXISCAL_EXPORT TableField {
  public:
   using Tangents = Eigen::Matrix<double, 3, Eigen::Dynamic>;
 
-  /// One field that the level multiplies, with one tilt and without vectors.
+  /// A single field that is multiplied by the level. It has one tilt and no vectors.
   TableField();
 
-  /// @param parts  at least one part. The level multiplies a single part; it is 1 if it cannot be
-  ///               set.
+  /// @param parts  at least one part. A single part is always multiplied by the level. If that part
+  ///               is local, all readings have level 1.
   /// @throws DomainError  if `parts` is empty.
   explicit TableField(std::vector<FieldDescription> parts);
 
@@ -45,8 +45,9 @@ class AXISCAL_EXPORT TableField {
   /// @return this field with the same vector for every part or tilt.
   [[nodiscard]] TableField with_all(const Eigen::Vector3d& vector) const;
 
-  /// @return this field with the stated vectors. A part without a stated direction is along z. A
-  ///         part of unknown magnitude gets the greatest known magnitude.
+  /// @return this field with the vectors of its parts' descriptions. A vector without a direction
+  ///         is along z. A vector of unknown magnitude has the greatest known magnitude of the
+  ///         parts.
   [[nodiscard]] TableField as_stated() const;
 
   /// @return this field without vectors.
@@ -62,13 +63,13 @@ class AXISCAL_EXPORT TableField {
   /// @return true if a part is induced, so that readings can have different levels.
   [[nodiscard]] bool level_can_be_set() const { return layout_->level_can_be_set; }
 
-  /// @return the number of the block for each tilt.
+  /// @return the block numbers, one for each tilt.
   [[nodiscard]] const std::vector<int>& blocks() const { return layout_->blocks; }
 
   /// @return the index of a block's tilt; 0 if the block does not have its own tilt.
   [[nodiscard]] std::size_t tilt_of_block(int block) const;
 
-  /// @return the number of vectors that the field has after a fit.
+  /// @return the number of vectors that the field has when they are known.
   [[nodiscard]] std::size_t vector_count() const {
     return is_sum() ? parts().size() : blocks().size();
   }
@@ -80,7 +81,7 @@ class AXISCAL_EXPORT TableField {
 
   [[nodiscard]] bool has_vectors() const { return !vectors_.empty(); }
 
-  /// @return the number of known vectors.
+  /// @return the number of vectors: vector_count() if they are known, else 0.
   [[nodiscard]] std::size_t size() const { return vectors_.size(); }
   [[nodiscard]] const std::vector<Eigen::Vector3d>& vectors() const { return vectors_; }
   [[nodiscard]] const Eigen::Vector3d& vector(std::size_t which) const { return vectors_[which]; }
@@ -88,8 +89,8 @@ class AXISCAL_EXPORT TableField {
   /// @return the length of the first vector; it is F if the field is not a sum.
   [[nodiscard]] double magnitude() const { return vectors_.front().norm(); }
 
-  /// @return the field of the whole run at level 1: that of a sum, or the mean direction of the
-  ///         tilts with the length magnitude().
+  /// @return the field at level 1, averaged over the run. For a sum, it is at(1). For a single
+  ///         field, it has the mean direction of the tilts' vectors and the length magnitude().
   [[nodiscard]] Eigen::Vector3d mean() const;
 
   /// @return the name of a vector for messages: "the field", "the field geomagnetic", "the field in
@@ -112,17 +113,16 @@ class AXISCAL_EXPORT TableField {
                                        std::size_t tilt,
                                        std::size_t which) const;
 
-  /// @return the derivative of mean() with respect to one of the vectors, 3 x 3; for a sum, that of
-  ///         at() at level 1.
+  /// @return the derivative of mean() with respect to one of the vectors, 3 x 3.
   [[nodiscard]] Eigen::Matrix3d change_of_mean(std::size_t which) const;
 
-  /// @return the unit vectors along which a fit changes each vector: two perpendicular to it. If
-  ///         its magnitude is unknown, they are all three axes, so that it can become zero.
+  /// @return for each vector, the directions in which a fit changes it, as columns: two unit
+  ///         vectors perpendicular to it; or the three axes if its magnitude is unknown.
   [[nodiscard]] std::vector<Tangents> tangents() const;
 
-  /// @return the change of a vector for a step of 1 along a tangent [unit of the field]. It is the
-  ///         vector's length, or the length of the longest known vector if its magnitude is
-  ///         unknown.
+  /// @return the change of a vector for a step of 1 along a tangent [unit of the field]: the
+  ///         vector's length; or, if its magnitude is unknown, the length of the longest vector of
+  ///         known magnitude.
   [[nodiscard]] double step_unit(std::size_t which) const;
 
   /// @return the field after a step. A vector of known magnitude is turned by two angles [rad]. A

@@ -9,8 +9,8 @@
 namespace axiscal {
 
 /// The rotation of a turntable, of the kind `induced_rotation`, along the table's normal. The level
-/// of a reading multiplies the rate. Only the component along the axis remains of local fields in
-/// the sum.
+/// of a reading multiplies the rate. If the sum includes a local field, only the component of that
+/// field along the axis remains.
 class AXISCAL_EXPORT TurntableField final : public ReferenceField {
  public:
   /// A turntable whose rate the experiment states as the field's magnitude.

@@ -11,10 +11,10 @@ namespace axiscal {
 /// contains its name, and formulas for the derived results of a reading and for the usual
 /// parameters of its calibration.
 ///
-/// Variables of derived results: x, y, z, the field in the sensor; F, its magnitude; up_x, up_y,
-/// up_z, the specific force of an accelerometer in the same frame. Variables of parameters: bias,
-/// sx, sy, sz, the coefficients of an axis; F. The uncertainty of a parameter follows from the
-/// covariance of the coefficients.
+/// Formulas of derived results have these variables: x, y, z (the field in the sensor's frame), F
+/// (its magnitude), and up_x, up_y, up_z (the specific force of an accelerometer in that frame).
+/// Formulas of parameters have bias, sx, sy, sz (the coefficients of an axis) and F. The
+/// uncertainty of a parameter is computed from the covariance of the coefficients.
 ///
 /// @return the added kind. If the file was added before, it is the existing kind.
 /// @throws DataError    if the file has another format or an unknown key, a formula is not valid,

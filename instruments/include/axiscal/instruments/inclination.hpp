@@ -19,7 +19,7 @@ enum class PitchFormula {
 struct InclinationOptions {
   AxisConvention convention = AxisConvention::forward_left_up;
   PitchFormula pitch_formula = PitchFormula::arcsine;
-  double yaw_above_rad = 85.0 * rad_per_deg;  ///< |pitch| from which yaw is given instead of roll
+  double yaw_above_rad = 85.0 * rad_per_deg;  ///< smallest |pitch| at which yaw replaces roll
 };
 
 /// Attitude of an instrument that senses the specific force at rest.
@@ -55,8 +55,8 @@ inclination_from_field(const Eigen::Vector3d& field_in_sensor,
 /// by its heading, then nose up by its pitch, then right side down by its roll.
 ///
 /// @param heading_rad  heading of its x axis, clockwise from the y axis of the level frame.
-/// @return the rotation from the level frame (z up) to the sensor's frame. inclination_from_field()
-///         computes the same pitch and roll from it.
+/// @return the rotation R from the level frame (z up) to the sensor's frame. For the specific
+///         force R (0, 0, F), inclination_from_field() returns the given pitch and roll.
 /// @par Source
 /// method.md, section 7.
 [[nodiscard]] AXISCAL_EXPORT Eigen::Matrix3d rotation_sensor_from_level(double pitch_rad,
@@ -64,10 +64,10 @@ inclination_from_field(const Eigen::Vector3d& field_in_sensor,
                                                                         double heading_rad,
                                                                         AxisConvention convention);
 
-/// An angle, and true if the arcsine's argument was clamped.
+/// The result of elevation_of_axis().
 struct AxisElevation {
   double angle_rad = 0.0;  ///< angle of the axis above the horizontal, -pi/2 to pi/2
-  bool clamped = false;
+  bool clamped = false;    ///< true if |component| was greater than F and was replaced by F
 };
 
 /// Computes the angle of a sensing axis above the horizontal: asin(component / F).

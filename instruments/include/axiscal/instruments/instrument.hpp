@@ -23,7 +23,7 @@ enum class AxisConvention {
 /// @throws DomainError  for another name.
 [[nodiscard]] AXISCAL_EXPORT AxisConvention parse_convention(std::string_view name);
 
-/// One row of numbers for each sensing axis: its sensitivity to the field's x, y, z.
+/// The sensitivities to the field's x, y and z, one row for each sensing axis.
 using SensitivityMatrix = Eigen::Matrix<double, Eigen::Dynamic, 3>;
 
 /// The range of the readings of an axis. A reading at or beyond a limit is saturated.
@@ -42,8 +42,8 @@ struct DifferentialAxis {
 /// Names, axes and units of an instrument.
 struct AXISCAL_EXPORT Instrument {
   std::string kind;                                 ///< name of an InstrumentKind
-  std::string serial;                               ///< serial number, as check_serial(); or empty
-  std::string model;                                ///< name of the model; its units share it
+  std::string serial;                               ///< serial number, see check_serial(); or empty
+  std::string model;                                ///< the model's name; many units share it
   std::vector<std::string> axes = {"x", "y", "z"};  ///< names of the response columns, one or more
   std::string unit = "1";                           ///< unit of the readings, any text
   AxisConvention convention = AxisConvention::forward_left_up;
@@ -55,7 +55,7 @@ struct AXISCAL_EXPORT Instrument {
 };
 
 /// @return an instrument of a kind with three axes x, y, z.
-/// @param unit  of its readings, any text.
+/// @param unit  unit of the readings, any text.
 [[nodiscard]] AXISCAL_EXPORT Instrument accelerometer(const std::string& unit);
 [[nodiscard]] AXISCAL_EXPORT Instrument inclinometer(const std::string& unit);
 [[nodiscard]] AXISCAL_EXPORT Instrument magnetometer(const std::string& unit);
@@ -64,7 +64,7 @@ struct AXISCAL_EXPORT Instrument {
 
 /// Sets the axes from texts as users write them: "x", or "d=p-n" for the difference of two columns.
 /// @param instrument  receives the axes and differences.
-/// @throws DomainError  if a text has another form, or as check_axes().
+/// @throws DomainError  if a text has another form, or check_axes() rejects the result.
 AXISCAL_EXPORT void set_axes(Instrument& instrument, const std::vector<std::string>& texts);
 
 /// @throws DomainError  if there is no axis, or a name is empty or repeated.
@@ -76,7 +76,7 @@ AXISCAL_EXPORT void check_serial(std::string_view serial);
 
 /// The component of the field that an axis is meant to sense.
 ///
-/// @param instrument  its axes' names and their number are used.
+/// @param instrument  only the names and the number of its axes are used.
 /// @param axis        0 .. axis_count() - 1.
 /// @return 0, 1, 2 for x, y, z. The last letter of the axis's name decides ("x", "acc_x", "aX"),
 ///         else its position if the instrument has three axes; nullopt otherwise.

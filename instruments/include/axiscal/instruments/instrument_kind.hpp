@@ -24,7 +24,7 @@ struct DeriveInput {
   Eigen::Vector3d field_in_sensor = Eigen::Vector3d::Zero();  ///< [field unit], finite
   double magnitude = 1.0;                                     ///< F [field unit], positive
   InclinationOptions inclination;
-  /// Specific force at rest in the same frame [any unit], from an accelerometer.
+  /// Specific force from an accelerometer at rest [any unit], in the frame of field_in_sensor.
   std::optional<Eigen::Vector3d> up;
   double declination_rad = 0.0;  ///< added to magnetic headings
 };
@@ -40,12 +40,12 @@ struct DerivedValues {
 struct CalibratedInstrument {
   const Instrument& instrument;
   const LinearResponse& response;
-  Eigen::MatrixXd covariance;  ///< of bias and sensitivity, 4 m x 4 m, axis by axis; or empty
+  Eigen::MatrixXd covariance;  ///< bias and sensitivity, 4 m x 4 m, axis by axis; or empty
   std::string field_kind;
   std::string field_unit;
   double magnitude = 1.0;                              ///< F [field unit]
   std::optional<Eigen::Vector3d> in_table;             ///< the field in the table [field unit]
-  std::optional<Eigen::Matrix3d> in_table_covariance;  ///< [field unit^2]
+  std::optional<Eigen::Matrix3d> in_table_covariance;  ///< covariance of in_table [field unit^2]
 };
 
 /// A named quantity in the usual terms of a kind of instrument, with one or more values.
@@ -74,8 +74,8 @@ struct InstrumentKind {
   std::string_view name;
   std::span<const std::string_view> derived_names;  ///< columns, e.g. "pitch_deg"
 
-  /// Returns one value for each of derived_names. It is null if derived_names is empty. It is
-  /// called for each reading, from several threads, and must not throw.
+  /// A function that returns one value for each of derived_names; null if derived_names is empty.
+  /// It is called for each reading, from several threads, and must not throw.
   std::function<DerivedValues(const DeriveInput& input)> derive;
 
   bool derives_with_attitude = false;  ///< true: without DeriveInput::up, derive() is not called
@@ -86,11 +86,12 @@ struct InstrumentKind {
   /// 1.
   bool relative_field_will_do = false;
   VehicleSensor sensor = VehicleSensor::none;
-  ColumnNames columns;              ///< empty: column names do not show the kind
+  ColumnNames columns;              ///< empty: the kind has no usual column names
   bool sees_one_side = false;       ///< true if its axes may respond only to light from the front
   bool answers_to_gravity = false;  ///< true if it often responds to gravity too
 
-  /// Further results for the record and the summary, besides bias and sensitivity; may be empty.
+  /// A function that returns further results for the record and the summary, besides bias and
+  /// sensitivity; may be null.
   std::function<std::vector<KindQuantity>(const CalibratedInstrument& calibrated)> describe;
 };
 

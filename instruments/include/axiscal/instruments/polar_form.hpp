@@ -12,11 +12,11 @@ namespace axiscal {
 /// One sensing axis in the notation of the wind-tunnel literature.
 struct PolarForm {
   double sensitivity = 0.0;       ///< s [unit per field unit]; negative for a reversed axis
-  double coning_angle_rad = 0.0;  ///< Omega, between nominal and true axis, 0 to pi/2
-  double azimuth_rad = 0.0;       ///< A, of the true axis's projection, (-pi, pi]; 0 at Omega = 0
+  double coning_angle_rad = 0.0;  ///< Omega: angle between nominal and true axis, 0 to pi/2
+  double azimuth_rad = 0.0;       ///< A: azimuth of the true axis, in (-pi, pi]; 0 if Omega = 0
 };
 
-/// Sensitivity, coning angle and azimuth of one axis from its row of S.
+/// Computes sensitivity, coning angle and azimuth of one axis from its row of S.
 ///
 /// In forward-right-down, with T the row and k, k+1, k+2 cyclic in x, y, z:
 ///
@@ -26,7 +26,7 @@ struct PolarForm {
 /// In forward-left-up, T is the row times diag(1, -1, -1). Therefore s is negative for an axis y or
 /// z that is not reversed, as in the source.
 ///
-/// @param sensitivity   row of S [unit per field unit], frame sensor.
+/// @param sensitivity   the axis's row of S [unit per field unit], frame sensor.
 /// @param nominal_axis  k: 0, 1, 2 for the axis that is nominally along x, y, z.
 /// @param convention    the convention of the sensor's axes.
 /// @throws DomainError  if `nominal_axis` is not 0, 1 or 2.
@@ -39,7 +39,7 @@ struct PolarForm {
 /// The inverse of polar_from_sensitivity(): T = s (cos(Omega) e_k + sin(Omega) (cos(A) e_k+1 +
 /// sin(A) e_k+2)).
 ///
-/// @return row of S [unit per field unit], frame sensor.
+/// @return the axis's row of S [unit per field unit], frame sensor.
 /// @throws DomainError  if `nominal_axis` is not 0, 1 or 2.
 /// @par Source
 /// method.md, section 3.1.

@@ -9,9 +9,9 @@ namespace axiscal {
 
 /// The reduction f = A (v - b) for three axes.
 struct ColumnReduction {
-  std::array<double, 3> bias{};     ///< b [unit of the readings]
-  std::array<double, 9> inverse{};  ///< A, row by row [field unit per unit]
-  double magnitude = 1.0;           ///< F, for the pitch [field unit]
+  std::array<double, 3> bias{};     ///< bias b [unit of the readings]
+  std::array<double, 9> inverse{};  ///< matrix A, row by row [field unit per unit of the readings]
+  double magnitude = 1.0;           ///< magnitude F [field unit], used only for the pitch
 };
 
 /// Three columns, x y z, of equal length.
@@ -24,23 +24,24 @@ struct AngleColumns {
   std::span<double> roll_rad;   ///< atan2(f_y, f_z)
 };
 
-/// Reduces readings, a column for each axis. `field` may be `readings` itself (in place).
+/// Reduces readings that are stored as one column for each axis. `field` may be `readings` itself.
 void reduce_columns(const ColumnReduction& reduction,
                     const ReadColumns& readings,
                     const WrittenColumns& field);
 
-/// As above, and computes pitch and roll from the field, in forward-left-up axes.
+/// Reduces readings, and computes pitch and roll from the field, in forward-left-up axes.
 void reduce_columns(const ColumnReduction& reduction,
                     const ReadColumns& readings,
                     const WrittenColumns& field,
                     const AngleColumns& angles);
 
-/// Reduces readings that are stored in rows of three: x y z x y z ...; `field` may be `readings`.
+/// Reduces readings that are stored in rows of three: x y z x y z ... `field` may be `readings`
+/// itself.
 void reduce_rows(const ColumnReduction& reduction,
                  std::span<const double> readings,
                  std::span<double> field);
 
-/// Plain versions, as references for tests.
+/// Plain versions (without vector instructions), as references for tests.
 void reduce_columns_plain(const ColumnReduction& reduction,
                           const ReadColumns& readings,
                           const WrittenColumns& field);

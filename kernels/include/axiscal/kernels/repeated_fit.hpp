@@ -10,18 +10,18 @@ namespace axiscal {
 /// A linear regression with a fixed design of n readings and p parameters. Matrices are stored row
 /// by row.
 struct RepeatedDesign {
-  std::size_t readings = 0;            ///< n
-  std::size_t parameters = 0;          ///< p, less than n
+  std::size_t readings = 0;            ///< number n of readings
+  std::size_t parameters = 0;          ///< number p of parameters, less than n
   std::vector<double> design;          ///< X, n x p
   std::vector<double> pseudo_inverse;  ///< (X^T X)^-1 X^T, p x n, computed by QR
 };
 
-/// Fits m responses with the same design: b = P y, with the residuals y - X b. P is the
-/// pseudo-inverse.
+/// Fits m responses y with the same design. The estimates are b = P y, where P is the
+/// pseudo-inverse, and the residuals are y - X b.
 ///
 /// @param responses  n x m, row by row: entry i m + u is reading i of response u.
-/// @param estimates  p x m, row by row.
-/// @param rss        m residual sums of squares.
+/// @param estimates  receives the estimates, p x m, row by row.
+/// @param rss        receives the residual sums of squares, one for each response.
 void fit_repeatedly(const RepeatedDesign& design,
                     std::span<const double> responses,
                     std::span<double> estimates,

@@ -18,9 +18,9 @@ struct AllanPoint {
   /// Equivalent degrees of freedom of the variance, for the kind of noise that the local slope of
   /// the curve shows.
   double degrees_of_freedom = 0.0;
-  /// The fewest degrees of freedom that are plausible. At long tau they may be those of a random
-  /// walk, because a deviation that is low by chance looks like white noise, which has more degrees
-  /// of freedom. 0 if not known.
+  /// A cautious lower bound of the degrees of freedom; 0 if not known. At long tau it is at most
+  /// the value for a random walk, because a random walk whose deviation is low by chance looks like
+  /// white noise, which has more degrees of freedom.
   double fewest_degrees_of_freedom = 0.0;
   /// Bounds of the 68.3 % interval of the deviation, from the chi^2 distribution.
   double low = 0.0;
@@ -59,12 +59,12 @@ void add_intervals(std::vector<AllanPoint>& points, double phases);
 
 /// Computes the overlapping Allan deviation like allan_deviation(), but replaces the samples by
 /// their phase. It allocates no copy of them, and is several times as fast for a long record.
-/// @throws DomainError  as allan_deviation(); `samples` then stays unchanged.
+/// @throws DomainError  for the same reasons as allan_deviation(); `samples` then stays unchanged.
 [[nodiscard]] std::vector<AllanPoint> allan_deviation_in_place(
     std::span<double> samples, double rate_hz, std::span<const std::size_t> lengths);
 
-/// Computes the overlapping Allan deviation of phase data, for example of a clock. N samples have N
-/// + 1 phases [unit of the samples times s].
+/// Computes the overlapping Allan deviation of phase data, for example of a clock.
+/// @param phase  the phases [unit of the samples times s], one more than there are samples.
 [[nodiscard]] std::vector<AllanPoint> allan_deviation_of_phase(
     std::span<const double> phase, double rate_hz, std::span<const std::size_t> lengths);
 

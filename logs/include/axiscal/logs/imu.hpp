@@ -14,9 +14,9 @@ namespace axiscal {
 
 /// A log that is held in memory.
 struct RecordedLog {
-  std::string name;  ///< for messages
+  std::string name;  ///< name of the log, for messages
   std::vector<std::string> columns;
-  LogBlock samples;                ///< a column for each name
+  LogBlock samples;                ///< one vector of samples for each column
   std::vector<std::string> notes;  ///< notes of the reader; they are copied to the records
 };
 
@@ -24,8 +24,8 @@ struct RecordedLog {
 enum class Seats {
   unknown,     ///< a bare board turned by hand
   sheet,       ///< a cube, in the order of a run sheet
-  recognised,  ///< a cube: rest faces by the accelerometer, fence faces by gyroscope or
-               ///< magnetometer
+  recognised,  ///< a cube; the accelerometer shows the rest faces, and the gyroscope or the
+               ///< magnetometer shows the fence faces
 };
 
 /// The options for calibrating an IMU's log.
@@ -72,10 +72,11 @@ struct ImuCalibration {
   /// The change of the gyroscope's bias with gravity (g-sensitivity), 3 x 3 [unit per g], and its
   /// standard errors.
   std::optional<Eigen::Matrix3d> g_sensitivity, g_sensitivity_se;
-  std::vector<FailedSensor> failed;  ///< the others are calibrated without them
+  std::vector<FailedSensor> failed;  ///< sensors that could not be calibrated
   std::vector<std::string> notes;
 
-  /// @return the records that were made: slots accelerometer, gyroscope, magnetometer.
+  /// @return the records of this calibration, with the slots accelerometer, gyroscope and
+  ///         magnetometer.
   [[nodiscard]] std::vector<Calibration> records() const;
 };
 
@@ -83,7 +84,8 @@ struct ImuCalibration {
 /// integrated from rest to rest, shows the fence faces; if there is no gyroscope, the magnetometer
 /// shows them. Without both, the fence faces are assumed in the order of the standard design.
 /// @param notes  receives a note that states how the fence faces were found.
-/// @throws RefusedError  as resting_faces() and fit_turns().
+/// @throws RefusedError  for the reasons of resting_faces() and fit_turns(), or if samples of a
+///                       turn are missing and there is no magnetometer.
 [[nodiscard]] SeatLabels recognise_seats(const RecordedLog& log,
                                          const Segmentation& rests,
                                          const ImuOptions& options,
@@ -99,10 +101,10 @@ void check_fences(const RecordedLog& log,
 /// Calibrates the instruments of an IMU from one log of rests and the turns between them.
 ///
 /// If the seats are not known, the threshold between rest and motion is the one that gives the
-/// smallest expected error of the coefficients. This error is the product of two numbers. The first
-/// is the scatter of gravity's magnitude, or, with a gyroscope, of the attitudes after the turns.
-/// The second is the factor from this scatter to the coefficients, which depends on the directions
-/// of the rests.
+/// smallest expected error of the coefficients. This error is a scatter times a factor. The scatter
+/// is that of gravity's magnitude, or, with a gyroscope, of the attitudes after the turns. The
+/// factor converts the scatter to an error of the coefficients; it depends on the directions of the
+/// rests.
 ///
 /// The accelerometer is calibrated by its seats if they are known, otherwise by method magnitude.
 /// The gyroscope is calibrated from the turns between rests (fit_turns()). The magnetometer is
@@ -112,8 +114,8 @@ void check_fences(const RecordedLog& log,
 /// calibrated as if it were not there.
 ///
 /// @throws DataError     if a column is not in the log.
-/// @throws RefusedError  as segment(), resting_faces() and calibrate(); the message contains a
-///                       remedy.
+/// @throws RefusedError  for the reasons of segment(), resting_faces() and calibrate(); the message
+///                       contains a remedy.
 [[nodiscard]] ImuCalibration calibrate_imu(const RecordedLog& log, const ImuOptions& options);
 
 }  // namespace axiscal

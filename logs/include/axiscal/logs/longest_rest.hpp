@@ -24,14 +24,14 @@ struct LongestRest {
 };
 
 /// Finds the longest part of a log at rest. A window of half a second is at rest if its variance in
-/// every column is less than 8 to 40 times that of the quietest tenth of the windows. One more
-/// window is left out at each end that borders on motion, because a hand may have moved the
-/// instrument there.
+/// every column is at most 8 to 40 times the 10 % quantile of the column's variances. At each end
+/// that borders on motion the outermost window is left out, because a hand may have moved the
+/// instrument in it.
 ///
 /// A log of a walk or a ride contains no quiet windows to compare with. It is recognised by the
 /// means of neighbouring windows, which differ more than those of any sensor at rest (0.05 m/s^2,
 /// 0.3 deg/s).
-/// @param columns  all of the same length.
+/// @param columns  columns of equal length.
 /// @param rate_hz  samples per second.
 [[nodiscard]] LongestRest longest_rest(const std::vector<RestColumn>& columns, double rate_hz);
 

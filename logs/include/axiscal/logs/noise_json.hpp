@@ -33,15 +33,16 @@ struct LogNoise {
 };
 
 /// Finds the columns that are axes of one instrument. Columns belong together if their names differ
-/// only in the last letter x, y or z. The instrument is the first whose name suits `kind` (a, acc,
-/// g, gyr, m, mag, ..), otherwise the first one. If no two columns belong together, all columns are
-/// returned.
-/// @param kind  of instrument: "accelerometer", "gyroscope", "magnetometer", ...
-/// @return not empty; pointers into `noise`.
+/// only in the last letter x, y or z. The first instrument is used whose name suits `kind` (a, acc,
+/// g, gyr, m, mag, ..). If no name suits, the first instrument is used, or all columns if no two
+/// columns belong together.
+/// @param kind  kind of the instrument: "accelerometer", "gyroscope", "magnetometer", ...
+/// @return pointers to elements of `noise.columns`.
 [[nodiscard]] std::vector<const ColumnNoise*> columns_of_instrument(const LogNoise& noise,
                                                                     std::string_view kind);
 
-/// @return the unit of a coefficient if `unit` is that of the samples: "unit/sqrt(Hz)".
+/// @param unit  unit of the samples.
+/// @return the unit of a coefficient, for example "unit/sqrt(Hz)" for white noise.
 [[nodiscard]] std::string noise_unit(NoiseKind kind, const std::string& unit = "unit");
 
 /// @return Kalibr's imu.yaml for an accelerometer and a gyroscope: the continuous-time noise

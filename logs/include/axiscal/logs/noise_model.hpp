@@ -59,9 +59,9 @@ struct NoiseModel {
 
 /// Fits the sum of the five kinds to a curve, at octaves of tau. It minimises the deviance of the
 /// Allan variances. Each variance has a chi^2 distribution with 2 / (2 / nu + e^2) degrees of
-/// freedom, where nu are those of the point, and e is the relative error of the model of the
-/// variance. No coefficient is negative. The chosen set of kinds has the smallest sum of the
-/// deviance and a penalty of 8 for each kind (10 for a ramp).
+/// freedom. Here nu are the degrees of freedom of the point, and e is the relative error of the
+/// modelled variance. No coefficient is negative. The chosen set of kinds has the smallest sum of
+/// the deviance and a penalty of 8 for each kind (10 for a ramp).
 ///
 /// With e = 0 the chi^2 test shows whether the kinds of noise describe the curve (p > 0.05). If
 /// they do not, up to four of the shortest octaves are left out, because a filter may shape them.
@@ -74,10 +74,10 @@ struct NoiseModel {
 /// has p > 0.05, and the slope is within 0.1 of -1/2. If the fit gives less than 0.7 of the N of
 /// the stretch, N is taken from the stretch, and the other kinds are fitted to the remainder.
 ///
-/// The intervals come from the profile of the deviance over all sets of the other kinds. Points of
-/// one curve are correlated, so the deviance may rise by 10 to 13; these limits were found by
-/// simulation. If a coefficient is above 0 but its `low` is 0, it belongs to the best description,
-/// but the noise is not proven.
+/// The interval of a coefficient contains the values for which the deviance, minimised over the
+/// other coefficients and over all sets of the other kinds, rises by at most 10 to 13. These limits
+/// were found by simulation, because the points of a curve are correlated. If a coefficient is
+/// positive but its `low` is 0, the best model contains this noise, but the noise is not proven.
 /// @throws DomainError  for fewer than three points.
 /// @par Source
 /// IEEE Std 952-2020, annex C; N. El-Sheimy, H. Hou, X. Niu, IEEE Trans. Instrum. Meas. 57 (2008);
@@ -103,8 +103,8 @@ struct Dwell {
   bool beyond_record = false;       ///< true if the curve still falls at the end of the record
 };
 
-/// Finds the smallest deviation among the points with at least 20 degrees of freedom, or among all
-/// points if fewer than three have so many.
+/// Finds the smallest deviation among the points with at least 20 degrees of freedom. If there are
+/// fewer than three such points, all points are used.
 /// @throws DomainError  if the curve is empty.
 [[nodiscard]] Dwell best_dwell(std::span<const AllanPoint> curve);
 

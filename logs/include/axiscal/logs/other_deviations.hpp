@@ -31,9 +31,9 @@ inline constexpr std::array all_other_deviations = {
 [[nodiscard]] std::optional<OtherDeviation> other_deviation_of(std::string_view name);
 
 /// Computes deviations of evenly spaced samples.
-/// @param samples  as for allan_deviation().
+/// @param samples  evenly spaced samples; their mean is removed first.
 /// @return one deviation for each length; NaN if the length is too long for the record.
-/// @throws DomainError  as allan_deviation().
+/// @throws DomainError  for the same reasons as allan_deviation().
 /// @par Source
 /// W. J. Riley, Handbook of Frequency Stability Analysis, NIST SP 1065 (2008), secs. 5.2.5, 5.2.9,
 /// 5.2.11.

@@ -16,12 +16,12 @@ namespace axiscal {
 struct Region {
   enum class Kind { rest, turn };
   Kind kind = Kind::rest;
-  std::string name;                       ///< for messages; may be empty
-  std::optional<double> start_s, end_s;   ///< [s] after the first sample; or start and end
+  std::string name;                       ///< name of the region, for messages; may be empty
+  std::optional<double> start_s, end_s;   ///< times after the first sample [s]; replace start, end
   std::optional<std::size_t> start, end;  ///< numbers of samples from 0; end is one past the last
   std::optional<Face> rest;               ///< the face that lay on the table
   std::optional<Face> fence;              ///< the face at the fence
-  std::optional<double> turns;            ///< whole turns; positive: anticlockwise from above
+  std::optional<double> turns;            ///< whole turns; positive if anticlockwise from above
   bool sense_is_open = false;             ///< true if the sign of `turns` is not known
 };
 
@@ -34,7 +34,7 @@ struct Region {
 /// Reads regions from a column of names in a table, as in imucal's recordings. Successive rows with
 /// the same name are one region. "x_p" is a rest with +x up, "x_a" is a rest with -x up, and
 /// "x_rot" is one turn about x whose sense is not known. Rows with other names are ignored.
-/// @throws DataError  if the table does not have the column, or the column names no region.
+/// @throws DataError  if the table does not have the column, or none of its cells names a region.
 [[nodiscard]] std::vector<Region> read_region_column(const std::string& path,
                                                      const std::string& column);
 
@@ -52,7 +52,7 @@ struct Region {
 /// of the turn. One linear regression over turns and rests gives the bias and S.
 ///
 /// @throws DataError     if a region is outside the log, or the log has neither times nor a rate.
-/// @throws RefusedError  as calibrate(); if there are too few regions.
+/// @throws RefusedError  if there is no rest, or for the reasons of calibrate().
 /// @par Source
 /// F. Ferraris, U. Grimaldi, M. Parvis, Sensors and Materials 7 (1995), for six rests and three
 /// turns.

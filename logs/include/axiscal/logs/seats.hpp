@@ -17,15 +17,16 @@ namespace axiscal {
 /// The orientation of each rest of a log, as far as it is known.
 struct SeatLabels {
   std::vector<std::optional<DesignPoint>> points;  ///< one for each rest
-  std::vector<std::optional<std::size_t>>
-      rows;                           ///< rows of the sheet, if there is one; otherwise empty
+  /// The row of the run sheet for each rest; empty without a run sheet.
+  std::vector<std::optional<std::size_t>> rows;
   std::vector<std::string> messages;  ///< messages about seats that do not fit, with a remedy
 };
 
 /// Estimates the direction up at each rest of a cube by a rough calibration. The bias of an axis is
 /// the middle of its extremes, and its sensitivity is half of their difference. Six directions do
 /// not determine more coefficients.
-/// @param means  of an accelerometer at each rest, n x 3.
+/// @param means  means of an accelerometer at the rests, n x 3.
+/// @return the directions up in the cube's frame, n x 3, with lengths of about 1.
 [[nodiscard]] Eigen::MatrixX3d approximate_up_directions(const Eigen::MatrixX3d& means);
 
 /// Sets the field of each reading from the face that lay on a level table. The field has the
@@ -40,10 +41,10 @@ void assume_level_table(double magnitude,
 /// vertical axis is the one whose reading is farthest from the middle of its extremes. The
 /// direction up points away from the face on the table.
 ///
-/// @param means  of each rest, n x 3, in the cube's frame.
+/// @param means  means of the accelerometer at the rests, n x 3, in the cube's frame.
 /// @return a face for each rest; nullopt if the cube lay on an edge, so that its largest component
 ///         of gravity is below 0.85 g.
-/// @throws RefusedError  if some axis was never both up and down.
+/// @throws RefusedError  if some axis did not point both up and down.
 [[nodiscard]] std::vector<std::optional<Face>> resting_faces(const Eigen::MatrixX3d& means);
 
 /// Labels rests in the order of a run sheet.
@@ -51,7 +52,7 @@ void assume_level_table(double magnitude,
 /// If the faces do not match the sheet one by one, the alignment that leaves out the fewest rests
 /// and rows is used. Each rest that does not fit, and each row that was not found, gets a message.
 ///
-/// @param faces  from resting_faces().
+/// @param faces  the rest faces that resting_faces() found.
 [[nodiscard]] SeatLabels label_by_sheet(const std::vector<std::optional<Face>>& faces,
                                         const std::vector<RunSheetRow>& sheet);
 
@@ -60,10 +61,10 @@ void assume_level_table(double magnitude,
 /// vec(level_i R_i), with c and M fitted by least squares. Exchanged rests that this model can also
 /// describe are not detected.
 ///
-/// @param means  of each rest, n x m, for m columns of one instrument.
-/// @param sheet  n rows.
-/// @return the residuals' standard deviation relative to the largest range of a column; nullopt if
-///         every order fits, because the degrees of freedom are zero.
+/// @param means  means of m columns of one instrument at the rests, n x m.
+/// @param sheet  run sheet of n rows.
+/// @return the residuals' standard deviation divided by the largest range of a column; nullopt if
+///         the fit has no degrees of freedom, so that every order fits.
 [[nodiscard]] std::optional<double> misfit_of_order(const Eigen::MatrixXd& means,
                                                     const std::vector<RunSheetRow>& sheet);
 
@@ -72,7 +73,7 @@ void assume_level_table(double magnitude,
 /// labelled by the faces that an accelerometer shows, and each rest that differs from the sheet
 /// gets a message.
 ///
-/// @param means             of each rest, n x m.
+/// @param means             means of m columns at the rests, n x m.
 /// @param is_accelerometer  true if the three columns are known to be an accelerometer's.
 /// @throws RefusedError  if the numbers of rests and rows differ and the assignment is ambiguous.
 [[nodiscard]] SeatLabels label_by_plan(const Eigen::MatrixXd& means,
@@ -81,7 +82,7 @@ void assume_level_table(double magnitude,
 
 /// Labels rests by the rotations of the cube between them.
 ///
-/// @param faces  from resting_faces().
+/// @param faces  the rest faces that resting_faces() found.
 /// @param turns  n - 1 rotations from the sensor's frame at rest i + 1 to its frame at rest i, as
 ///               an integrated gyroscope gives them.
 /// @param first  label of the first rest. If it is nullopt, any label with the right rest face is
@@ -94,16 +95,18 @@ void assume_level_table(double magnitude,
 
 /// Labels rests by the horizontal direction of a second field, which a magnetometer measures.
 ///
-/// @param ups     up at each rest in the cube's frame, n x 3.
+/// @param faces   from resting_faces().
+/// @param ups     direction up at each rest in the cube's frame, n x 3.
 /// @param fields  the second field at each rest in the cube's frame, n x 3, with the biases removed
 ///                as far as they are known.
+/// @param first   see label_by_turns().
 [[nodiscard]] SeatLabels label_by_heading(const std::vector<std::optional<Face>>& faces,
                                           const Eigen::MatrixX3d& ups,
                                           const Eigen::MatrixX3d& fields,
                                           const std::optional<DesignPoint>& first);
 
-/// Labels rests if only their rest faces are known. The rests on one face get the two fence faces
-/// of the standard design in turn.
+/// Labels rests if only their rest faces are known. Successive rests on one face get alternately
+/// the two fence faces that the standard design has for this face.
 [[nodiscard]] SeatLabels label_by_order(const std::vector<std::optional<Face>>& faces);
 
 }  // namespace axiscal

@@ -18,18 +18,19 @@ namespace axiscal {
 /// The options for cutting a log into rests.
 struct SegmentOptions {
   std::vector<std::string> columns;  ///< columns whose variance shows motion
-  /// Columns whose means distinguish attitudes, an accelerometer's; default: `columns`.
+  /// Columns whose means distinguish attitudes, usually those of an accelerometer; if empty,
+  /// `columns` are used.
   std::vector<std::string> attitude;
   std::string time;               ///< column of times; if empty, find_time_column() is used
   std::optional<double> rate_hz;  ///< samples per second; replaces a column of times
   double window_s = 0.5;          ///< length of the sliding variance's window
   double shortest_s = 1.0;        ///< shortest length of a rest after trimming
-  double trim_s = 0.1;            ///< left out at both ends, in addition to half a window
-  /// A sample is at rest if its joined variance is below the threshold [unit^2]; default: chosen
-  /// automatically.
+  double trim_s = 0.1;            ///< time left out at both ends of a rest, besides half a window
+  /// The joined variance below which a sample is at rest [unit^2], see StaticDetector; nullopt: it
+  /// is chosen automatically.
   std::optional<double> threshold;
-  std::optional<ReadingRange> range;  ///< samples of `columns` at or beyond it are saturated
-  bool join = true;                   ///< whether parts of a rest that a knock split become one
+  std::optional<ReadingRange> range;  ///< a sample of `columns` at or beyond a limit is saturated
+  bool join = true;                   ///< true: use only the longer part of a rest split by a knock
   /// Samples that no rest may contain, as pairs of first and end; ascending.
   std::vector<std::pair<std::size_t, std::size_t>> left_out;
   std::vector<std::size_t> begins;  ///< samples at which another recording begins; ascending
@@ -38,7 +39,7 @@ struct SegmentOptions {
 /// The rests of a log.
 struct Segmentation {
   std::vector<std::string> columns;    ///< names of the columns of the means, without the times
-  std::vector<std::size_t> detection;  ///< positions in `columns` of those that show motion
+  std::vector<std::size_t> detection;  ///< positions in `columns` of those whose variance was used
   std::vector<StaticInterval> intervals;
   std::vector<std::vector<std::string>> marks;  ///< "drift", "knock", "stuck", "restless"
   double threshold = 0.0;  ///< a sample is at rest if its joined variance is below it [unit^2]
@@ -46,13 +47,13 @@ struct Segmentation {
   std::vector<std::pair<double, std::size_t>> tried;
   double rate_hz = 0.0;
   std::size_t samples = 0;
-  std::size_t broken_samples = 0;     ///< samples that end a rest: missing, saturated, at gaps
+  std::size_t broken_samples = 0;     ///< number of samples that no rest may contain, see segment()
   std::vector<std::string> notes;     ///< notes that do not need action
   std::vector<std::string> warnings;  ///< problems of the log
 };
 
-/// Chooses one of the sets of intervals, each of which has its threshold; default:
-/// most_persistent().
+/// Chooses one of the sets of intervals, of which there is one for each threshold, and returns its
+/// position. Default: most_persistent().
 /// @param so_far  contains the columns, the rate and the number of samples, but no intervals yet.
 using ThresholdChoice =
     std::function<std::size_t(const std::vector<IntervalSet>& sets, const Segmentation& so_far)>;
@@ -60,11 +61,12 @@ using ThresholdChoice =
 /// Finds the rests of a log, in constant memory, whatever its length.
 ///
 /// A rest ends at a time that decreases, at a gap, and at a missing number or a saturated sample of
-/// `columns`; warnings contain their numbers. A gap is a step of more than five times the mean step
-/// and a quarter of the window. In other columns the number before it replaces a missing number.
+/// `columns`; warnings state how many of each there are. A gap is a step that exceeds both five
+/// times the mean step and a quarter of the window. A missing number in another column is replaced
+/// by the number before it.
 ///
 /// @throws DataError     if a column is missing, the log has neither times nor a rate, or the times
-///                       never increase; as settle_time_unit().
+///                       never increase, or for the reasons of settle_time_unit().
 /// @throws RefusedError  if no rest is found.
 [[nodiscard]] Segmentation segment(LogFile& log,
                                    const SegmentOptions& options,
@@ -78,12 +80,12 @@ using ThresholdChoice =
                                            const SeatLabels* labels = nullptr,
                                            const std::vector<RunSheetRow>& sheet = {});
 
-/// @return the standard uncertainties of the means of some columns over the rests, by the noise
-///         within each rest, n x columns.
+/// @return the standard uncertainty of each mean of means_of(), from the noise within the rest,
+///         sd / sqrt(effective samples).
 [[nodiscard]] Eigen::MatrixXd mean_uncertainties_of(const Segmentation& segmentation,
                                                     const std::vector<std::string>& columns);
 
-/// @return the means of some columns over the rests, n x columns.
+/// @return the means of `columns`: a row for each rest, a column for each name.
 [[nodiscard]] Eigen::MatrixXd means_of(const Segmentation& segmentation,
                                        const std::vector<std::string>& columns);
 

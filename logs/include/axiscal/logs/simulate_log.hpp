@@ -16,9 +16,9 @@ namespace axiscal {
 
 /// The properties of a simulated IMU, and its motion.
 struct ImuSimulation {
-  LinearResponse accelerometer;                ///< [unit, unit per g]
-  std::optional<LinearResponse> gyroscope;     ///< [unit, unit per rad/s]
-  std::optional<LinearResponse> magnetometer;  ///< [unit, unit per unit of the field]
+  LinearResponse accelerometer;                ///< bias [unit], sensitivity [unit per g]
+  std::optional<LinearResponse> gyroscope;     ///< bias [unit], sensitivity [unit per rad/s]
+  std::optional<LinearResponse> magnetometer;  ///< bias [unit], sensitivity [unit per field unit]
   double accelerometer_sd = 0.0;               ///< standard deviation of a sample [unit]
   double gyroscope_sd = 0.0;
   double magnetometer_sd = 0.0;
@@ -28,7 +28,7 @@ struct ImuSimulation {
   double rate_hz = 100.0;
   double rest_s = 3.0;
   double turn_s = 1.5;
-  double hand_shake = 0.05;  ///< standard deviation of accelerations in mid-turn [g]
+  double hand_shake = 0.05;  ///< standard deviation of the acceleration in the middle of a turn [g]
   std::uint64_t seed = 1;
 };
 

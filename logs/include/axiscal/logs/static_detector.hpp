@@ -17,17 +17,18 @@ namespace axiscal {
 /// An interval in which the instrument stood still.
 struct StaticInterval {
   std::size_t first = 0;  ///< number of the first sample, from 0
-  std::size_t end = 0;    ///< one past the last
-  double start_s = 0.0;
-  double end_s = 0.0;    ///< time of the last sample
-  Eigen::VectorXd mean;  ///< mean of every column
-  Eigen::VectorXd sd;    ///< standard deviations of the samples
+  std::size_t end = 0;    ///< one past the number of the last sample
+  double start_s = 0.0;   ///< time of the first sample
+  double end_s = 0.0;     ///< time of the last sample
+  Eigen::VectorXd mean;   ///< mean of each column
+  Eigen::VectorXd sd;     ///< standard deviation of the samples of each column
   /// For every column the effective number of independent samples, n (1 - r) / (1 + r), between 1
   /// and n. Here r is the correlation of neighbouring samples about the drift.
   Eigen::VectorXd effective_samples;
-  Eigen::VectorXd drift;  ///< slope times length, by least squares [unit of the column]
-  double loudest = 1.0;   ///< largest sliding variance divided by the mean one
-  double motion = 0.0;    ///< mean sliding variance, joined over the columns of detection
+  /// The change over the interval, from a straight line by least squares [unit of the column].
+  Eigen::VectorXd drift;
+  double loudest = 1.0;  ///< largest joined variance (StaticDetector) divided by the mean one
+  double motion = 0.0;   ///< mean joined variance [unit^2]
 
   [[nodiscard]] std::size_t samples() const { return end - first; }
 };
@@ -64,10 +65,10 @@ class StaticDetector {
   StaticDetector(StaticDetector&&) noexcept;
   StaticDetector& operator=(StaticDetector&&) noexcept;
 
-  /// @param time_s   of each sample.
+  /// @param time_s   times of the samples [s].
   /// @param samples  all columns; every number is finite.
-  /// @param broken   for each sample 1 if no interval may contain it: a number is missing, the
-  ///                 sample is saturated, or there is a gap before it.
+  /// @param broken   1 for each sample that no interval may contain, because a number is missing,
+  ///                 the sample is saturated, or it follows a gap; otherwise 0.
   void add(std::span<const double> time_s, const LogBlock& samples, std::span<const char> broken);
 
   /// Ends the stream.
@@ -86,18 +87,19 @@ class StaticDetector {
 /// the widest range. A low threshold splits rests because of their noise, and a high one joins them
 /// across motion; in between the number does not depend on the threshold.
 ///
-/// @return the position of the set that is three steps above the lower end of the range. Ranges of
-///         two or more intervals are preferred to ranges of one. If the variance stays within a
-///         factor of 16, the log contains no motion, and the last set is chosen.
+/// @return the position of a set in this range: three steps above its lower end, or the middle of a
+///         narrow range. Ranges with two or more intervals are preferred to ranges with one. If
+///         the joined variance stays within a factor of 16, the log contains no motion, and the
+///         last set is chosen.
 [[nodiscard]] std::size_t most_persistent(const std::vector<IntervalSet>& sets);
 
 /// Joins neighbouring rests in one attitude that a knock separates. The gap between them is at most
 /// `longest_gap_s`, and their means agree within five standard errors or `tolerance`. The longer
 /// rest is kept.
 ///
-/// @param columns    columns whose means are compared.
-/// @param longest_gap_s  from the end of one rest to the start of the next [s].
-/// @param tolerance  of the means [unit].
+/// @param columns        columns whose means are compared.
+/// @param longest_gap_s  longest time from the end of one rest to the start of the next [s].
+/// @param tolerance      largest difference of the means [unit].
 /// @return the number of joined rests.
 std::size_t join_split_rests(std::vector<StaticInterval>& intervals,
                              const std::vector<std::size_t>& columns,

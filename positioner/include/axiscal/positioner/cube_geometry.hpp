@@ -15,10 +15,10 @@ struct FaceAngle {
   Face first = Face::plus_x;
   Face second = Face::plus_x;
   double angle_rad = 0.0;      ///< 0 .. pi
-  double deviation_rad = 0.0;  ///< from pi/2 (neighbours) or pi (opposites)
+  double deviation_rad = 0.0;  ///< angle_rad minus pi/2 (neighbours) or minus pi (opposites)
 };
 
-/// The deviation of a cube from the nominal cube. It does not depend on the choice of axes.
+/// The deviation of a cube from the nominal cube. The positioner's axes do not affect it.
 struct CubeGeometry {
   std::vector<FaceAngle> angles;  ///< one for each of the 15 pairs of faces
   /// Distance of each face's contact plane from the centre [m]; nullopt without feet.

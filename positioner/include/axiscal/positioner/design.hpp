@@ -35,9 +35,9 @@ struct DesignEntry {
 /// One line of a run sheet.
 struct RunSheetRow {
   int run = 1;    ///< number of the reading, in the order in which it is to be taken
-  int block = 1;  ///< replicate of the whole design, from 1
+  int block = 1;  ///< number of the replicate of the whole design, from 1
   DesignEntry entry;
-  std::optional<double> temperature;  ///< soak temperature before the block, if one is planned
+  std::optional<double> temperature;  ///< soak temperature of the block, if it is planned
 };
 
 /// Puts the points of each block into random order. If there are several temperatures, all blocks
@@ -47,7 +47,7 @@ struct RunSheetRow {
 /// @param replicates  number of blocks at each temperature, at least 1; a block is the whole
 ///                    design.
 /// @param seed        the same seed gives the same order on every machine.
-/// @param temperatures  soak temperatures in the order of their blocks; may be empty.
+/// @param temperatures  soak temperatures in the order in which they are used; may be empty.
 /// @throws DomainError  if the design is empty or `replicates` is less than 1.
 [[nodiscard]] AXISCAL_EXPORT std::vector<RunSheetRow> make_run_sheet(
     const std::vector<DesignEntry>& design,
@@ -55,7 +55,8 @@ struct RunSheetRow {
     std::uint64_t seed,
     const std::vector<double>& temperatures = {});
 
-/// As above, with random numbers from a stream. RandomStream(seed) gives the same order as `seed`.
+/// Makes a run sheet with random numbers from a stream. RandomStream(seed) gives the same order as
+/// the make_run_sheet() that has a `seed`.
 [[nodiscard]] AXISCAL_EXPORT std::vector<RunSheetRow> make_run_sheet(
     const std::vector<DesignEntry>& design,
     int replicates,

@@ -48,7 +48,8 @@ inline constexpr std::array all_faces = {Face::plus_x,  Face::minus_x, Face::plu
 /// @return "+X", "-X", ...
 [[nodiscard]] AXISCAL_EXPORT std::string_view face_name(Face face);
 
-/// @return the face named by "+X", "X+", "+x" or "x+"; nullopt for another text.
+/// @param text  e.g. "+X", "X+", "+x" or "x+".
+/// @return the face of that name; nullopt for another text.
 [[nodiscard]] AXISCAL_EXPORT std::optional<Face> parse_face(std::string_view text) noexcept;
 
 /// One of the 24 ways to lay the cube down: the face on the table and the face at the fence.
@@ -60,7 +61,7 @@ class AXISCAL_EXPORT DesignPoint {
   [[nodiscard]] Face rest() const { return rest_; }
   [[nodiscard]] Face fence() const { return fence_; }
 
-  /// @return the point with the opposite face at the fence: the cube is turned by 180 degrees.
+  /// @return the point with the same rest face and the opposite face at the fence.
   [[nodiscard]] DesignPoint turned_round() const { return {rest_, opposite(fence_)}; }
 
   /// @return "rest +X, fence -Y".

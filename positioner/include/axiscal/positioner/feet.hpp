@@ -80,7 +80,8 @@ feet_from_points(const std::array<std::array<Eigen::Vector3d, 3>, all_faces.size
 /// @param normal  outward unit normal, frame positioner.
 /// @return the feet, rotated together about the mean of their centres so that their plane has that
 ///         normal.
-/// @throws DomainError  if the feet have a defect_of_feet(), or the normal is opposite to theirs.
+/// @throws DomainError  if the feet have a defect_of_feet(), or the normal is opposite to that of
+///                      their plane.
 [[nodiscard]] AXISCAL_EXPORT Feet feet_turned_to(Face face,
                                                  const Feet& feet,
                                                  const Eigen::Vector3d& normal);

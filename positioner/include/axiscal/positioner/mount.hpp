@@ -15,14 +15,15 @@ namespace axiscal {
 struct AXISCAL_EXPORT Mount {
   std::string slot;  ///< slot name; columns of observations are called SLOT.axis
   Eigen::Matrix3d rotation_sensor_from_positioner = Eigen::Matrix3d::Identity();
-  /// Standard deviation of a small rotation about each axis, each time the instrument is mounted.
+  /// Standard deviation of the small rotation error of a mounting, about each axis. Each mounting
+  /// has another error.
   double repeatability_rad = 0.0;
 };
 
 /// The axis in the web of an H-shaped frame about which the second instrument is turned.
 enum class WebAxis { x, y };
 
-/// The mounts of two instruments in an H-shaped frame, one on each side of its web ("mirror
+/// Makes the mounts of two instruments in an H-shaped frame, one on each side of its web ("mirror
 /// images").
 ///
 /// The web is perpendicular to the positioner's z. A mirror image is not a rotation, so an
@@ -39,7 +40,7 @@ enum class WebAxis { x, y };
                                                                 const std::string& second,
                                                                 WebAxis axis = WebAxis::x);
 
-/// Mounts that all have the orientation of the cube, one for each slot.
+/// @return one mount for each slot, all with the orientation of the cube.
 [[nodiscard]] AXISCAL_EXPORT std::vector<Mount> parallel_mounts(
     const std::vector<std::string>& slots);
 

@@ -22,8 +22,9 @@ namespace axiscal {
 
 /// Checks a face's measured normal.
 ///
-/// @return "" if it is valid, else the reason: its length is not 1 to 1e-6, or it is more than 0.2
-///         rad from the face's nominal direction (faces mixed up, or left-handed axes).
+/// @return "" if it is valid, else the reason: its length differs from 1 by more than 1e-6, or it
+///         is more than 0.2 rad from the face's nominal direction (faces mixed up, or left-handed
+///         axes).
 [[nodiscard]] AXISCAL_EXPORT std::string defect_of_normal(Face face, const Eigen::Vector3d& normal);
 
 /// Outward unit normals in the order of Face, frame positioner.
@@ -32,13 +33,14 @@ using FaceNormals = std::array<Eigen::Vector3d, all_faces.size()>;
 /// @throws DomainError  unless the matrix is symmetric without negative eigenvalues.
 AXISCAL_EXPORT void check_normal_covariance(const Eigen::Matrix<double, 18, 18>& covariance);
 
-/// Covariance of the normals, faces in the order of Face, each x y z [rad^2].
+/// Covariance of the 18 components of the normals [rad^2]: x, y, z of each face, in the order of
+/// Face.
 using NormalCovariance = Eigen::Matrix<double, 18, 18>;
 
 /// The known data of a face: feet, normal, or both.
 ///
-/// If both are known, the normal is the measured one. The feet are then turned together until their
-/// plane has that normal; they give the contact points.
+/// If both are known, the normal defines the face's direction. The feet are turned together until
+/// their plane has that normal, and define only the contact points.
 struct FaceDescription {
   std::optional<Eigen::Vector3d> normal;  ///< outward, unit length
   std::optional<Feet> feet;
@@ -58,7 +60,7 @@ struct PositionerDescription {
   std::optional<NormalCovariance> normal_covariance;
   std::vector<Mount> mounts;
   Surface surface;
-  std::string created;   ///< when it was measured, ISO 8601; may be empty
+  std::string created;   ///< time of the measurement, ISO 8601; may be empty
   std::string software;  ///< program that measured it; may be empty
   std::vector<MeasuredFrom> from;
   std::vector<std::string> notes;  ///< remarks on the measurement
@@ -68,8 +70,9 @@ struct PositionerDescription {
 /// point.
 ///
 /// @code
-/// const axiscal::Positioner cube;  // the nominal one
-/// cube.rotation_table_from_positioner({axiscal::Face::minus_z, axiscal::Face::plus_y});  // 1
+/// const axiscal::Positioner cube;  // the nominal cube
+/// // The next call returns the identity.
+/// cube.rotation_table_from_positioner({axiscal::Face::minus_z, axiscal::Face::plus_y});
 /// @endcode
 class AXISCAL_EXPORT Positioner {
  public:
@@ -104,8 +107,8 @@ class AXISCAL_EXPORT Positioner {
     return description_.faces[static_cast<std::size_t>(face)].feet;
   }
 
-  /// @return the feet of all faces, for making another cube. A face without feet gets those of the
-  ///         default BallFrame.
+  /// @return the feet of all faces, from which a similar cube can be made. For a face without known
+  ///         feet they are the feet of the default BallFrame.
   [[nodiscard]] CubeFeet drawing() const;
 
   /// The orientation of the cube at a design point.
@@ -119,7 +122,7 @@ class AXISCAL_EXPORT Positioner {
   /// method.md, sections 2 and 9.
   [[nodiscard]] const Seat& seat(const DesignPoint& point) const;
 
-  /// @return the seat's rotation, whose rows are x, y, z.
+  /// @return the seat's rotation. Its rows are the vectors x, y and z of seat().
   /// @throws RefusedError  if the seat has a defect.
   [[nodiscard]] const Eigen::Matrix3d& rotation_table_from_positioner(
       const DesignPoint& point) const;
@@ -131,7 +134,7 @@ class AXISCAL_EXPORT Positioner {
   [[nodiscard]] Positioner with_mounts(std::vector<Mount> mounts) const;
 
   /// @param u_rad  standard uncertainty of each face's normal about any axis that lies in the face
-  ///               [rad]. It is added to the stated normal_covariance.
+  ///               [rad]. Its variance is added to the stated normal_covariance.
   /// @return a copy of this cube with a larger normal_covariance.
   /// @throws DomainError  if `u_rad` is negative.
   [[nodiscard]] Positioner with_normal_u(double u_rad) const;
@@ -148,11 +151,11 @@ class AXISCAL_EXPORT Positioner {
 
   PositionerDescription description_;
   FaceNormals normals_;
-  std::shared_ptr<const std::vector<Seat>> seats_;  // one for each rest and fence face, 6 x 6
+  std::shared_ptr<const std::vector<Seat>> seats_;  // 6 x 6, by rest face and fence face
   bool nominal_;
 };
 
-/// @return a sentence for each point at which the cube rocks.
+/// @return one sentence for each of the points at which the cube rocks.
 [[nodiscard]] AXISCAL_EXPORT std::vector<std::string> rocking_remarks(
     const Positioner& positioner, const std::set<DesignPoint>& points);
 

@@ -21,7 +21,7 @@ enum class SurfaceKind {
 struct Surface {
   SurfaceKind kind = SurfaceKind::one_piece;
   /// Angle by which the fence leans over the table, a perpendicularity error [rad]. The fence's
-  /// normal is (0, cos, sin) of it, frame table.
+  /// normal is (0, cos(lean), sin(lean)), frame table.
   double fence_lean_rad = 0.0;
   std::vector<Eigen::Vector2d> adjusters_m;  ///< positions of the height adjusters, frame table
   std::optional<double> thread_pitch_m;      ///< height of one turn of an adjuster [m]
@@ -30,7 +30,7 @@ struct Surface {
 /// The correction of one height adjuster.
 struct AXISCAL_EXPORT AdjusterMove {
   Eigen::Vector2d position_m = Eigen::Vector2d::Zero();  ///< frame table
-  double raise_m = 0.0;                                  ///< not negative
+  double raise_m = 0.0;                                  ///< height to raise it, never negative
   double uncertainty_m = 0.0;  ///< standard uncertainty of raise_m, from that of the slope
   std::optional<double> turns;
 };
@@ -42,10 +42,10 @@ AXISCAL_EXPORT void check_adjusters(const std::vector<Eigen::Vector2d>& adjuster
 /// move.
 ///
 /// With the field's direction (x, y, z) in the table, z = sqrt(1 - x^2 - y^2), an adjuster at (a,
-/// b) is h = (a x + b y) / z too high. It is raised by the largest h minus its own h.
+/// b) is too high by h = (a x + b y) / z. It is raised by the largest h minus its own h.
 ///
-/// @param slope       field along the table's x and y / F, for gravity the slope [rad]; x > 0: the
-///                    table rises towards +x.
+/// @param slope       components of a vertical unit vector along the table's x and y axes, which
+///                    for small angles are the slope in radians; x > 0: the table rises towards +x.
 /// @param covariance  covariance of the slope, 2 x 2 [rad^2].
 /// @param surface     gives the adjusters, three or more that are not in a line, and the thread
 ///                    pitch.

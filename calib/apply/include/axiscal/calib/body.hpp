@@ -19,8 +19,9 @@ namespace axiscal {
 /// The rotation of a sensor in the model or vehicle whose angles are measured, with its
 /// uncertainty.
 ///
-/// An error of the calibration turns the references and the later readings by the same amount, so
-/// it partly cancels. The rotation's share of this error, -K dtheta, is stored with its sign.
+/// An error dtheta of the calibration's parameters changes the fields of the reference readings and
+/// of later readings in similar ways, so it partly cancels. Therefore K is stored: the error dtheta
+/// turns the rotation by -K dtheta.
 ///
 /// @par Source
 /// method.md, section 11.
@@ -30,18 +31,20 @@ struct AXISCAL_EXPORT BodyRotation {
   Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();
   /// The part of `covariance` from the references and their readings, without the calibration.
   Eigen::Matrix3d covariance_of_references = Eigen::Matrix3d::Zero();
-  /// Of covariance_of_references; infinite if the references have a stated uncertainty.
+  /// Degrees of freedom of covariance_of_references; infinite if the references have a stated
+  /// uncertainty.
   double degrees_of_freedom = 0.0;
   /// K, 3 x p: derivative of the rotation with respect to the calibration's parameters [rad per
   /// unit of each].
   Eigen::MatrixXd by_parameters;
   std::vector<std::string> parameter_names;  ///< p
   int readings = 0;                          ///< number of readings at references
-  double residual_sd_rad = 0.0;              ///< scatter of a direction about the references
+  /// Standard deviation of a direction about its reference.
+  double residual_sd_rad = 0.0;
   std::string created;                       ///< ISO 8601, UTC
   std::string record;         ///< file of the calibration that it was made with; may be empty
-  std::string record_sha256;  ///< of that file; empty if it is unknown
-  double tare_rad = 0.0;      ///< angle of the rotation by the last tare; 0 without a tare
+  std::string record_sha256;  ///< SHA-256 digest of that file; empty if it is unknown
+  double tare_rad = 0.0;      ///< angle by which the last tare turned it; 0 without a tare
 };
 
 /// One reading at a reference: an attitude of the model, or one of its faces on a table.
@@ -49,38 +52,41 @@ struct ReferenceReading {
   int row = 0;  ///< number of the row in its file, from 1, for messages
   Eigen::VectorXd readings;
   std::optional<SensorTemperature> temperature;
-  std::optional<StatedAttitude> attitude;  ///< of the model; its heading is not used
+  std::optional<StatedAttitude> attitude;  ///< attitude of the model; its heading is not used
   std::optional<Face> flat;                ///< the face on the table, in any heading
 };
 
 struct BodyOptions {
-  /// Standard uncertainty of the references' directions [rad]; nullopt: from their scatter.
+  /// Standard uncertainty of the references' directions [rad]; nullopt: it is estimated from their
+  /// scatter.
   std::optional<double> reference_u_rad;
-  /// For corrected_by_tare(): true if the rotation was found with the same record; otherwise the
-  /// two are independent.
+  /// For corrected_by_tare(): true if the rotation was found with the same record; otherwise their
+  /// errors are taken as independent.
   bool same_record = true;
 };
 
-/// Reads references from a table with the columns of the record's axes (or SLOT.axis), and with
-/// `pitch_deg` and `roll_deg` or `flat`, the name of a face. If the table has none of these three
-/// columns, the readings have no attitude; corrected_by_tare() then takes pitch and roll as 0.
+/// Reads references from a table. The table has one column for each axis of the record, named AXIS
+/// or SLOT.AXIS. The attitude of a row is stated in the columns `pitch_deg` and `roll_deg`, or in
+/// the column `flat` as the name of a face. If the table lacks all three columns, the readings have
+/// no attitude; corrected_by_tare() then takes pitch and roll as 0.
 ///
 /// @throws DataError  as read_observations(), or if a row states both an attitude and a face, or
 /// neither.
 [[nodiscard]] AXISCAL_EXPORT std::vector<ReferenceReading> read_references(
     CsvReader& csv, const Calibration& calibration);
 
-/// Finds the rotation R of a sensor in its model from readings at references. R minimises
-/// sum |u_i - R f_i|^2.
+/// Finds the rotation R of a sensor in its model from readings at references. R minimises sum
+/// |u_i - R f_i|^2, where u_i is the stated direction of the field in the model and f_i the
+/// measured direction in the sensor (unit vectors).
 ///
 /// The mean of readings with one face on a table in two or more evenly spaced headings gives the
 /// direction of the face's normal, whatever the table's slope.
 ///
-/// @param calibration  of three axes or more, against gravity.
+/// @param calibration  a calibration of three axes or more whose field is gravity.
 /// @throws RefusedError  if the references do not determine a turn (the message names it), if they
 ///                       are too few to determine their scatter, or if they contradict each other.
-/// @throws DomainError   if the calibration is of another kind, or if the number of readings is not
-/// that of its axes.
+/// @throws DomainError   if the calibration is of another kind, or if a reference does not have one
+///                       reading for each axis.
 /// @par Source
 /// Wahba, SIAM Review 7 (1965) 409; method.md, section 11.
 [[nodiscard]] AXISCAL_EXPORT BodyRotation
@@ -91,14 +97,13 @@ find_body_rotation(const Calibration& calibration,
 /// Turns the rotation by the smallest angle that makes it agree with readings in one attitude of
 /// the model.
 ///
-/// It sets two angles and does not change the turn about the vertical. Without references, that
-/// turn
-/// has a standard uncertainty of 1 degree, as of a mounting by eye. A shift of a bias has the same
-/// effect in this attitude, and the tare is then wrong in other attitudes. Readings in two
-/// attitudes
-/// half a turn of roll apart distinguish both causes.
+/// The turn about the vertical does not change. Without references, this turn has a standard
+/// uncertainty of 1 degree, as after a mounting by eye. A shift of a bias has the same effect in
+/// this attitude, and the tare is then wrong in other attitudes. Readings in two attitudes half a
+/// turn of roll apart distinguish the two causes.
 ///
-/// @param tare  one reading or more in one attitude; pitch and roll are 0 if it is not stated.
+/// @param tare  one reading or more in one attitude; if the attitude is not stated, pitch and roll
+///              are 0.
 /// @throws RefusedError  if the angle is above 0.2 rad, because the model was not in that attitude.
 [[nodiscard]] AXISCAL_EXPORT BodyRotation
 corrected_by_tare(const Calibration& calibration,
@@ -106,11 +111,11 @@ corrected_by_tare(const Calibration& calibration,
                   const std::vector<ReferenceReading>& tare,
                   const BodyOptions& options = {});
 
-/// The calibration in the model's axes. All results of this calibration are those of the model. Its
+/// The calibration in the model's axes. Fields and angles that it gives are those of the model. Its
 /// uncertainty includes the uncertainty of the rotation and the correlation of both.
 ///
-/// @param same_record  true if the rotation was found with this record; otherwise both are
-///                     independent.
+/// @param same_record  true if the rotation was found with this record; otherwise their errors are
+///                     taken as independent.
 /// @throws DomainError  for fewer than three axes.
 [[nodiscard]] AXISCAL_EXPORT Calibration in_model_frame(Calibration calibration,
                                                         const BodyRotation& body,
@@ -127,17 +132,17 @@ corrected_by_tare(const Calibration& calibration,
 /// The turn between two instruments on the two sides of a mechanical joint in a model, from one
 /// reading of each instrument.
 struct JointMovement {
-  double angle_rad = 0.0;  ///< between the verticals of the two instruments
+  double angle_rad = 0.0;  ///< angle between the verticals that the two instruments measure
   double u_rad = 0.0;      ///< its standard uncertainty; NaN if a record states no covariance
   double p_value = 1.0;    ///< probability of such an angle by chance; NaN if not tested
 };
 
 /// @param first, second        the fields of both instruments, in the model's axes.
 /// @param first_covariance, .. their covariances; nullopt if a record states none.
-/// @param degrees_of_freedom   of these covariances.
+/// @param degrees_of_freedom   degrees of freedom of the sum of these covariances.
 /// @par Source
-/// method.md, section 11. F has rank 2, because gravity does not determine the turn about the
-/// vertical.
+/// method.md, section 11. The F test has 2 numerator degrees of freedom, because gravity does not
+/// determine the turn about the vertical.
 [[nodiscard]] AXISCAL_EXPORT JointMovement
 joint_movement(const Eigen::Vector3d& first,
                const std::optional<Eigen::Matrix3d>& first_covariance,
@@ -145,15 +150,15 @@ joint_movement(const Eigen::Vector3d& first,
                const std::optional<Eigen::Matrix3d>& second_covariance,
                double degrees_of_freedom);
 
-/// The difference between a rotation and an earlier one. If both have the same calibration, the
-/// comparison does not include the calibration's error, which cancels for equal references.
+/// The difference between a rotation and an earlier one. If both were found with the same record,
+/// the calibration's error is ignored, because it cancels for equal references.
 struct BodyChange {
-  Eigen::Vector3d turn_rad = Eigen::Vector3d::Zero();  ///< about the model's x, y, z
+  Eigen::Vector3d turn_rad = Eigen::Vector3d::Zero();  ///< turn about the model's x, y, z axes
   Eigen::Vector3d u_rad = Eigen::Vector3d::Zero();
   double p_value = 1.0;  ///< probability of such a turn by chance
 };
 
-/// @throws RefusedError  if the uncertainty about an axis is zero for both.
+/// @throws RefusedError  if both rotations have zero uncertainty about an axis.
 [[nodiscard]] AXISCAL_EXPORT BodyChange compare_rotations(const BodyRotation& before,
                                                           const BodyRotation& after);
 

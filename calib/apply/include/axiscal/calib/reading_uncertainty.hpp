@@ -24,11 +24,12 @@ struct ReadingNoise {
   /// its degrees of freedom.
   std::optional<Eigen::VectorXd> sd;
   double resolution = 0.0;     ///< smallest step of a reading [unit]; its error is uniform
-  double temperature_u = 0.0;  ///< standard uncertainty of the temperature output
+  /// Standard uncertainty of the temperature output [unit of the output].
+  double temperature_u = 0.0;
 };
 
-/// @return the readings' uncertainties in a record: their resolution and the temperature output's
-///         uncertainty. The scatter is that of the fit.
+/// @return the resolution and the temperature output's uncertainty that a record states. `sd` is
+///         nullopt, so the scatter of the fit is used.
 [[nodiscard]] AXISCAL_EXPORT ReadingNoise stated_noise(const Calibration& calibration);
 
 /// Uncertainties of a reading's results, in their units.
@@ -53,9 +54,9 @@ struct ReducedUncertainty : UncertaintyOfResults {
 
 class ReadingPropagation;
 
-/// @param propagation  of the same record.
-/// @param direction    of the field, unit vector, frame sensor.
-/// @return the expanded uncertainty (95 %) of the angle between the field and the result [deg],
+/// @param propagation  the propagation with the same record.
+/// @param direction    direction of the field: unit vector, frame sensor.
+/// @return the expanded uncertainty (95 %) of the measured field's direction [deg], as an angle
 ///         about the axis with the largest uncertainty.
 [[nodiscard]] AXISCAL_EXPORT double direction_uncertainty_deg(const Calibration& calibration,
                                                               const ReadingPropagation& propagation,
@@ -75,11 +76,11 @@ class ReadingPropagation;
 /// @endcode
 class AXISCAL_EXPORT ReadingPropagation {
  public:
-  /// @param calibration  with statistics and their covariance.
-  /// @param reducer      of the same record; must outlive this.
-  /// @param noise        of new readings.
+  /// @param calibration  a record with statistics and a covariance.
+  /// @param reducer      a reducer of the same record; must outlive this object.
+  /// @param noise        the uncertainties of new readings.
   /// @param factor       ReductionOptions::factor of the reducer.
-  /// @param probability  of the expanded uncertainties' intervals.
+  /// @param probability  coverage probability of the expanded uncertainties.
   /// @throws DomainError  if the record states no covariance of its parameters, if it states no
   ///                      scatter and `noise` has no sd, or if the probability is not between 0
   ///                      and 1.
@@ -89,18 +90,19 @@ class AXISCAL_EXPORT ReadingPropagation {
                      double factor = 1.0,
                      double probability = 0.95);
 
-  /// Sets the uncertainties of the fields at both sites, as given by the conversion. Before this
-  /// call, readings are taken in the calibration's field.
+  /// Sets the relative uncertainties component_u and ratio_u from a conversion to another site.
+  /// Without this call, the readings are assumed to be taken in the field of the calibration.
   void set_field_u(const FieldConversion& conversion) {
     component_u_ = conversion.component_u;
     ratio_u_ = conversion.ratio_u;
   }
 
   /// States that `up` comes from an instrument that was calibrated in the same cube. An error of
-  /// the cube's face normals turns both fields by the same amount, so the errors of both correlate.
+  /// the cube's face normals changes both instruments' fields, so the errors of the two fields are
+  /// correlated.
   void share_cube();
 
-  /// @param readings, context  as Reducer::reduce().
+  /// @param readings, context  see Reducer::reduce().
   [[nodiscard]] ReducedUncertainty at(std::span<const double> readings,
                                       const ReadingContext& context = {}) const;
 
@@ -109,7 +111,8 @@ class AXISCAL_EXPORT ReadingPropagation {
     double length = 0.0;  ///< |f| [field unit of the record]
     Eigen::Vector3d direction = Eigen::Vector3d::UnitZ();
     Eigen::RowVectorXd by_parameters;  ///< p: d|f| / d(parameters) [field unit per unit of each]
-    double reading_variance = 0.0;     ///< by the scatter of the readings [field unit squared]
+    /// Variance of the length from the reading's noise [field unit squared].
+    double reading_variance = 0.0;
   };
   [[nodiscard]] LengthChange length_change(
       std::span<const double> readings,
@@ -125,7 +128,7 @@ class AXISCAL_EXPORT ReadingPropagation {
   struct Axis {
     double component = 0.0;  ///< [field unit]
     double angle_rad = 0.0;
-    double coverage_factor = 0.0;  ///< of both, for the probability of the constructor
+    double coverage_factor = 0.0;  ///< coverage factor of both; probability: see the constructor
   };
   [[nodiscard]] Axis at_axis(std::size_t axis,
                              double reading,
@@ -138,15 +141,16 @@ class AXISCAL_EXPORT ReadingPropagation {
                                                        const ReadingContext& context) const {
     return axiscal::change_with_parameters(calibration_, field, context);
   }
-  // The variance of readings of another block about the mean of the record's blocks, at a field: m
-  // entries [unit^2]. It is 0 if the record has one block.
+  // The variance of a new block's readings in `field` about the mean of the record's blocks: m
+  // entries [unit^2]. It is 0 if the record has only one block.
   [[nodiscard]] Eigen::VectorXd between_blocks(const Eigen::Vector3d& field) const;
   void find_scatter_of_blocks();
   void add_blocks(const Eigen::RowVectorXd& gradient,
                   const Eigen::VectorXd& between,
                   VarianceShares& shares) const;
 
-  // The variance of a reading without that of the calibration: m entries [unit^2].
+  // The variance of a reading from noise, resolution and temperature output, without the
+  // calibration's uncertainty: m entries [unit^2].
   [[nodiscard]] Eigen::VectorXd reading_variance(
       const Eigen::Vector3d& field, const std::optional<SensorTemperature>& temperature) const;
   [[nodiscard]] Eigen::MatrixXd change_with_readings(std::span<const double> readings,
@@ -159,13 +163,13 @@ class AXISCAL_EXPORT ReadingPropagation {
                      std::vector<VarianceShares>& shares) const;
   void put_pole(ReducedUncertainty& result) const;
 
-  // A covariance of the parameters with its degrees of freedom.
+  // A part of the parameters' covariance, with its degrees of freedom.
   struct Part {
     Eigen::MatrixXd covariance;
     double degrees_of_freedom = 0.0;
   };
 
-  // The variance of a result by its sources.
+  // The variance of a result, split by source.
   // @param gradient          derivative of the result with respect to the readings.
   // @param B                 change_with_parameters().
   // @param reading_variance  m entries.
@@ -177,17 +181,18 @@ class AXISCAL_EXPORT ReadingPropagation {
   const Reducer& reducer_;
   ReadingNoise noise_;
   Eigen::VectorXd sd_;
-  Eigen::MatrixXd block_variance_;  // m x 4: of bias and sensitivities, without readings' noise
+  Eigen::MatrixXd block_variance_;  // m x 4: variance of bias and sensitivities, without noise
   double block_freedom_ = 0.0;
   double factor_;
   CoverageFactors factors_;
   double component_u_ = 0.0;      // FieldConversion::component_u
   double ratio_u_ = 0.0;          // FieldConversion::ratio_u
-  Eigen::MatrixXd covariance_;    // of the parameters, without the part of the field's magnitude
+  Eigen::MatrixXd covariance_;    // covariance of the parameters, without the error of F
   Eigen::MatrixXd of_readings_;   // the part of covariance_ from the readings' scatter
   Eigen::MatrixXd of_inputs_;     // the part of covariance_ from type B sources
   std::vector<Part> components_;  // the parts of covariance_ from blocks, seats, ...
-  // An independent error of the cube that `up` shares: its effect dS on S, and S^-1 dS.
+  // One of the independent errors of the cube that also affect `up`: dS, its effect on S, and
+  // S^-1 dS.
   struct CubeError {
     SensitivityMatrix of_sensitivity;
     Eigen::Matrix3d of_field;
@@ -195,7 +200,7 @@ class AXISCAL_EXPORT ReadingPropagation {
   std::vector<CubeError> cube_errors_;
 };
 
-/// One quantity in one attitude, as in an uncertainty budget.
+/// One quantity of an uncertainty budget, in one attitude.
 struct AttitudeQuantity {
   std::string name;  ///< "field_x", "pitch_deg", ...
   double value = 0.0;
@@ -209,7 +214,7 @@ struct AttitudeBudget {
 };
 
 /// @param field_in_sensor  the field that is read [field unit of the record].
-/// @param temperature      of the sensor; default: the calibration's reference.
+/// @param temperature      temperature of the sensor; default: the calibration's reference.
 /// @throws DomainError  as ReadingPropagation, and for fewer than three axes.
 [[nodiscard]] AXISCAL_EXPORT AttitudeBudget attitude_budget(const Calibration& calibration,
                                                             const ReductionOptions& options,
@@ -217,21 +222,23 @@ struct AttitudeBudget {
                                                             const Eigen::Vector3d& field_in_sensor,
                                                             std::optional<double> temperature = {});
 
-/// @return the field of a pitch and roll in the sensor's frame [field unit of the record].
+/// @return the field in the sensor's frame at this pitch and roll [field unit of the record].
 [[nodiscard]] AXISCAL_EXPORT Eigen::Vector3d field_of_attitude(const SensorModel& sensor,
                                                                double pitch_rad,
                                                                double roll_rad);
 
-/// Tests the validity of the linear propagation by Monte Carlo (JCGM 101).
+/// The comparison of the linear propagation with a Monte Carlo simulation (JCGM 101), for one
+/// quantity.
 struct MonteCarloCheck {
   std::string name;
   double linear_u = 0.0;
   double linear_expanded = 0.0;
-  double mean_error = 0.0;  ///< distance of the results' mean from the value
+  double mean_error = 0.0;  ///< mean of the simulated results minus the value
   double sd = 0.0;
-  double low_95 = 0.0;  ///< probabilistically symmetric interval of the errors
+  /// low_95 .. high_95: 95 % interval of the errors, symmetric in probability.
+  double low_95 = 0.0;
   double high_95 = 0.0;
-  bool agrees = true;  ///< both ends agree with linear_expanded within a tenth
+  bool agrees = true;  ///< |low_95| and high_95 both equal linear_expanded within 10 %
 };
 
 /// Draws parameters and readings from their distributions (Student's t for estimated scatter),

@@ -17,7 +17,7 @@
 namespace axiscal {
 
 struct ReductionOptions {
-  /// F at the place of the readings [unit of the results]; default: that of the record.
+  /// F at the place of the readings [unit of the results]; nullopt: the record's F.
   std::optional<double> magnitude;
   double factor = 1.0;  ///< unit of the results per unit of the record's field, see FieldConversion
   InclinationOptions inclination;  ///< its convention is replaced by that of the record
@@ -27,8 +27,8 @@ struct ReductionOptions {
 /// The field at the place of the readings.
 struct FieldAtReadings {
   std::optional<double> magnitude;     ///< F [unit of the results]; default: the record's, or 1 g
-  double magnitude_u = 0.0;            ///< its standard uncertainty [that unit]
-  std::optional<double> gravity_m_s2;  ///< gravity; default: that at the record's site
+  double magnitude_u = 0.0;            ///< its standard uncertainty [unit of the results]
+  std::optional<double> gravity_m_s2;  ///< gravity; nullopt: gravity at the record's site
   double gravity_u_m_s2 = 0.0;         ///< its standard uncertainty
 };
 
@@ -37,12 +37,12 @@ struct FieldConversion {
   std::string unit;
   double factor = 1.0;     ///< results = factor * field in the record's unit
   double magnitude = 1.0;  ///< F at the place of the readings [unit]
-  /// Relative standard uncertainty of a component, from those of the fields at both places. It is 0
-  /// for results in `g` of the calibration's place.
+  /// Relative standard uncertainty of a field component, from the uncertainties of the fields at
+  /// the record's site and at the place of the readings. It is 0 if the unit of the results is `g`
+  /// of the record's site.
   double component_u = 0.0;
   /// Relative standard uncertainty of a component divided by F, for angles and residuals. It is 0
-  /// in
-  /// the field of the calibration.
+  /// if the readings are taken in the field of the calibration.
   double ratio_u = 0.0;
 };
 
@@ -52,16 +52,17 @@ struct FieldConversion {
 /// two sites converts between `g` of a record, `g` of another site, and m/s^2.
 ///
 /// @param field      the field of the record.
-/// @param unit       unit of the results; empty: that of the record.
-/// @param there      the place of the readings; by default the place of the record.
+/// @param unit       unit of the results; empty: the record's unit.
+/// @param there      the field at the place of the readings; by default that of the record.
 /// @throws DomainError  if the units do not convert, or if a record in `g` lacks the gravity of its
 /// site.
 [[nodiscard]] AXISCAL_EXPORT FieldConversion field_conversion(const FieldDescription& field,
                                                               const std::string& unit,
                                                               const FieldAtReadings& there = {});
 
-/// A calibration in another unit of the field.
-/// @param conversion  by field_conversion(); its magnitude becomes that of the record.
+/// The calibration with its field converted to another unit.
+/// @param conversion  the result of field_conversion(); its magnitude becomes the magnitude of the
+///                    record's field.
 [[nodiscard]] AXISCAL_EXPORT Calibration converted(Calibration calibration,
                                                    const FieldConversion& conversion);
 
@@ -72,14 +73,14 @@ struct FieldConversion {
 
 /// Additional inputs besides the readings of an instrument.
 struct ReadingContext {
-  /// Specific force at rest in the sensor's frame, by an accelerometer. It is used for headings,
-  /// and
-  /// to subtract the response to a second field, then in the unit of that field.
+  /// Specific force at rest in the sensor's frame, from an accelerometer. It is used for headings
+  /// [any unit], and to subtract the response to a second field [unit of that field].
   std::optional<Eigen::Vector3d> up;
   /// Output of the temperature sensor, for a record with temperature terms; nullopt: the
   /// calibration's reference.
   std::optional<SensorTemperature> temperature;
-  std::optional<Eigen::Matrix3d> up_covariance;  ///< for uncertainties [unit of up, squared]
+  /// Covariance of `up`, for uncertainties [unit of up, squared].
+  std::optional<Eigen::Matrix3d> up_covariance;
 };
 
 /// The result of a reading of three or more axes.
@@ -89,7 +90,7 @@ struct AXISCAL_EXPORT ReducedReading {
   DerivedValues derived;      ///< by the kind of instrument; NaN if the biases contain the field
   bool determined = true;     ///< false if fewer than three one-sided axes face the light
   bool extrapolated = false;  ///< the temperature is outside the calibrated range
-  std::span<const std::string_view> derived_names;  ///< of the values in `derived`
+  std::span<const std::string_view> derived_names;  ///< names of the values in `derived`
 
   /// @param name  "x", "y", "z" of the field, "residual", or a derived value of the kind of
   ///              instrument, for example "pitch_deg".
@@ -98,11 +99,11 @@ struct AXISCAL_EXPORT ReducedReading {
   [[nodiscard]] double operator[](std::string_view name) const;
 };
 
-/// The result of a reading of one axis, for an instrument with fewer than three.
+/// The result of a reading of one axis, for an instrument with fewer than three axes.
 struct ReducedAxis {
   double component = 0.0;  ///< field along the sensing axis [field unit]
-  /// Elevation of the axis above the horizontal; 0 if the kind does not have one, NaN if the bias
-  /// contains the field.
+  /// Elevation of the axis above the horizontal; 0 if the kind of instrument has no elevation, NaN
+  /// if the bias contains the field.
   double angle_rad = 0.0;
   bool clamped = false;
   bool extrapolated = false;
@@ -117,8 +118,9 @@ struct ReducedAxis {
 /// The result depends on the number m of axes:
 ///
 /// - m >= 3: reduce() for one reading, reduce_rows() for a matrix of readings. If m > 3, the
-///   field is a least-squares solution with the weights scale_k^2 / s_k^2. A one-sided axis
-///   (photodiode) is used if the reduced field is in front of the axis.
+///   field is a least-squares solution with the weights scale_k^2 / s_k^2, where s_k is the
+///   residual standard deviation of axis k. A one-sided axis (photodiode) is used only if the
+///   reduced field is in front of the axis.
 /// - m < 3: reduce_axis() gives the component along each axis. Two axes of a sun sensor
 ///   determine the whole direction, see closed_field().
 ///
@@ -204,21 +206,23 @@ class AXISCAL_EXPORT Reducer {
   /// works for any m.
   ///
   /// @param axis     0 .. m - 1.
-  /// @param reading  [unit], finite.
+  /// @param reading      the axis's reading [unit], finite.
   /// @param temperature  as in reduce().
   [[nodiscard]] ReducedAxis reduce_axis(
       std::size_t axis,
       double reading,
       const std::optional<SensorTemperature>& temperature = {}) const noexcept;
 
-  /// @return |S_k|, the increase of an axis's reading for one unit of the results' field along it.
+  /// @return |S_k|, the increase of an axis's reading if the field along the axis grows by one unit
+  ///         of the results.
   [[nodiscard]] double sensitivity_of(std::size_t axis) const { return length_[axis]; }
 
-  /// @return true if two axes give the whole field: the third component follows from its magnitude,
-  ///         and the field is in front of the axes, for example the sun before a sun sensor.
+  /// @return true if two axes determine the whole field: the third component follows from the
+  ///         magnitude F, and its sign from the fact that the sensor responds only to one side (a
+  ///         sun sensor).
   [[nodiscard]] bool completes_third_component() const { return open_direction_.has_value(); }
 
-  /// The field by two axes and its magnitude.
+  /// The field from two measured components and the magnitude F.
   struct ClosedField {
     Eigen::Vector3d in_sensor = Eigen::Vector3d::Zero();  ///< f_hat [field unit]
     bool clamped = false;  ///< true if both components exceed F, so that the third is 0
@@ -236,7 +240,7 @@ class AXISCAL_EXPORT Reducer {
  private:
   // Data of the record in addition to its sensor model.
   struct Knowledge {
-    Eigen::VectorXd weights;  // of the axes' equations
+    Eigen::VectorXd weights;  // weight of each axis's equation
     bool gives_field = true;
   };
   Reducer(const SensorModel& sensor, const Knowledge& knowledge, const ReductionOptions& options);
@@ -246,7 +250,7 @@ class AXISCAL_EXPORT Reducer {
   bool solve(std::span<const double> readings,
              const ReadingContext& context,
              Eigen::Vector3d& field) const noexcept;
-  // The fields of three axes by the vector kernel.
+  // The fields of a three-axis instrument, computed by the vector kernel reduce_columns().
   void reduce_plain(const Eigen::Ref<const Eigen::MatrixXd>& readings,
                     Eigen::MatrixX3d& fields) const;
 
@@ -271,11 +275,11 @@ class AXISCAL_EXPORT Reducer {
 
   bool gives_field_ = true;
   bool one_sided_ = false;
-  std::optional<Eigen::Vector3d> open_direction_;  // of the third component of two axes
+  std::optional<Eigen::Vector3d> open_direction_;  // direction of the third component if m = 2
   std::vector<Eigen::Vector3d> rows_;  // rows of S, if the inverse depends on the reading
   std::vector<double> weights_;        // weights of the equations of rows_
   std::optional<TemperatureResponse> temperature_;
-  std::vector<Eigen::Matrix3d> also_;  // apparent field for a unit of the second field
+  std::vector<Eigen::Matrix3d> also_;  // apparent field per unit of the second field, 3 x 3
   std::optional<ReadingRange> range_;
   double factor_ = 1.0;
   double declination_rad_ = 0.0;

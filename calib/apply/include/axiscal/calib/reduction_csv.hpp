@@ -19,7 +19,7 @@ namespace axiscal {
 struct ReadingColumn {
   std::string axis;
   std::string plus;   ///< name of the column
-  std::string minus;  ///< the column to be subtracted; empty for none
+  std::string minus;  ///< name of the column to subtract; empty if there is no such column
 };
 
 /// @return the columns of an instrument's axes.
@@ -31,8 +31,8 @@ struct ReadingColumn {
 [[nodiscard]] AXISCAL_EXPORT std::vector<ReadingColumn> columns_in(const CsvReader& csv,
                                                                    const Calibration& calibration);
 
-/// The positions of a record's temperature columns in a table: one, or one for each axis. Empty if
-/// the record has no temperature terms.
+/// The positions of a record's temperature columns in a table: one position, or one for each axis.
+/// The list is empty if the record has no temperature terms.
 using TemperaturePlaces = std::vector<std::size_t>;
 
 /// @param axes    the columns of the readings.
@@ -49,11 +49,11 @@ temperature_places(const CsvReader& csv,
 struct JointColumns {
   const Reducer* reducer = nullptr;  ///< in the model's axes
   std::vector<ReadingColumn> columns;
-  /// The propagation of the second and of the first instrument, in the model's axes; null if its
-  /// record states no covariance.
+  /// The propagation of the second and of the first instrument, in the model's axes; null if the
+  /// instrument's record states no covariance.
   const ReadingPropagation* uncertainty = nullptr;
   const ReadingPropagation* own_uncertainty = nullptr;
-  double degrees_of_freedom = 0.0;  ///< of the covariances of both
+  double degrees_of_freedom = 0.0;  ///< degrees of freedom of the sum of both covariances
   /// An angle above alarm_rad is flagged `moved` if it is significant (p < 0.001). If the test is
   /// impossible, every angle above alarm_rad is flagged, unless alarm_rad is 0.
   double alarm_rad = 0.0;
@@ -73,17 +73,17 @@ struct ReductionCsvOptions {
   /// Column of the sensor's temperature, for records with temperature terms. If each axis has a
   /// separate sensor, the column is AXIS_temperature or temperature_AXIS.
   std::string temperature_column = "temperature";
-  /// The propagation of the results' uncertainties, and that of `attitude`; if `uncertainty` is
-  /// null,
-  /// uncertainties are not written.
+  /// The propagation of the results' uncertainties, and the propagation of the uncertainties of
+  /// `attitude`. If `uncertainty` is null, uncertainties are not written.
   const ReadingPropagation* uncertainty = nullptr;
   const ReadingPropagation* attitude_uncertainty = nullptr;
   std::optional<JointColumns> joint;  ///< adds the columns `joint_deg` and `u_joint_deg`
-  bool expanded = false;  ///< with `uncertainty`: write also expanded ones and coverage factors
-  bool strict = false;    ///< a row that cannot be reduced is an error
-  /// Decimals of every result, 0 to 15; nullopt: as many as the exact number needs.
+  /// Also writes expanded uncertainties and coverage factors, if `uncertainty` is set.
+  bool expanded = false;
+  bool strict = false;    ///< if true, a row that cannot be reduced is an error
+  /// Decimals of every result, 0 to 15; nullopt: the shortest text that gives the exact number.
   std::optional<int> decimals;
-  bool every_row = false;  ///< hand over each row at once instead of large blocks
+  bool every_row = false;  ///< passes each row to the sink at once, instead of large blocks
 };
 
 /// The bits of the flag in binary rows.
@@ -99,7 +99,8 @@ struct ReductionCsvSummary {
   std::size_t rows = 0;
   std::size_t unreadable = 0;             ///< rows that could not be reduced
   std::size_t first_unreadable_line = 0;  ///< line of the first such row; 0 if all were reduced
-  std::size_t clamped = 0;                ///< rows with a component larger than the field
+  /// Rows with a component larger than the field's magnitude.
+  std::size_t clamped = 0;
   std::size_t far_from_field = 0;         ///< rows whose |f_hat| differs from F by more than 30 %
   std::size_t extrapolated = 0;           ///< rows at temperatures outside the calibrated range
   std::size_t saturated = 0;              ///< rows with a reading at or beyond its range
@@ -112,7 +113,7 @@ struct ReductionCsvSummary {
 /// Each row's cells are copied unchanged, and the results are appended: `field_x,field_y,field_z,
 /// residual`, the derived values of the kind of instrument, and `flag`. With fewer than three axes
 /// these are `component_AXIS` for each axis, and `angle_AXIS_deg` if the kind has angles. A row
-/// that cannot be reduced keeps its place, with empty results and the flag `unreadable` or
+/// that cannot be reduced is also written, with empty results and the flag `unreadable` or
 /// `saturated`. With `uncertainty`, the standard uncertainties follow with the prefix u_. With
 /// `expanded`, the expanded uncertainties (U_) and the coverage factors (k_) follow too.
 ///

@@ -20,7 +20,7 @@ struct SlotObservations {
 
 /// Splits the readings of a run by slot.
 ///
-/// @param run  its response columns are the axes of the first slot, then those of the second, ...
+/// @param run  a run whose response columns are the axes of the first slot, then of the second, ...
 /// @throws DomainError  if the list of slots is empty, or if the number of responses differs from
 ///         the number of axes.
 [[nodiscard]] AXISCAL_EXPORT std::vector<SlotObservations> split_by_slot(const Run& run);
@@ -31,8 +31,8 @@ struct SlotObservations {
 /// used only if its slot is stated.
 ///
 /// @param slot  name of the slot; empty if it is not stated.
-/// @return the rotation of the positioner's mount with that name. If a name is not stated, it is
-///         the rotation of the only mount, unless that mount belongs to a reference; otherwise the
+/// @return the rotation of the positioner's mount for this slot. If `slot` is empty, the rotation
+///         of the only mount, unless that mount belongs to a reference instrument. Otherwise the
 ///         identity.
 /// @throws SetupError  if the positioner has mounts, but lacks a mount for the slot.
 [[nodiscard]] AXISCAL_EXPORT Eigen::Matrix3d mount_rotation(const Positioner& positioner,
@@ -86,12 +86,13 @@ combine_levelness(const std::vector<SlotLevelness>& slots);
 [[nodiscard]] AXISCAL_EXPORT SlotAlignment alignment_of(const Calibration& from,
                                                         const Calibration& to);
 
-/// @return the rotation between the two frames without its quarter turns and mirroring, as a
-///         rotation vector [rad].
+/// @return the rotation between the two frames, after its quarter turns and mirroring (the matrix
+///         rounded to whole numbers) are removed, as a rotation vector [rad].
 [[nodiscard]] AXISCAL_EXPORT Eigen::Vector3d rotation_without_quarter_turns(
     const SlotAlignment& alignment);
 
-/// Calibrates several instruments from one run: each in its slot, with its mount's rotation.
+/// Calibrates several instruments from one run. Each instrument has a slot, and the slot's mount
+/// gives its rotation.
 ///
 /// Instruments of several kinds (Experiment::slots) have their own fields, and share cube and
 /// table. If the table's slope is not stated, instruments in a vertical field measure it. The other

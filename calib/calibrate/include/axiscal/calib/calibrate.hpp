@@ -41,7 +41,8 @@ namespace axiscal {
 /// @param experiment    instrument, field, table, cube and method.
 /// @param observations  n readings of the instrument's m axes.
 /// @return coefficients, statistics, levelness, residuals and warnings. The status is "refused" if
-///         the coefficients must not be used, for example for a too uncertain field direction.
+///         the coefficients must not be used, for example if the field's direction is too
+///         uncertain.
 /// @throws SetupError          if the experiment lacks a required input.
 /// @throws RankDeficientError  if the design does not determine a coefficient; the message names
 ///         the coefficient and the readings to add.

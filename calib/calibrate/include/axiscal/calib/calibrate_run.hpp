@@ -14,7 +14,7 @@ namespace axiscal {
 /// The treatment of readings that contradict each other.
 enum class Suggestions {
   name,    ///< a warning describes the likeliest mistake
-  accept,  ///< as calibrate_with_suggestions(); only for one instrument, not for an assembly
+  accept,  ///< applied by calibrate_with_suggestions(); only for one instrument, not an assembly
 };
 
 /// @return the slot of a single instrument: the stated slot; else the slot of the positioner's only
@@ -31,9 +31,10 @@ AXISCAL_EXPORT void require_one_instrument(const Experiment& experiment, const R
 
 /// Calibrates a run.
 ///
-/// @param experiment  its positioner has the mounts. If a slot is not stated, see slot_of().
-/// @return one record, or one record for each slot of an assembly. Each record has the names of the
-///         input files, and notes on assumptions about the mounts.
+/// @param experiment  the experiment; its positioner contains the mounts. If Experiment::slot is
+///                    empty, slot_of() gives the slot.
+/// @return one record, or one record for each slot of an assembly. Each record contains the input
+///         files' names and notes on assumptions about the mounts.
 /// @throws SetupError  if a slot is stated in addition to those of the columns, or if suggestions
 ///         are to be accepted for an assembly. Other errors as in calibrate() and
 ///         calibrate_assembly().

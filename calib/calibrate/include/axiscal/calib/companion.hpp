@@ -12,16 +12,16 @@ namespace axiscal {
 /// Rotates the frame of an instrument to the frame of a companion in the same recording, for
 /// example the frame of a magnetometer to that of an accelerometer for tilt-compensated headings.
 ///
-/// Method `magnitude` does not determine the frame. The constant angle between the two fields gives
-/// the rotation between the instruments. Row i of both tables must be of the same time.
-/// Warnings are added if the rotation is uncertain, or if the angle differs from the angle at the
-/// site.
+/// Method `magnitude` does not determine the frame. The rotation between the instruments follows
+/// from the angle between their two fields, which is constant. Row i of both tables must be of the
+/// same time. Warnings are added if the rotation is uncertain, or if the angle differs from the
+/// angle at the site.
 ///
 /// @param calibration   record of the instrument, three axes. Its sensitivity, covariance and
 ///                      quantities are rotated to the companion's frame, and `alignment` is set.
 /// @param observations  readings of the instrument.
 /// @param companion     record of the companion, three axes.
-/// @param companions    readings of the companion, as many as `observations`.
+/// @param companions    readings of the companion, with the same number of rows as `observations`.
 /// @param record        name of the companion's record, for `alignment`.
 /// @throws SetupError    unless the instrument was calibrated by method magnitude without design
 ///                       points and with symmetric S.

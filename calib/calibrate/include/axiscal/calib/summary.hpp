@@ -10,13 +10,13 @@ namespace axiscal {
 
 enum class SummaryDetail {
   brief,  ///< the main results; three axes fit into 80 columns and 24 lines
-  full,   ///< everything: sensing axes, levelness by block, quality of the fit
+  full,   ///< all results, with sensing axes, levelness by block, quality of the fit
 };
 
 /// The last part of a summary.
 enum class SummaryEnd {
-  findings,  ///< with the warnings and the verdict
-  fit,       ///< without the warnings and the verdict
+  findings,  ///< the summary ends with the warnings and the verdict
+  fit,       ///< the summary ends before the warnings and the verdict
 };
 
 /// A report of a calibration as plain text, with tables of 80 columns: the procedure, coefficients

@@ -16,23 +16,23 @@
 
 namespace axiscal {
 
-/// The readings of a calibrated instrument in the positioner to measure.
+/// The readings of a calibrated instrument in the positioner that is measured.
 struct Reference {
   std::string slot;  ///< unique name of the instrument's mount
   /// The instrument. References with equal names are one instrument that was mounted again.
   std::string instrument;
-  Calibration calibration;    ///< its record, three axes or more
-  Observations observations;  ///< its readings, with design points
+  Calibration calibration;    ///< the instrument's record, with three axes or more
+  Observations observations;  ///< the instrument's readings, with design points
 };
 
 struct CharacterizeOptions {
   std::string id;  ///< the name of the new positioner
   /// If true, bias and sensitivity |S_k| of each axis are fitted too, because the readings along
-  /// the
-  /// normals determine them. Then only the angles between the axes come from the records.
+  /// the normals determine them. Then only the angles between the axes come from the records.
   bool free_bias_and_scale = true;
-  LevelBy level_by = LevelBy::run;     ///< one slope of the table for each reference, or each block
-  std::vector<std::string> leave_out;  ///< slots not used
+  /// Fits one slope of the table for each reference, or for each block of a reference.
+  LevelBy level_by = LevelBy::run;
+  std::vector<std::string> leave_out;  ///< slots that are not used
   /// The cube of the drawing. If it has feet, the headings of the seats are exact, and the measured
   /// positioner has these feet.
   Positioner drawing;
@@ -42,7 +42,8 @@ struct CharacterizeOptions {
 struct AXISCAL_EXPORT ReferenceResult {
   std::string slot;
   Eigen::Matrix3d rotation_sensor_from_positioner = Eigen::Matrix3d::Identity();
-  Eigen::Vector3d mount_se_rad = Eigen::Vector3d::Zero();  ///< about the sensor's x, y, z
+  /// Standard uncertainty of the mount about the sensor's x, y, z.
+  Eigen::Vector3d mount_se_rad = Eigen::Vector3d::Zero();
   double residual_sd = 0.0;  ///< scatter of a reading, pooled over the axes [field unit]
   int worst_run = 0;         ///< run number of the reading with the largest residual
   Eigen::Vector2d slope = Eigen::Vector2d::Zero();  ///< slope of the table, mean over its blocks
@@ -55,22 +56,23 @@ struct AXISCAL_EXPORT ReferenceResult {
 struct MountRepeatability {
   std::string instrument;
   std::vector<std::string> slots;   ///< the slots in which it has nearly the same orientation
-  double sd_rad = 0.0;              ///< of the rotation about each axis, without the fit's noise
+  /// Scatter of the rotation about each axis, without the fit's noise.
+  double sd_rad = 0.0;
   double degrees_of_freedom = 0.0;  ///< 3 (mounts - 1)
 };
 
 /// A measured positioner, with its uncertainty and the tests of the instruments.
 struct Characterization {
-  Positioner positioner;  ///< normals with covariance, mounts
+  Positioner positioner;  ///< face normals with their covariance, and mounts
   std::vector<ReferenceResult> references;
   std::vector<MountRepeatability> repeatability;
   double normal_u_rad = 0.0;     ///< standard uncertainty of a normal's component; rms over faces
   double noise_rad = 0.0;        ///< the part of normal_u_rad from the scatter of the readings
   double transferred_rad = 0.0;  ///< the part of normal_u_rad from the instruments' calibrations
-  double p_value = 0.0;  ///< probability of such differences by chance; NaN for one instrument
-  /// Slots, separated by commas, of the instrument that disagrees with the others (p < 0.005).
-  /// Empty
-  /// if there are only two instruments, because either may be wrong.
+  /// Probability of such differences between the instruments by chance; NaN for one instrument.
+  double p_value = 0.0;
+  /// Slots, separated by commas, of the instrument that disagrees with the others (p < 0.005). The
+  /// text is empty if there are only two instruments, because either of them may be wrong.
   std::string suspect;
   bool consistent = true;
   std::vector<std::string> warnings;  ///< one sentence each
@@ -79,7 +81,8 @@ struct Characterization {
 /// The scatter between mounts of one instrument in nearly the same orientation.
 ///
 /// @param mounts        rotation_sensor_from_positioner of each mount, two or more, within 0.1 rad.
-/// @param fit_variance  mean variance of a mount's rotation about one axis by the fit [rad^2].
+/// @param fit_variance  mean variance of a mount's rotation about one axis from the fit's noise
+///                      [rad^2].
 /// @return sd_rad = sqrt(max(0, variance between the mounts - fit_variance)).
 /// @throws DomainError  for fewer than two mounts, or if they differ by more than 0.1 rad.
 [[nodiscard]] AXISCAL_EXPORT MountRepeatability
@@ -87,22 +90,22 @@ estimate_repeatability(const std::vector<Eigen::Matrix3d>& mounts, double fit_va
 
 /// Measures a cube with calibrated instruments: six face normals with their covariance, and mounts.
 ///
-/// Each reference k takes the design points, several times. The model of a reading is
+/// Each reference k has readings at the design points. The model of a reading is
 ///
 ///     v = b + (1 + scale) S M_k R_i(n)^T f_table,   R_i the rotation of the seat by the normals n,
 ///
 /// with unknown normals n, mounts M_k, a slope of the table for each run and, by default, bias and
-/// scale of each axis. The start is a generalised Procrustes fit of the averages over opposite
-/// points. Gauss-Newton then uses all readings, weighted by each reference's scatter, so the
-/// table's tilt does not matter. The frame of the result is the one in which the normals fit the
-/// nominal cube best (sum of e_r cross n_r is 0). The records' covariances are propagated to the
-/// normals. The uncertainty from K independent calibrations decreases as 1 / sqrt(K). Errors that
-/// the calibrations share (one reference cube, the error of one method) do not decrease and are not
-/// in the covariance. If an instrument is also mounted in an orientation that differs by more than
-/// 0.5 rad, the fit determines the angles between its axes too.
+/// scale of each axis. The starting values are a generalised Procrustes fit of each face's mean
+/// reading. A Gauss-Newton fit then uses all readings, weighted by each reference's scatter. The
+/// frame of the result is the one in which the normals fit the nominal cube best (sum of e_r cross
+/// n_r is 0). The records' covariances are propagated to the normals. The uncertainty from K
+/// independent calibrations decreases as 1 / sqrt(K). Errors that the calibrations share (one
+/// reference cube, the error of one method) do not decrease and are not in the covariance. If an
+/// instrument has a second mount whose orientation differs by more than 0.5 rad, the fit also
+/// determines the angles between the instrument's axes.
 ///
-/// @param references  one or more, each with opposite readings, and together with all six rest
-///                    faces.
+/// @param references  one reference or more. Each needs readings at opposite points, and together
+///                    they need all six rest faces.
 /// @throws RefusedError  if no reference is left, a field is not along the table's normal, an
 ///                       instrument has fewer than three axes, a face was never the rest face, or
 ///                       the readings do not determine the cube.

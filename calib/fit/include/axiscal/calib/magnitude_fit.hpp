@@ -18,13 +18,13 @@ struct MagnitudeFit {
 };
 
 /// Fits readings to a field of constant magnitude: minimises sum w_i (|f_i| - F)^2 / var(|f_i|),
-/// for equal noise of the axes. It computes no covariance and no correction of bias, and does not
-/// check the orientations. Use it to choose among many fits; method `magnitude` of calibrate() does
-/// all of this.
+/// for equal noise of the axes. It does not compute a covariance, correct the bias of the estimate,
+/// or check the orientations. Use it to choose among many fits. For a calibration use calibrate()
+/// with method `magnitude`, which also does these three steps.
 ///
-/// @param readings  of three axes, n x 3 with n >= 10 [unit].
-/// @param F         magnitude of the field.
-/// @param weights   n; empty: all 1.
+/// @param readings  the readings of three axes, n x 3, n >= 10 [unit].
+/// @param F         magnitude of the field [field unit].
+/// @param weights   n weights of the readings; empty: all 1.
 /// @throws RefusedError  for fewer than ten readings, or if a reading is not finite.
 /// @par Source
 /// method.md, section 4, magnitude.

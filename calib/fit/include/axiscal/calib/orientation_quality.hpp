@@ -12,25 +12,30 @@
 
 namespace axiscal {
 
-/// The largest gap between orientations without a warning. In a larger gap the fit extrapolates.
+/// If OrientationQuality::largest_gap_rad is larger than this, calibrate() adds a warning, because
+/// the fit extrapolates in the gap.
 inline constexpr double largest_good_gap_rad = 60.0 * rad_per_deg;
 
-/// @param fields     calibrated readings, n x 3 [any unit], frame sensor; n at least 1.
-/// @param magnitude  F [the same unit].
-/// @throws DomainError  without readings.
+/// Computes how well the orientations of calibrated readings cover the sphere, and how far the
+/// lengths of the readings are from the field's magnitude.
+///
+/// @param fields     calibrated readings in the sensor's frame, n x 3 [any unit]; n at least 1.
+/// @param magnitude  F, the magnitude of the field [unit of `fields`].
+/// @throws DomainError  if there are no readings, or if they do not have three components.
 [[nodiscard]] AXISCAL_EXPORT OrientationQuality orientation_quality(const Eigen::MatrixXd& fields,
                                                                     double magnitude);
 
-/// @return a direction in words: "+x", "-x +z"; the axes along which its unit vector has a
-///         component above 0.38.
+/// @return the direction in words, for example "+x" or "-x +z": the axes along which the unit
+///         vector has a component larger than 0.38 in absolute value.
 [[nodiscard]] AXISCAL_EXPORT std::string direction_in_words(const Eigen::Vector3d& direction);
 
 /// Aligns two three-axis instruments by the constancy of the angle between their fields.
 ///
-/// In every orientation the angle between gravity and the geomagnetic field is the dip plus 90
-/// degrees. This fixes the rotation between the two instruments, but not their rotation in the
-/// vehicle. The dip does not affect the accuracy of the rotation. The heading error is proportional
-/// to 1 / cos(dip).
+/// For an accelerometer and a magnetometer, for example, the angle is the same in every
+/// orientation, because it depends only on the dip of the geomagnetic field. This determines the
+/// rotation between the two instruments, but not their rotation in the vehicle. The dip does not
+/// affect the accuracy of this rotation, but the resulting heading error is proportional to 1 /
+/// cos(dip).
 ///
 /// @param fields     calibrated readings of the first instrument, n x 3, n at least 5.
 /// @param companion  calibrated readings of the second instrument at the same times, n x 3.

@@ -12,14 +12,14 @@
 namespace axiscal {
 
 /// Fits the polar form to the readings of one axis by damped Gauss-Newton, for comparison with the
-/// published method. Linear regression gives the same fit in one step, and is not singular if the
-/// coning angle is 0.
+/// method of Tripp and Tcheng. Linear regression gives the same fit in one step. Unlike this fit,
+/// it is not singular at a coning angle of 0.
 ///
 /// @param field_in_sensor  n x 3, the field at each reading [field unit]; n >= 4.
 /// @param response         n readings of the axis [unit].
 /// @param nominal_axis     0, 1 or 2: the nominal direction of the axis.
-/// @throws DomainError  if sizes disagree, if there are fewer than 4 readings, or for another
-///                      nominal_axis.
+/// @throws DomainError  if sizes disagree, if there are fewer than 4 readings, or if nominal_axis
+///                      is not 0, 1 or 2.
 /// @par Source
 /// Tripp and Tcheng, NASA/TP-1999-209835; method.md, section 3.1.
 [[nodiscard]] AXISCAL_EXPORT PolarFit

@@ -25,19 +25,20 @@ struct AXISCAL_EXPORT GyroscopeTurn {
   /// for example the mean of an accelerometer.
   Eigen::Vector3d up_before = Eigen::Vector3d::Zero();
   Eigen::Vector3d up_after = Eigen::Vector3d::Zero();
-  /// The rotation to the sensor's frame before the turn from that after it, if the seats are known:
-  /// R_sp R_b^T R_a R_sp^T. R_b and R_a rotate the positioner's frame to the table's before and
-  /// after the turn.
+  /// The rotation from the sensor's frame after the turn to the sensor's frame before it, if the
+  /// seats are known: R_sp R_b^T R_a R_sp^T. R_b and R_a rotate the positioner's frame to the
+  /// table's before and after the turn; R_sp rotates the positioner's frame to the sensor's.
   std::optional<Eigen::Matrix3d> rotation_before_from_after;
   /// The known part of the Earth's rotation, in the sensor's frame at the rest before the turn
   /// [rad/s].
   Eigen::Vector3d earth_rate_in_sensor = Eigen::Vector3d::Zero();
-  /// Effect of shared errors of variance 1 on the known quantities at the rests, 3 x q. The
-  /// quantity is the direction up or, if the seats are known, the attitude as a rotation vector
-  /// [rad]; both are in the sensor's frame at the rest. All turns have the same q.
+  /// Effects of q errors of variance 1, which all turns share, at the rests before and after the
+  /// turn; 3 x q each. They are errors of the direction up or, if the seats are known, of the
+  /// attitude as a rotation vector [rad], in the sensor's frame at the respective rest. All turns
+  /// have the same q.
   Eigen::Matrix3Xd errors_before, errors_after;
-  /// True if the turn begins at the rest that ended the turn before it; the two turns then share
-  /// the error of that rest.
+  /// True if the turn begins at the rest at which the previous turn ended; the two turns then share
+  /// the error of this rest.
   bool follows = true;
 };
 
@@ -68,20 +69,25 @@ AXISCAL_EXPORT void set_earth_rotation(const std::optional<Site>& site,
 struct AXISCAL_EXPORT RestFit {
   Eigen::Vector3d bias = Eigen::Vector3d::Zero();
   Eigen::Matrix3d bias_covariance = Eigen::Matrix3d::Zero();
-  double degrees_of_freedom = std::numeric_limits<double>::infinity();  ///< of the covariance
+  double degrees_of_freedom =
+      std::numeric_limits<double>::infinity();  ///< degrees of freedom of bias_covariance
   Eigen::Vector3d sd = Eigen::Vector3d::Zero();  ///< standard deviation of a rest's mean
-  /// Standard deviation of the bias between rests, without the noise of the means; 0: not known.
+  /// Standard deviation of the bias from rest to rest, without the noise of the means as far as
+  /// this noise is known; 0: not known, or not significant.
   Eigen::Vector3d between_rests = Eigen::Vector3d::Zero();
   Eigen::Vector3d between_degrees_of_freedom = Eigen::Vector3d::Ones();
-  std::optional<Eigen::Matrix3d> g_sensitivity;  ///< [unit per length of the directions]
+  /// Change of the bias with the direction up, a row for each axis [unit per unit of the
+  /// directions]
+  std::optional<Eigen::Matrix3d> g_sensitivity;
   std::optional<Eigen::Matrix3d> g_sensitivity_se;
-  /// probability of the g-sensitivity of each axis by chance
+  /// probability by chance of such a g-sensitivity, for each axis
   Eigen::Vector3d p_value = Eigen::Vector3d::Ones();
   std::string remark;  ///< text if the rests drift or are correlated; else empty
 };
 
-/// The mean bias of the rests. If the rests drift, or if consecutive ones are correlated, its
-/// covariance allows for it.
+/// The mean of the biases at the rests, and the change of the bias with gravity. If the biases
+/// drift, or if those of consecutive rests are correlated, the covariance of the mean includes
+/// this.
 ///
 /// @param means   mean readings of the gyroscope at the rests, in time order, n x 3.
 /// @param ups     the directions up at the rests, n x 3.
@@ -92,11 +98,12 @@ struct AXISCAL_EXPORT RestFit {
                                                const Eigen::MatrixX3d& mean_u = {});
 
 struct AXISCAL_EXPORT TurnFitOptions {
-  /// Approximate rad/s per unit of the readings. Default: the best of the usual scales.
+  /// Approximate scale [rad/s per unit of the readings]. Default: the best of the usual scales; if
+  /// none fits, the best of a grid of scales.
   std::optional<double> rate_per_unit;
-  std::optional<Eigen::Matrix3d> start;  ///< approximate B, used instead of rate_per_unit
-  /// True if the turns determine the bias too, instead of the rests. Use it for logs with a
-  /// wandering bias or with short rests.
+  std::optional<Eigen::Matrix3d> start;  ///< approximate B = S^-1, used instead of rate_per_unit
+  /// True: the bias is fitted to the turns. False: the bias of the rests is used. Set it for logs
+  /// with a wandering bias or with short rests.
   bool fit_bias = false;
   /// Relative change of B at which the search ends. 1e-4 is enough to compare fits: the sum of
   /// squares is then exact to 1e-8.
@@ -132,10 +139,11 @@ struct AXISCAL_EXPORT TurnFit {
   /// the Earth`, `sampling`.
   std::vector<UncertaintySource> sources;
   double residual_sd_rad = 0.0;  ///< scatter of one component of a turn's attitude error
-  double rest_sd_rad = 0.0;      ///< the part of it from a rest, which two turns share
-  /// attitude error of each turn [rad], in the frame before it
+  double rest_sd_rad = 0.0;      ///< scatter of the error of a rest, which two turns share
+  /// attitude error of each turn [rad], in the sensor's frame before the turn
   std::vector<Eigen::Vector3d> residuals;
-  double most_revolutions = 0.0;  ///< largest number in one turn; motion in both directions adds up
+  /// largest number of revolutions in one turn; motions in both directions are added
+  double most_revolutions = 0.0;
   int rounds = 0;
   bool converged = false;
   bool has_rotations = false;  ///< true if all three components of each turn entered the fit
@@ -144,19 +152,22 @@ struct AXISCAL_EXPORT TurnFit {
 /// Gyroscope scale factors and misalignments from turns between rests, without a rate table.
 ///
 ///     dR/dt = R [w cross],   w = B (v - b)
-///     residual = log(R_known R(T)^T), or R(T) up_after - up_before: 3 or 2 numbers a turn
+///     residual = log(R_known R(T)^T), or up_before - R(T) up_after
+///
+/// The first residual is used if the seats are known; it has 3 informative components for each
+/// turn, the second one has 2.
 ///
 /// Gauss-Newton in B = S^-1, with the analytic derivative -integral of R(t) e_p (v - b)_q dt.
 ///
 /// Each turn has its own error and the errors of the rests at its two ends. The turns before and
-/// after a rest share its error. With fewer than 18 degrees of freedom the errors of the rests are
-/// not estimated. Restricted likelihood estimates both variances. Other shared errors, above all
-/// the bias at the rests, are unknowns with a prior, because the residuals show them too
-/// (method.md, section 8).
+/// after a rest share its error. Restricted likelihood estimates the variances of both kinds of
+/// errors; with fewer than 18 degrees of freedom the errors of the rests are ignored. Other shared
+/// errors, above all that of the bias at the rests, are unknowns with a prior, because they affect
+/// the residuals too (method.md, section 8).
 ///
 /// @param turns  turns about three or more different axes.
-/// @param rests  only the bias, its covariance (0: exact) and the degrees of freedom of the
-///               covariance are used, and the scatter between rests.
+/// @param rests  the result of fit_rests(). Only the bias, its covariance (0: the bias is exact),
+///               the degrees of freedom of the covariance, and the scatter between rests are used.
 /// @throws RefusedError, RankDeficientError  for too few turns; for turns about too few axes (the
 ///                                           message names the undetermined unknowns); if no scale
 ///                                           fits (the message gives the attitude error); or if a
@@ -168,15 +179,16 @@ struct AXISCAL_EXPORT TurnFit {
                                                const RestFit& rests,
                                                const TurnFitOptions& options = {});
 
-/// The record of a gyroscope that was calibrated from turns: field `induced_rotation` of 1 rad/s.
-/// @param instrument  its kind, axes, unit.
-/// @param rest_sd     scatter of the rests' means, of each axis [unit].
+/// The record of a gyroscope that was calibrated from turns. The record's field is
+/// `induced_rotation` with the magnitude 1 rad/s.
+/// @param instrument  the gyroscope; kind, axes and unit must be set.
+/// @param rest_sd     standard deviation of the rests' means, for each axis [unit].
 [[nodiscard]] AXISCAL_EXPORT Calibration turn_calibration(const TurnFit& fit,
                                                           const Instrument& instrument,
                                                           const Eigen::Vector3d& rest_sd);
 
-/// @return R(T) of each turn by a fit: the rotation to the sensor's frame before the turn from that
-///         after it.
+/// @return R(T) of each turn, computed with the fitted bias and B: the rotation from the sensor's
+///         frame after the turn to the sensor's frame before it.
 [[nodiscard]] AXISCAL_EXPORT std::vector<Eigen::Matrix3d> integrated_rotations(
     std::span<const GyroscopeTurn> turns, const TurnFit& fit);
 

@@ -32,7 +32,7 @@ struct AXISCAL_EXPORT DesignQuality {
 };
 
 /// @param design          the design points.
-/// @param positioner      the cube; the mount is nominal.
+/// @param positioner      the cube. The instrument's mount is nominal.
 /// @param field_in_table  the field; only its direction is used.
 /// @throws DomainError    if the design is empty or the field zero.
 /// @throws RefusedError   if the cube cannot lie at a point.
@@ -47,22 +47,25 @@ struct AXISCAL_EXPORT DesignQuality {
 struct OptimalDesign {
   std::vector<DesignEntry> design;
   double d_efficiency = 0.0;              ///< relative to the bound for any n readings
-  double d_efficiency_of_standard = 0.0;  ///< of the 12-point design, relative to its own bound
-  int parameters = 10;                    ///< of the model: 10, or 4 with fewer than 10 points
+  /// D-efficiency of the 12-point design, relative to its own bound.
+  double d_efficiency_of_standard = 0.0;
+  /// Number of the model's parameters: 10, or 4 with fewer than 10 points.
+  int parameters = 10;
 };
 
 /// Chooses a D-optimal subset of the 24 design points by exchange of points.
 ///
-/// With ten points or more the model is [1, vec R_i], which suits every direction of the field,
-/// known or unknown. With fewer points the model is [1, f] for the stated field.
+/// With ten points or more the model is [1, vec R_i], where R_i is the cube's rotation at point i.
+/// It is valid for every direction of the field, known or unknown. With fewer points the model is
+/// [1, f] for the stated field.
 ///
 /// @param points          the number n of points, 4 to 24.
 /// @param field_in_table  the field; it is used only if n is below 10.
-/// @param seed            of the random starts; the same seed gives the same design.
+/// @param seed            seed of the random starts; the same seed gives the same design.
 /// @throws DomainError  if n is not in 4 to 24.
 /// @par Source
-/// Fedorov, Theory of Optimal Experiments (1972): exchange of one point while the determinant
-/// grows.
+/// Fedorov, Theory of Optimal Experiments (1972): one point is exchanged at a time, as long as the
+/// determinant grows.
 [[nodiscard]] AXISCAL_EXPORT OptimalDesign optimal_design(int points,
                                                           const Eigen::Vector3d& field_in_table,
                                                           std::uint64_t seed);

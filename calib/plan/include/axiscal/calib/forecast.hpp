@@ -19,14 +19,14 @@ namespace axiscal {
 
 /// The settings of a forecast.
 struct AXISCAL_EXPORT ForecastSetup {
-  SensorModel nominal;              ///< instrument, field and response as expected
+  SensorModel nominal;              ///< the expected instrument, field and response
   std::vector<DesignEntry> design;  ///< one replicate
   int replicates = 1;
   Method method = Method::paired;
   double noise_sd = 0.0;      ///< scatter of one sample [unit of the readings]
   int samples = 1;            ///< independent samples that are averaged at each point
   Positioner positioner;      ///< the cube; its normal_covariance is used if it is stated
-  double normal_u_rad = 0.0;  ///< further uncertainty of each normal in two independent directions
+  double normal_u_rad = 0.0;  ///< further uncertainty of each face normal, about each of two axes
   double level_u_rad = 0.0;   ///< method known: uncertainty of the table's slope along x and y
   Mount mount;                ///< the instrument's orientation and its repeatability
   Eigen::Vector2d slope = Eigen::Vector2d::Zero();  ///< the expected slope of the table
@@ -34,36 +34,35 @@ struct AXISCAL_EXPORT ForecastSetup {
 };
 
 /// @return the nominal instrument of an experiment: without bias and cross-axis terms, and with the
-///         same sensitivity on each axis.
+///         same sensitivity for each axis.
 ///
 /// @throws SetupError  as make_field_description().
 [[nodiscard]] AXISCAL_EXPORT SensorModel nominal_sensor(const Experiment& experiment,
                                                         double sensitivity);
 
 /// The settings of a forecast for one replicate of an experiment's design. The caller must still
-/// set
-/// the noise, the samples and the uncertainties of face normals and levelness.
+/// set the noise, the samples and the uncertainties of face normals and levelness.
 ///
-/// If the experiment states no method, the method is the one that calibrate() would choose. It is
-/// `known` instead of `joint` if the design has fewer than ten points, because these do not
-/// determine the field's direction.
+/// If the experiment states no method, the method is the one that calibrate() would choose. If the
+/// design has fewer than ten points, the method is `known` instead of `joint`, because such a
+/// design does not determine the field's direction.
 ///
-/// @param sensitivity  of each axis, not 0.
+/// @param sensitivity  sensitivity of each axis [unit of the readings per field unit], not 0.
 /// @throws SetupError  as make_field_description(), mount_rotation().
 [[nodiscard]] AXISCAL_EXPORT ForecastSetup forecast_setup(const Experiment& experiment,
                                                           std::vector<DesignEntry> design,
                                                           double sensitivity = 1.0);
 
 /// The expected uncertainty of a calibration, as one covariance of the coefficients for each
-/// source.
-/// Each is 4m x 4m, with b and S by axis (as FitStatistics::covariance).
+/// source. Each covariance is 4m x 4m, in the order of FitStatistics::covariance (b and S of each
+/// axis).
 struct Forecast {
   Eigen::MatrixXd noise;
   Eigen::MatrixXd positioner;          ///< from the face normals; replicates do not reduce it
   Eigen::MatrixXd level;               ///< from the slope of the table
   Eigen::MatrixXd mount;               ///< from the mount's repeatability
   Eigen::MatrixXd world;               ///< from the entries of ForecastSetup::world
-  Eigen::VectorXd degrees_of_freedom;  ///< per axis, of the residual scatter
+  Eigen::VectorXd degrees_of_freedom;  ///< degrees of freedom of each axis's residual scatter
   LinearResponse response;             ///< the nominal response
   double magnitude = 1.0;              ///< F [field unit]
 
@@ -77,17 +76,15 @@ struct Forecast {
 ///
 /// The forecast includes these entries of the world: block_sd, seat_rad, mount_rad, remount_rad,
 /// gain, jitter, wander, ends, ar, ar_white, walk_sd, round and periodic. The readings are in
-/// random
-/// order. Use run_study() for the other entries, for example drift, k2 and k3.
+/// random order. Use run_study() for the other entries, for example drift, k2 and k3.
 ///
-/// The run has one levelness. The forecast is a root mean square over many calibrations. The mean
-/// of
-/// the standard errors that these calibrations state is lower, by 11 % at 2 degrees of freedom and
-/// 3 % at 7.
+/// The forecast assumes one slope of the table for the whole run. It is a root mean square over
+/// many calibrations. The mean of the standard errors that these calibrations state is lower, by
+/// 11 % at 2 degrees of freedom and 3 % at 7.
 /// @throws DomainError         if the noise is negative, or replicates or samples are below 1.
 /// @throws RankDeficientError  if the design does not determine the coefficients.
-/// @throws RefusedError        if the cube cannot lie at a point, or if method `paired` has no two
-/// opposite points.
+/// @throws RefusedError        if the cube cannot lie at a point, or if the method is `paired` and
+///                             the design has no two opposite points.
 /// @par Source
 /// method.md, sections 8 and 10; JCGM 100.
 [[nodiscard]] AXISCAL_EXPORT Forecast forecast(const ForecastSetup& setup);
@@ -98,7 +95,8 @@ struct AngleUncertainty {
   double roll_rad = 0.0;   ///< grows as 1 / cos(pitch)
 };
 
-/// @param covariance  of b and S by axis: Forecast::covariance() or one of its parts.
+/// @param covariance           covariance of b and S by axis: Forecast::covariance() or one of its
+///                             parts.
 /// @param pitch_rad, roll_rad  the attitude; axes forward-left-up.
 /// @throws DomainError  if the instrument does not determine the field (fewer than three axes).
 /// @par Source
@@ -119,8 +117,9 @@ forecast_angles(const Forecast& forecast,
 /// The smallest number of replicates that gives a wanted uncertainty.
 ///
 /// @param wanted_rad  the wanted largest_angle_uncertainty().
-/// @return the number of replicates (of setup.samples each), an integer up to 1e15; nullopt if no
-///         number is enough, because the uncertainty without noise exceeds `wanted_rad`.
+/// @return the number of replicates, each with setup.samples samples at a point: an integer up to
+///         1e15. nullopt if no number is enough, because the uncertainty without noise already
+///         exceeds `wanted_rad`.
 /// @throws DomainError  if `wanted_rad` is not positive; else as forecast().
 [[nodiscard]] AXISCAL_EXPORT std::optional<double> replicates_for_angle(const ForecastSetup& setup,
                                                                         double wanted_rad);

@@ -20,7 +20,7 @@ namespace axiscal {
 enum class RecordingKind {
   free,   ///< turned by hand in all directions, in a field of constant magnitude
   sweep,  ///< at rest, while the temperature goes up and down once
-  turns,  ///< rests in the seats of a run sheet, and the turns between them
+  turns,  ///< rests in the seats of a run sheet, with turns between the rests
 };
 
 /// @return the kind of that name ("free", "sweep", "turns"), or nullopt.
@@ -30,14 +30,15 @@ struct Recording {
   RecordingKind kind = RecordingKind::free;
   std::size_t samples = 6000;
   double rate_hz = 100.0;
-  /// The temperatures of a sweep. It begins and ends at the first and turns at the second.
+  /// The temperatures of a sweep: it starts at the first, goes to the second, and returns to the
+  /// first.
   std::pair<double, double> temperatures = {0.0, 50.0};
 };
 
-/// The attitude and angular rate of an instrument that a hand turns.
+/// The attitude and angular rate of an instrument that is turned by hand.
 struct HandMotion {
   Eigen::Matrix3d table_from_sensor = Eigen::Matrix3d::Identity();
-  Eigen::Vector3d rate = Eigen::Vector3d::Zero();  ///< in the sensor [rad/s]
+  Eigen::Vector3d rate = Eigen::Vector3d::Zero();  ///< angular rate, frame sensor [rad/s]
 };
 
 /// A turn from rest to rest about one axis. Its rate is proportional to 1 - cos(2 pi part), so it
@@ -61,13 +62,15 @@ struct HandMotion {
 struct SimulatedTurns {
   std::vector<double> time_s;
   Eigen::MatrixXd readings;                                ///< n x m
-  Eigen::MatrixX3d up;                                     ///< n x 3: up, in the frame sensor
-  std::vector<std::pair<std::size_t, std::size_t>> rests;  ///< first sample, number of samples
-  Eigen::VectorXd bias_of_run;                             ///< as SimulatedRun::bias_of_run
+  /// n x 3: the direction up, frame sensor.
+  Eigen::MatrixX3d up;
+  /// For each rest its first sample and its number of samples.
+  std::vector<std::pair<std::size_t, std::size_t>> rests;
+  Eigen::VectorXd bias_of_run;                             ///< see SimulatedRun::bias_of_run
 };
 
 /// Simulates a recording `turns` in the seats of a run sheet. Rests take two thirds of the time.
-/// @param truth  a gyroscope; only its response, to a field in rad/s, is used.
+/// @param truth  a gyroscope. Only its response to an angular rate in rad/s is used.
 /// @param earth_in_table  the Earth's rotation in the frame table [rad/s].
 /// @throws DomainError  as simulate_recording(), or if there are fewer than 30 samples for each
 /// seat.
@@ -77,8 +80,8 @@ struct SimulatedTurns {
                                                            const Eigen::Vector3d& earth_in_table,
                                                            const SimulationOptions& options = {});
 
-/// Calibrates the gyroscope by the turns of a recording, with known seats. calibrate_imu() does
-/// this with a log.
+/// Calibrates the gyroscope by the turns of a recording, with known seats. calibrate_imu() is the
+/// corresponding function for a recorded log.
 /// @param cube  the cube that the calibration assumes.
 [[nodiscard]] AXISCAL_EXPORT Calibration
 calibrate_turns(const SimulatedTurns& recording,
@@ -88,8 +91,8 @@ calibrate_turns(const SimulatedTurns& recording,
                 const Eigen::Matrix3d& rotation_sensor_from_positioner,
                 const std::optional<Site>& site);
 
-/// @return the truth in the frame that method magnitude chooses: turned so that the sensitivity
-///         matrix has this shape.
+/// @return the truth in the frame that method magnitude uses: rotated so that the sensitivity
+///         matrix has the given shape.
 [[nodiscard]] AXISCAL_EXPORT SensorModel rotated_to_shape(SensorModel truth, MagnitudeShape shape);
 
 }  // namespace axiscal

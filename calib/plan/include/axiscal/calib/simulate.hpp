@@ -19,58 +19,60 @@ namespace axiscal {
 
 struct AXISCAL_EXPORT SimulationOptions {
   double noise_sd = 0.0;      ///< standard deviation of a reading [unit of the readings]
-  Eigen::VectorXd noise_sds;  ///< one for each axis, in place of noise_sd; may be empty
+  Eigen::VectorXd noise_sds;  ///< one standard deviation for each axis; if empty, noise_sd is used
   World world;                ///< other errors of the readings
-  Eigen::Vector2d slope = Eigen::Vector2d::Zero();  ///< further slope of the table
-  double fence_azimuth_rad = 0.0;  ///< azimuth of the fence; the truth has its field at azimuth 0
+  /// Slope of the table in addition to that of the truth's field.
+  Eigen::Vector2d slope = Eigen::Vector2d::Zero();
+  /// Azimuth of the fence; the field of the truth is that for azimuth 0.
+  double fence_azimuth_rad = 0.0;
   Positioner positioner;           ///< the cube
   Eigen::Matrix3d rotation_sensor_from_positioner = Eigen::Matrix3d::Identity();
   double temperature_sd = 0.0;  ///< scatter of the true temperature about the run sheet's
   double resolution = 0.0;      ///< readings are rounded to multiples of it [unit]; 0: no rounding
-  std::uint64_t seed = 1;       ///< of the random numbers
+  std::uint64_t seed = 1;       ///< seed of the random numbers
   std::uint32_t stream = 0;     ///< each instrument of an assembly needs its own random stream
 };
 
-/// @return the truth on a level table. The slope of gravity in the frame table, or otherwise that
-///         of
-///         the turntable's axis, is removed from all fields whose source is not on the table.
-///         Unchanged if the fields do not determine the slope.
+/// @return the truth on a level table. The slope is found from gravity in the table's frame, or
+///         else from the turntable's axis. It is removed from all fields whose source is not on the
+///         table. If the fields do not determine the slope, the truth is returned unchanged.
 [[nodiscard]] AXISCAL_EXPORT SensorModel on_level_table(SensorModel truth);
 
-/// @return the truth with field.in_table. If the record lacks it, for example by method magnitude,
-///         it is the field of the record's site on a level table with the fence to the north.
-///         Unchanged if the record has no site.
+/// @return the truth with field.in_table. If the record lacks this field, for example after method
+///         magnitude, it is set to the field of the record's site on a level table with the fence
+///         to the north. If the record has no site, the truth is returned unchanged.
 [[nodiscard]] AXISCAL_EXPORT SensorModel with_field_of_site(SensorModel truth);
 
 /// A simulated run.
 struct SimulatedRun {
   Observations observations;
-  /// The mean effect of the bias's random walk on the run, m entries [unit]. A calibration cannot
-  /// separate it from the bias.
+  /// The mean of the bias's random walk over the run, m entries [unit]. A calibration cannot
+  /// separate this mean from the bias.
   Eigen::VectorXd bias_of_run;
 };
 
 /// Observations of a known truth: v_i = b + S R_sp R_i f_table + noise.
 ///
-/// The field in the table is the truth's `in_table` (without one, its magnitude along the normal),
-/// tilted further by the slope (x, y): (0, 0, 1) becomes (x, y, sqrt(1 - x^2 - y^2)). Therefore the
-/// result of a calibration can be the truth. In a sum of fields, parts with a source on the table
-/// keep their direction in the frame table. One-sided axes do not respond to light from behind.
+/// The field in the table is the truth's `in_table`; if this is nullopt, it is the truth's
+/// magnitude along the normal. It is then tilted by the slope (x, y): (0, 0, 1) becomes
+/// (x, y, sqrt(1 - x^2 - y^2)). Therefore the result of a calibration can be used as the truth. In
+/// a sum of fields, parts with a source on the table keep their direction in the frame table.
+/// One-sided axes do not respond to light from behind.
 ///
-/// @param truth  the true instrument, field and response, for example of a calibration.
+/// @param truth  the true instrument, field and response, for example from a calibration.
 /// @param sheet  the design points in the order in which they are taken.
 /// @return the readings; the same seed gives the same numbers.
-/// @throws DomainError  if the noise is negative or not finite, if the slope is not below 1, or if
-///                      the world has numbers for another number of axes.
+/// @throws DomainError  if the noise is negative or not finite, if the slope is 1 or more, or if
+///                      the world states numbers for a different number of axes.
 /// @par Source
 /// method.md, sections 2, 3 and 8.
 [[nodiscard]] AXISCAL_EXPORT SimulatedRun simulate_run(const SensorModel& truth,
                                                        const std::vector<RunSheetRow>& sheet,
                                                        const SimulationOptions& options = {});
 
-/// simulate_run() with a given random stream for the noise. stream_of_noise() gives the same
-/// numbers
-/// as the overload without a stream. RandomStream::seed_several() seeds several streams faster.
+/// simulate_run() with a given random stream for the noise. With the stream of stream_of_noise(),
+/// the result is that of the overload without a stream. RandomStream::seed_several() seeds several
+/// streams faster.
 [[nodiscard]] AXISCAL_EXPORT SimulatedRun simulate_run(const SensorModel& truth,
                                                        const std::vector<RunSheetRow>& sheet,
                                                        const SimulationOptions& options,

@@ -20,27 +20,26 @@ namespace axiscal {
 /// The settings of a study: repeated simulations and calibrations of an instrument (method.md,
 /// section 8).
 struct StudySetup {
-  SensorModel truth;      ///< true instrument, field (in field.in_table) and response
+  SensorModel truth;      ///< true instrument, field (as field.in_table) and response
   Experiment experiment;  ///< the settings of each calibration; its positioner is the assumed one
   std::vector<DesignEntry> design;
   int replicates = 1;
   std::vector<double> temperatures;  ///< soak levels; empty: no temperatures
   SimulationOptions simulation;      ///< noise, slope, the world, ...; its seed is not used
-  Eigen::VectorXd noise_sd;          ///< one for each axis [unit]; empty: simulation.noise_sd
+  /// Standard deviation for each axis [unit]; empty: simulation.noise_sd.
+  Eigen::VectorXd noise_sd;
   double slope_sd = 0.0;  ///< standard deviation of each run's further slope, x and y [rad]
   /// If a drawing is stated, each run has its own cube, drawn with these tolerances. The
-  /// calibration
-  /// assumes the cube of the drawing.
+  /// calibration assumes the cube of the drawing.
   std::optional<CubeFeet> drawing;
   Surface surface;
   Tolerances tolerances;
   /// If true, each run's face normals are those of experiment.positioner plus random errors with
-  /// the
-  /// covariance of its normals.
+  /// the covariance of its normals.
   bool random_normals = false;
   /// If stated, each run is a recording: `free`, for method magnitude, or `turns` of a gyroscope in
-  /// the seats of the design. The Earth's rotation is that at the experiment's site. Without a site
-  /// the direction of its axis is random.
+  /// the seats of the design. The Earth's rotation is that at the experiment's site. If the site is
+  /// not stated, the direction of the Earth's axis is random.
   std::optional<Recording> recording;
   /// If true, only the regression is studied: the field of every reading is known exactly, only
   /// noise is simulated, and the results are biases and sensitivities. This is ten thousand times
@@ -56,11 +55,11 @@ struct StudySetup {
 /// The part of a study's trials to run. All shards of one seed together run the same trials as one
 /// run without shards.
 struct Shard {
-  int number = 1;  ///< from 1
+  int number = 1;  ///< number of this shard, from 1
   int count = 1;
 };
 
-/// Sums over the trials of one block, for one quantity.
+/// Sums over the trials of one block of trials, for one quantity.
 struct StudySums {
   double trials = 0.0;
   double error = 0.0;
@@ -73,7 +72,7 @@ struct StudySums {
 /// does not depend on the division into shards.
 struct Study {
   std::uint64_t seed = 1;
-  std::int64_t trials = 0;  ///< number of trials of the whole study
+  std::int64_t trials = 0;  ///< number of trials of all shards of the study together
   std::int64_t block = 0;   ///< trials in a block
   std::string
       setup;  ///< a digest of the simulation's settings; shards of one study have equal digests
@@ -96,15 +95,14 @@ struct StudyResult {
 };
 
 /// Runs the trials of a shard on all cores. Trial t depends only on the seed and on t, so neither
-/// shards nor cores change the result. If the world is not white, each run is searched for
-/// mistakes,
-/// because a drift that is found is fitted.
+/// shards nor cores change the result. If the world is not white noise, each run is searched for
+/// mistakes, because calibrate() fits a drift that the search finds.
 ///
 /// @param progress  receives the number of finished trials; may be empty. Its calls never overlap.
-/// @throws DomainError  for fewer than 1 trial, for an invalid shard, or if `regression_only` is
-///         combined with settings that it does not support (worlds, alarms, temperature terms,
-///         second fields, one-sided axes); also for a recording `sweep`, because its biases contain
-///         the field.
+/// @throws DomainError  for fewer than 1 trial, for an invalid shard, for a recording `sweep`
+///         (because its biases contain the field), or if `regression_only` is combined with
+///         settings that it does not support (worlds, alarms, temperature terms, second fields,
+///         one-sided axes).
 /// @throws SetupError, RefusedError  as in calibrate(), if the first trial cannot be calibrated.
 [[nodiscard]] Study run_study(const StudySetup& setup,
                               std::int64_t trials,

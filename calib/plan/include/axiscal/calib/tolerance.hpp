@@ -20,7 +20,7 @@ struct Tolerances {
   double fence_rad = 0.0;       ///< the lean of the fence
 };
 
-/// Draws a random cube that is made to a drawing with these tolerances.
+/// Returns a random cube, as if it were made from the drawing with these tolerances.
 /// @throws DomainError  if the tolerances are so wide that the balls do not form a cube.
 [[nodiscard]] AXISCAL_EXPORT Positioner random_positioner(const CubeFeet& drawing,
                                                           const Surface& surface,
@@ -29,8 +29,8 @@ struct Tolerances {
 
 /// The covariance of the face normals of cubes with these tolerances, in closed form.
 ///
-/// The contact plane of a face is n . c_i + r_i = d. If foot i is higher or its radius larger by
-/// h_i, n turns by the gradient of the plane through the three h_i.
+/// The contact plane of a face is n . c_i + r_i = d. If foot i is higher by h_i, or its ball's
+/// radius is larger by h_i, the normal n turns by the gradient of the plane through the three h_i.
 [[nodiscard]] AXISCAL_EXPORT NormalCovariance normal_covariance_of(const CubeFeet& drawing,
                                                                    const Tolerances& tolerances);
 
@@ -39,7 +39,7 @@ struct Tolerances {
 struct CalibrationErrors {
   double bias = 0.0;         ///< [field unit]
   double sensitivity = 0.0;  ///< relative error of each axis's main component
-  double cross_axis = 0.0;   ///< relative error of each of its other two components
+  double cross_axis = 0.0;   ///< relative error of each of the axis's other two components
   /// Error of the field's direction from calibrated readings, along one direction across the field,
   /// over all attitudes.
   double angle_rad = 0.0;
@@ -48,9 +48,11 @@ struct CalibrationErrors {
 /// The effect of a cube's tolerances on calibrations by one method.
 struct ToleranceEffect {
   Method method = Method::paired;
-  CalibrationErrors closed_form;  ///< linear in the tolerances; on a level table
-  CalibrationErrors simulated;    ///< from simulated cubes; on the stated table
-  int unusable = 0;  ///< number of cubes that could not lie at a point, or were not cubes
+  CalibrationErrors closed_form;  ///< errors to first order in the tolerances, for a level table
+  /// Errors from simulated cubes, for the stated slope of the table.
+  CalibrationErrors simulated;
+  /// Number of simulated cubes that could not lie at a point or were not valid cubes.
+  int unusable = 0;
   double worst_angle_95_rad = 0.0;  ///< 95 % of the cubes have a smaller error in every attitude
 };
 
@@ -66,12 +68,13 @@ struct ToleranceStudy {
   std::uint64_t seed = 1;
 };
 
-/// The errors that a cube's tolerances leave in calibrations, by each method that the design
+/// The errors that a cube's tolerances cause in calibrations, for each method that the design
 /// allows.
 ///
-/// Noise is left out; forecast() gives its effect. `known` assumes a level table, so the slope is
-/// part of its error.
-/// @return the effects for those of the methods paired, joint and known that the design determines.
+/// Noise is left out; forecast() gives its effect. Method `known` assumes a level table, so its
+/// error includes the effect of the slope.
+/// @return the effects for the methods `paired`, `joint` and `known`, without those that the design
+///         does not determine.
 /// @throws DomainError  for fewer than 1 trial, a negative tolerance, or fewer than three axes.
 /// @par Source
 /// method.md, sections 9 and 10.

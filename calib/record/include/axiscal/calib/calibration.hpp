@@ -60,7 +60,7 @@ struct Provenance {
   [[nodiscard]] const std::string& date() const { return measured.empty() ? created : measured; }
 };
 
-/// A number of a result, with its uncertainty and unit.
+/// The value of one quantity of a result, with its uncertainty and unit.
 struct Quantity {
   double value = 0.0;
   double u = 0.0;    ///< combined standard uncertainty; NaN if unknown

@@ -28,7 +28,8 @@ struct ReadingResidual {
   std::optional<int> block;
   std::optional<SensorTemperature> temperature;
   Eigen::VectorXd response;  ///< response minus the fit, m entries [unit]
-  double magnitude = 0.0;    ///< |f_hat| - F [field unit]; NaN for m < 3
+  /// |f_hat| - F, where f_hat is the field that the reading gives [field unit]; NaN for m < 3
+  double magnitude = 0.0;
   bool used = true;          ///< false: left out of the fit
 };
 
@@ -45,8 +46,8 @@ struct PolarFit {
 /// The coverage of the sphere by unlabelled orientations, and the quality of the fit. The programs
 /// magneto and MotionCal show the same figures.
 struct AXISCAL_EXPORT OrientationQuality {
-  double fit_error = 0.0;         ///< rms of |f| - F, relative to F
-  double magnitude_spread = 0.0;  ///< standard deviation of |f|, relative to F
+  double fit_error = 0.0;         ///< rms of |f| - F over the calibrated readings f, divided by F
+  double magnitude_spread = 0.0;  ///< standard deviation of |f|, divided by F
   double coverage = 0.0;          ///< share of the sphere that is within 30 degrees of a reading
   double largest_gap_rad = 0.0;   ///< largest angle between a direction and its nearest reading
   Eigen::Vector3d gap = Eigen::Vector3d::UnitZ();  ///< direction of the largest gap, frame sensor
@@ -76,13 +77,13 @@ struct AXISCAL_EXPORT SlotAlignment {
 };
 
 /// A check of the field's magnitude, which the calibrated instrument measures in all orientations.
-/// The true magnitude is the same in all orientations, so its scatter is a type A check of the
-/// stated uncertainties of cube and table.
+/// The true magnitude is the same in all orientations, so the scatter of the measured magnitudes is
+/// a type A check of the stated uncertainties of cube and table.
 struct FieldSizeCheck {
   int orientations = 0;           ///< number of readings
   double relative_sd = 0.0;       ///< scatter of |f_hat| / F over the readings of the fit
-  double by_noise = 0.0;          ///< the relative_sd that the readings' scatter explains
-  double by_inputs = 0.0;         ///< the relative_sd that the stated uncertainties explain
+  double by_noise = 0.0;          ///< relative_sd that follows from the noise of the readings
+  double by_inputs = 0.0;         ///< relative_sd that follows from the stated uncertainties
   double degrees_of_freedom = 0;  ///< degrees of freedom of relative_sd
   double p_value = 1.0;           ///< probability that noise and inputs give this scatter or more
 };
@@ -98,14 +99,14 @@ struct CalibrationFit {
   std::optional<MagnitudeShape> shape;  ///< shape of S in method magnitude
   std::optional<FitStatistics> statistics;
   std::optional<UncertaintyBudget> uncertainty;    ///< nullopt without statistics
-  CalibrationConditions conditions;                ///< conditions of the scatter in statistics
+  CalibrationConditions conditions;                ///< measurement conditions of the scatter
   std::optional<OrientationQuality> orientations;  ///< only method magnitude
   /// Only method turns: the attitude error after each turn [rad], in the sensor's frame before the
   /// turn.
   std::vector<Eigen::Vector3d> turn_errors_rad;
-  std::optional<CompanionAlignment> alignment;  ///< with a companion in the same recording
-  std::vector<SlotAlignment> slot_alignments;   ///< with the other instruments of the assembly
-  std::optional<FieldSizeCheck> field_size;     ///< only for three axes and design points
+  std::optional<CompanionAlignment> alignment;  ///< rotation to the companion of the recording
+  std::vector<SlotAlignment> slot_alignments;   ///< rotations to the assembly's other instruments
+  std::optional<FieldSizeCheck> field_size;     ///< only with three axes and design points
   std::optional<Levelness> levelness;
   std::vector<ReadingResidual> residuals;
 };

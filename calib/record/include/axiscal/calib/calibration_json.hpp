@@ -20,9 +20,9 @@ namespace axiscal {
 /// Reads a record. A record that calibration_json() wrote is read and written again without a
 /// change.
 ///
-/// The keys `format`, `version`, `instrument.kind`, `.axes`, `.unit`, `field.kind`, `.unit`,
-/// `.magnitude` and `coefficients` are required. All other keys are optional. Unknown keys are
-/// ignored.
+/// The required keys are `format`, `version`, `coefficients`, in `instrument` the keys `kind`,
+/// `axes` and `unit`, and in `field` the keys `kind`, `unit` and `magnitude`. All other keys are
+/// optional. Unknown keys are ignored.
 ///
 /// @param path  the file's name for messages.
 /// @throws DataError  if the text is not a valid record, or if its format version is later than
@@ -33,7 +33,7 @@ namespace axiscal {
 /// Writes a record file. An existing file is replaced in one step, or stays as it is.
 /// @throws RefusedError  if the calibration was refused and `force` is `no`.
 /// @throws OutputError   if the file cannot be written.
-/// @throws DomainError   under the conditions of calibration_json().
+/// @throws DomainError   as calibration_json().
 AXISCAL_EXPORT void write(const Calibration& calibration,
                           const std::string& path,
                           Force force = Force::no);

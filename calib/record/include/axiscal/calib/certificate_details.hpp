@@ -25,7 +25,7 @@ struct CertificateDetails {
   CertificateParty laboratory;
   CertificateParty customer;
   std::string country;       ///< country of the laboratory, two letters (ISO 3166-1): "DE"
-  std::string place;         ///< place of the calibration, if it is not the laboratory
+  std::string place;         ///< place of the calibration; empty if it is the laboratory
   std::string manufacturer;  ///< manufacturer of the instrument
   std::string model;
   std::string condition;    ///< condition of the instrument when received
@@ -33,11 +33,12 @@ struct CertificateDetails {
   std::string calibrated;   ///< date of calibration, ISO 8601; empty: Provenance::date()
   std::string issued;       ///< date of issue, ISO 8601
   std::string environment;  ///< temperature, humidity, ...
-  std::string procedure;    ///< the laboratory's procedure; the method is added
+  std::string procedure;    ///< the laboratory's procedure; the certificate adds the method
   std::vector<std::string> traceability;  ///< one statement for each reference
   std::string decision_rule;              ///< rule for a statement of conformity
   std::vector<std::string> remarks;
-  std::vector<std::pair<std::string, std::string>> authorised;  ///< name and function of a person
+  /// Name and function of each person who authorises the certificate.
+  std::vector<std::pair<std::string, std::string>> authorised;
 };
 
 /// Reads the details: `{"format": "axiscal-laboratory", "version": 1, "number": .., "laboratory":

@@ -16,8 +16,8 @@ enum class Method {
   known,
   magnitude,
   bias,
-  turns,  ///< gyroscope, turns between rests; only calibrate_imu() uses it
-  faces,  ///< six faces that may lean: bias and scale from the length of the field
+  turns,  ///< for gyroscopes, from turns between rests; only calibrate_imu() uses it
+  faces,  ///< for six faces that may lean; bias and scale follow from the field's magnitude
 };
 
 /// @return "paired", "joint", "known", "magnitude", "bias", "turns", "faces"; empty for nullopt.
@@ -55,10 +55,10 @@ enum class Weighting {
 /// @return "none", "samples", "sd".
 [[nodiscard]] AXISCAL_EXPORT std::string_view weighting_name(Weighting weighting);
 
-/// The readings that share one levelness of the table.
+/// The group of readings for which one levelness of the table is fitted.
 enum class LevelBy {
   run,    ///< all readings
-  block,  ///< the readings of a block, for blocks between which the table may have moved
+  block,  ///< the readings of one block, because the table may have moved between blocks
 };
 
 /// @return the choice of that name ("run", "block"), or nullopt.
@@ -80,7 +80,8 @@ enum class DriftSetup {
 /// @return "auto", "none", "linear".
 [[nodiscard]] AXISCAL_EXPORT std::string_view drift_name(DriftSetup drift);
 
-/// The component of the scatter for the small random turn of the cube each time it is laid down.
+/// The choice of the scatter component "seats": the cube turns a little, at random, each time it is
+/// laid down.
 enum class SeatSetup {
   automatic,  ///< fitted for 24 readings or more
   fit,

@@ -26,8 +26,9 @@ namespace axiscal {
 struct TemperatureSetup {
   int order = 0;           ///< order of the polynomials of bias and scale; 0: no terms
   bool automatic = false;  ///< true: the order is chosen from the readings
-  /// True: temperatures are ignored. If it is false and `order` is 0, the order is also chosen from
-  /// the readings, if they have enough temperatures and the terms are highly significant.
+  /// True: temperatures are ignored. By default (`order` is 0, `automatic` and `ignored` are false)
+  /// the order is chosen from the readings if they have enough temperatures; it stays 0 unless the
+  /// temperature terms are highly significant.
   bool ignored = false;
   std::optional<double> reference;  ///< t0; default: mean temperature of the readings
 };
@@ -86,10 +87,12 @@ struct SlotSetup {
 struct AXISCAL_EXPORT Experiment {
   Instrument instrument;  ///< the instrument in every slot if `slots` is empty
   FieldSetup field;
-  std::vector<FieldSetup> also;  ///< second fields that affect the readings; known in the table
+  /// Second fields that also affect the readings. Their vectors in the table must be known.
+  std::vector<FieldSetup> also;
   TablePlace table;              ///< the place of the table, its slope, and the date
-  /// The expected main sensitivity of every axis [unit per field unit]. It reveals mistakes that
-  /// affect the whole run. If it is not stated, see expected_sensitivity().
+  /// The expected main sensitivity of every axis [unit per field unit]. A comparison with it
+  /// reveals mistakes that affect the whole run. If it is nullopt, expected_sensitivity() gives the
+  /// default.
   std::optional<double> nominal_sensitivity;
   Positioner positioner;
   std::string slot;              ///< slot of the instrument in an assembly; may be empty
@@ -103,27 +106,27 @@ struct AXISCAL_EXPORT Experiment {
   std::vector<int> leave_out;  ///< numbers of the runs that are not used
 };
 
-/// The expected sensitivity of every axis: the stated nominal sensitivity. If it is not stated, and
-/// if readings are in a unit of the field's quantity, it is the factor between the two units
-/// (standard gravity converts between g and m/s^2).
+/// The expected sensitivity of every axis: Experiment::nominal_sensitivity. If that is nullopt and
+/// the readings are in a unit of the field's quantity, the factor between the two units is used,
+/// for example 9.80665 between g and m/s^2.
 ///
 /// @param field_unit  the unit of the reference field.
-/// @return [unit per field unit]; nullopt if neither is available.
+/// @return the sensitivity [unit per field unit]; nullopt in all other cases.
 [[nodiscard]] AXISCAL_EXPORT std::optional<double> expected_sensitivity(
     const Experiment& experiment, const std::string& field_unit);
 
-/// Sets the usual field of the kind of instrument if no field is stated: gravity for accelerometers
-/// and inclinometers. For magnetometers it is the Earth's field if the magnitude, the unit, the
-/// vector in the table or the site is stated, else a field of length 1.
+/// If no field is stated, sets the usual field of the kind of instrument. It is gravity for
+/// accelerometers and inclinometers. For magnetometers it is the Earth's field if the magnitude,
+/// the unit, the vector in the table or the site is stated, else a field of length 1.
 AXISCAL_EXPORT void set_default_field(Experiment& experiment);
 AXISCAL_EXPORT void set_default_field(const Instrument& instrument,
                                       const TablePlace& place,
                                       FieldSetup& field);
 
-/// The parts of an experiment's field before the fit: resolve_field() for the experiment's table.
-/// @param time_s   time of the readings, for a field that moves; nullopt: the table's date.
-/// @param largest  length of the largest field that the readings state; nullopt if they state no
-///                 fields.
+/// The parts of an experiment's field before the fit.
+/// @param time_s   time of the readings, used if the field moves; nullopt: the table's date.
+/// @param largest  length of the largest field that a reading states; nullopt if no reading states
+///                 its field.
 [[nodiscard]] std::vector<FieldDescription> resolve_field(const Experiment& experiment,
                                                           std::optional<double> time_s = {},
                                                           std::optional<double> largest = {});
@@ -137,9 +140,10 @@ AXISCAL_EXPORT void set_default_field(const Instrument& instrument,
 ///         user that is declared as moving.
 [[nodiscard]] AXISCAL_EXPORT bool field_moves(const Experiment& experiment);
 
-/// @return the change of the experiment's field between two times, as change_of_field() for a
-///         FieldSetup.
-/// @throws SetupError  as that function, or if a moving field is combined with second fields.
+/// @return the change of the experiment's field between two times: change_of_field() for
+///         `experiment.field`.
+/// @throws SetupError  as change_of_field() for a FieldSetup, or if a moving field is combined with
+///                     second fields.
 [[nodiscard]] AXISCAL_EXPORT Eigen::Matrix3d change_of_field(const Experiment& experiment,
                                                              double from_s,
                                                              double to_s);

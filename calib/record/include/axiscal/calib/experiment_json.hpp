@@ -37,8 +37,8 @@ struct ExperimentFile {
 /// Reads an experiment file from a path with parse_experiment().
 [[nodiscard]] AXISCAL_EXPORT ExperimentFile read_experiment(const std::string& path);
 
-/// @return true if an experiment file can contain the experiment. A field class of a program can be
-///         contained only if add_field_kind() has added its kind.
+/// @return true if an experiment file can contain the experiment. This is false if the field's
+///         class is a program's own class and add_field_kind() has not added its kind.
 [[nodiscard]] AXISCAL_EXPORT bool can_be_stated(const Experiment& experiment);
 
 /// @return the text of an experiment file. It contains the whole record Experiment::from, and the

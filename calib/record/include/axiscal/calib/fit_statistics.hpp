@@ -44,12 +44,14 @@ struct ScatterComponent {
 
 /// The measurement conditions of the scatter (VIM 2.20, 2.22).
 struct AXISCAL_EXPORT CalibrationConditions {
-  int blocks = 1;  ///< number of blocks; uncertainties include the scatter of their biases
-  int mounts = 1;  ///< number of mountings in the cube; uncertainties include their turns
+  /// Number of blocks. The uncertainties include the scatter of the biases between blocks.
+  int blocks = 1;
+  /// Number of mountings in the cube. The uncertainties include the rotations between mountings.
+  int mounts = 1;
   /// True for intermediate precision: several blocks, several mountings, or the scatter of earlier
   /// calibrations. False for repeatability.
   bool intermediate = false;
-  int earlier = 0;  ///< number of earlier calibrations that the scatter between blocks includes
+  int earlier = 0;  ///< number of earlier calibrations that contribute to the scatter of blocks
   /// Mean square of the blocks' biases about their mean, m entries [unit^2]; empty for one block.
   Eigen::VectorXd block_mean_square;
   double block_degrees_of_freedom = 0.0;
@@ -63,23 +65,23 @@ struct AXISCAL_EXPORT FitStatistics {
   int observations = 0;                      ///< readings used
   Eigen::VectorXd degrees_of_freedom;        ///< per axis, degrees of freedom of residual_sd
   Eigen::VectorXd residual_sd;               ///< per axis, residual sd of one reading [unit]
-  Eigen::VectorXd r_squared;                 ///< per axis
+  Eigen::VectorXd r_squared;                 ///< per axis, R^2 of the regression
   Eigen::VectorXd bias_se;                   ///< standard errors of the biases, m entries [unit]
   SensitivityMatrix sensitivity_se;          ///< standard errors, m x 3 [unit per field unit]
-  Eigen::VectorXd coverage_factor;           ///< per axis, Student's t for 95 %
+  Eigen::VectorXd coverage_factor;           ///< per axis, Student's t (95 %) of degrees_of_freedom
   Eigen::VectorXd interval_95;               ///< half width of each parameter's 95 % interval
   Eigen::VectorXd interval_dof;              ///< degrees of freedom of each parameter's interval
-  std::vector<ScatterComponent> components;  ///< parts of the covariance beyond residual_sd
+  std::vector<ScatterComponent> components;  ///< causes of scatter beyond residual_sd
   std::vector<std::string> parameter_names;  ///< p names: "x.bias", "x.sensitivity.x", ...
   Eigen::MatrixXd covariance;                ///< p x p, in the order of parameter_names
-  double condition_number = 1.0;             ///< of the design, scaled to columns of length 1
-  SensitivityMatrix variance_inflation;      ///< m x 3, for each axis and each column of S
-  std::vector<LackOfFit> lack_of_fit;        ///< per axis; empty without repeated readings
+  double condition_number = 1.0;             ///< condition number for columns of length 1
+  SensitivityMatrix variance_inflation;      ///< factor of each entry of S, m x 3
+  std::vector<LackOfFit> lack_of_fit;        ///< test of each axis; empty if nothing is repeated
   std::vector<RegressionRow> rows;           ///< r rows of the regression
-  Eigen::MatrixXd leverage;                  ///< r x m
+  Eigen::MatrixXd leverage;                  ///< leverage of each row for each axis, r x m
   Eigen::MatrixXd studentized;               ///< externally studentised residuals, r x m
-  Eigen::MatrixXd cooks_distance;            ///< r x m
-  Eigen::MatrixXd robust_weight;             ///< r x m; empty without robust regression
+  Eigen::MatrixXd cooks_distance;            ///< Cook's distances, r x m
+  Eigen::MatrixXd robust_weight;             ///< 0 .. 1, r x m; empty without robust regression
   std::vector<int> observations_per_axis;    ///< readings used by each axis; empty if all are used
 
   /// @return the part of the covariance from the readings' scatter: the covariance minus its

@@ -14,7 +14,7 @@
 
 namespace axiscal {
 
-/// One estimate of the table's levelness: from the opposite readings of one rest face.
+/// An estimate of the table's levelness from the opposite readings on one rest face.
 struct LevelnessEstimate {
   DesignPoint point;  ///< rest face and the first of the two fence faces
   int block = 1;
@@ -32,7 +32,7 @@ struct BlockLevelness {
 };
 
 /// The joint estimate of the levelness from all instruments of an assembly, which stand on one
-/// table. If each block has its own levelness, it is the levelness of the last block.
+/// table. If each block has its own levelness, the estimate is for the last block.
 struct CombinedLevelness {
   std::vector<std::string> slots;
   double x = 0.0;  ///< mean of the slots, weighted by 1 / variance

@@ -12,9 +12,10 @@
 
 namespace axiscal {
 
-/// The reading of one-sided axes under several lights. An axis does not see a light behind it.
+/// The reading of one-sided axes under several lights. An axis does not respond to light from
+/// behind.
 ///
-/// @param field  has vectors; each part is one light.
+/// @param field  the lights: one part of the field, with its vector, for each light.
 /// @param level  the level of the lights.
 /// @param rotation_sensor_from_table  the orientation of the instrument.
 /// @param temperature  output of the temperature sensors; nullopt: the reference temperature.

@@ -9,16 +9,16 @@
 
 namespace axiscal {
 
-/// The properties of a method that do not depend on the data. A table has one row for each method.
+/// The properties of a method: one row of the table of methods.
 struct MethodKind {
   Method method = Method::joint;
   std::string_view name;
-  bool by_pose = false;           ///< needs the pose, or the field in the sensor, of each reading
+  bool by_pose = false;           ///< needs each reading's pose or its field in the sensor
   bool directions_known = false;  ///< the field's directions are given; else they are fitted
   bool averages_pairs = false;    ///< regresses on averages of opposite readings
   bool by_magnitude = false;      ///< only the field's magnitude is known
-  bool by_length = false;         ///< uses the field's length on faces that may lean
-  bool by_turns = false;          ///< uses a gyroscope's attitudes from rest to rest
+  bool by_length = false;         ///< fits the field's magnitude, on faces that may lean
+  bool by_turns = false;          ///< integrates a gyroscope's rates from rest to rest
   bool fits_sensitivity = true;   ///< false: fits only biases
   bool is_chosen = true;          ///< true if an experiment can choose the method
   std::string_view words{};       ///< description in summaries and reports
@@ -33,8 +33,8 @@ AXISCAL_EXPORT Method add_method_kind(MethodKind kind);
 /// @return the row of a method.
 [[nodiscard]] AXISCAL_EXPORT const MethodKind& method_kind(Method method);
 
-/// @return the row of a record's method; a row with default values and an empty name for nullopt (a
-///         record of other software).
+/// @return the row of a record's method. For nullopt (a record of other software), a row with
+///         default values and an empty name.
 [[nodiscard]] AXISCAL_EXPORT const MethodKind& method_kind(std::optional<Method> method);
 
 }  // namespace axiscal

@@ -33,17 +33,17 @@ struct Reading {
   FieldLevel level;                                ///< multiple of the induced field
   std::optional<SensorTemperature> temperature;    ///< outputs of temperature sensors, any unit
   std::optional<double> time_s;                    ///< time of the reading [s]
-  BoxedOptional<Eigen::Vector3d> field_in_sensor;  ///< replaces a design point [field unit]
-  BoxedOptional<StatedAttitude> attitude;          ///< replaces a design point or a field
+  BoxedOptional<Eigen::Vector3d> field_in_sensor;  ///< stated instead of `point` [field unit]
+  BoxedOptional<StatedAttitude> attitude;          ///< stated instead of point or field_in_sensor
 };
 
 /// The readings of one run: n readings of an instrument with m axes.
 struct AXISCAL_EXPORT Observations {
-  std::vector<Reading> readings;               ///< n
+  std::vector<Reading> readings;               ///< n entries
   Eigen::MatrixXd response;                    ///< n x m [unit of the instrument]
   std::optional<Eigen::VectorXd> samples;      ///< number of samples averaged in each reading, n
   std::optional<Eigen::MatrixXd> response_sd;  ///< sd of the samples in a reading, n x m [unit]
-  /// n x m: true if a column of a differential axis is at the end of its range or beyond.
+  /// n x m: true if a column of the differential axis is at or beyond an end of its range.
   std::optional<Eigen::Array<bool, Eigen::Dynamic, Eigen::Dynamic>> saturated;
   bool has_block = false;  ///< true if blocks were stated
   bool has_level = false;  ///< true if levels were stated
@@ -57,7 +57,7 @@ struct AXISCAL_EXPORT Observations {
 /// Joins the observations of several files of one run. Each file becomes one or more blocks. Run
 /// numbers and block numbers continue from file to file.
 ///
-/// @param parts  at least one; all with the same number of axes.
+/// @param parts  the observations of each file: at least one, with equal numbers of axes.
 /// @throws DomainError  if `parts` is empty, if the numbers of axes differ, or if only some parts
 ///                      state samples or saturation.
 [[nodiscard]] AXISCAL_EXPORT Observations concatenate(std::vector<Observations> parts);

@@ -36,8 +36,8 @@ namespace axiscal {
 /// @throws DataError  as read_observations().
 [[nodiscard]] AXISCAL_EXPORT std::vector<DesignEntry> read_design(CsvReader& csv);
 
-/// Reads a run sheet of run_sheet_csv(): the columns of read_design(), and `run`, `block` and
-/// `temperature` if they exist. Without a column `run`, runs are numbered from 1.
+/// Reads a run sheet that run_sheet_csv() wrote: the columns of read_design(), and `run`, `block`
+/// and `temperature` if they exist. Without a column `run`, readings are numbered from 1.
 /// @throws DataError  as read_observations().
 [[nodiscard]] AXISCAL_EXPORT std::vector<RunSheetRow> read_run_sheet(CsvReader& csv);
 

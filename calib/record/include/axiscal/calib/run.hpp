@@ -25,13 +25,13 @@ struct Run {
   /// The number of readings from each file, one file after another; empty if unknown.
   std::vector<std::size_t> rows_of_inputs;
   std::vector<std::string> notes;
-  std::vector<std::string> axes;     ///< names of the response columns; of one slot in an assembly
+  std::vector<std::string> axes;     ///< names of the axes; in an assembly, the axes of one slot
   std::string field_unit;            ///< unit of the known fields, if a column's name states it
   std::string serial;                ///< serial number of the unit; if several, the first
   std::vector<std::string> serials;  ///< column `serial` of every reading; empty without one
   std::vector<std::string> dates;    ///< column `date` of every reading; empty without one
   std::vector<std::string> operators;  ///< column `operator` of every reading; empty without one
-  std::string measured;                ///< stated date of the readings; empty: see measured_at()
+  std::string measured;                ///< stated date of the readings; empty if not stated
   /// The slots in the order of the columns SLOT.axis; empty without such columns. The responses of
   /// the first slot's axes come first, then those of the second slot, ...
   std::vector<std::string> slots;
@@ -62,12 +62,12 @@ struct ObservationColumns {
   std::vector<SlotColumns> slots;             ///< stated slots; if not empty, `axes` is ignored
   FaceNames face_names;                       ///< words that stand for faces
   std::vector<DifferentialAxis> differences;  ///< axes that are the difference of two columns
-  std::optional<ReadingRange> range;          ///< range of each of these columns
-  bool needs_labels = false;                  ///< `rest` and `fence`, even if the field is given
-  bool needs_samples = false;                 ///< `samples`
-  bool needs_temperature = false;             ///< `temperature`
+  std::optional<ReadingRange> range;          ///< range of the two columns of a differential axis
+  bool needs_labels = false;       ///< true: requires `rest` and `fence`, even with stated fields
+  bool needs_samples = false;      ///< true: requires `samples`
+  bool needs_temperature = false;  ///< true: requires `temperature`
   bool takes_several_units = false;           ///< false: a second `serial` is an error
-  bool needs_sd = false;                      ///< `AXIS_sd` for each axis, positive
+  bool needs_sd = false;                      ///< true: requires positive `AXIS_sd` of each axis
 };
 
 /// Reads a run from a file (formats.md, Observations).
@@ -90,15 +90,15 @@ struct ObservationColumns {
 /// The number of units under test in the readings: one, or several.
 enum class Units { one, several };
 
-/// @return the columns that an experiment's files need.
+/// @return the columns that the readings of an experiment must have.
 [[nodiscard]] AXISCAL_EXPORT ObservationColumns observation_columns(const Experiment& experiment,
                                                                     Units units);
 
 /// Joins the files of a run. Each file becomes one or more blocks.
 ///
-/// @throws DataError  if the files have different slots; if a file lacks the column `serial` and
-///                    the other files are of several units; if serial numbers differ and `units`
-///                    is `one`.
+/// @throws DataError  if the files have different slots; if a file lacks the column `serial` but
+///                    the others are of several units; or if `units` is `one` and the serial
+///                    numbers differ.
 [[nodiscard]] AXISCAL_EXPORT Run join_runs(std::vector<Run> files, Units units);
 
 /// @return true if the readings are from more than one unit under test.
@@ -123,13 +123,13 @@ class AXISCAL_EXPORT UnitsOfRun {
   [[nodiscard]] std::size_t usual_readings() const;
 
  private:
-  Run run_;  // without serials, which are in the following lists
+  Run run_;  // its list `serials` is empty; the members below replace it
   std::vector<std::string> serials_;
   std::vector<std::size_t> rows_;    // rows of all units, unit by unit; empty without `serial`
   std::vector<std::size_t> begins_;  // first index of each unit in rows_, and the end
 };
 
-/// @return the runs of all units, in the order of UnitsOfRun.
+/// @return one run for each unit, in the order of UnitsOfRun.
 [[nodiscard]] AXISCAL_EXPORT std::vector<Run> split_by_serial(const Run& run,
                                                               const std::string& stated_serial);
 

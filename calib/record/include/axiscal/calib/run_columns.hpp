@@ -22,7 +22,7 @@ struct RunColumns {
   std::optional<Eigen::VectorXi> mount;        ///< number of the instrument's mounting
   std::optional<Eigen::VectorXd> level;        ///< multiple of the induced field
   std::optional<Eigen::VectorXd> temperature;  ///< output of the temperature sensor
-  std::optional<Eigen::VectorXd> time;         ///< [s]
+  std::optional<Eigen::VectorXd> time;         ///< time of the reading [s]
   std::optional<Eigen::VectorXd> samples;      ///< number of samples in each reading
   std::optional<Eigen::MatrixX3d> field;       ///< n x 3, the field in the instrument's frame
 };

@@ -43,11 +43,11 @@ struct AXISCAL_EXPORT AlsoResponse {
 /// method.md, sections 2 and 6.
 struct SensorModel {
   Instrument instrument;
-  FieldDescription field;                          ///< field of the calibration, or of the readings
+  FieldDescription field;                          ///< reference field of the calibration
   LinearResponse response;                         ///< coefficients at the reference temperature
   std::optional<TemperatureResponse> temperature;  ///< nullopt without temperature terms
-  std::vector<AlsoResponse> also;                  ///< one for each second field
-  /// The orientation in the cube or assembly of the calibration, if it is stated.
+  std::vector<AlsoResponse> also;                  ///< response to each second field
+  /// The orientation of the sensor in the cube or assembly; nullopt if it is not stated.
   std::optional<Eigen::Matrix3d> rotation_sensor_from_assembly;
 };
 
@@ -61,9 +61,9 @@ struct SensorModel {
     const Eigen::Vector3d& field_in_sensor,
     const std::optional<SensorTemperature>& temperature);
 
-/// Corrects readings to the reference temperature.
+/// Converts a reading to the value that it would have at the reference temperature.
 /// @param readings     v, m entries [unit].
-/// @param temperature  temperature of the readings; nullopt: the readings are not changed.
+/// @param temperature  temperature of the reading; nullopt: the reading is not changed.
 [[nodiscard]] AXISCAL_EXPORT Eigen::VectorXd reading_at_reference(
     const SensorModel& sensor,
     Eigen::VectorXd readings,
@@ -75,7 +75,8 @@ struct SensorModel {
 [[nodiscard]] AXISCAL_EXPORT double parameter_value(const SensorModel& sensor,
                                                     const std::string& name);
 
-/// @param covariance  of bias and sensitivity, 4 m x 4 m, axis by axis; empty if unknown.
+/// @param covariance  covariance of bias and sensitivity, axis by axis, 4 m x 4 m; empty if
+///                    unknown.
 /// @return the coefficients in the usual terms of this kind of instrument: hard iron,
 ///         responsivity, ...
 [[nodiscard]] AXISCAL_EXPORT std::vector<KindQuantity> quantities_of(

@@ -14,11 +14,11 @@
 
 namespace axiscal {
 
-/// The result of a fit with one polynomial order, for the choice of the order.
+/// The quality of a fit with one polynomial order. The order is chosen by comparing such fits.
 struct TemperatureOrderTrial {
   int order = 0;
   double aicc = 0.0;                 ///< corrected Akaike's criterion over all axes; less is better
-  double lack_of_fit_p_value = 0.0;  ///< smallest p-value of the axes; NaN if not testable
+  double lack_of_fit_p_value = 0.0;  ///< smallest of the axes' p-values; NaN if not testable
 };
 
 /// The range of a temperature sensor's output t during a calibration [its unit].
@@ -42,8 +42,8 @@ struct AXISCAL_EXPORT TemperatureResponse {
   std::vector<TemperatureSpan> spans = {{}};  ///< one for all axes, or m entries
   Eigen::MatrixXd bias;                       ///< m x order [unit of the readings per power of t]
   Eigen::MatrixXd scale;                      ///< m x order [1 per power of t]
-  Eigen::MatrixXd bias_se;                    ///< standard errors; NaN where unknown
-  Eigen::MatrixXd scale_se;
+  Eigen::MatrixXd bias_se;                    ///< standard errors of bias; NaN if unknown
+  Eigen::MatrixXd scale_se;                   ///< standard errors of scale; NaN if unknown
   std::vector<TemperatureOrderTrial> trials;  ///< empty if the order was stated
 
   [[nodiscard]] bool has_own_sensors() const { return spans.size() > 1; }
@@ -99,18 +99,19 @@ struct AXISCAL_EXPORT TemperatureResponse {
 struct SoakState {
   bool steady = false;
   double rate = 0.0;         ///< trend of the output over the window [unit per second]
-  double rate_u = 0.0;       ///< standard error of rate, from the scatter about the line
+  double rate_u = 0.0;       ///< standard error of rate, from the scatter about a fitted line
   double remaining_s = 0.0;  ///< time until steady if the approach is exponential; 0 if steady,
                              ///< NaN if unknown
 };
 
-/// Tests whether the last readings of a temperature sensor are steady. They are steady if the trend
-/// over the window, plus its uncertainty (95 %), changes the output by the tolerance at most.
+/// Tests whether the output of a temperature sensor is steady. It is steady if the trend of the
+/// last readings, plus the trend's uncertainty (95 %), changes the output in one window by at most
+/// the tolerance.
 ///
 /// @param time_s       n times, ascending.
 /// @param temperature  outputs at these times, n values.
-/// @param window_s     duration of the last readings that are used, and of the next readings.
-/// @param tolerance    largest permitted change of the output in this duration.
+/// @param window_s     duration of a window [s]; the trend is fitted to the last window.
+/// @param tolerance    largest permitted change of the output in one window.
 /// @throws DomainError  if sizes differ, times do not ascend, or window or tolerance are not
 ///                      positive.
 [[nodiscard]] AXISCAL_EXPORT SoakState soak_state(std::span<const double> time_s,

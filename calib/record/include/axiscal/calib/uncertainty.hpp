@@ -16,12 +16,13 @@ namespace axiscal {
 /// The uncertainty of one quantity that follows from a calibration.
 struct CombinedUncertainty {
   double u = 0.0;  ///< combined standard uncertainty [unit of the quantity]
-  /// Effective degrees of freedom; may be infinite. The formula of Welch and Satterthwaite gives
-  /// them if all parts have five or more; else coverage_factor is Student's t for them.
+  /// Effective degrees of freedom; may be infinite. If all shares have five degrees of freedom or
+  /// more, this is the result of Welch and Satterthwaite's formula. Otherwise it is the number for
+  /// which Student's t equals coverage_factor.
   double degrees_of_freedom = 0.0;
   double coverage_factor = 0.0;   ///< expanded / u
   double expanded = 0.0;          ///< half width of the 95 % interval
-  std::vector<double> by_source;  ///< u of each single source, in the budget's order
+  std::vector<double> by_source;  ///< standard uncertainty from each source, in budget order
 };
 
 /// A part of a quantity's variance that is estimated from scatter, with its degrees of freedom.
@@ -32,17 +33,17 @@ struct VarianceShare {
 
 /// The variance of a quantity, divided into the shares of its sources.
 struct AXISCAL_EXPORT VarianceShares {
-  std::vector<VarianceShare> axes;        ///< from the readings' scatter, one for each axis
-  std::vector<VarianceShare> components;  ///< from blocks, seats, ...
+  std::vector<VarianceShare> axes;        ///< share of each axis's scatter of readings
+  std::vector<VarianceShare> components;  ///< shares of scatter components: blocks, seats, ...
   double others = 0.0;                    ///< variance with infinite degrees of freedom
 
   /// Appends the shares of another, independent part.
   VarianceShares& operator+=(const VarianceShares& more);
 };
 
-/// Combines shares. If each has five degrees of freedom or more, the expanded uncertainty U follows
-/// from Welch and Satterthwaite's formula. Otherwise the formula gives too short intervals, and
-/// U^2 = sum (t_i u_i)^2 is used (method.md, section 8).
+/// Combines the shares of a variance. If each share has five degrees of freedom or more, the
+/// expanded uncertainty U follows from Welch and Satterthwaite's formula. Otherwise that formula
+/// gives too short intervals, and U^2 = sum (t_i u_i)^2 is used (method.md, section 8).
 /// @param coverage  coverage probability of the expanded uncertainty.
 /// @par Source
 /// JCGM 100:2008, G.4.
@@ -53,8 +54,8 @@ struct AXISCAL_EXPORT VarianceShares {
 ///         if a share has fewer than five; may be infinite.
 [[nodiscard]] AXISCAL_EXPORT double welch_degrees_of_freedom(const VarianceShares& shares);
 
-/// Student's t at one coverage probability, interpolated in a table. It is accurate to 0.4 % and a
-/// hundred times as fast as the exact quantile. Streams of readings use it.
+/// Student's t at one coverage probability, interpolated in a table. It is used for streams of
+/// readings: the result is accurate to 0.4 % and a hundred times as fast as the exact quantile.
 class AXISCAL_EXPORT CoverageFactors {
  public:
   /// @throws DomainError  unless 0 < coverage < 1.
@@ -78,7 +79,8 @@ class AXISCAL_EXPORT CoverageFactors {
 
 /// The uncertainty of a quantity that depends on the parameters.
 ///
-/// @param calibration  has statistics. Without an uncertainty budget, only the fit is a source.
+/// @param calibration  a record with statistics. Without an uncertainty budget, the fit is the only
+///                     source.
 /// @param gradient     derivatives of the quantity by the parameters, in the order of
 ///                     parameter_names.
 /// @param shares       receives the shares of the variance; may be null.
@@ -87,7 +89,7 @@ class AXISCAL_EXPORT CoverageFactors {
                                                            VarianceShares* shares = nullptr);
 
 /// @param gradient  derivatives of the quantity by the parameters.
-/// @return the shares of the quantity's variance from the scatter of a fit.
+/// @return the shares of the quantity's variance that come from the scatter of the readings.
 [[nodiscard]] AXISCAL_EXPORT VarianceShares scatter_shares(const Calibration& calibration,
                                                            const Eigen::RowVectorXd& gradient);
 
@@ -127,7 +129,7 @@ struct ParameterUncertainty {
 /// @return the inputs of not_counted() in one sentence; empty if not_counted() is empty.
 [[nodiscard]] AXISCAL_EXPORT std::string not_counted_sentence(const Calibration& calibration);
 
-/// Advice how to reduce the contribution of the largest source.
+/// Advice on halving the combined uncertainty of a quantity.
 struct Advice {
   std::string source;  ///< the source with the largest part of the variance
   double share = 0.0;  ///< its part of the variance

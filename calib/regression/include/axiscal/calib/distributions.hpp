@@ -9,7 +9,7 @@ namespace axiscal {
 ///
 /// @param coverage            probability between 0 and 1, e.g. 0.95.
 /// @param degrees_of_freedom  positive, not necessarily whole.
-/// @return t such that P(|T| <= t) = coverage; NaN for zero degrees of freedom.
+/// @return t such that P(|T| <= t) = coverage; NaN if an argument is out of range.
 /// @par Source
 /// Boost.Math.
 [[nodiscard]] AXISCAL_EXPORT double student_t_factor(double coverage, double degrees_of_freedom);
@@ -17,12 +17,13 @@ namespace axiscal {
 /// The degrees of freedom for which student_t_factor() returns a given coverage factor.
 ///
 /// @param factor    k, the coverage factor of an expanded uncertainty.
-/// @param coverage  in (0, 1).
-/// @return infinity if k is at most that of the normal distribution; NaN if k is NaN.
+/// @param coverage  coverage probability between 0 and 1.
+/// @return the degrees of freedom, at least 0.05; infinity if they are 1e6 or more, or if k is not
+///         above the factor of the normal distribution; NaN if k is NaN.
 [[nodiscard]] AXISCAL_EXPORT double freedom_of_factor(double factor, double coverage);
 
-/// @return P(|T| > |t|) for Student's t; NaN if an argument is NaN or the degrees of freedom are
-///         zero.
+/// @return P(|T| > |t|) for Student's t; NaN if an argument is NaN or if the degrees of freedom are
+///         not positive.
 [[nodiscard]] AXISCAL_EXPORT double student_t_two_sided_p(double t, double degrees_of_freedom);
 
 /// @return P(F > f) for Fisher's F with (numerator, denominator) degrees of freedom; NaN if an
@@ -44,7 +45,7 @@ namespace axiscal {
 /// Fisher, Statistical Methods for Research Workers, 4th ed. (1932), sec. 21.1.
 class AXISCAL_EXPORT FisherSum {
  public:
-  /// @return the contribution of a probability to the sum; a probability of 0 counts as 1e-300.
+  /// @return -2 ln p, the summand of Fisher's statistic; a p of 0 is replaced by 1e-300.
   [[nodiscard]] static double term(double p);
 
   void add(double p);
@@ -54,7 +55,7 @@ class AXISCAL_EXPORT FisherSum {
 
   /// @param loss  factor that reduces the degrees of freedom if the tests are not independent
   ///              (Brown, Biometrics 31 (1975) 987-992).
-  /// @return the combined probability; NaN if the list is empty or contains NaN.
+  /// @return the combined probability; NaN if no probability was added, or if one was NaN.
   [[nodiscard]] double p_value(double loss = 1.0) const;
 
  private:

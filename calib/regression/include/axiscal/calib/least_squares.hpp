@@ -23,9 +23,10 @@ struct LeastSquaresFit {
   Eigen::VectorXd estimate;         ///< b, p entries [unit of y / unit of the column]
   Eigen::MatrixXd covariance;       ///< s^2 (X^T W X)^-1, p x p
   Eigen::VectorXd residuals;        ///< y - X b, n entries [unit of y], not weighted
-  double degrees_of_freedom = 0.0;  ///< observations of non-zero weight minus p
-  double residual_sd = 0.0;         ///< s, for an observation of weight 1 [unit of y]
-  double r_squared = 0.0;           ///< about the mean if the columns span a constant, else about 0
+  double degrees_of_freedom = 0.0;  ///< number of observations of non-zero weight, minus p
+  double residual_sd = 0.0;         ///< s, the sd of an observation of weight 1 [unit of y]
+  /// R^2, relative to the mean if the columns span a constant, else relative to 0
+  double r_squared = 0.0;
   Eigen::VectorXd leverage;         ///< diagonal of the hat matrix, n entries in 0 .. 1
   Eigen::VectorXd studentized;      ///< externally studentised residuals; NaN if undefined
   Eigen::VectorXd cooks_distance;   ///< NaN if undefined
@@ -42,9 +43,9 @@ struct LeastSquaresFit {
 /// const double its_u = std::sqrt(line.covariance(1, 1));   // standard uncertainty
 /// @endcode
 ///
-/// It fails if the columns of X are dependent: the observations then do not determine every
-/// parameter, and the error names those that they leave undetermined. Use LeastSquaresDesign for
-/// weights, for the names of the parameters, or for several responses of one design.
+/// It throws an error if the columns of X are dependent, because the observations then do not
+/// determine every parameter. The error names the undetermined parameters. Use LeastSquaresDesign
+/// for weights, for names of the parameters, or for several responses of one design.
 ///
 /// @param design        X, n x p with n >= p; column j in [unit of y / unit of b_j].
 /// @param observations  y, n entries in one unit.
@@ -54,15 +55,15 @@ struct LeastSquaresFit {
 fit_least_squares(const Eigen::Ref<const Eigen::MatrixXd>& design,
                   const Eigen::Ref<const Eigen::VectorXd>& observations);
 
-/// A function that gives the names of a design's parameters; it is called for an error only.
+/// A function that returns the names of a design's parameters; it is called only for an error.
 using DesignNames = std::function<std::vector<std::string>()>;
 
 /// The design of a linear regression `y = X b + e`, factored once for any number of responses. It
-/// gives estimates; LeastSquaresDesign adds the statistics of a fit.
+/// computes only estimates. LeastSquaresDesign also computes the statistics of a fit.
 ///
 /// W^1/2 X P = Q R by Householder QR with column pivoting, with columns scaled by powers of two.
-/// The normal equations are not used. Estimates are corrected by one more step with the same
-/// factor, which restores their last digits. If the condition number (with columns scaled to equal
+/// The normal equations are not used. One more step with the same factor corrects the last digits
+/// of the estimates. If the condition number (with columns scaled to equal
 /// length) exceeds refinement_above, the solution, its residuals and the covariance are refined by
 /// Bjorck's augmented system with residuals in double-double. Nearly all digits that the data
 /// determine are then correct.
@@ -77,11 +78,11 @@ class AXISCAL_EXPORT FactoredDesign {
 
   /// @param design   X, n x p with n >= p; any units.
   /// @param weights  n weights, not negative; empty: all 1. A weight 0 leaves the row out.
-  /// @param names    gives the names of the parameters for errors; by default "parameter 1", ...
+  /// @param names    returns the parameters' names for errors; default: "parameter 1", ...
   /// @throws DomainError         if sizes disagree, if an entry is not finite, or if a weight is
   ///                             negative.
-  /// @throws RankDeficientError  if the columns are dependent to working precision; it names the
-  ///                             parameters that the design leaves undetermined.
+  /// @throws RankDeficientError  if the columns are dependent to working precision; the error names
+  ///                             the parameters that the design does not determine.
   explicit FactoredDesign(const Eigen::Ref<const Eigen::MatrixXd>& design,
                           const Eigen::Ref<const Eigen::VectorXd>& weights = Eigen::VectorXd(),
                           const DesignNames& names = {});
@@ -94,8 +95,8 @@ class AXISCAL_EXPORT FactoredDesign {
   /// @return the estimates, p x r.
   [[nodiscard]] Eigen::MatrixXd estimates(const Eigen::Ref<const Eigen::MatrixXd>& Y) const;
 
-  /// @return ratio of the largest to the smallest singular value of W^1/2 X with columns of
-  /// length 1; it is computed on each call.
+  /// @return the ratio of the largest to the smallest singular value of W^1/2 X with columns of
+  ///         length 1. Each call computes it again.
   [[nodiscard]] double condition_number() const;
 
   /// @return Q, n x p: orthonormal columns that span those of W^1/2 X.
@@ -110,16 +111,16 @@ class AXISCAL_EXPORT FactoredDesign {
   /// @return W^1/2, n entries.
   [[nodiscard]] const Eigen::VectorXd& root_weights() const { return root_weights_; }
 
-  /// @return n without the rows of weight 0.
+  /// @return the number of rows of X with non-zero weight.
   [[nodiscard]] Eigen::Index observations() const { return observations_; }
 
  protected:
   struct Solution {
     Eigen::VectorXd x;          // coefficients of the scaled columns
-    Eigen::VectorXd residuals;  // weighted
+    Eigen::VectorXd residuals;  // weighted residuals W^1/2 (y - X b)
   };
   [[nodiscard]] Solution solve(const Eigen::VectorXd& weighted_y) const;
-  // Without refinement.
+  // Coefficients of the scaled columns, without refinement.
   [[nodiscard]] Eigen::MatrixXd estimates_scaled(const Eigen::MatrixXd& weighted_Y) const;
   [[nodiscard]] Solution refined(const Eigen::VectorXd& b,
                                  const Eigen::VectorXd& c,
@@ -128,10 +129,10 @@ class AXISCAL_EXPORT FactoredDesign {
   Eigen::VectorXd root_weights_;
   Eigen::MatrixXd scaled_;  // W^1/2 X with columns scaled by powers of two
   Eigen::VectorXd scale_;   // the powers of two
-  // kept only if solutions are refined
+  // QR of scaled_; kept only if solutions are refined
   std::optional<Eigen::ColPivHouseholderQR<Eigen::MatrixXd>> qr_;
-  Eigen::MatrixXd R_;      // p x p, of the scaled columns in the order of the pivots
-  Eigen::MatrixXd root_;   // P R^-1 of the scaled columns
+  Eigen::MatrixXd R_;      // p x p: factor R of scaled_ P, where P sorts columns by pivot
+  Eigen::MatrixXd root_;   // p x p: P R^-1
   Eigen::MatrixXd basis_;  // Q
   bool refines_ = false;   // true if the condition number is above refinement_above
   Eigen::Index observations_ = 0;
@@ -157,12 +158,13 @@ class AXISCAL_EXPORT FactoredDesign {
 class AXISCAL_EXPORT LeastSquaresDesign : public FactoredDesign {
  public:
   /// @param design, weights  as in FactoredDesign.
-  /// @param names            of the parameters, for errors.
+  /// @param names            names of the parameters, for errors.
   explicit LeastSquaresDesign(const Eigen::Ref<const Eigen::MatrixXd>& design,
                               const Eigen::Ref<const Eigen::VectorXd>& weights = Eigen::VectorXd(),
                               const std::vector<std::string>& names = {});
 
-  /// @param design  X of the factorisation.
+  /// @param factored  the factored design.
+  /// @param design    the matrix X from which `factored` was made.
   LeastSquaresDesign(FactoredDesign factored, const Eigen::Ref<const Eigen::MatrixXd>& design);
 
   /// Fits one response.
@@ -194,14 +196,14 @@ class AXISCAL_EXPORT LeastSquaresDesign : public FactoredDesign {
 [[nodiscard]] AXISCAL_EXPORT std::vector<Eigen::Index> undetermined_columns(
     const Eigen::Ref<const Eigen::MatrixXd>& design);
 
-/// Variance inflation factor of each column: the ratio of its variance to the variance if the
-/// column were orthogonal to all others, including a constant: VIF_j = C_jj sum_i w_i (x_ij -
-/// mean_j)^2.
+/// Variance inflation factors: the variance of each coefficient, divided by the variance that it
+/// would have if its column were orthogonal to all other columns and to a constant:
+/// VIF_j = C_jj sum_i w_i (x_ij - mean_j)^2.
 ///
 /// @param design               X, n x p.
 /// @param weights              n weights.
-/// @param unscaled_covariance  C = (X^T W X)^-1, or its block in a larger matrix if further
-///                             parameters are fitted.
+/// @param unscaled_covariance  C = (X^T W X)^-1, p x p. If the fit has further columns, C is the
+///                             block for X of the whole fit's matrix.
 /// @return p factors, at least 1; NaN for a constant column.
 /// @par Source
 /// Belsley, Kuh & Welsch, Regression Diagnostics (1980), sec. 3.2.
@@ -216,23 +218,25 @@ struct ResidualDiagnostics {
   Eigen::VectorXd cooks_distance;
 };
 
-/// t_i = r_i / (s_(i) sqrt(1 - h_i)), s_(i)^2 = (RSS - r_i^2 / (1 - h_i)) / (nu - 1);
-/// D_i = r_i^2 h_i / (p s^2 (1 - h_i)^2).
+/// Computes the externally studentised residuals t_i and Cook's distances D_i:
 ///
-/// @param weighted_residuals  sqrt(w_i) (y_i - fit_i).
-/// @param leverage            h_i.
+///     t_i = r_i / (s_(i) sqrt(1 - h_i)),   s_(i)^2 = (RSS - r_i^2 / (1 - h_i)) / (nu - 1)
+///     D_i = r_i^2 h_i / (p s^2 (1 - h_i)^2),   RSS = sum r_i^2 = nu s^2
+///
+/// @param weighted_residuals  r_i = sqrt(w_i) (y_i - fit_i).
+/// @param leverage            h_i, the diagonal of the hat matrix.
 /// @param degrees_of_freedom  nu, not necessarily whole.
-/// @param parameters          p.
-/// @return NaN if h_i is 1, or if there are too few degrees of freedom.
+/// @param parameters          p, the number of parameters.
+/// @return t_i and D_i; NaN if h_i is 1, or if there are too few degrees of freedom.
 [[nodiscard]] AXISCAL_EXPORT ResidualDiagnostics
 diagnose_residuals(const Eigen::Ref<const Eigen::VectorXd>& weighted_residuals,
                    const Eigen::Ref<const Eigen::VectorXd>& leverage,
                    double degrees_of_freedom,
                    double parameters);
 
-/// Like diagnose_residuals(), for a known scatter: t_i = r_i / (s sqrt(1 - h_i)).
+/// Like diagnose_residuals(), but s is known, and t_i = r_i / (s sqrt(1 - h_i)).
 ///
-/// @param scatter  s, standard deviation of a residual of weight 1.
+/// @param scatter  s, the standard deviation of an observation of weight 1.
 [[nodiscard]] AXISCAL_EXPORT ResidualDiagnostics
 scale_residuals(const Eigen::Ref<const Eigen::VectorXd>& weighted_residuals,
                 const Eigen::Ref<const Eigen::VectorXd>& leverage,

@@ -11,24 +11,24 @@ namespace axiscal {
 
 /// Tukey's bisquare weights for the residuals of a fit.
 struct BisquareWeights {
-  Eigen::VectorXd weights;       ///< 1 for a residual of 0, 0 from 4.685 scaled residuals on
-  double scale = 0.0;            ///< robust standard deviation of one residual of weight 1
-  double variance_factor = 1.0;  ///< s^2 of the final fit: scale^2 variance_factor
+  Eigen::VectorXd weights;       ///< w_i: 1 for a residual of 0; 0 if |u_i| is 1 or more
+  double scale = 0.0;            ///< s: robust standard deviation of one residual of weight 1
+  double variance_factor = 1.0;  ///< the variance of the final fit is scale^2 variance_factor
 };
 
 /// One round of iteratively reweighted least squares.
 ///
 ///     u_i = r_i / (4.685 s sqrt(1 - h_i)),   w_i = (1 - u_i^2)^2 for |u_i| < 1, else 0
 ///
-/// s is the median absolute deviation / 0.6745, without the p - 1 smallest residuals, because the
-/// fit may have made them zero. variance_factor is Huber's: K^2 n / (n - p) * sum psi^2 / (sum
-/// psi')^2 * n.
+/// s is the median of |r_i| / sqrt(1 - h_i), divided by 0.6745. The p - 1 smallest values are left
+/// out, because the fit may have made them zero. The variance factor is Huber's:
+/// K^2 n^2 / (n - p) sum psi^2 / (sum psi')^2, with his correction K for small samples.
 ///
-/// @param weighted_residuals  residuals times the square root of their given weights.
-/// @param leverage            of the fit without robust weights.
-/// @param parameters          p.
-/// @param smallest_scale      s is at least this, so that exact data keep their weights.
-/// @throws DomainError  if sizes disagree or there are not more residuals than parameters.
+/// @param weighted_residuals  r_i: residuals times the square root of their given weights.
+/// @param leverage            h_i: leverages of the fit without robust weights.
+/// @param parameters          p, the number of parameters.
+/// @param smallest_scale      lower limit of s, so that exact data keep their weights.
+/// @throws DomainError  if the sizes disagree, or unless n > p.
 /// @par Source
 /// DuMouchel & O'Brien, "Integrating a robust option into a multiple regression computing
 /// environment" (1989); Huber, Robust Statistics (1981), sec. 7.6.

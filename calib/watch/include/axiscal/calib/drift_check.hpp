@@ -17,22 +17,24 @@ struct ParameterChange {
   double new_value = 0.0;
   double u = 0.0;    ///< standard uncertainty of the difference
   double z = 0.0;    ///< difference / u
-  double e_n = 0.0;  ///< for intrinsic parameters, see e_n_score(); else NaN
+  double e_n = 0.0;  ///< see e_n_score(); NaN if the parameter is not intrinsic
 };
 
-/// The result of a test whether a calibration is still valid.
+/// The result of a test of whether a calibration is still valid.
 struct DriftCheck {
   bool drifted = false;
   double p_value = 1.0;                    ///< probability of such changes without a drift
-  double alpha = 0.01;                     ///< drifted is true if p_value is below this
+  /// Level of significance: drifted is true if p_value < alpha.
+  double alpha = 0.01;
   std::vector<ParameterChange> changes;    ///< one for each coefficient
   std::vector<ParameterChange> intrinsic;  ///< one for each of intrinsic_parameters()
-  /// Largest error of the pitch, up to a pitch of 80 degrees, if the old record reduces new
-  /// readings. For an instrument without a pitch, the error of the field's direction.
+  /// The largest error of the pitch (for pitches up to 80 degrees) if new readings are reduced with
+  /// the old record. For an instrument without a pitch it is the largest error of the field's
+  /// direction.
   double pitch_error_deg = 0.0;
   double pitch_error_u_deg = 0.0;  ///< standard uncertainty of pitch_error_deg
   /// Half width of the 95 % interval of pitch_error_deg. It allows for the choice of the largest
-  /// error among all directions, which is about 1.8 u even without a drift.
+  /// error among all directions, because this largest error is about 1.8 u even without a drift.
   double pitch_error_expanded_deg = 0.0;
   std::vector<std::string> notes;
 };
@@ -55,14 +57,15 @@ struct DriftCheck {
 
 /// Compares fresh biases with those of a record of method bias whose biases contain the field
 /// (gives_field()). Each axis is compared at the fresh readings' temperature; Fisher's method
-/// combines them. Such a record lacks directions, so the instrument must be in its former
-/// orientation.
+/// combines them. Such a record does not determine the axes' directions, so the instrument must be
+/// in the same orientation as in the record.
 ///
-/// @param fresh        a calibration by method bias without temperature terms, of readings that
-///                     at_reference_temperature() converted to the reference of `old`.
+/// @param fresh        a calibration by method bias without temperature terms. Its readings must be
+///                     converted to the reference temperature of `old` by
+///                     at_reference_temperature().
 /// @param temperature  the mean temperature of the fresh readings; nullopt: the reference
 ///                     temperature.
-/// @throws DomainError  if the axes are not the same, or if one record states no covariance.
+/// @throws DomainError  if the axes are not the same, or if a record states no covariance.
 [[nodiscard]] AXISCAL_EXPORT DriftCheck
 check_biases(const Calibration& old,
              const Calibration& fresh,
@@ -95,13 +98,13 @@ struct InSituCheck {
 /// (docs/method/watching.md).
 ///
 /// Readings within 5 degrees form one pose. One test compares the mean residuals of all poses with
-/// the covariance of the calibration and the noise of the readings; it has four fifths of alpha.
-/// The test of the worst reading has one fifth. More readings in one pose cannot detect a drift
-/// below the uncertainty of the calibration.
+/// the covariance of the calibration and the noise of the readings; its level is four fifths of
+/// alpha. The test of the worst reading has a level of one fifth of alpha. More readings in one
+/// pose cannot detect a drift below the uncertainty of the calibration.
 ///
 /// @param observations  readings of all axes at rest; labels are not needed.
-/// @param alpha  the probability of a false alarm for the run; each of the n readings has a limit
-///               for a fifth of alpha / n.
+/// @param alpha  the probability of a false alarm for the run. The limit of each of the n readings
+///               is that for a probability of alpha / (5 n).
 /// @throws DomainError  for fewer than three axes, or a record without covariance.
 [[nodiscard]] AXISCAL_EXPORT InSituCheck check_in_situ(const Calibration& calibration,
                                                        const Observations& observations,
@@ -114,7 +117,8 @@ struct AXISCAL_EXPORT WorstAngle {
 };
 
 /// The largest error of the pitch (up to 80 degrees), or of the field's direction for instruments
-/// without a pitch, if readings with the response of one calibration are reduced with another.
+/// without a pitch, if the readings of an instrument with the response of one calibration are
+/// reduced with another.
 ///
 /// @param used  the calibration that reduces the readings.
 /// @param now   the calibration with the response of the readings.

@@ -19,7 +19,7 @@ struct ParameterTrend {
   std::string parameter;
   std::vector<double> values;   ///< one for each record
   std::vector<double> u;        ///< their standard uncertainties; NaN if not stated
-  double slope_per_year = 0.0;  ///< of the weighted line; NaN with fewer than two dates
+  double slope_per_year = 0.0;  ///< slope of the weighted line; NaN with fewer than two dates
   double slope_u_per_year = 0.0;
   /// Probability of such a slope without a trend; NaN with fewer than three records.
   double p_value = 1.0;
@@ -27,7 +27,7 @@ struct ParameterTrend {
   std::optional<double> high;
   bool outside = false;        ///< true if the newest value is outside the limits
   std::string meets_limit_on;  ///< date at which the line crosses a limit; empty if it never does
-  /// The 95 % interval of this date. An end is empty if it is unknown or not within 100 years.
+  /// The 95 % interval of meets_limit_on. An end is empty if it is unknown or not within 100 years.
   std::string meets_limit_from, meets_limit_until;
 };
 
@@ -35,14 +35,14 @@ struct ParameterTrend {
 struct UnitHistory {
   std::string serial;
   std::vector<std::string> paths;
-  std::vector<std::string> dates;  ///< of the readings of each calibration
+  std::vector<std::string> dates;  ///< date of the readings of each calibration
   std::vector<ParameterTrend> trends;
 };
 
 /// Texts that may be records, with their names for messages.
 struct RecordTexts {
   std::vector<std::string> names;                      ///< n
-  std::function<std::string(std::size_t place)> text;  ///< reads one of them; from 0 to n - 1
+  std::function<std::string(std::size_t place)> text;  ///< returns the text of a place, 0 to n - 1
 };
 
 /// @return the files of a folder whose names end in .json.
@@ -56,11 +56,11 @@ struct RecordTexts {
 
 /// Reads calibration records and sorts them by serial number. Texts that are not records are
 /// ignored.
-/// @param limits       the limits whose dates of crossing are wanted.
+/// @param limits       the limits for which the dates of crossing are computed.
 /// @param passed_over  receives the reason for each text that is not a record; may be null.
-/// @param not_held     receives the parameters of limits that a history does not contain, for
-///                     example the residual sd; may be null.
-/// @throws DomainError  if no record can have a limit's parameter.
+/// @param not_held     receives the names of limited parameters that a history does not contain,
+///                     for example the residual sd; may be null.
+/// @throws DomainError  if a limit's parameter is one that no record can have.
 [[nodiscard]] std::vector<UnitHistory> read_history(const RecordTexts& records,
                                                     const std::optional<Limits>& limits = {},
                                                     std::vector<std::string>* passed_over = nullptr,
@@ -71,9 +71,9 @@ struct RecordTexts {
 
 /// The scatter of an instrument's biases between blocks, from earlier calibrations. It uses the
 /// records of the same serial number and, if the model is stated, of the same model. A record of
-/// several blocks contributes its own mean square. Records of one block contribute the scatter
-/// between the records of the unit. Only records of methods that use labelled poses are used. If
-/// several records share readings, only the first is used.
+/// several blocks contributes its mean square between blocks. Records of one block contribute their
+/// scatter about the mean of the records of the unit. Only records of methods that use labelled
+/// poses are used. If several records share readings, only the first is used.
 ///
 /// @param leave_out  the SHA-256 digests of the files of this run; records of these files are not
 ///                   used.

@@ -18,7 +18,8 @@ struct IntrinsicParameters {
   std::vector<std::string> names;  ///< "x.bias", "x.sensitivity", "angle.x.y" [rad]
   Eigen::VectorXd values;
   std::vector<CombinedUncertainty> uncertainty;  ///< empty if the record has no covariance
-  Eigen::MatrixXd covariance;                    ///< from all sources; empty if unknown
+  /// Covariance of `values` from all sources; empty if it is unknown.
+  Eigen::MatrixXd covariance;
 };
 
 /// @par Source

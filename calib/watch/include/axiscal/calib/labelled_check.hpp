@@ -9,21 +9,21 @@
 
 namespace axiscal {
 
-/// Compares a few labelled readings with the predictions of a record. The readings are too few for
-/// a calibration; three are enough to check the record.
+/// Compares a few labelled readings with the predictions of a record. The readings may be too few
+/// for a calibration: three readings are enough to check the record.
 ///
-/// The direction of the field in the table is unknown and is fitted, with two unknowns. The
+/// The direction of the field in the table is unknown, so it is fitted (two parameters). The
 /// residuals have the covariance of the readings' noise and of the record's coefficients, J C J^T.
 /// They are tested axis by axis against F(q_k, nu_k) and combined by Fisher's method. The changes
 /// in the report are those of the biases, with constant sensitivities.
 ///
-/// @param experiment    how the instrument sits in its cube, and its field.
+/// @param experiment    the mount of the instrument in its cube, and the field.
 /// @param observations  readings with design points and the axes of the record, at its reference
 ///                      temperature.
-/// @throws RefusedError  if the readings do not determine the direction and the biases, if they
-///                       lack fence faces, if the unit of the field is not that of the record, or
-///                       if the record has a field of several parts, one-sided axes or second
-///                       fields.
+/// @throws RefusedError  if the readings do not determine the direction and the biases, if the
+///                       readings lack fence faces, if the unit of the field is not that of the
+///                       record, or if the record has a field of several parts, one-sided axes or
+///                       second fields.
 /// @throws DomainError   if the record states no covariance.
 /// @par Source
 /// method.md, sections 5 and 8.

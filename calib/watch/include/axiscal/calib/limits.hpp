@@ -36,7 +36,7 @@ struct Limits {
                                                      const std::vector<std::string>& axes);
 
 /// Reads limits from JSON.
-/// @throws DataError  if the text is invalid; the message is `PATH: /json/pointer: ...`.
+/// @throws DataError  if the text is invalid; the message starts with `PATH: /json/pointer: `.
 [[nodiscard]] AXISCAL_EXPORT Limits parse_limits(std::string_view text, const std::string& path);
 [[nodiscard]] AXISCAL_EXPORT Limits read_limits(const std::string& path);
 
@@ -44,18 +44,18 @@ struct Limits {
 ///
 /// Rule `simple` accepts a value within its limits and ignores its uncertainty. Rule `guarded`
 /// accepts a value whose distance from the limits is at least its guard band. The guard band is the
-/// expanded uncertainty (95 %). For a residual_sd it is the distance to the upper 95 % bound by the
-/// chi-squared distribution. Each verdict states the probability that the true value is within the
-/// limits, without prior knowledge.
+/// expanded uncertainty (95 %). For a residual_sd the guard band is the distance from the value to
+/// its upper 95 % bound (chi-squared distribution). Each verdict states the probability that the
+/// true value is within the limits, without prior knowledge.
 ///
-/// A bias from only one block of readings passes a guarded limit with a note. It fails if the
-/// limits require intermediate conditions.
+/// If a bias comes from only one block of readings, it can pass a guarded limit, and a note is
+/// added. It fails if Limits::intermediate is true.
 ///
 /// A parameter is a coefficient's name ("x.sensitivity.x", "z.bias.d"), an axis's residual_sd, an
 /// intrinsic parameter ("x.sensitivity", "angle.x.y" in rad), "levelness.x", "levelness.y",
 /// "pitch_error_deg" or "drift_p_value". "pitch_error_deg" of a check is the largest error of the
-/// pitch from the drift; for a calibration it is the expanded uncertainty of the pitch.
-/// "drift_p_value" belongs to a check.
+/// pitch that the drift causes; "pitch_error_deg" of a calibration is the expanded uncertainty of
+/// the pitch. "drift_p_value" exists only for a check.
 ///
 /// @param check  the check to which the limits apply; null if they apply to the calibration.
 /// @throws DomainError  if a limit's parameter does not exist; the message lists those that exist.

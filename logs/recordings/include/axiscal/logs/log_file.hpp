@@ -27,8 +27,8 @@ struct MappedColumn {
 
 /// Options for reading a log; all have automatic defaults.
 struct LogFormat {
-  std::vector<std::string>
-      names;  ///< names of the columns if the log lacks a header; default: c1, c2, ...
+  /// Names of the columns if the log lacks a header; default: c1, c2, ...
+  std::vector<std::string> names;
   std::vector<MappedColumn> columns;  ///< columns to rename or scale; others stay unchanged
   /// The number of the sensor to read, from 0, if a recording contains several of one kind.
   int instance = 0;
@@ -58,7 +58,7 @@ struct LogSensor {
 /// @throws DataError  with the message `PATH: /json/pointer: ...`.
 [[nodiscard]] LogFormat read_log_format(const std::string& path);
 
-/// Samples: a vector for each column, all of the same length.
+/// A block of samples: one vector for each column, all of the same length.
 using LogBlock = std::vector<std::vector<double>>;
 
 /// @param first, second, third  columns of samples.
@@ -68,21 +68,21 @@ using LogBlock = std::vector<std::vector<double>>;
                                           const std::vector<double>& second,
                                           const std::vector<double>& third);
 
-/// @return the position of a column among others, or nullopt.
+/// @return the position of the column `name`, or of the only column whose name without its unit is
+///         the same; nullopt if there is no such column.
 [[nodiscard]] std::optional<std::size_t> find_column(const std::vector<std::string>& columns,
                                                      const std::string& name);
 
-/// @param path  of the log, for the message.
-/// @return the position of a column.
-/// @throws DataError  if there is no column of that name; the message lists the names of all
-///                    columns.
+/// @param path  path of the log, for the message.
+/// @return the position of the column that find_column() finds.
+/// @throws DataError  if there is no such column; the message lists the names of all columns.
 [[nodiscard]] std::size_t need_column(const std::string& path,
                                       const std::vector<std::string>& columns,
                                       const std::string& name);
 
 /// Defects of a log.
 struct LogDefects {
-  std::size_t ragged_rows = 0;  ///< rows left out: their number of cells is not the first's
+  std::size_t ragged_rows = 0;  ///< rows left out because of their number of cells
   std::size_t first_ragged_line = 0;
   std::size_t missing_numbers = 0;  ///< cells that are not finite numbers; they read as NaN
   std::size_t first_missing_line = 0;
@@ -97,8 +97,8 @@ struct LogDefects {
 /// spreadsheets (.xlsx) and JSON are also read; their columns are held in memory.
 ///
 /// A flight log, a bag or a phone's recording (RecordingFile) becomes a table. Its columns are
-/// time_s and those of its sensors: ax, ay, az, gx, ..., mx, ..., temperature. Its rows are at the
-/// times of the fastest accelerometer or gyroscope; the other sensors are interpolated.
+/// time_s, ax, ay, az, gx, ..., mx, ... and temperature. Its rows are the samples of the fastest
+/// accelerometer or gyroscope; the other sensors are interpolated to their times.
 ///
 /// The content of the file determines its format; the file's name does not. `-` is standard input.
 class LogFile {
@@ -108,9 +108,9 @@ class LogFile {
   explicit LogFile(const std::string& path, const LogFormat& format = {});
 
   /// Makes a log of samples in memory.
-  /// @param name     for messages.
-  /// @param columns  names, one for each column.
-  /// @param samples  the columns, of one length.
+  /// @param name     name of the log, for messages.
+  /// @param columns  one name for each column.
+  /// @param samples  the columns, all of the same length.
   LogFile(std::string name, std::vector<std::string> columns, LogBlock samples);
 
   ~LogFile();
@@ -120,16 +120,16 @@ class LogFile {
   /// @return the names of the columns after mapping.
   [[nodiscard]] const std::vector<std::string>& columns() const;
 
-  /// @return the position of a column; see need_column().
+  /// @return the position of the column; see need_column().
   [[nodiscard]] std::size_t need(const std::string& name) const;
 
   /// Finds the sensors among the columns: by the format, by the names and units of the columns, or
   /// by their numbers. Must be called before select().
   [[nodiscard]] std::vector<LogSensor> sensors();
 
-  /// Finds the column of times by its name. Otherwise it is a column whose cells are times of day,
-  /// dates, or numbers that ascend evenly. Must be called before select().
-  /// @return its name; empty if there is no such column.
+  /// Finds the column of times by its name. Without such a name, it looks for a column whose
+  /// cells are times of day, dates, or numbers that ascend evenly. Must be called before select().
+  /// @return the name of the column; empty if there is no such column.
   [[nodiscard]] std::string time_column();
 
   /// @return true if the file has a column of this name that is not a column of the log, because it
@@ -150,8 +150,9 @@ class LogFile {
 
   /// Reads the next samples into a block.
   ///
-  /// @param block overwritten; contains the selected columns.
-  /// @param most   largest number of samples; a file with thousands of columns gives fewer.
+  /// @param block  receives the selected columns.
+  /// @param most   largest number of samples; fewer are read at once if there are thousands of
+  ///               columns.
   /// @return the number of rows; 0 at the end.
   /// @throws DataError  if the rest of the file is damaged, for example a truncated .gz.
   [[nodiscard]] std::size_t read(LogBlock& block, std::size_t most);
@@ -179,7 +180,7 @@ class LogFile {
   std::vector<std::size_t> selected_;
   LogBlock ahead_;  // rows that were read to recognise the columns
   std::size_t ahead_given_ = 0;
-  std::vector<LogSensor> sensors_;  // as the format states them, or as recognised
+  std::vector<LogSensor> sensors_;  // stated by the format, or recognised by sensors()
   int instance_ = 0;
   bool is_table_ = true;
   std::string format_, table_name_;

@@ -20,9 +20,9 @@ enum class ReadCost {
   disk       ///< bytes of temporary copies
 };
 
-/// Limits on the costs of reading a file. A limit that is not set grows with the size of the file.
-/// Real recordings cost at most a tenth of it. A file that was made to exhaust the reader exceeds
-/// it.
+/// Limits on the costs of reading a file. A limit that is not set has a default; most defaults
+/// grow with the size of the file. Real recordings cost at most a tenth of the defaults. Files that
+/// were made to exhaust the reader exceed them.
 ///
 /// Example:
 ///
@@ -34,7 +34,8 @@ class ReadLimits {
   /// @throws DomainError  if the value is negative or NaN.
   void set(ReadCost cost, double most);
 
-  /// @param file_size  number of bytes of the file, as far as it is known.
+  /// @param file_size  number of bytes of the file, or those read so far if it is a pipe.
+  /// @return the limit of the cost.
   [[nodiscard]] double of(ReadCost cost, double file_size) const;
 
   static constexpr std::size_t count = 7;

@@ -26,15 +26,15 @@ struct RecordedSensor {
   bool is_corrected = false;  ///< true if the device that wrote the log corrected it
 };
 
-/// Finds the sensors of a recording that are suitable for calibration. Sensors that do not vary are
-/// left out. If there are several series of one kind, slow series are left out, and so are
-/// corrected ones if there are raw ones.
+/// Finds the sensors of a recording that are suitable for calibration. These are left out: sensors
+/// that do not vary, series with less than a fifth of the rate of the fastest series of their kind,
+/// corrected series if there is a raw one, and guessed sensors if another one is known.
 [[nodiscard]] std::vector<RecordedSensor> sensors_of(const RecordingSummary& summary);
 
 /// @return true if no column of a series varies, because the sensor is dead or missing.
 [[nodiscard]] bool is_constant(const SeriesSummary& series);
 
-/// @return notes about constant sensors, which are omitted.
+/// @return notes about the constant sensors that sensors_of() omits.
 [[nodiscard]] std::vector<std::string> constant_sensor_notes(const RecordingSummary& summary);
 
 /// @return "accelerometer 0: IMU (AccX, AccY, AccZ), m/s^2, 24.7 Hz; known by the file's format".

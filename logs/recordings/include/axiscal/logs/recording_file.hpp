@@ -24,17 +24,17 @@ enum class SeriesKind { accelerometer, gyroscope, magnetometer, temperature, oth
 
 /// The evidence for the kind of a series.
 enum class KnownBy {
-  format,  ///< by the file's format
-  names,   ///< by the names of its columns
-  units,   ///< by the units in its header
-  data,    ///< by its numbers: the length of gravity, rates that match turns
+  format,  ///< the file's format states the kind
+  names,   ///< the names of the columns show the kind
+  units,   ///< the units in the header show the kind
+  data,    ///< the numbers show the kind: length of gravity, or rates that rotate gravity
   nothing  ///< the kind is not known
 };
 
 /// Numbers with common sample times: all numbers of a message, or those of one sensor in it.
 struct Series {
   std::string name;  ///< name of the message, topic or table in the file
-  int instance = 0;  ///< number among several of the same name
+  int instance = 0;  ///< number that distinguishes series of the same name
   SeriesKind kind = SeriesKind::other;
   std::vector<std::string> columns;  ///< names in the format: "AccX", "linear_acceleration.x"
   std::string unit;                  ///< unit of all columns; empty if not known
@@ -52,10 +52,10 @@ class SeriesSink {
   /// Announces a new series. Series are numbered from 0 in the order of these calls.
   virtual void add(const Series& series) = 0;
 
-  /// One sample.
+  /// Receives one sample.
   /// @param series  number of its series.
-  /// @param time_s  by the file's clock [s]; NaN if the file contains no times.
-  /// @param values  one for each column; NaN if a value is missing or invalid.
+  /// @param time_s  its time by the file's clock [s]; NaN if the file contains no times.
+  /// @param values  one value for each column of the series; NaN if it is missing or invalid.
   virtual void sample(std::size_t series, double time_s, std::span<const double> values) = 0;
 };
 
@@ -85,8 +85,8 @@ class RecordingFile {
   /// @return notes on the damaged or skipped parts so far.
   [[nodiscard]] std::vector<std::string> notes() const;
 
-  /// @return parameters and serial numbers of the devices in the file so far, for example
-  ///         "CAL_ACC0_ID" = "2424842", or "device_id accelerometer 0".
+  /// @return the parameters and serial numbers of devices that have been read so far, by their
+  ///         names, for example "CAL_ACC0_ID" = "2424842".
   [[nodiscard]] const std::map<std::string, std::string>& facts() const;
 
   [[nodiscard]] const std::string& path() const { return path_; }
@@ -113,11 +113,12 @@ struct SeriesSummary {
   double start_s = 0.0;  ///< time of the first sample by the file's clock; NaN without times
   double end_s = 0.0;    ///< time of the last sample
   double rate_hz = 0.0;  ///< (samples - 1) / (end_s - start_s); NaN if not known
-  std::size_t gaps = 0;  ///< number of steps of more than five times the usual one, or backwards
-  std::vector<double> mean, sd;      ///< of each column, without NaN
+  std::size_t gaps = 0;  ///< number of time steps of more than five usual steps, or below 0
+  std::vector<double> mean, sd;      ///< mean and standard deviation of each column, without NaN
   std::vector<std::size_t> missing;  ///< number of NaN in each column
-  /// For an accelerometer: the longest series of half seconds in which no axis has a standard
-  /// deviation of 0.08 m/s^2 or more, in seconds after the first sample; both 0 if there is none.
+  /// For an accelerometer: start and end of its longest rest [s after the first sample]; both 0 if
+  /// it has no rest. At rest the standard deviation of each axis within half a second is below
+  /// 0.08 m/s^2.
   double still_from_s = 0.0, still_to_s = 0.0;
 };
 
@@ -130,9 +131,9 @@ struct RecordingSummary {
 };
 
 /// Summarises a recording in constant memory.
-/// @param most_samples  number of samples of all series together; of a longer recording, only the
-///                      first samples are read.
-/// @throws DataError  as RecordingFile.
+/// @param most_samples  reading stops after this number of samples, of all series together;
+///                      nullopt: the whole recording is read.
+/// @throws DataError  if RecordingFile cannot open or read the file.
 [[nodiscard]] RecordingSummary summarise(const std::string& path,
                                          std::optional<std::size_t> most_samples = {},
                                          const ReadLimits& limits = {});

@@ -23,8 +23,9 @@ struct KnownUnit {
   double si = 1.0;                      ///< factor to m/s^2, rad/s or T
 };
 
-/// @return the unit, or nullopt if it is unknown. "G" is gauss, except for an acceleration; "mG" is
-///         milli-gauss, except for an acceleration.
+/// @param of  quantity that has the unit; `other` if it is not known.
+/// @return the unit; nullopt if it is unknown. "G" is gauss for a magnetometer, otherwise standard
+///         gravity. "mG" is milligauss for a magnetometer or `other`, otherwise 1e-3 g.
 [[nodiscard]] std::optional<KnownUnit> known_unit(std::string_view text,
                                                   SeriesKind of = SeriesKind::other);
 
@@ -32,7 +33,7 @@ struct KnownUnit {
 /// "time in ms".
 struct NamedColumn {
   std::string name;
-  std::string unit;  ///< as written in the header; empty if it states no unit
+  std::string unit;  ///< unit as written in the header; empty if the header states no unit
 };
 
 /// Splits "x [V]" into name and unit. Brackets with numbers, as in "gyro_rad[0]", are not units.
@@ -42,8 +43,8 @@ struct NamedColumn {
 ///         similar; `other` if there is none.
 [[nodiscard]] SeriesKind sensor_kind_in(std::string_view words);
 
-/// @return 0, 1 or 2 if the name is that of an axis x, y or z: "AccX", "gyro_y", "Acc_Z",
-///         "accel[2]", "mag.x"; otherwise nullopt.
+/// @return 0, 1 or 2 if the name contains an axis x, y or z: "AccX", "gyro_y", "Acc_Z", "accel[2]",
+///         "mag.x"; otherwise nullopt.
 [[nodiscard]] std::optional<std::size_t> axis_of_name(std::string_view name);
 
 /// The meaning of a table's columns, from their names and units.

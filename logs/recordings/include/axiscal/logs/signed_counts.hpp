@@ -15,11 +15,12 @@ struct SignedCounts {
 };
 
 /// Looks for signed counts that were printed unsigned. Such columns contain whole numbers of 0 to
-/// 2^bits - 1, and hardly any between the small and the large ones. There must be two or more.
+/// 2^bits - 1, of which at most 2 % are between 0.375 and 0.625 times 2^bits. At least two columns
+/// must contain both small and large numbers.
 /// @param samples  columns of one length.
-/// @param fewest_bits  16, or less if the columns are known to be those of an accelerometer, a
-///                     gyroscope or a magnetometer: a light that is on or off looks the same in 12
-///                     bits.
+/// @param fewest_bits  smallest number of bits to look for. Values below 16 are only safe for the
+///                     columns of an accelerometer, a gyroscope or a magnetometer, because other
+///                     columns, such as a light that is on or off, look like counts of 12 bits.
 [[nodiscard]] SignedCounts find_signed_counts(const std::vector<std::span<const double>>& samples,
                                               int fewest_bits = 16);
 

@@ -13,18 +13,17 @@
 
 namespace axiscal {
 
-/// A table in any layout, as text for a CsvReader: rows with commas between the cells, with the
-/// line numbers of the file.
+/// A table in any layout, converted to CSV text for a CsvReader. The line numbers are those of the
+/// file.
 ///
 /// It reads the same delimiters, decimal commas, preambles, encodings, compression, archives,
 /// spreadsheets, JSON and arrays as LogFile. In contrast to LogFile the cells stay text, so that
-/// labels can be read, and messages can name the line of a defect. A table that is plain CSV
-/// already is not changed.
+/// labels can be read, and messages can name the line of a defect. Plain CSV stays unchanged.
 class TableText {
  public:
-  /// @param format  names of columns without a header; columns to rename or scale. If it contains
-  ///                kinds of sensors, a recording is read as a table of those sensors, like LogFile
-  ///                does.
+  /// @param format  names of the columns of a table without a header; columns to rename or scale.
+  ///                If `format.kinds` is not empty, a recording is read as a table of sensors of
+  ///                these kinds, as by LogFile.
   /// @throws DataError  if the file does not exist or is not a table. If a flight log or a bag is
   ///                    read without kinds of sensors, the message lists its content.
   explicit TableText(const std::string& path, const LogFormat& format = {});
@@ -40,11 +39,12 @@ class TableText {
 
   /// Makes a reader of the table. It can be called once, and the table must outlive the reader.
   ///
-  /// @param known  names of the columns that the caller looks for. If no column has such a name, a
-  ///               column whose name without its unit, or except for capital letters, is the same
-  ///               gets that name.
+  /// @param known    names of the columns that the caller looks for. If no column has such a name,
+  ///                 it is given to the only column with a similar name: the name is followed by a
+  ///                 unit, has other capital letters, or is a label ("rest", ..) with more words.
   /// @param renamed  columns to rename, by their names with or without the unit.
-  /// @throws DataError  if a column to rename does not exist; as CsvReader.
+  /// @throws DataError  if a column to rename does not exist, or for the reasons of CsvReader's
+  ///                    constructor.
   [[nodiscard]] CsvReader reader(const std::vector<std::string>& known,
                                  const std::vector<MappedColumn>& renamed = {},
                                  CsvReader::Quotes quotes = CsvReader::Quotes::span_lines);

@@ -20,30 +20,33 @@ struct TimeColumn {
 
 /// @param path  path of the log, for messages.
 /// @param name  name of the column; if empty, the first column with the name of a time is found.
-/// @return nullopt if `name` is empty and there is no such column.
-/// @throws DataError  if there is no column `name`.
+/// @return nullopt if `name` is empty and no column has the name of a time.
+/// @throws DataError  if `name` is not empty and the log has no column of that name.
 [[nodiscard]] std::optional<TimeColumn> find_time_column(const std::string& path,
                                                          const std::vector<std::string>& columns,
                                                          const std::string& name);
 
-/// @return the mean step of times, without gaps; NaN if the times never increase. Steps are
-///         included up to 20 times the mean, because logs that come in bursts have many short steps
+/// @return the mean step of times, without gaps; NaN if the times never increase. Steps of up to 20
+///         times the mean are included, because samples that arrive in bursts have many short steps
 ///         and few long ones.
 [[nodiscard]] double usual_step(std::span<const double> times);
 
 /// The unit of a column of times.
 struct TimeUnit {
   double seconds = 1.0;  ///< seconds per unit
-  std::string remark;    ///< a warning; empty if the unit is as stated or assumed
+  std::string remark;    ///< a warning about the unit; may be empty
 };
 
-/// Determines the unit of a log's times by the rate that it gives.
+/// Determines the unit of a log's times.
 ///
-/// Inertial logs have rates of 0.5 Hz to 1 MHz. If the name of the column states no unit, and the
-/// times in seconds give another rate, the only unit with a usual rate is used. So is the unit in
-/// which the times are seconds since 1970. A remark then states the unit.
+/// If the name of the column states a unit, it is used. Otherwise the unit is the first of these:
+/// - the unit in which the times are times since 1970,
+/// - seconds, if they give a rate of 0.5 Hz to 1 MHz,
+/// - the only unit of s, ms, us and ns that gives a rate of 0.5 Hz to 2 kHz.
+/// Days (from spreadsheets) and the units of Xsens's SampleTimeFine are recognised before these. A
+/// remark states a unit that was assumed and is not seconds, or a stated unit with an unusual rate.
 ///
-/// @param times  the first times_that_settle_the_unit times are used.
+/// @param times  times of the log, of which the first times_that_settle_the_unit are used.
 /// @throws DataError  if no unit or several units are possible; the message contains the rate for
 ///                    each unit.
 [[nodiscard]] TimeUnit settle_time_unit(const std::string& path,
