@@ -133,8 +133,8 @@ Experiment experiment_for(const AcquireCommand& command) {
   }
   if (states_slots(options)) {
     throw UsageError(
-        "acquire: all instruments of a session must be of one kind; record several kinds with "
-        "other software, and calibrate its table");
+        "acquire: all instruments of a session must be of one kind; to calibrate several kinds, "
+        "record them with other software, and run calibrate on the table");
   }
   Experiment experiment = make_experiment(options);
   const std::vector<std::string> slots = slots_asked_for(options);
@@ -234,10 +234,10 @@ FreeSetup free_setup(const AcquireCommand& command, const SessionSetup& of) {
         "between rests, and run calibrate --imu");
   }
   if (of.experiment.instrument.axis_count() != 3) {
-    throw UsageError("acquire: --free needs one instrument of three axes");
+    throw UsageError("acquire: --free requires one instrument with three axes");
   }
   if (command.manual || command.plan || command.raw) {
-    throw UsageError("acquire: --free does not go with --plan, --manual or --raw");
+    throw UsageError("acquire: --free cannot be combined with --plan, --manual or --raw");
   }
   // A hand that moves an accelerometer disturbs it, so only rests become readings.
   setup.by_rests = kind == "accelerometer" || kind == "inclinometer";
@@ -276,8 +276,8 @@ Outputs outputs_of(const AcquireCommand& command, const std::vector<SlotColumns>
     const bool has_slot = file && file->find(slot_place) != std::string::npos;
     if (file && file->find('{') != std::string::npos && (slots.empty() || !is_own || !has_slot)) {
       throw UsageError(formatted(
-          "acquire: '{}': {{slot}} may be used only in --record and --report of a session of "
-          "several instruments (--assembly); {{serial}} only in calibrate",
+          "acquire: '{}': {{slot}} may be used only in --record and --report, and only in a "
+          "session of several instruments (--assembly); {{serial}} may be used only in calibrate",
           *file));
     }
     if (file && is_own && !slots.empty() && !has_slot && *file != "-") {
@@ -357,7 +357,7 @@ void require_trust(const std::vector<std::string>& sources, const std::string& j
   if (std::all_of(sources.begin(), sources.end(), is_harmless)) {
     return;
   }
-  std::fprintf(stderr, "%s names these sources:\n", printable_name(journal).c_str());
+  std::fprintf(stderr, "the journal %s states these sources:\n", printable_name(journal).c_str());
   for (const std::string& source : sources) {
     std::fprintf(stderr, "  %s\n", printable_name(source).c_str());
   }
@@ -399,7 +399,7 @@ AcquireCommand resumed_command(const AcquireCommand& now, const SessionHeader& h
   if (std::filesystem::path(header.directory) != std::filesystem::current_path()) {
     throw UsageError(
         formatted("--resume: the session was started in the folder '{}', and its file names are "
-                  "relative to it; change to that folder first",
+                  "relative to this folder; change to it first",
                   header.directory));
   }
   return command;
@@ -435,8 +435,10 @@ void announce_page(const std::string& url, const std::string& fingerprint) {
     return;
   }
   std::fprintf(stderr,
-               "%sopen in a browser (valid once; a new address is then printed): %s\n"
-               "the browser warns of an unknown certificate; accept it if its SHA-256 is\n"
+               "%sopen in a browser (this address is valid once; after its use a new one is "
+               "printed): %s\n"
+               "the browser warns of an unknown certificate; accept the certificate only if its "
+               "SHA-256 is\n"
                "  %s\n",
                qr_code(url).c_str(), url.c_str(), fingerprint.c_str());
 }
@@ -517,8 +519,8 @@ Written write_files(const SessionSetup& setup, const LiveSession& session, const
   write_whole_file(outputs.observations, readings);
   if (session.calibrations().empty()) {
     throw RefusedError(
-        formatted("the readings are in {}, but no calibration could be computed from them; "
-                  "`axiscal calibrate` with this file prints the reason",
+        formatted("the readings are in {}, but no calibration could be computed from these "
+                  "readings; run `axiscal calibrate` on this file to see the reason",
                   outputs.observations));
   }
   Written written{.calibrations = session.calibrations()};
@@ -682,7 +684,7 @@ class Guided {
     if (command_.free) {
       free = free_setup(command_, setup);
     } else if (command_.enough_deg) {
-      throw UsageError("acquire: --enough-deg goes with --free");
+      throw UsageError("acquire: --enough-deg requires --free");
     }
     for (const std::unique_ptr<Source>& source : sources) {
       source->play(setup.experiment);
@@ -717,7 +719,7 @@ class Guided {
     }
     if (session.has_quit()) {
       const bool asks = !std::all_of(command_.sources.begin(), command_.sources.end(), is_harmless);
-      stopped_ = formatted("stopped with {} readings; go on with: axiscal acquire --resume {}{}",
+      stopped_ = formatted("stopped with {} readings; to continue: axiscal acquire --resume {}{}",
                            session.view().done, typed_again({outputs.journal}),
                            asks ? typed_connections(command_.sources) : "");
       return false;
@@ -776,8 +778,8 @@ class Guided {
 std::vector<std::unique_ptr<Source>> open_sources(const AcquireCommand& command) {
   if (command.sources.empty()) {
     throw UsageError(
-        "acquire: --connect is needed: serial:/dev/ttyUSB0, tcp://HOST:PORT, sim:, ...; acquire "
-        "--list shows what is connected");
+        "acquire: state the instrument by --connect: serial:/dev/ttyUSB0, tcp://HOST:PORT, sim:, "
+        "...; acquire --list shows what is connected");
   }
   std::vector<std::unique_ptr<Source>> sources;
   for (const std::string& address : command.sources) {

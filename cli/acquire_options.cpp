@@ -17,8 +17,8 @@ void add_options(OptionSet& options, AcquireCommand& command) {
   OptionSet source = options.group("Source");
   source.add(
       "--connect", command.sources, "ADDRESS",
-      "address of the instrument; --list shows the kinds of addresses. If there are several, "
-      "readings are taken at the times of the first");
+      "address of the instrument; --list shows the kinds of addresses. If several are stated, "
+      "readings are taken at the sample times of the first");
   source.add_flag("--list", command.list, "list connected devices and the kinds of sources");
   source.add("--temperature-column", command.temperature_column, "NAME",
              "channel of the temperature [default: temperature]");

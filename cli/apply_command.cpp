@@ -53,8 +53,8 @@ void add_options(OptionSet& options, ApplyCommand& command) {
               "raw readings (CSV), or a log of any format; - is stdin");
   options.add(
       "more", command.more, "FILE",
-      "further files, if a log is corrected by several RECORDs, one for each sensor: the other "
-      "RECORDs and, as the last file, the log");
+      "to correct a log by several RECORDs, one for each sensor: the other RECORDs, then the log "
+      "as the last file");
   options.add_output(
       command.output,
       "output file; - is stdout. FILE.npy contains only the results, for NumPy [default: -]");
@@ -64,7 +64,7 @@ void add_options(OptionSet& options, ApplyCommand& command) {
   options.add("--field-unit", command.field_unit, "UNIT",
               "unit of --field-magnitude and of the results [default: the record's]");
   options.add("--latitude", command.latitude, "DEG",
-              "latitude of the site of the readings, to compute its gravity");
+              "latitude of the site of the readings, to compute the gravity there");
   options.add("--longitude", command.longitude, "DEG",
               "longitude of the site of --latitude [default: 0]");
   options.add("--height", command.height, "M",
@@ -88,9 +88,9 @@ void add_options(OptionSet& options, ApplyCommand& command) {
   options.add("--declination", command.declination, "DEG",
               "magnetic declination, added to headings [default: 0]");
   options.add("--yaw-above", command.yaw_above, "DEG",
-              "pitch from which yaw is given instead of roll [default: 85]");
+              "pitch above which yaw is computed instead of roll [default: 85]");
   options.add("--pitch", command.pitch, "asin|atan2",
-              "pitch by asin(f_x / F), or by atan2 without F [default: asin]");
+              "formula of pitch: asin(f_x / F), or atan2, which does not use F [default: asin]");
   options.add_flag("--uncertainty", command.uncertainty,
                    "add columns u_... with the standard uncertainty of each result");
   options.add_flag("--expanded", command.expanded,
@@ -113,8 +113,10 @@ void add_options(OptionSet& options, ApplyCommand& command) {
               "number of decimals of all results, 0 to 15; fewer decimals are faster [default: the "
               "fewest from which the same number can be read back]");
   add_stored_record_options(options, command.stored);
-  options.add_flag("--follow", command.follow, "write each row as soon as it is read");
-  options.add_flag("--strict", command.strict, "stop at a row that cannot be reduced");
+  options.add_flag("--follow", command.follow,
+                   "write the result of each row as soon as the row is read");
+  options.add_flag("--strict", command.strict,
+                   "stop at the first row from which no result can be computed");
   options.add_flag("--force", command.force,
                    "use a refused record, or an impossible magnitude of the field");
 }
@@ -129,8 +131,8 @@ FieldConversion conversion_of(const ApplyCommand& command, const Calibration& ca
     const FieldKind& kind = field_kind(calibration.sensor.field.kind);
     if (!command.force && !is_possible_magnitude(kind, *there.magnitude, unit)) {
       throw UsageError(formatted(
-          "--field-magnitude: {} {} is not possible, the field {} is {} on the Earth; state the "
-          "unit of the number by --field-unit",
+          "--field-magnitude: {} {} is not possible, because the field '{}' is {} on the Earth; "
+          "state the unit of this number by --field-unit",
           *command.field_magnitude, unit, kind.name, possible_magnitudes(kind, unit)));
     }
   }
@@ -138,11 +140,11 @@ FieldConversion conversion_of(const ApplyCommand& command, const Calibration& ca
     there.magnitude_u = parse_nonnegative("--field-magnitude-u", *command.field_magnitude_u);
   }
   if ((command.longitude || command.height || command.gravity_model) && !command.latitude) {
-    throw UsageError("--longitude, --height and --gravity-model need --latitude");
+    throw UsageError("--longitude, --height and --gravity-model require --latitude");
   }
   if (command.latitude) {
     if (!field_kind(calibration.sensor.field.kind).vertical) {
-      throw UsageError("--latitude: the gravity of a site cannot be used with a record of field " +
+      throw UsageError("--latitude: computes gravity, but the field of the record is " +
                        calibration.sensor.field.kind);
     }
     const Site site = site_of_options(command.latitude, command.longitude, command.height, Site{});
@@ -193,8 +195,8 @@ Calibration in_body(const std::string& record, const std::string& body, Calibrat
   const std::string own = sha256_of_file(record);
   const bool same_record = !own.empty() && own == rotation.record_sha256;
   if (!same_record) {
-    print_remark("note", formatted("{} was determined with another record than {}; their "
-                                   "uncertainties are taken as independent",
+    print_remark("note", formatted("the rotation in {} was not determined with the record {}; the "
+                                   "uncertainties of both files are taken as independent",
                                    body, record));
   }
   try {
@@ -213,7 +215,8 @@ Calibration in_wanted_frame(const ApplyCommand& command, Calibration calibration
   if (command.body) {
     if (command.frame || command.attitude) {
       throw UsageError(
-          "--body: does not go with --frame or --attitude; the results are in the model's frame");
+          "--body: cannot be combined with --frame or --attitude, because the results are in the "
+          "model's frame");
     }
     return in_body(command.record, *command.body, std::move(calibration));
   }
@@ -316,7 +319,7 @@ struct Joint {
     const std::size_t parting = command.joint->find('=');
     if (parting == std::string::npos || !command.body) {
       throw UsageError(
-          "--joint: must be RECORD.json=BODY.json, and needs --body for the first instrument");
+          "--joint: must be RECORD.json=BODY.json, and requires --body for the first instrument");
     }
     const std::string path = command.joint->substr(0, parting);
     calibration =
@@ -341,7 +344,8 @@ struct Joint {
       columns.uncertainty = &*uncertainty;
       columns.own_uncertainty = &*own_uncertainty;
     } catch (const DomainError& error) {
-      print_remark("note", formatted("joint_deg lacks an uncertainty: {}", error.what()));
+      print_remark("note",
+                   formatted("the uncertainty of joint_deg cannot be computed: {}", error.what()));
     }
   }
 
@@ -356,8 +360,8 @@ int run_records(const ApplyCommand& command) {
   if (command.follow || command.uncertainty || command.expanded || command.attitude ||
       command.joint || command.body || command.json || command.output.ends_with(".npy")) {
     throw UsageError(
-        "apply: several records only correct the columns of a log as CSV, without angles and "
-        "uncertainties; for other output apply each RECORD separately");
+        "apply: several RECORDs only correct the columns of a log and write them as CSV; for "
+        "angles, uncertainties or other formats apply each RECORD separately");
   }
   std::vector<std::string> records = {command.record, command.readings};
   records.insert(records.end(), command.more.begin(), command.more.end() - 1);
@@ -402,7 +406,7 @@ int run_one(const ApplyCommand& command) {
   if (command.output.ends_with(".npy")) {
     options.form = ReductionForm::npy;
     if (command.follow || command.decimals || command.json) {
-      throw UsageError("-o FILE.npy: does not go with --follow, --decimals or --json");
+      throw UsageError("-o FILE.npy: cannot be combined with --follow, --decimals or --json");
     }
   }
   options.strict = command.strict;
@@ -440,15 +444,15 @@ int run_one(const ApplyCommand& command) {
   } else if (command.noise || command.resolution || command.temperature_u ||
              command.field_magnitude_u || command.level) {
     throw UsageError(
-        "--noise, --resolution, --temperature-u and --field-magnitude-u go with --uncertainty, "
-        "--level with --expanded");
+        "--noise, --resolution, --temperature-u and --field-magnitude-u require --uncertainty; "
+        "--level requires --expanded");
   }
   std::optional<Joint> joint;
   if (command.joint) {
     joint.emplace(command, conversion, calibration, reducer, csv);
     options.joint = joint->columns;
   } else if (command.alarm) {
-    throw UsageError("--alarm: goes with --joint");
+    throw UsageError("--alarm: requires --joint");
   }
   // Endless output is written directly to the output file, because a temporary file would never be
   // renamed. Opening the output file empties it, so all options have been checked before.
@@ -472,8 +476,9 @@ int run_one(const ApplyCommand& command) {
   output.commit();
   if (!gives_field(calibration)) {
     print_remark("note",
-                 "the record's biases include the field of the run, so the output is the "
-                 "difference of each reading and bias(t), without residual or direction");
+                 "the biases in the record include the field during the calibration, so the output "
+                 "is each reading minus the bias at its temperature, without residual and "
+                 "direction");
   }
   if (calibration.sensor.instrument.axis_count() == 2 && reducer.kind().has_axis_elevation) {
     print_remark("note", "with 2 axes the third component is known only up to its sign");
@@ -484,7 +489,7 @@ int run_one(const ApplyCommand& command) {
     }
   };
   print_rows(summary.unreadable,
-             formatted("could not be reduced (first: line {}); flag 'unreadable'",
+             formatted("gave no result (the first is line {}) and have the flag 'unreadable'",
                        summary.first_unreadable_line));
   const std::string& field = calibration.sensor.field.kind;
   if (field_kind(field).local && !field_kind(field).rotation &&
@@ -496,10 +501,11 @@ int run_one(const ApplyCommand& command) {
                   reducer.magnitude(), command.field_unit.value_or(calibration.sensor.field.unit)));
   }
   print_rows(summary.extrapolated,
-             "are at temperatures outside the calibrated range; flag 'extrapolated'");
-  print_rows(summary.moved, "have an angle of the joint above --alarm; flag 'moved'");
-  print_rows(summary.saturated, "have a reading at or beyond its range; flag 'saturated'");
-  print_rows(summary.clamped, "have a component larger than the field; flag 'clamped'");
+             "are at temperatures outside the calibrated range and have the flag 'extrapolated'");
+  print_rows(summary.moved, "have an angle of the joint above --alarm and the flag 'moved'");
+  print_rows(summary.saturated,
+             "have a reading at or beyond the range of its axis and the flag 'saturated'");
+  print_rows(summary.clamped, "have a component larger than the field and the flag 'clamped'");
   return 0;
 }
 
@@ -507,7 +513,7 @@ int run(const ApplyCommand& given) {
   const std::unique_ptr<TemporaryFile> record = stored_record(given.stored);
   if (!record) {
     if (given.readings.empty()) {
-      throw UsageError("apply: needs a RECORD and a FILE of readings");
+      throw UsageError("apply: requires a RECORD and a FILE of readings");
     }
     return given.more.empty() ? run_one(given) : run_records(given);
   }

@@ -41,16 +41,17 @@ Corrected of_record(const std::string& path,
   const Instrument& instrument = calibration.sensor.instrument;
   if (instrument.axis_count() != 3 || !instrument.differences.empty()) {
     throw UsageError(path +
-                     ": with several records each must be of a three-axis sensor; apply this "
-                     "record separately");
+                     ": if several records are given, each must be of a three-axis sensor; apply "
+                     "this record separately");
   }
   const std::vector<SeriesKind> kinds = kinds_of(instrument.kind);
   const auto sensor = std::find_if(sensors.begin(), sensors.end(), [&](const LogSensor& one) {
     return !kinds.empty() && one.kind == kinds.front();
   });
   if (sensor == sensors.end()) {
-    throw DataError(
-        log, formatted("contains no sensor of kind {}, the kind of {}", instrument.kind, path));
+    throw DataError(log, formatted("contains no sensor of the kind {}, to which the record {} "
+                                   "belongs",
+                                   instrument.kind, path));
   }
   std::optional<double> factor;
   if (!sensor->unit.empty() && !instrument.unit.empty() && instrument.unit != "1") {

@@ -44,10 +44,11 @@ std::string text_of(const BodyRotation& body) {
   for (Eigen::Index i = 0; i < 3; ++i) {
     text += formatted("  {}  {}\n", "xyz"[i], degrees(std::sqrt(body.covariance(i, i))));
   }
-  text += body.residual_sd_rad > 0.0
-              ? formatted("\nthe readings scatter by {} degrees about the references\n",
-                          degrees(body.residual_sd_rad))
-              : "";
+  text +=
+      body.residual_sd_rad > 0.0
+          ? formatted("\nstandard deviation of the readings from the known attitudes: {} degrees\n",
+                      degrees(body.residual_sd_rad))
+          : "";
   text += body.tare_rad > 0.0
               ? formatted(
                     "\nthe tare changed the rotation by {} degrees; the rotation about the "
@@ -61,13 +62,14 @@ std::string text_of(const BodyRotation& body) {
 
 int run_attitude(const CalibrateCommand& command) {
   if (!command.experiment.from) {
-    throw UsageError("--method attitude: needs --from RECORD, the instrument's calibration");
+    throw UsageError(
+        "--method attitude: requires --from RECORD, the calibration of the instrument");
   }
   const bool finds = !command.experiment.files.empty();
   if ((finds && command.body) || (!finds && !command.tare) || command.experiment.files.size() > 1) {
     throw UsageError(
-        "--method attitude: needs one FILE of readings in known attitudes, or --tare FILE; state "
-        "--body BODY with --tare if the rotation was determined before");
+        "--method attitude: requires one FILE of readings in known attitudes, or --tare FILE; with "
+        "--tare, state --body BODY if the rotation was determined before");
   }
   const std::string& record = *command.experiment.from;
   const Calibration calibration = read_unrefused(record, command.force);
@@ -89,9 +91,9 @@ int run_attitude(const CalibrateCommand& command) {
     } else {
       print_remark(
           "note",
-          "without readings in known attitudes the sensor's axes are taken as the model's axes. "
-          "The tare determines two angles; the rotation about the vertical has a standard "
-          "uncertainty of 1 degree");
+          "because there are no readings in known attitudes, the sensor's axes are assumed to be "
+          "parallel to the model's axes, and the tare corrects two angles; the angle about the "
+          "vertical stays uncorrected, with an assumed standard uncertainty of 1 degree");
     }
     options.same_record = finds || body.record_sha256 == sha256_of_file(record);
     if (command.tare) {

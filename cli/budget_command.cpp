@@ -33,12 +33,13 @@ void add_options(OptionSet& options, BudgetCommand& command) {
   options.add("--noise", command.noise, "SD",
               "standard deviation of a reading [default: the scatter of the calibration]");
   options.add("--pitch-formula", command.pitch_formula, "asin|atan2",
-              "formula of pitch: asin(f_x / F), or atan2 without F [default: asin]");
+              "formula of pitch: asin(f_x / F), or atan2, which does not use F [default: asin]");
   options.add("--attitudes,--map", command.map, "DEG",
               "table of the expanded uncertainty of pitch and roll over all attitudes, in steps of "
               "DEG");
   options.add("--monte-carlo", command.monte_carlo, "N",
-              "check the linear propagation in the attitude by N trials (JCGM 101)");
+              "check the linear propagation of the uncertainties in the attitude by a Monte Carlo "
+              "simulation with N trials (JCGM 101)");
   options.add("--seed", command.seed, "S", "seed of the trials [default: 1]");
   options.add_output(command.output);
   options.add_flag("--json", command.json, "print JSON instead of tables");
@@ -134,7 +135,10 @@ void show_sources(const Calibration& calibration, Shown& shown) {
 
 void show_parameters(const Calibration& calibration, Shown& shown) {
   const std::vector<std::string> sources = sources_of(calibration);
-  shown.text += "Coefficients, and u by source\n" + header(sources);
+  shown.text +=
+      "Coefficients, and their standard uncertainties u from each "
+      "source\n" +
+      header(sources);
   shown.json["parameters"] = Json::array();
   for (const ParameterUncertainty& one : parameter_uncertainties(calibration)) {
     shown.text += line(one.name, one.value, one.uncertainty, sources);
@@ -144,7 +148,7 @@ void show_parameters(const Calibration& calibration, Shown& shown) {
     shown.json["parameters"].push_back(std::move(json));
   }
   const IntrinsicParameters intrinsic = intrinsic_parameters(calibration);
-  shown.text += "\nIndependent of the mounting (angles in rad)\n";
+  shown.text += "\nQuantities independent of the mounting (angles in rad)\n";
   shown.json["intrinsic"] = {{"names", intrinsic.names},
                              {"values", json_from(intrinsic.values)},
                              {"covariance", json_from_matrix(intrinsic.covariance)}};
@@ -178,7 +182,7 @@ void show_attitude(const Calibration& calibration,
       const Advice advice = advice_to_halve(quantity.uncertainty, budget.sources,
                                             calibration.fit.statistics->observations);
       if (!advice.source.empty()) {
-        shown.text += formatted("  {}: {:.0f} % of the variance is '{}'; {}\n", quantity.name,
+        shown.text += formatted("  {}: {:.0f} % of the variance is from '{}'; {}\n", quantity.name,
                                 100.0 * advice.share, advice.source, advice.text);
       }
     }
@@ -201,7 +205,9 @@ void show_monte_carlo(const Calibration& calibration,
   for (const MonteCarloCheck& check : checks) {
     shown.text += formatted("  {:<20}{:>12.3g}{:>12.3g}{:>12.3g}{}\n", check.name, check.low_95,
                             check.high_95, check.linear_expanded,
-                            check.agrees ? "" : "  differs: use the interval of the trials");
+                            check.agrees ? ""
+                                         : "  differs: use the range of the trials (from, "
+                                           "to)");
     shown.json["monte_carlo"].push_back({{"name", check.name},
                                          {"mean_error", check.mean_error},
                                          {"sd", check.sd},
@@ -277,10 +283,10 @@ int run(const BudgetCommand& command) {
   }
   const Asked asked = asked_of(command, calibration);
   if (command.roll && !command.pitch) {
-    throw UsageError("--roll: goes with --pitch");
+    throw UsageError("--roll: requires --pitch");
   }
   if (command.monte_carlo && !command.pitch) {
-    throw UsageError("--monte-carlo: needs an attitude: --pitch DEG --roll DEG");
+    throw UsageError("--monte-carlo: requires an attitude (--pitch DEG --roll DEG)");
   }
   Shown shown;
   try {

@@ -52,10 +52,11 @@ void add_options(OptionSet& options, CalibrateCommand& command) {
               "record of a three-axis instrument in the same file; the calibration is rotated to "
               "that instrument's frame");
   options.add("--body", command.body, "BODY",
-              "rotation that --tare corrects (method attitude), if FILE does not determine one");
+              "file of the rotation that --tare corrects (method attitude), if no FILE of readings "
+              "in known attitudes is given");
   options.add("--tare", command.tare, "FILE",
-              "readings in one attitude that correct the rotation (method attitude); the attitude "
-              "is level unless the file states it");
+              "readings in one known attitude; they correct the rotation from the readings or from "
+              "--body (method attitude). An attitude that is not stated is taken as level");
   options.add_flag("--json", command.json, "print the record instead of tables");
   options.add_flag("--all", command.all,
                    "print all results: sensing axes, levelness, quality of the fit");
@@ -65,16 +66,17 @@ void add_options(OptionSet& options, CalibrateCommand& command) {
           "gyroscope and magnetometer are calibrated at once. -o must contain {slot}, and "
           "{instance} if several sensors of a kind are calibrated");
   log.add("--only", command.only, "SLOT,..",
-          "only these sensors of the log: accelerometer, gyroscope, magnetometer");
+          "calibrate only some sensors of the log: accelerometer, gyroscope, magnetometer");
   add_rest_options(options, command.rests);
   log.add_flag(
       "--cube", command.cube,
-      "the instrument was in a cube, whose seats are recognised; without it the instrument was "
-      "turned by hand");
+      "recognise the seats of a cube that contains the instrument; without this option the "
+      "instrument is assumed to be turned by hand");
   log.add("--accelerometer-record", command.known_accelerometer, "RECORD",
-          "record of the accelerometer, if it is calibrated already");
+          "existing record of the accelerometer, which is used instead of a new calibration");
   log.add_flag("--fit-gyroscope-bias", command.fit_gyroscope_bias,
-               "fit the gyroscope's bias to the turns instead of the rests, if the bias wanders");
+               "fit the gyroscope's bias to the turns instead of the rests, for a bias that varies "
+               "during the log");
   log.add("--accelerometer-unit", command.accelerometer_unit, "UNIT",
           "unit of the accelerometer's readings");
   log.add("--gyroscope-unit", command.gyroscope_unit, "UNIT", "unit of the gyroscope's readings");
@@ -84,7 +86,8 @@ void add_options(OptionSet& options, CalibrateCommand& command) {
           "magnitude of the local magnetic field [nT] [default: computed from --latitude and "
           "--longitude, otherwise 1]");
   options.add("--limits", command.limits, "FILE",
-              "accept or reject by these limits; a rejected unit gives exit status 1");
+              "file of limits by which a unit is accepted or rejected; a rejected unit gives exit "
+              "status 1");
   options.add(
       "--history", command.history, "FOLDER",
       "earlier records of the unit or of its --model (a folder, a .jsonl file or a store); they "
@@ -99,8 +102,8 @@ void add_options(OptionSet& options, CalibrateCommand& command) {
       "write a table of many units (column 'serial'): one row per unit, with verdict and reason");
   options.add_flag(
       "--stream", command.stream,
-      "calibrate many units in constant memory: a unit ends if the column 'serial' changes, or is "
-      "one JSON line; -o RECORDS.jsonl[.zst] contains a line per unit, --table a row per unit");
+      "calibrate many units in constant memory: a unit is a group of rows with one 'serial', or "
+      "one JSON line; -o RECORDS.jsonl[.zst] contains one line per unit, --table one row per unit");
   options.add(
       "--shard", command.shard, "I/N",
       "with --stream: part I of N of the units, by a hash of the serial; axiscal merge joins "
@@ -117,8 +120,8 @@ void add_options(OptionSet& options, CalibrateCommand& command) {
   options.add("--station", command.station, "NAME", "with --store: station of the records");
   options.add("--batch", command.batch, "NAME", "with --store: batch of the units");
   options.add_flag("--accept-suggestion", command.accept_suggestion,
-                   "correct the most likely mistake, or leave out its reading; the record states "
-                   "the change");
+                   "correct the most likely mistake in the readings, or leave out the wrong "
+                   "reading; the record states the change");
   options.add_flag("--force", command.force, "store the record even if it is refused");
 }
 
@@ -140,7 +143,7 @@ void put_name(std::string& path,
   }
   if (name.empty()) {
     throw UsageError(
-        formatted("-o: '{}' contains {}, but its value is not stated, {}", pattern, place, how));
+        formatted("-o: '{}' contains {}, but this name is unknown: {}", pattern, place, how));
   }
   if (name.find('/') != std::string::npos) {
     throw UsageError(formatted("-o: '{}' cannot be part of a file's name", name));
@@ -156,10 +159,10 @@ std::string output_for(const std::string& pattern,
                        int instance = 0,
                        const std::string& file = "") {
   std::string path = pattern;
-  put_name(path, pattern, file_place, file, "because the files make one record (use --each)");
+  put_name(path, pattern, file_place, file, "without --each, all files together make one record");
   put_name(path, pattern, instance_place, std::to_string(instance), "");
-  put_name(path, pattern, slot_place, slot, "neither by columns SLOT.axis nor by --slot");
-  put_name(path, pattern, serial_place, serial, "neither by a column 'serial' nor by --serial");
+  put_name(path, pattern, slot_place, slot, "state it by columns SLOT.axis or by --slot");
+  put_name(path, pattern, serial_place, serial, "state it by a column 'serial' or by --serial");
   return path;
 }
 
@@ -202,7 +205,7 @@ void align(const std::string& record,
            const Observations& companions,
            std::vector<Calibration>& calibrations) {
   if (calibrations.size() != 1) {
-    throw UsageError("--align: goes with one instrument, not with several slots");
+    throw UsageError("--align: requires readings of one instrument, not of several slots");
   }
   try {
     align_with_companion(calibrations.front(), own, companion, companions, record);
@@ -449,7 +452,7 @@ void mark_short_unit(const Batch& batch, std::size_t usual, std::size_t place, U
     return;
   }
   unit.result = unit.result == "ok" ? "warning" : unit.result;
-  unit.reason = formatted("only {} readings, most units have {}{}{}", count, usual,
+  unit.reason = formatted("only {} readings, but most units have {}{}{}", count, usual,
                           unit.reason.empty() ? "" : "; ", unit.reason);
 }
 
@@ -521,8 +524,8 @@ int run_batch(const CalibrateCommand& command,
   }
   if (command.output == "-" || command.align || command.json) {
     throw UsageError(
-        "several units do not go with -o -, --json or --align; use -o with {serial} or {file}, or "
-        "--table");
+        "-o -, --json and --align cannot be combined with several units; use -o with {serial} or "
+        "{file}, or --table");
   }
   std::vector<Unit> units;
   std::vector<std::string> parameters;
@@ -785,7 +788,7 @@ std::string scanned_serial(const std::string& path) {
 int run(const CalibrateCommand& command) {
   if (command.serial_from) {
     if (command.experiment.serial) {
-      throw UsageError("--serial-from: does not go with --serial");
+      throw UsageError("--serial-from: cannot be combined with --serial");
     }
     CalibrateCommand scanned = command;
     scanned.serial_from.reset();
@@ -796,13 +799,13 @@ int run(const CalibrateCommand& command) {
     return run_attitude(command);
   }
   if (command.body || command.tare) {
-    throw UsageError("--body, --tare: go with --method attitude");
+    throw UsageError("--body, --tare: require --method attitude");
   }
   if (command.calibrated) {
     static_cast<void>(calibrated_of_option(*command.calibrated));
   }
   if (command.experiment.files.empty() && !command.imu) {
-    throw UsageError("calibrate: needs FILEs of observations, or --imu LOG");
+    throw UsageError("calibrate: requires FILEs of readings, or --imu LOG");
   }
   if (command.imu) {
     return run_imu(command);
@@ -811,7 +814,7 @@ int run(const CalibrateCommand& command) {
     return run_stream(command);
   }
   if (command.shard || command.resume) {
-    throw UsageError("--shard, --resume: go with --stream");
+    throw UsageError("--shard, --resume: require --stream");
   }
   const std::vector<std::string> of_logs = stated_options_of(command.rests);
   if (!of_logs.empty()) {
@@ -880,8 +883,8 @@ int run(const CalibrateCommand& command) {
   experiment.fit.process = process_of(command, earlier, experiment, run);
   if (command.history && !experiment.fit.process) {
     print_remark("note", *command.history +
-                             ": the unit lacks earlier records, so changes of the biases between "
-                             "blocks are unknown");
+                             ": contains no earlier records of the unit, so the changes of the "
+                             "biases between blocks are unknown");
   }
   if (command.output) {
     check_output(*command.output, experiment, run);

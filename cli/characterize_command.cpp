@@ -38,7 +38,8 @@ struct CharacterizeCommand {
 void add_options(OptionSet& options, CharacterizeCommand& command) {
   options.add_repeated(
       "--reference", command.references, "RECORD=OBS",
-      "record of an instrument and its readings in the cube; once for each instrument");
+      "record of an instrument, and readings of the instrument in the cube; repeat the option for "
+      "each instrument");
   options.add("--id", command.id, "NAME", "name of the cube", Need::required);
   options.add("-o,--output", command.output, "FILE",
               "file of the measured cube (JSON); - is stdout", Need::required);
@@ -120,7 +121,7 @@ std::vector<Reference> read_references(const std::vector<ReferenceFiles>& all) {
     const Calibration& record = reference.calibration;
     if (record.findings.status == CalibrationStatus::refused) {
       throw RefusedError(files.record +
-                         ": this calibration was refused, so it cannot measure a cube");
+                         ": this calibration was refused, so it cannot be used to measure a cube");
     }
     const ObservationsFile table = read_observations_file(
         files.observations, {.axes = record.sensor.instrument.axes, .needs_labels = true});
@@ -129,7 +130,7 @@ std::vector<Reference> read_references(const std::vector<ReferenceFiles>& all) {
     const std::string read = slots.empty() ? "" : slots.size() == 1 ? slots.front() : wanted;
     if (!readings.emplace(files.observations, read).second) {
       throw UsageError(formatted(
-          "--reference: the readings {} are stated twice; each mounting needs its own readings",
+          "--reference: the readings {} are stated twice; each mounting requires separate readings",
           files.observations));
     }
     reference.observations = own_readings(table.run, wanted, files);
@@ -177,7 +178,7 @@ std::string text_of(const Characterization& result) {
     text += "\n";
   }
   const CubeGeometry geometry = describe_geometry(cube);
-  text += formatted("  out of square by up to {} urad, out of parallel by up to {} urad\n",
+  text += formatted("  largest deviation from squareness {} urad, from parallelism {} urad\n",
                     micro(geometry.worst_from_square_rad), micro(geometry.worst_from_parallel_rad));
   text += formatted("\nInstruments\n  {:<18}{:>13}{:>12}{:>20}{:>10}\n", "slot", "mount [urad]",
                     "scatter", "slope [urad]", "p");
@@ -193,7 +194,8 @@ std::string text_of(const Characterization& result) {
                       result.consistent ? "agree" : "DISAGREE", result.p_value);
   }
   for (const MountRepeatability& repeatability : result.repeatability) {
-    text += wrapped(formatted("  mount repeatability of {} ({} fittings): {} urad per axis",
+    text += wrapped(formatted("  mount repeatability of {} (mounted {} times): standard deviation "
+                              "{} urad per axis",
                               repeatability.slots.front(), repeatability.slots.size(),
                               micro(repeatability.sd_rad)),
                     80) +
@@ -301,9 +303,9 @@ int run(const CharacterizeCommand& command) {
 Subcommand characterize_subcommand() {
   return make_subcommand<CharacterizeCommand>(
       "characterize", "measure a cube with calibrated instruments",
-      "Take the 12 points several times (replicates). A record that is stated twice\n"
-      "means one instrument that was mounted again. Its readings then show the\n"
-      "repeatability of the mount.",
+      "Take the 12 points several times (replicates). If you state a record\n"
+      "twice, its instrument was mounted twice, and the readings show the repeatability\n"
+      "of the mount.",
       &add_options, &run);
 }
 

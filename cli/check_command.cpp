@@ -45,7 +45,8 @@ void add_options(OptionSet& options, CheckCommand& command) {
   add_experiment_options(options, command.experiment);
   add_table_options(options, command.table);
   options.add("--alpha", command.alpha, "P", "probability of a false alarm [default: 0.01]");
-  options.add("--limits", command.limits, "FILE", "accept or reject by these limits");
+  options.add("--limits", command.limits, "FILE",
+              "file of limits by which the instrument is accepted or rejected");
   options.add(
       "--history", command.history, "FOLDER",
       "records of one or many units (a folder, a .jsonl file or a store): show the trend, and when "
@@ -114,7 +115,7 @@ std::string check_text(const DriftCheck& check, const Calibration& record) {
   const bool has_pitch = find_instrument_kind(record.sensor.instrument.kind).has_axis_elevation;
   if (std::isfinite(check.pitch_error_deg)) {
     text += formatted(
-        "{} by the old record now has an error of up to {:.3g} degrees (u {:.2g}; U {:.2g} for "
+        "with the old record, {} now has an error of up to {:.3g} degrees (u {:.2g}; U {:.2g} for "
         "the largest error over all directions)\n",
         has_pitch ? "pitch (up to 80 degrees)" : "the field's direction", check.pitch_error_deg,
         check.pitch_error_u_deg, check.pitch_error_expanded_deg);
@@ -123,8 +124,10 @@ std::string check_text(const DriftCheck& check, const Calibration& record) {
   if (check.intrinsic.empty()) {
     return text;
   }
-  text += "\nIndependent of the mounting: biases, sensitivities, angles between axes [rad]\n" +
-          changes_text(check.intrinsic, true);
+  text +=
+      "\nQuantities independent of the mounting: biases, sensitivities, angles between axes "
+      "[rad]\n" +
+      changes_text(check.intrinsic, true);
   return text;
 }
 
@@ -150,8 +153,10 @@ std::string in_situ_text(const InSituCheck& check, const std::string& unit) {
   }
   text += formatted("{} of {} readings at rest are outside their control limits (p = {})\n",
                     outside, check.readings.size(), number_text(check.p_value, 2));
-  text += formatted("residual RSS {:.3g} {}, expected {:.3g}\n\n  {:>6}{:>14}{:>14}\n", check.rss,
-                    unit, check.expected_rss, "run", "residual", "limit");
+  text += formatted(
+      "root sum of squares of the residuals {:.3g} {}, expected {:.3g}\n\n  "
+      "{:>6}{:>14}{:>14}\n",
+      check.rss, unit, check.expected_rss, "run", "residual", "limit");
   for (const InSituReading& reading : check.readings) {
     text += formatted("  {:>6}{:>14.3g}{:>14.3g}{}\n", reading.run, reading.residual, reading.limit,
                       reading.within ? "" : "  outside");
@@ -178,7 +183,7 @@ int report(const CheckCommand& command,
 
 int run_history(const CheckCommand& command) {
   if (!command.record.empty() || command.other) {
-    throw UsageError("check --history: does not go with RECORD and FILE");
+    throw UsageError("check --history: cannot be combined with RECORD and FILE");
   }
   const std::optional<Limits> limits =
       command.limits ? std::optional(read_limits(*command.limits)) : std::nullopt;
@@ -307,7 +312,7 @@ Calibration calibration_of(const CheckCommand& command,
     });
   }
   if (calibrations.size() != 1) {
-    throw UsageError("check: takes one instrument, not several slots");
+    throw UsageError("check: requires readings of one instrument, not of several slots");
   }
   Calibration fresh = std::move(calibrations.front());
   if (fresh.findings.status == CalibrationStatus::refused) {
@@ -400,7 +405,8 @@ int run(const CheckCommand& command) {
   }
   if (command.record.empty() || !command.other) {
     throw UsageError(
-        "check: needs a RECORD, and observations or another record to compare it with");
+        "check: requires a RECORD, and a FILE (observations or another record) to compare with the "
+        "RECORD");
   }
   const double alpha = alpha_of(command);
   if (is_body_rotation(command.record)) {
@@ -436,7 +442,8 @@ int run(const CheckCommand& command) {
           !method_kind(old.fit.method).by_magnitude) {
         if (limits) {
           throw UsageError(
-              "--limits: readings without labels give no coefficients to compare with limits");
+              "--limits: coefficients cannot be computed from readings without labels, so they "
+              "cannot be compared with limits");
         }
         const InSituCheck check = check_in_situ(old, readings.run.observations, alpha);
         return report(command, in_situ_json(check, own),
@@ -446,8 +453,8 @@ int run(const CheckCommand& command) {
       bool predicted = is_few(readings.run, old);
       if (predicted && limits) {
         throw UsageError(
-            "--limits: fewer than 12 readings give no coefficients to compare with "
-            "limits");
+            "--limits: coefficients cannot be computed from fewer than 12 readings, so they cannot "
+            "be compared with limits");
       }
       if (!predicted) {
         try {

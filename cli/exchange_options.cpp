@@ -17,23 +17,25 @@ void add_export_options(OptionSet& options, ExportCommand& command) {
                    "print JSON: the list of formats, or with -o FILE the format, file, notes and "
                    "lost parts of the export");
   options.add("--reading-factor", command.reading_factor, "R",
-              "output of the consumer's driver for 1 unit of the readings (m/s^2 per count)");
+              "factor from the readings to the output of the driver in the other software, for "
+              "example in m/s^2 per count");
   options.add("--gravity", command.gravity, "G",
               "local gravity [m/s^2], for a record in g that does not state it");
   options.add(
       "--numbers", command.numbers, "TYPE",
-      "number type of a header: double, float, q16, q0:16 (binary places of readings and field)");
+      "number type of a C header: double, float, or fixed point: q16, or q0:16 (numbers of binary "
+      "places of the readings and of the field)");
   options.add("--name", command.name, "ID",
-              "prefix of the names in a header [default: axiscal_KIND, or axiscal_KIND_SLOT]");
+              "prefix of the names in a C header [default: axiscal_KIND, or axiscal_KIND_SLOT]");
   options.add("--instance", command.instance, "N", "number of the sensor, 0 to 9 [default: 0]");
   options.add("--laboratory", command.laboratory, "FILE",
-              "file with details of a dcc: laboratory, customer, number, ... (see report "
-              "--laboratory)");
+              "file with the details of a digital calibration certificate (format dcc): "
+              "laboratory, customer, number, ... (see report --laboratory)");
   add_unit_options(options, command.units);
   add_stored_record_options(options, command.stored);
   options.add_flag("--lossy", command.lossy,
-                   "write the parts of the calibration that the format supports, and list the "
-                   "others");
+                   "write only the parts of the calibration that the format supports, and list the "
+                   "lost parts");
   options.add_flag("--force", command.force, "also export a refused record");
   options.add_output(command.output);
 }

@@ -174,7 +174,7 @@ void set_source(const std::string& source, FieldSetup& part) {
     throw UsageError(formatted("--source: must be sun or lamp, not '{}'", source));
   }
   if (part.kind() != "light") {
-    throw UsageError("--source: goes only with --field light");
+    throw UsageError("--source: requires --field light");
   }
   part.of = make_field(part.kind(), {{"source", source}});
 }
@@ -236,7 +236,7 @@ void set_field(const ExperimentOptions& options,
 
 void set_place(const ExperimentOptions& options, TablePlace& place) {
   if ((options.longitude || options.height) && !options.latitude && !place.site) {
-    throw UsageError("--longitude and --height need --latitude");
+    throw UsageError("--longitude and --height require --latitude");
   }
   if (options.latitude || options.longitude || options.height) {
     place.has_longitude = options.longitude || (place.site && place.has_longitude);
@@ -319,7 +319,7 @@ void set_temperature(const ExperimentOptions& options, Experiment& experiment) {
     experiment.from = std::make_shared<const Calibration>(read_calibration(*options.from));
   }
   if (experiment.from && method_kind(experiment.fit.method).fits_sensitivity) {
-    throw UsageError("--from: goes with --method bias");
+    throw UsageError("--from: requires --method bias or --method attitude");
   }
 }
 
@@ -340,7 +340,8 @@ void set_stated_uncertainties(const ExperimentOptions& options, StatedUncertaint
 
 void add_files(OptionSet& options, ExperimentOptions& experiment, Need need) {
   options.add("files", experiment.files, "FILE",
-              "readings (CSV), or one experiment (.json); several files are blocks; - is stdin",
+              "readings (CSV), or one experiment (.json); several files are the blocks of one run; "
+              "- is stdin",
               need);
 }
 
@@ -350,27 +351,28 @@ void add_experiment_options(OptionSet& options, ExperimentOptions& experiment) {
       "--instrument", experiment.instrument, "KIND",
       "accelerometer, inclinometer, magnetometer, gyroscope, optical or generic; or a FILE.json "
       "with a kind of your own. L=KIND,M=KIND gives the kinds of several slots (columns "
-      "SLOT.axis); --axes, --unit, --field and others then take L=..,M=.. too");
+      "SLOT.axis); --axes, --unit, --field and others then also accept L=..,M=..");
   instrument.add("--serial", experiment.serial, "TEXT", "serial number");
   instrument.add("--model", experiment.model, "TEXT", "model name, which several units share");
   instrument.add("--axes", experiment.axes, "A,B,..",
-                 "columns of the readings, one or more; d=p-n is an axis d, the difference of two "
-                 "columns [default: x,y,z]");
+                 "columns of the readings, one for each axis; d=p-n defines an axis d whose "
+                 "readings are column p minus column n [default: x,y,z]");
   instrument.add("--range", experiment.range, "LO,HI",
                  "readings at or beyond these limits are saturated and left out for their axis");
   instrument.add_flag("--one-sided", experiment.one_sided,
-                      "each axis measures only light from its front (photodiodes)");
+                      "each axis responds only to light from its front side (photodiodes)");
   instrument.add("--unit", experiment.unit, "UNIT", "unit of the readings [default: 1]");
   instrument.add(
       "--nominal-sensitivity", experiment.nominal_sensitivity, "S",
-      "nominal sensitivities of the axes; they help to find a mistake that affects a whole run");
+      "nominal sensitivities of the axes, to detect a mistake that changes all readings of a run "
+      "in the same way");
   instrument.add("--convention", experiment.convention, "flu|frd",
                  "axes forward-left-up or forward-right-down [default: flu]");
   OptionSet field = options.group("Field");
   field.add("--field", experiment.field, "KIND",
             "gravity, geomagnetic, earth_rotation, induced_rotation, induced_magnetic, light or "
-            "custom; or a FILE.json with the field. KIND+KIND is a sum: unit, magnitude and vector "
-            "are then those of the induced part. KIND:induced is multiplied by the level of a "
+            "custom; or a FILE.json with the field. KIND+KIND is a sum; a single magnitude or "
+            "vector is then that of the induced part. KIND:induced is multiplied by the level of a "
             "reading, KIND:local is not. NAME=KIND reads the level from the column level.NAME");
   field.add("--also", experiment.also, "KIND",
             "a second known field to which the instrument responds (a gyroscope's g-sensitivity)");
@@ -382,17 +384,17 @@ void add_experiment_options(OptionSet& options, ExperimentOptions& experiment) {
   field.add("--field-magnitude-u", experiment.field_magnitude_u, "U",
             "standard uncertainty of --field-magnitude");
   field.add("--field-table", experiment.field_table, "X,Y,Z",
-            "the field in the table's frame; X,Y,Z+X,Y,Z for a sum; or a FILE.csv of the field "
-            "over time");
+            "vector of the field in the table's frame; X,Y,Z+X,Y,Z for a sum; or a FILE.csv with "
+            "this vector over time");
   field.add("--latitude", experiment.latitude, "DEG", "latitude of the site");
   field.add("--longitude", experiment.longitude, "DEG", "longitude of the site [default: 0]");
   field.add("--height", experiment.height, "M",
             "height of the site above the ellipsoid [default: 0]");
   field.add("--date", experiment.date, "DATE", "ISO 8601 or decimal year [default: today]");
   field.add("--magnetic-model", experiment.magnetic_model, "NAME",
-            "wmm2025 (built in), or one installed for GeographicLib");
+            "magnetic model: wmm2025 (built in), or a model installed for GeographicLib");
   field.add("--gravity-model", experiment.gravity_model, "NAME",
-            "wgs84 (built in), or one installed for GeographicLib");
+            "gravity model: wgs84 (built in), or a model installed for GeographicLib");
   field.add(
       "--source", experiment.source, "sun|lamp",
       "source of the light; the position of the sun is computed for the time of each reading");
@@ -402,17 +404,17 @@ void add_experiment_options(OptionSet& options, ExperimentOptions& experiment) {
                      "joint estimates it]");
   table_and_cube.add(
       "--face-names", experiment.face_names, "WORD=FACE,..",
-      "faces for words in the columns rest and fence, for example 'up=-Z,nose up=-X'");
+      "meaning of words in the columns rest and fence, for example 'up=-Z,nose up=-X'");
   table_and_cube.add("--slope", experiment.slope, "X,Y", "known slope of the table [default: 0,0]");
   table_and_cube.add("--positioner", experiment.positioner, "FILE",
                      "file of the measured cube [default: the nominal cube]");
   table_and_cube.add(
       "--slot", experiment.slot, "NAME",
-      "mount of the positioner that holds the instrument; acquire: the mounts A,B,.. of several "
-      "instruments in one session");
+      "name of the mount (in the positioner file) that holds the instrument; for acquire with "
+      "several instruments, the names A,B,.. of their mounts");
   table_and_cube.add(
       "--assembly", experiment.assembly, "NAME",
-      "orientation of the instruments in the slots of columns SLOT.axis: parallel, single, triple "
+      "orientation of the instruments in the slots (columns SLOT.axis): parallel, single, triple "
       "(axes parallel to the cube's), h or h:y (two instruments on the web of an H, the second "
       "turned by 180 degrees about x or y)");
   OptionSet method = options.group("Method");
@@ -424,25 +426,27 @@ void add_experiment_options(OptionSet& options, ExperimentOptions& experiment) {
              "sensitivity of method magnitude: symmetric or triangular [default: symmetric]");
   method.add(
       "--weights", experiment.weights, "W",
-      "weights of the readings: samples, sd or none [default: samples if there is such a column]");
+      "weights of the readings: by the column samples, by the columns AXIS_sd (sd), or equal "
+      "(none) [default: samples if the column exists]");
   method.add_flag("--robust", experiment.robust,
                   "robust regression (bisquare), which gives outliers small weights");
   method.add_flag("--squares", experiment.squares,
                   "method magnitude: also fit a squared term of each axis, for a nonlinear "
                   "response");
   method.add_flag("--polar-fit", experiment.polar_fit,
-                  "also fit the polar form (coning angle, azimuth) by Gauss-Newton, to compare");
+                  "also fit the polar form of the axes (coning angle, azimuth) by Gauss-Newton, to "
+                  "compare it with the linear fit");
   method.add("--leave-out", experiment.leave_out, "RUNS",
              "runs that are left out, for example 7,8");
   method.add("--noise-ratio", experiment.noise_ratio, "A,B,..",
-             "known ratios of the noise of the axes, for example 1,1,1; they help to find smaller "
-             "mistakes");
+             "known ratios of the noise of the axes, for example 1,1,1, with which smaller "
+             "mistakes are detected");
   method.add(
       "--drift", experiment.drift, "auto|none|linear",
       "fit a drift of the bias over the run; auto: if the readings show one [default: auto]");
   method.add("--seats", experiment.seats, "auto|fit|none",
-             "fit the random rotation of the cube each time it is laid down; auto: from 24 "
-             "readings on [default: auto]");
+             "fit a random rotation of the cube for each time that it is laid down; auto: if there "
+             "are 24 readings or more [default: auto]");
   method.add("--level-by", experiment.level_by, "run|block",
              "one slope of the table for the run or one for each block [default: run]");
   method.add("--temperature-order", experiment.temperature_order, "N",
@@ -451,13 +455,14 @@ void add_experiment_options(OptionSet& options, ExperimentOptions& experiment) {
   method.add("--temperature-reference", experiment.temperature_reference, "T",
              "temperature for which the coefficients are stated [default: mean of the readings]");
   method.add("--from", experiment.from, "RECORD",
-             "record with the sensitivity (method bias), or of the instrument (method attitude)");
+             "record that gives the sensitivity (method bias) or the calibration of the instrument "
+             "(method attitude)");
   OptionSet uncertainty = options.group("Uncertainty");
   uncertainty.add("--resolution", experiment.resolution, "Q", "smallest step of a reading");
   uncertainty.add("--slope-u", experiment.slope_u, "RAD",
-                  "standard uncertainty of a known slope, x and y");
+                  "standard uncertainty of --slope along x and y");
   uncertainty.add("--direction-u", experiment.direction_u, "RAD",
-                  "standard uncertainty of a known direction of the field");
+                  "standard uncertainty of the direction of a field whose direction is known");
   uncertainty.add("--temperature-u", experiment.temperature_u, "U",
                   "standard uncertainty of the temperature output");
   uncertainty.add("--reference-u", experiment.reference_u, "U",
@@ -484,8 +489,9 @@ std::string take_unit_of_file(const std::string& unit, ExperimentOptions& option
   }
   options.field_magnitude = number_text(standard_gravity);
   return formatted(
-      "the readings are in m/s^2, so the field is too: standard gravity, {}, is used, which may be "
-      "wrong by up to 0.3 %; --latitude and --height give the gravity of the site",
+      "the readings are in m/s^2, so the magnitude of gravity is taken as the standard value, {} "
+      "m/s^2, which may be wrong by up to 0.3 %; state --latitude and --height to compute the "
+      "gravity at the site",
       *options.field_magnitude);
 }
 

@@ -82,8 +82,9 @@ void state_unit(const UnitOptions& units, const std::string& path, Instrument& i
     return;
   }
   if (!instrument.unit.empty() && instrument.unit != "1" && instrument.unit != *unit) {
-    throw UsageError(formatted("export: {} is of readings in {}, but the options state {}", path,
-                               instrument.unit, *unit));
+    throw UsageError(
+        formatted("export: the readings of the record {} are in {}, but the options state {}", path,
+                  instrument.unit, *unit));
   }
   instrument.unit = *unit;
 }
@@ -153,14 +154,14 @@ int run_export(const ExportCommand& given) {
   }
   if (command.records.empty() || !command.format) {
     throw UsageError(
-        "export: needs a RECORD (kalibr: two, of accelerometer and gyroscope; px4, ardupilot and "
-        "iio: of all sensors of a vehicle) and --format NAME; --list prints the formats");
+        "export: requires a RECORD (kalibr: two, of accelerometer and gyroscope; px4, ardupilot "
+        "and iio: of all sensors of a vehicle) and --format NAME; --list prints the formats");
   }
   if (command.output == "-" && !is_text(*command.format) && isatty(STDOUT_FILENO) != 0) {
     throw UsageError(formatted("export: {} is a binary format; give -o FILE", *command.format));
   }
   if (command.json && command.output == "-") {
-    throw UsageError("export: --json needs -o FILE, because the export itself goes to stdout");
+    throw UsageError("export: --json requires -o FILE, because the export itself goes to stdout");
   }
   const Exported result = exported(command);
   write_whole_file(command.output, result.content);

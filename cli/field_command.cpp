@@ -36,11 +36,14 @@ void add_options(OptionSet& options, FieldCommand& command) {
   options.add("--height", command.height, "M", "height above the WGS 84 ellipsoid [default: 0]");
   options.add("--date", command.date, "DATE", "ISO 8601 (UTC) or decimal year [default: now]");
   options.add("--only", command.only, "NAMES",
-              "compute only these of gravity,geomagnetic,earth_rotation,sun");
+              "fields to compute: one or more of gravity,geomagnetic,earth_rotation,sun [default: "
+              "all]");
   options.add("--magnetic-model", command.magnetic_model, "NAME",
-              "wmm2025 (built in), or one installed for GeographicLib (igrf14)");
+              "magnetic model: wmm2025 (built in), or a model installed for GeographicLib, such as "
+              "igrf14 [default: wmm2025]");
   options.add("--gravity-model", command.gravity_model, "NAME",
-              "wgs84 (built in), or one installed for GeographicLib (egm96, egm2008)");
+              "gravity model: wgs84 (built in), or a model installed for GeographicLib, such as "
+              "egm96 or egm2008 [default: wgs84]");
   options.add_flag("--refraction", command.refraction,
                    "include the refraction of the air in the elevation of the sun");
   options.add_output(command.output);
@@ -75,7 +78,8 @@ Site site_of(const FieldCommand& command, const std::set<std::string_view>& want
   }
   if (!command.longitude && (wanted.contains("geomagnetic") || wanted.contains("sun"))) {
     throw UsageError(
-        "field: --longitude DEG is missing; without it use --only gravity,earth_rotation");
+        "field: --longitude DEG is missing; only gravity and earth_rotation do not require the "
+        "longitude (--only gravity,earth_rotation)");
   }
   return site_of_options(command.latitude, command.longitude, command.height, Site{});
 }
@@ -139,8 +143,9 @@ std::string row(const std::string& name, const Json& field, const char* format) 
 
 std::string table(const Json& json, const Site& site, double time_s) {
   std::string text = formatted(
-      "latitude {}, longitude {}, height {} m above the ellipsoid, {:.4f}\n"
-      "\n{:<15}{:>15}{:>15}{:>15}{:>15}\n",
+      "latitude {}, longitude {}, height {} m above the ellipsoid, date {:.4f}\n"
+      "\n"
+      "{:<15}{:>15}{:>15}{:>15}{:>15}\n",
       number_text(site.latitude_deg), number_text(site.longitude_deg), number_text(site.height_m),
       decimal_year_of(time_s), "", "east", "north", "up", "magnitude");
   const auto add = [&](const char* name, const char* format) {
@@ -167,8 +172,8 @@ std::string table(const Json& json, const Site& site, double time_s) {
         field.at("declination_deg").get<double>(), field.at("inclination_deg").get<double>());
     if (field.contains("u_magnitude")) {
       text += formatted(
-          "  standard uncertainty of the model: {:.0f} nT; declination {:.2f}, inclination {:.2f} "
-          "degrees\n",
+          "  standard uncertainty of the model: magnitude {:.0f} nT, declination {:.2f}, "
+          "inclination {:.2f} degrees\n",
           field.at("u_magnitude").get<double>(), field.at("u_declination_deg").get<double>(),
           field.at("u_inclination_deg").get<double>());
     }
@@ -194,8 +199,10 @@ int run(const FieldCommand& command) {
 
 Subcommand field_subcommand() {
   return make_subcommand<FieldCommand>(
-      "field", "compute gravity, magnetic field, rotation and sun at a site", "", &add_options,
-      &run);
+      "field",
+      "compute gravity, the magnetic field, the Earth's rotation and the sun's position "
+      "at a site",
+      "", &add_options, &run);
 }
 
 }  // namespace axiscal::cli

@@ -24,8 +24,8 @@ std::string health_text(const HealthView& view, const std::string& unit) {
                                view.now.residual);
   if (view.check) {
     const InSituReading& last = view.check->readings.back();
-    text += formatted("; reading {}: {:.3g}, limit {:.3g}{}", view.readings, last.residual,
-                      last.limit, last.within ? "" : " OUTSIDE");
+    text += formatted("; reading {}: residual {:.3g}, limit {:.3g}{}", view.readings, last.residual,
+                      last.limit, last.within ? "" : " EXCEEDED");
   }
   return text;
 }
@@ -97,7 +97,8 @@ int run_health_check(const AcquireCommand& command) {
     run.show(view);
   } else {
     print_result_text(
-        formatted("{}: {} readings at rest, residual RSS {:.3g} {}, expected {:.3g} (p = {})\n",
+        formatted("{}: {} readings at rest, root sum of squares of the residuals {:.3g} {}, "
+                  "expected {:.3g} (p = {})\n",
                   view.check->drifted ? "drifted" : "no drift", view.readings, view.check->rss,
                   unit, view.check->expected_rss, number_text(view.check->p_value, 2)));
   }

@@ -11,7 +11,7 @@ namespace axiscal::cli {
 
 int run_import(const ImportCommand& command) {
   if (!command.format) {
-    throw UsageError("import: needs --format px4, ardupilot, kalibr or imucal");
+    throw UsageError("import: requires --format px4, ardupilot, kalibr or imucal");
   }
   ImportOptions options;
   options.kind = command.instrument.value_or(options.kind);

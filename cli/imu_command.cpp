@@ -48,8 +48,8 @@ ImuOptions options_of(const CalibrateCommand& command) {
   }
   if (experiment.instrument && *experiment.instrument != "accelerometer") {
     throw UsageError(
-        "--instrument: does not go with --imu, which calibrates accelerometer, gyroscope and "
-        "magnetometer");
+        "--instrument: cannot be combined with --imu, which calibrates accelerometer, gyroscope "
+        "and magnetometer");
   }
   experiment.instrument = "accelerometer";
   experiment.field = experiment.field.value_or("gravity");
@@ -69,7 +69,7 @@ ImuOptions options_of(const CalibrateCommand& command) {
         parse_positive("--magnetic-magnitude", *command.magnetic_magnitude);
   }
   if (command.cube && command.rests.plan) {
-    throw UsageError("--cube: does not go with --plan, which states the seats");
+    throw UsageError("--cube: cannot be combined with --plan, which states the seats");
   }
   if (command.cube) {
     options.seats = Seats::recognised;
@@ -183,9 +183,10 @@ Calibration known_accelerometer_of(const CalibrateCommand& command, const ImuOpt
                     "must be the record of an accelerometer of three axes");
   }
   if (unit != "1" && known.sensor.instrument.unit != "1" && known.sensor.instrument.unit != unit) {
-    throw DataError(*command.known_accelerometer,
-                    formatted("is of readings in {}, but the readings of the log are in {}",
-                              known.sensor.instrument.unit, unit));
+    throw DataError(
+        *command.known_accelerometer,
+        formatted("the readings of this record are in {}, but those of the log are in {}",
+                  known.sensor.instrument.unit, unit));
   }
   return known;
 }
@@ -199,7 +200,8 @@ std::vector<Region> regions_of(const CalibrateCommand& command, const LogInput& 
                    : read_region_column(*command.imu, *command.rests.regions);
   }
   if (input.has_parts) {
-    print_remark("note", "the column 'part' names rests and turns; they are taken as known");
+    print_remark(
+        "note", "the column 'part' names the rests and turns; therefore they are not searched for");
     return read_region_column(*command.imu, "part");
   }
   return {};
@@ -349,7 +351,7 @@ int deliver_of_log(const CalibrateCommand& command,
     print_error(formatted("axiscal: {}: refused: {}\n", sensor.slot, sensor.message));
   }
   if (records.empty() && failed.empty()) {
-    throw RefusedError("--only: the log has none of these sensors");
+    throw RefusedError("--only: the log contains none of the stated sensors");
   }
   return failed.empty() ? status : 1;
 }
@@ -360,7 +362,7 @@ int run_imu(const CalibrateCommand& command) {
   if (command.align || command.limits || command.table || command.history ||
       command.accept_suggestion) {
     throw UsageError(
-        "--imu: does not go with --align (the three sensors are aligned anyway), --limits, "
+        "--imu: cannot be combined with --align (the three sensors are aligned anyway), --limits, "
         "--table, --history or --accept-suggestion; check the records afterwards");
   }
   check_only(command);
@@ -389,8 +391,8 @@ int run_imu(const CalibrateCommand& command) {
       });
   if (command.output && *command.output != "-" && wanted > 1 &&
       command.output->find("{slot}") == std::string::npos) {
-    throw UsageError(
-        formatted("-o: the log gives {} records; the file name must contain {{slot}}", wanted));
+    throw UsageError(formatted(
+        "-o: {} records are made from the log; the file name must contain {{slot}}", wanted));
   }
   const bool has_usual =
       find_column(input.log.columns, "ax") && find_column(input.log.columns, "ay");
@@ -401,10 +403,10 @@ int run_imu(const CalibrateCommand& command) {
       found += (found.empty() ? "" : "; ") + sensor.words;
     }
     throw DataError(*command.imu,
-                    formatted("lacks an accelerometer that measures gravity and varies: {}. The "
-                              "linear acceleration of phones excludes gravity: record the "
-                              "acceleration with gravity. To use other columns state "
-                              "--accelerometer X,Y,Z",
+                    formatted("contains no accelerometer whose readings include gravity and vary; "
+                              "it contains: {}. The linear acceleration of phones excludes "
+                              "gravity: record the acceleration with gravity. To use other columns "
+                              "state --accelerometer X,Y,Z",
                               found));
   }
   std::vector<Calibration> records;
@@ -426,8 +428,9 @@ int run_imu(const CalibrateCommand& command) {
   if (instances > 1 && last == first && !chosen && !records.empty()) {
     records.front().findings.notes.push_back(
         {NoteCode::input,
-         formatted("the log has {} sensors of one kind; these records are of the first (another: "
-                   "--instance N; all: {{instance}} in the name of -o)",
+         formatted("the log has up to {} sensors of one kind; only the first of each kind is "
+                   "calibrated (--instance N selects another; {{instance}} in the name of -o "
+                   "selects all)",
                    instances)});
   }
   return deliver_of_log(command, records, failed, heading);

@@ -96,7 +96,7 @@ void forbid_options_of_calibrate(const ExperimentOptions& options) {
                              &options.field_magnitude_u}) {
     if (option->has_value() || options.one_sided) {
       throw UsageError(
-          "level: options of calibrate cannot change a record; use them with readings");
+          "level: options of calibrate require readings, because they cannot change a record");
     }
   }
 }
@@ -148,9 +148,9 @@ void require_trust(const Measured& measured) {
   if (spoilt || calibration.findings.status == CalibrationStatus::refused ||
       (calibration.fit.levelness && !calibration.fit.levelness->consistent)) {
     throw RefusedError(
-        "level: the readings do not agree about the slope, so no turns are computed; first correct "
-        "the faults in the warnings (repeat these readings, or use --leave-out or --level-by "
-        "block)");
+        "level: the readings give contradictory slopes of the table, so no turns are computed; "
+        "first correct the faults in the warnings (repeat these readings, or use --leave-out or "
+        "--level-by block)");
   }
 }
 
@@ -165,7 +165,8 @@ Slope slope_of(const Measured& measured) {
   }
   if (!calibration.fit.levelness && measured.from_record) {
     throw RefusedError(measured.path +
-                       ": the record contains no levelness; use the file of the readings instead");
+                       ": the record contains no slope of the table (levelness); use the file of "
+                       "the readings instead");
   }
   if (!calibration.fit.levelness) {
     throw RefusedError(
@@ -223,8 +224,8 @@ std::string text_of(const Slope& slope,
     return std::string(value < 0.0 ? "-" : "+") + axis;
   };
   std::string text = wrapped(
-      formatted("The table is level to {} +- {} urad{} (slope {}, {} urad along x and y, standard "
-                "errors {}, {}); it rises towards {} and {}.",
+      formatted("The slope of the table is {} +- {} urad{} ({}, {} urad along x and y, with "
+                "standard errors {}, {}); the table rises towards {} and {}.",
                 micro_text(slope.size()), micro_text(slope.size_error()),
                 slope.of_last_block ? " in the last block" : "", micro_text(slope.value.x()),
                 micro_text(slope.value.y()), micro_text(slope.standard_error.x()),
@@ -248,7 +249,7 @@ std::string text_of(const Slope& slope,
   const double lean = fence_lean_when_level(surface, slope.value);
   if (surface.kind == SurfaceKind::separate) {
     text += wrapped(formatted("The fence is separate from the table. When the table is level, the "
-                              "fence leans by {} urad instead of {}; change this number in the "
+                              "fence leans by {} urad instead of {}; write the new lean to the "
                               "positioner file.",
                               micro_text(lean), micro_text(surface.fence_lean_rad)),
                     80) +

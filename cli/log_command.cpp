@@ -118,7 +118,8 @@ std::string next_for_accelerometer(const RecordingSummary& summary,
                                    [](const RecordedSensor& sensor) { return sensor.number > 0; });
   const std::string output = formatted("-o 'imu-{{slot}}{}.json'", several ? "-{instance}" : "");
   if (!has_times(one)) {
-    return "the file lacks times; replace 100 by the number of samples per second\n" +
+    return "the file contains no times; replace 100 in this command by the number of samples per "
+           "second\n" +
            next_of(formatted("calibrate --imu {} --rate 100 {}", file, output));
   }
   if (still_s > most * span_s) {
@@ -128,8 +129,9 @@ std::string next_for_accelerometer(const RecordingSummary& summary,
            next_of(formatted("noise {} -o noise.txt", file));
   }
   if (still_s < shortest_s) {
-    return "the accelerometer is never still for a second. To calibrate it, lay it down in 12 or "
-           "more\norientations for some seconds each, and run calibrate --imu on this log\n";
+    return "the accelerometer is never still for a second, so this log cannot be used to calibrate "
+           "it.\nLog the accelerometer at rest for some seconds in each of 12 or more "
+           "orientations, and run\ncalibrate --imu on the new log\n";
   }
   return formatted("the accelerometer's longest rest is from {} to {} s after its first sample\n",
                    number_text(one.still_from_s, 4), number_text(one.still_to_s, 4)) +
@@ -154,8 +156,12 @@ std::string next_for_unknown(const RecordingSummary& summary, const std::string&
     const std::string columns = quoted(joined(three, ","));
     return formatted(
                "no accelerometer, gyroscope or magnetometer was recognised by names, units or "
-               "numbers;\nuse this command if {} are {}, otherwise with other columns:\n",
-               joined(three), has_times(one) ? "an accelerometer" : "a turned magnetometer") +
+               "numbers;\nif the columns {} are the axes of {}, use this command, otherwise state "
+               "other columns in it:\n",
+               joined(three),
+               has_times(one) ? "an accelerometer"
+                              : "a magnetometer that was "
+                                "turned by hand") +
            next_of(
                has_times(one)
                    ? formatted("calibrate --imu {} --accelerometer {} -o 'imu-{{slot}}.json'", file,
@@ -191,16 +197,17 @@ std::string next_steps(const RecordingSummary& summary, const std::string& file)
   }
   const auto magnetometer = first_of(SeriesKind::magnetometer);
   if (magnetometer != sensors.end()) {
-    return "the magnitude of the field is unknown, so the fit uses 1; state it by\n"
-           "--field-magnitude 48 --field-unit uT, or by --latitude and --longitude\n" +
+    return "the magnitude of the field is unknown, so this command assumes 1; state the magnitude "
+           "by\n"
+           "--field-magnitude 48 --field-unit uT, or the site by --latitude and --longitude\n" +
            next_for_turned(*magnetometer, "magnetometer", file);
   }
   const auto gyroscope = first_of(SeriesKind::gyroscope);
   if (gyroscope != sensors.end()) {
     const bool timed = has_times(summary.series[gyroscope->series]);
     return std::string(timed ? "if the gyroscope is at rest:\n"
-                             : "if the gyroscope is at rest; replace 100 by the number of samples "
-                               "per second:\n") +
+                             : "if the gyroscope is at rest (replace 100 by the number of samples "
+                               "per second):\n") +
            next_of(formatted("noise {}{}", file, timed ? "" : " --rate 100"));
   }
   return summary.series.empty() ? "the file does not contain numbers\n"

@@ -237,8 +237,8 @@ LogInput record_logs(const std::vector<std::string>& paths, const LogFormat& for
   for (std::size_t file = 1; file < paths.size(); ++file) {
     LogInput next = record_log(paths[file], format);
     if (next.log.columns != all.log.columns) {
-      throw DataError(paths[file], formatted("has other columns than {}: {}", paths.front(),
-                                             joined(next.log.columns)));
+      throw DataError(paths[file], formatted("the columns differ from those of {}: {}",
+                                             paths.front(), joined(next.log.columns)));
     }
     if (next.log.samples.front().empty()) {
       continue;

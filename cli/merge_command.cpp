@@ -21,8 +21,8 @@ struct MergeCommand {
 };
 
 void add_options(OptionSet& options, MergeCommand& command) {
-  options.add("parts", command.parts, "PART", "parts of one stream: .jsonl, .jsonl.zst or .csv",
-              Need::required);
+  options.add("parts", command.parts, "PART",
+              "files written by calibrate --shard: .jsonl, .jsonl.zst or .csv", Need::required);
   options.add("-o,--output", command.output, "FILE", "joined file, of the same type",
               Need::required);
 }
@@ -41,7 +41,8 @@ NumberedLine numbered(const std::string& path, std::size_t line_number, std::str
   if ((is_json && !line.starts_with(key)) || comma == std::string_view::npos ||
       line.find_first_not_of("0123456789", from) != comma) {
     throw DataError(path, line_number,
-                    "lacks the number of its unit; merge joins only parts of calibrate --shard");
+                    "this line does not begin with the number of a unit; merge joins only parts "
+                    "that calibrate --shard has written");
   }
   return {.unit = static_cast<std::size_t>(
               std::strtoull(std::string(line.substr(from, comma - from)).c_str(), nullptr, 10)),
@@ -67,7 +68,7 @@ int run(const MergeCommand& command) {
       if (number == 1 && line.starts_with("unit,")) {
         const std::string own(line.substr(5));
         if (header && *header != own) {
-          throw DataError(path, number, "has other columns than the first part");
+          throw DataError(path, number, "the columns differ from those of the first part");
         }
         header = own;
         return true;

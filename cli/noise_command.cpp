@@ -55,8 +55,9 @@ void add_options(OptionSet& options, NoiseCommand& command) {
   options.add("--tau", command.tau, "LO,HI",
               "fit the curve only between these averaging times [s]");
   options.add_flag("--curve", command.is_curve,
-                   "LOG is a curve: columns tau, adev (or other names), and optionally n, the "
-                   "number of terms of each point");
+                   "LOG contains an Allan deviation curve instead of samples: a column tau, "
+                   "columns of deviations (adev or other names), and optionally n, the number of "
+                   "terms averaged at each point");
   options.add("--deviations", command.deviations, "mdev,hdev,totdev",
               "also compute the modified, Hadamard or total deviation");
   options.add("-o,--output", command.output, "FILE",
@@ -93,7 +94,8 @@ void fill_missing(const std::string& name, std::vector<double>& samples, LogNois
   if (missing > 0) {
     warn(noise,
          formatted(
-             "column '{}': {} cells are not numbers; each takes the value of the cell before it",
+             "column '{}': {} cells are not numbers; each of them is replaced by the value of the "
+             "cell before",
              name, missing));
   }
 }
@@ -131,7 +133,8 @@ double rate_of(const RecordedLog& log,
   }
   if (!time) {
     throw DataError(log.name,
-                    "lacks a column of times; name it with --time COLUMN, or give --rate HZ");
+                    "no column of times was recognised; name the column by --time COLUMN, or state "
+                    "--rate HZ");
   }
   const std::vector<double>& times = log.samples[time->position];
   const TimeUnit unit = settle_time_unit(log.name, *time, times);
@@ -149,29 +152,31 @@ double rate_of(const RecordedLog& log,
     gaps += step > 5.0 * mean_step || step < 0.0 ? 1U : 0U;
   }
   if (gaps > 0) {
-    warn(noise, formatted("the times have {} gaps or steps back; the samples are still taken as "
-                          "evenly spaced",
-                          gaps));
+    warn(
+        noise,
+        formatted(
+            "the times have {} gaps or steps back, but the samples are assumed to be evenly spaced",
+            gaps));
   }
   return 1.0 / usual_step(times, unit.seconds).value_or(mean_step);
 }
 
 // Reports whether the model of five kinds of noise describes the curve.
 std::string fit_text(const NoiseModel& model) {
-  std::string text = formatted("  fitted from {:.3g} s on: ", model.from_tau_s);
+  std::string text = formatted("  fit of the curve from {:.3g} s on: ", model.from_tau_s);
   if (std::isnan(model.p_value)) {
     return text + "too few points to test whether these kinds of noise describe the curve\n";
   }
   text += model.model_error > 0.0
               ? formatted(
-                    "these kinds of noise do not describe the curve (p = {:.2g}); it differs from "
-                    "them by {:.0f} %, which the intervals include\n",
+                    "these kinds of noise do not describe the curve (p = {:.2g}); the curve "
+                    "differs from the fit by {:.0f} %, and the intervals include this difference\n",
                     model.p_value, 100.0 * model.model_error)
               : formatted("these kinds of noise describe the curve (p = {:.2g})\n", model.p_value);
   if (model.white_by_stretch) {
     text +=
-        "  the white noise is that of the longest part of the curve with the slope of white noise; "
-        "the\n  fit of all kinds gave a smaller value\n";
+        "  the white noise is taken from the longest part of the curve with the slope of white "
+        "noise,\n  because the fit of all kinds of noise gave a smaller value\n";
   }
   return text;
 }
@@ -179,7 +184,7 @@ std::string fit_text(const NoiseModel& model) {
 // Returns the listing of a column: all coefficients, and the Allan deviations.
 std::string listing_of(const ColumnNoise& one) {
   std::string text = formatted(
-      "\n{}{}; coefficients with 95 % intervals, deviations with 68 %\n", one.name,
+      "\n{}{}; coefficients with 95 % intervals, deviations with 68 % intervals\n", one.name,
       one.kind.empty() ? ""
                        : formatted(" ({}{})", one.kind, one.unit.empty() ? "" : ", " + one.unit));
   const std::string unit = one.unit.empty() ? "unit" : one.unit;
@@ -194,12 +199,13 @@ std::string listing_of(const ColumnNoise& one) {
   }
   text += fit_text(one.model);
   text += formatted("  deviation at 1 s: {:.5g}\n", deviation_at(one.curve, 1.0));
-  text += formatted(
-      "  dwell {:.3g} s at a design point: the mean deviates by {:.4g}; {}\n", one.dwell.sensible_s,
-      one.dwell.sensible_deviation,
-      one.dwell.beyond_record
-          ? "a longer dwell may be better, but the log is too short to show this"
-          : formatted("the minimum is {:.4g}, at {:.3g} s", one.dwell.deviation, one.dwell.best_s));
+  text += formatted("  dwell time {:.3g} s at a design point: Allan deviation {:.4g}; {}\n",
+                    one.dwell.sensible_s, one.dwell.sensible_deviation,
+                    one.dwell.beyond_record
+                        ? "a longer dwell may be better, but the log is too short to show this"
+                        : formatted("the smallest deviation is {:.4g}, at {:.3g} "
+                                    "s",
+                                    one.dwell.deviation, one.dwell.best_s));
   text += formatted("  {:>11}{:>14}{:>14}{:>14}", "tau [s]", "deviation", "low", "high");
   for (const auto& [which, deviations] : one.others) {
     text += formatted("{:>14}", name_of(which));
@@ -224,8 +230,8 @@ std::string noise_text(const LogNoise& noise, bool all) {
           ? formatted("{} samples at {:.6g} Hz, {:.6g} s", noise.samples, noise.rate_hz,
                       static_cast<double>(noise.samples) / noise.rate_hz)
           : std::string(
-                "a curve from a log of unknown length: without a column n the intervals assume "
-                "that the longest tau is half of the log");
+                "a curve from a log of unknown length; if the curve has no column n, the intervals "
+                "assume that the log is twice as long as the longest tau");
   text += formatted("; 95 % intervals in brackets\n\n{}\n", noise_summary(noise));
   double shortest = noise.columns.front().dwell.sensible_s;
   double longest = shortest;
@@ -236,9 +242,9 @@ std::string noise_text(const LogNoise& noise, bool all) {
       text += wrapped(formatted("{}: {}", one.name, trimmed(fit_text(one.model))), 80);
     }
   }
-  text += shortest < longest
-              ? formatted("Best dwell at a design point: {:.3g} to {:.3g} s.\n", shortest, longest)
-              : formatted("Best dwell at a design point: {:.3g} s.\n", longest);
+  text += shortest < longest ? formatted("Best dwell time at a design point: {:.3g} to {:.3g} s.\n",
+                                         shortest, longest)
+                             : formatted("Best dwell time at a design point: {:.3g} s.\n", longest);
   if (!all) {
     return text +
            "--all prints all coefficients and the curves; -o noise.html writes a page with plots\n";
@@ -262,8 +268,8 @@ std::vector<AllanPoint> fitted_part(const std::vector<AllanPoint>& curve,
   });
   if (part.size() < 3) {
     throw UsageError(
-        formatted("--tau {}: only {} points of the curve ({} to {} s) lie in this range; three or "
-                  "more are needed",
+        formatted("--tau {}: only {} points of the curve, which covers {} to {} s, lie in this "
+                  "range; three or more are required",
                   *command.tau, part.size(), number_text(curve.front().tau_s, 3),
                   number_text(curve.back().tau_s, 3)));
   }
@@ -336,7 +342,7 @@ CurveSize size_of_curve(const std::string& name,
 
 LogNoise noise_of_curve(const RecordedLog& log, const NoiseCommand& command) {
   if (command.deviations || command.all_taus || command.options.rate) {
-    throw UsageError("--curve: does not go with --deviations, --all-taus or --rate");
+    throw UsageError("--curve: cannot be combined with --deviations, --all-taus or --rate");
   }
   const std::vector<double>& tau = log.samples[need_column(log.name, log.columns, "tau")];
   const auto found = std::find(log.columns.begin(), log.columns.end(), "n");
@@ -471,7 +477,7 @@ void cut_to_rest(RecordedLog& log,
   LongestRest part{.first = sample_at("--from", command.from, 0),
                    .end = sample_at("--to", command.to, n)};
   if (part.end <= part.first) {
-    throw UsageError("--from, --to: the log lacks samples in this interval");
+    throw UsageError("--from, --to: the log contains no samples in this interval");
   }
   if (!command.from && !command.to) {
     const std::vector<RestColumn> columns = rest_columns(log, sensors, analysed);
@@ -482,14 +488,14 @@ void cut_to_rest(RecordedLog& log,
     if (part.moves) {
       throw RefusedError(
           formatted("{}: the instrument moves all the time; its longest quiet part is from {} to "
-                    "{} s. Record a log at rest, or state the part by --from and --to",
+                    "{} s. Record a log at rest, or state a part at rest by --from and --to",
                     log.name, seconds(part.first), seconds(part.end)));
     }
     if (part.first > 0 || part.end < n) {
       warn(noise,
-           formatted("the instrument is not at rest all the time: the noise is that of its longest "
-                     "rest, {} to {} s, without {} % of the samples (--from and --to select "
-                     "another part)",
+           formatted("the instrument is not at rest all the time: the noise is computed from the "
+                     "longest rest, {} to {} s, and {} % of the samples are left out (--from and "
+                     "--to select another part)",
                      seconds(part.first), seconds(part.end),
                      number_text(100.0 * static_cast<double>(n - (part.end - part.first)) /
                                      static_cast<double>(n),
@@ -575,7 +581,7 @@ LogNoise noise_of_input(LogInput& input, const NoiseCommand& command) {
     return noise_of_log(input, own);
   }
   if (command.is_curve && (command.from || command.to)) {
-    throw UsageError("--from, --to: a curve cannot be cut by time");
+    throw UsageError("--from, --to: cannot be combined with --curve");
   }
   return command.is_curve ? noise_of_curve(input.log, command) : noise_of_log(input, command);
 }

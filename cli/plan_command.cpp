@@ -58,7 +58,8 @@ void add_options(OptionSet& options, PlanCommand& command) {
   forecast.add("--samples", command.samples, "N",
                "number of samples averaged at each point [default: 1]");
   forecast.add("--want-angle-deg", command.want_angle, "U",
-               "wanted standard uncertainty of an angle; it sets the number of replicates");
+               "wanted standard uncertainty of an angle, from which the number of replicates is "
+               "computed");
   forecast.add("--sensitivity", command.sensitivity, "S",
                "nominal sensitivity of each axis [default: 1]");
   forecast.add("--method", command.method, "METHOD",
@@ -131,13 +132,13 @@ bool states_noise(const PlanCommand& command) {
 // @param kind  kind of the planned instrument.
 double noise_of(const PlanCommand& command, const std::string& kind) {
   if (command.dwell && !command.noise_log) {
-    throw UsageError("--dwell: goes with --noise-log FILE");
+    throw UsageError("--dwell: requires --noise-log FILE");
   }
   if (!command.noise_log) {
     return command.noise ? parse_nonnegative("--noise", *command.noise) : 0.0;
   }
   if (command.noise || command.samples) {
-    throw UsageError("--noise-log: does not go with --noise or --samples");
+    throw UsageError("--noise-log: cannot be combined with --noise or --samples");
   }
   const LogNoise noise = parse_noise(read_whole_file(*command.noise_log), *command.noise_log);
   const std::vector<const ColumnNoise*> columns = columns_of_instrument(noise, kind);
@@ -158,16 +159,17 @@ double noise_of(const PlanCommand& command, const std::string& kind) {
       command.dwell ? parse_positive("--dwell", *command.dwell) : worst->dwell.sensible_s;
   if (dwell_s > worst->curve.back().tau_s) {
     print_remark("warning",
-                 formatted("the noise log does not cover averages over more than {} s; the "
-                           "forecast uncertainty for {} s may be far too small",
+                 formatted("the noise log does not show the noise of averages over more than {} s; "
+                           "the forecast for a dwell time of {} s may be far too small",
                            number_text(worst->curve.back().tau_s, 3), number_text(dwell_s, 3)));
   }
   double largest = 0.0;
   for (const ColumnNoise* const column : columns) {
     largest = std::max(largest, deviation_at(column->curve, dwell_s));
   }
-  print_remark("note", formatted("dwell {} s at each design point; the mean, which is the reading, "
-                                 "has a standard deviation of {} (noisiest axis)",
+  print_remark("note", formatted("the dwell time at each design point is {} s; a reading, the mean "
+                                 "over this time, has a standard deviation of {} on the noisiest "
+                                 "axis",
                                  number_text(dwell_s, 3), number_text(largest, 3)));
   return largest;
 }
@@ -218,20 +220,22 @@ std::vector<std::string> remarks_on(const ForecastSetup& setup) {
   std::vector<std::string> remarks = rocking_remarks(setup.positioner, points);
   if (method_kind(setup.method).directions_known && !(setup.level_u_rad > 0.0)) {
     remarks.emplace_back(
-        "Method known takes the table's slope as exactly known; --level-u sets its uncertainty.");
+        "Method known assumes that the table's slope is known exactly; --level-u states the "
+        "uncertainty of the slope.");
   }
   return remarks;
 }
 
 void check_outputs(const PlanCommand& command) {
   if (command.page == "-") {
-    throw UsageError("--page: needs a file; standard output is for the sheet and the forecast");
+    throw UsageError(
+        "--page: requires a file, because standard output is for the sheet and the forecast");
   }
   if (command.page && command.page == command.output) {
     throw UsageError("--page: the page and the sheet must be different files");
   }
   if (command.trials && !command.tolerances) {
-    throw UsageError("--trials: goes with --tolerances");
+    throw UsageError("--trials: requires --tolerances");
   }
 }
 
@@ -244,9 +248,10 @@ int needed_replicates(const ForecastSetup& setup, double wanted_rad, bool makes_
     silent.noise_sd = 0.0;
     const Forecast rest = forecast(silent);
     throw RefusedError(
-        formatted("--want-angle-deg: no number of replicates reaches {} degrees: without any noise "
-                  "the cube and the table's level give {}; measure the cube better (characterize), "
-                  "or the level (method paired or joint)",
+        formatted("--want-angle-deg: no number of replicates reaches {} degrees, because the "
+                  "uncertainties of the cube and of the table's slope alone give {} degrees; "
+                  "measure the cube better (characterize), or estimate the slope (method paired or "
+                  "joint)",
                   short_degrees(wanted_rad),
                   short_degrees(largest_angle_uncertainty(rest, rest.covariance()))));
   }
@@ -277,7 +282,8 @@ int tell_soak(const PlanCommand& command) {
     const std::optional<double> value = parse_number(csv.cells()[temperature]);
     if (!t || !value || (!times.empty() && *t < times.back())) {
       throw DataError(csv.path(), csv.line(),
-                      "must have a temperature, and a time that is not before the previous time");
+                      "this row must have a temperature, and a time that is not before the time of "
+                      "the previous row");
     }
     times.push_back(*t);
     temperatures.push_back(*value);
@@ -315,7 +321,7 @@ int run(const PlanCommand& command) {
         "-o -: the sheet and the JSON of the forecast cannot both go to standard output");
   }
   if (command.want_angle && !states_noise(command)) {
-    throw UsageError("--want-angle-deg: the noise of a sample is needed too (--noise)");
+    throw UsageError("--want-angle-deg: requires the noise of a sample (--noise)");
   }
   check_outputs(command);
   const Experiment experiment = planned_experiment(command);

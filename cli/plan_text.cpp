@@ -55,12 +55,14 @@ class PlanText {
       text_ += "The design does not determine all coefficients.\n";
       return;
     }
-    text_ += formatted("efficiency, 1 for the best {} readings: D {:.3f}, A {:.3f}, G {:.3f}\n",
-                       setup.design.size(), quality.d_efficiency, quality.a_efficiency,
-                       quality.g_efficiency);
-    text_ +=
-        formatted("variance inflation {:.3f}, {:.3f}, {:.3f}\n", quality.variance_inflation.x(),
-                  quality.variance_inflation.y(), quality.variance_inflation.z());
+    text_ += formatted(
+        "efficiency (1 is the optimum for {} points): D {:.3f}, A {:.3f}, G {:.3f}\n",
+        setup.design.size(), quality.d_efficiency, quality.a_efficiency, quality.g_efficiency);
+    text_ += formatted(
+        "variance inflation factors of x, y, z: {:.3f}, {:.3f}, "
+        "{:.3f}\n",
+        quality.variance_inflation.x(), quality.variance_inflation.y(),
+        quality.variance_inflation.z());
     text_ +=
         wrapped(formatted("largest prediction variance {:.4g} times the variance of a reading, for "
                           "a field along ({:.2f}, {:.2f}, {:.2f})",
@@ -124,15 +126,15 @@ class PlanText {
                          degrees(largest_angle_uncertainty(forecast, covariance)));
     };
     part("largest uncertainty of a direction in any attitude", C);
-    part("  by the noise", forecast.noise);
+    part("  from the noise", forecast.noise);
     if (!forecast.positioner.isZero(0.0)) {
-      part("  by the cube (replicates do not lower it)", forecast.positioner);
+      part("  from the cube (not reduced by replicates)", forecast.positioner);
     }
     if (!forecast.mount.isZero(0.0)) {
-      part("  by the mount (replicates do not lower it)", forecast.mount);
+      part("  from the mount (not reduced by replicates)", forecast.mount);
     }
     if (!forecast.level.isZero(0.0)) {
-      part("  by the table's level (replicates do not lower it)", forecast.level);
+      part("  from the table's level (not reduced by replicates)", forecast.level);
     }
   }
 
@@ -143,8 +145,8 @@ class PlanText {
     const int samples = plan_.setup.samples;
     text_ += formatted(
         "\n{}\n",
-        wrapped(formatted("For {} degrees: {} replicate{} of {} sample{} per point, or 1 "
-                          "replicate of {} samples per point.",
+        wrapped(formatted("{} degrees are reached by {} replicate{} of {} sample{} per point, or "
+                          "by 1 replicate of {} samples per point.",
                           short_number(degrees(*plan_.wanted_rad)), plan_.replicates_needed,
                           plan_.replicates_needed == 1 ? "" : "s", samples, samples == 1 ? "" : "s",
                           static_cast<long>(plan_.replicates_needed) * samples),
@@ -156,7 +158,8 @@ class PlanText {
       return;
     }
     text_ += formatted(
-        "\nErrors by the cube's tolerances, root mean square [1e-6 of the field, urad]\n"
+        "\n"
+        "Root mean square errors due to the cube's tolerances [1e-6 of the field, urad]\n"
         "  {:<24}{:>10}{:>13}{:>12}{:>8}{:>11}\n",
         "method", "bias", "sensitivity", "cross-axis", "angle", "95 % of");
     for (const ToleranceEffect& effect : plan_.tolerances) {
@@ -171,16 +174,22 @@ class PlanText {
       row(std::string(method_name(effect.method)) + ", simulated", effect.simulated);
       text_ += formatted("{:>11.4g}\n", 1e6 * effect.worst_angle_95_rad);
     }
-    text_ += "  (95 % of: 95 % of the cubes have no larger angle error in any attitude)\n";
+    text_ +=
+        "  (column '95 % of': in 95 % of the cubes the angle error in any attitude is at most "
+        "this)\n";
     const int unusable = plan_.tolerances.front().unusable;
     if (unusable > 0) {
-      text_ += formatted("  {} of the cubes could not be used\n", unusable);
+      text_ += formatted(
+          "  {} of the simulated cubes are left out, because their errors are too "
+          "large\n",
+          unusable);
     }
     if (!plan_.setup.positioner.feet(Face::plus_x)) {
       const BallFrame frame;
       text_ += wrapped(formatted(
-                           "  Assumed drawing: edge {} mm, feet {} mm high of radius {} mm within "
-                           "{} mm of the middle; --positioner sets another drawing.",
+                           "  Assumed drawing: edge {} mm; ball feet {} mm high, with radius {} "
+                           "mm, at most {} mm from the middle of the face along each axis. "
+                           "--positioner sets another drawing.",
                            1e3 * frame.edge_m, 1e3 * frame.foot_height_m, 1e3 * frame.ball_radius_m,
                            1e3 * frame.foot_positions_m[0].cwiseAbs().maxCoeff()),
                        80) +

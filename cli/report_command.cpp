@@ -75,8 +75,9 @@ std::optional<Observations> readings_for(const Calibration& calibration,
                   });
   if (!is_input) {
     print_remark("note", path +
-                             " is not a file from which the record was made (its SHA-256 differs); "
-                             "readings are matched by run number");
+                             " is not a file from which the record was made (the record contains "
+                             "other SHA-256 digests); the readings are assigned to those of the "
+                             "record by run number");
   }
   if (file.run.observations.readings.size() > calibration.fit.residuals.size()) {
     static_cast<void>(gather_rests(calibration.sensor.instrument.kind, file.run));
@@ -106,7 +107,9 @@ std::vector<std::string> write_certificate(const ReportCommand& command,
   std::vector<std::string> missing = missing_details(calibration, details);
   if (!missing.empty()) {
     print_remark("note",
-                 "--laboratory lacks details that ISO/IEC 17025 requires: " + joined(missing));
+                 "the file of --laboratory lacks details that ISO/IEC 17025 "
+                 "requires: " +
+                     joined(missing));
   }
   return missing;
 }
@@ -142,7 +145,7 @@ int run_report(const ReportCommand& given) {
     command.record = record->path();
   }
   if (command.record.empty()) {
-    throw UsageError("report: needs a RECORD, --store STORE or --fleet STORE");
+    throw UsageError("report: requires a RECORD, --store STORE or --fleet STORE");
   }
   for (const auto& [name, value] : {std::pair("--kind", command.kind),
                                     {"--model", command.model},
@@ -150,7 +153,7 @@ int run_report(const ReportCommand& given) {
                                     {"--until", command.until},
                                     {"--limits", command.limits}}) {
     if (value) {
-      throw UsageError(formatted("{}: goes with --fleet", name));
+      throw UsageError(formatted("{}: requires --fleet", name));
     }
   }
   if (command.output != "-" && !command.output.ends_with(".pdf") &&
@@ -160,7 +163,7 @@ int run_report(const ReportCommand& given) {
   }
   const Calibration calibration = read_calibration(command.record);
   if (command.json && command.output == "-") {
-    throw UsageError("report: --json needs -o FILE, because the report itself goes to stdout");
+    throw UsageError("report: --json requires -o FILE, because the report itself goes to stdout");
   }
   if (command.output.ends_with(".pdf")) {
     const std::vector<std::string> missing = write_certificate(command, calibration);
@@ -170,7 +173,7 @@ int run_report(const ReportCommand& given) {
     return 0;
   }
   if (command.laboratory) {
-    throw UsageError("report: --laboratory goes only with a certificate (-o FILE.pdf)");
+    throw UsageError("report: --laboratory requires a certificate (-o FILE.pdf)");
   }
   ReportOptions options;
   std::optional<Observations> observations;

@@ -76,14 +76,16 @@ void require_agreement(const Run& run,
           "{}: the file name states the face {} on the table, but the readings show {}; rename the "
           "file",
           run.inputs[i].path, face_name(*named[i]),
-          seen[i] ? "the face " + std::string(face_name(*seen[i])) : "no face, but an edge"));
+          seen[i] ? "the face " + std::string(face_name(*seen[i]))
+                  : "that the instrument lay on "
+                    "an edge"));
     }
   }
   if (is_turned) {
     print_remark(
         "note",
-        "each axis reads less in the file whose name says that it points up, so the sensitivities "
-        "are negative");
+        "according to the file names, each axis has its smaller reading if it points up, so the "
+        "sensitivities are negative");
   }
 }
 
@@ -207,8 +209,8 @@ void label_faces(Run& run) {
   } else {
     faces = std::move(seen);
     print_remark("note",
-                 formatted("{} rests are recognised by gravity as rests on the faces of a cube; a "
-                           "column 'rest' can state the faces",
+                 formatted("the faces on the table in the {} rests are recognised by gravity; a "
+                           "column 'rest' can state them instead",
                            faces.size()));
   }
   std::vector<std::size_t> rows;
@@ -220,8 +222,10 @@ void label_faces(Run& run) {
     }
   }
   if (rows.size() < faces.size()) {
-    print_remark("note", formatted("{} of the rests lie on an edge and are left out",
-                                   faces.size() - rows.size()));
+    print_remark(
+        "note",
+        formatted("in {} of the rests the instrument lay on an edge; these rests are left out",
+                  faces.size() - rows.size()));
     run.dates.clear();
     run.operators.clear();
     run.rows_of_inputs.clear();

@@ -31,11 +31,11 @@ void add_options(OptionSet& options, SegmentCommand& command) {
   options.add("--range", command.rests.range, "LO,HI",
               "samples at or beyond these limits are saturated");
   options.add_flag("--recognise", command.recognise,
-                   "recognise the seats of a cube, by --accelerometer (default: the --columns) and "
-                   "--gyroscope or --magnetometer");
+                   "recognise the seats of a cube: the rest faces by --accelerometer (default: the "
+                   "three --columns), the fence faces by --gyroscope or --magnetometer");
   options.add_flag(
       "--keep-split", command.keep_split,
-      "keep every part of a rest that a knock split; without it the longer part is kept");
+      "keep all parts of a rest that a knock split; otherwise only the longest part is kept");
   options.add_output(command.output);
   options.add_flag("--json", command.json, "print JSON instead of CSV");
 }
@@ -117,7 +117,7 @@ int run(const SegmentCommand& command) {
   const bool labels_wanted = command.recognise || command.rests.plan;
   if (command.recognise && options.accelerometer.size() != 3) {
     throw UsageError(
-        "--recognise: needs an accelerometer: --accelerometer X,Y,Z, or three --columns");
+        "--recognise: requires an accelerometer; state --accelerometer X,Y,Z, or three --columns");
   }
   std::optional<RecordedLog> recorded;
   std::vector<std::string> notes;
@@ -156,10 +156,11 @@ int run(const SegmentCommand& command) {
   write_text(command.output, command.json ? segmentation_json(rests, seats)
                                           : segmentation_csv(rests, seats, options.sheet));
   print_remarks_of(rests, notes, seats);
-  print_line(formatted("{} rest{} in {:.1f} s ({} samples, {:.5g} Hz), threshold {:.4g}",
-                       rests.intervals.size(), rests.intervals.size() == 1 ? "" : "s",
-                       static_cast<double>(rests.samples) / rests.rate_hz, rests.samples,
-                       rests.rate_hz, rests.threshold));
+  print_line(
+      formatted("{} rest{} in {:.1f} s ({} samples, {:.5g} Hz), threshold of the variance {:.4g}",
+                rests.intervals.size(), rests.intervals.size() == 1 ? "" : "s",
+                static_cast<double>(rests.samples) / rests.rate_hz, rests.samples, rests.rate_hz,
+                rests.threshold));
   return 0;
 }
 

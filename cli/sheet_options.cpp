@@ -20,7 +20,8 @@ void add_sheet_options(OptionSet& options, SheetOptions& sheet) {
               "repetitions of the whole design [default: 1]");
   options.add("--seed", sheet.seed, "S", "seed of the random order [default: 1]");
   options.add("--temperatures", sheet.temperatures, "T,T,..",
-              "temperatures of the soaks; all replicates are read at each temperature");
+              "temperatures of the soaks; the whole design with all replicates is read at each of "
+              "them");
 }
 
 std::uint64_t seed_of(const SheetOptions& options) {
@@ -67,7 +68,8 @@ std::optional<OptimalDesign> optimal_design_of(const SheetOptions& options) {
   }
   const std::optional<int> points = parse_integer(options.design.substr(optimal.size()));
   if (!points || *points < 4 || *points > 24) {
-    throw UsageError(formatted("--design: '{}' must be optimal:N, N from 4 to 24", options.design));
+    throw UsageError(
+        formatted("--design: '{}' must be optimal:N with N from 4 to 24", options.design));
   }
   return optimal_design(*points, Eigen::Vector3d::UnitZ(), seed_of(options));
 }
@@ -99,8 +101,8 @@ std::vector<RunSheetRow> make_sheet(const SheetOptions& options) {
 
 void add_recording_options(OptionSet& options, RecordingOptions& recording) {
   options.add("--recording", recording.kind, "free|sweep|turns",
-              "simulate a log: turned by hand (free), at rest over temperature (sweep), or rests "
-              "and turns of a gyroscope (turns)");
+              "simulate a log of an instrument that is turned by hand (free), that rests while the "
+              "temperature changes (sweep), or of a gyroscope that rests and turns (turns)");
   options.add("--samples", recording.samples, "N", "samples of the recording [default: 6000]");
   options.add("--rate", recording.rate, "HZ", "samples per second [default: 100]");
 }
@@ -108,7 +110,7 @@ void add_recording_options(OptionSet& options, RecordingOptions& recording) {
 std::optional<Recording> recording_of(const RecordingOptions& options) {
   if (!options.kind) {
     if (options.samples || options.rate) {
-      throw UsageError("--samples, --rate: go with --recording");
+      throw UsageError("--samples, --rate: require --recording");
     }
     return std::nullopt;
   }

@@ -45,16 +45,16 @@ void add_options(OptionSet& options, SimulateCommand& command) {
               "standard deviation of a reading, in its unit [default: 0]");
   options.add("--slope", command.slope, "X,Y", "slope of the table [default: 0,0]");
   options.add("--temperature-sd", command.temperature_sd, "SD",
-              "scatter of the temperatures about their levels [default: 0]");
+              "standard deviation of each temperature about its planned value [default: 0]");
   options.add("--resolution", command.resolution, "Q",
               "readings are rounded to multiples of this step");
   options.add("--world", command.world, "FILE|NAME=V,..",
-              ("further effects on the readings: " + world_names()).c_str());
+              ("effects on the readings besides noise: " + world_names()).c_str());
   add_recording_options(options, command.recording);
   options.add("--fence-azimuth", command.fence_azimuth, "DEG",
               "azimuth of the table's y axis; the field of the true record is rotated by it");
   options.add("--positioner", command.positioner, "FILE",
-              "measured cube: feet or normals, fence, mounts");
+              "file of the measured cube: feet or face normals, fence, mounts");
   options.add("--slot", command.slot, "NAME", "mount of the positioner that holds the instrument");
   options.add("--assembly", command.assembly, "NAME", "mounts of the slots (see calibrate)");
   options.add_flag("--json", command.json, "rows as JSON, one object per line, instead of CSV");
@@ -75,7 +75,8 @@ std::vector<Truth> read_truths(const SimulateCommand& command) {
     const bool has_slot =
         parting != std::string::npos && !std::filesystem::exists(std::filesystem::path(text));
     if (!has_slot && command.truths.size() > 1) {
-      throw UsageError(formatted("--truth: '{}': several records must be SLOT=RECORD each", text));
+      throw UsageError(
+          formatted("--truth: '{}': each of several records must be SLOT=RECORD", text));
     }
     Truth truth{.slot = has_slot ? text.substr(0, parting) : "",
                 .path = has_slot ? text.substr(parting + 1) : text,
@@ -169,7 +170,7 @@ int run(const SimulateCommand& command) {
     recording->temperatures = {temperatures.front(), temperatures.back()};
   }
   if (recording && (truths.size() > 1 || command.assembly)) {
-    throw UsageError("--recording: goes only with one instrument");
+    throw UsageError("--recording: requires exactly one instrument");
   }
   std::vector<std::string> slots;
   for (Truth& truth : truths) {

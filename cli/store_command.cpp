@@ -440,7 +440,7 @@ std::string defect_of(const StoredCalibration& stored) {
     return error.what();
   }
   if (own.digest != stored.digest) {
-    return "the record's digest differs";
+    return "the stored digest differs from the digest of the record";
   }
   const auto same_number = [](double a, double b) {
     return a == b || (std::isnan(a) && std::isnan(b));

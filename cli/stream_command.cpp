@@ -425,8 +425,8 @@ SerialsSeen stored_units(const std::string& store) {
 void require_same_unit(const Finished& finished, const UnitText& unit) {
   if (!finished.last.empty() && finished.last.find(sha256_of_text(unit.csv)) == std::string::npos) {
     throw RefusedError(formatted(
-        "--resume: line {} of the output is not of unit '{}' of this input; the input or its order "
-        "has changed. Write to another file",
+        "--resume: line {} of the output does not belong to unit '{}' of this input, so the input "
+        "or the order of its units has changed. Write to another file",
         finished.units, unit.serial));
   }
 }
@@ -437,11 +437,11 @@ int run_stream(const CalibrateCommand& given) {
   CalibrateCommand command = given;
   command.force = true;  // refused records are written too, with status "refused"
   if (command.experiment.files.size() != 1) {
-    throw UsageError("--stream: needs one FILE, or - for stdin");
+    throw UsageError("--stream: requires one FILE, or - for stdin");
   }
   if (!command.output && !command.table && !command.store) {
     throw UsageError(
-        "--stream: needs -o RECORDS.jsonl (or .jsonl.zst), --table FILE or --store STORE");
+        "--stream: requires -o RECORDS.jsonl (or .jsonl.zst), --table FILE or --store STORE");
   }
   if (command.output == "-" && command.table == "-") {
     throw UsageError("--stream: -o and --table cannot both be stdout");
@@ -560,7 +560,7 @@ int run_stream(const CalibrateCommand& given) {
   print_line(
       formatted("yield: {} of {} units ({:.1f} %){}", good, total,
                 total == 0 ? 0.0 : 100.0 * static_cast<double>(good) / static_cast<double>(total),
-                present > 0 ? formatted("; {} are from an earlier call", present) : ""));
+                present > 0 ? formatted("; {} were calibrated in an earlier call", present) : ""));
   return good == total ? 0 : 1;
 }
 

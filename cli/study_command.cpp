@@ -47,22 +47,24 @@ void add_options(OptionSet& options, StudyCommand& command) {
               "compute only part I of N of the trials; --merge joins the parts");
   options.add(
       "--noise", command.noise, "SD[,SD..]",
-      "standard deviation of a reading, for all axes or each [default: the truth's residual_sd]");
+      "standard deviation of a reading: one number for all axes, or one for each axis [default: "
+      "residual_sd of the --truth record]");
   options.add("--slope-sd", command.slope_sd, "RAD",
               "standard deviation of an additional random slope of the table in each run, along x "
               "and y [default: 0]");
   options.add("--temperature-sd", command.temperature_sd, "SD",
-              "scatter of the temperatures about their levels [default: 0]");
+              "standard deviation of each temperature about its planned value [default: 0]");
   options.add("--tolerances", command.tolerances, "NAME=SD,..",
-              "standard deviations of random errors of the cube in each run, which the calibration "
-              "does not know");
+              "standard deviations of the random errors of the cube, which are drawn for each run "
+              "and are unknown to the calibration");
   options.add_flag("--random-normals", command.random_normals,
                    "draw the face normals of the cube in each run at random, with the "
                    "normal_covariance of --positioner");
   options.add_flag("--regression-only", command.regression_only,
-                   "only noise, and an exactly known field; millions of trials per second");
+                   "simulate only noise, in an exactly known field; this computes millions of "
+                   "trials per second");
   options.add("--world", command.world, "FILE|NAME=V,..",
-              ("further effects on the readings: " + world_names()).c_str());
+              ("effects on the readings besides noise: " + world_names()).c_str());
   add_recording_options(options, command.recording);
   options.add_flag("--alarms", command.alarms,
                    "look for mistakes in every run and count the trials with each warning");
@@ -82,7 +84,8 @@ std::int64_t trials_done(const Study& study) {
 
 std::string study_text(const Study& study) {
   std::string text = formatted("{} trials, seed {}", study.trials, study.seed);
-  text += study.refused > 0 ? formatted(", {} without a calibration\n", study.refused) : "\n";
+  text +=
+      study.refused > 0 ? formatted(", of which {} gave no calibration\n", study.refused) : "\n";
   text += formatted("  {:<20}{:>13}{:>13}{:>13}{:>12}\n", "", "mean error", "sd", "stated u",
                     "coverage");
   for (const StudyResult& result : results_of(study)) {
@@ -111,8 +114,9 @@ int merge_shards(const StudyCommand& command) {
   }
   const std::int64_t blocks = block_count(all);
   if (static_cast<std::int64_t>(all.blocks.size()) < blocks) {
-    print_remark("warning", formatted("only {} of {} blocks of trials exist; a shard is missing",
-                                      all.blocks.size(), blocks));
+    print_remark("warning",
+                 formatted("the files contain only {} of {} blocks of trials; a shard is missing",
+                           all.blocks.size(), blocks));
   }
   write_text(command.output, command.json ? study_json(all, false) : study_text(all));
   return static_cast<std::int64_t>(all.blocks.size()) < blocks ? 1 : 0;
@@ -128,7 +132,7 @@ Eigen::VectorXd noise_of(const StudyCommand& command,
     if (scatter.size() == m && (scatter.array() > 0.0).all()) {
       return scatter;
     }
-    throw UsageError("study: the noise of a reading is needed (--noise SD)");
+    throw UsageError("study: state the noise of a reading (--noise SD)");
   }
   if (command.noise->find(',') == std::string::npos) {
     return Eigen::VectorXd::Constant(m, parse_nonnegative("--noise", *command.noise));
@@ -200,7 +204,8 @@ StudySetup setup_of(const StudyCommand& command) {
   }
   if (setup.truth.temperature && setup.temperatures.empty()) {
     throw UsageError(
-        "study: the truth has temperature terms; give the soak levels (--temperatures T,T,..)");
+        "study: the record of --truth has temperature coefficients; state the temperatures of the "
+        "soaks (--temperatures T,T,..)");
   }
   return setup;
 }
@@ -238,7 +243,8 @@ int run(const StudyCommand& command) {
 
 Subcommand study_subcommand() {
   return make_subcommand<StudyCommand>(
-      "study", "simulate many runs: bias, scatter, stated uncertainty, coverage",
+      "study",
+      "simulate and calibrate many runs, and compare the errors with the stated uncertainties",
       "On several processors:\n"
       "  parallel axiscal study --truth cal.json --noise 1e-4 --trials 100000 \\\n"
       "    --seed 7 --shard {}/8 -o part{}.json ::: 1 2 3 4 5 6 7 8\n"

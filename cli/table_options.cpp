@@ -99,9 +99,10 @@ void convert_units(const std::string& path,
     const std::string unit = known ? std::string(known->name) : column->unit;
     const std::optional<double> factor = reading_factor_between(unit, wanted.unit);
     if (!factor && is_reading_unit(unit) && is_reading_unit(wanted.unit)) {
-      throw DataError(path, formatted("column '{}' is in {} by its header, but readings in {} are "
-                                      "needed",
-                                      called, unit, wanted.unit));
+      throw DataError(
+          path,
+          formatted("column '{}' is in {} according to its header, but readings in {} are required",
+                    called, unit, wanted.unit));
     }
     if (factor && *factor != 1.0) {
       if (already != renamed.end()) {
@@ -325,9 +326,10 @@ std::vector<WordsOfFaces> columns_of_faces(const std::string& path, const TableT
     }
     if (good < words.size()) {
       throw DataError(path,
-                      formatted("column '{}': '{}' is not a face, but the other words are; call "
-                                "the columns 'rest' and 'fence' and write +X, -Y, .., or give the "
-                                "meaning of the words with --face-names 'WORD=FACE,..'",
+                      formatted("column '{}': '{}' is not a face, but the other words in the "
+                                "column are; call the columns 'rest' and 'fence' and write +X, -Y, "
+                                ".., or give the meaning of the words with --face-names "
+                                "'WORD=FACE,..'",
                                 column.name, stranger));
     }
     column.heading = heading_of(column.name);
@@ -388,12 +390,12 @@ std::vector<FaceColumn> face_columns(const std::string& path,
       const bool is_up = !is_fence && face->is_up.value_or(otherwise);
       return std::string(face_name(is_up ? opposite(face->face) : face->face));
     };
-    found.push_back(
-        {.column = MappedColumn{.name = name, .column = words.name, .of_cell = of_cell},
-         .words =
-             formatted("{}: column '{}' names faces, and is read as '{}', the face {}: '{}' is {}",
-                       path, words.name, name, is_fence ? "at the fence" : "on the table",
-                       words.first, of_cell(words.first))});
+    found.push_back({.column = MappedColumn{.name = name, .column = words.name, .of_cell = of_cell},
+                     .words = formatted(
+                         "{}: column '{}' contains faces and is read as the column '{}' (the face "
+                         "{}): '{}' means {}",
+                         path, words.name, name, is_fence ? "at the fence" : "on the table",
+                         words.first, of_cell(words.first))});
   }
   return found;
 }
@@ -441,7 +443,8 @@ ReadLimits limits_of(const std::optional<std::string>& limits) {
 
 void add_definitions_option(OptionSet& options, std::optional<std::string>& definitions) {
   options.add("--definitions", definitions, "DIR",
-              "folder of ROS message definitions (package/msg/Type.msg), for a bag without them");
+              "folder of ROS message definitions (package/msg/Type.msg), for a bag that does not "
+              "contain the definitions");
 }
 
 void take_definitions(const std::optional<std::string>& definitions) {

@@ -322,8 +322,8 @@ class JsonMembers {
     }
     const auto parsed = parse(name);
     if (!parsed) {
-      from_->at(key).fail("'" + name + "' is not known to this version" +
-                          (known.empty() ? "" : "; known: " + std::string(known)));
+      from_->at(key).fail("'" + name + "' is not a known value" +
+                          (known.empty() ? "" : "; the known values are " + std::string(known)));
     }
     value = *parsed;
   }

@@ -45,8 +45,8 @@ int main() {
   };
   compare(found.accelerometer, imu.accelerometer);
   compare(*found.gyroscope, *imu.gyroscope);
-  std::printf("all 15 sensitivities %s of the truth\n",
-              worst < 4.0 ? "within four standard uncertainties"
-                          : "NOT within four standard uncertainties");
+  std::printf("%s four standard uncertainties of the truth\n",
+              worst < 4.0 ? "all 15 sensitivities within"
+                          : "at least one of the 15 sensitivities is NOT within");
   return 0;
 }

@@ -65,8 +65,10 @@ int main() {
   options.id = "cube-07";
   options.drawing = axiscal::Positioner(drawing);
   const axiscal::Characterization result = axiscal::characterize(references, options);
-  std::printf("normals to %.1f urad; the instruments agree: p = %.2f\n", 1e6 * result.normal_u_rad,
-              result.p_value);
+  std::printf(
+      "uncertainty of the normals %.1f urad; agreement of the instruments: p = "
+      "%.2f\n",
+      1e6 * result.normal_u_rad, result.p_value);
 
   // The fourth instrument. Its true frame is that of the drawing. The frame of the measured cube is
   // the one in which the measured normals fit the drawing best, so a mount includes the rotation
@@ -78,7 +80,12 @@ int main() {
   experiment.rotation_sensor_from_positioner =
       result.references.front().rotation_sensor_from_positioner;
   const double measured = error_of(axiscal::calibrate(experiment, readings), fourth);
-  std::printf("error by the drawing %.1e, by the measured cube %.1e\n", nominal, measured);
-  std::printf(nominal > 20.0 * measured ? "at least 20 times better\n" : "NOT 20 times better\n");
+  std::printf("error with the cube as drawn %.1e, with the measured cube %.1e\n", nominal,
+              measured);
+  std::printf(nominal > 20.0 * measured ? "the error with the measured cube is at least 20 times "
+                                          "smaller\n"
+                                        : "the error with the "
+                                          "measured cube is NOT 20 "
+                                          "times smaller\n");
   return 0;
 }

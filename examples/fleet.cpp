@@ -56,9 +56,10 @@ int main() {
         own.readings = axiscal::simulate(ideal, sheet).readings;
         own.response = readings.middleCols(3 * unit, 3);
         const axiscal::Calibration full = axiscal::calibrate(experiment, own);
-        std::printf("unit %d fails: axis %c scatters by %.1e, by calibrate() %.1e (%s)\n",
-                    static_cast<int>(unit), "xyz"[axis], sd, full.fit.statistics->residual_sd(axis),
-                    std::string(axiscal::status_name(full.findings.status)).c_str());
+        std::printf(
+            "unit %d fails: residual sd of axis %c %.1e; calibrate() gives %.1e (status %s)\n",
+            static_cast<int>(unit), "xyz"[axis], sd, full.fit.statistics->residual_sd(axis),
+            std::string(axiscal::status_name(full.findings.status)).c_str());
       }
     }
   }

@@ -55,6 +55,6 @@ int main() {
   }
   const double scale_error =
       found.gyroscope->parameter("gz.sensitivity.z").value / imu.gyroscope->sensitivity(2, 2) - 1.0;
-  std::printf("scale of gz: off by %.3f %%\n", 100.0 * scale_error);
+  std::printf("error of the scale of gz: %.3f %%\n", 100.0 * scale_error);
   return 0;
 }

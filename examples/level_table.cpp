@@ -37,7 +37,7 @@ int main() {
     const axiscal::Levelness& level = *found.fit.levelness;
     const Eigen::Vector2d measured(level.mean_x, level.mean_y);
     const Eigen::Vector2d u(level.standard_error_x, level.standard_error_y);
-    std::printf("round %d: level to %.0f +- %.0f urad\n", static_cast<int>(round),
+    std::printf("round %d: slope of the table %.0f +- %.0f urad\n", static_cast<int>(round),
                 1e6 * measured.norm(), 1e6 * u.maxCoeff());
     const std::vector<axiscal::AdjusterMove> moves =
         axiscal::level_table(measured, u.cwiseAbs2().asDiagonal(), table);
@@ -45,11 +45,13 @@ int main() {
     for (std::size_t i = 0; i < moves.size(); ++i) {
       const double turns = std::round(*moves[i].turns / smallest_turn) * smallest_turn;
       raised(static_cast<Eigen::Index>(i)) = turns * *table.thread_pitch_m;
-      std::printf("  screw at (%+.2f, %+.2f) m: raise by %.3f turns\n", moves[i].position_m.x(),
-                  moves[i].position_m.y(), turns);
+      std::printf(
+          "  turn the screw at (%+.2f, %+.2f) m by %.3f turns (positive raises the "
+          "table)\n",
+          moves[i].position_m.x(), moves[i].position_m.y(), turns);
     }
     if (raised.isZero()) {
-      std::printf("level as far as these screws can be turned\n");
+      std::printf("all remaining turns are smaller than the smallest turn of a screw\n");
       break;
     }
     // The slope changes by the slope of the plane through the raised screws.

@@ -34,7 +34,7 @@ int main() {
       std::printf("the fence lies at azimuth %.2f +- %.2f degrees (truth 73.50)\n",
                   quantity.values[0], quantity.u[0]);
       const double error = quantity.values[0] - 73.5;
-      std::printf("%s three standard uncertainties\n",
+      std::printf("the error is %s three standard uncertainties\n",
                   error * error < 9.0 * quantity.u[0] * quantity.u[0] ? "within" : "beyond");
     } else if (quantity.name == "latitude_by_table_deg") {
       std::printf("latitude %.2f +- %.2f degrees\n", quantity.values[0], quantity.u[0]);

@@ -66,7 +66,8 @@ int main() {
   const Eigen::VectorXd readings = truth.response.at(source).cwiseMax(truth.response.bias);
   const axiscal::ReducedReading reduced = reducer.reduce({readings.data(), 6});
   const double off = std::acos(std::min(1.0, reduced.field_in_sensor.normalized().dot(source)));
-  std::printf("direction to a source: off by %s\n", off < 2e-3 ? "less than 2 mrad" : "too much");
+  std::printf("error of the direction to a light source: %s\n",
+              off < 2e-3 ? "less than 2 mrad" : "2 mrad or more");
   try {
     static_cast<void>(calibrated(six_photodiodes(Eigen::Vector3d::UnitZ())));
   } catch (const axiscal::RefusedError& error) {

@@ -20,7 +20,7 @@ int main() {
 
   for (const double cube_u_rad : {0.0, 3e-5, 2e-4}) {
     setup.normal_u_rad = cube_u_rad;
-    std::printf("faces known to %3.0f urad: ", 1e6 * cube_u_rad);
+    std::printf("standard uncertainty of the face normals %3.0f urad: ", 1e6 * cube_u_rad);
     if (const std::optional<double> replicates = axiscal::replicates_for_angle(setup, wanted_rad)) {
       setup.replicates = static_cast<int>(*replicates);
       const axiscal::Forecast forecast = axiscal::forecast(setup);
@@ -28,7 +28,7 @@ int main() {
                   axiscal::largest_angle_uncertainty(forecast, forecast.covariance()) *
                       axiscal::deg_per_rad);
     } else {
-      std::printf("no number of replicates is enough\n");
+      std::printf("no number of replicates reaches the wanted angle\n");
     }
   }
 
@@ -41,8 +41,8 @@ int main() {
   for (const double height_m : {1e-6, 2e-6, 5e-6}) {
     study.tolerances.foot_height_m = height_m;
     const axiscal::ToleranceEffect effect = axiscal::study_tolerances(study).front();
-    std::printf("feet made to %.0f um: %.4f degrees rms (simulated %.4f)\n", 1e6 * height_m,
-                effect.closed_form.angle_rad * axiscal::deg_per_rad,
+    std::printf("feet made to %.0f um: angle error %.4f degrees rms (simulated %.4f)\n",
+                1e6 * height_m, effect.closed_form.angle_rad * axiscal::deg_per_rad,
                 effect.simulated.angle_rad * axiscal::deg_per_rad);
   }
   return 0;

@@ -83,8 +83,9 @@ int main() {
                         {.noise_sd = 5e-5, .slope = {0.001, -0.002}, .seed = 1});
   const axiscal::Calibration calibration = axiscal::calibrate(experiment, observations);
   const double expanded = largest_expanded_deg(calibration);
-  std::printf("pitch and roll, any attitude: U (95 %%) up to %.4f degrees, wanted 0.005: %s\n",
-              expanded, expanded <= 0.005 ? "met" : "not met");
+  std::printf(
+      "largest U (95 %%) of pitch, and of roll at pitch 0: %.4f degrees, at most 0.005: %s\n",
+      expanded, expanded <= 0.005 ? "met" : "not met");
 
   axiscal::ToleranceStudy study;
   study.nominal = truth;
@@ -99,8 +100,8 @@ int main() {
       const double angle_deg = errors.angle_rad * axiscal::deg_per_rad;
       bounds_met = errors.sensitivity <= 1e-5 && errors.cross_axis <= 5e-5 && angle_deg <= 0.005;
       std::printf(
-          "feet to 2.5 um: sensitivity %.1e (1e-5), cross-axis %.1e (5e-5), angle %.4f degrees "
-          "(0.005): %s\n",
+          "errors if the feet are made to 2.5 um, with limits in brackets: sensitivity %.1e "
+          "(1e-5), cross-axis %.1e (5e-5), angle %.4f degrees (0.005): %s\n",
           errors.sensitivity, errors.cross_axis, angle_deg, bounds_met ? "met" : "not met");
     }
   }

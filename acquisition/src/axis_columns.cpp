@@ -74,8 +74,8 @@ std::vector<std::size_t> find_temperatures(const Instrument& instrument,
   if (names.size() > 1) {
     if (names.size() != instrument.axes.size()) {
       throw DomainError(
-          formatted("{} temperature channels for {} axes: state one for all, or one "
-                    "for each",
+          formatted("{} temperature channels are stated for {} axes: state one for all axes, or "
+                    "one for each axis",
                     names.size(), instrument.axes.size()));
     }
     std::vector<std::size_t> own;

@@ -21,8 +21,8 @@ struct UnitMistake {
 constexpr std::array unit_mistakes = {
     UnitMistake{standard_gravity, "m/s^2 instead of g"},
     UnitMistake{1.0 / standard_gravity, "g instead of m/s^2"},
-    UnitMistake{1e3, "1/1000 of the unit"},
-    UnitMistake{1e-3, "1000 times the unit"},
+    UnitMistake{1e3, "1/1000 of the stated unit"},
+    UnitMistake{1e-3, "1000 times the stated unit"},
     UnitMistake{deg_per_rad, "deg instead of rad"},
     UnitMistake{rad_per_deg, "rad instead of deg"},
     UnitMistake{0.1, "mT instead of Gauss, or another factor of 10"},
@@ -50,7 +50,8 @@ std::string unit_mistake_text(double ratio) {
   for (const UnitMistake& mistake : unit_mistakes) {
     if (std::abs(std::log(ratio / mistake.factor)) < near) {
       return formatted(
-          "the readings are {} times the expected value: {}? Correct the unit or the source",
+          "the readings are {} times the expected value: is their unit {}? Correct the unit or the "
+          "source",
           number_text(mistake.factor, 4), mistake.text);
     }
   }

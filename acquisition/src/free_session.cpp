@@ -239,8 +239,9 @@ class FreeSession::Engine {
       if (points_.size() < setup_.most_points) {
         keep({.time_s = shown_time(now_s_), .values = values});
       } else {
-        news_.set_alarm("full", formatted("the limit of {} readings is reached; no more are kept",
-                                          setup_.most_points));
+        news_.set_alarm(
+            "full", formatted("the limit of {} readings is reached; further readings are dropped",
+                              setup_.most_points));
         if (setup_.unattended) {
           finish();
         }
@@ -489,14 +490,15 @@ class FreeSession::Engine {
           view_.headline = "The target is reached";
           view_.detail = "finish, or continue for smaller uncertainties";
         } else if (setup_.by_rests) {
-          view_.headline = phase_ == SessionPhase::dwelling ? "Keep it still"
+          view_.headline = phase_ == SessionPhase::dwelling ? "Keep the instrument still"
                            : points_.size() < fewest_points
-                               ? "Turn it, hold it still for a second, and repeat"
-                               : formatted("Hold it still with {} up", towards);
+                               ? "Turn the instrument, hold it still for a second, and repeat"
+                               : formatted("Hold the instrument still with {} up", towards);
         } else {
-          view_.headline = points_.size() < fewest_points
-                               ? "Turn it slowly through all directions"
-                               : formatted("Turn it until {} points along the field", towards);
+          view_.headline =
+              points_.size() < fewest_points
+                  ? "Turn the instrument slowly through all directions"
+                  : formatted("Turn the instrument until {} points along the field", towards);
         }
         if (!free.is_enough) {
           view_.detail = !why_none_.empty() && points_.size() >= fewest_points

@@ -112,7 +112,7 @@ class IioSource final : public Source {
   std::string connect() {
     context_.reset(iio_create_context_from_uri(uri_.c_str()));
     if (!context_) {
-      return formatted("{}: no IIO context: {}", name_, error_text(errno));
+      return formatted("{}: the IIO context cannot be opened: {}", name_, error_text(errno));
     }
     std::string why = set_up();
     if (!why.empty()) {
@@ -148,8 +148,10 @@ class IioSource final : public Source {
     }
     buffer_.reset(iio_device_create_buffer(device, samples_, false));
     if (!buffer_) {
-      return formatted("{}: no buffer ({}); state poll=HZ for a device without a trigger", name_,
-                       error_text(errno));
+      return formatted(
+          "{}: the buffer cannot be created ({}); state poll=HZ for a device without "
+          "a trigger",
+          name_, error_text(errno));
     }
     return "";
   }

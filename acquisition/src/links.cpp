@@ -130,8 +130,9 @@ class SerialLink final : public ReopenedLink {
         flow_(address.text_or("flow", "none")),
         port_(context_) {
     if (path_.empty()) {
-      address.fail("state a port, as serial:/dev/ttyUSB0; a list shows the connected devices",
-                   {settings::ports});
+      address.fail(
+          "state a port, for example serial:/dev/ttyUSB0; a list shows the connected devices",
+          {settings::ports});
     }
     if (parity_ != "none" && parity_ != "even" && parity_ != "odd") {
       address.fail(formatted("parity={}: expected none, even or odd", parity_));
@@ -194,7 +195,7 @@ class SerialLink final : public ReopenedLink {
                       std::chrono::milliseconds patience,
                       std::size_t& count) override {
     const std::string lost = receive_from(port_, data, size, patience, count);
-    return lost.empty() ? "" : formatted("{}: unplugged ({})", path_, lost);
+    return lost.empty() ? "" : formatted("{}: the device was unplugged ({})", path_, lost);
   }
 
  private:

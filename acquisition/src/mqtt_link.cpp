@@ -41,7 +41,8 @@ std::string password_of(const SourceAddress& address) {
   }
   struct stat status {};
   if (::stat(path->c_str(), &status) == 0 && (status.st_mode & (S_IRWXG | S_IRWXO)) != 0) {
-    address.fail(formatted("{}: other users can read this password file: chmod 600 it", *path));
+    address.fail(
+        formatted("{}: other users can read this password file; run chmod 600 on the file", *path));
   }
   std::string text = read_whole_file(*path);
   text.resize(text.find_last_not_of("\r\n") + 1);

@@ -94,7 +94,8 @@ const std::vector<Scheme>& schemes() {
        open_stream<open_stdin>},
       {{.scheme = "file",
         .address = "file:LOG.csv?speed=1",
-        .help = "replays a recording as fast as possible, or speed times as fast as it was taken",
+        .help = "replays a recording as fast as possible; speed=S replays it S times as fast as it "
+                "was recorded",
         .options = {"speed", "names", "rate", "time"}},
        open_file_source},
       {{.scheme = "iio",
@@ -122,8 +123,8 @@ const std::vector<Scheme>& schemes() {
        open_stream<open_mqtt>},
       {{.scheme = "sim",
         .address = "sim:?error=0.1&speed=10",
-        .help = "a simulated instrument, table and person; options seed, noise, rate, speed, "
-                "slope, error, knock, placement, sensitivity, temperature",
+        .help = "a simulated instrument on a table, moved by a simulated person; options seed, "
+                "noise, rate, speed, slope, error, knock, placement, sensitivity, temperature",
         .options = {"seed", "noise", "rate", "speed", "slope", "error", "knock", "placement",
                     "sensitivity", "temperature"}},
        open_simulation},

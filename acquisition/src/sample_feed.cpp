@@ -82,7 +82,7 @@ class SampleFeed::Impl {
         alarms.push_back(
             {.code = "apart",
              .text = formatted(
-                 "{}: no samples within {} s of the samples of {}; do the clocks agree?",
+                 "{}: no sample is within {} s of the last sample of {}; do the clocks agree?",
                  readers_[s]->name(), number_text(longest_hold_s), readers_.front()->name())});
       }
     }
@@ -169,7 +169,9 @@ class SampleFeed::Impl {
         if (std::any_of(all.begin(), all.end(),
                         [&](const Channel& one) { return one.name == own[c].name; })) {
           throw DomainError(
-              formatted("two sources have a channel '{}': rename one by names=", own[c].name));
+              formatted("two sources have a channel '{}': rename one of the channels by "
+                        "names=",
+                        own[c].name));
         }
         all.push_back(own[c]);
         others_[s].taken.push_back(c);

@@ -103,8 +103,10 @@ class ScpiSource final : public Source {
     }
     take_replies(batch, report);
     if (step_ != Step::connect && session_seconds() - asked_s_ > longest_answer_s) {
-      report.message = formatted("{}: no answer to {} for {} s; starting again", name_, asked_,
-                                 number_text(longest_answer_s));
+      report.message = formatted(
+          "{}: the instrument has not answered {} for {} s; the set-up "
+          "commands are sent again",
+          name_, asked_, number_text(longest_answer_s));
       begin();
     }
     if (!complaint_.empty()) {
@@ -143,7 +145,7 @@ class ScpiSource final : public Source {
       if (step_ == Step::errors) {
         // Replies are errors such as -222,"Data out of range"; +0,"No error" is the last reply.
         if (parse_number(split(reply, ',').front()).value_or(-1.0) != 0.0) {
-          complaint_ = formatted("{}: the meter rejects its set-up: {}", name_, reply);
+          complaint_ = formatted("{}: the meter rejects the set-up commands: {}", name_, reply);
           ask("SYST:ERR?");
           if (++errors_ < 20) {
             continue;

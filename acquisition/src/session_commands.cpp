@@ -23,11 +23,11 @@ void Session::Engine::command(const SessionCommand& command) {
     return;
   }
   if (phase_ == SessionPhase::storing && !is_way_out) {
-    news_.tell("refused", "a reading is not stored yet: make room on the disk");
+    news_.tell("refused", "a reading is not stored yet: free some space on the disk");
     return;
   }
   if (phase_ == SessionPhase::paused && command.action != SessionAction::go_on && !is_way_out) {
-    news_.tell("refused", "the session is paused: go on first");
+    news_.tell("refused", "the session is paused: continue the session first");
     return;
   }
   switch (command.action) {
@@ -62,7 +62,8 @@ void Session::Engine::command(const SessionCommand& command) {
       }
       break;
     case SessionAction::replicate:
-      if (change(ReadingList::replicate(), "replicate", "one more replicate of the design")) {
+      if (change(ReadingList::replicate(), "replicate",
+                 "one more replicate of the design was added")) {
         next_point();
       }
       break;

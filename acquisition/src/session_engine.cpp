@@ -150,7 +150,8 @@ void Session::Engine::find_moving_field() {
 void Session::Engine::update_pose_model() {
   if (const auto suspect = knowledge_.learn(list_.readings())) {
     news_.tell("suspect",
-               formatted("{} looks like {}, because of the later readings: take it again",
+               formatted("compared with the later readings, {} was probably taken at {}: take this "
+                         "reading again",
                          run_text(suspect->run), suspect->looks_like.name()),
                suspect->run, suspect->looks_like);
   }

@@ -99,7 +99,8 @@ void Session::Engine::soak() {
   if (soaked_) {
     soaked_at_ = planned;
     phase_ = SessionPhase::laying;
-    news_.tell("soaked", "the temperature is reached: lay the cube", {}, wanted_row().entry.point);
+    news_.tell("soaked", "the temperature is reached: lay the cube as requested", {},
+               wanted_row().entry.point);
   }
 }
 
@@ -146,8 +147,9 @@ void Session::Engine::dwell() {
   if (!may_drift && dwell_.drift() > telling_drift && drift_restarts_ < most_drift_restarts) {
     ++drift_restarts_;
     news_.tell("drift", drift_restarts_ < most_drift_restarts
-                            ? "drift: the reading starts again"
-                            : "drift again: the next reading is taken in spite of drift");
+                            ? "the reading drifts: it starts again"
+                            : "the reading drifts again: the next reading is taken in spite of a "
+                              "drift");
     begin_dwell();
     return;
   }
@@ -156,7 +158,7 @@ void Session::Engine::dwell() {
     moved_ = false;
     view_.lies_as_before = true;
     said_as_before_ = true;  // after a second time, the reading is taken
-    news_.tell("as_before", "the cube lies as at the last reading: lay it as requested", {},
+    news_.tell("as_before", "the cube lies as it did at the last reading: lay it as requested", {},
                wanted_row().entry.point);
     return;
   }
@@ -240,8 +242,8 @@ void Session::Engine::store() {
     }
     phase_ = SessionPhase::storing;
     news_.set_alarm("disk", why +
-                                ": make room on the disk; the reading is kept and will be stored "
-                                "later, and earlier readings are safe");
+                                ": free some space on the disk; this reading is then stored (the "
+                                "earlier readings are already stored)");
     return;
   }
   news_.set_alarm("disk", "");

@@ -15,20 +15,23 @@ std::string laying_words(const SessionView& view) {
   }
   const std::string way = joined(words, ", then ");
   std::string text = view.phase == SessionPhase::settling ? "let go; the cube is nearly still"
-                     : view.lies_as_before                ? "it lies as at the last reading: " + way
-                     : !way.empty()                       ? way
-                     : is_step                            ? "leave the cube as it lies"
+                     : view.lies_as_before                ? "the cube lies as it did at the last "
+                                                            "reading: " +
+                                                 way
+                     : !way.empty() ? way
+                     : is_step      ? "leave the cube as it lies"
                      : view.present ? "lift it, wipe its feet, and lay it down the same way"
                                     : "";
   if (is_step || view.wanted->entry.level != FieldLevel(1.0)) {
-    text += formatted("{}level {}", text.empty() ? "" : "; ", view.wanted->entry.level.text());
+    text += formatted("{}set the field to level {}", text.empty() ? "" : "; ",
+                      view.wanted->entry.level.text());
   }
   return text;
 }
 
 std::string soaking_words(const MessageContext& besides) {
   if (!besides.has_temperature) {
-    return "the temperature is not measured; go on when it is reached";
+    return "the temperature is not measured; continue when the requested temperature is reached";
   }
   return besides.soak_remaining_s > 0.0
              ? formatted("about {} minutes to go", number_text(besides.soak_remaining_s / 60.0, 2))
@@ -43,13 +46,14 @@ std::string run_text(int run) {
 
 std::string question_text(const PoseJudgement& judgement, const DesignPoint& stated) {
   if (!judgement.looks_like_another) {
-    return "the reading fits no pose: is there grit under a foot? Does the cube touch the fence?";
+    return "the reading agrees with no pose of the cube: is there grit under a foot? Does the cube "
+           "touch the fence?";
   }
   const DesignPoint& best = judgement.best;
   return best.rest() == stated.rest()
-             ? formatted("the cube looks turned: face {} at the fence, not {}",
-                         face_name(best.fence()), face_name(stated.fence()))
-             : formatted("the cube looks like {}, not {}", best.name(), stated.name());
+             ? formatted("the reading shows face {} at the fence, not {}", face_name(best.fence()),
+                         face_name(stated.fence()))
+             : formatted("the reading shows {}, not {}", best.name(), stated.name());
 }
 
 void set_next_step_text(SessionView& view, const MessageContext& besides) {
@@ -84,7 +88,7 @@ void set_next_step_text(SessionView& view, const MessageContext& besides) {
       break;
     case SessionPhase::storing:
       view.headline = "The reading is not stored yet";
-      view.detail = "do not move the cube; make room on the disk";
+      view.detail = "do not move the cube; free some space on the disk";
       break;
     case SessionPhase::paused:
       view.headline = "Paused";

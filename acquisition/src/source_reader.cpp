@@ -99,7 +99,8 @@ void SourceReader::add_alarms(std::vector<SessionAlarm>& alarms) const {
   if (state_ == LinkState::waiting || state_ == LinkState::lost) {
     alarms.push_back({.code = "unplugged",
                       .text = message_.empty() ? source_->name() + ": no source is connected"
-                                               : message_ + "; the program tries again"});
+                                               : message_ + "; the program tries to connect "
+                                                            "again"});
   } else if (ended_) {
     alarms.push_back({.code = "ended", .text = formatted("{}: {}", source_->name(), message_)});
   } else if (!message_.empty()) {
@@ -118,17 +119,18 @@ void SourceReader::add_alarms(std::vector<SessionAlarm>& alarms) const {
                                         source_->name(), counts_.defects)});
   }
   if (stepped_at_s_ > 0.0 && now - stepped_at_s_ < shown_for_s) {
-    alarms.push_back(
-        {.code = "clock",
-         .text = source_->name() + ": the source's clock jumped; the jump is removed"});
+    alarms.push_back({.code = "clock",
+                      .text = source_->name() +
+                              ": the times of the source jumped; the jump is removed from the "
+                              "times"});
   }
   const double stated = source_->stated_rate_hz();
   if (is_live() && stated > 0.0 && rate_hz_ > 0.0 &&
       std::abs(rate_hz_ / stated - 1.0) > rate_tolerance && state_ == LinkState::open) {
     alarms.push_back(
         {.code = "rate",
-         .text = formatted("{}: {} samples a second arrive, but {} were stated", source_->name(),
-                           number_text(rate_hz_, 3), number_text(stated))});
+         .text = formatted("{}: {} samples per second arrive, but the stated rate is {}",
+                           source_->name(), number_text(rate_hz_, 3), number_text(stated))});
   }
 }
 

@@ -382,7 +382,7 @@ class TerminalFace final : public SessionFace {
     for (int line = 0; line < lines; ++line) {
       put(8 + line, 1, map.at(static_cast<std::size_t>(line)));
     }
-    put(17, 1, "@ current direction, ? requested one");
+    put(17, 1, "@ current, ? requested direction");
     constexpr int column = 42;
     put(8, column, "filled   " + bar(free.coverage, 24));
     put(9, column, formatted("largest gap {:.0f} deg", free.largest_gap_rad * deg_per_rad));
@@ -432,7 +432,8 @@ class TerminalFace final : public SessionFace {
     }
     if (view.forecast_deg) {
       put(14, column,
-          formatted("forecast for the end {} deg (1 sd)", number_text(*view.forecast_deg, 2)));
+          formatted("forecast of the angle error {} deg (1 sd)",
+                    number_text(*view.forecast_deg, 2)));
     }
     if (view.remaining_s) {
       put(15, column,

@@ -52,7 +52,7 @@ struct BlockEstimate {
 /// The parts of the field that the axes respond to.
 struct SightEstimate {
   Eigen::Matrix3Xd seen = Eigen::Matrix3Xd(3, 0);  ///< for a transfer: result of seen_directions()
-  std::vector<AxisMask> visible;  ///< for one-sided axes; see ReadingSet::visible
+  std::vector<AxisMask> visible;                   ///< for one-sided axes; see ReadingSet::visible
   bool unsettled = false;  ///< true if the set of readings seen by one-sided axes keeps changing
 };
 

@@ -82,7 +82,7 @@ struct Solution {
 
 /// Covariance and degrees of freedom of the shared unknowns.
 struct SharedCost {
-  Eigen::MatrixXd covariance;          ///< s x s
+  Eigen::MatrixXd covariance;  ///< s x s
   /// m: the number of readings minus p, minus the axis's share of the s shared unknowns
   Eigen::VectorXd degrees_of_freedom;
 };

@@ -16,7 +16,7 @@ namespace axiscal {
 
 /// The parts of a model that depend on the run.
 struct ModelChoice {
-  int temperature_order = 0;                    ///< 0: no temperature terms
+  int temperature_order = 0;  ///< 0: no temperature terms
   /// t0 of all temperature sensors; if not set: the mean of each sensor over the readings
   std::optional<double> temperature_reference;
   /// effects of the run; effects.blocks is ignored if there are temperature terms

@@ -29,9 +29,9 @@ struct VarianceProblem {
 struct VarianceFit {
   Eigen::VectorXd theta;             ///< q variances
   Eigen::MatrixXd theta_covariance;  ///< q x q; 0 for components at their limit
-  Eigen::MatrixXd information;  ///< A, q x q; the covariance of free components is 2 A^-1
-  Eigen::VectorXd estimate;     ///< b, c entries
-  Eigen::MatrixXd covariance;   ///< (W^T V^-1 W + prior)^-1, c x c
+  Eigen::MatrixXd information;       ///< A, q x q; the covariance of free components is 2 A^-1
+  Eigen::VectorXd estimate;          ///< b, c entries
+  Eigen::MatrixXd covariance;        ///< (W^T V^-1 W + prior)^-1, c x c
   /// For each component q, the contribution of theta_q = 1 to the covariance of b, c x c.
   std::vector<Eigen::MatrixXd> unit_shares;
 

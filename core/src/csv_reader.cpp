@@ -280,13 +280,13 @@ bool CsvReader::split_quoted() {
     }
     if (i < row_end_ && at(i) == '"') {
       if (!unquote(++i)) {
-        return give_up("a quote is opened and not closed");
+        return give_up("a cell begins with a quote and lacks the closing quote");
       }
       while (i < row_end_ && (at(i) == ' ' || at(i) == '\t' || at(i) == '\r')) {
         ++i;
       }
       if (i < row_end_ && at(i) != ',') {
-        return give_up("text behind a closing quote");
+        return give_up("text follows the closing quote of a cell");
       }
       pieces_.emplace_back(piece, unquoted_.size() - piece);
     } else {

@@ -51,8 +51,9 @@ void forbid(const struct stat& status, const std::string& name) {
   if (S_ISREG(status.st_mode) && found != all.files.end()) {
     throw InputOverwriteError(name +
                               (found->second == Use::read
-                                   ? ": is an input and would be overwritten"
-                                   : ": was written by this run and would be overwritten") +
+                                   ? ": is an input of this command and would be overwritten"
+                                   : ": was already written by this command and would be "
+                                     "overwritten") +
                               "; name another file for the output");
   }
 }

@@ -323,7 +323,7 @@ bool JsonValue::boolean() const {
 
 std::string JsonValue::text() const {
   if (!value_->is_string()) {
-    fail("must be a text");
+    fail("must be a string");
   }
   return value_->get<std::string>();
 }
@@ -415,9 +415,9 @@ void JsonValue::require_format(std::string_view format, int last_version) const 
   const JsonValue version = at("version");
   const int number = version.integer();
   if (number < 1 || number > last_version) {
-    version.fail(formatted("version {} is not known to this program, only {}{}", number,
+    version.fail(formatted("version {} is not supported, only {}{}", number,
                            last_version == 1 ? "1" : formatted("1 to {}", last_version),
-                           number > 1 ? "; a newer axiscal has written it" : ""));
+                           number > 1 ? "; a newer version of axiscal wrote the file" : ""));
   }
 }
 
@@ -464,7 +464,7 @@ JsonValue parse_json(std::string_view text, std::string path) {
     reason.remove_prefix(colon == std::string_view::npos ? 0 : colon + 2);
     throw DataError(path, line, "not valid JSON: " + std::string(reason));
   } catch (const Json::exception& error) {
-    throw DataError(path, std::string("not usable as JSON: ") + error.what());
+    throw DataError(path, std::string("cannot be used as JSON: ") + error.what());
   }
 }
 

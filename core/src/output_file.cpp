@@ -151,7 +151,7 @@ OutputFile::OutputFile(std::string path, Mode mode) : path_(std::move(path)) {
     const int reason = errno;
     discard();
     errno = reason;
-    fail("cannot be written with the permissions of the earlier file");
+    fail("cannot be given the permissions of the file that it replaces");
   }
 }
 
@@ -211,7 +211,8 @@ void OutputFile::open_beside() {
     return true;
   });
   if (!made) {
-    fail(errno == ENOENT ? "cannot be written: does its folder exist?" : "cannot be written");
+    fail(errno == ENOENT ? "cannot be written, because its folder does not exist"
+                         : "cannot be written");
   }
 }
 
@@ -233,14 +234,14 @@ void OutputFile::fail(std::string_view action) const {
   const int reason = errno;
   const std::string name = path_ == "-" ? "standard output" : path_;
   if (reason == EPIPE) {
-    throw ClosedPipe(name + ": closed by its reader");
+    throw ClosedPipe(name + ": was closed by the program that reads it");
   }
   throw OutputError(formatted("{}: {} ({})", name, action, std::strerror(reason)));
 }
 
 void OutputFile::rewrite_start(std::string_view text) {
   if (::pwrite(descriptor_, text.data(), text.size(), 0) != static_cast<ssize_t>(text.size())) {
-    fail("its header cannot be rewritten: name a regular file");
+    fail("the header of the output cannot be rewritten: write to a regular file");
   }
 }
 
@@ -279,11 +280,11 @@ void OutputFile::commit() {
                       AT_SYMLINK_FOLLOW) == 0;
     });
     if (!named) {
-      fail("cannot be given its name");
+      fail("cannot be created in its folder");
     }
   }
   if (::rename(temporary_.c_str(), target_.c_str()) != 0) {
-    fail("cannot be given its name");
+    fail("the temporary file cannot be renamed to this name");
   }
   unregister_unfinished_file(temporary_);
   temporary_.clear();

@@ -17,14 +17,16 @@ namespace axiscal {
 TemporaryFile::TemporaryFile() {
   const char* const stated = std::getenv("TMPDIR");  // NOLINT(concurrency-mt-unsafe)
   if (stated != nullptr && *stated == 0) {
-    throw OutputError("TMPDIR is empty: name a folder for temporary copies, or unset it");
+    throw OutputError(
+        "the environment variable TMPDIR is empty: set it to a folder for temporary "
+        "files, or unset it");
   }
   const std::string folder = stated != nullptr ? stated : "/tmp";
   path_ = folder + "/axiscal-XXXXXX";
   descriptor_ = ::mkostemp(path_.data(), O_CLOEXEC);
   if (descriptor_ < 0) {
     throw OutputError(
-        formatted("{}: no temporary copy can be made there ({}); name another folder "
+        formatted("{}: a temporary file cannot be created in this folder ({}); name another folder "
                   "in TMPDIR",
                   folder, std::strerror(errno)));
   }

@@ -32,7 +32,7 @@ double reading_factor_of(const Instrument& instrument,
   }
   const std::optional<double> factor = reading_factor_between(instrument.unit, wanted);
   if (!factor) {
-    throw RefusedError(formatted("the readings are in '{}', but this format needs {}; state how "
+    throw RefusedError(formatted("the readings are in '{}', but this format requires {}; state how "
                                  "many {} the driver outputs for 1 {}",
                                  instrument.unit, wanted, wanted, instrument.unit),
                        {settings::reading_factor});
@@ -180,7 +180,10 @@ Differences differences_of(const Calibration& calibration,
 
 void require_three_axes(const Calibration& calibration, std::string_view format) {
   if (calibration.sensor.instrument.axis_count() != 3 || calibration.sensor.instrument.one_sided) {
-    throw RefusedError(formatted("format {} supports only instruments with three axes", format));
+    throw RefusedError(
+        formatted("format {} supports only instruments with three axes that are not "
+                  "one-sided",
+                  format));
   }
 }
 
@@ -193,7 +196,8 @@ Sensor sensor_of(const Calibration& calibration, std::string_view format) {
     return sensor;
   }
   throw RefusedError(formatted(
-      "{} does not support this instrument ({}): only accelerometer, gyroscope or magnetometer",
+      "{} does not support this instrument ({}); it supports only accelerometers, gyroscopes and "
+      "magnetometers",
       of_format, kind));
 }
 
@@ -262,8 +266,8 @@ std::optional<ExportLoss> loss_of(const Calibration& calibration, const Consumer
     loss.what.emplace_back("temperature");
   }
   if (!calibration.sensor.also.empty() && !model.has_also) {
-    loss.what.emplace_back(
-        formatted("response to {} (not in the figures)", calibration.sensor.also.front().kind));
+    loss.what.emplace_back(formatted("response to {} (the stated errors do not include it)",
+                                     calibration.sensor.also.front().kind));
   }
   if (loss.what.empty()) {
     return std::nullopt;

@@ -277,12 +277,13 @@ void require_details(const Calibration& calibration, const CertificateDetails& d
   }
   if (!missing.empty()) {
     throw RefusedError(
-        formatted("a digital calibration certificate needs {} in the laboratory's details",
+        formatted("a digital calibration certificate requires these entries in the laboratory's "
+                  "details: {}",
                   joined(missing)),
         {settings::laboratory});
   }
   if (plain(calibration.sensor.instrument.serial).empty()) {
-    throw RefusedError("a digital calibration certificate needs the instrument's serial number");
+    throw RefusedError("a digital calibration certificate requires the instrument's serial number");
   }
   check_certifiable(calibration);
 }

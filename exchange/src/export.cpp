@@ -40,7 +40,9 @@ constexpr std::array known_exports = {
                              "C99: coefficients and a function that applies them, with temperature",
                              "inverse ((v - bias(t)) / scale(t))"},
                 export_c_header},
-    KnownExport{ExportFormat{"cpp-header", "C++17, constexpr: otherwise as c-header",
+    KnownExport{ExportFormat{"cpp-header",
+                             "C++17 (constexpr): coefficients and function as in "
+                             "c-header",
                              "inverse ((v - bias(t)) / scale(t))"},
                 export_cpp_header},
     KnownExport{ExportFormat{"csv", "a table: every coefficient with its standard error and unit",
@@ -116,7 +118,7 @@ void require_identifier(const std::string& name) {
       "short",  "signed", "std",   "struct", "this",   "true",      "union", "void",   "while"};
   if (!starts || !goes_on || std::find(taken.begin(), taken.end(), name) != taken.end()) {
     throw DomainError(
-        formatted("'{}' is not a valid name for a header: use letters, digits and _, and not a "
+        formatted("'{}' is not a valid name for a header: use letters, digits and _, but not a "
                   "keyword of C++",
                   name));
   }
@@ -140,8 +142,8 @@ Exported with_gravity(const ExportOptions& options, const Write& write) {
   by_standard.local_gravity = standard_gravity;
   Exported exported = write(by_standard);
   exported.notes.push_back(
-      formatted("1 g is taken as {} m/s^2, standard gravity, because the record does not state "
-                "local gravity; at a site gravity differs by up to 0.3 %",
+      formatted("1 g is taken as standard gravity, {} m/s^2, because the record does not state "
+                "local gravity; local gravity differs from this value by up to 0.3 %",
                 number_text(standard_gravity)));
   if (exported.content.starts_with("# ")) {  // the file has comments, so the note is added as one
     exported.content.insert(0, "# " + exported.notes.back() + "\n");

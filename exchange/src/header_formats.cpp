@@ -232,7 +232,8 @@ Exported fixed_header(const Calibration& calibration,
   if (shift < 1 || shift > 62 || std::ldexp(span, bias_bits) >= largest || !field_fits) {
     throw RefusedError(
         formatted("readings, coefficients or a field of {} times {} {} do not fit into 32 bits "
-                  "with {} binary places of the readings and {} of the field; choose fewer places",
+                  "with {} binary places of the readings and {} binary places of the field; choose "
+                  "fewer binary places",
                   number_text(times_field), number_text(calibration.sensor.field.magnitude, 4),
                   calibration.sensor.field.unit, reading_bits, field_bits));
   }

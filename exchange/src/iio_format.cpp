@@ -21,8 +21,8 @@ Exported export_iio(const Calibration& given, const ExportOptions& options) {
                                                            : "magn";
   std::string text = comment_lines(
       calibration, "# ",
-      {formatted("corrected = calibscale (v + calibbias), v = raw * scale in {}; the unit "
-                 "of calibbias depends on the driver: check yours",
+      {formatted("corrected = calibscale (v + calibbias), v = raw * scale in {}; the unit of "
+                 "calibbias depends on the driver: check the unit in your driver",
                  unit),
        "cd /sys/bus/iio/devices/iio:deviceN, and run these lines there",
        worked_example(calibration, model)},

@@ -47,8 +47,8 @@ Eigen::Matrix3d inverted(const Source& source, const Eigen::Matrix3d& M) {
   if (!M.allFinite() || !(std::abs(M.determinant()) > 0.0) || !inverse.allFinite() ||
       inverse.isZero(0.0)) {
     throw DataError(source.path,
-                    "its matrix cannot be inverted: a scale factor is 0, not a number, or far too "
-                    "large or small");
+                    "the matrix of this calibration cannot be inverted: a scale factor is 0, not a "
+                    "number, or far too large or small");
   }
   return inverse;
 }
@@ -86,8 +86,8 @@ ParameterTable read_parameters(const Source& source,
     if (!value) {
       throw DataError(
           source.path, line_number,
-          formatted("this line has no parameter with a number; each line of this format has {} "
-                    "columns",
+          formatted("this line does not contain the name of a parameter and a number; each line of "
+                    "this format has {} columns",
                     columns));
     }
     if (!table.emplace(parts[name_at], *value).second) {
@@ -237,7 +237,8 @@ Imported import_imucal(const Source& source) {
   const Json json = json_or_discarded(source.text);
   if (!json.is_object() || !json.contains("K_a")) {
     throw DataError(source.path, std::string_view("/"),
-                    "not a calibration of imucal: an object with K_a, R_a, b_a, ... is needed");
+                    "not a calibration file of imucal: an object with K_a, R_a, b_a, ... is "
+                    "needed");
   }
   Imported result;
   if (source.is("accelerometer")) {
@@ -251,7 +252,7 @@ Imported import_imucal(const Source& source) {
     result.sensitivity = json_product(source, json, "K_g", "R_g");
     result.bias = json_numbers<1>(source, json, "b_g");
     if (json.contains("K_ga") && !json_numbers<3>(source, json, "K_ga").isZero(0.0)) {
-      result.notes.emplace_back("the file's response to gravity (K_ga) is left out");
+      result.notes.emplace_back("the response to gravity in the file (K_ga) is not imported");
     }
   } else {
     throw DataError(source.path, "imucal does not calibrate magnetometers");
@@ -298,7 +299,8 @@ Imported read_kalibr(const Source& source) {
   }
   if (!root.IsMap() || !root[imu] || !root[imu].IsMap() || !root[imu][sensor] ||
       !root[imu][sensor].IsMap()) {
-    throw DataError(source.path, formatted("the file has no {} with {} (M, C, ...)", imu, sensor));
+    throw DataError(source.path,
+                    formatted("the file does not contain {} with {} (M, C, ...)", imu, sensor));
   }
   const YAML::Node node = root[imu][sensor];
   Imported result;
@@ -317,10 +319,10 @@ Imported read_kalibr(const Source& source) {
       throw DataError(source.path, "bias: three numbers are needed");
     }
   } else {
-    result.notes.emplace_back("Kalibr's file contains no bias: 0 is assumed");
+    result.notes.emplace_back("the file does not contain a bias: 0 is assumed");
   }
   if (node["A"] && !yaml_matrix(source, node, "A").isZero(0.0)) {
-    result.notes.emplace_back("the file's response to acceleration (A) is left out");
+    result.notes.emplace_back("the response to acceleration in the file (A) is not imported");
   }
   static_cast<void>(inverted(source, result.sensitivity));
   return result;
@@ -336,7 +338,7 @@ Imported import_kalibr(const Source& source) {
   } catch (const YAML::ParserException& error) {
     throw fail("not valid YAML: ", error);
   } catch (const YAML::Exception& error) {
-    throw fail("not a calibration of Kalibr: ", error);
+    throw fail("not a calibration file of Kalibr: ", error);
   }
 }
 #endif

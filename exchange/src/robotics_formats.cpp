@@ -85,10 +85,11 @@ KalibrSensor kalibr_sensor(const Calibration& calibration, const ExportOptions& 
       {formatted("{}, in {}; M is lower triangular, C a rotation",
                  is_gyroscope ? "v = M C w + A C a + bias" : "v = M C f + bias", unit),
        is_gyroscope ? "a: specific force in m/s^2, in the frame of the rates"
-                    : "Kalibr takes C of the accelerometer as the identity: its frame of the IMU "
-                      "is then this instrument's frame rotated by C",
-       "C of an accelerometer and bias are additions by axiscal: Kalibr does not write them",
-       "axiscal noise writes the noise densities and random walks",
+                    : "Kalibr assumes that C of the accelerometer is the identity: the IMU's frame "
+                      "in Kalibr is this instrument's frame rotated by C",
+       "axiscal adds bias and the C of an accelerometer; Kalibr itself does not write these "
+       "entries",
+       "the command 'axiscal noise' writes the noise densities and random walks",
        worked_example(calibration, model)},
       result.loss);
   return result;
@@ -180,8 +181,8 @@ std::string covariance_for_ros(const Calibration& calibration,
                            : sensor == Sensor::gyroscope   ? "angular_velocity_covariance"
                                                            : "magnetic_field_covariance";
   return formatted(
-      "# of the readings that were calibrated [({})^2]; that of one sample is larger: see "
-      "axiscal noise\n{}: [{}]\n",
+      "# covariance of the readings of the calibration [({})^2]; the covariance of one sample is "
+      "larger: see the command 'axiscal noise'\n{}: [{}]\n",
       unit, name, entries);
 }
 
@@ -196,7 +197,8 @@ Exported export_ros(const Calibration& calibration, const ExportOptions& options
   const std::optional<ExportLoss> loss = accepted_loss(calibration, model, "ros", options);
   std::string text = comment_lines(calibration, "# ",
                                    {formatted("field [{}] = SM v - bias, v in {}; SM row by row; "
-                                              "imu_calib itself applies it to accelerometers only",
+                                              "imu_calib itself applies this formula only to "
+                                              "accelerometers",
                                               unit, readings),
                                     worked_example(calibration, model)},
                                    loss);
@@ -234,8 +236,9 @@ Exported export_x_io(const Calibration& calibration, const ExportOptions& option
   std::string formula;
   if (sensor == Sensor::magnetometer) {
     formula = formatted(
-        "field [{}] = softIronMatrix (v - hardIronOffset), as in Fusion since 2022; earlier, and "
-        "in the x-IMU3: softIronMatrix v - h, h = softIronMatrix hardIronOffset",
+        "field [{}] = softIronMatrix (v - hardIronOffset), as in Fusion since 2022; earlier "
+        "versions and the x-IMU3 use softIronMatrix v - h, so enter h = softIronMatrix "
+        "hardIronOffset there",
         unit);
     json["softIronMatrix"] = row_major(model.inverse);
     json["hardIronOffset"] = vector(model.bias);

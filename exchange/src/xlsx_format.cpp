@@ -274,8 +274,8 @@ class Workbook {
       put_example(sheet, i + 1, i);
     }
     sheet.text(example_rows + 2, 0,
-               "These readings are examples: put your own in the coloured cells, and copy the "
-               "formulas down for more.");
+               "These readings are examples: put your own readings in the coloured cells, and copy "
+               "the formulas down for more readings.");
   }
 
   [[nodiscard]] std::vector<std::string> result_names() const {
@@ -424,8 +424,8 @@ Exported export_xlsx(const Calibration& record, const ExportOptions&) {
   if (sensor.instrument.axis_count() > 3 || sensor.instrument.one_sided || !sensor.also.empty() ||
       !gives_field(calibration)) {
     throw RefusedError(
-        "xlsx: the sheet's formulas support up to three plain axes, but no one-sided axes, no "
-        "second field, and no biases that include the field");
+        "xlsx: the formulas of the sheet support up to three axes; they do not support one-sided "
+        "axes, second fields (also) or biases that include the response to the field");
   }
   const TemporaryFile temporary;
   Workbook(calibration, temporary.path()).write();

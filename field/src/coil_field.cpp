@@ -45,7 +45,9 @@ std::optional<CoilShape> parse_coil_shape(std::string_view name) {
 Eigen::Vector3d coil_field_in_table_T(const Coil& coil) {
   if (!(coil.turns > 0.0) || !(coil.size_m > 0.0) || !(std::abs(coil.current_A) > 0.0) ||
       !(coil.axis_in_table.norm() > 0.0)) {
-    throw DomainError("coil: turns and size must be positive, current and axis not zero");
+    throw DomainError(
+        "coil: turns and size must be positive, and current and axis must not be "
+        "zero");
   }
   const double ampere_turns = coil.turns * coil.current_A;
   const double along = coil.shape == CoilShape::merritt ? merritt_T(ampere_turns, coil.size_m)

@@ -51,8 +51,10 @@ void FieldResolver::check_given() const {
                      {settings::field_magnitude});
   }
   if (given_.magnitude && given_.magnitude_unknown) {
-    throw SetupError("the field's magnitude is either a number or unknown, not both",
-                     {settings::field_magnitude});
+    throw SetupError(
+        "the field's magnitude is stated as a number and also as unknown; state only "
+        "one of the two",
+        {settings::field_magnitude});
   }
   if (!(given_.magnitude_u >= 0.0)) {
     throw SetupError("the uncertainty of the field's magnitude must not be negative",
@@ -75,8 +77,8 @@ void FieldResolver::prepare() {
   }
   check_field_unit(found_.kind, found_.unit);
   if (kind.local && given_.role == FieldRole::induced) {
-    throw SetupError(formatted(
-        "field {}: its role must be local, because no one can set this field", found_.kind));
+    throw SetupError(formatted("field {}: its role must be local, because this field cannot be set",
+                               found_.kind));
   }
   found_.set_by_level = given_.is_induced();
 }

@@ -24,8 +24,8 @@ void convert(FieldDescription& part, const std::string& unit) {
     factor = factor_between(part.unit, unit);
   } catch (const DomainError&) {
     throw SetupError(
-        formatted("field: its parts must have the same quantity; {} is in {}, but "
-                  "the first part is in {}",
+        formatted("field: all parts must be of the same physical quantity; {} is in {}, but the "
+                  "first part is in {}",
                   part.kind, part.unit, unit));
   }
   part.magnitude *= factor;
@@ -59,7 +59,8 @@ void check_names(const std::vector<FieldDescription>& parts) {
     for (std::size_t q = 0; q < p && !parts[p].name.empty(); ++q) {
       if (parts[q].level_name() == parts[p].level_name()) {
         throw SetupError(
-            formatted("field: two parts have the name '{}'; give each its own", parts[p].name),
+            formatted("field: two parts have the name '{}'; give each part a different name",
+                      parts[p].name),
             {settings::field});
       }
     }
@@ -246,8 +247,8 @@ FieldDescription describe_field(const TablePlace& place,
 Eigen::Matrix3d rotation_of_moving(const TablePlace& place, const ReferenceField& field) {
   if (!place.fence_azimuth_rad) {
     throw SetupError(field.moving_name() +
-                         " moves between the readings; state the fence's azimuth, to a few "
-                         "degrees",
+                         " moves between the readings; state the fence's azimuth (an accuracy of a "
+                         "few degrees is sufficient)",
                      {settings::fence_azimuth});
   }
   return rotation_sloping_from_level(place.slope) *

@@ -68,7 +68,7 @@ double factor_between(std::string_view from, std::string_view to) {
   const Unit* const a = find_unit(from);
   const Unit* const b = find_unit(to);
   if (a == nullptr || b == nullptr || a->quantity != b->quantity) {
-    throw DomainError(formatted("'{}' does not convert to '{}'", from, to));
+    throw DomainError(formatted("the unit '{}' cannot be converted to '{}'", from, to));
   }
   return a->in_si / b->in_si;
 }

@@ -16,7 +16,7 @@ namespace axiscal {
 
 Eigen::Vector3d lamps_in_table(const std::vector<Lamp>& lamps) {
   if (lamps.empty()) {
-    throw DomainError("lamps: at least one is needed");
+    throw DomainError("lamps: at least one lamp is needed");
   }
   Eigen::Vector3d sum = Eigen::Vector3d::Zero();
   for (const Lamp& lamp : lamps) {
@@ -50,7 +50,8 @@ void LightField::state(FieldSetup& setup) const {
 
 Eigen::Vector3d LightField::moving_in_table(const TablePlace& place, double time_s) const {
   if (!place.site) {
-    throw SetupError("the sun's place needs the site: latitude and longitude", {settings::site});
+    throw SetupError("to compute the sun's position, state the site: latitude and longitude",
+                     {settings::site});
   }
   return rotation_of_moving(place, *this) *
          sun_position(*place.site, time_s, refraction_).direction_in_enu;
@@ -73,7 +74,8 @@ void LightField::resolve(FieldResolver& of) const {
 
 void LightField::resolve_sun(FieldResolver& of) const {
   if (!of.site()) {
-    throw SetupError("the sun's place needs the site: latitude and longitude", {settings::site});
+    throw SetupError("to compute the sun's position, state the site: latitude and longitude",
+                     {settings::site});
   }
   if (!of.is_time_of_day_known()) {
     return;  // the readings' times are not known yet, or readings have no times

@@ -58,8 +58,10 @@ RecordedField::RecordedField(std::shared_ptr<const ReferenceField> of,
   for (std::size_t i = 0; i < times_s_.size(); ++i) {
     const Eigen::Vector3d value = in_table_.col(static_cast<Eigen::Index>(i));
     if (!std::isfinite(times_s_[i]) || (i > 0 && !(times_s_[i] > times_s_[i - 1]))) {
-      throw DomainError(formatted("a recorded field's times must ascend; the time {} does not",
-                                  number_text(times_s_[i])));
+      throw DomainError(
+          formatted("the times of a recorded field must increase from row to row, "
+                    "but the time {} does not",
+                    number_text(times_s_[i])));
     }
     if (!value.allFinite() || !(value.norm() > 0.0)) {
       throw DomainError(formatted("a recorded field is zero or not finite at the time {}",
@@ -75,8 +77,8 @@ Eigen::Vector3d RecordedField::value_in_enu() const {
 Eigen::Vector3d RecordedField::value_in_enu_at(double time_s) const {
   if (!(time_s >= times_s_.front() && time_s <= times_s_.back())) {
     throw RefusedError(formatted(
-        "the field's record is from {} to {}, but a reading is at {}; record it from the first "
-        "reading to the last, by the same clock",
+        "the recording of the field is from time {} to {}, but a reading is at time {}; record the "
+        "field from the first reading to the last, with the clock of the readings",
         number_text(times_s_.front()), number_text(times_s_.back()), number_text(time_s)));
   }
   const auto after = std::lower_bound(times_s_.begin() + 1, times_s_.end(), time_s);
@@ -94,8 +96,10 @@ void RecordedField::resolve(FieldResolver& of) const {
   const Eigen::Vector3d value =
       of.reading_time_s() ? value_in_enu_at(*of.reading_time_s()) : value_in_enu();
   if (of.given().magnitude) {
-    throw SetupError("the field's record gives its magnitude; do not state another magnitude",
-                     {settings::field_magnitude});
+    throw SetupError(
+        "the recording of the field contains its magnitude; do not state another "
+        "magnitude",
+        {settings::field_magnitude});
   }
   of.set_magnitude(value.norm());
   of.found().in_table = value;
@@ -113,8 +117,8 @@ RecordedField read_recorded_field(const std::string& path,
   const std::optional<std::size_t> time = csv.column("time");
   if (!time || csv.header().size() != 4) {
     throw DataError(path,
-                    "a field's record must have a column 'time' and three more: the components "
-                    "along the table's x, y and z");
+                    "a recording of the field must have a column 'time' and three more columns: "
+                    "the components along the table's x, y and z");
   }
   std::vector<double> times_s;
   std::vector<double> components;

@@ -21,7 +21,7 @@ TableField::TableField() {
 
 TableField::TableField(std::vector<FieldDescription> parts) {
   if (parts.empty()) {
-    throw DomainError("a field in the table has at least one part");
+    throw DomainError("a field in the table must have at least one part");
   }
   Layout layout;
   layout.level_can_be_set = std::any_of(

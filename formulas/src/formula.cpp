@@ -227,10 +227,10 @@ std::vector<Step> parsed(const std::string& text, const std::vector<std::string>
   } catch (const x3::expectation_failure<std::string::const_iterator>& failure) {
     at = failure.where();
     if (at == text.end()) {
-      throw DomainError("it ends too early");
+      throw DomainError("an operand or a parenthesis is missing at the end");
     }
   }
-  throw DomainError(formatted("it is not valid from character {} on: '{}'", at - text.begin() + 1,
+  throw DomainError(formatted("syntax error at character {}: '{}'", at - text.begin() + 1,
                               std::string(at, text.end()).substr(0, 20)));
 }
 

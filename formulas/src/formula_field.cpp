@@ -31,7 +31,8 @@ class FormulaField final : public ReferenceField {
       value(static_cast<Eigen::Index>(j)) = components_[j] ? (*components_[j])(t) : 0.0;
     }
     if (!value.allFinite()) {
-      throw RefusedError(formatted("the field by formulas is undefined at t = {}", time_s));
+      throw RefusedError(
+          formatted("the formulas of the field do not give a finite value at t = {}", time_s));
     }
     return value;
   }

@@ -199,15 +199,17 @@ std::size_t best_by_scatter(const RecordedLog& log,
   const std::size_t kept = sets[best].intervals.size();
   if (kept < sets[persistent].intervals.size()) {
     notes.push_back(formatted(
-        "{} of {} rests are left out, because the coefficients are better without them: the {} of "
-        "the others scatter by {}{}, and those of all rests by {}",
+        "{} of {} rests are left out, because the coefficients are better without them: the {} "
+        "scatter by {}{} without these rests, and by {} with all rests",
         sets[persistent].intervals.size() - kept, sets[persistent].intervals.size(),
-        options.gyroscope.empty() ? "lengths of gravity" : "attitudes after the turns",
+        options.gyroscope.empty() ? "magnitudes of gravity"
+                                  : "errors of the attitudes that the "
+                                    "gyroscope predicts",
         number_text(least.scatter * (options.gyroscope.empty() ? 1.0 : deg_per_rad), 2),
         options.gyroscope.empty() ? " g" : " degrees",
         std::isfinite(all.scatter)
             ? number_text(all.scatter * (options.gyroscope.empty() ? 1.0 : deg_per_rad), 2)
-            : std::string("an amount that cannot be fitted")));
+            : std::string("an unknown amount, because the fit fails")));
   }
   return best;
 }
@@ -287,7 +289,8 @@ class ImuCalibrator {
     if (!options_.gyroscope.empty() && result_.accelerometer_failed) {
       result_.failed.push_back(
           {.slot = "gyroscope",
-           .message = "its turns need the accelerometer, whose calibration was refused"});
+           .message = "the fit to its turns requires the accelerometer, but the calibration of the "
+                      "accelerometer was refused"});
     } else if (!options_.gyroscope.empty()) {
       try {
         calibrate_gyroscope();
@@ -416,8 +419,8 @@ class ImuCalibrator {
           scatters_by_steps(rests)) {
         result_.rests = std::move(rests);
         result_.notes.push_back(formatted(
-            "{} samples ({} %) are left out, because they repeat one value for a second or longer "
-            "while others scatter, as if the sensor slept",
+            "{} samples ({} %) are left out, because one value is repeated for a second or longer, "
+            "as by a sensor in a sleep mode",
             samples,
             number_text(
                 100.0 * static_cast<double>(samples) / static_cast<double>(result_.rests.samples),
@@ -463,12 +466,13 @@ class ImuCalibrator {
       throw RefusedError(formatted(
           "the log contains {} rest{} of {} s or more, but a calibration needs rests in many "
           "attitudes: lay the instrument on each of its six faces, or better in twelve or more "
-          "different ways, for some seconds each, and log it",
+          "orientations, for some seconds each, and record a new log",
           observations.size(), observations.size() == 1 ? "" : "s",
           number_text(options_.segment.shortest_s, 2)));
     }
     assume_level_table(make_field_description(experiment).magnitude, faces, observations);
-    result_.notes.emplace_back("it lay on its six faces, which were recognised by gravity");
+    result_.notes.emplace_back(
+        "the instrument lay on its six faces, which were recognised by gravity");
   }
 
   void calibrate_accelerometer() {
@@ -546,8 +550,8 @@ class ImuCalibrator {
     result_.g_sensitivity_se = rests.g_sensitivity_se;
     if (rests.g_sensitivity && rests.p_value.minCoeff() < 1e-3) {
       record.findings.notes.push_back(
-          {NoteCode::turns, formatted("the rests' means change with gravity: g-sensitivity of up "
-                                      "to {} {} (standard error {})",
+          {NoteCode::turns, formatted("the mean readings at rest depend on the direction of "
+                                      "gravity: g-sensitivity of up to {} {} (standard error {})",
                                       number_text(rests.g_sensitivity->cwiseAbs().maxCoeff(), 3),
                                       unit_per(record.sensor.instrument.unit, "g"),
                                       number_text(rests.g_sensitivity_se->maxCoeff(), 2))});
@@ -615,8 +619,8 @@ SeatLabels recognise_seats(const RecordedLog& log,
   const std::string open_start =
       options.first
           ? ""
-          : "; the first one is assumed as in the standard design, so the x and y of the slope are "
-            "known only up to a rotation of the table (state its fence face)";
+          : "; the fence face of the first rest is assumed as in the standard design, so the "
+            "direction of the table's slope is unknown (state the fence face of the first rest)";
   if (!options.gyroscope.empty()) {
     RestTurns source(log, options, rests.rate_hz);
     const std::vector<GyroscopeTurn> turns = source.turns(rests, all_rests(rests), ups);
@@ -630,8 +634,8 @@ SeatLabels recognise_seats(const RecordedLog& log,
       return label_by_turns(faces, integrated_rotations(turns, fit), first_point(options, faces));
     }
     if (options.magnetometer.empty()) {
-      throw RefusedError(formatted("the gyroscope lacks samples in {} of the turns, so it "
-                                   "cannot show the fence faces; give the run sheet",
+      throw RefusedError(formatted("the gyroscope lacks samples in {} of the turns, so it cannot "
+                                   "show the fence faces; state the run sheet",
                                    source.left_out),
                          {settings::run_sheet});
     }
@@ -642,8 +646,9 @@ SeatLabels recognise_seats(const RecordedLog& log,
                             first_point(options, faces));
   }
   notes.emplace_back(
-      "no instrument in the log shows the fence faces: they are assumed in the order of the "
-      "standard design; the slope of the table is then meaningless");
+      "the log contains neither a gyroscope nor a magnetometer to recognise the fence faces; they "
+      "are assumed in the order of the standard design, so the computed slope of the table is "
+      "meaningless");
   return label_by_order(faces);
 }
 
@@ -670,8 +675,9 @@ void check_fences(const RecordedLog& log,
     if (labels.points[i] && seen.points[i] && labels.points[i]->rest() == seen.points[i]->rest() &&
         labels.points[i]->fence() != seen.points[i]->fence()) {
       labels.messages.push_back(formatted(
-          "rest {}: the sheet states {}, the {} shows {}; was the cube turned as planned?", i + 1,
-          labels.points[i]->name(), options.gyroscope.empty() ? "magnetometer" : "gyroscope",
+          "rest {}: the sheet states {}, but the {} shows face {} at the fence; was the cube "
+          "turned as planned?",
+          i + 1, labels.points[i]->name(), options.gyroscope.empty() ? "magnetometer" : "gyroscope",
           face_name(seen.points[i]->fence())));
     }
   }

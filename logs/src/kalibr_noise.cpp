@@ -49,15 +49,18 @@ KalibrNoise noise_of(const LogNoise& noise, SeriesKind kind) {
     count += 1.0;
   }
   if (count == 0.0) {
-    throw RefusedError(formatted(
-        "kalibr: there is no {} among the columns; imu.yaml needs accelerometer and gyroscope",
-        name_of(kind)));
+    throw RefusedError(
+        formatted("kalibr: the columns of a sensor of the kind {} are missing; imu.yaml requires "
+                  "accelerometer and gyroscope",
+                  name_of(kind)));
   }
   sum.density = std::sqrt(sum.density / count);
   sum.walk = std::sqrt(sum.walk / count);
   if (!(sum.density > 0.0)) {
     throw RefusedError(formatted(
-        "kalibr: the record of the {} shows no white noise; log it longer at rest", name_of(kind)));
+        "kalibr: the white noise of the {} could not be determined; record a longer log at "
+        "rest",
+        name_of(kind)));
   }
   return sum;
 }
@@ -67,7 +70,9 @@ std::string lines_of(const char* name, const KalibrNoise& noise, const char* uni
       "{}_noise_density: {}  # N [{}/sqrt(Hz)], root mean square of the axes\n"
       "{}_random_walk: {}  # K [{}/s/sqrt(Hz)]{}\n",
       name, number_text(noise.density, 6), unit, name, number_text(noise.walk, 6), unit,
-      noise.walk_is_limit ? ", upper bound: the record is too short to show it on every axis" : "");
+      noise.walk_is_limit ? ", an upper bound, because the log is too short to determine the value "
+                            "on every axis"
+                          : "");
 }
 
 }  // namespace
@@ -77,9 +82,10 @@ std::string kalibr_imu_yaml(const LogNoise& noise, const std::string& topic) {
   const KalibrNoise gyroscope = noise_of(noise, SeriesKind::gyroscope);
   return formatted(
       "# For the calibration of cameras with an IMU by Kalibr; set rostopic to your topic.\n"
-      "# From a record at rest. Kalibr's authors advise increasing both values by a factor of up\n"
+      "# From a log at rest. Kalibr's authors advise increasing both values by a factor of up\n"
       "# to 10 for a sensor that shakes or warms up.\n"
-      "{}{}rostopic: {}\nupdate_rate: {}  # Hz\n",
+      "{}{}rostopic: {}\n"
+      "update_rate: {}  # Hz\n",
       lines_of("accelerometer", accelerometer, "m/s^2"), lines_of("gyroscope", gyroscope, "rad/s"),
       topic, number_text(gyroscope.rate_hz, 6));
 }

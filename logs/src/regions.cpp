@@ -105,8 +105,9 @@ class RegionReader {
     if (!(part.first + 1 < part.end) || part.end > n) {
       throw DataError(
           log_.name,
-          formatted("the region from sample {} to {} is empty or not within the {} samples{}",
-                    part.first, part.end, n, region.name.empty() ? "" : " (" + region.name + ")"));
+          formatted(
+              "the region from sample {} to {} is empty, or exceeds the {} samples of the log{}",
+              part.first, part.end, n, region.name.empty() ? "" : " (" + region.name + ")"));
     }
     return part;
   }
@@ -200,7 +201,7 @@ class RegionCalibrator {
         result_.failed.push_back({.slot = "gyroscope", .message = error.what()});
       }
     } else if (!options_.gyroscope.empty()) {
-      result_.notes.emplace_back("the regions contain no turn, so that the gyroscope is left out");
+      result_.notes.emplace_back("the regions contain no turn, so the gyroscope is not calibrated");
     }
     result_.notes.push_back(
         formatted("the regions contain {} rests and {} turns", rests_.size(), turns_.size()));
@@ -267,7 +268,9 @@ class RegionCalibrator {
       for (std::size_t i = 0; i < rests_.size(); ++i) {
         const Region& region = *rests_[i].region;
         if (axis_of(*region.rest) == axis_of(*region.fence)) {
-          throw DataError(log_.name, formatted("region {}: rest and fence lie on one axis", i + 1));
+          throw DataError(
+              log_.name,
+              formatted("region {}: the faces 'rest' and 'fence' belong to the same axis", i + 1));
         }
         observations.readings[i].point = DesignPoint(*region.rest, *region.fence);
       }
@@ -280,7 +283,7 @@ class RegionCalibrator {
       experiment.fit.method = experiment.fit.method.value_or(Method::known);
       result_.notes.emplace_back(
           "the regions state only the face on the table: the table is assumed to be level, so its "
-          "slope is part of the biases");
+          "actual slope changes the biases");
     }
     result_.accelerometer = calibrate(experiment, observations);
     result_.accelerometer.provenance.slot = "accelerometer";
@@ -347,9 +350,10 @@ class RegionCalibrator {
                                         const Eigen::Vector3d& readings) const {
     const Region& region = *turn.region;
     if (!region.rest) {
-      throw DataError(log_.name,
-                      formatted("region '{}': a turn needs the member rest, the face on the table",
-                                region.name));
+      throw DataError(
+          log_.name,
+          formatted("region '{}': a turn must have the member 'rest' (the face on the table)",
+                    region.name));
     }
     const Eigen::Vector3d up = up_of(*region.rest);
     const double duration_s = reader_.duration_s(turn.part);
@@ -362,7 +366,7 @@ class RegionCalibrator {
       turns = std::copysign(turns, along);
     }
     if (turns == 0.0) {
-      throw RefusedError(formatted("region '{}': it contains no whole turn", region.name));
+      throw RefusedError(formatted("region '{}' contains no whole turn", region.name));
     }
     return up * (2.0 * std::numbers::pi * turns / duration_s);
   }

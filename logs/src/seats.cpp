@@ -98,8 +98,8 @@ std::vector<std::optional<Face>> resting_faces(const Eigen::MatrixX3d& means) {
   for (int axis = 0; axis < 3; ++axis) {
     if (!(range(axis) > 0.5 * range.maxCoeff())) {
       throw RefusedError(
-          formatted("the rests do not show which face was down: axis {} was never both up and "
-                    "down; lay the cube on all six faces",
+          formatted("the rests do not show which face was down: axis {} has no rests in both "
+                    "directions, up and down; lay the cube on all six faces",
                     "xyz"[axis]));
     }
   }
@@ -163,12 +163,13 @@ SeatLabels label_by_sheet(const std::vector<std::optional<Face>>& faces,
       }
     } else if (i > 0 && cost[i][j] == cost[i - 1][j] + 1.0) {
       --i;
-      messages.push_back(formatted("{} ({}) fits no row of the sheet and is left out", rest_name(i),
-                                   seen_name(faces[i])));
+      messages.push_back(formatted("{} ({}) agrees with no row of the sheet and is left out",
+                                   rest_name(i), seen_name(faces[i])));
     } else {
       --j;
       messages.push_back(formatted(
-          "run {} of the sheet ({}) is not in the log: was it skipped, or was its rest too short?",
+          "run {} of the sheet ({}) is not in the log: was this run skipped, or was its rest too "
+          "short?",
           sheet[j].run, sheet[j].entry.point.name()));
     }
   }
@@ -251,15 +252,17 @@ SeatLabels label_by_plan(const Eigen::MatrixXd& means,
     SeatLabels labels = label_in_order(sheet);
     if (misfit >= largest_misfit) {
       labels.messages.push_back(formatted(
-          "no field fits the rests in the order of the sheet (deviation: {} % of their range): "
-          "were some taken in another order, or at another level?",
+          "the rests do not agree with the order of the sheet: the readings deviate by {} % of "
+          "their range from the readings in any constant field; was the order or the level of the "
+          "field different in some rests?",
           number_text(100.0 * misfit, 2)));
     }
     return labels;
   }
   throw RefusedError(formatted(
-      "there are {} rests and {} rows of the sheet, and these columns do not show which row is "
-      "missing: name an accelerometer that was also recorded, or remove the skipped row",
+      "the log has {} rests, but the sheet has {} rows, and the columns do not show which row was "
+      "skipped; name the columns of an accelerometer in this log, or remove the skipped row from "
+      "the sheet",
       means.rows(), sheet.size()));
 }
 
@@ -294,7 +297,8 @@ SeatLabels label_by_turns(const std::vector<std::optional<Face>>& faces,
     }
     if (!best || least > farthest_rad) {
       labels.messages.push_back(formatted(
-          "{} ({}) gets no label: the turn before it ends {} degrees from the nearest seat",
+          "{} ({}) gets no label: by the integrated turn, the cube is {} degrees from the nearest "
+          "possible design point",
           rest_name(i), seen_name(faces[i]), number_text(least * deg_per_rad, 3)));
       continue;
     }

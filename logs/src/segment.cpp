@@ -186,10 +186,10 @@ void warn_of_defects(const LogFile& log,
     }
   };
   warn(defects.ragged_rows,
-       formatted("{} left out: the number of cells is not that of the others; the first is line {}",
+       formatted("{} left out because of a wrong number of cells; the first is line {}",
                  counted(defects.ragged_rows, "row was", "rows were"), defects.first_ragged_line));
   warn(repair.missing,
-       formatted("{} a cell that is not a number, which ends a rest{}",
+       formatted("{} a cell that is not a number; each of them ends a rest{}",
                  counted(repair.missing, "sample has", "samples have"),
                  defects.first_missing_line > 0
                      ? formatted("; the first is in line {}", defects.first_missing_line)
@@ -198,7 +198,7 @@ void warn_of_defects(const LogFile& log,
        counted(repair.saturated, "sample is", "samples are") + " at or beyond the range");
   warn(clock.gaps, counted(clock.gaps, "gap", "gaps") + " in the times: samples are missing there");
   warn(clock.decreasing, counted(clock.decreasing, "time stamp is", "time stamps are") +
-                             " earlier than the one before: were several recordings put together?");
+                             " earlier than the one before: were several recordings joined?");
   if (result.rate_hz < 1.0) {
     result.warnings.push_back(
         formatted("the rate is {} Hz: are the times in milliseconds or microseconds? Then name the "
@@ -222,7 +222,7 @@ std::string runs_text(const std::vector<std::size_t>& rests) {
 void warn_of_marks(Segmentation& result) {
   const std::vector<std::pair<std::string, std::string>> meanings = {
       {"drift", "a drift larger than the noise; let the instrument come to rest and warm up"},
-      {"knock", "a knock, or motion at an end; the means may be wrong"},
+      {"knock", "a knock, or motion at the start or end of the rest; the means may be wrong"},
       {"stuck", "a column does not vary: it is saturated, frozen, or has a coarse resolution"},
       {"restless", "a slow change that is not noise: was the instrument at rest?"}};
   for (const auto& [mark, meaning] : meanings) {

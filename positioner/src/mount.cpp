@@ -31,7 +31,7 @@ std::vector<Mount> checked_mounts(std::vector<Mount> mounts) {
   std::set<std::string> names;
   for (Mount& mount : mounts) {
     if (mount.slot.empty() || !names.insert(mount.slot).second) {
-      throw DomainError("each mount needs a slot name of its own");
+      throw DomainError("each mount must have a different slot name, which is not empty");
     }
     if (!is_rotation(mount.rotation_sensor_from_positioner, 1e-6)) {
       throw DomainError(

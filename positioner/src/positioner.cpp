@@ -163,7 +163,7 @@ Positioner::Positioner(PositionerDescription description)
   }
   description_.mounts = checked_mounts(std::move(description_.mounts));
   if (!(std::abs(description_.surface.fence_lean_rad) <= 0.5)) {
-    throw DomainError("the fence may lean by at most 0.5 rad");
+    throw DomainError("the fence must lean by at most 0.5 rad");
   }
   seats_ = find_seats();
 }
@@ -277,7 +277,8 @@ std::vector<std::string> rocking_remarks(const Positioner& positioner,
       remarks.push_back(
           point.name() +
           ": the cube rocks at the fence, because the middle foot of the fence face protrudes; the "
-          "calculation uses the position nearer to the fence, so take this position each time");
+          "calculation uses the position nearer to the fence, so always push the cube into this "
+          "position");
     }
   }
   return remarks;

@@ -118,7 +118,7 @@ Surface surface_of(const JsonValue& json) {
   if (const std::optional<JsonValue> lean = json.find("fence_lean_rad")) {
     surface.fence_lean_rad = lean->number();
     if (!(std::abs(surface.fence_lean_rad) <= 0.5)) {
-      lean->fail("the fence may lean by up to 0.5 rad");
+      lean->fail("the fence must lean by at most 0.5 rad");
     }
   }
   if (const std::optional<JsonValue> adjusters = json.find("adjusters")) {

@@ -137,9 +137,9 @@ std::string levelness_section(const Calibration& calibration,
                   x, y);
   text += " (standard errors). ";
   if (!std::isnan(level.p_value)) {
-    text += level.consistent ? "The faces agree."
-                             : "The faces do not agree: look for grit under a foot, a wrong face "
-                               "or a moved table.";
+    text += level.consistent ? "The estimates from the faces agree."
+                             : "The estimates from the faces do not agree: look for grit under a "
+                               "foot, a wrong face or a moved table.";
   }
   const std::optional<Plot> faces = faces_plot(calibration);
   // The turns of the adjusters are listed only if the slopes from all faces agree.
@@ -182,7 +182,7 @@ std::string history_section(const UnitHistory& unit, Figures& figures) {
   }
   return figures.add_all(history_plots(unit)) +
          html_table("Trends of " + std::to_string(unit.paths.size()) + " records",
-                    {"parameter", "newest", "per year", "u", "p value", "meets its limit on"},
+                    {"parameter", "newest", "per year", "u", "p value", "reaches its limit on"},
                     rows);
 }
 

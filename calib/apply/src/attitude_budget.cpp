@@ -54,7 +54,7 @@ class AttitudeBudgetMaker {
         field_(field),
         temperature_(std::move(temperature)) {
     if (!reducer_.gives_components()) {
-      throw DomainError("attitude_budget: needs an instrument of three axes or more");
+      throw DomainError("attitude_budget: the instrument must have at least three axes");
     }
     if (calibration.sensor.temperature && !temperature_) {
       temperature_ = calibration.sensor.temperature->reference();
@@ -263,8 +263,8 @@ AttitudeBudget attitude_budget(const Calibration& calibration,
                                std::optional<double> temperature) {
   if (!gives_field(calibration)) {
     throw DomainError(
-        "the record's biases include the field in the instrument's pose, so readings do not give "
-        "an attitude");
+        "the record's biases include the response to the field, so an attitude cannot be computed "
+        "from readings");
   }
   return AttitudeBudgetMaker(calibration, options, noise, field_in_sensor, temperature).budget();
 }

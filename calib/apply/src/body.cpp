@@ -46,12 +46,12 @@ class Directions {
     if (!field_kind(sensor.field.kind).vertical || !reducer_.gives_components() ||
         !sensor.also.empty() || !gives_field(calibration)) {
       throw DomainError(
-          "the attitude of a model needs an instrument of three axes or more that was calibrated "
-          "against gravity; this one is of kind " +
+          "the attitude of a model requires an instrument with at least three axes that was "
+          "calibrated against gravity, without a second field (also); this instrument is of kind " +
           sensor.instrument.kind);
     }
     if (!calibration.fit.statistics || calibration.fit.statistics->covariance.size() == 0) {
-      throw DomainError("the record states no covariance of its parameters");
+      throw DomainError("the record does not contain the covariance of its coefficients");
     }
     inverse_ = pseudo_inverse(sensor.response.sensitivity) / sensor.field.magnitude;
     const Eigen::VectorXd& sd = calibration.fit.statistics->residual_sd;
@@ -123,14 +123,18 @@ std::vector<Direction> directions_of(const Calibration& calibration,
     } else if (reading.flat) {
       flats[*reading.flat].push_back(directions.of(reading, -nominal_normal(*reading.flat)));
     } else {
-      throw DomainError(formatted("row {}: needs an attitude or a flat face", reading.row));
+      throw DomainError(
+          formatted("row {}: state an attitude, or the face that lies on the table "
+                    "(flat)",
+                    reading.row));
     }
   }
   for (const auto& [face, headings] : flats) {
     if (headings.size() < 2) {
       throw RefusedError(
-          formatted("face {} lies flat in only one heading ({}), so it does not determine the "
-                    "slope of the table; take it in a second heading, half a turn away",
+          formatted("face {} lies on the table in only one heading ({}), so the table's slope is "
+                    "not determined; take another reading on this face after a turn of 180 degrees "
+                    "about the vertical",
                     face_name(face), rows_text(headings.front().rows)));
     }
     all.push_back(mean_of(headings));
@@ -164,8 +168,8 @@ void require_all_turns(const std::vector<Direction>& all) {
     return;
   }
   throw RefusedError(formatted(
-      "the references do not determine the turn about {}, which is vertical in all of them; add an "
-      "attitude that is pitched or rolled by 30 degrees or more, or another face",
+      "the references do not determine the rotation about {}, because this axis is vertical in all "
+      "references; add a reference with a pitch or roll of 30 degrees or more, or on another face",
       axis_text(eigen.vectors.col(0))));
 }
 
@@ -200,7 +204,7 @@ BodyRotation find_body_rotation(const Calibration& calibration,
   const Directions directions(calibration);
   const std::vector<Direction> all = directions_of(calibration, directions, references);
   if (all.empty()) {
-    throw RefusedError("the run lacks readings at references");
+    throw RefusedError("the run contains no reference readings");
   }
   require_all_turns(all);
   Eigen::Matrix3d profile = Eigen::Matrix3d::Zero();
@@ -251,8 +255,9 @@ BodyRotation find_body_rotation(const Calibration& calibration,
     const double nu = calibration.fit.statistics->degrees_of_freedom.sum();
     if (dof > 0.0 && f_upper_p(std::max(chi_squared / dof, 1e-12), dof, nu) < by_chance) {
       throw RefusedError(formatted(
-          "the references contradict each other by more than their stated uncertainties: {} is {} "
-          "degrees off; check its attitude, or state a larger uncertainty (direction_u)",
+          "the references disagree by more than their stated standard uncertainty (direction_u): "
+          "the deviation of {} is {} degrees; check the attitude that is stated there, or state a "
+          "larger uncertainty",
           rows_text(all[worst].rows), number_text(residual_of(all[worst], R) * deg_per_rad, 2)));
     }
     body.covariance_of_references = inverse * middle * inverse;
@@ -268,14 +273,15 @@ BodyRotation corrected_by_tare(const Calibration& calibration,
                                const BodyOptions& options) {
   const Directions directions(calibration);
   if (tare.empty()) {
-    throw RefusedError("the run lacks readings for the tare");
+    throw RefusedError("the run contains no readings for the tare");
   }
   std::vector<Direction> all;
   for (const ReferenceReading& reading : tare) {
     if (reading.flat) {
       throw RefusedError(formatted(
-          "row {}: one heading of a face that lies flat is not enough; state the attitude of the "
-          "tare (pitch_deg, roll_deg), or take references (method attitude)",
+          "row {}: a tare requires a stated attitude (pitch_deg, roll_deg), not a face on the "
+          "table (flat), because one heading does not determine the table's slope; or use method "
+          "attitude, with references in several headings",
           reading.row));
     }
     const StatedAttitude attitude = reading.attitude.value_or(StatedAttitude{});
@@ -284,8 +290,8 @@ BodyRotation corrected_by_tare(const Calibration& calibration,
     constexpr double same_rad = 1e-9;
     if ((all.back().in_model - all.front().in_model).norm() > same_rad) {
       throw RefusedError(
-          formatted("row {}: a tare is in one attitude, but earlier rows are in another; readings "
-                    "in several attitudes are references (method attitude)",
+          formatted("row {}: all readings of a tare must be in one attitude, but the earlier rows "
+                    "state another attitude; use method attitude for readings in several attitudes",
                     reading.row));
     }
   }
@@ -296,9 +302,9 @@ BodyRotation corrected_by_tare(const Calibration& calibration,
   constexpr double largest_rad = 0.2;
   if (!(angle_rad <= largest_rad)) {
     throw RefusedError(
-        formatted("the tare would turn the model by {} degrees, more than {}: {} were not taken in "
-                  "the stated attitude, or the sensor was mounted again; take references in "
-                  "several attitudes (method attitude)",
+        formatted("the correction by the tare would be {} degrees, but at most {} degrees are "
+                  "allowed: the attitude stated in {} is wrong, or the sensor was mounted again; "
+                  "use method attitude, with references in several attitudes",
                   number_text(angle_rad * deg_per_rad, 3),
                   number_text(largest_rad * deg_per_rad, 2), rows_text(mean.rows)));
   }
@@ -335,7 +341,9 @@ Calibration in_model_frame(Calibration calibration, const BodyRotation& body, bo
   SensorModel& sensor = calibration.sensor;
   const Eigen::Matrix3d R = body.rotation_model_from_sensor;
   if (sensor.response.bias.size() < 3) {
-    throw DomainError("a rotation to a model's axes needs an instrument of three axes or more");
+    throw DomainError(
+        "a rotation to a model's axes requires an instrument with at least three "
+        "axes");
   }
   const bool correlated = same_record && calibration.fit.statistics &&
                           body.parameter_names == calibration.fit.statistics->parameter_names;

@@ -82,8 +82,8 @@ void put_place(const CsvReader& csv,
   if (is_flat == has_attitude) {
     throw DataError(csv.path(), csv.line(),
                     is_flat ? "states both an attitude and a flat face; state only one of them"
-                            : "states neither 'pitch_deg' and 'roll_deg' nor 'flat', the face that "
-                              "lies on the table");
+                            : "states neither an attitude ('pitch_deg', 'roll_deg') nor the face "
+                              "that lies on the table ('flat')");
   }
   if (is_flat) {
     reading.flat = parse_face(csv.cells()[*flat]);
@@ -128,7 +128,7 @@ std::vector<ReferenceReading> read_references(CsvReader& csv, const Calibration&
     put_place(csv, flat, pitch, roll, reading);
   }
   if (all.empty()) {
-    throw DataError(csv.path(), csv.line(), "only a header: no readings follow it");
+    throw DataError(csv.path(), csv.line(), "the file has a header, but no readings");
   }
   return all;
 }

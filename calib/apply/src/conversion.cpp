@@ -32,8 +32,8 @@ double gravity_of(const FieldDescription& field) {
   }
   if (!field.local_gravity) {
     throw DomainError(
-        "the field of the record is in g, but the record does not state the gravity of its site; "
-        "calibrate with the site's latitude and height, or in m/s^2");
+        "the field in the record is in g, but the record does not state local gravity; calibrate "
+        "again with the site's latitude and height, or with the field in m/s^2");
   }
   return *field.local_gravity;
 }
@@ -112,7 +112,7 @@ FieldConversion field_conversion(const FieldDescription& field,
     return plain_conversion(field, wanted, there);
   }
   if (wanted != "g" && wanted != "m/s^2") {
-    throw DomainError(formatted("'{}' does not convert to '{}'", field.unit, wanted));
+    throw DomainError(formatted("the unit '{}' cannot be converted to '{}'", field.unit, wanted));
   }
   return wanted == field.unit && !there.gravity_m_s2 ? plain_conversion(field, wanted, there)
                                                      : gravity_conversion(field, wanted, there);

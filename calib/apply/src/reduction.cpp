@@ -76,8 +76,8 @@ Reducer::Reducer(const SensorModel& sensor,
   if (sensor.also.size() > 1 || (m < 3 && !sensor.also.empty()) ||
       (sensor.instrument.one_sided && m > most_one_sided)) {
     throw DomainError(
-        "Reducer: the sensor must have at most one second field, three axes or more if it has one, "
-        "and at most 64 one-sided axes");
+        "Reducer: the sensor may have at most one second field, which requires at least three "
+        "axes, and at most 64 one-sided axes");
   }
   one_sided_ = sensor.instrument.one_sided;
   temperature_ = sensor.temperature;
@@ -202,14 +202,15 @@ double ReducedReading::operator[](std::string_view name) const {
     }
     known.emplace_back(derived_names[i]);
   }
-  throw DomainError(formatted("a reduced reading has no '{}'; it has {}", name, joined(known)));
+  throw DomainError(formatted("'{}' is not a value of a reduced reading; the values are {}", name,
+                              joined(known)));
 }
 
 void Reducer::require_components(Eigen::Index readings) const {
   if (readings != std::ssize(bias_) || !gives_components()) {
     throw DomainError(formatted(
-        "Reducer::reduce: needs an instrument of three axes or more and one reading for each of "
-        "its {} axes, not {} readings",
+        "Reducer::reduce: the instrument must have at least three axes, and the reading must have "
+        "{} values (one for each axis), not {}",
         bias_.size(), readings));
   }
 }
@@ -286,8 +287,8 @@ Eigen::MatrixX3d Reducer::reduce_rows(const Eigen::Ref<const Eigen::MatrixXd>& r
   if (temperatures.size() > 0 &&
       (temperatures.rows() != readings.rows() || (given != 1 && given != readings.cols()))) {
     throw DomainError(
-        formatted("Reducer::reduce_rows: needs a temperature for each of the {} readings, in one "
-                  "column or in a column for each axis, not {} x {}",
+        formatted("Reducer::reduce_rows: the temperatures must have {} rows (one for each reading) "
+                  "and one column, or one column for each axis; their size is {} x {}",
                   readings.rows(), temperatures.rows(), given));
   }
   Eigen::MatrixX3d fields(readings.rows(), 3);

@@ -308,8 +308,8 @@ class RowReduction {
     for (const std::string& name : results_) {
       if (csv.column(name)) {
         throw DataError(csv.path(), csv.line(),
-                        formatted("column '{}': has the name of a result that apply writes; rename "
-                                  "or remove it",
+                        formatted("column '{}': apply writes a result with this name; rename or "
+                                  "remove the column",
                                   name));
       }
     }
@@ -453,7 +453,7 @@ class RowReduction {
     }
     if (row_.saturated() || (attitude != nullptr && attitude->saturated()) ||
         (joint != nullptr && joint->saturated())) {
-      refuse("a reading is at or beyond its range");
+      refuse("a reading is at or beyond the end of the axis's range");
       put_saturated();
       return;
     }

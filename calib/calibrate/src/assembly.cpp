@@ -77,13 +77,13 @@ void warn_of_disagreement(Calibration& calibration, const CombinedLevelness& com
   const std::string message =
       combined.suspect.empty()
           ? formatted(
-                "slots {} stand on one table but disagree about its slope (p = {}); an instrument "
-                "is loose, or the table gives way under an instrument",
+                "the instruments in slots {} are on one table, but they measure different slopes "
+                "of it (p = {}); an instrument is loose, or the table bends under an instrument",
                 joined(combined.slots), p)
           : formatted(
-                "slot {} disagrees with the other slots about the slope of the common table "
-                "(p = {}); check whether its instrument is loose, the table gives way, or its "
-                "design points are wrong",
+                "the instrument in slot {} measures another slope of the common table than the "
+                "other instruments (p = {}); check whether this instrument is loose, the table "
+                "bends, or the design points of this slot are wrong",
                 combined.suspect, p);
   add_warning(calibration, {.code = WarningCode::slot_levelness, .runs = {}, .message = message});
 }
@@ -152,7 +152,7 @@ Eigen::Matrix3d mount_rotation(const Positioner& positioner, const std::string& 
     names.push_back(mount.slot);
   }
   throw SetupError(
-      formatted("the positioner lacks a mount for slot '{}'; its slots: {}", slot, joined(names)));
+      formatted("the positioner does not have a slot '{}'; its slots are {}", slot, joined(names)));
 }
 
 std::vector<Mount> mounts_of_assembly(const std::string& assembly,
@@ -169,9 +169,10 @@ std::vector<Mount> mounts_of_assembly(const std::string& assembly,
     throw DomainError(formatted("must be parallel, single, triple, h or h:y, not '{}'", assembly));
   }
   if (slots.empty() || (found->slots != 0 && slots.size() != found->slots)) {
-    throw DomainError(formatted("'{}' needs {}, but the columns SLOT.axis have {} slots", assembly,
-                                found->slots == 0 ? "slots" : formatted("{} slots", found->slots),
-                                slots.size()));
+    throw DomainError(formatted(
+        "assembly '{}' requires {}, but the columns (SLOT.axis) name {} "
+        "slots",
+        assembly, found->slots == 0 ? "slots" : formatted("{} slots", found->slots), slots.size()));
   }
   if (assembly.starts_with("h")) {
     return h_shaped_mounts(slots[0], slots[1], assembly == "h" ? WebAxis::x : WebAxis::y);
@@ -392,8 +393,8 @@ std::vector<Calibration> calibrate_assembly(const Experiment& experiment,
     const std::vector<Reading>& readings = slot.observations.readings;
     if (slots.size() > 1 && !readings.empty() && readings.front().field_in_sensor) {
       throw SetupError(
-          "columns fx, fy, fz are the field in one instrument's frame, but the readings are of "
-          "several slots; give each slot a file of its own");
+          "columns fx, fy, fz give the field in the frame of one instrument, but the file contains "
+          "readings of several slots; make one file for each slot");
     }
   }
   // Slots in a vertical field are calibrated first, because they measure the table's slope.

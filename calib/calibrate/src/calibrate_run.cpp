@@ -28,7 +28,8 @@ std::vector<Calibration> calibrate_one(Experiment experiment,
   if (!experiment.slot.empty() && mounts.size() == 1) {
     notes.push_back(
         {NoteCode::mount,
-         formatted("the instrument is in the positioner's slot {}; its mount's rotation is used",
+         formatted("the instrument is in slot {} of the positioner; the rotation of this slot's "
+                   "mount is used",
                    experiment.slot)});
   } else if (experiment.slot.empty() && !mounts.empty()) {
     notes.push_back({NoteCode::mount,
@@ -54,8 +55,9 @@ void require_one_kind(const std::string& kind, const std::vector<std::string>& s
           name.find(other.columns.word) != std::string::npos) {
         throw SetupError(
             formatted(
-                "slot '{}' looks like a {}, but it would be calibrated as {}; state the kind of "
-                "each slot, as {}={}, or leave out its columns",
+                "the name of slot '{}' suggests the kind {}, but the slot would be calibrated as "
+                "{}; state the kind of each slot, for example {}={}, or leave out the columns of "
+                "this slot",
                 slot, other.name, kind, slot, other.name),
             {settings::instrument});
       }
@@ -69,7 +71,7 @@ std::vector<Calibration> calibrate_slots(const Experiment& experiment,
                                          std::vector<CalibrationNote>& notes) {
   if (!experiment.slot.empty()) {
     throw SetupError(
-        formatted("slot '{}' is stated, but the columns state the slots themselves: {}",
+        formatted("slot '{}' is stated, but the names of the columns already contain the slots: {}",
                   experiment.slot, joined(run.slots)));
   }
   if (experiment.slots.empty()) {
@@ -81,7 +83,7 @@ std::vector<Calibration> calibrate_slots(const Experiment& experiment,
   if (experiment.positioner.mounts().empty() && run.slots.size() > 1) {
     notes.push_back(
         {NoteCode::mount,
-         "mounts are not stated (an assembly, or a positioner's mounts): each instrument's frame "
+         "the mounts are not stated (by an assembly or a positioner), so each instrument's frame "
          "is taken as the cube's frame"});
   }
   return calibrate_assembly(experiment, split_by_slot(run));
@@ -106,8 +108,8 @@ std::vector<Calibration> calibrate_run(Experiment experiment,
   if (!run.field_unit.empty() && experiment.field.unit.empty()) {
     experiment.field.unit = run.field_unit;
   } else if (!run.field_unit.empty() && experiment.field.unit != run.field_unit) {
-    throw SetupError(formatted("the column of the readings' fields is in {}, and the field is "
-                               "stated in {}; state only one unit",
+    throw SetupError(formatted("the column with the field of each reading is in {}, but the field "
+                               "is stated in {}; state only one unit",
                                run.field_unit, experiment.field.unit),
                      {settings::field});
   }

@@ -140,10 +140,10 @@ void warn_of_mirrored_axes(Calibration& calibration,
                .message = formatted(
                    "the angle between the two fields is {} degrees, but at the site it is {}{}",
                    degrees(alignment.angle_rad), degrees(expected_rad),
-                   mirrored ? ": an axis of one instrument is reversed, or two are exchanged (a "
-                              "left-handed frame); correct signs or columns"
-                            : "; check the site, iron nearby, and that both were read at the "
-                              "same times")});
+                   mirrored ? ": an axis of one instrument is reversed, or two axes are exchanged "
+                              "(a left-handed frame); correct the sign or the columns"
+                            : "; check the site, look for iron nearby, and check that both "
+                              "instruments were read at the same times")});
 }
 
 // The rows of the readings that both instruments can use.
@@ -224,7 +224,8 @@ void align_with_companion(Calibration& calibration,
   }
   if (calibration.fit.shape == MagnitudeShape::triangular) {
     throw SetupError(
-        "align: needs shape symmetric (the default); the result is in the companion's frame");
+        "align: requires shape symmetric (the default), because the result is in the companion's "
+        "frame");
   }
   const Eigen::MatrixXd all = fields_of(calibration, observations);
   const Eigen::MatrixXd all_of_companion = fields_of(companion, companions);
@@ -262,9 +263,10 @@ void align_with_companion(Calibration& calibration,
         calibration,
         {.code = WarningCode::alignment,
          .runs = {},
-         .message = formatted("the angle between the two fields ({} degrees) hardly determines the "
-                              "rotation between the two instruments: standard error up to {} "
-                              "degrees; take more orientations, or give the design points (labels)",
+         .message = formatted("the rotation between the two instruments is uncertain (angle "
+                              "between the two fields: {} degrees; standard error of the rotation: "
+                              "up to {} degrees); take more orientations, or give the design "
+                              "points (labels)",
                               degrees(alignment.angle_rad), degrees(largest_rad))});
   }
 }

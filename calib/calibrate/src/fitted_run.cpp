@@ -95,7 +95,8 @@ FittedRun with_note_of_floor(FittedRun fit) {
     fit.estimate.notes.push_back(
         {NoteCode::weights,
          formatted("a part of the readings' variance does not decrease with the number of samples "
-                   "({} % at the mean number of samples); the weights include it",
+                   "({} % of the variance at the mean number of samples); the weights include this "
+                   "part",
                    number_text(floor / percent, 2))});
   }
   return fit;
@@ -106,8 +107,8 @@ void require_one_length(const ReadingSet& set) {
     constexpr double same = 1e-9;
     if (std::abs(std::cbrt(change.determinant()) - 1.0) > same) {
       throw RefusedError(
-          "method magnitude needs the same magnitude of the field in all readings, but the "
-          "magnitude of this field changes between readings; give design points");
+          "method magnitude requires a field of constant magnitude, but the magnitude of this "
+          "field changes between readings; give design points");
     }
   }
 }
@@ -303,8 +304,8 @@ std::vector<CalibrationWarning> warnings_of_terms(const PreparedRun& run,
         {.code = WarningCode::memory,
          .runs = {},
          .message = formatted(
-             "each reading lags behind the change from the previous reading (hysteresis), by {} %. "
-             "This memory is a term of the fit. {}",
+             "each reading lags behind the change since the previous reading (hysteresis), by {} % "
+             "of this change. The fit includes a term for this lag. {}",
              effect_by_axis(run, fit, effects.columns.cols() - 1, percent), advice_of(found))});
   }
   return warnings;
@@ -317,8 +318,9 @@ FittedRun with_note_of_drift(const PreparedRun& run, FittedRun fit) {
   const std::string changes = effect_by_axis(run, fit, fit.set->effects.drift_column());
   fit.estimate.notes.push_back(
       {NoteCode::drift,
-       formatted("the biases drift over the run, by {} {}; a linear drift is a term of the fit, "
-                 "and the biases are valid for the middle of the run; let the instrument warm up",
+       formatted("the biases drift over the run, by {} {}; the fit includes a linear drift, and "
+                 "the stated biases are those in the middle of the run; let the instrument warm up "
+                 "before the readings",
                  changes, run.experiment().instrument.unit)});
   return fit;
 }

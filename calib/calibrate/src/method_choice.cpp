@@ -66,9 +66,9 @@ void note_choice_of_method(const Observations& used, Method method, Calibration&
       !used.has_fence) {
     calibration.findings.notes.push_back(
         {NoteCode::method,
-         "six faces without fence faces: the table is taken as level. Its slope enters the biases "
-         "and cross-axis terms; their uncertainties include it only if the slope's uncertainty is "
-         "stated"});
+         "the readings lack fence faces, so the table is taken as level. A slope of the table "
+         "changes the biases and cross-axis terms; their uncertainties include this error only if "
+         "the slope's uncertainty is stated"});
   }
 }
 

@@ -108,9 +108,9 @@ void require_one_instrument(const Experiment& experiment, const Run& run) {
     const std::string difference = difference_between(*first, *own);
     if (!difference.empty()) {
       throw RefusedError(
-          formatted("{} and {} are not of one instrument: {}. Several files in one call must be "
-                    "blocks of one instrument. Make one record of each file. If they are of one "
-                    "instrument, state its serial number",
+          formatted("{} and {} are from different instruments: {}. All files in one call must be "
+                    "from one instrument. Calibrate each file separately. If the files are from "
+                    "one instrument, state its serial number",
                     run.inputs[place_of_first].path, run.inputs[file].path, difference),
           {settings::each, settings::serial});
     }

@@ -130,16 +130,16 @@ PreparedRun::PreparedRun(const Experiment& experiment, const Observations& obser
     parts_.front().magnitude_u *= met->largest / parts_.front().magnitude;
     parts_.front().magnitude = met->largest;
     notes_.push_back(
-        {NoteCode::field, formatted("the magnitudes of the readings' fields range from {} to {}{}; "
-                                    "the full response is the response to the largest field",
+        {NoteCode::field, formatted("the magnitude of the field at the readings ranges from {} to "
+                                    "{}{}; the full response is the response to the largest field",
                                     number_text(met->least, 4), number_text(met->largest, 4),
                                     parts_.front().unit == "1" ? "" : " " + parts_.front().unit)});
   }
   check_unit(experiment.instrument, parts_.front());
   if (field_moves(experiment) && !by_field() && !parts_.front().in_table) {
     throw RefusedError(experiment.field.moving_part()->of->moving_name() +
-                           " needs the time of the readings: a column 'time' (ISO 8601, UTC), or a "
-                           "date with a time of day",
+                           " requires the time of the readings: a column 'time' (ISO 8601, UTC), "
+                           "or a date with a time of day",
                        {settings::date});
   }
 }

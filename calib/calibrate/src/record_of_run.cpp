@@ -96,8 +96,8 @@ void take_face_lengths(const PreparedRun& run, const FittedRun& fit, CountedEsti
   counted.by_lengths = fit_face_lengths(*fit.set, magnitude_of(run), counted.estimate);
   if (!counted.by_lengths && run.experiment().fit.method) {
     throw RefusedError(
-        "method faces needs readings on all six faces, axes along the cube's edges, and no other "
-        "terms than bias and sensitivity; use method known on a level table",
+        "method faces requires readings on all six faces and axes along the cube's edges, and fits "
+        "only bias and sensitivity; on a level table, use method known",
         {settings::method});
   }
 }
@@ -113,7 +113,8 @@ CountedEstimate counted_scatter(const PreparedRun& run,
     if (fit.estimate.blocks.sessions == 0 && run.experiment().fit.process) {
       counted.estimate.notes.push_back(
           {NoteCode::conditions,
-           "method magnitude uses the scatter of earlier calibrations only with blocks"});
+           "method magnitude uses the scatter of earlier calibrations only if the run has several "
+           "blocks"});
     }
     return counted;
   }

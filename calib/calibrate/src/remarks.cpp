@@ -35,7 +35,8 @@ void note_field_uncertainty(Calibration& calibration) {
   calibration.findings.notes.push_back(
       {NoteCode::field,
        formatted("the standard uncertainty of the field's magnitude is {} {}{}{}; the expanded "
-                 "uncertainties include it, the standard errors of the fit do not",
+                 "uncertainties include this uncertainty, but the standard errors of the fit do "
+                 "not",
                  number_text(field.magnitude_u), field.unit,
                  field.model.empty() ? "" : ", model " + field.model, share)});
 }
@@ -64,7 +65,8 @@ void note_readings_without_weight(Calibration& calibration) {
     if (count > 0) {
       calibration.findings.notes.push_back(
           {NoteCode::weights,
-           formatted("{}{}: robust regression gives weight 0 for axis {}", name_of_runs(named),
+           formatted("{}{}: robust regression ignores the readings of axis {} (weight 0)",
+                     name_of_runs(named),
                      count > most_named ? formatted(" and {} more", count - most_named) : "",
                      calibration.sensor.instrument.axes[k])});
     }
@@ -118,7 +120,7 @@ void note_fixed_order(const Observations& observations, Calibration& calibration
     calibration.findings.notes.push_back(
         {NoteCode::conditions,
          formatted("the readings were taken {}: a periodic disturbance can change the coefficients "
-                   "unnoticed; in random order it shows as noise",
+                   "unnoticed; in random order, the disturbance appears as noise",
                    repeats ? "in the same order in each block" : "in the order of the design")});
   }
 }
@@ -129,7 +131,7 @@ void note_conditions(Calibration& calibration) {
       calibration.fit.statistics->degrees_of_freedom.minCoeff() > 0.0) {
     calibration.findings.notes.push_back(
         {NoteCode::conditions,
-         "The uncertainties include repeatability only. Take three or four blocks to include "
+         "The uncertainties include only repeatability. Take three or four blocks to include "
          "changes from day to day and from set-up to set-up"});
   }
 }
@@ -168,8 +170,7 @@ void add_notes(Calibration& calibration,
   if (std::adjacent_find(runs.begin(), runs.end()) != runs.end()) {
     calibration.findings.notes.push_back(
         {NoteCode::input,
-         "some readings have the same run number; messages cannot tell "
-         "them apart"});
+         "some readings have the same run number, so messages with this number are ambiguous"});
   }
   note_field_uncertainty(calibration);
 }
@@ -199,9 +200,9 @@ void note_stated_inputs(double resolution, const ReadingSet& set, Calibration& c
     constexpr double ppm = 1e6;
     notes.push_back(
         {NoteCode::stated,
-         formatted("The reading of the field agrees over the orientations to {} ppm, but the "
-                   "stated uncertainties of cube and table predict {} ppm. These uncertainties "
-                   "may be too large",
+         formatted("The measured magnitude of the field scatters over the orientations by {} ppm, "
+                   "but the stated uncertainties of cube and table predict {} ppm. These "
+                   "uncertainties may be too large",
                    number_text(size->relative_sd * ppm, 2),
                    number_text(size->by_inputs * ppm, 2))});
   }
@@ -228,7 +229,8 @@ void note_weights(const Experiment& experiment,
     if (!runs.empty()) {
       calibration.findings.notes.push_back(
           {NoteCode::weights,
-           formatted("{}: a standard deviation is 0 and is replaced by the median of its axis",
+           formatted("{}: a standard deviation is 0; it is replaced by the median of the axis's "
+                     "standard deviations",
                      name_of_runs(runs))});
     }
   }
@@ -247,8 +249,8 @@ void remark_on_magnitude(const Experiment& experiment, Calibration& calibration)
           {.code = WarningCode::impossible_field,
            .runs = {},
            .message =
-               formatted("the field {} is stated as {} {}, but on the Earth it is {}; correct its "
-                         "magnitude and unit, or use field custom for another field",
+               formatted("the magnitude of field {} is stated as {} {}, but on the Earth it is {}; "
+                         "correct the magnitude or the unit, or use field custom for another field",
                          part.kind, number_text(part.magnitude, 6), part.unit,
                          possible_magnitudes(kind, part.unit))});
     }
@@ -258,8 +260,8 @@ void remark_on_magnitude(const Experiment& experiment, Calibration& calibration)
       !field_kind(found.kind).units.empty() && found.unit != field_kind(found.kind).units.front()) {
     calibration.findings.notes.push_back(
         {NoteCode::field,
-         formatted("the field's magnitude, {}, is stated without a unit and taken in {}, because "
-                   "it is not possible in {}",
+         formatted("the field's magnitude {} is stated without a unit; it is taken in {}, because "
+                   "this value is impossible in {}",
                    number_text(*field.magnitude), found.unit,
                    field_kind(found.kind).units.front())});
   }
@@ -281,10 +283,9 @@ void note_meaning_of_magnitude(const Experiment& experiment, Calibration& calibr
   }
   const double length = field.in_table->norm();
   const bool is_one_g = field_kind(field.kind()).vertical && calibration.sensor.field.unit == "g";
-  const std::string what = formatted(
-      "the field's magnitude is taken as the length of the vector that was stated (in_table), {} "
-      "{}",
-      number_text(length, 5), calibration.sensor.field.unit);
+  const std::string what =
+      formatted("the field's magnitude is the length of the stated vector (in_table), {} {}",
+                number_text(length, 5), calibration.sensor.field.unit);
   if (is_one_g && std::abs(length - 1.0) > 1e-6) {
     calibration.findings.warnings.push_back(
         {.code = WarningCode::field_length,

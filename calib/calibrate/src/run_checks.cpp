@@ -45,8 +45,8 @@ void check_level_names(const Experiment& experiment, const Observations& observa
   for (const std::string& name : stated) {
     if (std::find(names.begin(), names.end(), name) == names.end()) {
       throw SetupError(
-          formatted("column 'level.{}': no part of the field that can be set has this name{}", name,
-                    names.empty() ? "" : "; the parts are " + joined(names)),
+          formatted("column 'level.{}': no part of the field with the role induced has this name{}",
+                    name, names.empty() ? "" : "; these parts are " + joined(names)),
           {settings::field});
     }
   }
@@ -61,7 +61,7 @@ void check_range(const Instrument& instrument) {
 
 void check_instrument(const Instrument& instrument) {
   if (instrument.kind.empty()) {
-    throw SetupError("the kind of instrument is not stated: accelerometer, magnetometer, ...",
+    throw SetupError("state the kind of instrument: accelerometer, magnetometer, ...",
                      {settings::instrument});
   }
   static_cast<void>(find_instrument_kind(instrument.kind));
@@ -89,8 +89,8 @@ void check_sizes(const Instrument& instrument, const Observations& observations)
                        observations.response_sd->cols() != observations.response.cols());
   if (bad_samples || bad_sd) {
     throw DomainError(
-        "calibrate: samples must be positive, one for each reading, and standard deviations must "
-        "have the size of the responses");
+        "calibrate: each reading must have a positive number of samples, and the standard "
+        "deviations must have the same size as the responses");
   }
 }
 
@@ -116,7 +116,9 @@ void check_readings(const Experiment& experiment, const Observations& observatio
         reading.field_in_sensor.has_value() != first.field_in_sensor.has_value() ||
         (!reading.point && !reading.field_in_sensor &&
          method_kind(experiment.fit.method).by_pose)) {
-      throw DomainError("calibrate: either all readings need a design point, or all need a field");
+      throw DomainError(
+          "calibrate: either all readings must have a design point, or all readings "
+          "must have a field");
     }
     if (reading.level != 1.0 && is_local(experiment.field)) {
       throw RefusedError(formatted("run {}: level {}, but {} cannot be set; its level is always 1",
@@ -146,7 +148,8 @@ void check_without_fence(const Experiment& experiment, Method method) {
     constexpr double upright = 1e-9;
     if (part.in_table && part.in_table->head<2>().norm() > upright * part.in_table->norm()) {
       throw RefusedError(
-          formatted("{} does not lie along the table's normal: {}", part.kind, advice));
+          formatted("field {} is not along the table's normal, so fence faces are required: {}",
+                    part.kind, advice));
     }
   }
 }
@@ -155,7 +158,7 @@ void check_levels(const Observations& observations, Method method) {
   for (const Reading& reading : observations.readings) {
     if (method_kind(method).by_magnitude && reading.level != 1.0) {
       throw RefusedError(
-          formatted("run {}: level {}, but method magnitude needs the same magnitude of the "
+          formatted("run {}: level {}, but method magnitude requires the same magnitude of the "
                     "field in all readings",
                     reading.run, reading.level.text()));
     }
@@ -220,7 +223,8 @@ void check_method(const Experiment& experiment,
       method_kind(method).directions_known || method_kind(method).by_magnitude;
   if (has_one_slope && experiment.fit.level_by == LevelBy::block) {
     throw SetupError(formatted(
-        "method {} does not estimate levelness; level by block needs paired or joint", name));
+        "method {} does not estimate levelness; level by block requires method paired or joint",
+        name));
   }
   if (experiment.fit.robust && !method_kind(method).fits_sensitivity) {
     throw SetupError("method bias does not support robust regression; leave the option out");
@@ -229,18 +233,18 @@ void check_method(const Experiment& experiment,
       (method_kind(method).averages_pairs || method_kind(method).by_magnitude ||
        experiment.fit.level_by == LevelBy::block)) {
     throw SetupError(
-        "a field of several parts needs method joint or known, and one levelness "
-        "for the whole run");
+        "a field of several parts requires method joint or known, and cannot be combined with "
+        "level by block");
   }
   for (std::size_t i = 1; i < experiment.also.size(); ++i) {
     if (experiment.also[i].kind() == experiment.also.front().kind()) {
-      throw SetupError(formatted("also {}: this field is stated twice", experiment.also[i].kind()));
+      throw SetupError(formatted("second field (also) {}: this field is stated twice",
+                                 experiment.also[i].kind()));
     }
   }
   if (!experiment.also.empty() && (by_field || method_kind(method).by_magnitude)) {
     throw SetupError(
-        "a second field (also) needs design points and method paired, joint or "
-        "known");
+        "a second field (also) requires design points and method paired, joint or known");
   }
   if (experiment.instrument.one_sided &&
       (method_kind(method).averages_pairs || method_kind(method).by_magnitude)) {
@@ -276,8 +280,8 @@ void check_known_magnitude(const FieldDescription& field) {
   if (field.in_table && field.parts.empty() &&
       !(std::abs(field.in_table->norm() / field.magnitude - 1.0) <= 1e-6)) {
     throw SetupError(
-        formatted("method known: the field in the table has the length {}, but its magnitude is "
-                  "given as {}; give only one",
+        formatted("method known: the field's vector in the table has the length {}, but the "
+                  "field's magnitude is stated as {}; state only one of the two",
                   number_text(field.in_table->norm()), number_text(field.magnitude)));
   }
 }

@@ -43,8 +43,8 @@ Observations with_fields_of_attitudes(const Experiment& experiment, Observations
     }
     if (!part.in_table) {
       throw SetupError(
-          "attitudes need the direction of the field in the table: state the site, or the field "
-          "in the table (in_table)",
+          "attitudes require the direction of the field in the table: state the site, or the "
+          "field's vector in the table (in_table)",
           {settings::field_table});
     }
   }
@@ -60,8 +60,8 @@ Observations with_fields_of_attitudes(const Experiment& experiment, Observations
     }
     if (turns_with_heading && !reading.attitude->heading_rad) {
       throw RefusedError(
-          formatted("run {}: {} is not vertical, so pitch and roll do not determine it in the "
-                    "instrument; also give 'heading_deg', clockwise from north",
+          formatted("run {}: field {} is not vertical, so pitch and roll do not determine its "
+                    "direction in the instrument; also give 'heading_deg' (clockwise from north)",
                     reading.run, experiment.field.kind()));
     }
     const double heading_rad = reading.attitude->heading_rad.value_or(0.0) -

@@ -138,7 +138,7 @@ class Summary {
                                               counted(statistics_.rows.size(), "average"))
                                   : formatted(": {}", kind.words);
     if (kind.by_magnitude) {
-      method += ", sensitivity taken as " + std::string(shape_name(c_.fit.shape));
+      method += ", sensitivity matrix taken as " + std::string(shape_name(c_.fit.shape));
     }
     method += c_.fit.weights == Weighting::none
                   ? ""
@@ -224,7 +224,7 @@ class Summary {
       text_ += "\n";
     }
     if (m > most_axes) {
-      text_ += formatted("  more axes follow; all {} are in the record\n", m);
+      text_ += formatted("  the record contains all {} axes\n", m);
     }
     text_ += uncertainties_.empty() ? "\n" : "  +- U, the expanded uncertainty (95 %)\n\n";
   }
@@ -264,7 +264,8 @@ class Summary {
       text_ += formatted("noise of a reading (sd): {}{}\n", joined(noise),
                          unit == "1" ? "" : " " + unit);
       if (!method_kind(c_.fit.method).by_length) {  // not determined by six faces
-        text_ += formatted("axes off their nominal directions: {} degrees\n", joined(off));
+        text_ +=
+            formatted("angles of the axes to their nominal directions: {} degrees\n", joined(off));
       }
     }
     if (c_.fit.levelness) {
@@ -273,10 +274,10 @@ class Summary {
         return formatted("{} +- {}", rounded_value(1e3 * value, 1e3 * u),
                          rounded_uncertainty(1e3 * u));
       };
-      text_ += wrapped(formatted("{}: {} to +x, {} to +y (1 sd); faces {}",
+      text_ += wrapped(formatted("{}: {} to +x, {} to +y (1 sd); estimates from the faces {}",
                                  field_kind(c_.sensor.field.kind).vertical
                                      ? "table rises [mrad]"
-                                     : "field in the table's plane, thousandths",
+                                     : "field in the table's plane [1/1000 of its magnitude]",
                                  stated(level.mean_x, level.standard_error_x),
                                  stated(level.mean_y, level.standard_error_y),
                                  std::isnan(level.p_value) ? "cannot be compared"
@@ -286,7 +287,7 @@ class Summary {
                "\n";
       if (level.combined) {
         text_ +=
-            formatted("{} on the same table: the slots {} (p = {:.2g})\n",
+            formatted("{} on the same table: their slopes {} (p = {:.2g})\n",
                       counted(level.combined->slots.size(), "slot"),
                       level.combined->consistent ? "agree" : "DISAGREE", level.combined->p_value);
       }
@@ -294,7 +295,8 @@ class Summary {
     if (c_.fit.orientations) {
       const OrientationQuality& quality = *c_.fit.orientations;
       text_ += formatted(
-          "fit error {:.3g} % of F; {:.0f} % of the sphere covered, largest gap {:.0f} degrees\n",
+          "fit error {:.3g} % of the field; {:.0f} % of the sphere covered, largest gap {:.0f} "
+          "degrees\n",
           100.0 * quality.fit_error, 100.0 * quality.coverage,
           quality.largest_gap_rad * deg_per_rad);
     }
@@ -402,7 +404,7 @@ class Summary {
       return;
     }
     const OrientationQuality& quality = *c_.fit.orientations;
-    heading("Orientations");
+    heading("Orientations (f: calibrated reading, F: magnitude of the field)");
     text_ += formatted("  fit error (rms of |f| - F) {:.3g} % of F\n", 100.0 * quality.fit_error);
     text_ += formatted("  spread of the magnitude (sd) {:.3g} % of F\n",
                        100.0 * quality.magnitude_spread);
@@ -429,7 +431,7 @@ class Summary {
     for (const BlockLevelness& block : levelness.blocks) {
       text_ += row(formatted("block {}", block.block), width,
                    pair(block.x, block.y, block.standard_error_x, block.standard_error_y));
-      text_ += row("  its standard error", width,
+      text_ += row("  standard error", width,
                    {rounded_uncertainty(1e3 * block.standard_error_x),
                     rounded_uncertainty(1e3 * block.standard_error_y)});
     }
@@ -445,7 +447,7 @@ class Summary {
           {rounded_uncertainty(1e3 * levelness.sd_x), rounded_uncertainty(1e3 * levelness.sd_y)});
     }
     if (!std::isnan(levelness.p_value)) {
-      text_ += formatted("  the faces {} (p = {:.2g})\n",
+      text_ += formatted("  the estimates from the faces {} (p = {:.2g})\n",
                          levelness.consistent ? "agree" : "DISAGREE", levelness.p_value);
     }
     if (levelness.combined) {
@@ -455,8 +457,8 @@ class Summary {
       text_ += row("standard error of all slots", width,
                    {rounded_uncertainty(1e3 * all.standard_error_x),
                     rounded_uncertainty(1e3 * all.standard_error_y)});
-      text_ += formatted("  the slots {} (p = {:.2g})\n", all.consistent ? "agree" : "DISAGREE",
-                         all.p_value);
+      text_ += formatted("  the estimates from the slots {} (p = {:.2g})\n",
+                         all.consistent ? "agree" : "DISAGREE", all.p_value);
     }
   }
 
@@ -465,7 +467,9 @@ class Summary {
     if (c_.fit.slot_alignments.empty()) {
       return;
     }
-    heading("Rotations of the other instruments' frames [mrad], about x, y, z; +- U (95 %)");
+    heading(
+        "Rotations of the other instruments relative to this one [mrad], about x, y, z; +- U "
+        "(95 %)");
     for (const SlotAlignment& other : c_.fit.slot_alignments) {
       const Eigen::Vector3d turn = rotation_without_quarter_turns(other);
       std::vector<std::string> cells;
@@ -547,7 +551,7 @@ class Summary {
     if (c_.fit.polar_fit.empty()) {
       return;
     }
-    heading("The known-art fit of the same readings by Gauss-Newton");
+    heading("Fit of the polar form to the same readings (known art, by Gauss-Newton)");
     text_ += row("axis", 8, {"bias", "size", "coning [deg]", "azimuth [deg]", "iterations"});
     for (std::size_t k = 0; k < c_.fit.polar_fit.size(); ++k) {
       const PolarFit& fit = c_.fit.polar_fit[k];
@@ -565,7 +569,7 @@ class Summary {
       return;
     }
     const TemperatureResponse& terms = *c_.sensor.temperature;
-    heading("Temperature: the coefficients above are at " +
+    heading("Temperature terms; the coefficients above are for temperature " +
             span_text(terms, c_.sensor.instrument.axes, [](const TemperatureSpan& span) {
               return formatted("{:.6g}; readings from {:.6g} to {:.6g}", span.reference, span.low,
                                span.high);
@@ -608,7 +612,7 @@ std::string verdict_sentence(const Calibration& calibration) {
     return "Calibrated, but the confirmation readings contradict the fit.";
   }
   if (!calibration.fit.statistics) {
-    return "Coefficients only: the record lacks readings to test them.";
+    return "The record contains only coefficients, without readings to test them.";
   }
   const std::size_t warnings = calibration.findings.warnings.size();
   const std::string limits = calibration.findings.verdict ? ", and it meets its limits" : "";
@@ -633,7 +637,7 @@ std::string field_size_sentence(const Calibration& calibration) {
   constexpr double unlikely = 0.01;
   constexpr double next_to_nothing = 1e-6;  // a slope does not change the magnitudes
   return formatted(
-      "The reading of {} agrees over {} orientations to {}; the noise of the readings "
+      "The measured value of {} scatters over {} orientations by {}; the noise of the readings "
       "explains {}{}{}.",
       field_kind(calibration.sensor.field.kind).vertical ? "g" : "the field's magnitude",
       check.orientations, parts(check.relative_sd), parts(check.by_noise),
@@ -641,7 +645,7 @@ std::string field_size_sentence(const Calibration& calibration) {
           ? formatted(", the stated uncertainty of cube and table {}", parts(check.by_inputs))
           : ", and the angles of the cube's faces are not stated",
       check.p_value < unlikely
-          ? formatted("; both explain too little (p = {})", number_text(check.p_value, 1))
+          ? formatted("; the rest is unexplained (p = {})", number_text(check.p_value, 1))
           : "");
 }
 
@@ -664,7 +668,7 @@ std::string confirmation_sentence(const Calibration& calibration) {
       number_text(confirmation.p_value, 2),
       outside.empty()
           ? ", each within its 95 % interval"
-          : formatted("; beyond the 95 % interval of an axis: {}", name_of_runs(outside)));
+          : formatted("; outside the 95 % interval of an axis: {}", name_of_runs(outside)));
 }
 
 std::string summary(const Calibration& calibration, SummaryDetail detail, SummaryEnd end) {

@@ -125,13 +125,14 @@ void warn_of_ignored_temperature(const Experiment& experiment,
       {.code = WarningCode::temperature,
        .runs = {},
        .message = formatted(
-           "the column 'temperature' goes from {} to {}, but the fit lacks temperature "
-           "terms{}; {}, or let temperatures be ignored (temperature order 0)",
+           "the values in the column 'temperature' range from {} to {}, but the fit lacks "
+           "temperature terms{}; {}, or ignore the temperatures (temperature order 0)",
            number_text(*low, 4), number_text(*high, 4),
            p < false_alarm
                ? formatted(": the residuals follow the temperature (p = {})", number_text(p, 2))
                : "",
-           by_magnitude ? "method magnitude cannot fit them: calibrate each temperature separately"
+           by_magnitude ? "method magnitude cannot fit such terms: calibrate each temperature "
+                          "separately"
                         : "take the whole design at two temperatures or more, or 24 readings"
                           " or more")});
 }

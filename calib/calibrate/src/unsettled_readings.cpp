@@ -121,8 +121,8 @@ std::optional<UnsettledReadings> find_unsettled(const PreparedRun& run) {
   }
   found.warning.code = WarningCode::unsettled;
   found.warning.message = formatted(
-      "The instrument had not settled: in each pose, the first {} from the later ones, by up to "
-      "{}. {} left out. Wait longer before the first reading",
+      "The instrument had not settled: in each pose, the first {} from the later readings, by up "
+      "to {}. {} left out. Wait longer before the first reading",
       left_out == 1 ? std::string("reading differs") : formatted("{} readings differ", left_out),
       number_text(largest, 2), left_out == 1 ? "It was" : "They were");
   return found;

@@ -97,8 +97,8 @@ void require_opposites(const SolidReference& reference) {
     if (!has_pair) {
       throw RefusedError(formatted(
           "slot {}: no reading has its opposite (same rest face, opposite fence face), so the "
-          "readings do not separate the table's slope from the cube's faces; take each rest face "
-          "with the opposite fence face too",
+          "readings do not separate the table's slope from the cube's faces; also take each rest "
+          "face with the opposite fence face",
           reference.slot));
     }
   }
@@ -357,11 +357,13 @@ void find_warnings(const std::vector<Reference>& references, Characterization& r
   if (!result.consistent) {
     const std::string p = formatted(" (p = {})", significant(result.p_value));
     result.warnings.push_back(
-        result.suspect.empty() ? formatted("the two instruments disagree about the cube{}; take a "
-                                           "third instrument to find out which one is wrong",
+        result.suspect.empty() ? formatted("the two instruments give different face normals of the "
+                                           "cube{}; measure with a third instrument to find out "
+                                           "which one is wrong",
                                            p)
-                               : formatted("slot {} disagrees with the others about the cube{}; "
-                                           "calibrate that instrument again, or leave its slot out",
+                               : formatted("slot {} gives other face normals of the cube than the "
+                                           "other slots{}; calibrate the instrument in this slot "
+                                           "again, or leave the slot out",
                                            result.suspect, p));
   }
 }
@@ -392,12 +394,12 @@ void describe_in_notes(const CharacterizeOptions& options,
                        bool all_have_covariance,
                        PositionerDescription& description) {
   description.notes.push_back(formatted(
-      "standard uncertainty of a normal's component: {} urad; by the scatter of the "
-      "readings {} urad, by the calibrations of the instruments {} urad",
+      "standard uncertainty of a normal's component: {} urad ({} urad from the scatter of the "
+      "readings, {} urad from the calibrations of the instruments)",
       micro(result.normal_u_rad), micro(result.noise_rad), micro(result.transferred_rad)));
   description.notes.emplace_back(
-      "an error that the calibrations of all instruments share, for example from one cube or one "
-      "method, does not average out and is not in the covariance");
+      "an error that the calibrations of all instruments share, for example from the same cube or "
+      "method, does not average out, and the covariance does not include it");
   const bool has_feet = std::all_of(all_faces.begin(), all_faces.end(), [&](Face face) {
     return options.drawing.feet(face).has_value();
   });
@@ -409,7 +411,7 @@ void describe_in_notes(const CharacterizeOptions& options,
   }
   if (!all_have_covariance) {
     description.notes.emplace_back(
-        "a record states no covariance, so its calibration is taken as exact");
+        "a record does not contain a covariance, so its coefficients are taken as exact");
   }
 }
 
@@ -443,7 +445,7 @@ Characterization characterize(const std::vector<Reference>& references,
   check_left_out(references, options);
   const std::vector<SolidReference> solid = solid_references(references, options);
   if (solid.empty()) {
-    throw RefusedError("no references are left to measure the cube with");
+    throw RefusedError("all slots were left out, so no instrument is left to measure the cube");
   }
   require_faces(solid);
   const SolidFit fit(solid, options.drawing, options.free_bias_and_scale);

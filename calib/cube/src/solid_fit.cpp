@@ -175,8 +175,8 @@ SolidState SolidFit::start() const {
     const Eigen::Vector3d& normal = state.normals[static_cast<std::size_t>(face)];
     if (const std::string defect = defect_of_normal(face, normal); !defect.empty()) {
       throw RefusedError(
-          formatted("the normal of face {}, by the average of its readings, {} Check the labels "
-                    "and the records.",
+          formatted("the normal of face {}, averaged over its readings, {} Check the labels and "
+                    "the records.",
                     face_name(face), defect));
     }
   }

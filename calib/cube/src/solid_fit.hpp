@@ -18,13 +18,13 @@ namespace axiscal {
 struct SolidReference {
   std::string slot;
   std::vector<Reading> readings;
-  Eigen::MatrixXd response;          // n x m
-  LinearResponse calibrated;         // b and S of the instrument's record
+  Eigen::MatrixXd response;   // n x m
+  LinearResponse calibrated;  // b and S of the instrument's record
   // Covariance of b and S by axis, 4m x 4m; zero if the record states none.
   Eigen::MatrixXd covariance;
-  double calibration_dof = 0.0;      // degrees of freedom of `covariance`; 0: infinite
-  double F = 1.0;                    // length of the field at level 1
-  double sign = 1.0;                 // -1 if the field points into the table
+  double calibration_dof = 0.0;  // degrees of freedom of `covariance`; 0: infinite
+  double F = 1.0;                // length of the field at level 1
+  double sign = 1.0;             // -1 if the field points into the table
   // Index of the instrument; several references may have the same.
   std::size_t instrument = 0;
   std::vector<double> root_weights;  // one for each reading; their mean square is 1
@@ -34,10 +34,10 @@ struct SolidReference {
 
 struct SolidState {
   FaceNormals normals;
-  std::vector<Eigen::Matrix3d> mounts;               // rotation_sensor_from_positioner
+  std::vector<Eigen::Matrix3d> mounts;  // rotation_sensor_from_positioner
   // Field in the table frame, for each reference and slope.
   std::vector<std::vector<Eigen::Vector3d>> fields;
-  std::vector<Eigen::VectorXd> bias;                 // one for each reference
+  std::vector<Eigen::VectorXd> bias;  // one for each reference
   // Factors of the record's sensitivities, m for each reference.
   std::vector<Eigen::VectorXd> scale;
   // For each instrument the record's error, as factors of RecordPrior::root.
@@ -50,9 +50,9 @@ struct SolidSolution {
   std::vector<double> sigma;    // for each reference the scatter of a reading [field unit]
   std::vector<int> worst_runs;  // for each reference the run with the largest residual
   double degrees_of_freedom = 0.0;
-  double calibration_dof = 0.0;           // effective degrees of freedom of handed_on; 0: infinite
-  Eigen::Matrix<double, 18, 9> basis;     // spans the changes of the normals that the gauge allows
-  Eigen::Matrix<double, 9, 9> noise;      // covariance of the normals in `basis`, from the readings
+  double calibration_dof = 0.0;        // effective degrees of freedom of handed_on; 0: infinite
+  Eigen::Matrix<double, 18, 9> basis;  // spans the changes of the normals that the gauge allows
+  Eigen::Matrix<double, 9, 9> noise;   // covariance of the normals in `basis`, from the readings
   // Covariance in `basis`, from the instruments' calibrations.
   Eigen::Matrix<double, 9, 9> handed_on;
   std::vector<Eigen::Matrix3d> mount_noise;  // covariance of each mount, from the readings

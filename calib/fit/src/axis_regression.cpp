@@ -100,8 +100,9 @@ void require_robust_freedom(double degrees_of_freedom) {
   if (!(degrees_of_freedom >= fewest)) {
     throw RefusedError(
         formatted(
-            "robust regression cannot detect a wrong reading with {} degrees of freedom; it needs "
-            "{}: add readings, use method joint instead of paired, or fit without robust weights",
+            "robust regression cannot detect a wrong reading with {} degrees of freedom; at least "
+            "{} are required: add readings, use method joint instead of paired, or fit without "
+            "robust weights",
             number_text(degrees_of_freedom, 2), number_text(fewest)),
         {settings::method});
   }

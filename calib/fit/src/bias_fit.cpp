@@ -97,8 +97,8 @@ void put_sensitivity(const Experiment& experiment, Calibration& calibration) {
   }
   calibration.findings.notes.push_back(
       {NoteCode::pose,
-       formatted("the sensitivity was not fitted and is nominal ({}); give a calibration record "
-                 "that contains it",
+       formatted("the sensitivity was not fitted; its nominal value ({}) is used. To use a "
+                 "measured sensitivity, give a calibration record",
                  number_text(nominal, 6))});
 }
 
@@ -125,7 +125,8 @@ Constant what_constant_is(const Experiment& experiment,
     calibration.findings.notes.push_back(
         {NoteCode::pose,
          "the pose of the instrument in the field is unknown, so the biases at the reference "
-         "temperature are those of the given record; only their change with temperature is new"});
+         "temperature are those of the given record; only their change with temperature is from "
+         "this run"});
     return Constant::from_record;
   }
   add_warning(calibration,
@@ -349,9 +350,9 @@ void add_sweep_scatter(const ReadingSet& set,
     add_component(std::move(branches), statistics);
     calibration.findings.notes.push_back(
         {NoteCode::hysteresis,
-         formatted("hysteresis: the biases on the way up and on the way down differ by up to {} "
-                   "{}; the uncertainty covers both. Sweep more slowly, and return to the first "
-                   "temperature to separate hysteresis from drift",
+         formatted("hysteresis: the biases at rising and at falling temperature differ by up to {} "
+                   "{}; the uncertainty includes this difference. Sweep more slowly, and return to "
+                   "the first temperature to separate hysteresis from drift",
                    differing, calibration.sensor.instrument.unit)});
   } else if (ways.size() == 0 && places.size() > 1) {
     calibration.findings.notes.push_back(
@@ -414,7 +415,7 @@ void add_noise_of_order(const ReadingSet& set,
     calibration.findings.notes.push_back(
         {NoteCode::correlation,
          formatted("Consecutive readings are correlated (coefficient about {}). The intervals "
-                   "include this",
+                   "include this correlation",
                    number_text(correlation, 1))});
   }
 }

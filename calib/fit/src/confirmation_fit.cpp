@@ -200,8 +200,8 @@ ConfirmedReadings confirmed(const ReadingSet& fitted,
   if (is_new_block) {
     result.notes.push_back(
         {NoteCode::conditions,
-         "The confirmation readings are from a block that the fit does not contain. The common "
-         "shift of their biases is not compared"});
+         "The confirmation readings are from a block that the fit does not contain. A common shift "
+         "of their biases is not tested"});
   } else if (within.rows() < each.rows()) {
     result.notes.push_back(
         {NoteCode::conditions,

@@ -106,15 +106,15 @@ void require_determined(const ReadingSet& set,
   std::string advice = "add readings with the field in other directions";
   if (open.left_out) {
     advice =
-        "these axes see the field from too few directions: also take readings with the lamp off "
-        "(level 0), take all 24 points, place the lamp away from the table's normal and the cube's "
-        "diagonal, or combine two opposite axes into one (d=p-n)";
+        "the light reaches these axes from too few directions: also take readings with the lamp "
+        "off (level 0), take all 24 points, place the lamp away from the table's normal and the "
+        "cube's diagonal, or combine two opposite axes into one (d=p-n)";
   } else if (rows_for) {
     const std::string points = points_to_add(open.seen, rows_for, set.field.level_can_be_set());
     if (!points.empty()) {
       advice = "add readings at " + points;
       if (turned_round) {
-        advice += ", each also turned round (the opposite fence face)";
+        advice += ", each also with the opposite fence face";
       }
     }
   }

@@ -282,11 +282,11 @@ bool fit_face_lengths(const ReadingSet& given, double F, Estimate& estimate) {
   estimate.curvature.reset();
   estimate.notes.push_back(
       {NoteCode::method,
-       formatted("the readings are on six faces without fence faces. Bias and scale are fitted by "
-                 "the length of the field, so that a lean of the faces has almost no effect. Six "
-                 "faces do not determine cross-axis terms, which are 0 here (cross-axis terms and "
-                 "lean together are about {} degrees). For a square cube on a level table, method "
-                 "known fits them",
+       formatted("the readings lack fence faces, so bias and scale are fitted to the magnitude of "
+                 "the field. A lean of the faces has almost no effect on bias and scale. The "
+                 "readings do not determine the cross-axis terms, which are set to 0 (cross-axis "
+                 "terms and lean together are about {} degrees). If the cube is square and the "
+                 "table is level, method known can fit the cross-axis terms",
                  number_text(std::sqrt(transverse.mean()) * deg_per_rad, 2))});
   return true;
 }

@@ -479,8 +479,9 @@ std::vector<UncertaintySource> weigh_shared_errors(const Experiment& experiment,
     if (seats && (!may_be_nothing || fit.sees_seats(clear))) {
       estimate.notes.push_back(
           {NoteCode::seats,
-           formatted("the cube turns by {} rad about each axis (standard deviation) each time it "
-                     "is laid down; the coefficients and their uncertainty include this",
+           formatted("the cube's orientation varies by {} rad about each axis (standard deviation) "
+                     "each time the cube is laid down; the coefficients and their uncertainty "
+                     "include this variation",
                      number_text(fit.seat_sd(), 2))});
     }
     return sources_of(inputs, fit.shares());

@@ -79,8 +79,8 @@ void require_direction(const Fit& run, const JointSolution& solution) {
       formatted("add readings at {}, or use method known if the table is level", points);
   if (points.empty()) {
     advice = set.also_in_table.empty()
-                 ? "take each face also with the opposite fence face, or use method known if the "
-                   "table is level"
+                 ? "also take each rest face with the opposite fence face, or use method known if "
+                   "the table is level"
                  : "use method known with the field's direction: the site and the fence's azimuth, "
                    "or its vector in the table";
   }

@@ -59,9 +59,9 @@ void require_open_nothing(const ReadingSet& set, const LinearisedEllipsoid& line
   if (!open.empty()) {
     const std::string list = joined(open);
     throw RankDeficientError(
-        formatted("the orientations do not determine {}; method magnitude needs at least nine "
-                  "directions that do not lie on another quadric. A level cube gives six: add "
-                  "oblique orientations, or give the design points",
+        formatted("the orientations do not determine {}; method magnitude requires at least nine "
+                  "directions that only one ellipsoid fits. A cube on a level table gives only six "
+                  "directions: add oblique orientations, or give the design points",
                   list),
         std::move(open));
   }
@@ -110,8 +110,9 @@ void require_enough_places(const EllipsoidCloud& cloud) {
   }
   if (20 * loose < cloud.size()) {
     throw RankDeficientError(
-        formatted("the readings lie in {} orientations, but method magnitude needs nine or more: "
-                  "add oblique orientations, or state the rest face of each reading (column rest)",
+        formatted("the readings are in {} orientations, but method magnitude requires nine or "
+                  "more: add oblique orientations, or state the rest face of each reading (column "
+                  "rest)",
                   first.size()),
         {});
   }
@@ -463,9 +464,10 @@ void add_noise_of_order(const EllipsoidFit& fit,
         {NoteCode::correlation,
          formatted(
              "Consecutive readings are correlated (coefficient about {}). The intervals include "
-             "this{}",
+             "this correlation{}",
              number_text(noise->correlation, 1),
-             fit.linear.residuals.size() < 60 ? ", roughly, because the recording is short" : "")});
+             fit.linear.residuals.size() < 60 ? ", but only roughly, because the recording is short"
+                                              : "")});
   }
 }
 
@@ -476,7 +478,7 @@ std::string cause_of(const ReadingSet& set, const EllipsoidCloud& cloud) {
   Eigen::Index least = 0;
   constexpr double dead = 0.02;
   if (range.minCoeff(&least) < dead * range.maxCoeff()) {
-    return formatted("axis {} hardly changes: check whether it works",
+    return formatted("the readings of axis {} hardly change: check whether the axis works",
                      set.axes[static_cast<std::size_t>(least)]);
   }
   const Ellipsoid sphere = sphere_through(cloud);
@@ -488,7 +490,7 @@ std::string cause_of(const ReadingSet& set, const EllipsoidCloud& cloud) {
   constexpr double about_one_point = 0.25;
   constexpr double much_scatter = 0.02;
   if (quality.coverage >= well_covered && quality.fit_error > about_one_point) {
-    return "the readings lie about one point, not on a sphere: turn the instrument between "
+    return "all readings are close to one point, not on a sphere: turn the instrument between "
            "readings";
   }
   if (quality.coverage >= well_covered && quality.fit_error > much_scatter) {
@@ -505,8 +507,8 @@ std::string cause_of(const ReadingSet& set, const EllipsoidCloud& cloud) {
             : "");
   }
   return formatted(
-      "the orientations cover too little of the sphere ({} % of it has a reading within 30 "
-      "degrees); turn the instrument so that each of its sides faces the field once",
+      "the orientations cover too little of the sphere ({} % of the sphere is within 30 degrees of "
+      "a reading); turn the instrument so that each of its sides faces the field once",
       covered);
 }
 
@@ -590,13 +592,13 @@ Estimate estimate_magnitude(const ReadingSet& set,
     estimate.notes.push_back(
         {NoteCode::estimate_bias,
          correct
-             ? formatted("the estimate was corrected for its bias of order sigma^2, by up to {} "
-                         "standard errors (parametric bootstrap)",
+             ? formatted("the coefficients were corrected for the error that noise causes in the "
+                         "fit of an ellipsoid, by up to {} standard errors (parametric bootstrap)",
                          size_in_se)
              : formatted(
-                   "the estimate was not corrected for its bias of order sigma^2, because the "
-                   "residuals are not independent noise. For independent noise this bias would be "
-                   "up to {} standard errors",
+                   "the coefficients were not corrected for the error that noise causes in the fit "
+                   "of an ellipsoid, because the residuals are not independent noise. For "
+                   "independent noise this error would be up to {} standard errors",
                    size_in_se)});
   }
   RegressionRows rows = rows_of_readings(set);
@@ -645,8 +647,9 @@ Estimate estimate_magnitude(const ReadingSet& set,
   if (squared.size() > 0) {
     estimate.notes.push_back(
         {NoteCode::method,
-         formatted("squared terms were fitted together with bias and sensitivity. At full field "
-                   "they add {}, {}, {}. The record's response does not include them",
+         formatted("squared terms were fitted together with bias and sensitivity. At full field, "
+                   "the squared terms are {}, {}, {}. The coefficients in the record do not "
+                   "include these terms",
                    number_text(size * squared(0), 2), number_text(size * squared(1), 2),
                    number_text(size * squared(2), 2))});
   } else {

@@ -38,8 +38,9 @@ Method add_method(MethodKind kind, Estimate (*fitted)(const ReadingSet& readings
 TableField stated_field(const TableField& field) {
   for (const FieldDescription& part : field.parts()) {
     if (!part.in_table || part.free_length) {
-      throw SetupError(formatted("field {}: give its vector in the table's frame", part.kind),
-                       {settings::field_table});
+      throw SetupError(
+          formatted("field {}: state the field's vector in the table (in_table)", part.kind),
+          {settings::field_table});
     }
   }
   return field.as_stated();

@@ -69,9 +69,9 @@ std::map<DesignPoint, double> readings_in_the_dark(const ReadingSet& set, Eigen:
   }
   if (dark.empty()) {
     throw SetupError(
-        "one-sided axes under two lights, one of which stays on: no reading has the switched light "
-        "off (level 0), so the two cannot be separated; take each point with the light on and off, "
-        "or darken the room");
+        "one of the two lights on the one-sided axes is always on, and no reading was taken with "
+        "the other light off (level 0), so the readings do not separate the two lights; take each "
+        "point with the other light on and off, or darken the room");
   }
   return dark;
 }
@@ -196,9 +196,9 @@ Estimate estimate_with(const Sight& sight,
       throw;
     }
     throw SetupError(
-        formatted("one-sided axes under two lights, one of which stays on: these readings do not "
-                  "separate the two lights for each axis ({}); darken the room, or take all 24 "
-                  "points, each with the light on and off",
+        formatted("one of the two lights on the one-sided axes is always on, and the readings do "
+                  "not separate the two lights for each axis ({}); darken the room, or take all 24 "
+                  "points, each with the other light on and off",
                   error.what()));
   }
 }

@@ -237,7 +237,8 @@ Estimate estimate_paired(const ReadingSet& given, const Eigen::Vector3d& nominal
   if (opposites.pairs.empty()) {
     throw RefusedError(
         "method paired: no reading has its opposite (same rest face, block and level; opposite "
-        "fence face); take each face turned round as well, or use method joint or known",
+        "fence face); also take each rest face with the opposite fence face, or use method joint "
+        "or known",
         {settings::method});
   }
   const Pooled pooled(opposites.pairs);

@@ -61,8 +61,8 @@ std::vector<FieldDescription> second_fields(const Experiment& experiment) {
         resolve_part(also, experiment.table, {.reading_unit = experiment.instrument.unit}));
     if (!fields.back().in_table) {
       throw SetupError(
-          formatted("also {}: its direction in the table must be known; give the site and the "
-                    "fence's azimuth, or its in_table",
+          formatted("second field (also) {}: its direction in the table is unknown; state the site "
+                    "and the fence's azimuth, or the field's vector in the table (in_table)",
                     also.kind()));
     }
   }
@@ -113,8 +113,8 @@ std::optional<double> mean_time_of(const Experiment& experiment,
     }
     if (experiment.field.moving_part()->of->needs_utc() && !is_utc(*reading.time_s)) {
       throw RefusedError(
-          formatted("run {}: {} needs the column 'time' as UTC (ISO 8601, or seconds since 1970), "
-                    "not as seconds of the recording",
+          formatted("run {}: {} requires the column 'time' in UTC (ISO 8601, or seconds since "
+                    "1970), not in seconds since the start of the recording",
                     reading.run, experiment.field.moving_part()->of->moving_name()));
     }
     sum += *reading.time_s / static_cast<double>(rows.size());
@@ -148,7 +148,7 @@ ReadingSource::Selection ReadingSource::selected(Weighting weighting) const {
   }
   if (selection.rows.empty()) {
     throw RefusedError(selection.rows_kept_out.empty()
-                           ? "no readings are left to calibrate with"
+                           ? "no readings are left for the calibration"
                            : "all readings are confirmation readings (confirm), so no readings are "
                              "left for the fit");
   }

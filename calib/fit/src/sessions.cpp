@@ -130,7 +130,10 @@ Estimate estimate_sessions(const ReadingSet& set,
       {NoteCode::conditions,
        formatted("{} sessions were fitted separately; the coefficients are their means, and the "
                  "intervals include the differences between sessions{}",
-                 B, B == 2 ? "; two sessions show these only roughly: take four" : "")});
+                 B,
+                 B == 2 ? "; two sessions determine these differences only roughly: take four "
+                          "sessions"
+                        : "")});
   return all;
 }
 

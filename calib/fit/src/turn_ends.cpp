@@ -174,8 +174,8 @@ void look_at_order(const Eigen::MatrixX3d& means, RestFit& fit) {
         number_text(drift(0), 2), number_text(drift(1), 2), number_text(drift(2), 2));
   } else if (alike) {
     fit.remark =
-        "the biases of consecutive rests are correlated (drift or slow noise), and count as fewer "
-        "rests";
+        "the biases of consecutive rests are correlated (drift or slow noise), so they count as "
+        "fewer independent biases";
   }
 }
 

@@ -349,9 +349,9 @@ void check_revolutions(std::span<const GyroscopeTurn> turns,
   if (fit.most_revolutions > most_revolutions_by_hand && !options.rate_per_unit) {
     const std::span<const double> time_s = turns[worst].time_s;
     throw RefusedError(
-        formatted("turn {} of the gyroscope would have {} revolutions in {} s, which is too fast "
-                  "for turning by hand. Check whether the times are in another unit (name the "
-                  "column t_ms, t_us, ...), or whether rests are missing. If a motor turned the "
+        formatted("turn {} of the gyroscope would be {} revolutions in {} s, which is too fast for "
+                  "turning by hand. Check whether the times are in another unit (name the column "
+                  "t_ms, t_us, ...), or whether rests are missing. If a motor turned the "
                   "instrument, state the gyroscope's scale",
                   worst + 1, number_text(fit.most_revolutions, 3),
                   number_text(time_s.back() - time_s.front(), 3)),
@@ -390,8 +390,9 @@ TurnFit fit_turns(std::span<const GyroscopeTurn> turns,
   if (!(rms < good_rms_rad)) {
     throw RefusedError(formatted(
         "the turns do not fit any scale of the gyroscope: with the best scale, {} rad/s per unit, "
-        "the attitudes after the turns are {} degrees off (rms). Check the order and signs of the "
-        "gyroscope's axes against the accelerometer's, its range, and the labels of the seats",
+        "the integrated attitudes differ from the attitudes at the rests by {} degrees (rms). "
+        "Check whether the order and signs of the gyroscope's axes agree with those of the "
+        "accelerometer; check the gyroscope's range and the labels of the seats",
         number_text(found.B.determinant() > 0.0 ? std::cbrt(found.B.determinant()) : 0.0, 3),
         number_text(rms * deg_per_rad, 3)));
   }
@@ -473,12 +474,16 @@ Calibration turn_calibration(const TurnFit& fit,
   record.findings.notes.push_back(
       {NoteCode::turns,
        formatted(
-           "{} turns{}: attitude errors of {} degrees (standard deviation of a component){}",
+           "{} turns{}: the errors of the integrated attitudes are {} degrees (standard deviation "
+           "of a component){}",
            fit.residuals.size(),
-           fit.has_rotations ? " between known seats" : " between rests, by the accelerometer",
+           fit.has_rotations ? " between known seats"
+                             : " between rests with attitudes from the "
+                               "accelerometer",
            number_text(fit.residual_sd_rad * deg_per_rad, 3),
            fit.rest_sd_rad > 0.0
-               ? formatted("; the part of each rest, which two turns share, is {} degrees",
+               ? formatted("; the part from the attitude at a rest, which two turns share, is {} "
+                           "degrees",
                            number_text(fit.rest_sd_rad * deg_per_rad, 3))
                : std::string())});
   if (!fit.converged) {
@@ -488,7 +493,7 @@ Calibration turn_calibration(const TurnFit& fit,
   }
   if (fit.most_revolutions > most_revolutions_by_hand) {
     add_warning(record, {.code = WarningCode::many_revolutions,
-                         .message = formatted("by the stated scale, a turn between two rests has "
+                         .message = formatted("with the stated scale, a turn between two rests is "
                                               "{} revolutions; check the scale and the times",
                                               number_text(fit.most_revolutions, 3))});
   }

@@ -155,8 +155,8 @@ MistakeSearch culprit_of(const SuspectRun& run, std::vector<Explanation> explana
   if (by_tails > is_wrong) {
     return {.culprit = {},
             .remark = by_tails < may_be_wrong
-                          ? formatted("{} stands out: it is wrong, or the noise has heavy tails; "
-                                      "take the reading again to find out",
+                          ? formatted("{} deviates from the other readings: it is wrong, or the "
+                                      "noise has heavy tails; take the reading again to find out",
                                       name_of_runs(best.correction.runs))
                           : std::string()};
   }
@@ -179,9 +179,10 @@ MistakeSearch culprit_of(const SuspectRun& run, std::vector<Explanation> explana
     std::string message = sentence(run, explanation);
     if (&explanation != &best) {
       const double ratio = std::exp(behind);
-      message = formatted(
-          "or {} ({})", message,
-          ratio < 1.05 ? std::string("as likely") : number_text(ratio, 2) + " times less likely");
+      message = formatted("or {} ({})", message,
+                          ratio < 1.05 ? std::string("equally "
+                                                     "likely")
+                                       : number_text(ratio, 2) + " times less likely");
     }
     result.warnings.push_back({.code = explanation.correction.code,
                                .runs = explanation.correction.runs,

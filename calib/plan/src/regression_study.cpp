@@ -65,7 +65,7 @@ void run_regression_study(const StudySetup& setup,
       setup.drawing || setup.random_normals || setup.slope_sd > 0.0 ||
       setup.simulation.resolution > 0.0 || !setup.simulation.world.is_white() || setup.alarms) {
     throw DomainError(
-        "a study of only the regression simulates nothing but noise: leave out worlds, alarms, "
+        "a study of only the regression simulates only noise: leave out worlds, alarms, "
         "temperature terms, second fields, one-sided axes, resolution, random slopes and cubes");
   }
   const RegressionTrials trials = trials_of(setup);

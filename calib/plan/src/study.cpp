@@ -307,7 +307,9 @@ Eigen::MatrixXd root_of_normals(const StudySetup& setup) {
     return {};
   }
   if (!covariance) {
-    throw DomainError("run_study: the positioner states no covariance of its normals");
+    throw DomainError(
+        "run_study: the positioner does not contain the covariance of its face "
+        "normals");
   }
   return covariance_root(*covariance);
 }
@@ -391,8 +393,8 @@ Study run_study(const StudySetup& given,
   Study study{.seed = seed, .trials = trials, .setup = digest_of(given)};
   if (given.recording && given.recording->kind == RecordingKind::sweep) {
     throw DomainError(
-        "study: a recording sweep cannot be studied, because its biases include the field; "
-        "simulate one sweep and calibrate it");
+        "study: a recording of kind sweep cannot be studied, because its biases include the "
+        "response to the field; simulate one sweep and calibrate it");
   }
   if (given.regression_only) {
     run_regression_study(given, shard, progress, study);

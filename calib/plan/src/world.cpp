@@ -50,7 +50,7 @@ constexpr std::array entries = {
 void check_value(std::string_view name, double value) {
   const auto must_be = [&](bool is_so, std::string_view what) {
     if (!is_so || !std::isfinite(value)) {
-      throw DomainError(formatted("{}: {} must be {}", name, number_text(value), what));
+      throw DomainError(formatted("{}: the value {} must be {}", name, number_text(value), what));
     }
   };
   if (name == "ar") {
@@ -75,8 +75,8 @@ void put(World& world, std::string_view name, const std::vector<double>& values)
     for (const Entry& one : entries) {
       names.push_back(one.name);
     }
-    throw DomainError(formatted("a world has no entry '{}'{}", name,
-                                did_you_mean(name, names, "there are " + world_names())));
+    throw DomainError(formatted("'{}' is not an entry of a world{}", name,
+                                did_you_mean(name, names, "the entries are " + world_names())));
   }
   for (const double value : values) {
     check_value(name, value);

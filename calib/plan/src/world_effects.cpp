@@ -166,8 +166,8 @@ void check_simulation(const SensorModel& truth, const SimulationOptions& options
   };
   if (noise.size() != m || !fits(options.world.k2) || !fits(options.world.k3)) {
     throw DomainError(formatted(
-        "simulate: the noise, and k2 and k3 of the world, need one number, or one for each of the "
-        "{} axes",
+        "simulate: the noise, and the entries k2 and k3 of the world, must be one number, or one "
+        "number for each of the {} axes",
         m));
   }
 }

@@ -589,7 +589,8 @@ void require_readable(Json json) {
   try {
     static_cast<void>(calibration_from(json_round_trip(std::move(json), std::string(name))));
   } catch (const DataError& error) {
-    throw DomainError(std::string("the record could not be read back: ") +
+    throw DomainError(std::string("the record cannot be written, because it could not be read "
+                                  "again: ") +
                       (error.what() + name.size() + 2));
   }
 }

@@ -40,7 +40,8 @@ FaceNames parse_face_names(std::string_view text) {
                                          : parse_face(plain_word(item.substr(equals + 1)));
     if (word.empty() || !face) {
       throw DomainError(formatted(
-          "'{}' is not WORD=FACE, as 'up=-Z'; FACE lies on the table: +X, -X, +Y, -Y, +Z or -Z",
+          "'{}' must be WORD=FACE, for example 'up=-Z'; FACE is the face on the table: +X, -X, +Y, "
+          "-Y, +Z or -Z",
           item));
     }
     if (!names.emplace(word, *face).second) {

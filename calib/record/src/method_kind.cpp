@@ -17,35 +17,38 @@ std::deque<MethodKind>& all_kinds() {
                  .name = "paired",
                  .by_pose = true,
                  .averages_pairs = true,
-                 .words = "opposite positions averaged, which removes the table's slope"},
-      MethodKind{.method = Method::joint,
-                 .name = "joint",
-                 .by_pose = true,
-                 .words = "all readings; fits the field's direction in the table"},
+                 .words = "averages of opposite positions, which removes the effect of the table's "
+                          "slope"},
+      MethodKind{
+          .method = Method::joint,
+          .name = "joint",
+          .by_pose = true,
+          .words = "all readings; the field's direction relative to the table is also fitted"},
       MethodKind{.method = Method::known,
                  .name = "known",
                  .by_pose = true,
                  .directions_known = true,
-                 .words = "the field taken as given"},
+                 .words = "fit of all readings with the stated field"},
       MethodKind{.method = Method::magnitude,
                  .name = "magnitude",
                  .by_magnitude = true,
-                 .words = "orientations unknown"},
+                 .words = "fit to the field's magnitude, without known orientations"},
       MethodKind{.method = Method::bias,
                  .name = "bias",
                  .fits_sensitivity = false,
-                 .words = "only biases"},
+                 .words = "fit of the biases only"},
       MethodKind{.method = Method::turns,
                  .name = "turns",
                  .by_turns = true,
                  .is_chosen = false,
-                 .words = "attitudes after turns from rest to rest, by integration"},
+                 .words = "integration of the rates over the turns from rest to rest"},
       MethodKind{.method = Method::faces,
                  .name = "faces",
                  .by_pose = true,
                  .directions_known = true,
                  .by_length = true,
-                 .words = "six faces that may lean; bias and scale from the field's magnitude"}};
+                 .words = "bias and scale from the field's magnitude on six faces, which may "
+                          "lean"}};
   return kinds;
 }
 

@@ -128,8 +128,8 @@ class Table {
       for (const auto& [word, of] : faces_) {
         words += formatted(", '{}'", word);
       }
-      fail(column, formatted("{} is not a face; the faces are +X -X +Y -Y +Z -Z{}; define another "
-                             "word by face names, 'WORD=FACE,...'",
+      fail(column, formatted("{} is not a face; the faces are +X -X +Y -Y +Z -Z{}; to use another "
+                             "word, define it by the face names 'WORD=FACE,...'",
                              quoted(column), words));
     }
     return *face;
@@ -289,7 +289,8 @@ class TemperatureColumns {
     if (of_all_ && *is_blank_) {
       if (!table.text(*of_all_).empty()) {
         table.fail(*of_all_,
-                   "has a value here, but not in the rows before; fill in all rows or none");
+                   "has a value in this row, but not in the earlier rows; fill in all rows or "
+                   "none");
       }
       return std::nullopt;
     }
@@ -387,7 +388,7 @@ void find_attitude(Table& table, const std::vector<std::string>& axes, Columns& 
   if (columns.rest || !columns.field.empty()) {
     table.fail("pitch_deg",
                "the file has attitudes and also 'rest' and 'fence' or 'fx', 'fy', 'fz'; keep one "
-               "description of the poses, and leave out or rename the other");
+               "description of the poses, and delete or rename the columns of the other");
   }
 }
 
@@ -672,8 +673,8 @@ Run read_observations(CsvReader& csv, const ObservationColumns& asked_for) {
       if (row > 1 && serial != result.serial && !wanted.takes_several_units) {
         table.fail(
             *columns.serial,
-            formatted("'{}' follows '{}', but here a file must be of one unit; give each unit its "
-                      "own file",
+            formatted("'{}' follows '{}', but here a file may contain only one unit; make one file "
+                      "for each unit",
                       serial, result.serial));
       }
       if (row == 1 || serial != result.serials.back()) {

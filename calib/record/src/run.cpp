@@ -147,7 +147,8 @@ Run join_runs(std::vector<Run> files, Units units) {
     }
     if (!parts.empty() && run.slots != file.slots) {
       throw DataError(file.inputs.front().path,
-                      "the slots of the columns differ from those of the first file");
+                      "the slots in the names of the columns differ from the slots in the first "
+                      "file");
     }
     without_serial = file.serials.empty() ? file.inputs.front().path : without_serial;
     run.slots = file.slots;

@@ -34,14 +34,16 @@ constexpr std::array all_words = {
     ScatterWords{"field_wander",
                  "The field's magnitude, or the gain of all axes, drifts slowly during the run."},
     ScatterWords{"correlation",
-                 "Consecutive readings are correlated, so they count as fewer readings."},
+                 "Consecutive readings are correlated, so they count as fewer independent "
+                 "readings."},
     ScatterWords{"curvature",
                  "The response may be nonlinear by less than the test detects. The coefficients "
                  "are means over the possible nonlinearities."},
     ScatterWords{"soaks", "The readings of the temperature levels deviate from the polynomial."},
     ScatterWords{"hysteresis", "The biases differ between rising and falling temperature."},
     ScatterWords{"rounding",
-                 "The readings' step is wider than their noise, so repeats share its rounding."}};
+                 "The rounding step of the readings is wider than their noise, so repeated "
+                 "readings share a rounding error."}};
 
 }  // namespace
 

@@ -471,7 +471,8 @@ Advice advice_to_halve(const CombinedUncertainty& uncertainty,
   const double allowed = 0.25 * all - (all - own);
   if (!(allowed > 0.0)) {
     advice.text = formatted(
-        "no single source halves the uncertainty: without '{}' it is still {} % of its value",
+        "improving one source cannot halve the uncertainty: without the largest source ('{}'), the "
+        "uncertainty is still {} % of its present value",
         advice.source, number_text(100.0 * std::sqrt((all - own) / all), 2));
     return advice;
   }

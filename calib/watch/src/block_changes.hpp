@@ -11,10 +11,10 @@ namespace axiscal {
 
 /// The scatter of a parameter between the blocks of a record.
 struct BlockScatter {
-  double mean_square = 0.0;         ///< M: variance of one block's parameter about the blocks' mean
+  double mean_square = 0.0;  ///< M: variance of one block's parameter about the blocks' mean
   /// Degrees of freedom of mean_square; 0 if mean_square is unknown.
   double degrees_of_freedom = 0.0;
-  double blocks = 1.0;              ///< number of blocks
+  double blocks = 1.0;  ///< number of blocks
 
   /// @return the variance of another block's parameter about the record's value; 0 if it is
   ///         unknown.

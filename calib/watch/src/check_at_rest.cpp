@@ -201,7 +201,9 @@ InSituCheck check_in_situ(const Calibration& calibration,
                           double alpha) {
   const Reducer reducer(calibration, {}, Force::yes);
   if (!reducer.gives_components()) {
-    throw DomainError("the check needs three axes or more, because fewer give no residual");
+    throw DomainError(
+        "the check requires at least three axes, because fewer axes do not give a "
+        "residual");
   }
   const ReadingPropagation propagation(calibration, reducer, stated_noise(calibration));
   InSituCheck check;

@@ -90,8 +90,8 @@ DriftCheck check_biases(const Calibration& old,
   check.p_value = axes.p_value();
   check.drifted = check.p_value < alpha;
   check.notes.push_back(formatted(
-      "the biases include the field: the comparison{} is valid only if the instrument is in the "
-      "pose of the record",
+      "the biases include the response to the field, so the comparison{} is valid only if the "
+      "instrument was in the same pose as for the record",
       temperature ? formatted(" at temperature {}", number_text(temperature->mean(), 4)) : ""));
   return check;
 }

@@ -219,7 +219,7 @@ void require_comparable(const Calibration& old_record, const Calibration& fresh_
                   fresh_record.sensor.field.kind, fresh_record.sensor.instrument.unit));
   }
   if (!states_covariance(old_record) && !states_covariance(fresh_record)) {
-    throw DomainError("neither record states a covariance, so their difference cannot be tested");
+    throw DomainError("neither record contains a covariance, so their difference cannot be tested");
   }
 }
 
@@ -399,7 +399,9 @@ DriftCheck check_drift(const Calibration& old_record,
         "only one record has temperature terms: the coefficients are compared without them");
   }
   if (!states_covariance(old)) {
-    check.notes.emplace_back("the old record states no covariance and is taken as exact");
+    check.notes.emplace_back(
+        "the old record does not contain a covariance, so its coefficients "
+        "are taken as exact");
   }
   FisherSum axes;
   const Eigen::Index m = old.sensor.instrument.axis_count();

@@ -289,11 +289,12 @@ std::string history_text(const UnitHistory& unit) {
   for (const ParameterTrend& trend : unit.trends) {
     text += formatted("  {}: {}", trend.parameter, number_text(trend.values.back(), 7));
     if (!std::isnan(trend.slope_per_year)) {
-      text += formatted(", {} a year (u {})", number_text(trend.slope_per_year, 2),
-                        number_text(trend.slope_u_per_year, 2));
+      text +=
+          formatted(", change per year {} (standard uncertainty {})",
+                    number_text(trend.slope_per_year, 2), number_text(trend.slope_u_per_year, 2));
     }
     if (trend.p_value < 0.05) {
-      text += formatted(", a trend (p = {})", number_text(trend.p_value, 2));
+      text += formatted(", significant trend (p = {})", number_text(trend.p_value, 2));
     }
     if (trend.outside) {
       text += ", outside its limits";

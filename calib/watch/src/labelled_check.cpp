@@ -226,8 +226,8 @@ DriftCheck check_labelled(const Calibration& record,
   }
   if (observations.response.cols() != m || n * m < m + 3) {
     throw RefusedError(formatted(
-        "too few readings ({}): they determine no more than the field's direction and the "
-        "biases. Take {} or more at different faces",
+        "too few readings ({}): they determine only the field's direction and the biases, without "
+        "a check. Take {} readings or more on different faces",
         n, (m + 3 + m - 1) / m));
   }
   if (!observations.has_fence) {
@@ -238,7 +238,7 @@ DriftCheck check_labelled(const Calibration& record,
   const FieldDescription here = make_field_description(experiment);
   if (here.unit != sensor.field.unit) {
     throw RefusedError(
-        formatted("the record has the field in {}, and the readings have it in {}: state the "
+        formatted("the field is in {} in the record, but in {} for the readings: state the "
                   "magnitude of the field in the unit of the record",
                   sensor.field.unit, here.unit));
   }
@@ -289,8 +289,8 @@ DriftCheck check_labelled(const Calibration& record,
          .e_n = not_a_number});
   }
   check.notes.push_back(formatted(
-      "the {} readings are compared with the predictions of the record, with the field's direction "
-      "in the table fitted; the changes are those of the biases, with unchanged sensitivities",
+      "the {} readings are compared with the predictions of the record; the field's direction in "
+      "the table is fitted. The changes are those of the biases if the sensitivities are unchanged",
       n));
   return check;
 }

@@ -318,7 +318,7 @@ class Blackbox final : public RecordingFile::Decoder {
     if (left_out_ > 0) {
       all.push_back(formatted(
           "{} frames are left out, because they follow a damaged frame or a change of flight mode, "
-          "or because their time leaps",
+          "or because their times jump",
           left_out_));
     }
     if (lost_ > 0) {

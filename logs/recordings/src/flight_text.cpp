@@ -61,8 +61,8 @@ class DataflashText final : public RecordingFile::Decoder {
     }
     if (damaged_ > 0) {
       all.push_back(
-          formatted("{} lines are left out, because their number of fields is not that "
-                    "of their message",
+          formatted("{} lines are left out, because their number of fields differs from the "
+                    "definition of the message",
                     damaged_));
     }
     return all;

@@ -56,7 +56,8 @@ std::vector<std::string> column_names(const std::string& path,
                                       const std::vector<std::string>& names,
                                       std::size_t count) {
   if (!names.empty() && names.size() != count) {
-    throw DataError(path, formatted("{} names are given for {} columns", names.size(), count));
+    throw DataError(path, formatted("{} column names are stated, but the file has {} columns",
+                                    names.size(), count));
   }
   std::vector<std::string> all = names;
   for (std::size_t c = all.size(); c < count; ++c) {

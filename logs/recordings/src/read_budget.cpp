@@ -106,8 +106,8 @@ void ReadBudget::fail(ReadCost cost) const {
   const Limit& limit = limits[place_of(cost)];
   throw LimitError(
       account_->path,
-      formatted("needs more than {} {}, which is the limit '{}' for a file of {} bytes; raise this "
-                "limit if you trust the file",
+      formatted("reading requires more than {} {}, which is the limit '{}' for a file of {} bytes; "
+                "raise this limit if you trust the file",
                 number_text(account_->limits.of(cost, account_->file_bytes), 4), limit.of,
                 limit.name, number_text(account_->file_bytes)),
       {settings::read_limit});

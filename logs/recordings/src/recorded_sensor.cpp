@@ -53,17 +53,17 @@ std::string full_name(const RecordingSummary& summary, const Series& series) {
 std::string_view words_of(KnownBy by) {
   switch (by) {
     case KnownBy::format:
-      return "known by the file's format";
+      return "recognised by the file's format";
     case KnownBy::names:
-      return "known by the columns' names";
+      return "recognised by the columns' names";
     case KnownBy::units:
-      return "known by the columns' units";
+      return "recognised by the columns' units";
     case KnownBy::data:
       return "guessed from the numbers";
     case KnownBy::nothing:
       break;
   }
-  return "not known";
+  return "not recognised";
 }
 
 }  // namespace
@@ -79,7 +79,7 @@ std::vector<std::string> constant_sensor_notes(const RecordingSummary& summary) 
     const SeriesKind kind = one.series.kind;
     if (kind != SeriesKind::other && kind != SeriesKind::temperature && is_constant(one)) {
       const std::string name = full_name(summary, one.series);
-      words.push_back(formatted("the {}{}{} does not vary, and is left out", name_of(kind),
+      words.push_back(formatted("the {}{}{} has constant readings and is left out", name_of(kind),
                                 name.empty() ? "" : " " + name,
                                 " (" + joined(one.series.columns) + ")"));
     }
@@ -161,12 +161,13 @@ std::string words_of(const RecordedSensor& sensor) {
   std::string text = formatted("{} {}: {}({})", name_of(sensor.kind), sensor.number,
                                sensor.name.empty() ? "" : sensor.name + " ",
                                joined({sensor.columns.begin(), sensor.columns.end()}));
-  text += sensor.unit.empty() ? ", unit not known" : ", " + sensor.unit;
+  text += sensor.unit.empty() ? ", unit unknown" : ", " + sensor.unit;
   if (std::isfinite(sensor.rate_hz) && sensor.rate_hz > 0.0) {
     text += formatted(", {} Hz", number_text(sensor.rate_hz, 4));
   }
   text += formatted("; {}", words_of(sensor.known_by));
-  return sensor.is_corrected ? text + "; corrected by the parameters in the log" : text;
+  return sensor.is_corrected ? text + "; already corrected by PX4 with parameters in the log"
+                             : text;
 }
 
 }  // namespace axiscal

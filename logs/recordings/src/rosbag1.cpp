@@ -99,7 +99,7 @@ class Rosbag1 final : public RecordingFile::Decoder {
     }
     std::vector<std::string> all = notes_of(topics);
     if (damaged_chunks_ > 0) {
-      all.push_back(formatted("{} chunks are damaged, and left out", damaged_chunks_));
+      all.push_back(formatted("{} chunks are damaged and were left out", damaged_chunks_));
     }
     if (is_cut_) {
       all.emplace_back("the bag is cut short");

@@ -69,7 +69,7 @@ class Rosbag2 final : public RecordingFile::Decoder {
     note_unread_log(path);
     const Statement topics = prepare("SELECT id, name, type FROM topics");
     if (topics == nullptr) {
-      fail("is a database without ROS 2's tables topics and messages");
+      fail("is a database without the tables 'topics' and 'messages' of a ROS 2 bag");
     }
     const std::map<std::string, std::string> definitions = read_definitions();
     constexpr std::size_t most_topics = 4096;
@@ -82,7 +82,7 @@ class Rosbag2 final : public RecordingFile::Decoder {
     }
     messages_ = prepare("SELECT topic_id, timestamp, data FROM messages ORDER BY timestamp");
     if (messages_ == nullptr) {
-      fail("is a database without ROS 2's table messages");
+      fail("is a database without the table 'messages' of a ROS 2 bag");
     }
   }
 
@@ -152,7 +152,7 @@ class Rosbag2 final : public RecordingFile::Decoder {
                   table)
             .c_str());
     if (found == nullptr || step(found) != SQLITE_ROW) {
-      fail(formatted("is a database without ROS 2's table {}", table));
+      fail(formatted("is a database without the table '{}' of a ROS 2 bag", table));
     }
   }
 
@@ -160,10 +160,10 @@ class Rosbag2 final : public RecordingFile::Decoder {
     std::error_code none;
     const std::uintmax_t size = std::filesystem::file_size(path + "-wal", none);
     if (!none && size > 0) {
-      notes_.push_back(formatted(
-          "{}-wal contains messages that are not read; `sqlite3 {} 'PRAGMA wal_checkpoint'` moves "
-          "them into the bag",
-          path, path));
+      notes_.push_back(
+          formatted("the file {}-wal contains messages that are not read; run `sqlite3 {} 'PRAGMA "
+                    "wal_checkpoint'` to move these messages into the bag",
+                    path, path));
     }
   }
 
@@ -209,7 +209,7 @@ DecoderPointer open_rosbag2(const std::string& path,
 }
 #else
 DecoderPointer open_rosbag2(const std::string&, const std::string& name, const ReadBudget&) {
-  throw DataError(name, "is a ROS 2 bag, and this axiscal was built without libsqlite3");
+  throw DataError(name, "is a ROS 2 bag (SQLite), but this axiscal was built without libsqlite3");
 }
 #endif
 

@@ -105,8 +105,8 @@ std::string words_of(const SignedCounts& counts, const std::vector<std::string>&
   }
   const double largest = std::ldexp(1.0, counts.bits) - 1.0;
   return formatted(
-      "{}: these are signed counts of {} bits that were printed unsigned ({} for -1); they are "
-      "read with their sign",
+      "{}: these columns contain signed counts of {} bits that were printed as unsigned numbers "
+      "({} for -1); they are read as signed numbers",
       joined(own), counts.bits, number_text(largest));
 }
 

@@ -64,8 +64,8 @@ class TableDecoder final : public RecordingFile::Decoder {
     const LogDefects& defects = source_->defects;
     if (defects.ragged_rows > 0) {
       all.push_back(
-          formatted("{} rows are left out, because their number of cells is not that of the first "
-                    "row (the first is line {})",
+          formatted("{} rows are left out, because their number of cells differs from that of the "
+                    "first row (the first row left out is line {})",
                     defects.ragged_rows, defects.first_ragged_line));
     }
     return all;

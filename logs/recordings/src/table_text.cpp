@@ -162,7 +162,8 @@ void TableText::State::open(OpenedFile opened) {
     throw DataError(
         path,
         formatted("is a recording ({}), not a table of readings in known orientations; {}; if the "
-                  "instrument was turned by hand, state its kind, and method magnitude is used",
+                  "instrument was turned by hand, state the kind of instrument, to calibrate by "
+                  "method magnitude",
                   opened.format, series_list(summarise(*opened.decoder, looked_at))),
         {settings::log});
   }
@@ -223,8 +224,10 @@ void TableText::State::look_at_text() {
         rows.empty() ? std::vector<std::string>{} : names_by_faces(rows);
     if (!names.empty()) {
       layout.columns = names;
-      layout.notes = {"the table has no header; its columns of faces give the names: " +
-                      joined(names)};
+      layout.notes = {
+          "the table has no header; the faces in its rows show the names of its "
+          "columns: " +
+          joined(names)};
       has_names = true;
     }
   }

@@ -301,7 +301,8 @@ class LayoutFinder {
     cells.resize(usual_);
     if (named < usual_) {
       layout_.notes.push_back(
-          formatted("the header names {} of {} columns; the others are named by number, as c{}",
+          formatted("the header names {} of {} columns; the others are named by their numbers, "
+                    "such as c{}",
                     named, usual_, usual_));
     } else if (named > usual_) {
       layout_.notes.push_back(
@@ -392,7 +393,8 @@ class LayoutFinder {
         columns[i] = formatted("c{}", i + 1);
       }
       if (!seen.insert(columns[i]).second) {
-        throw DataError(path_, line, formatted("column '{}': is there twice", columns[i]));
+        throw DataError(path_, line,
+                        formatted("column '{}': the header contains this name twice", columns[i]));
       }
     }
   }

@@ -20,9 +20,9 @@ namespace axiscal {
 namespace {
 
 constexpr const char* unknown_format_words =
-    "is neither text nor of another known format; known are tables (text, .npy, .mat, .xlsx, "
-    "JSON), flight logs (ULog, DataFlash, tlog, blackbox), bags (ROS 1, ROS 2, MCAP), phones' "
-    "recordings";
+    "is neither text nor a file of another known format; the known formats are tables (text, .npy, "
+    ".mat, .xlsx, JSON), flight logs (ULog, DataFlash, tlog, blackbox), bags (ROS 1, ROS 2, MCAP), "
+    "recordings of phones";
 
 // Reads a plain decimal number of up to 19 digits, without an exponent; nearly all numbers in a log
 // are plain. The result is correctly rounded, because both the digits and the power of ten are
@@ -100,12 +100,13 @@ class TextLog : public LogFile::Source {
     }
     if (rows == 0 && rows_ == 0) {
       throw DataError(lines_.path(), lines_.line(),
-                      "no row of numbers follows; are the separators those of the first rows?");
+                      "no row of numbers follows; do the following rows have another separator "
+                      "than the first rows?");
     }
     if (rows == 0 && erased_rows_ > 0) {
       notes.push_back(
-          formatted("{} rows from line {} on are left out, because they contain no readings "
-                    "(erased memory, or no number)",
+          formatted("{} rows (the first is line {}) are left out, because they contain erased "
+                    "memory or no numbers",
                     erased_rows_, first_erased_line_));
       erased_rows_ = 0;
     }

@@ -187,7 +187,8 @@ TimeUnit settle_time_unit(const std::string& path,
         .remark =
             is_rate(column.seconds, highest_rate_hz)
                 ? ""
-                : formatted("{}the unit in its name gives a rate of {} Hz; is this the right unit?",
+                : formatted("{}the unit in the name of the column gives a rate of {} Hz; is this "
+                            "unit right?",
                             head, number_text(rate_hz(column.seconds), 3))};
   }
   const auto first =
@@ -235,7 +236,7 @@ TimeUnit settle_time_unit(const std::string& path,
                                 unit.words, number_text(rate_hz(unit.seconds), 3), why, advice)};
   };
   if (since_1970) {
-    return taken(*since_1970, "they are then times since 1970");
+    return taken(*since_1970, "in this unit they are times since 1970");
   }
   if (seconds_fit) {
     return {};
@@ -247,10 +248,10 @@ TimeUnit settle_time_unit(const std::string& path,
   for (const Unit& unit : units) {
     rates += (rates.empty() ? "" : ", ") + rate_text(step, unit);
   }
-  throw DataError(
-      path,
-      formatted("{}the unit of the times is not clear from their rate: {}{}", head, rates, advice),
-      {settings::column_names, settings::rate});
+  throw DataError(path,
+                  formatted("{}the unit of the times is not clear from the sample rate: {}{}", head,
+                            rates, advice),
+                  {settings::column_names, settings::rate});
 }
 
 }  // namespace axiscal

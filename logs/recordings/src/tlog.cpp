@@ -152,7 +152,8 @@ class Tlog final : public RecordingFile::Decoder {
   std::vector<std::string> notes() const override {
     std::vector<std::string> all;
     if (others_ > 0) {
-      all.push_back(formatted("{} packets contain no inertial sensor, and are left out", others_));
+      all.push_back(
+          formatted("{} packets contain no data of inertial sensors and are left out", others_));
     }
     if (damaged_ > 0) {
       all.push_back(formatted("{} packets have a wrong checksum, and are left out", damaged_));

@@ -173,14 +173,15 @@ class Ulog final : public RecordingFile::Decoder {
                               dropout_ms_));
     }
     if (cut_ > 0) {
-      all.push_back(formatted("{} messages were cut off by parts that were appended", cut_));
+      all.push_back(formatted(
+          "{} messages are incomplete, because data were appended to the file later", cut_));
     }
     if (lost_ > 0) {
-      all.push_back(formatted("{} bytes are damaged or cut short, and left out", lost_));
+      all.push_back(formatted("{} bytes are damaged or incomplete and were left out", lost_));
     }
     if (short_ > 0) {
       all.push_back(
-          formatted("{} messages are shorter than their definition, and left out", short_));
+          formatted("{} messages are shorter than their definition and were left out", short_));
     }
     return all;
   }

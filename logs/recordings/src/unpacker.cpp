@@ -128,7 +128,7 @@ class LzmaDecoder final : public Decoder {
     const lzma_ret status =
         run_stream(stream_, in, out, [&] { return lzma_code(&stream_, LZMA_RUN); });
     if (status == LZMA_MEMLIMIT_ERROR) {
-      throw DamagedStream("unpacking it needs more than 256 MiB of memory");
+      throw DamagedStream("unpacking requires more than 256 MiB of memory");
     }
     if (status != LZMA_OK && status != LZMA_STREAM_END && status != LZMA_BUF_ERROR) {
       throw DamagedStream("bad data");
@@ -265,7 +265,9 @@ Unpacker::Unpacker(std::string_view packing, Read packed) : state_(std::make_uni
   state_->packed = std::move(packed);
   if (state_->decoder == nullptr) {
     throw Error(formatted(
-        "is compressed ({}), which this build of axiscal cannot unpack; unpack it first", packing));
+        "is compressed ({}), but this build of axiscal cannot unpack this format; unpack the file "
+        "first",
+        packing));
   }
 }
 
@@ -333,7 +335,8 @@ std::optional<std::string> unpack_zstd([[maybe_unused]] std::string_view block,
   }
   return unpack("zstd", block, static_cast<std::size_t>(size), budget);
 #else
-  throw Error("is packed with zstd, and this axiscal was built without libzstd");
+  throw Error(
+      "is packed with zstd, but this axiscal was built without libzstd; unpack the file first");
 #endif
 }
 

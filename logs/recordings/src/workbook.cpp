@@ -152,7 +152,9 @@ std::string csv_of_workbook(const std::string& name,
                             const std::function<std::string(const std::string& part)>&,
                             const ReadBudget&) {
   throw DataError(
-      name, "is a spreadsheet, and this axiscal was built without libpugixml; save it as CSV");
+      name,
+      "is a spreadsheet, but this axiscal was built without libpugixml; save the spreadsheet "
+      "as CSV");
 }
 #endif
 

@@ -216,7 +216,8 @@ OpenedFile open_npz(const std::string& path,
   constexpr std::size_t most_arrays = 500;  // each array opens the archive once more
   if (chosen.size() > most_arrays) {
     throw DataError(name,
-                    formatted("contains {} arrays of {} rows; at most {} are read as one table",
+                    formatted("contains {} arrays of {} rows, but a table may consist of at most "
+                              "{} arrays",
                               chosen.size(), largest->first, most_arrays));
   }
   auto table = std::make_unique<ArraysAsTable>();
@@ -286,8 +287,12 @@ OpenedFile open_zip(const std::string& path, const std::string& name, const Read
   if (opened.empty()) {
     throw DataError(name, members.empty() ? "the zip archive is empty or damaged"
                           : why.empty()
-                              ? "the zip archive contains no table or log: " + joined(members)
-                              : "no file in the zip archive can be read; the last error: " + why);
+                              ? "the zip archive contains no table or log; its files "
+                                "are: " +
+                                    joined(members)
+                              : "no file in the zip archive can be read; the error for the last "
+                                "file is: " +
+                                    why);
   }
   if (opened.size() == 1) {  // opened again, because its cells may be needed as text
     return open_recording(bytes_of(path, name, good.front(), budget));
@@ -296,7 +301,9 @@ OpenedFile open_zip(const std::string& path, const std::string& name, const Read
 }
 #else
 OpenedFile open_zip(const std::string&, const std::string& name, const ReadBudget&) {
-  throw DataError(name, "is a zip archive, and this axiscal was built without minizip; unpack it");
+  throw DataError(
+      name,
+      "is a zip archive, but this axiscal was built without minizip; unpack the archive first");
 }
 #endif
 

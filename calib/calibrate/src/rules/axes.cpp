@@ -24,14 +24,14 @@ void find_axes(const JudgedRun& run, Warnings& found) {
     const std::string letter(1, "xyz"[main]);
     if (main != *nominal) {
       found.add(WarningCode::axis_swapped, {},
-                formatted("axis {} reads mostly along {}{}; are columns exchanged, or is the "
+                formatted("axis {} is most sensitive along {}{}; are columns exchanged, or is the "
                           "instrument turned in the cube?",
                           axis_name(run, k), row(main) < 0.0 ? "-" : "+", letter));
     } else if (row(main) < 0.0) {
       found.add(
           WarningCode::axis_reversed, {},
-          formatted("axis {} reads reversed: its sensitivity to {} is negative; is its sign or "
-                    "wiring reversed, or is each face labelled as its opposite?",
+          formatted("axis {} is reversed: its sensitivity to {} is negative; check its sign, its "
+                    "wiring, and whether each face is labelled as the opposite face",
                     axis_name(run, k), letter));
     }
   }

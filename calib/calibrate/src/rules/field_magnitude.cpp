@@ -22,8 +22,8 @@ void find_field_magnitude(const JudgedRun& run, Warnings& found) {
   if (!(std::abs(ratio - 1.0) <= largest_deviation)) {
     found.add(
         WarningCode::field_magnitude, {},
-        formatted("the columns fx, fy, fz have a length of {} on average, but the field is {} "
-                  "{}; correct the unit, or give the magnitude",
+        formatted("the vectors in the columns fx, fy, fz have a mean length of {}, but the field's "
+                  "magnitude is {} {}; correct the unit, or state the magnitude",
                   number_text(run.estimate.mean_field, 4),
                   number_text(run.calibration.sensor.field.magnitude, 4),
                   run.calibration.sensor.field.unit));

@@ -13,8 +13,8 @@ void find_gap(const JudgedRun& run, Warnings& found) {
   if (quality && quality->largest_gap_rad > largest_good_gap_rad) {
     found.add(
         WarningCode::coverage, {},
-        formatted("the orientations leave a gap: the reading nearest to {} of the sensor is {} "
-                  "degrees away; add orientations in which the field has this direction",
+        formatted("the orientations leave a gap: the direction {} of the sensor is {} degrees from "
+                  "the nearest reading; add orientations in which the field has this direction",
                   direction_in_words(quality->gap),
                   number_text(quality->largest_gap_rad * deg_per_rad, 2)));
   }

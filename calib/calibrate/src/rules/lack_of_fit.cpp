@@ -26,8 +26,8 @@ void find_lack_of_fit(const JudgedRun& run, Warnings& found) {
       found.add(
           WarningCode::lack_of_fit, {},
           formatted("axis {}: the readings deviate from the model by more than repeated readings "
-                    "differ ({}); the cube's faces, its seating or the axis's nonlinearity is the "
-                    "cause. The standard errors include this deviation",
+                    "differ ({}). Possible causes are the cube's faces, its seating or a nonlinear "
+                    "axis. The standard errors include this deviation",
                     axis_name(run, static_cast<Eigen::Index>(k)),
                     std::isfinite(tests[k].f)
                         ? formatted("F = {}, p = {}", number_text(tests[k].f, 3),

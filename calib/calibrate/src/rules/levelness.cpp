@@ -33,9 +33,9 @@ void find_levelness(const JudgedRun& run, Warnings& found) {
   const std::vector<int> runs = runs_of_face(run, *levelness->suspect);
   found.add(
       WarningCode::levelness, runs,
-      formatted("{}: the table's slope by rest face {} disagrees with the other faces (p = {}); "
-                "look for grit under a foot, a wrong face, a gap at the fence or a moved table, "
-                "and take these readings again",
+      formatted("{}: the table's slope from rest face {} disagrees with the slope from the other "
+                "faces (p = {}); look for grit under a foot, a wrong face, a gap at the fence or a "
+                "moved table, and take these readings again",
                 name_of_runs(runs), face_name(levelness->suspect->point.rest()),
                 number_text(levelness->p_value, 2)));
 }

@@ -38,10 +38,13 @@ void find_nonlinearity(const JudgedRun& run, Warnings& found) {
   found.add(
       WarningCode::nonlinearity, {},
       by_magnitude(run)
-          ? formatted("{}; a part of this is in the biases. Also fit squared terms (squares)", text)
-          : formatted("{}, and its bias includes a third of this error. The instrument is "
-                      "nonlinear, or opposite faces of the cube are not parallel: state the "
-                      "cube's face normals, or allow for this error of calibrated readings",
+          ? formatted("{}; the biases contain a part of this error. Also fit squared terms "
+                      "(squares)",
+                      text)
+          : formatted("{}, and the bias of this axis includes a third of this error. The "
+                      "instrument is nonlinear, or opposite faces of the cube are not parallel: "
+                      "state the cube's face normals, or add this error to the uncertainty of "
+                      "calibrated readings",
                       text));
 }
 

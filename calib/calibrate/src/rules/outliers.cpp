@@ -96,7 +96,7 @@ std::optional<CalibrationWarning> warning_of_outliers(const Calibration& calibra
     const std::string& axis =
         calibration.sensor.instrument.axes[static_cast<std::size_t>(outliers[i].axis)];
     worst.push_back(formatted(
-        "{}: {} is {} standard deviations", name_of_runs(outliers[i].row->runs),
+        "{}: {} deviates by {} standard deviations", name_of_runs(outliers[i].row->runs),
         by_magnitude ? "its magnitude" : "axis " + axis, number_text(outliers[i].deviation, 3)));
   }
   const std::string more =
@@ -107,10 +107,11 @@ std::optional<CalibrationWarning> warning_of_outliers(const Calibration& calibra
   return CalibrationWarning{
       .code = WarningCode::outlier,
       .runs = std::move(runs),
-      .message = formatted("{} away from the value that the other readings predict{}; {} take {} "
-                           "again, or leave {} out",
+      .message = formatted("{} from the value that the other readings predict{}; {} take {} again, "
+                           "or leave {} out",
                            joined(worst, "; "), more,
-                           by_magnitude ? "if it was moved," : "check the pose and", them, them)};
+                           by_magnitude ? "if the instrument was moved," : "check the pose and",
+                           them, them)};
 }
 
 void find_outliers(const JudgedRun& run, Warnings& found) {

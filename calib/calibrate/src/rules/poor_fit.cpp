@@ -47,10 +47,12 @@ std::string other_reasons(const JudgedRun& run) {
   const InstrumentKind& kind = find_instrument_kind(run.calibration.sensor.instrument.kind);
   std::string reasons;
   if (lacks_level(run)) {
-    reasons += "; is the column 'level' missing (the multiple of the field that was set)?";
+    reasons +=
+        "; if the field was set to several values, add the column 'level' (the multiple of "
+        "the stated field)";
   }
   if (kind.sees_one_side && !run.calibration.sensor.instrument.one_sided) {
-    reasons += "; if photodiodes see no light from behind, state them as one-sided";
+    reasons += "; if the photodiodes measure only light from their front, state them as one-sided";
   }
   if (kind.answers_to_gravity && run.calibration.sensor.also.empty()) {
     reasons += "; if the instrument responds to gravity, state gravity as a second field (also)";
@@ -72,14 +74,15 @@ void find_poor_magnitude(const JudgedRun& run, Warnings& found) {
         WarningCode::no_fit, {},
         formatted(
             "the measured magnitude differs from the field's magnitude by {} % (rms), so the "
-            "sensitivities are unreliable: the instrument was moving while it was read, or the "
-            "field changes from place to place (indoors?); take the readings again at rest{}",
+            "sensitivities are unreliable: the instrument was moving during the readings, or the "
+            "field differs from place to place, as it does indoors; take the readings again at "
+            "rest{}",
             number_text(100.0 * error, 2),
             run.calibration.fit.robust ? "" : ", or use robust weights if few readings are wrong"));
   } else if (error > largest_residual_share) {
     found.add(WarningCode::poor_fit, {},
               formatted("the measured magnitude differs from the field's magnitude by {} % (rms): "
-                        "the instrument was moved while it was read, iron nearby disturbs the "
+                        "the instrument was moving during the readings, iron nearby disturbs the "
                         "field, or the noise is large; {}take the readings again at rest",
                         number_text(100.0 * error, 2),
                         run.calibration.fit.robust ? "" : "try robust weights, or "));

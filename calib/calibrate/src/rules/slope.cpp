@@ -47,8 +47,9 @@ void find_slope(const JudgedRun& run, Warnings& found) {
     found.add(
         WarningCode::slope, {},
         formatted(
-            "the field was given as {}, {} in the table's plane (parts of its magnitude), but "
-            "opposite readings show {}, {}; use method paired or joint, or correct the slope",
+            "the stated field has the components {}, {} in the table's plane (divided by its "
+            "magnitude), but opposite readings give {}, {}; use method paired or joint, or correct "
+            "the stated slope",
             number_text(given.x(), 4), number_text(given.y(), 4), number_text(levelness->mean_x, 4),
             number_text(levelness->mean_y, 4)));
   }

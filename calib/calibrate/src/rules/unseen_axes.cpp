@@ -19,8 +19,9 @@ void find_unseen_axes(const JudgedRun& run, Warnings& found) {
   }
   if (!names.empty()) {
     found.add(WarningCode::coverage, {},
-              formatted("the readings have no field component along {} {}, so its sensitivity is "
-                        "not determined; add readings turned about another axis",
+              formatted("in these readings, the field has no component along {} {}, so the "
+                        "sensitivity there is not determined; add readings with the instrument "
+                        "turned about another axis",
                         names.size() == 1 ? "axis" : "the axes", joined(names)));
   }
 }

@@ -304,20 +304,20 @@ bool add_block_sensitivities(const Fit& run, bool mounts_known, Estimate& estima
     estimate.notes.push_back(
         {NoteCode::conditions,
          formatted("the sensitivities differ between blocks by {} % (standard deviation); their "
-                   "intervals include this",
+                   "intervals include this scatter",
                    number_text(100.0 * largest, 2))});
   }
   if (m == 3 && !mounts_known && p_of_turns(fits, mean, s2) < beyond_chance) {
     estimate.notes.push_back(
         {NoteCode::seats,
          "the directions of the axes differ between blocks, as if the instrument was mounted again "
-         "for each block. The intervals of the cross-axis terms include this; a column 'mount' "
-         "with the number of the mount makes them shorter"});
+         "for each block. The intervals of the cross-axis terms include this difference; a column "
+         "'mount' with the number of the mount makes these intervals shorter"});
   }
   if (fits.S.size() == 2) {
     estimate.notes.push_back({NoteCode::conditions,
-                              "two blocks are too few to show whether the sensitivities repeat; "
-                              "take four"});
+                              "two blocks are too few to show whether the sensitivities are "
+                              "repeatable; take four blocks"});
   }
   constexpr double differ = 0.05;
   return least < differ;

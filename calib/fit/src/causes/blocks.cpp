@@ -119,7 +119,7 @@ void add_block_scatter(const ReadingSet& set, const ProcessScatter* process, Est
   if (process != nullptr && estimate.blocks.earlier == 0) {
     estimate.notes.push_back({NoteCode::conditions,
                               "the blocks differ much more than in earlier calibrations, so the "
-                              "earlier calibrations are not used"});
+                              "scatter of the earlier calibrations is not used"});
   } else if (process != nullptr) {
     estimate.notes.push_back(
         {NoteCode::conditions,
@@ -130,8 +130,8 @@ void add_block_scatter(const ReadingSet& set, const ProcessScatter* process, Est
     estimate.notes.push_back(
         {NoteCode::conditions,
          "the intervals of the biases include the differences between blocks, which two blocks "
-         "show only roughly. With three blocks the intervals are about 2.5 times shorter, with "
-         "four blocks 3 times"});
+         "determine only roughly. With three blocks the intervals are about 2.5 times shorter, "
+         "with four blocks about 3 times"});
   }
 }
 

@@ -99,8 +99,8 @@ void add_serial_correlation(const SolvedReadings& run, Estimate& estimate) {
     estimate.notes.push_back(
         {NoteCode::correlation,
          formatted(
-             "Consecutive readings are correlated (coefficient about {}). The biases are means "
-             "over models of correlated noise, and their intervals include this",
+             "Consecutive readings are correlated (coefficient about {}). The biases are averages "
+             "over several models of correlated noise, and their intervals include the correlation",
              number_text(mean.correlation, 1))});
   }
 }

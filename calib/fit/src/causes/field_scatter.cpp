@@ -267,16 +267,18 @@ void add_field_noise(const Fit& run, const PartOfNoise& one, Estimate& estimate)
   if (all.above < beyond_chance || one_axis * static_cast<double>(m) < beyond_chance) {
     estimate.notes.push_back(
         {NoteCode::field,
-         formatted("noise grows with the field: readings scatter {} times as much along the field "
-                   "as across it. Check whether the magnitude of the field, or the rate of the "
-                   "turntable, fluctuates. The intervals of the sensitivities include this",
+         formatted("noise increases with the field: the scatter of the readings along the field is "
+                   "{} times the scatter across the field. Check whether the magnitude of the "
+                   "field, or the rate of the turntable, fluctuates. The intervals of the "
+                   "sensitivities include this scatter",
                    number_text(std::sqrt(std::max(all.ratio, 1.0)), 2))});
   } else if (all.below < beyond_chance) {
     estimate.notes.push_back(
         {NoteCode::seats,
-         formatted("readings scatter {} times as much across the field as along it, as if the cube "
-                   "was seated differently each time: clean its feet, the table and the fence. The "
-                   "intervals of the sensitivities include this",
+         formatted("the scatter of the readings across the field is {} times the scatter along the "
+                   "field, as if the cube's orientation varied each time it is laid down: clean "
+                   "its feet, the table and the fence. The intervals of the sensitivities include "
+                   "this scatter",
                    number_text(std::sqrt(1.0 / std::max(all.ratio, 1e-6)), 2))});
   }
 }
@@ -322,10 +324,10 @@ void add_field_wander(const Fit& run, AlongField along, bool gains_differ, Estim
   if (fit.correlation > clear && score > one_sided_1_percent && !gains_differ) {
     estimate.notes.push_back(
         {NoteCode::field,
-         formatted("along the field consecutive readings are correlated (coefficient about {}): "
-                   "the magnitude of the field, or the gain of all axes together, varies slowly. "
-                   "The sensitivities are valid for the field during the run, and their intervals "
-                   "include this",
+         formatted("the components of consecutive readings along the field are correlated "
+                   "(coefficient about {}): the magnitude of the field, or the gain of all axes "
+                   "together, varies slowly. The sensitivities are valid for the field during the "
+                   "run, and their intervals include this variation",
                    number_text(fit.correlation, 1))});
   }
 }

@@ -69,7 +69,7 @@ bool add_mount_scatter(const std::map<int, Eigen::Matrix3d>& turns,
     estimate.notes.push_back(
         {NoteCode::seats, formatted("the orientation of the instrument differs between its {} "
                                     "mounts by {} rad about each axis (standard deviation); the "
-                                    "cross-axis terms and their uncertainty include this",
+                                    "uncertainty of the cross-axis terms includes this difference",
                                     turns.size(), number_text(component.sd(0), 2))});
     add_component(std::move(component), statistics);
   }

@@ -82,7 +82,7 @@ void add_soak_scatter(const ReadingSet& set, Estimate& estimate) {
     estimate.notes.push_back(
         {NoteCode::temperature,
          formatted("The polynomial passes through all {} temperature levels, so the intervals do "
-                   "not include the scatter of the levels. Take one more level",
+                   "not include the scatter of the levels. Take readings at one more temperature",
                    temperature_count(set))});
     return;
   }
@@ -199,8 +199,8 @@ void add_soak_scatter(const ReadingSet& set, Estimate& estimate) {
   if (least_p * 2.0 * static_cast<double>(m) < told_below) {
     estimate.notes.push_back(
         {NoteCode::temperature,
-         "The temperature levels deviate from the polynomial by more than the noise of their "
-         "readings explains. The intervals include this scatter of the levels"});
+         "The means of the temperature levels deviate from the polynomial by more than the noise "
+         "of the readings explains. The intervals include this scatter of the levels"});
   }
 }
 

@@ -9,8 +9,10 @@
 namespace axiscal {
 namespace {
 
-constexpr std::array exchanged_advice = {MistakeAdvice{
-    .code = WarningCode::exchanged, .one = "Check which reading is which, or take both again."}};
+constexpr std::array exchanged_advice = {
+    MistakeAdvice{.code = WarningCode::exchanged,
+                  .one = "Check which reading belongs to which pose, or take "
+                         "both readings again."}};
 
 void explain_by_exchange(const SuspectRun& run, Explanations& found) {
   constexpr std::size_t few = 16;
@@ -42,9 +44,10 @@ void explain_by_exchange(const SuspectRun& run, Explanations& found) {
       correction.responses = {
           {run.run_of(i), run.set().response.row(static_cast<Eigen::Index>(j))},
           {run.run_of(j), run.set().response.row(static_cast<Eigen::Index>(i))}};
-      found.add(run.fitter().fit(set), {}, pairs, std::move(correction),
-                std::string("with their readings exchanged") +
-                    (first.turned_round() == second ? " (or both the wrong way round)" : ""));
+      found.add(
+          run.fitter().fit(set), {}, pairs, std::move(correction),
+          std::string("with their readings exchanged") +
+              (first.turned_round() == second ? " (or both with the opposite fence face)" : ""));
     }
   }
 }

@@ -41,7 +41,7 @@ struct AXISCAL_EXPORT BodyRotation {
   int readings = 0;                          ///< number of readings at references
   /// Standard deviation of a direction about its reference.
   double residual_sd_rad = 0.0;
-  std::string created;                       ///< ISO 8601, UTC
+  std::string created;        ///< ISO 8601, UTC
   std::string record;         ///< file of the calibration that it was made with; may be empty
   std::string record_sha256;  ///< SHA-256 digest of that file; empty if it is unknown
   double tare_rad = 0.0;      ///< angle by which the last tare turned it; 0 without a tare

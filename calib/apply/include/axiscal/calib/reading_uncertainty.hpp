@@ -23,7 +23,7 @@ struct ReadingNoise {
   /// Standard deviation of one reading [unit], for each axis; default: the fit's residual_sd, with
   /// its degrees of freedom.
   std::optional<Eigen::VectorXd> sd;
-  double resolution = 0.0;     ///< smallest step of a reading [unit]; its error is uniform
+  double resolution = 0.0;  ///< smallest step of a reading [unit]; its error is uniform
   /// Standard uncertainty of the temperature output [unit of the output].
   double temperature_u = 0.0;
 };

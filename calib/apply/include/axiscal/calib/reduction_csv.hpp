@@ -80,7 +80,7 @@ struct ReductionCsvOptions {
   std::optional<JointColumns> joint;  ///< adds the columns `joint_deg` and `u_joint_deg`
   /// Also writes expanded uncertainties and coverage factors, if `uncertainty` is set.
   bool expanded = false;
-  bool strict = false;    ///< if true, a row that cannot be reduced is an error
+  bool strict = false;  ///< if true, a row that cannot be reduced is an error
   /// Decimals of every result, 0 to 15; nullopt: the shortest text that gives the exact number.
   std::optional<int> decimals;
   bool every_row = false;  ///< passes each row to the sink at once, instead of large blocks
@@ -101,10 +101,10 @@ struct ReductionCsvSummary {
   std::size_t first_unreadable_line = 0;  ///< line of the first such row; 0 if all were reduced
   /// Rows with a component larger than the field's magnitude.
   std::size_t clamped = 0;
-  std::size_t far_from_field = 0;         ///< rows whose |f_hat| differs from F by more than 30 %
-  std::size_t extrapolated = 0;           ///< rows at temperatures outside the calibrated range
-  std::size_t saturated = 0;              ///< rows with a reading at or beyond its range
-  std::size_t moved = 0;                  ///< rows in which a joint moved beyond the alarm
+  std::size_t far_from_field = 0;  ///< rows whose |f_hat| differs from F by more than 30 %
+  std::size_t extrapolated = 0;    ///< rows at temperatures outside the calibrated range
+  std::size_t saturated = 0;       ///< rows with a reading at or beyond its range
+  std::size_t moved = 0;           ///< rows in which a joint moved beyond the alarm
 };
 
 /// Reduces a table row by row (formats.md, Reduced readings), in constant memory, on all cores of

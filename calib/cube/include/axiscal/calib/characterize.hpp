@@ -55,7 +55,7 @@ struct AXISCAL_EXPORT ReferenceResult {
 /// The effect of remounting an instrument.
 struct MountRepeatability {
   std::string instrument;
-  std::vector<std::string> slots;   ///< the slots in which it has nearly the same orientation
+  std::vector<std::string> slots;  ///< the slots in which it has nearly the same orientation
   /// Scatter of the rotation about each axis, without the fit's noise.
   double sd_rad = 0.0;
   double degrees_of_freedom = 0.0;  ///< 3 (mounts - 1)

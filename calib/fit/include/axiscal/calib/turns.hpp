@@ -70,7 +70,7 @@ struct AXISCAL_EXPORT RestFit {
   Eigen::Vector3d bias = Eigen::Vector3d::Zero();
   Eigen::Matrix3d bias_covariance = Eigen::Matrix3d::Zero();
   double degrees_of_freedom =
-      std::numeric_limits<double>::infinity();  ///< degrees of freedom of bias_covariance
+      std::numeric_limits<double>::infinity();   ///< degrees of freedom of bias_covariance
   Eigen::Vector3d sd = Eigen::Vector3d::Zero();  ///< standard deviation of a rest's mean
   /// Standard deviation of the bias from rest to rest, without the noise of the means as far as
   /// this noise is known; 0: not known, or not significant.

@@ -61,12 +61,12 @@ struct HandMotion {
 /// A gyroscope's recording of rests and turns.
 struct SimulatedTurns {
   std::vector<double> time_s;
-  Eigen::MatrixXd readings;                                ///< n x m
+  Eigen::MatrixXd readings;  ///< n x m
   /// n x 3: the direction up, frame sensor.
   Eigen::MatrixX3d up;
   /// For each rest its first sample and its number of samples.
   std::vector<std::pair<std::size_t, std::size_t>> rests;
-  Eigen::VectorXd bias_of_run;                             ///< see SimulatedRun::bias_of_run
+  Eigen::VectorXd bias_of_run;  ///< see SimulatedRun::bias_of_run
 };
 
 /// Simulates a recording `turns` in the seats of a run sheet. Rests take two thirds of the time.

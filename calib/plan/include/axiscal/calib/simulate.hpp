@@ -25,7 +25,7 @@ struct AXISCAL_EXPORT SimulationOptions {
   Eigen::Vector2d slope = Eigen::Vector2d::Zero();
   /// Azimuth of the fence; the field of the truth is that for azimuth 0.
   double fence_azimuth_rad = 0.0;
-  Positioner positioner;           ///< the cube
+  Positioner positioner;  ///< the cube
   Eigen::Matrix3d rotation_sensor_from_positioner = Eigen::Matrix3d::Identity();
   double temperature_sd = 0.0;  ///< scatter of the true temperature about the run sheet's
   double resolution = 0.0;      ///< readings are rounded to multiples of it [unit]; 0: no rounding

@@ -18,20 +18,20 @@ struct AXISCAL_EXPORT World {
       0.0;  ///< turn of the instrument in the cube in each block, about x, y and z each [rad]
   /// Turn as with mount_rad, but the readings do not state different mounts [rad].
   double remount_rad = 0.0;
-  double gain = 0.0;         ///< scatter of each axis's sensitivities from block to block, relative
-  double jitter = 0.0;       ///< scatter of the field's magnitude from reading to reading, relative
+  double gain = 0.0;    ///< scatter of each axis's sensitivities from block to block, relative
+  double jitter = 0.0;  ///< scatter of the field's magnitude from reading to reading, relative
   /// Scatter as with jitter, but with a correlation of 0.9 between consecutive readings.
   double wander = 0.0;
   /// Ratio: noise if the field is along the axis / noise if it is perpendicular; 0: equal.
   double ends = 0.0;
-  double periodic = 0.0;     ///< amplitude of a disturbance that repeats every 7.3 readings [unit]
-  double ar = 0.0;           ///< correlation of the noise of consecutive readings, in -1 .. 1
-  double ar_white = 0.0;     ///< standard deviation of additional white noise [unit]
+  double periodic = 0.0;  ///< amplitude of a disturbance that repeats every 7.3 readings [unit]
+  double ar = 0.0;        ///< correlation of the noise of consecutive readings, in -1 .. 1
+  double ar_white = 0.0;  ///< standard deviation of additional white noise [unit]
   /// Standard deviation of the step of the bias's random walk from reading to reading [unit].
   double walk_sd = 0.0;
-  double drift = 0.0;        ///< change of the bias over the run, linear in reading order [unit]
-  double round = 0.0;        ///< readings are rounded to multiples of this step [unit]
-  int tails = 0;             ///< degrees of freedom of Student's noise, 3 or more; 0: normal
+  double drift = 0.0;  ///< change of the bias over the run, linear in reading order [unit]
+  double round = 0.0;  ///< readings are rounded to multiples of this step [unit]
+  int tails = 0;       ///< degrees of freedom of Student's noise, 3 or more; 0: normal
   /// The effect of the squared (k2) and the cubed (k3) field along an axis, at full field [unit]:
   /// one number for all axes, or one number for each axis. If empty, the effect is 0.
   std::vector<double> k2;

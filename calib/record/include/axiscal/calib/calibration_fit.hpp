@@ -30,7 +30,7 @@ struct ReadingResidual {
   Eigen::VectorXd response;  ///< response minus the fit, m entries [unit]
   /// |f_hat| - F, where f_hat is the field that the reading gives [field unit]; NaN for m < 3
   double magnitude = 0.0;
-  bool used = true;          ///< false: left out of the fit
+  bool used = true;  ///< false: left out of the fit
 };
 
 /// The fit of one axis in the known-art form (method.md, section 3.1): bias, sensitivity, coning

@@ -89,7 +89,7 @@ struct AXISCAL_EXPORT Experiment {
   FieldSetup field;
   /// Second fields that also affect the readings. Their vectors in the table must be known.
   std::vector<FieldSetup> also;
-  TablePlace table;              ///< the place of the table, its slope, and the date
+  TablePlace table;  ///< the place of the table, its slope, and the date
   /// The expected main sensitivity of every axis [unit per field unit]. A comparison with it
   /// reveals mistakes that affect the whole run. If it is nullopt, expected_sensitivity() gives the
   /// default.

@@ -25,11 +25,11 @@ struct Run {
   /// The number of readings from each file, one file after another; empty if unknown.
   std::vector<std::size_t> rows_of_inputs;
   std::vector<std::string> notes;
-  std::vector<std::string> axes;     ///< names of the axes; in an assembly, the axes of one slot
-  std::string field_unit;            ///< unit of the known fields, if a column's name states it
-  std::string serial;                ///< serial number of the unit; if several, the first
-  std::vector<std::string> serials;  ///< column `serial` of every reading; empty without one
-  std::vector<std::string> dates;    ///< column `date` of every reading; empty without one
+  std::vector<std::string> axes;       ///< names of the axes; in an assembly, the axes of one slot
+  std::string field_unit;              ///< unit of the known fields, if a column's name states it
+  std::string serial;                  ///< serial number of the unit; if several, the first
+  std::vector<std::string> serials;    ///< column `serial` of every reading; empty without one
+  std::vector<std::string> dates;      ///< column `date` of every reading; empty without one
   std::vector<std::string> operators;  ///< column `operator` of every reading; empty without one
   std::string measured;                ///< stated date of the readings; empty if not stated
   /// The slots in the order of the columns SLOT.axis; empty without such columns. The responses of
@@ -63,11 +63,11 @@ struct ObservationColumns {
   FaceNames face_names;                       ///< words that stand for faces
   std::vector<DifferentialAxis> differences;  ///< axes that are the difference of two columns
   std::optional<ReadingRange> range;          ///< range of the two columns of a differential axis
-  bool needs_labels = false;       ///< true: requires `rest` and `fence`, even with stated fields
-  bool needs_samples = false;      ///< true: requires `samples`
-  bool needs_temperature = false;  ///< true: requires `temperature`
-  bool takes_several_units = false;           ///< false: a second `serial` is an error
-  bool needs_sd = false;                      ///< true: requires positive `AXIS_sd` of each axis
+  bool needs_labels = false;         ///< true: requires `rest` and `fence`, even with stated fields
+  bool needs_samples = false;        ///< true: requires `samples`
+  bool needs_temperature = false;    ///< true: requires `temperature`
+  bool takes_several_units = false;  ///< false: a second `serial` is an error
+  bool needs_sd = false;             ///< true: requires positive `AXIS_sd` of each axis
 };
 
 /// Reads a run from a file (formats.md, Observations).

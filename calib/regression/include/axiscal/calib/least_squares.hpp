@@ -27,9 +27,9 @@ struct LeastSquaresFit {
   double residual_sd = 0.0;         ///< s, the sd of an observation of weight 1 [unit of y]
   /// R^2, relative to the mean if the columns span a constant, else relative to 0
   double r_squared = 0.0;
-  Eigen::VectorXd leverage;         ///< diagonal of the hat matrix, n entries in 0 .. 1
-  Eigen::VectorXd studentized;      ///< externally studentised residuals; NaN if undefined
-  Eigen::VectorXd cooks_distance;   ///< NaN if undefined
+  Eigen::VectorXd leverage;        ///< diagonal of the hat matrix, n entries in 0 .. 1
+  Eigen::VectorXd studentized;     ///< externally studentised residuals; NaN if undefined
+  Eigen::VectorXd cooks_distance;  ///< NaN if undefined
 };
 
 /// Fits `y = X b + e` by least squares, with independent errors of one variance.

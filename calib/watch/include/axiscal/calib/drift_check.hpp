@@ -23,7 +23,7 @@ struct ParameterChange {
 /// The result of a test of whether a calibration is still valid.
 struct DriftCheck {
   bool drifted = false;
-  double p_value = 1.0;                    ///< probability of such changes without a drift
+  double p_value = 1.0;  ///< probability of such changes without a drift
   /// Level of significance: drifted is true if p_value < alpha.
   double alpha = 0.01;
   std::vector<ParameterChange> changes;    ///< one for each coefficient
